@@ -19,6 +19,7 @@ from ..._validate import checked_threads, counted
 from ...cells.kinds import measures_of
 from ...io.atomic import atomic_outputs
 from ...mesh.base import Cells
+from ...metrics.overlap import weights_of_cells
 from ..labels.classes import (
     CLASSES_FILE,
     INSTANCES,
@@ -409,7 +410,7 @@ class Document:
 
         Raises ValueError if `compare` was not called before.
         """
-        return agreement(self.state, self._compared(), self.areas)
+        return agreement(self.state, self._compared(), weights_of_cells(self.cells))
 
     def differing(self) -> CellNumbers:
         """Return the indices of cells that are labeled in both work files, but differently."""
