@@ -348,10 +348,10 @@ def test_a_new_class_gets_a_default_color_that_differs_from_colors_in_use(tmp_pa
 
 
 def test_default_colors_repeat_only_after_all_are_in_use():
-    default = colors(default_classes([str(i) for i in range(32)]))
-    assert len({*default}) == 32
+    default = colors(default_classes([str(i) for i in range(100)]))
+    assert len({*default}) == 100
     classes = ()
-    for number in range(40):
+    for number in range(108):
         _, classes = with_named(classes, str(number))
     assert colors(classes) == default + default[:8]
 
@@ -366,8 +366,8 @@ def test_many_new_classes_are_compared_with_the_colors_in_use_only_once(monkeypa
     monkeypatch.setattr("superfacets.studio.labels.classes.color_distances", distances)
     known = default_classes()
     entries = [*known, *({"id": i, "name": str(i)} for i in range(7, 5001))]
-    default = colors(default_classes([str(i) for i in range(32)]))
-    expected = [default[i % 32] for i in range(5000)]
+    default = colors(default_classes([str(i) for i in range(100)]))
+    expected = [default[i % 100] for i in range(5000)]
     assert colors(checked_class_list(entries)) == expected
     assert colors(with_missing(known, range(5001))) == expected
     cloud = superfacets.PointCloud(np.random.default_rng(0).random((5000, 3)))
