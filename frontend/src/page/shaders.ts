@@ -14,10 +14,8 @@ out vec4 color;
 void main() {
   uint group = texelFetch(groups, place(cell), 0).r;
   vec3 base = group == NONE ? missing : texelFetch(colors, place(group), 0).rgb;
-  if (has_own_colors && blend > 0.0) {
-    vec3 own = ownColor();
-    base = group == NONE ? mix(base, own, blend) : tinted(base, own, blend);
-  }
+  vec3 own = has_own_colors ? ownColor() : base;
+  if (blend > 0.0) base = group == NONE ? mix(base, own, blend) : tinted(base, own, blend);
   if (marked != NONE && texelFetch(regions, place(cell), 0).r == marked) base = mix(base, vec3(1.0), 0.45);
   color = vec4(min(base * light(), 1.0), 1.0);
 }`;

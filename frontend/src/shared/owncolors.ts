@@ -19,18 +19,16 @@ vec3 ownColor() {
 `;
 
 /**
- * Function `tinted()`: mixes the color of a class or region with the own color of the mesh. The result has the hue of
- * `color`, a lightness between both, and the chroma of `color`, or as much of it as sRGB has at this lightness. Only at
- * the part 1, it is the own color. Hue, chroma and lightness are those of OKLab (Ottosson, 2020), with a gamma of 2.2.
+ * Function `tinted()`: a color with the hue of `color`, and with its chroma as far as sRGB has it at the new lightness,
+ * which is between both colors. With part 1, it is the own color. Computed in OKLab (Ottosson, 2020) with gamma 2.2.
  */
 export const TINTED = `
 const mat3 LMS = mat3(0.4122, 0.2119, 0.0883, 0.5363, 0.6807, 0.2817, 0.0514, 0.1074, 0.6300);
 const mat3 LAB = mat3(0.2105, 1.9780, 0.0259, 0.7936, -2.4286, 0.7828, -0.0041, 0.4506, -0.8087);
+const mat3 FROM_LMS = inverse(LMS);
+const mat3 FROM_LAB = inverse(LAB);
 vec3 oklab(vec3 color) { return LAB * pow(LMS * pow(color, vec3(2.2)), vec3(1.0 / 3.0)); }
-vec3 linearOf(vec3 lab) {
-  vec3 roots = inverse(LAB) * lab;
-  return inverse(LMS) * (roots * roots * roots);
-}
+vec3 linearOf(vec3 lab) { return FROM_LMS * pow(max(FROM_LAB * lab, 0.0), vec3(3.0)); }
 vec3 tinted(vec3 color, vec3 own, float part) {
   if (part >= 1.0) return own;
   vec3 lab = oklab(color);

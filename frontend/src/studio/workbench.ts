@@ -56,10 +56,10 @@ export class Workbench {
     });
   }
 
-  /** Show the paint of the given cells, and of all cells if `cells` is null or if an object gets another shade. */
+  /** Show the paint of the given cells, or of all cells if `cells` is null or if an object gets another shade. */
   private showPaint(cells: Uint32Array | null): void {
     const { drawing, session, objectShades } = this;
-    if (session.regions) this.objectShades = shadesOfObjects(session.paints, session.regions);
+    this.objectShades = shadesOfObjects(session.paints, session.regions);
     const isOther = [...this.objectShades].some(([paint, shade]) => shade !== (objectShades.get(paint) ?? usualShade(objectOf(paint))));
     drawing.cells.setPaint(session.paints.of, isOther ? null : cells, this.stuff, this.objectShades);
     drawing.redraw();

@@ -71,31 +71,22 @@ export function shadesOfClasses(classes: readonly { id: number; color: string }[
 export const usualShade = (object: number): number => Math.max(0, object - 1) % N_USUAL;
 
 /**
- * Shade of each object, by paint, as an index. Objects of a class that touch get different shades, unless more than
- * `N_SHADES` touch each other. Objects in the same region or in adjacent regions are treated as touching. An object
- * gives way only to objects with lower numbers, so a new object changes no other. Without entry: `usualShade`.
+ * Shade of each object, by paint; without entry, `usualShade`. Objects of a class in one region, or in adjacent regions,
+ * get different shades, unless all are taken. Objects give way to lower numbers, so a new object changes no other.
  */
 export function shadesOfObjects({ of, countOf }: Paints, { labels, neighbors, count }: Regions): Map<number, number> {
   const shades = new Map<number, number>();
   const objects = [...countOf.keys()].filter((paint) => countOf.get(paint)! > 0 && objectOf(paint)).sort((a, b) => a - b);
   if (objects.every((paint) => objectOf(paint) <= N_USUAL)) return shades;
   const inside = Array.from({ length: count }, () => new Set<number>());
-  const last = new Uint32Array(count); // object found last in each region; most cells repeat it
-  for (let cell = 0; cell < of.length; cell++) {
-    const [paint, region] = [of[cell], labels[cell]];
-    if (region < 0 || !objectOf(paint) || last[region] === paint) continue;
-    inside[region].add(paint);
-    last[region] = paint;
-  }
+  for (let cell = 0; cell < of.length; cell++) if (labels[cell] >= 0 && objectOf(of[cell])) inside[labels[cell]].add(of[cell]);
   const touching = new Map(objects.map((paint) => [paint, new Set<number>()]));
   inside.forEach((own, region) => {
-    if (!own.size) return;
     const near = [own, ...neighbors.of(region).map((other) => inside[other])];
     for (const set of near) for (const other of set) for (const one of own) if (classOf(one) === classOf(other)) touching.get(one)!.add(other);
   });
   for (const paint of objects) {
-    const taken = new Set([...touching.get(paint)!].map((other) => shades.get(other))); // of lower numbers only
-    const usual = usualShade(objectOf(paint));
+    const [taken, usual] = [new Set([...touching.get(paint)!].map((other) => shades.get(other))), usualShade(objectOf(paint))];
     const order = Array.from({ length: N_SHADES }, (_, k) => (k < N_USUAL ? (usual + k) % N_USUAL : k));
     shades.set(paint, order.find((one) => !taken.has(one)) ?? usual);
   }

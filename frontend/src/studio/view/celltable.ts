@@ -10,7 +10,7 @@ export const MARK_HIDDEN = 4; // the cell is hidden
 export const MARK_CURSOR = 8; // the keyboard cursor is on the cell
 export const MARK_DIFFERS = 16; // the cell is labeled differently in the two compared files
 
-const SHADE = 5; // the upper 3 bits of the mark byte contain the shade of the object
+const SHADE = 5; // number of mark bits; the upper 3 bits of their byte contain the shade of the object
 
 /** A texture with four bytes per cell: class (two bytes), mark bits and shade, and object. */
 export class CellTable {

@@ -103,8 +103,7 @@ vec3 shade(ivec2 p, ivec2 limit) {
     base = mix(base, tone.rgb, (p.x + 65536 - p.y) / (4 * line) % 2 == 0 ? 0.9 : 0.3);
   }
   vec4 lit = texelFetch(lights, p, 0);
-  bool has_class_color = id != 0u || suggestion != 0u;
-  if (blend > 0.0) base = has_class_color ? tinted(base, lit.gba, blend) : mix(base, lit.gba, blend);
+  if (blend > 0.0) base = id != 0u || suggestion != 0u ? tinted(base, lit.gba, blend) : mix(base, lit.gba, blend);
   if ((state.b & 1u) != 0u) base = vec3(0.85, 0.07, 0.12);
   if ((state.b & 2u) != 0u) base = vec3(0.08, 0.25, 0.9);
   float light = 1.5 * lit.r;

@@ -68,11 +68,10 @@ vec3 ownColor() {
 `,ae=`
 const mat3 LMS = mat3(0.4122, 0.2119, 0.0883, 0.5363, 0.6807, 0.2817, 0.0514, 0.1074, 0.6300);
 const mat3 LAB = mat3(0.2105, 1.9780, 0.0259, 0.7936, -2.4286, 0.7828, -0.0041, 0.4506, -0.8087);
+const mat3 FROM_LMS = inverse(LMS);
+const mat3 FROM_LAB = inverse(LAB);
 vec3 oklab(vec3 color) { return LAB * pow(LMS * pow(color, vec3(2.2)), vec3(1.0 / 3.0)); }
-vec3 linearOf(vec3 lab) {
-  vec3 roots = inverse(LAB) * lab;
-  return inverse(LMS) * (roots * roots * roots);
-}
+vec3 linearOf(vec3 lab) { return FROM_LMS * pow(max(FROM_LAB * lab, 0.0), vec3(3.0)); }
 vec3 tinted(vec3 color, vec3 own, float part) {
   if (part >= 1.0) return own;
   vec3 lab = oklab(color);
@@ -169,10 +168,8 @@ out vec4 color;
 void main() {
   uint group = texelFetch(groups, place(cell), 0).r;
   vec3 base = group == NONE ? missing : texelFetch(colors, place(group), 0).rgb;
-  if (has_own_colors && blend > 0.0) {
-    vec3 own = ownColor();
-    base = group == NONE ? mix(base, own, blend) : tinted(base, own, blend);
-  }
+  vec3 own = has_own_colors ? ownColor() : base;
+  if (blend > 0.0) base = group == NONE ? mix(base, own, blend) : tinted(base, own, blend);
   if (marked != NONE && texelFetch(regions, place(cell), 0).r == marked) base = mix(base, vec3(1.0), 0.45);
   color = vec4(min(base * light(), 1.0), 1.0);
 }`,ge=`${K}${ue}
