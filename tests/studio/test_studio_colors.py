@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from ciede2000 import ciede2000, lab
 
+from superfacets.studio.documents.document import Document
 from superfacets.studio.labels.classes import default_classes, new_class
 
 N_COLORS = 100
@@ -40,6 +41,15 @@ def test_any_two_of_the_first_colors_differ(palette, n, least):
 def test_no_color_looks_like_an_unlabeled_cell(palette):
     grays = lab(np.repeat(np.arange(100, 256, 5), 3).reshape(-1, 3))
     assert ciede2000(palette[:, None], grays).min() >= 12
+
+
+def test_work_files_keep_the_colors_that_they_have(sheet):
+    """The first file has colors of an earlier palette."""
+    old = [new_class(1, "a", "#e7298a"), new_class(2, "b", "#0000ff")]
+    Document.open(sheet, n_segments=5, classes=old).close()
+    again = Document.open(sheet)
+    assert [entry["color"] for entry in again.class_list] == ["#e7298a", "#0000ff"]
+    again.close()
 
 
 def test_colors_repeat_after_a_hundred_classes():
