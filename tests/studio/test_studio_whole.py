@@ -150,6 +150,22 @@ def test_on_a_full_disk_an_operation_leaves_nothing(prepared, monkeypatch, name,
         assert document.history.seq == before[7] + 1
 
 
+def test_an_interrupt_while_an_operation_is_written_leaves_nothing(prepared, monkeypatch):
+    document, operation = prepared
+    before = whole_state(document)
+
+    def interrupt(file):
+        monkeypatch.undo()
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(os, "fsync", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        operation()
+    assert whole_state(document) == before
+    operation()
+    assert document.history.seq == before[7] + 1
+
+
 @pytest.mark.parametrize("n_before", range(3))
 def test_an_error_at_any_change_reverts_the_changes_before_it(prepared, monkeypatch, n_before):
     document, operation = prepared

@@ -116,8 +116,10 @@ class Journal:
             while rest:
                 rest = rest[os.write(self._file, rest) :]
             os.fsync(self._file)
-        except OSError as error:
+        except BaseException as error:  # also after an interrupt, memory and file are the same
             self._take_back()
+            if not isinstance(error, OSError):
+                raise
             reason = error.strerror or str(error)
             raise WriteError(f"{self.path}: {reason}: the operation was not done") from None
         self._size += len(data)
