@@ -341,6 +341,8 @@ def segment(
     -----
     BalanceWarning
         If some regions are disconnected, because of `cells_per_region`.
+    FeatureWarning
+        If a feature is the same for all cells, for example a texture of one color.
     SliverWarning
         If faces that are too long and thin for good regions cover more than a tenth of the area,
         or of the area inside `mask`, if it is given; see `subdivide`.

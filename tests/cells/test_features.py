@@ -87,7 +87,8 @@ def test_scaled_features_do_not_depend_on_their_unit():
     first = segment(mesh, 12, features=colors).labels
     assert np.array_equal(segment(mesh, 12, features=1024 * colors).labels, first)
     assert np.array_equal(segment(mesh, 12, features=table).labels, first)
-    flat = segment(mesh, 12, features=np.ones(len(colors)))
+    with pytest.warns(sf.FeatureWarning, match="^features: all cells have the same value, so this"):
+        flat = segment(mesh, 12, features=np.ones(len(colors)))
     assert np.array_equal(flat.labels, segment(mesh, 12).labels)
 
 

@@ -532,3 +532,10 @@ def test_parts_of_faces_keep_the_attributes_of_the_faces(run, colored):
     radius = np.sqrt(mesh_info(mesh).area / (5 * np.pi))
     assert np.array_equal(found.face["material"], subdivide(mesh, 0.25 * radius).sources)
     assert found.comments == ("comment TextureFile a.png",)
+
+
+def test_a_feature_without_effect_is_a_note(run, tmp_path):
+    write_mesh(tmp_path / "flat.ply", shapes.plane(8))
+    status, _, err = run("segment", tmp_path / "flat.ply", "-n", 4, "--features", "height")
+    assert status == 0
+    assert "note: height: all cells have the same value, so this has no effect\n" in err

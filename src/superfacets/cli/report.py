@@ -54,7 +54,7 @@ def notes_of(
             f"{n_requested} regions were requested, but there are only"
             f" {counted(n_kept, kind.noun)}: each {kind.noun} became a region"
         )
-    notes += notes_on_result(result)
+    notes += [*outcome.notes, *notes_on_result(result)]
     if outcome.sharp_inside is not None:
         notes += _notes_on_sharp_edges(outcome.sharp_inside)
     if listed is not None and holds_labels:

@@ -165,6 +165,12 @@ def _read_second_index(token: bytes) -> int:
     return _read_integer(others[0]) if others and others[0] else 0
 
 
+def split_word(text: str) -> tuple[str, str]:
+    """Return the first word of a text, and the rest; any white space separates them."""
+    word, *rest = text.split(maxsplit=1) or [""]
+    return word, rest[0].rstrip() if rest else ""
+
+
 def as_count(token: bytes | str, what: str) -> int:
     """Parse an integer >= 0 of at most 18 digits; other tokens raise a MeshError."""
     if not token.isdigit() or len(token) > 18 or not token.isascii():
