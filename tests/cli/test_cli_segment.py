@@ -535,7 +535,7 @@ def test_parts_of_faces_keep_the_attributes_of_the_faces(run, colored):
 
 
 def test_a_feature_without_effect_is_a_note(run, tmp_path):
-    write_mesh(tmp_path / "flat.ply", shapes.plane(8))
+    write_mesh(tmp_path / "flat.ply", shapes.strip(8))
     status, _, err = run("segment", tmp_path / "flat.ply", "-n", 4, "--features", "height")
     assert status == 0
     assert "note: height: all cells have the same value, so this has no effect\n" in err

@@ -515,7 +515,7 @@ def test_a_missing_image_is_a_note_and_then_one_line(square):
 
 
 def test_any_white_space_separates_the_words_of_obj_and_mtl(square):
-    expected = color_of(square)
+    expected = color_of(square).linear
     square.write_text(OBJ.replace("mtllib ", "mtllib\t").replace("usemtl ", "usemtl \t "))
     tabs = (
         MTL.replace("Kd ", "Kd\t").replace("newmtl ", "newmtl\t").replace("-clamp on", "-clamp\ton")
@@ -527,7 +527,7 @@ def test_any_white_space_separates_the_words_of_obj_and_mtl(square):
         "door.png",
     ]
     assert found.texture.materials[1].wrap == ("clamp", "clamp")
-    assert np.array_equal(color_of(square), expected)
+    assert np.array_equal(color_of(square).linear, expected)
 
 
 @pytest.mark.parametrize(

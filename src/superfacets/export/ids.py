@@ -145,7 +145,7 @@ class IdWriter:
         if self.of_vertices is not None:
             write_cortex(file, ending, self.of_vertices, structure=self._structure)
             return
-        of_vertices = vertex_labels(self.cells, self.labels, method="creases")
+        of_vertices = vertex_labels(self.cells, self.labels, min_vertices=1)
         regions, firsts = np.unique(self.labels, return_index=True)
         shown = firsts[np.isin(regions, of_vertices) & (regions >= 0)]
         colors = face_colors(self.cells, self.labels)[shown]

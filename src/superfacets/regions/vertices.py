@@ -21,7 +21,7 @@ from ..cells.kinds import kind_of, measures_of
 from ..cells.sums import weighted_majority
 from .crease_labels import corners_in, crease_labels
 
-METHODS = ("majority", "creases")
+METHODS = ("creases", "majority")
 """Names of the methods of `vertex_labels`."""
 
 MIN_IN_FILES = 20
@@ -33,8 +33,8 @@ def vertex_labels(
     mesh: MeshLike | CloudLike,
     labels: npt.ArrayLike,
     *,
-    method: str = "majority",
-    min_vertices: int = 1,
+    method: str = "creases",
+    min_vertices: int | None = None,
     n_threads: int | None = None,
 ) -> Ints:
     """Convert labels of cells to labels of vertices.
@@ -45,7 +45,7 @@ def vertex_labels(
         Same as in `segment`. For a point cloud, the result equals `labels`.
     labels : array_like of int, shape (N,)
         Label of each face or tetrahedron, or -1 for cells without a label. Labels may have gaps.
-    method : {"majority", "creases"}, default "majority"
+    method : {"creases", "majority"}
         ``"majority"``: A vertex gets the label whose cells around the vertex have the largest total
         area (volume for tetrahedra). If areas are equal, the lowest label is used. The vertices of
         a region may be unconnected, and a region may have no vertices. Vertices are not welded. If
@@ -57,10 +57,10 @@ def vertex_labels(
         connected, its vertices are connected along the edges of the mesh. To achieve this, only the
         largest connected set of vertices keeps the label. Disconnected cells with the same label
         are treated as separate regions. Vertices at the same position get the same label.
-    min_vertices : int, default 1
-        Minimum number of vertices of a region, for ``"creases"`` only. Smaller regions take
-        vertices from neighboring regions, across the edges with the lowest weights. A neighboring
-        region must stay connected and keep `min_vertices` vertices. If neighboring regions cannot
+    min_vertices : int, optional
+        Minimum number of vertices of a region, by default 20, for ``"creases"`` only. Smaller
+        regions take vertices from neighboring regions, across the edges with the lowest weights. A
+        neighboring region must stay connected and keep `min_vertices` vertices. If neighboring regions cannot
         give enough vertices, the small region does not change.
     n_threads : int, optional
         Same as in `segment`. The labels do not depend on the number of threads.
@@ -101,13 +101,14 @@ def vertex_labels(
 
     >>> from superfacets import Mesh
     >>> corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [9, 9, 9]]
-    >>> vertex_labels(Mesh(corners, [[0, 1, 2], [0, 2, 3]]), [7, 4])
+    >>> vertex_labels(Mesh(corners, [[0, 1, 2], [0, 2, 3]]), [7, 4], method="majority")
     array([ 4,  7,  4,  4, -1], dtype=int32)
     """
     cells: Any = as_cells(mesh)
     array = checked_classes(labels, cells.n_cells, "labels")
     checked_choice(method, "method", METHODS)
-    least = checked_count(min_vertices, "min_vertices")
+    usual = MIN_IN_FILES if method == "creases" else 1
+    least = usual if min_vertices is None else checked_count(min_vertices, "min_vertices")
     threads = checked_threads(n_threads)
     if method == "majority" and least > 1:
         raise ValueError(
