@@ -816,3 +816,12 @@ def test_textured_files_that_are_damaged_are_read_or_refused(square, target):
             messages.append(str(error))
     assert not any("\n" in message for message in messages)
     assert n_read > 0 or target == "door.png"  # every byte of door.png matters
+
+
+@pytest.mark.parametrize("name", ["a.glb", "a.ply", "a.obj"])
+def test_coordinates_beyond_float32_stay_finite(square, tmp_path, name):
+    square.write_text(OBJ.replace("0.125 1", "1e300 -1e300"))
+    write_mesh(tmp_path / name, read_mesh(square), attributes=read_attributes(square))
+    pairs = read_attributes(tmp_path / name).texture.coordinates
+    assert np.isfinite(pairs).all()
+    assert np.abs(pairs).max() > 1e38

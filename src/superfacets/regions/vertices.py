@@ -60,8 +60,8 @@ def vertex_labels(
     min_vertices : int, optional
         Minimum number of vertices of a region, by default 20, for ``"creases"`` only. Smaller
         regions take vertices from neighboring regions, across the edges with the lowest weights. A
-        neighboring region must stay connected and keep `min_vertices` vertices. If neighboring regions cannot
-        give enough vertices, the small region does not change.
+        neighboring region must stay connected and keep `min_vertices` vertices. If neighboring
+        regions cannot give enough vertices, the small region does not change.
     n_threads : int, optional
         Same as in `segment`. The labels do not depend on the number of threads.
 
