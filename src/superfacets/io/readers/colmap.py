@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -112,10 +113,13 @@ def _intrinsics_of(camera: int, model: str, params: list[float]) -> Floats:
 
 def _pose_of(numbers: list[float]) -> Floats:
     """Return the matrix from camera to world, (4, 4)."""
-    to_camera = rotation_of(np.array(numbers[:4]) / np.linalg.norm(numbers[:4]))
-    pose = np.eye(4)
+    pose, length = np.eye(4), float(np.linalg.norm(numbers[:4]))
+    if not np.isfinite(numbers).all() or not 0 < length < math.inf:
+        raise MeshError(f"a pose must be a quaternion and a translation, got {numbers}")
+    to_camera = rotation_of(np.array(numbers[:4]) / length)
     pose[:3, :3] = to_camera.T
-    pose[:3, 3] = -(to_camera * np.array(numbers[4:])[:, np.newaxis]).sum(axis=0)
+    with np.errstate(over="ignore"):  # `PinholeCamera` refuses infinite poses
+        pose[:3, 3] = -(to_camera * np.array(numbers[4:])[:, np.newaxis]).sum(axis=0)
     return pose
 
 

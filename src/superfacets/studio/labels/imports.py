@@ -97,7 +97,11 @@ def _reason(error: Exception) -> str:
         return "it is nested too deeply"
     if isinstance(error, TypeError):
         return "it does not have the structure of this format"
-    return f"the entry {error} is missing" if isinstance(error, KeyError) else str(error)
+    return (
+        f"the entry {shortened(str(error))} is missing"
+        if isinstance(error, KeyError)
+        else str(error)
+    )
 
 
 def _labels_in(data: bytes, ending: str, cells: Cells) -> Longs:
