@@ -267,12 +267,12 @@ def test_wrong_poses_and_names_are_refused(tmp_path):
 def test_a_colmap_pose_without_a_rotation_is_refused(tmp_path, line):
     (tmp_path / "cameras.txt").write_text("1 PINHOLE 4 4 10 10 2 2\n")
     (tmp_path / "images.txt").write_text(f"{line}\n\n")
-    with pytest.raises(MeshError, match=r"images\.txt: a pose must be a quaternion and a transl"):
-        read_cameras(tmp_path)
+    with pytest.raises(sf.MeshError, match=r"images\.txt: a pose must be a quaternion and a transl"):
+        sf.read_cameras(tmp_path)
 
 
 @pytest.mark.parametrize("scale", [1e200, 1e-200])
 def test_poses_with_a_huge_scale_are_refused(scale):
     pose = scale * np.array([[1, 1, 0, 0], [-1, 1, 0, 0], [0, 0, 1, 0]])
     with pytest.raises(ValueError, match="pose must be a rotation and a position"):
-        PinholeCamera(pose, (10, 10, 2, 2), (4, 4))
+        sf.PinholeCamera(pose, (10, 10, 2, 2), (4, 4))

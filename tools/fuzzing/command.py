@@ -109,7 +109,6 @@ class Search(NamedTuple):
     def run_case(self, number: int, folder: Path) -> None:
         """Run the case with this number; raise an error if a property does not hold."""
         kind, rng = self._start_of(number)
-        limit_memory(KINDS[kind].n_bytes)
         if kind == "files":
             check_file(rng, folder, self.formats)
         else:
@@ -124,6 +123,7 @@ class Search(NamedTuple):
     def failure_of(self, number: int) -> str | None:
         """Run the case with this number; return the traceback of its failure, or None."""
         with tempfile.TemporaryDirectory(prefix="fuzz-") as folder:
+            limit_memory(KINDS[self.kind_of(number)].n_bytes)
             try:
                 self.run_case(number, Path(folder))
             except BaseException:
