@@ -24,6 +24,7 @@ from superfacets import (
     read_attributes,
     read_labels,
     read_mesh,
+    sample_mesh,
     segment,
     subdivide,
     write_mesh,
@@ -43,9 +44,12 @@ def test_segment_writes_a_labeled_mesh_beside_the_input(run, sheet):
     assert np.array_equal(read_mesh(output).vertices, read_mesh(sheet).vertices)
     first, last = out.splitlines()
     assert first == f"wrote {output}"
+    short = r"sheet\.ply: 150 regions of 1,152 faces in 0\.\d\d s"
+    assert re.fullmatch(short, last)
+    last = run("segment", sheet, "-v")[1].splitlines()[-1]
     numbers = ", ".join(rf"{stage} \d+\.\d+" for stage in STAGES)
-    facts = f"1152 faces, 150 regions, {expected.n_iter} iterations, {expected.stop_reason}"
-    assert re.fullmatch(rf"sheet\.ply: {facts}; seconds: {numbers}", last)
+    facts = f"{expected.n_iter} iterations, {expected.stop_reason}"
+    assert re.fullmatch(rf"{short}; {facts}; seconds: {numbers}", last)
 
 
 def test_the_ending_of_each_output_picks_its_format(run, sheet):
@@ -221,13 +225,25 @@ def test_connect_without_paper_is_a_note(run, sheet):
     assert run("segment", sheet, "-n", 20, "--islands", "nearest", "--connect")[2] == ""
 
 
-def test_what_auto_denoising_took_is_a_note(run, sheet, tmp_path):
-    write_mesh(tmp_path / "cube.ply", shapes.cube())
-    auto = ("segment", tmp_path / "cube.ply", "-n", 6, "--denoise", "auto")
-    assert "note: --denoise auto used 0 smoothing steps\n" in run(*auto)[2]
-    assert "auto used 0 smoothing steps; --scans alone uses 5\n" in run(*auto, "--scans")[2]
-    assert "denoise" not in run("segment", sheet, "-n", 6, "--scans")[2]
-    assert run(*auto, "-q")[2] == ""
+def test_noise_that_was_found_is_in_the_last_line(run, sheet, tmp_path):
+    mesh = sample_mesh(20_000)
+    noise = np.random.default_rng(0).normal(0, 0.003, mesh.vertices.shape)
+    write_mesh(tmp_path / "noisy.ply", (mesh.vertices + noise, mesh.faces))
+    out = run("segment", tmp_path / "noisy.ply", "-n", 6)[1]
+    assert re.search(r" s; noise found: creases measured after \d+ smoothing steps$", out.strip())
+    assert "noise" not in run("segment", sheet, "-n", 6)[1]
+    assert "noise" not in run("segment", tmp_path / "noisy.ply", "-n", 6, "--denoise", 5)[1]
+
+
+@pytest.mark.parametrize(
+    ("option", "unit"), [("-R", "in the unit of the file"), ("-r", "fraction")]
+)
+def test_a_radius_with_regions_of_few_cells_is_a_note(run, sheet, option, unit):
+    note = r"note: regions have only 1\.\d cells on average, so they follow no creases: " + option
+    err = run("segment", sheet, option, 1e-3)[2]
+    assert re.search(note, err)
+    assert unit in err
+    assert "cells on average" not in run("segment", sheet, option, 0.1)[2]
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,10 @@ import threading
 from collections.abc import Callable, Iterator
 from typing import NoReturn, TypeVar
 
+import click
+
+from .progress import WaitBar
+
 EXIT_INTERRUPTED = 130  # exit status after Ctrl-C, as in shells
 
 INTERRUPTED = "interrupted"  # message after Ctrl-C
@@ -134,9 +138,12 @@ def run_in_background(work: Callable[[], T], tick: Callable[[], object] | None =
             is_done.set()
 
     threading.Thread(target=body, name=_NAME, daemon=True).start()
-    while not is_done.wait(SECONDS_BETWEEN_TICKS):
-        if tick is not None:
-            tick()
+    context = click.get_current_context(silent=True)
+    is_quiet = tick is not None or (context is not None and context.params.get("is_quiet"))
+    with WaitBar(is_quiet=bool(is_quiet)):
+        while not is_done.wait(SECONDS_BETWEEN_TICKS):
+            if tick is not None:
+                tick()
     if errors:
         raise errors.pop()
     return results.pop()
