@@ -308,7 +308,7 @@ def test_point_clouds(run, tmp_path):
     status, printed, err = run("segment", path, "-n", 9, "--tiled", "--tile-size", 4096, "-o", out)
     assert (status, err) == (0, "")
     assert np.array_equal(np.load(out), segment(points, 9).labels)
-    assert "scan.npy: 9000 points, 9 regions, " in printed
+    assert "scan.npy: 9 regions of 9,000 points in " in printed
     folder = tmp_path / "scans"
     folder.mkdir()
     write_mesh(folder / "a.ply", PointCloud(points))

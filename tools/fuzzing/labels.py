@@ -19,7 +19,7 @@ from superfacets.studio.documents.document import Document
 from superfacets.studio.labels.imports import ENDINGS, read_import
 
 from .files import odd_document
-from .promises import short_messages
+from .promises import refusals, short_messages
 
 GROUPS, SEGMENTS = ".aggregation.json", ".segs.json"
 
@@ -51,7 +51,7 @@ def check_documents(rng: np.random.Generator, folder: Path) -> None:
         path = folder / other
         path.parent.mkdir(exist_ok=True)
         path.write_bytes(content)
-    with short_messages(folder, sf.MeshError, OSError):
+    with refusals(), short_messages(folder, sf.MeshError, OSError):
         read(folder, files)
 
 

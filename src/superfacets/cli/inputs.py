@@ -33,7 +33,12 @@ from ..io.readers.labels import (
 )
 from ..io.readers.las import las_steps
 from ..io.readers.npy import npy_array, npy_header
-from ..io.readers.read import cell_ending, parse_cells_and_attributes, recognized_ending
+from ..io.readers.read import (
+    Z_UP_ENDINGS,
+    cell_ending,
+    parse_cells_and_attributes,
+    recognized_ending,
+)
 from ..mesh.base import Cells
 from .failures import print_note, print_notes
 from .options import FILE, STANDARD_STREAM, Real, numbers, option, options
@@ -111,6 +116,10 @@ class Input(NamedTuple):
         classes, notes = classes_in_work(path, content, source, digest, n_cells)
         print_notes(notes)
         return classes
+
+    def up_axis(self, requested: Any) -> Any:
+        """Return the axis that points up: `requested`, or if it is auto, the axis of the format."""
+        return "z" if requested == "auto" and self.ending in Z_UP_ENDINGS else requested
 
     @property
     def steps(self) -> Floats:

@@ -140,8 +140,9 @@ def render_command(
         raise click.UsageError("nothing to write: give -o a .png, or --turntable a .gif or .mp4")
     if output is not None and output.suffix.lower() != ".png":
         raise click.UsageError(f"{output} must end in .png")
-    view = _chosen_view(side, azimuth=azimuth, elevation=elevation, up=up)
     source = read_input(str(mesh))
+    up = source.up_axis(up)
+    view = _chosen_view(side, azimuth=azimuth, elevation=elevation, up=up)
     cells, attributes = source.cells_and_attributes()
     if viewpoint is not None:
         cells = seen_from(viewpoint, cells)

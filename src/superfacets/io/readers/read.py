@@ -57,6 +57,9 @@ MESH_ENDINGS = (*_GLTF_ENDINGS, *_READERS, *TET_ENDINGS)
 CELL_ENDINGS = (*MESH_ENDINGS, *(ending for ending in CLOUD_READERS if ending != ".ply"))
 """Endings of mesh files and of point cloud files."""
 
+Z_UP_ENDINGS = (".las", ".laz", ".e57", ".b3dm")
+"""Endings of formats in which z points up. glTF defines y, but many files do not follow this."""
+
 CAD_FORMATS = {".step": "STEP", ".stp": "STEP", ".iges": "IGES", ".igs": "IGES", ".brep": "BREP",
                ".fcstd": "FCStd"}  # fmt: skip
 """Names of CAD formats, which contain no mesh, keyed by ending."""
