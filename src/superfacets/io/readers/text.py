@@ -251,7 +251,8 @@ def as_integers(values: Array, what: str) -> Array:
     """Convert values to integers, or raise a MeshError that `what` must be integers."""
     if values.dtype.kind in "iu":
         return values
-    is_whole = (values == np.floor(values)) & (np.abs(values) <= EXACT)
+    with np.errstate(invalid="ignore"):  # signaling NaNs
+        is_whole = (values == np.floor(values)) & (np.abs(values) <= EXACT)
     if not is_whole.all():
         raise MeshError(f"{what} must be integers, got {values[~is_whole].flat[0]!s}")
     return values.astype(np.int64)
