@@ -196,7 +196,8 @@ def test_options_are_listed_in_groups(run):
 
 def test_a_warning_of_a_library_is_a_note_of_one_line():
     call = "import warnings; warnings.warn('bad EXIF\\ndata')"
-    code = f"from superfacets.cli import main as m; m.commands.main = lambda **_: exec({call!r}); m.main()"
+    code = "from superfacets.cli import main as m\n"
+    code += f"m.commands.main = lambda **_: exec({call!r})\nm.main()"
     for options, expected in (((), "superfacets: note: bad EXIF data\n"), (("-q",), "")):
         command = [sys.executable, "-c", code, *options]
         assert (

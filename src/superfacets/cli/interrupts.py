@@ -10,10 +10,6 @@ import threading
 from collections.abc import Callable, Iterator
 from typing import NoReturn, TypeVar
 
-import click
-
-from .progress import WaitBar
-
 EXIT_INTERRUPTED = 130  # exit status after Ctrl-C, as in shells
 
 INTERRUPTED = "interrupted"  # message after Ctrl-C
@@ -125,6 +121,10 @@ def run_in_background(work: Callable[[], T], tick: Callable[[], object] | None =
     A KeyboardInterrupt ends only the waiting: the thread continues until the process ends.
     Therefore `work` must not write files.
     """
+    import click  # importing it earlier would end the process differently on Ctrl-C
+
+    from .progress import WaitBar
+
     results: list[T] = []
     errors: list[BaseException] = []
     is_done = threading.Event()
