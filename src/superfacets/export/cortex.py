@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import base64
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import IO
 from xml.sax.saxutils import escape
 
 import numpy as np
 
 from .._types import Array, Bytes
+from ..io.readers.cortex import STRUCTURE
 from ..pictures.colors import PALETTE
 
 _UNKNOWN = (25, 5, 25)
@@ -36,24 +37,25 @@ Encoding="GZipBase64Binary" Endian="LittleEndian" ExternalFileName="" ExternalFi
 
 def write_cortex(
     file: IO[bytes], ending: str, labels: Array, colors: Bytes | None = None, *,
-    structure: str | None = None,
+    comments: Sequence[str] = (),
 ) -> None:  # fmt: skip
     """Write the label of each vertex, or -1 for no region, as ``.label.gii`` or ``.annot``.
 
     `colors`, (K, 3), has the color of each region, in ascending order of the labels. By default the
-    colors of `PALETTE` are repeated. GIFTI stores `structure` as AnatomicalStructurePrimary.
+    colors of `PALETTE` are repeated. GIFTI stores the anatomical
+    structure of the surface, if one of the `comments` has it.
     """
     regions = np.unique(labels[labels >= 0])
     if colors is None:
         colors = PALETTE[np.arange(len(regions)) % len(PALETTE)]
     if ending == ".label.gii":
-        _write_gifti(file, labels, regions, colors, structure)
+        _write_gifti(file, labels, regions, colors, comments)
     else:
         _write_annot(file, labels, regions, colors)
 
 
 def _write_gifti(
-    file: IO[bytes], labels: Array, regions: Array, colors: Bytes, structure: str | None
+    file: IO[bytes], labels: Array, regions: Array, colors: Bytes, comments: Sequence[str]
 ) -> None:
     """Write GIFTI. The key of a region is its label + 1. Key 0, named ``???``, means no region."""
     row = '<Label Key="{}" Red="{:.6g}" Green="{:.6g}" Blue="{:.6g}" Alpha="{}">{}</Label>'
@@ -63,7 +65,8 @@ def _write_gifti(
     packed = zlib.compress((labels.astype("<i4") + 1).tobytes())
     data = base64.b64encode(packed).decode("ascii")
     pair = "<MD><Name>AnatomicalStructurePrimary</Name><Value>{}</Value></MD>"
-    stored = "" if structure is None else pair.format(escape(structure))
+    names = [line.removeprefix(STRUCTURE) for line in comments if line.startswith(STRUCTURE)]
+    stored = "".join(pair.format(escape(name)) for name in names[:1])
     file.write(
         _GIFTI.format(table="\n".join(rows), n=len(labels), data=data, structure=stored).encode(
             "ascii", "xmlcharrefreplace"

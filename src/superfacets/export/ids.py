@@ -18,7 +18,6 @@ from ..cells.kinds import kind_of
 from ..cells.region_adjacency import region_graph
 from ..errors import MeshError
 from ..io.attributes import MeshAttributes
-from ..io.readers.cortex import STRUCTURE
 from ..io.readers.labels import checked_labels
 from ..mesh.base import Cells
 from .cells import FormatOptions
@@ -142,21 +141,15 @@ class IdWriter:
         from ..regions.vertices import vertex_labels
 
         assert self.labels is not None
+        comments = () if self.attributes is None else self.attributes.comments
         if self.of_vertices is not None:
-            write_cortex(file, ending, self.of_vertices, structure=self._structure)
+            write_cortex(file, ending, self.of_vertices, comments=comments)
             return
         of_vertices = vertex_labels(self.cells, self.labels, min_vertices=1)
         regions, firsts = np.unique(self.labels, return_index=True)
         shown = firsts[np.isin(regions, of_vertices) & (regions >= 0)]
         colors = face_colors(self.cells, self.labels)[shown]
-        write_cortex(file, ending, of_vertices, colors, structure=self._structure)
-
-    @property
-    def _structure(self) -> str | None:
-        """Anatomical structure of the surface, such as CortexLeft, or None if it is unknown."""
-        comments = () if self.attributes is None else self.attributes.comments
-        found = [line.removeprefix(STRUCTURE) for line in comments if line.startswith(STRUCTURE)]
-        return found[0] if found else None
+        write_cortex(file, ending, of_vertices, colors, comments=comments)
 
     @property
     def region_sizes(self) -> Longs:

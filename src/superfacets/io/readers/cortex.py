@@ -20,6 +20,7 @@ from ...errors import MeshError
 from ..attributes import MeshAttributes
 from ..guards import Arrays, BinaryReader, Content, as_doubles, most_bytes_of
 from .text import as_count, as_integers, shown, split_lines
+from .vtk_xml import NUMBER_TYPES
 
 SURFACE_ENDINGS = (".white", ".pial", ".inflated", ".smoothwm", ".orig", ".sphere")
 """Endings of FreeSurfer surfaces, for example ``lh.white``."""
@@ -38,24 +39,17 @@ TRIANGLES = b"\xff\xff\xfe"
 _CURVE = b"\xff\xff\xff"
 """First bytes of FreeSurfer files with a number per vertex."""
 
-_KEY = "AnatomicalStructurePrimary"
-
-STRUCTURE = f"comment {_KEY} "
+STRUCTURE = "comment AnatomicalStructurePrimary "
 """Begin of the comment that stores the anatomical structure of a surface."""
 
-_TYPES = {
-    f"NIFTI_TYPE_{word}{8 * size}": f"{kind}{size}"
-    for word, kind, sizes in (("INT", "i", (1, 2, 4, 8)), ("UINT", "u", (1, 2, 4, 8)),
-                              ("FLOAT", "f", (4, 8)))
-    for size in sizes
-}  # fmt: skip
-"""NumPy type codes, keyed by the types of GIFTI."""
+_TYPES = {f"NIFTI_TYPE_{word.upper()}": code for word, code in NUMBER_TYPES.items()}
 
 
 def read_gifti(data: Content) -> Arrays:
     """Return vertices and triangles of a GIFTI surface; its transforms are not applied."""
-    root = _parsed_gifti(data)
-    points, triangles = (_gifti_array(root, data, intent) for intent in ("POINTSET", "TRIANGLE"))
+    points, triangles = (
+        _gifti_array(data, Intent=f"NIFTI_INTENT_{intent}") for intent in ("POINTSET", "TRIANGLE")
+    )
     if points is None or triangles is None:
         raise MeshError("the GIFTI file has no surface: points or triangles are missing")
     if points.shape[1:] != (3,) or triangles.shape[1:] != (3,):
@@ -63,34 +57,23 @@ def read_gifti(data: Content) -> Arrays:
     return as_doubles(points), as_integers(triangles, "vertex indices")
 
 
+def read_gifti_with_attributes(data: Content, folder: Path | None) -> tuple[Arrays, MeshAttributes]:
+    """Return a surface, and a comment with its anatomical structure, such as CortexLeft."""
+    pairs = {pair.findtext("Name"): pair.findtext("Value") for pair in _parsed(data).iter("MD")}
+    found = pairs.get(STRUCTURE.split()[1])
+    comments = (f"{STRUCTURE}{found.strip()}",) if found else ()
+    return read_gifti(data), MeshAttributes(comments=comments)
+
+
 def gifti_labels(data: Content) -> Array:
     """Return the label of each vertex: its key minus 1. Key 0 means no region and becomes -1."""
-    keys = _gifti_array(_parsed_gifti(data), data, "LABEL")
+    keys = _gifti_array(data, Intent="NIFTI_INTENT_LABEL")
     if keys is None or keys.ndim != 1:
         raise MeshError("the GIFTI file has no labels of vertices")
     return np.maximum(as_integers(keys, "labels").astype(np.int64), 0) - 1
 
 
-def gifti_values(data: Content) -> Array:
-    """Return the first array of a GIFTI file that has one number per vertex."""
-    root = _parsed_gifti(data)
-    for intent in dict.fromkeys(array.get("Intent", "") for array in root.iter("DataArray")):
-        values = _gifti_array(root, data, intent.removeprefix("NIFTI_INTENT_"))
-        if values is not None and values.ndim == 1:
-            return values
-    raise MeshError("the GIFTI file has no array with one number per vertex")
-
-
-def read_gifti_with_attributes(data: Content, folder: Path | None) -> tuple[Arrays, MeshAttributes]:
-    """Return a surface, and a comment with its anatomical structure, such as CortexLeft."""
-    pairs = (
-        (pair.findtext("Name"), pair.findtext("Value")) for pair in _parsed_gifti(data).iter("MD")
-    )
-    found = [f"{STRUCTURE}{value.strip()}" for name, value in pairs if name == _KEY and value]
-    return read_gifti(data), MeshAttributes(comments=tuple(found[:1]))
-
-
-def _parsed_gifti(data: Content) -> Element:
+def _parsed(data: Content) -> Element:
     """Parse the XML of a GIFTI file; own entities are refused, because they can be endless."""
     if data.find(b"<!ENTITY") >= 0:
         raise MeshError("the GIFTI file must not define entities")
@@ -105,10 +88,12 @@ def _parsed_gifti(data: Content) -> Element:
     return root
 
 
-def _gifti_array(root: Element, data: Content, intent: str) -> Array | None:
-    """Return the first array with a NIfTI intent, or None."""
-    found = root.iter("DataArray")
-    array = next((one for one in found if one.get("Intent") == f"NIFTI_INTENT_{intent}"), None)
+def _gifti_array(data: Content, **wanted: str) -> Array | None:
+    """Return the first array whose XML element has the attributes `wanted`, or None."""
+    arrays = (
+        one for one in _parsed(data).iter("DataArray") if wanted.items() <= one.attrib.items()
+    )
+    array = next(arrays, None)
     if array is None:
         return None
     word, text = array.get("DataType", ""), array.findtext("Data", "")
@@ -160,11 +145,11 @@ def read_surface(data: Content) -> Arrays:
 
 def values_of_vertices(data: Content, ending: str) -> Array:
     """Return the number of each vertex in a file with an ending in `CORTEX_VALUES`."""
-    return gifti_values(data) if ending in GIFTI_VALUES else curve_values(data)
-
-
-def curve_values(data: Content) -> Array:
-    """Return the number of each vertex in a FreeSurfer file, such as its thickness."""
+    if ending in GIFTI_VALUES:
+        values = _gifti_array(data, Dimensionality="1")
+        if values is None:
+            raise MeshError("the GIFTI file has no array with one number per vertex")
+        return values
     if data[:3] != _CURVE:
         raise MeshError("not a FreeSurfer file of values: the magic number is missing")
     reader = BinaryReader(data, ">", 3)
