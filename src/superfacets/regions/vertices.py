@@ -17,6 +17,7 @@ from .._validate import (
     ranked_labels,
 )
 from ..adapters.convert import CloudLike, MeshLike, as_cells
+from ..cells.corner_labels import labels_of_corners
 from ..cells.kinds import kind_of, measures_of
 from ..cells.sums import weighted_majority
 from .crease_labels import corners_in, crease_labels
@@ -192,22 +193,6 @@ def with_unused(labels: Ints, names: npt.NDArray[np.integer[Any]]) -> Longs:
     unused = np.flatnonzero(labels < 0)
     ids[unused] = int(names[-1]) + 1 + np.arange(len(unused))
     return ids
-
-
-def labels_of_corners(cells: Any, of_vertices: npt.NDArray[np.integer[Any]]) -> Longs:
-    """Return, for each cell, the most frequent label of its corners.
-
-    If several labels are equally frequent, the lowest is used. `of_vertices` has one label per
-    vertex. For a point cloud, `of_vertices` is returned as int64.
-    """
-    if kind_of(cells).are_points:
-        return of_vertices.astype(np.int64)
-    names, ranks = np.unique(of_vertices, return_inverse=True)
-    vertices, sizes = corner_groups(cells)
-    groups = np.repeat(np.arange(cells.n_cells), sizes)
-    voters = ranks[vertices].astype(np.int32)
-    winners = weighted_majority(groups, voters, np.ones(len(voters)), cells.n_cells).winners
-    return np.asarray(names[winners], dtype=np.int64)
 
 
 def corner_groups(cells: Any) -> tuple[Ints, Longs | int]:

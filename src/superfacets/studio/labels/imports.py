@@ -15,13 +15,13 @@ import numpy.typing as npt
 
 from ..._types import Bools, Longs
 from ..._validate import check_length, counted
+from ...cells.corner_labels import labels_of_corners
 from ...cells.kinds import kind_of
 from ...errors import MeshError
 from ...export.scannet import NO_CLASS
 from ...io.guards import known_ending, shortened
 from ...io.readers.labels import NO_REGION, read_labels
 from ...mesh.base import Cells
-from ...regions.vertices import labels_of_corners
 from .classes import MAX_CLASS, MAX_OBJECT, ClassList, names_of, stuff_of, with_named, with_new
 from .coding import CellNumbers
 
