@@ -5,24 +5,18 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from .._types import Array, Longs
+from .._types import Array
 from .kinds import kind_of
 from .sums import weighted_majority
 
 
-def labels_of_corners(cells: Any, of_vertices: npt.NDArray[np.integer[Any]]) -> Longs:
-    """Return, for each cell, the most frequent label of its corners, as int64.
+def labels_of_corners(cells: Any, of_vertices: Array) -> Array:
+    """Return, for each cell, the most frequent label of its corners, of the same type.
 
     If several labels are equally frequent, the lowest is used. `of_vertices` has one label per
     vertex, or per point of a cloud.
     """
-    return majority_of_corners(cells, of_vertices).astype(np.int64)
-
-
-def majority_of_corners(cells: Any, of_vertices: Array) -> Array:
-    """Return the same as `labels_of_corners` for values of any type, which is kept."""
     corners = kind_of(cells).corners(cells)
     if corners is None:
         return of_vertices
@@ -41,4 +35,4 @@ def of_cells(values: Any, cells: Any) -> Any:
     n_vertices = getattr(cells, "n_vertices", None)
     if np.shape(values) != (n_vertices,) or n_vertices == cells.n_cells:
         return values
-    return majority_of_corners(cells, np.asarray(values))
+    return labels_of_corners(cells, np.asarray(values))
