@@ -161,3 +161,10 @@ def test_regions_stay_connected():
     colors = np.random.default_rng(0).random(mesh.n_faces)
     labels = segment(mesh, 30, features=colors, feature_weight=20).labels
     assert shapes.count_pieces(sf.build_face_graph(mesh), labels) == 30
+
+
+def test_the_warning_points_at_the_call_of_segment():
+    mesh = plane(8)
+    with pytest.warns(sf.FeatureWarning) as caught:
+        segment(mesh, 4, features=np.ones(mesh.n_faces))
+    assert caught[0].filename == __file__

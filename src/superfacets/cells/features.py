@@ -98,18 +98,17 @@ class FeatureOptions:
         table = self.table(source, measures, order)
         if table is None or not self.weight:
             return None
+        _warn_if_constant(table, self.given.names if isinstance(self.given, FeatureTable) else ())
         return FeatureSteps(table, self.weight, n_threads)
 
     def table(self, source: Any, measures: Floats, order: Ints | None = None) -> Floats | None:
         """Return features of all cells, (N, F), scaled if `is_scaled`; None without features."""
         if self.given is None:
             return None
-        names: tuple[str, ...] = ()
         given, groups = self.given, None
         if isinstance(self.given, FeatureTable):
-            given, groups, names = self.given.values, self.given.groups, self.given.names
+            given, groups = self.given.values, self.given.groups
         table = _checked_table(given, len(measures), source)
-        _warn_if_constant(table, names)
         if order is not None:
             table = table[order]
         if self.is_scaled:

@@ -117,11 +117,11 @@ def vertex_labels(
         )
     if kind_of(cells).are_points:
         return array
+    vertices, sizes = corner_groups(cells)
     if method == "creases":
         ranks, names = ranked_labels(array)
         found = crease_labels(cells, ranks, len(names), threads, least=least)
         return np.append(names, -1).astype(np.int32)[found]
-    vertices, sizes = corner_groups(cells)
     weights = np.repeat(measures_of(cells, threads), sizes)
     of_corners = np.repeat(array, sizes)
     if array.min() < 0:
