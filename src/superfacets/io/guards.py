@@ -5,10 +5,12 @@ from __future__ import annotations
 import contextlib
 import io
 import json
+import math
 import mmap
 import os
 import stat
 import struct
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory, TemporaryFile
@@ -43,6 +45,8 @@ class Polygons(NamedTuple):
 Arrays = tuple[Floats, Array | Polygons]
 """Vertices, (V, 3), and faces, in the order of the file. Faces are an (F, 3) array if all faces are
 triangles. Indices and coordinates are checked later, by `Mesh` and `PolygonMesh`."""
+
+MAX_DIGITS = 20  # maximum length of an integer in JSON; int64 has 19 digits and a sign
 
 Content = bytes | mmap.mmap
 """Content of a file. Slices of both types are bytes, and NumPy reads both types without copying."""
@@ -86,12 +90,50 @@ def named_errors(path: object) -> Iterator[None]:
 
 
 def read_json(path: Path) -> Any:
-    """Parse a JSON file, or raise a MeshError if the file is not valid JSON."""
+    """Parse a JSON file with `parsed_json`; errors name the file."""
     check_regular(path)
+    return parsed_json(path.read_bytes(), f"{path}:")
+
+
+def parsed_json(text: str | bytes | bytearray, name: str = "it") -> Any:
+    """Parse JSON whose numbers fit into int64 or float64, and whose objects have different keys.
+
+    Raises a MeshError that begins with `name` for all other text. As NaN and infinity are refused,
+    `int` of a number never fails, and a check of both ends of a range is enough.
+    """
     try:
-        return json.loads(path.read_bytes())
-    except (ValueError, RecursionError):
-        raise MeshError(f"{path}: is not valid JSON: the file may be truncated") from None
+        return json.loads(
+            text, parse_int=_whole_number, parse_float=_finite_number,
+            parse_constant=_finite_number, object_pairs_hook=_object_of,
+        )  # fmt: skip
+    except RecursionError:
+        raise MeshError(f"{name} is nested too deeply") from None
+    except MeshError as error:
+        raise MeshError(f"{name} {error}") from None
+    except ValueError as error:
+        raise MeshError(f"{name} is not valid JSON: {error}") from None
+
+
+def _whole_number(text: str) -> int:
+    number = int(text) if len(text) <= MAX_DIGITS else None
+    if number is None or not -(2**63) <= number < 2**63:
+        raise MeshError(f"has the number {shortened(text)}, which does not fit into 64 bits")
+    return number
+
+
+def _finite_number(text: str) -> float:
+    number = float(text)
+    if not math.isfinite(number):
+        raise MeshError(f"has the number {shortened(text)}, which does not fit into 64 bits")
+    return number
+
+
+def _object_of(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        double = Counter(name for name, _ in pairs).most_common(1)[0][0]
+        raise MeshError(f"has an object with the key {shortened(double)} twice")
+    return found
 
 
 def open_regular(path: Path) -> io.FileIO:

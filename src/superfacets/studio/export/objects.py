@@ -6,7 +6,7 @@ import json
 import re
 import tempfile
 import zipfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -67,10 +67,11 @@ def vertex_instances(document: Document) -> Ints:
     return np.maximum(vertex_labels(document.cells, document.instances, method="majority"), 0)
 
 
-def write_objects(document: Document, format: str, path: Path) -> None:
-    """Write the objects to a file in one of `FORMATS`."""
-    with atomic_outputs([path]) as (temporary,):
-        _WRITERS[format](document, temporary, path)
+def write_objects(document: Document, formats: Sequence[str], paths: Sequence[Path]) -> None:
+    """Write the objects to a file in each of the given `FORMATS`: all files, or none."""
+    with atomic_outputs(paths) as temporaries:
+        for format, temporary, path in zip(formats, temporaries, paths, strict=True):
+            _WRITERS[format](document, temporary, path)
 
 
 def _write_json(document: Document, temporary: Path, path: Path) -> None:

@@ -34,7 +34,6 @@ Operation = Callable[[Document, Body], Any]
 """Function of a document and of the query or JSON object in a request. The document is locked while
 the function runs, so that operations on one document never overlap."""
 
-LARGEST = (1 << 63) - 1  # largest int64
 MAX_DIGITS = 20  # maximum length of a revision number in a query
 MAX_STROKE = 64  # maximum length of the name of a stroke
 
@@ -341,8 +340,6 @@ def _numbers(value: object, name: str) -> list[int]:
 def _whole(value: object, name: str) -> int:
     if isinstance(value, bool) or not isinstance(value, int):
         raise ValueError(f"{name} must be a whole number")
-    if abs(value) > LARGEST:
-        raise ValueError(f"{name} must fit into 64 bits")
     return value
 
 
