@@ -134,7 +134,7 @@ class Room:
                 if result.n_segments <= number:
                     break
                 asked -= result.n_segments - number
-        return vertex_labels(self.mesh, result.labels, method="creases")
+        return vertex_labels(self.mesh, result.labels, min_vertices=1)
 
     def scores(self) -> dict[str, Score]:
         """Return the score of each method, by name; segments of other methods come first."""

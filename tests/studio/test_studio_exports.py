@@ -106,7 +106,9 @@ def test_classes_are_written_in_other_formats(painted, format):
 
 
 def test_classes_of_vertices_are_the_majority_around_them(painted):
-    expected = vertex_labels(painted.cells, painted.state.classes.astype(np.int32))
+    expected = vertex_labels(
+        painted.cells, painted.state.classes.astype(np.int32), method="majority"
+    )
     assert np.array_equal(read_labels(export(painted, "vertices", "npy")), expected)
     segments = json.loads(export(painted, "vertices", "segs.json").read_text())["segIndices"]
     assert segments == expected.tolist()
@@ -176,7 +178,7 @@ def test_what_was_exported_is_imported_as_one_operation(client):
 def test_groups_of_scannet_name_the_classes(client, sheet):
     mesh = superfacets.read_mesh(sheet)
     labels = client.labels()
-    ids = vertex_labels(mesh, labels).tolist()
+    ids = vertex_labels(mesh, labels, method="majority").tolist()
     segments = json.dumps({"segIndices": ids}).encode()
     groups = {
         "segGroups": [

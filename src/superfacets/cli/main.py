@@ -6,13 +6,14 @@ import contextlib
 import os
 import re
 import sys
+import warnings
 from importlib import import_module
 from typing import NoReturn
 
 import click
 
 from .. import __version__
-from .failures import EXIT_DATA, EXIT_USAGE, FAILURES, message_of, print_error
+from .failures import EXIT_DATA, EXIT_USAGE, FAILURES, message_of, print_error, print_note
 from .interrupts import EXIT_INTERRUPTED, INTERRUPTED, hear_signals, is_busy, while_importing
 
 GROUPS = {
@@ -54,6 +55,7 @@ def main() -> NoReturn:
 def run(group: click.Group, name: str) -> NoReturn:
     """Run a group of commands, which is called `name` in messages, and exit."""
     hear_signals()
+    warnings.showwarning = _show_warning
     try:
         status = group.main(prog_name=name, standalone_mode=False)
     except click.UsageError as error:
@@ -66,6 +68,12 @@ def run(group: click.Group, name: str) -> NoReturn:
     except ValueError as error:  # a wrong parameter or environment variable
         _fail(str(error), EXIT_USAGE)
     sys.exit(status if isinstance(status, int) else 0)
+
+
+def _show_warning(message: Warning | str, *_: object, **__: object) -> None:
+    """Print a warning, for example of a library about a damaged file, as a note of one line."""
+    if {"-q", "--quiet"}.isdisjoint(sys.argv):
+        print_note(str(message)[:200])
 
 
 class LazyGroup(click.Group):

@@ -33,10 +33,19 @@ from .inputs import (
     read_input,
 )
 from .interrupts import run_in_background
-from .options import INPUT, format_option, json_option, labels_named_option, options, quiet_option
+from .options import (
+    FLAG,
+    INPUT,
+    format_option,
+    json_option,
+    labels_named_option,
+    option,
+    options,
+    quiet_option,
+)
 from .outputs import Job, check_mask, names_of_results, output_option, plan_jobs, to_option
 from .progress import RunBar
-from .report import facts_of, notes_of, notes_on_denoising, summary_of
+from .report import facts_of, notes_of, summary_of
 from .segment_options import SegmentCommand, file_options, options_of, segment_options
 
 
@@ -59,6 +68,7 @@ from .segment_options import SegmentCommand, file_options, options_of, segment_o
     format_option("the inputs", of_stream=True),
     file_options,
     quiet_option,
+    option("-v --verbose is_verbose", FLAG, "Also print the time of each stage."),
     json_option("the results as JSON, one line per IN"),
 )  # fmt: skip
 @click.pass_context
@@ -66,7 +76,7 @@ def segment_command(
     ctx: click.Context, /, inputs: tuple[str, ...], outputs: tuple[str, ...],
     formats: tuple[str, ...], format: str | None, mask: Path | None,
     mask_values: tuple[int, ...] | None, barriers: Path | None, barrier_angle: float | None,
-    labels_named: str, is_quiet: bool, as_json: bool, **given: Any,
+    labels_named: str, is_quiet: bool, is_verbose: bool, as_json: bool, **given: Any,
 ) -> None:  # fmt: skip
     """Segment meshes and point clouds, and write their labels.
 
@@ -93,7 +103,10 @@ def segment_command(
     check_mask(endings, has_mask=has_mask)
     form = chosen.form(endings)
     constraints = partial(constraints_of, mask, mask_values, barriers, name=labels_named)
-    run = _Run(chosen, format, form, constraints, barrier_angle, has_mask, scans, is_quiet, as_json)
+    run = _Run(
+        chosen, format, form, constraints, barrier_angle, has_mask, scans, is_quiet, as_json,
+        is_verbose,
+    )  # fmt: skip
     named = [name_of(job.input) for job in jobs]
     if count_failures(named, lambda i: run.do(jobs[i]), lambda i, m: run.print_failure(jobs[i], m)):
         ctx.exit(EXIT_DATA)
@@ -112,6 +125,7 @@ class _Run:
     scans: bool
     is_quiet: bool
     as_json: bool
+    is_verbose: bool
 
     def print_failure(self, job: Job, message: str) -> None:
         """Print a failure as a JSON object if ``--json`` is given."""
@@ -145,10 +159,11 @@ class _Run:
         self, job: Job, result: Segmentation, timings: Mapping[str, float], noun: str,
         n_left_out: int = 0, sharp_inside: float | None = None,
     ) -> None:  # fmt: skip
-        asked = self.options.keywords.get("denoise")
-        if not self.is_quiet:
-            print_notes(notes_on_denoising(asked, result.params["denoise"], scans=self.scans))
-        text = f"{job.name}: {summary_of(result, timings, noun, n_left_out)}"
+        summary = summary_of(
+            result, timings, noun, n_left_out, denoise=self.options.keywords.get("denoise"),
+            is_verbose=self.is_verbose,
+        )  # fmt: skip
+        text = f"{job.name}: {summary}"
         if sharp_inside == 0:
             text += "; all sharp edges are on borders"
         facts = facts_of(result, timings, noun, sharp_inside)

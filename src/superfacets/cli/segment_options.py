@@ -53,7 +53,8 @@ _GROUPS = {
     "Files": (
         "format", "ascii", "label_name", "vertex_labels", "drop_attributes", "force",
     ),
-    "Running": ("n_threads", "workers", "scheduler", "timeout", "retry_failed", "as_json"),
+    "Running": ("n_threads", "workers", "scheduler", "timeout", "retry_failed", "as_json",
+                "is_verbose"),
 }  # fmt: skip
 """Groups of options in the help texts of ``segment`` and ``batch``: parameter names by title."""
 

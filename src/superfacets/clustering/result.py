@@ -108,7 +108,7 @@ class Segmentation:
         as a fraction of the diagonal, or None.
     cells : Mesh, PolygonMesh, TetMesh, PointCloud, CellGraph or None
         The segmented mesh, cloud or graph (not a copy). ``regions``, ``plot`` and ``view`` need it.
-        None if the result does not store the mesh, as in `segment_tiled`.
+        None if the result does not store the mesh, as in `segment_graph`.
     """
 
     labels: Ints

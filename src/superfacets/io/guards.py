@@ -9,11 +9,12 @@ import math
 import mmap
 import os
 import stat
+import struct
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory, TemporaryFile
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -260,6 +261,41 @@ def check_corner_counts(corner_counts: Array) -> None:
             f"faces[{first}] has {counted(int(corner_counts[first]), 'corner')}, expected at least"
             " 3: the file may be truncated or damaged"
         )
+
+
+class BinaryReader:
+    """Cursor that reads numbers and texts from bytes; sizes are checked before memory is used."""
+
+    def __init__(self, data: Content, order: Literal["<", ">"] = "<", begin: int = 0) -> None:
+        self._data, self._order, self._at = data, order, begin
+
+    def take(self, form: str) -> tuple[Any, ...]:
+        """Return the next numbers; `form` is a format string of `struct`."""
+        start = self._at
+        self.skip(struct.calcsize(self._order + form))
+        return struct.unpack_from(self._order + form, self._data, start)
+
+    def numbers(self, n: int, dtype: str) -> Array:
+        """Return the next `n` numbers as an array."""
+        start, stored = self._at, np.dtype(dtype)
+        self.skip(n * stored.itemsize)
+        found = np.frombuffer(self._data, stored.newbyteorder(self._order), n, start)
+        return found.astype(stored)
+
+    def text(self, end: bytes = b"\0") -> str:
+        """Return the next text, without the byte `end` that terminates it."""
+        start, place = self._at, self._data.find(end, self._at)
+        self.skip((place if place >= 0 else len(self._data)) + 1 - start)
+        return self._data[start:place].decode("utf-8", "replace")
+
+    def skip(self, n_bytes: int) -> None:
+        """Skip bytes; raise a MeshError if their number is negative, or if fewer bytes are left."""
+        if not 0 <= n_bytes <= len(self._data) - self._at:
+            raise MeshError(
+                f"the file ends after {counted(len(self._data), 'byte')}, but {n_bytes} more are"
+                f" declared at byte {self._at}: it may be truncated or damaged"
+            )
+        self._at += n_bytes
 
 
 def hint_at_integers(names: Sequence[str]) -> str:

@@ -64,7 +64,7 @@ def vertex_instances(document: Document) -> Ints:
 
     The instance is 0 if unlabeled cells have the largest area, or if the vertex has no cells.
     """
-    return np.maximum(vertex_labels(document.cells, document.instances), 0)
+    return np.maximum(vertex_labels(document.cells, document.instances, method="majority"), 0)
 
 
 def write_objects(document: Document, formats: Sequence[str], paths: Sequence[Path]) -> None:
@@ -147,7 +147,7 @@ def _segments(document: Document) -> tuple[Ints, Ints]:
     A segment is a region or, if the region has several instances, its part in one instance.
     """
     instances = vertex_instances(document)
-    regions = vertex_labels(document.cells, document.revision.labels)
+    regions = vertex_labels(document.cells, document.revision.labels, method="majority")
     pairs = np.stack([regions, instances], axis=1)
     _, segments = np.unique(pairs, axis=0, return_inverse=True)
     return segments.ravel().astype(np.int32), instances

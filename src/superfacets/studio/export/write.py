@@ -201,7 +201,8 @@ def _attributes_for(document: Document, path: Path) -> MeshAttributes | None:
 
 
 def _write_vertices(document: Document, format: str, path: Path) -> None:
-    labels = vertex_labels(document.cells, document.state.classes.astype(np.int32))
+    classes = document.state.classes.astype(np.int32)
+    labels = vertex_labels(document.cells, classes, method="majority")
     write_labels(path, np.maximum(labels, 0))  # vertices without cells get class 0
 
 

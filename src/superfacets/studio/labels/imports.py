@@ -14,13 +14,13 @@ import numpy.typing as npt
 
 from ..._types import Bools, Longs
 from ..._validate import check_length, counted
+from ...cells.corner_labels import labels_of_corners
 from ...cells.kinds import kind_of
 from ...errors import MeshError
 from ...export.scannet import NO_CLASS
 from ...io.guards import known_ending, parsed_json, shortened
 from ...io.readers.labels import NO_REGION, read_labels
 from ...mesh.base import Cells
-from ...regions.vertices import labels_of_corners
 from .classes import MAX_CLASS, MAX_OBJECT, ClassList, names_of, stuff_of, with_named, with_new
 from .coding import CellNumbers
 
@@ -94,7 +94,11 @@ def _reason(error: Exception) -> str:
         return "it contains an empty list"
     if isinstance(error, TypeError):
         return "it does not have the structure of this format"
-    return f"the entry {error} is missing" if isinstance(error, KeyError) else str(error)
+    return (
+        f"the entry {shortened(str(error))} is missing"
+        if isinstance(error, KeyError)
+        else str(error)
+    )
 
 
 def _labels_in(data: bytes, ending: str, cells: Cells) -> Longs:
