@@ -46,6 +46,7 @@ class History:
     undo_stack: list[Change] = field(default_factory=list)
     redo_stack: list[Change] = field(default_factory=list)
     seq: int = 0  # number of steps (changes, undos and redos) in the journal
+    parts: dict[str, int] = field(default_factory=dict)  # last part of each stroke that has parts
 
     @classmethod
     def replayed(cls, journal: Journal, n_cells: int, classes: ClassList | None) -> History:
@@ -83,6 +84,8 @@ class History:
     def make(self, change: Change, record: Callable[[int], object] = _nothing) -> None:
         """Apply a new change; changes that were undone before can then no longer be redone."""
         self._apply([change], record)
+        if change.stroke is not None and change.part is not None:
+            self.parts[change.stroke] = change.part
         self.undo_stack.append(change)
         self.redo_stack.clear()
 

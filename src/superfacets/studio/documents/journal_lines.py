@@ -45,8 +45,9 @@ def first_state(header: Line, n_cells: int, classes: ClassList | None) -> State:
 
 def line_of(change: Change) -> Line:
     """Return a change as a line of the journal."""
-    stroke = {} if change.stroke is None else {"stroke": change.stroke}
-    return {"op": change.kind, **_WRITERS[change.kind](change), **stroke}
+    entries = {"stroke": change.stroke, "part": change.part}
+    named = {name: value for name, value in entries.items() if value is not None}
+    return {"op": change.kind, **_WRITERS[change.kind](change), **named}
 
 
 def change_of(line: Line, state: State) -> Change:
@@ -92,7 +93,8 @@ def _read_paint(line: Line, state: State) -> Change:
     classes = _read_numbers(line, "class", "es", MAX_CLASS, n_cells)
     has_objects = "object" in line or "objects" in line
     objects = _read_numbers(line, "object", "s", MAX_OBJECT, n_cells) if has_objects else 0
-    change = Change.painting(state.paint, cells, paint_of(classes, objects), line.get("stroke"))
+    wanted, part = paint_of(classes, objects), int(line["part"]) if "part" in line else None
+    change = Change.painting(state.paint, cells, wanted, line.get("stroke"), part)
     if change is None:
         raise ValueError("it changes no cell")
     return change
