@@ -62,6 +62,7 @@ export class Comparison {
   private async read(field: HTMLInputElement): Promise<void> {
     const [file] = field.files ?? [];
     if (!file) return;
+    field.value = ""; // so that the same file can be chosen again
     const { session } = this.workbench;
     try {
       const data = toBase64(new Uint8Array(await session.whileOpen(file.arrayBuffer())));
@@ -71,8 +72,6 @@ export class Comparison {
       if (reply) await this.next();
     } catch (error) {
       session.report(error);
-    } finally {
-      field.value = ""; // so that the same file can be chosen again
     }
   }
 
