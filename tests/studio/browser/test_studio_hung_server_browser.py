@@ -47,8 +47,8 @@ def delayed(tab, name):
     def answer():
         while not held:
             tab.page.wait_for_timeout(20)
-        tab.page.unroute(f"**/{name}")
         held[0].continue_()
+        tab.page.unroute(f"**/{name}")
 
     tab.page.route(f"**/{name}", hold)
     return answer

@@ -14,12 +14,12 @@ export class Suggestions {
   private order: number[] = []; // 1-based indices of the suggestions, by decreasing score
   private cells = new Groups(new Uint32Array(0), 1); // cells of each suggestion, by the 1-based index of the suggestion
   private chosenId: number | null = null; // id of the chosen suggestion, which may have been settled since
+  private nSettling = 0; // number of calls of `settle` that the server has not answered
   private isAhead = false; // whether accepting or rejecting has chosen the suggestion, so `next` has yet to visit it
   private readonly list = element("suggestions");
   private readonly least = element<HTMLInputElement>("least-score");
 
   constructor(private readonly workbench: Workbench) {
-    workbench.session.events.on("file", () => (this.chosenId = null));
     workbench.session.events.on("suggestions", (suggested) => this.take(suggested));
     workbench.session.events.on("classes", () => this.show());
     workbench.events.on("current-paint", () => this.showControls());
@@ -42,7 +42,7 @@ export class Suggestions {
   private take(suggested: Suggested): void {
     this.order = byScore(suggested);
     this.cells = new Groups(suggested.owners, suggested.entries.length + 1);
-    this.isAhead &&= this.chosen > 0;
+    if (!this.nSettling) [this.chosenId, this.isAhead] = [null, false];
     this.workbench.drawing.setSuggestions(suggested.owners);
     this.show();
   }
@@ -163,12 +163,14 @@ export class Suggestions {
     const isMoved = places.includes(this.chosen);
     const rest = this.order.slice(this.order.indexOf(this.chosen) + 1).filter((place) => !places.includes(place));
     const nextId = entries[rest[0] - 1]?.id;
+    this.nSettling++;
     const isDone = await workbench.session.settle(isAccepted ? pairs : [], isAccepted ? [] : ids);
+    this.nSettling--;
     if (!isDone) return;
     const isFree = isMoved && !this.chosen; // false if the user has chosen another suggestion in the meantime
     const next = isFree ? 1 + this.entries.findIndex(({ id }) => id === nextId) : 0;
     if (next) this.choose(next);
-    this.isAhead ||= next > 0;
+    this.isAhead = this.chosen > 0 && (next > 0 || this.isAhead);
     this.show();
     const what = places.length === 1 ? "Suggestion" : `${places.length} suggestions`;
     const done = isAccepted ? `accepted: ${names}` : "rejected";
