@@ -157,11 +157,10 @@ export class Comparison {
 
   /** Resolve the differences in the active region: keep the labels of this file, or take the labels of the other file. */
   async settle(side: "mine" | "theirs"): Promise<void> {
-    const { activeRegion, session } = this.workbench;
-    const inRegion = new Set(activeRegion < 0 ? [] : session.regions.cellsOf(activeRegion));
-    const { mesh } = session;
+    const { activeRegion, session: { regions, mesh } } = this.workbench;
+    const inRegion = new Set(activeRegion < 0 ? [] : regions.cellsOf(activeRegion));
     if (this.isOutdated) await this.refresh();
-    const cells = this.differing.filter((cell) => mesh === session.mesh && inRegion.has(cell));
+    const cells = this.differing.filter((cell) => mesh === this.workbench.session.mesh && inRegion.has(cell));
     if (!cells.length) return this.workbench.say("There is no difference in this region. D goes to the next difference.");
     await this.accept(cells, side);
   }

@@ -42,13 +42,9 @@ export class Api {
   }
 
   private async send(path: string, body: unknown, signal: AbortSignal): Promise<Response> {
-    const headers: Record<string, string> = { "X-Token": this.token };
-    const options: RequestInit = { headers, cache: "no-store", signal };
-    if (body !== undefined) {
-      headers["Content-Type"] = "application/json";
-      Object.assign(options, { method: "POST", body: JSON.stringify(body) });
-    }
-    const response = await fetch(path, options);
+    const headers = { "X-Token": this.token, "Content-Type": "application/json" };
+    const given = body === undefined ? {} : { method: "POST", body: JSON.stringify(body) };
+    const response = await fetch(path, { ...given, headers, cache: "no-store", signal });
     if (!response.ok) throw await refusal(response);
     return response;
   }

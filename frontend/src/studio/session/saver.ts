@@ -86,14 +86,12 @@ export class Saver {
    * after a call of `hold`.
    */
   flush(): Promise<void> {
-    if (!this.isRunning) {
-      this.isRunning = true;
-      this.running = this.send();
-    }
+    if (!this.isRunning) this.running = this.send();
     return this.running;
   }
 
   private async send(): Promise<void> {
+    this.isRunning = true;
     while (this.waiting.length && !this.isHeld) {
       const entry = this.joinFirst();
       const { paint, cells, strokeId: stroke, part } = entry;

@@ -44,11 +44,7 @@ interface Wanted {
 export type ClassDraft = Omit<ClassEntry, "color"> & { color?: string };
 
 /** Another file was opened before a step of the old file could be done. */
-class Dropped extends Error {
-  constructor() {
-    super("Another file was opened before the last step was done, so the step was dropped.");
-  }
-}
+class Dropped extends Error {}
 
 /** Text of an error message. Status 403 means that the server was restarted with another token. */
 function strangerLine(error: unknown): string {
@@ -115,7 +111,7 @@ export class Session {
   }
 
   private check(fileId: number): void {
-    if (fileId !== this.fileId) throw new Dropped();
+    if (fileId !== this.fileId) throw new Dropped("Another file was opened before the last step was done, so the step was dropped.");
   }
 
   /** The result of a promise. Throws an error if another file was opened meanwhile. */

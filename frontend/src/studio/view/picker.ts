@@ -35,11 +35,11 @@ export class Picker {
     const seen = this.drawing.cellsSeen();
     const { width, height, scale } = seen;
     const front = this.frontOf();
-    const visible = (cell: number, i: number): number => {
+    const cells = seen.cells.map((cell, i) => {
       const [x, y] = [((i % width) + 0.5) / scale, (height - Math.floor(i / width) - 0.5) / scale];
-      return cell === NONE || front(cell, x, y) === cell ? cell : NONE;
-    };
-    return this.mesh.isCloud ? { ...seen, cells: seen.cells.map(visible) } : seen;
+      return front(cell, x, y) === cell ? cell : NONE;
+    });
+    return { ...seen, cells };
   }
 
   /**
@@ -83,12 +83,11 @@ export class Picker {
     const facing = mesh.normalOf(cell);
     const found = [...this.surroundings.within(middle, radius).add(cell)];
     const front = this.frontOf();
-    const isInFront = (other: number): boolean => {
-      const at = mesh.isCloud ? this.placeOf(other) : null;
-      return !at || front(other, at.x, at.y) === other;
+    const isSeen = (other: number): boolean => {
+      const at = this.placeOf(other);
+      const isInFront = !at || front(other, at.x, at.y) === other;
+      return isInFront && !drawing.cells.isHidden(other) && !drawing.isCut(mesh.middleOf(other) ?? middle);
     };
-    const isSeen = (other: number): boolean =>
-      !drawing.cells.isHidden(other) && !drawing.isCut(mesh.middleOf(other) ?? middle) && isInFront(other);
     return found.filter((other) => isSeen(other) && dot(mesh.normalOf(other), facing) >= 0);
   }
 
