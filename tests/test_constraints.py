@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import shapes
 
+import superfacets
 from superfacets import (
     IslandWarning,
     Mesh,
@@ -630,3 +631,15 @@ def test_sharp_edges_need_faces():
         ValueError, match="expected a surface mesh, got a PointCloud, which has no faces"
     ):
         sharp_edges(points())
+
+
+def test_masks_and_barriers_of_vertices_are_those_of_the_majority_of_corners():
+    mesh = superfacets.sample_mesh(3_000)
+    of_vertices = mesh.vertices[:, 0] < np.median(mesh.vertices[:, 0])
+    of_faces = superfacets.face_labels(mesh, of_vertices.astype(int))
+    expected = superfacets.segment(mesh, 20, mask=of_faces == 1).labels
+    assert np.array_equal(superfacets.segment(mesh, 20, mask=of_vertices).labels, expected)
+    expected = superfacets.segment(mesh, 20, barriers=of_faces).labels
+    assert np.array_equal(superfacets.segment(mesh, 20, barriers=of_vertices).labels, expected)
+    with pytest.raises(ValueError, match="mask must have shape"):
+        superfacets.segment(mesh, 20, mask=of_vertices[1:])

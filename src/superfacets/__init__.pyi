@@ -45,6 +45,7 @@ from .clustering.run import segment_graph as segment_graph
 from .clustering.seeding import place_seeds as place_seeds
 from .clustering.update import update_centers as update_centers
 from .errors import BalanceWarning as BalanceWarning
+from .errors import FeatureWarning as FeatureWarning
 from .errors import IslandWarning as IslandWarning
 from .errors import MeshError as MeshError
 from .errors import MismatchWarning as MismatchWarning

@@ -834,8 +834,10 @@ def checked_pose(pose: Any) -> Floats:
     if np.any(array[3] != (0, 0, 0, 1)):
         raise ValueError(f"the last row of pose must be 0, 0, 0, 1, got {array[3].tolist()}")
     rotation = array[:3, :3]
-    error = float(np.abs((rotation[:, :, None] * rotation[:, None]).sum(axis=0) - np.eye(3)).max())
-    if error > MAX_ROTATION_ERROR:
+    with np.errstate(over="ignore", invalid="ignore"):
+        products = (rotation[:, :, None] * rotation[:, None]).sum(axis=0)
+    error = float(np.abs(products - np.eye(3)).max())
+    if not error <= MAX_ROTATION_ERROR:  # also if it is NaN
         raise ValueError(
             "pose must be a rotation and a position, without scale or shear: its axes must be"
             f" orthonormal to within {MAX_ROTATION_ERROR:g}, got an error of {error:.2g}"

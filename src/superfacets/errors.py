@@ -51,6 +51,10 @@ class SliverWarning(UserWarning):
     """Regions will be stripes, because faces are long and thin. The message suggests a remedy."""
 
 
+class FeatureWarning(UserWarning):
+    """A feature has no effect, because it is the same for all cells."""
+
+
 class ViewWarning(UserWarning):
     """Some images are not used, because they have no masks or their cameras see no region."""
 

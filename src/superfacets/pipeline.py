@@ -311,12 +311,13 @@ def segment(
         Exact number of cells in each region. It cannot be combined with `n_segments`. One region of
         each connected component may be smaller: it contains the remaining cells. See
         `Segmentation.patches`.
-    mask : array_like of bool, shape (N,), optional
+    mask : array_like of bool, shape (N,) or (V,), optional
         Faces where the mask is False are left out and get the label -1. In a cloud, points inside
-        the mask are segmented as if the cloud had no other points.
-    barriers : array_like of int, shape (N,) or (E, 2), optional
-        Either one number per face, so that all faces of a region have the same number; or edges as
-        pairs of vertices, so that no region extends across these edges.
+        the mask are segmented as if the cloud had no other points. From values of vertices, a face
+        gets the most frequent value of its corners.
+    barriers : array_like of int, shape (N,), (V,) or (E, 2), optional
+        Either one number per face or vertex, so that all faces of a region have the same number; or
+        edges as pairs of vertices, so that no region extends across these edges.
     feature_weight, scale_features : float, bool
         `feature_weight` is the cost of a feature difference of 1, in units of r. If
         `scale_features` is True, each feature is first divided by its standard deviation.
@@ -341,6 +342,8 @@ def segment(
     -----
     BalanceWarning
         If some regions are disconnected, because of `cells_per_region`.
+    FeatureWarning
+        If a feature is the same for all cells, for example a texture of one color.
     SliverWarning
         If faces that are too long and thin for good regions cover more than a tenth of the area,
         or of the area inside `mask`, if it is given; see `subdivide`.

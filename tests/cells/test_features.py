@@ -87,7 +87,8 @@ def test_scaled_features_do_not_depend_on_their_unit():
     first = segment(mesh, 12, features=colors).labels
     assert np.array_equal(segment(mesh, 12, features=1024 * colors).labels, first)
     assert np.array_equal(segment(mesh, 12, features=table).labels, first)
-    flat = segment(mesh, 12, features=np.ones(len(colors)))
+    with pytest.warns(sf.FeatureWarning, match="^features: all cells have the same value, so this"):
+        flat = segment(mesh, 12, features=np.ones(len(colors)))
     assert np.array_equal(flat.labels, segment(mesh, 12).labels)
 
 
@@ -160,3 +161,10 @@ def test_regions_stay_connected():
     colors = np.random.default_rng(0).random(mesh.n_faces)
     labels = segment(mesh, 30, features=colors, feature_weight=20).labels
     assert shapes.count_pieces(sf.build_face_graph(mesh), labels) == 30
+
+
+def test_the_warning_points_at_the_call_of_segment():
+    mesh = plane(8)
+    with pytest.warns(sf.FeatureWarning) as caught:
+        segment(mesh, 4, features=np.ones(mesh.n_faces))
+    assert caught[0].filename == __file__

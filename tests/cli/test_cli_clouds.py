@@ -30,7 +30,7 @@ def run(*arguments, status=0):
 
 def test_a_cloud_is_segmented_and_described(folder):
     output = run("segment", "cloud.ply", "-n", 20, "-o", "labels.npy", "-o", "out.ply")
-    assert "cloud.ply: 3000 points, 20 regions" in output
+    assert "cloud.ply: 20 regions of 3,000 points in" in output
     assert "data of the input that labels replace: point property red" in output
     assert np.array_equal(sf.read_labels("out.ply"), np.load("labels.npy"))
     assert json.loads(run("info", "--json", "cloud.ply"))["n_points"] == 3000
@@ -126,7 +126,7 @@ def test_scans_of_an_e57_become_one_cloud(folder):
         file.write_scan_raw(columns, translation=np.array([2.0, 0, 0]))
     assert json.loads(run("info", "--json", "scans.e57"))["n_points"] == 5400
     output = run("segment", "scans.e57", "-n", 20, "--features", "color")
-    assert "scans.e57: 5400 points, 20 regions" in output
+    assert "scans.e57: 20 regions of 5,400 points in" in output
     stored = sf.read_attributes("scans.superfacets.ply").vertex
     assert stored["scan"].tolist() == [0] * 2700 + [1] * 2700
     assert stored["record"][:3].tolist() == [1, 2, 3]
@@ -147,7 +147,7 @@ def test_a_mask_tells_how_many_points_it_leaves_out(folder):
     np.save("mask.npy", labels)
     output = run(*arguments)
     assert "leaves out no point" not in output
-    assert "cloud.ply: 3000 points (1200 left out), " in output
+    assert " of 3,000 points (1,200 left out) in " in output
 
 
 def test_info_has_the_digits_of_coordinates_far_from_the_origin(folder):

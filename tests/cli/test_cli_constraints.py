@@ -10,6 +10,7 @@ from superfacets import (
     Mesh,
     MeshAttributes,
     PointCloud,
+    face_labels,
     read_labels,
     read_mesh,
     segment,
@@ -77,7 +78,7 @@ def test_files_of_another_mesh_are_refused(run, sheet, halves):
     for option in ("--mask", "--barriers"):
         status, _, err = run("segment", sheet, option, halves / "short.seg")
         assert status == 1
-        assert "labels must have one value per cell (1152), got 1 value" in err
+        assert "labels must have one value per face (1152) or per vertex (625), got 1 value" in err
 
 
 def test_without_iterations_faces_go_to_the_first_centers(run, sheet, tmp_path):
@@ -183,10 +184,10 @@ def test_values_that_no_cell_has_are_named(run, sheet, halves, command):
     [
         (
             np.ones(3, bool),
-            "m.npy: labels must have one value per cell (1152), got 3 values",
+            "m.npy: labels must have one value per face (1152) or per vertex (625), got 3 values",
         ),
         (np.ones((1152, 1), bool), "m.npy: labels must be one-dimensional"),
-        (np.ones(1152), "m.npy: labels must be integers, got float64"),
+        (np.ones(1152), "m.npy: labels must be integers: the .npy header declares float64"),
     ],
 )
 def test_masks_that_do_not_fit_are_one_line(run, sheet, tmp_path, mask, message):
@@ -321,3 +322,21 @@ def test_what_a_barrier_angle_does_not_go_with_is_one_line(run, sheet, tmp_path,
     status, _, err = run("segment", sheet, "--barrier-angle", 30, *more)
     assert (status, err.count("\n")) == (2, 1)
     assert message in err
+
+
+@pytest.mark.parametrize("name", ["m.npy", "m.annot", "m.label.gii", "m.shape.gii", "lh.curv"])
+def test_masks_and_barriers_may_have_a_value_per_vertex(run, sheet, tmp_path, name):
+    mesh = read_mesh(sheet)
+    is_left = mesh.vertices[:, 0] < np.median(mesh.vertices[:, 0])
+    write_labels(tmp_path / "m.label.gii", is_left - 1)  # the key of label -1 is 0
+    write_labels(tmp_path / "m.annot", is_left - 1)
+    np.save(tmp_path / "m.npy", is_left)
+    numbers = b"\xff" * 3 + np.array([mesh.n_vertices, mesh.n_faces, 1], ">i4").tobytes()
+    (tmp_path / "lh.curv").write_bytes(numbers + is_left.astype(">f4").tobytes())
+    text = (tmp_path / "m.label.gii").read_text()
+    (tmp_path / "m.shape.gii").write_text(text.replace("INTENT_LABEL", "INTENT_SHAPE"))
+    out, wanted = tmp_path / "out.npy", face_labels(mesh, is_left.astype(int))
+    for option, given in (("--mask", {"mask": wanted == 1}), ("--barriers", {"barriers": wanted})):
+        status, _, err = run("segment", sheet, "-n", 9, option, tmp_path / name, "-o", out)
+        assert status == 0, err
+        assert np.array_equal(np.load(out), segment(mesh, 9, **given).labels)

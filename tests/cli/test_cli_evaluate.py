@@ -46,7 +46,9 @@ def test_evaluate_refuses_what_does_not_fit(run, labeled_strip):
     (labeled_strip / "short.seg").write_text("0\n")
     status, _, error = run("evaluate", mesh, labels, "--gt", labeled_strip / "short.seg")
     assert status == 1
-    assert error.endswith("short.seg: labels must have one value per cell (4), got 1 value\n")
+    assert error.endswith(
+        "short.seg: labels must have one value per face (4) or per vertex (6), got 1 value\n"
+    )
     status, _, error = run("evaluate", mesh, labels, labels)
     assert status == 2
     assert "give ground truth with --gt" in error

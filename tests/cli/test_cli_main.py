@@ -192,3 +192,14 @@ def test_options_are_listed_in_groups(run):
     others = text.split("Other options:")[1]
     assert re.findall(r"--[a-z-]+", others) == ["--help"]
     assert "x<=None" not in run("render", "--help")[1]
+
+
+def test_a_warning_of_a_library_is_a_note_of_one_line():
+    call = "import warnings; warnings.warn('bad EXIF\\ndata')"
+    code = "from superfacets.cli import main as m\n"
+    code += f"m.commands.main = lambda **_: exec({call!r})\nm.main()"
+    for options, expected in (((), "superfacets: note: bad EXIF data\n"), (("-q",), "")):
+        command = [sys.executable, "-c", code, *options]
+        assert (
+            subprocess.run(command, capture_output=True, text=True, check=True).stderr == expected
+        )

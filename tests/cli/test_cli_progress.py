@@ -15,7 +15,7 @@ from command_line import COMMAND
 
 from superfacets import segment
 from superfacets.cli.interrupts import is_busy, run_in_background
-from superfacets.cli.progress import SHARES, Estimate, RunBar
+from superfacets.cli.progress import SHARES, Estimate, RunBar, WaitBar
 
 
 def test_a_terminal_shows_progress(run, sheet, monkeypatch):
@@ -99,3 +99,12 @@ def test_work_in_the_background_returns_or_raises():
     with pytest.raises(TimeoutError, match="not the waiting's own"):
         run_in_background(fail)
     assert not is_busy()
+
+
+def test_a_terminal_shows_that_silent_work_goes_on(monkeypatch, capsys):
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    monkeypatch.setattr(WaitBar, "DELAY", 0.1)
+    run_in_background(lambda: time.sleep(0.3))
+    assert "working, 0 s" in capsys.readouterr().err
+    run_in_background(lambda: time.sleep(0.05))
+    assert capsys.readouterr().err == ""

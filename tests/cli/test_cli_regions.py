@@ -344,7 +344,7 @@ def test_labels_of_another_mesh_are_refused(run, fold):
     (fold / "short.seg").write_text("0\n")
     status, _, error = run("regions", fold / "fold.ply", fold / "short.seg")
     assert status == 1
-    assert "labels must have one value per cell (2), got 1 value" in error
+    assert "labels must have one value per face (2) or per vertex (4), got 1 value" in error
 
 
 def test_no_input_is_replaced(run, fold, monkeypatch):

@@ -7,7 +7,15 @@ import pytest
 import shapes
 from command_line import can_render
 
-from superfacets import MeshAttributes, Plot, face_colors, read_mesh, write_labels, write_mesh
+from superfacets import (
+    MeshAttributes,
+    Plot,
+    PointCloud,
+    face_colors,
+    read_mesh,
+    write_labels,
+    write_mesh,
+)
 from superfacets.cli.render import _titles
 
 
@@ -267,3 +275,12 @@ def test_a_mesh_has_no_viewpoint(run, sheet, tmp_path, drawn):
     assert status == 1
     assert "omit viewpoint: it is only for point clouds without normals" in err
     assert not drawn
+
+
+@pytest.mark.parametrize("ending", [".las", ".ply"])
+def test_z_is_up_in_formats_of_surveys(run, tmp_path, drawn, ending):
+    post = np.random.default_rng(0).random((500, 3)) * [1, 1, 9]
+    write_mesh(tmp_path / f"post{ending}", PointCloud(post), np.zeros(500, int))
+    _, out, _ = run("render", tmp_path / f"post{ending}", "-o", tmp_path / "a.png")
+    assert drawn[0][2]["view"].up == ("z" if ending == ".las" else "auto")
+    assert ("guessed" in out) == (ending == ".ply")

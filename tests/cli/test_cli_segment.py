@@ -24,6 +24,7 @@ from superfacets import (
     read_attributes,
     read_labels,
     read_mesh,
+    sample_mesh,
     segment,
     subdivide,
     write_mesh,
@@ -43,9 +44,12 @@ def test_segment_writes_a_labeled_mesh_beside_the_input(run, sheet):
     assert np.array_equal(read_mesh(output).vertices, read_mesh(sheet).vertices)
     first, last = out.splitlines()
     assert first == f"wrote {output}"
+    short = r"sheet\.ply: 150 regions of 1,152 faces in 0\.\d\d s"
+    assert re.fullmatch(f"{short}; noise found: creases measured after 20 smoothing steps", last)
+    last = run("segment", sheet, "-v")[1].splitlines()[-1]
     numbers = ", ".join(rf"{stage} \d+\.\d+" for stage in STAGES)
-    facts = f"1152 faces, 150 regions, {expected.n_iter} iterations, {expected.stop_reason}"
-    assert re.fullmatch(rf"sheet\.ply: {facts}; seconds: {numbers}", last)
+    facts = f"{expected.n_iter} iterations, {expected.stop_reason}"
+    assert re.fullmatch(rf"{short}; .*; {facts}; seconds: {numbers}", last)
 
 
 def test_the_ending_of_each_output_picks_its_format(run, sheet):
@@ -192,7 +196,7 @@ def test_more_regions_than_asked_for_are_explained(run, tmp_path):
     err = run("segment", tmp_path / "islands.npy", "-r", 0.9)[2]
     assert "fraction of the bounding box's diagonal" in err
     status, out, err = run("segment", path, "-n", 1, "--islands", "nearest")
-    assert "8 faces, 1 region, 1 iteration" in out
+    assert "1 region of 8 faces in " in out
     assert err == "superfacets: note: 1 island without a seed joined the nearest region\n"
     assert (
         "and cells that no center reached, became regions"
@@ -221,13 +225,26 @@ def test_connect_without_paper_is_a_note(run, sheet):
     assert run("segment", sheet, "-n", 20, "--islands", "nearest", "--connect")[2] == ""
 
 
-def test_what_auto_denoising_took_is_a_note(run, sheet, tmp_path):
+def test_noise_that_was_found_is_in_the_last_line(run, tmp_path):
+    mesh = sample_mesh(20_000)
+    noise = np.random.default_rng(0).normal(0, 0.003, mesh.vertices.shape)
+    write_mesh(tmp_path / "noisy.ply", (mesh.vertices + noise, mesh.faces))
+    out = run("segment", tmp_path / "noisy.ply", "-n", 6)[1]
+    assert re.search(r" s; noise found: creases measured after \d+ smoothing steps$", out.strip())
     write_mesh(tmp_path / "cube.ply", shapes.cube())
-    auto = ("segment", tmp_path / "cube.ply", "-n", 6, "--denoise", "auto")
-    assert "note: --denoise auto used 0 smoothing steps\n" in run(*auto)[2]
-    assert "auto used 0 smoothing steps; --scans alone uses 5\n" in run(*auto, "--scans")[2]
-    assert "denoise" not in run("segment", sheet, "-n", 6, "--scans")[2]
-    assert run(*auto, "-q")[2] == ""
+    assert "; noise" not in run("segment", tmp_path / "cube.ply", "-n", 6)[1]
+    assert "; noise" not in run("segment", tmp_path / "noisy.ply", "-n", 6, "--denoise", 5)[1]
+
+
+@pytest.mark.parametrize(
+    ("option", "unit"), [("-R", "in the unit of the file"), ("-r", "fraction")]
+)
+def test_a_radius_with_regions_of_few_cells_is_a_note(run, sheet, option, unit):
+    note = r"note: regions have only 1\.\d cells on average, so they follow no creases: " + option
+    err = run("segment", sheet, option, 1e-3)[2]
+    assert re.search(note, err)
+    assert unit in err
+    assert "cells on average" not in run("segment", sheet, option, 0.1)[2]
 
 
 @pytest.mark.parametrize(
@@ -383,7 +400,7 @@ def test_a_bad_file_does_not_stop_the_others(run, three):
         f"superfacets: error: {three[1]}: not a PLY file: it does not begin with the word ply",
         "superfacets: error: 1 of 3 files failed",
     ]
-    assert re.findall(r"^(.*): \d+ faces, 7 regions", out, re.MULTILINE) == [
+    assert re.findall(r"^(.*): 7 regions of [\d,]+ faces", out, re.MULTILINE) == [
         "sheet.ply",
         "other.ply",
     ]
@@ -426,7 +443,7 @@ def test_a_count_larger_than_the_mesh_gives_every_face_a_region(run, three):
     output = three[0].with_name("labels.npy")
     status, out, err = run("segment", three[2], "-n", 73, "-o", output)
     assert status == 0
-    assert "72 faces, 72 regions" in out
+    assert "72 regions of 72 faces" in out
     assert err == (
         "superfacets: note: 73 regions were requested, but there are only 72 faces: each face"
         " became a region\n"
@@ -532,3 +549,10 @@ def test_parts_of_faces_keep_the_attributes_of_the_faces(run, colored):
     radius = np.sqrt(mesh_info(mesh).area / (5 * np.pi))
     assert np.array_equal(found.face["material"], subdivide(mesh, 0.25 * radius).sources)
     assert found.comments == ("comment TextureFile a.png",)
+
+
+def test_a_feature_without_effect_is_a_note(run, tmp_path):
+    write_mesh(tmp_path / "flat.ply", shapes.strip(8))
+    status, _, err = run("segment", tmp_path / "flat.ply", "-n", 4, "--features", "height")
+    assert status == 0
+    assert "note: height: all cells have the same value, so this has no effect\n" in err

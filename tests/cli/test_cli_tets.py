@@ -24,7 +24,7 @@ def tower(tmp_path):
 def test_segment_writes_vtu_beside_the_input(run, tower):
     status, out, err = run("segment", tower, "-n", 3)
     assert status == 0, err
-    assert "tower.vtu: 36 tets, 3 regions" in out
+    assert "tower.vtu: 3 regions of 36 tets in" in out
     labeled = tower.with_name("tower.superfacets.vtu")
     assert len(np.unique(sf.read_labels(labeled, 36))) == 3
     status, _, err = run("segment", tower, "-n", 40, "--to", "npy", "--to", "vtk")

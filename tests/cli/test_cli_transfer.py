@@ -104,7 +104,7 @@ def test_what_does_not_fit_is_one_line(run, folder):
         (
             ("coarse.ply", "short.seg", "fine.ply"),
             1,
-            f"short.seg: labels must have one value per cell ({n}), got 2 values",
+            f"short.seg: labels must have one value per face ({n}) or per vertex (49), got 2",
         ),
         (("coarse.ply", "labels.npy", "missing.ply"), 1, "missing.ply: no such file"),
         (("missing.ply", "labels.npy", "fine.ply"), 1, "missing.ply: no such file"),

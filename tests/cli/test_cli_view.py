@@ -109,11 +109,11 @@ def test_features_have_different_names(run, sheet, tmp_path):
             "--labels",
             "l.txt",
             b"1\n2\n",
-            "labels must have one value per cell (1152), got 2 values",
+            "labels must have one value per face (1152) or per vertex (625), got 2 values",
         ),
         ("--feature", "f.txt", b"1\nx\n", "f.txt: could not convert"),
         ("--feature", "f.npy", b"nothing", "f.npy: the header of the .npy file cannot be read"),
-        ("--feature", "f.csv", b"1\n", "expected the ending .npy, .txt, got .csv"),
+        ("--feature", "f.csv", b"1\n", "expected the ending .npy, .txt, .shape.gii"),
         (
             "--feature",
             "f.txt",

@@ -311,7 +311,7 @@ def test_comments_in_latin_1_are_read(tmp_path):
 
 def test_some_formats_have_attributes(tmp_path):
     (tmp_path / "a.stl").write_text("v 0 0 0\n")
-    with pytest.raises(MeshError, match=r"a\.stl: expected the ending \.ply, \.obj, \.glb"):
+    with pytest.raises(MeshError, match=r"a\.stl: expected the ending \.ply, \.obj, \.gii, \.glb"):
         read_attributes(tmp_path / "a.stl")
     (tmp_path / "a.ply").write_text("junk")
     with pytest.raises(MeshError, match=r"a\.ply: not a PLY file"):

@@ -199,7 +199,7 @@ def test_counts_that_lie_do_not_take_memory(tmp_path):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("{", "is not valid JSON: the file may be truncated"),
+        ("{", "is not valid JSON: Expecting property name"),
         ("[]", "expected a JSON object with a list of frames"),
         ('{"frames": [1]}', "expected a JSON object with a list of frames"),
         ('{"frames": []}', "there is no image"),
@@ -261,3 +261,18 @@ def test_wrong_poses_and_names_are_refused(tmp_path):
     (tmp_path / "poses" / "1.txt").write_text("1 2\n3")
     with pytest.raises(sf.MeshError, match="the rows of the matrix must have the same length"):
         sf.read_cameras(tmp_path / "poses", intrinsics=(5, 5, 2, 2), size=(4, 4))
+
+
+@pytest.mark.parametrize("line", ["1 0 0 0 0 0 0 0 1 a.png", "1 inf 0 0 0 0 0 0 1 a.png"])
+def test_a_colmap_pose_without_a_rotation_is_refused(tmp_path, line):
+    (tmp_path / "cameras.txt").write_text("1 PINHOLE 4 4 10 10 2 2\n")
+    (tmp_path / "images.txt").write_text(f"{line}\n\n")
+    with pytest.raises(sf.MeshError, match=r"images\.txt: a pose must be a quaternion and a "):
+        sf.read_cameras(tmp_path)
+
+
+@pytest.mark.parametrize("scale", [1e200, 1e-200])
+def test_poses_with_a_huge_scale_are_refused(scale):
+    pose = scale * np.array([[1, 1, 0, 0], [-1, 1, 0, 0], [0, 0, 1, 0]])
+    with pytest.raises(ValueError, match="pose must be a rotation and a position"):
+        sf.PinholeCamera(pose, (10, 10, 2, 2), (4, 4))

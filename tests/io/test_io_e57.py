@@ -237,7 +237,7 @@ def test_a_point_that_is_not_finite_is_refused(pye57, tmp_path):
 
 @pytest.mark.parametrize(
     ("declared", "message"),
-    [(5, "scan 0 declares 5 points but has 4"), (10**12, "scan 0 declares 1000000000000 points")],
+    [(5, "scan 0 declares 5 points but has 4"), (10**12, "the scans declare 1000000000000 points")],
 )
 def test_wrong_counts_are_refused(write, monkeypatch, pye57, declared, message):
     path = write((scan(), {}))

@@ -271,7 +271,8 @@ def test_an_empty_file_is_refused(refuse, name):
 def test_an_unknown_ending_is_refused(refuse, name, ending):
     endings = (
         ".npy, .ply, .seg, .txt, .stl, .obj, .vtp, .csv, .e57, .las, .laz, .pcd, .xyz, .mesh, .msh"
-        ", .vtk, .vtu, .segs.json, .label.gii, .annot"
+        ", .vtk, .vtu, .segs.json, .label.gii, .annot, .shape.gii, .func.gii"
+        ", .curv, .thickness, .sulc, .area"
     )
     refuse(name, b"1\n", f"expected the ending {endings}, got {ending}")
     assert ", ".join(LABEL_ENDINGS) == endings

@@ -26,6 +26,7 @@ from superfacets import (
     texture_colors,
     write_mesh,
 )
+from superfacets.cells.named_features import features_of
 
 pygltflib = pytest.importorskip("pygltflib")
 
@@ -513,6 +514,45 @@ def test_a_missing_image_is_a_note_and_then_one_line(square):
     assert "map_Kd -clamp on door.png" in (square.parent / "images" / "b.mtl").read_text()
 
 
+def test_any_white_space_separates_the_words_of_obj_and_mtl(square):
+    expected = color_of(square).linear
+    square.write_text(OBJ.replace("mtllib ", "mtllib\t").replace("usemtl ", "usemtl \t "))
+    tabs = (
+        MTL.replace("Kd ", "Kd\t").replace("newmtl ", "newmtl\t").replace("-clamp on", "-clamp\ton")
+    )
+    square.with_name("square.mtl").write_text(tabs.replace("-s 1 1 1 ", "\t-s\t1\t1 1\t"))
+    found = read_attributes(square)
+    assert [material.image.name for material in found.texture.materials] == [
+        "images/wall of brick.png",
+        "door.png",
+    ]
+    assert found.texture.materials[1].wrap == ("clamp", "clamp")
+    assert np.array_equal(color_of(square).linear, expected)
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        (lambda obj: obj.with_name("square.mtl").unlink(), "'square.mtl' cannot be read in the"),
+        (
+            lambda obj: obj.with_name("square.mtl").write_text(
+                MTL.replace("newmtl door", "newmtl x")
+            ),
+            "'door # 2', which no MTL file defines",
+        ),
+    ],
+)
+def test_missing_materials_are_an_error_where_the_texture_is_asked_for(square, change, reason):
+    change(square)
+    attributes = read_attributes(square)
+    assert reason in attributes.left_out[0]
+    with pytest.raises(
+        MeshError, match=r"features texture: the mesh has no complete texture"
+    ) as caught:
+        features_of(["texture"], read_mesh(square), attributes, 1)
+    assert reason in str(caught.value)
+
+
 @pytest.mark.parametrize("how", ["up", "absolute", "link", "library"])
 def test_files_outside_of_the_folder_are_not_read_and_not_copied(square, tmp_path, how):
     secret = tmp_path / "secret.png"
@@ -528,7 +568,7 @@ def test_files_outside_of_the_folder_are_not_read_and_not_copied(square, tmp_pat
     attributes = read_attributes(square)
     (note,) = attributes.left_out
     if how == "library":
-        assert note == "materials in '../a.mtl', which cannot be read in the mesh's folder"
+        assert note == "materials: '../a.mtl' cannot be read in the mesh's folder"
     else:
         assert "which is not in the folder of the mesh" in note
     (tmp_path / "out").mkdir()
@@ -776,3 +816,12 @@ def test_textured_files_that_are_damaged_are_read_or_refused(square, target):
             messages.append(str(error))
     assert not any("\n" in message for message in messages)
     assert n_read > 0 or target == "door.png"  # every byte of door.png matters
+
+
+@pytest.mark.parametrize("name", ["a.glb", "a.ply", "a.obj"])
+def test_coordinates_beyond_float32_stay_finite(square, tmp_path, name):
+    square.write_text(OBJ.replace("0.125 1", "1e300 -1e300"))
+    write_mesh(tmp_path / name, read_mesh(square), attributes=read_attributes(square))
+    pairs = read_attributes(tmp_path / name).texture.coordinates
+    assert np.isfinite(pairs).all()
+    assert np.abs(pairs).max() > 1e38

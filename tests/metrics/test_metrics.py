@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import shapes
 
-from superfacets import Mesh, MeshError, TetMesh, build_face_graph, sample_mesh, segment
+from superfacets import Mesh, MeshError, PointCloud, TetMesh, build_face_graph, sample_mesh, segment
 from superfacets.metrics import (
     GroundTruths,
     achievable_accuracy,
@@ -418,15 +418,31 @@ def test_a_truth_without_annotation_is_refused():
         area_overlap([0, 0], [0, -1], [0.0, 1.0])
 
 
+def test_vertices_and_points_are_counted_and_faces_weighted_by_area():
+    mesh = shapes.bumpy_sheet(8)
+    stretched = Mesh(mesh.vertices * [1, 9, 1] + mesh.vertices**2, mesh.faces)
+    rng = np.random.default_rng(0)
+    for cells, n, compare in (
+        (stretched, mesh.n_vertices, evaluate_vertices),
+        (PointCloud(stretched.vertices), mesh.n_vertices, evaluate),
+        (stretched, mesh.n_faces, evaluate),
+    ):
+        labels, truth = rng.integers(0, 9, n), rng.integers(-1, 4, n)
+        areas = build_face_graph(stretched).measures if n == mesh.n_faces else np.ones(n)
+        overlap = area_overlap(labels, truth, areas)
+        values = compare(cells, labels, [truth])
+        for metric in (undersegmentation_error, achievable_accuracy, achievable_iou, rand_index):
+            assert values[metric.__name__] == pytest.approx(metric(overlap))
+            if compare is evaluate:
+                assert metric(cells, labels, truth) == pytest.approx(metric(overlap))
+
+
 def test_labels_of_vertices_are_compared_at_the_vertices():
     square = shapes.strip(4)
-    corners = square.faces
     truth = np.array([0, 0, 1, 1, -1, 1])
     labels = np.array([0, 0, 0, 1, 1, 2])
-    areas = np.zeros(6)
-    np.add.at(areas, corners, build_face_graph(square).measures[:, np.newaxis] / 3)
     values = evaluate_vertices(square, labels, [truth])
-    overlap = area_overlap(labels, truth, areas)
+    overlap = area_overlap(labels, truth, np.ones(6))
     assert values["undersegmentation_error"] == pytest.approx(undersegmentation_error(overlap))
     assert values["rand_index"] == pytest.approx(rand_index(overlap))
     assert (values["n_regions"], values["n_extra_pieces"]) == (3, 0)

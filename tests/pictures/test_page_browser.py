@@ -7,7 +7,7 @@ import pytest
 
 import superfacets as sf
 from superfacets import PointCloud, hierarchy, sample_mesh
-from superfacets.pictures.colors import PALETTE
+from superfacets.pictures.colors import PALETTE, oklab
 
 SIZE = {"width": 700, "height": 500}
 MIDDLE = (250 + 450 / 2, 250)  # of the mesh, right of the panel
@@ -54,6 +54,15 @@ def pixels(tab):
     height, width, text = tab.evaluate(draw)
     flat = np.frombuffer(base64.b64decode(text), np.uint8).astype(int)
     return flat.reshape(height, width, 4)[::-1]
+
+
+def check_tinted(mixed, plain, own):
+    """Check that a mixed color has the hue of the region and the mean lightness of both colors."""
+    found = oklab(np.array([mixed, plain, own]))
+    assert found[0, 0] == pytest.approx(found[1:, 0].mean(), abs=0.02)
+    chroma = np.hypot(*found[:2, 1:].T)
+    assert chroma[0] < chroma[1] + 0.01
+    np.testing.assert_allclose(found[0, 1:] / chroma[0], found[1, 1:] / chroma[1], atol=0.1)
 
 
 def hue_at(picture, x, y):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from shapes import bumpy_sheet, cube, soup, strip
 from test_page import contents, facts_of
-from test_page_browser import cells_seen, hue_at, opened, pixels
+from test_page_browser import cells_seen, check_tinted, hue_at, opened, pixels
 from textured_meshes import facade, grid
 
 import superfacets as sf
@@ -203,7 +203,7 @@ def test_pixels_have_the_colors_of_cells_after_t(opened, make):
     assert tab.locator("#texture").input_value() == "0"
     x, y, _ = found[0]
     plain = pixels(tab)[y, x, :3]
-    np.testing.assert_allclose(mixed[y, x, :3], (plain + picture[y, x, :3]) / 2, atol=3)
+    check_tinted(mixed[y, x, :3], plain, picture[y, x, :3])
 
 
 def test_features_are_not_hidden_by_colors_at_first(opened):

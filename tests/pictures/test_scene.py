@@ -5,16 +5,16 @@ import pytest
 from models import read_off
 from shapes import bumpy_sheet, cube, soup, table
 
-from superfacets import Mesh, sample_mesh
-from superfacets.pictures import scene
-from superfacets.pictures.scene import build_scene, guess_up
+from superfacets import Mesh, TetMesh, View, sample_mesh
+from superfacets.pictures import rendering, scene
+from superfacets.pictures.scene import guess_up, surface_of
 
 # Number of a benchmark model, and the axis that points up in it.
 UP_OF_MODELS = {5: "y", 89: "z", 101: "y", 105: "z", 145: "y", 153: "z", 381: "y", 389: "z"}
 
 
 def guess(mesh):
-    return guess_up(build_scene(mesh, None, None))
+    return guess_up(*surface_of(mesh))
 
 
 def turned(mesh, steps):
@@ -95,3 +95,23 @@ def test_models_of_the_benchmark(benchmark_paths):
     assert {model: guess(read_off(paths[model])) for model in models} == {
         model: UP_OF_MODELS[model] for model in models
     }
+
+
+def test_georeferenced_coordinates_have_z_up():
+    tower = Mesh(cube().vertices * [1, 1, 9] + [350_000, 5_600_000, 80], cube().faces)
+    assert guess(tower) == "z"
+    assert guess(Mesh(cube().vertices * [1, 1, 9] + [5, 7, 0], cube().faces)) == "y"
+
+
+def test_the_guess_does_not_depend_on_the_clip(monkeypatch):
+    seen = []
+    monkeypatch.setattr(rendering, "upright", lambda view, *surface: seen.append(surface) or view)
+    monkeypatch.setattr(rendering, "draw_scene", lambda *given: [np.zeros((2, 2, 3), np.uint8)])
+    tets = TetMesh(
+        [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]], [[0, 1, 2, 3], [1, 2, 3, 4]]
+    )
+    for clip in (None, "x", "-y"):
+        rendering.render(tets, [0, 1], size=(2, 2), view=View(up="z"), clip=clip)
+    for points, triangles in seen:
+        assert np.array_equal(points, seen[0][0])
+        assert np.array_equal(triangles, seen[0][1])

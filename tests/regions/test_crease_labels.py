@@ -14,7 +14,7 @@ from superfacets.mesh.faces import mean_normals, vertex_graph
 
 
 def along_creases(mesh, labels, **options):
-    return sf.vertex_labels(mesh, labels, method="creases", **options)
+    return sf.vertex_labels(mesh, labels, method="creases", **{"min_vertices": 1} | options)
 
 
 def regions_of(mesh, n_regions):
@@ -51,7 +51,7 @@ def test_a_border_beside_a_concave_crease_moves_into_it():
     labels = (x > np.where(y > 0, 0.15, -0.15)).astype(int)
     off_crease = np.abs(sheet.vertices[:, 0]) > 0.01
     side = sheet.vertices[off_crease, 0] > 0
-    assert (sf.vertex_labels(sheet, labels)[off_crease] != side).any()
+    assert (sf.vertex_labels(sheet, labels, method="majority")[off_crease] != side).any()
     assert_array_equal(along_creases(sheet, labels)[off_crease], side)
 
 
@@ -59,7 +59,9 @@ def test_a_plane_keeps_the_majority_where_it_is_connected():
     sheet = sheet_of(16)
     x, y = sheet.vertices[sheet.faces].mean(axis=1)[:, :2].T
     labels = (x > 0.3 * y) + 2 * (y > 0.2)
-    assert_array_equal(along_creases(sheet, labels), sf.vertex_labels(sheet, labels))
+    assert_array_equal(
+        along_creases(sheet, labels), sf.vertex_labels(sheet, labels, method="majority")
+    )
 
 
 def test_vertices_inside_a_region_keep_its_label():
@@ -71,7 +73,7 @@ def test_vertices_inside_a_region_keep_its_label():
         sheet.faces.ravel(), of_corners, np.ones(len(of_corners)), sheet.n_vertices
     ).is_divided
     assert inside.any()
-    assert_array_equal(found[inside], sf.vertex_labels(sheet, labels)[inside])
+    assert_array_equal(found[inside], sf.vertex_labels(sheet, labels, method="majority")[inside])
 
 
 @pytest.mark.parametrize("seed", range(12))
@@ -92,7 +94,7 @@ def test_the_majority_loses_and_breaks_regions_that_creases_keep():
     for seed in range(12):
         mesh = shapes.scan(seed)
         labels = regions_of(mesh, 1 + mesh.n_faces // 8)
-        found = sf.vertex_labels(mesh, labels)
+        found = sf.vertex_labels(mesh, labels, method="majority")
         n_labels = len(np.unique(found[found >= 0]))
         n_lost += labels.max() + 1 - n_labels
         n_pieces_more += pieces_of(mesh, found) - n_labels
@@ -180,7 +182,7 @@ def test_cells_without_a_label_take_no_part():
     x = sheet.vertices[sheet.faces].mean(axis=1)[:, 0]
     labels = np.where(x < -0.5, 4, np.where(x > 0.5, 9, -1))
     found = along_creases(sheet, labels)
-    assert_array_equal(found, sf.vertex_labels(sheet, labels))
+    assert_array_equal(found, sf.vertex_labels(sheet, labels, method="majority"))
     assert {*found} == {-1, 4, 9}
     assert (along_creases(sheet, np.full(sheet.n_faces, -1)) == -1).all()
 
@@ -218,12 +220,12 @@ def pieces_of_cells(mesh, of_vertices):
 
 def test_the_options_are_checked():
     mesh = shapes.strip(3)
-    with pytest.raises(ValueError, match="method must be one of majority, creases, got 'crease'"):
+    with pytest.raises(ValueError, match="method must be one of creases, majority, got 'crease'"):
         sf.vertex_labels(mesh, [0, 0, 1], method="crease")
     with pytest.raises(
         ValueError,
         match="min_vertices must be 1 with method='majority', got 2: use method='creases'",
     ):
-        sf.vertex_labels(mesh, [0, 0, 1], min_vertices=2)
+        sf.vertex_labels(mesh, [0, 0, 1], min_vertices=2, method="majority")
     with pytest.raises(ValueError, match="min_vertices must be at least 1, got 0"):
         along_creases(mesh, [0, 0, 1], min_vertices=0)

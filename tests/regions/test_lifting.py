@@ -1,5 +1,6 @@
 """Masks of images as votes for the labels of regions."""
 
+import tracemalloc
 import warnings
 
 import numpy as np
@@ -383,3 +384,33 @@ def test_masks_of_rooms_are_lifted_to_what_they_show(name, data_dir):
     assert len(table) <= len(np.unique(truth)) + 4
     best = np.unique(table.argmax(axis=0)[table.any(axis=0)])
     assert table[best].max(axis=1).sum() > 0.97 * seen.sum()
+
+
+def test_memory_grows_with_the_pixels_and_not_with_masks_times_regions():
+    side = 100
+    x, y = np.meshgrid(np.arange(side + 1.0), np.arange(side + 1.0))
+    corners = np.arange((side + 1) ** 2).reshape(side + 1, side + 1)
+    low, high = corners[:-1], corners[1:]
+    quads = np.stack([low[:, :-1], low[:, 1:], high[:, 1:], high[:, :-1]], axis=2).reshape(-1, 4)
+    faces = quads[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
+    sheet = sf.Mesh(np.stack([x, y, 0 * x], axis=2).reshape(-1, 3), faces)
+    ids = np.arange(side * side).reshape(side, side) + 1  # a mask per pixel, and a region per face
+    pose = [[1, 0, 0, side / 2], [0, -1, 0, side / 2], [0, 0, -1, 10], [0, 0, 0, 1]]
+    camera = sf.PinholeCamera(pose, (10, 10, side / 2, side / 2), (side, side))
+    tracemalloc.start()
+    sf.lift(sheet, np.arange(sheet.n_faces), [ids], [camera], consistent_ids=True)
+    assert tracemalloc.get_traced_memory()[1] < 100 << 20
+    tracemalloc.stop()
+
+
+def test_a_camera_much_larger_than_its_masks_is_refused_before_pixels_are_computed():
+    cameras = [above(), sf.PinholeCamera(above().pose, (10, 10, 2, 2), (65536, 65536))]
+    with pytest.raises(
+        sf.MeshError, match="image 1: masks must have the size of the camera, 65536"
+    ):
+        sf.lift(SQUARE, [0, 1], [UPPER, UPPER], cameras)
+
+
+def test_masks_without_pixels_are_refused_in_one_line():
+    with pytest.raises(sf.MeshError, match="image 0: each mask that is a dict must have an array"):
+        sf.lift(SQUARE, [0, 1], [[{"bbox": [0, 0, 1, 1]}]], [above()])

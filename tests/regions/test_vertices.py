@@ -30,38 +30,46 @@ def test_the_label_with_the_larger_area_wins_and_the_lower_of_equals():
     #  | / |  \
     #  0---1----- 5 (far to the right): the face 1 5 2 is larger than both others
     mesh = sf.Mesh([*SQUARE, [9, 9, 9], [3, 0, 0]], [[0, 1, 2], [0, 2, 3], [1, 5, 2]])
-    assert sf.vertex_labels(mesh, [7, 4, 9]).tolist() == [4, 9, 9, 4, -1, 9]
+    assert sf.vertex_labels(mesh, [7, 4, 9], method="majority").tolist() == [4, 9, 9, 4, -1, 9]
     # The two halves of the square together are as large as the third face: a tie at vertex 2.
-    assert sf.vertex_labels(mesh, [7, 7, 9]).tolist() == [7, 9, 7, 7, -1, 9]
+    assert sf.vertex_labels(mesh, [7, 7, 9], method="majority").tolist() == [7, 9, 7, 7, -1, 9]
 
 
 def test_faces_without_a_label_do_not_count():
     mesh = sf.Mesh([*SQUARE, [3, 0, 0]], [[0, 1, 2], [0, 2, 3], [1, 4, 2]])
-    assert sf.vertex_labels(mesh, [7, -1, -1]).tolist() == [7, 7, 7, -1, -1]
+    assert sf.vertex_labels(mesh, [7, -1, -1], method="majority").tolist() == [7, 7, 7, -1, -1]
 
 
 def test_faces_without_an_area_count_where_there_are_no_others():
     mesh = sf.Mesh([*SQUARE, [2, 0, 0]], [[0, 1, 2], [0, 2, 3], [1, 4, 4], [4, 1, 4]])
-    assert sf.vertex_labels(mesh, [7, 7, 5, 3]).tolist() == [7, 7, 7, 7, 3]
+    assert sf.vertex_labels(mesh, [7, 7, 5, 3], method="majority").tolist() == [7, 7, 7, 7, 3]
 
 
 def test_vertices_at_one_position_are_two():
     soup = shapes.soup(shapes.strip(4))
-    assert sf.vertex_labels(soup, [3, 2, 1, 0]).tolist() == [3] * 3 + [2] * 3 + [1] * 3 + [0] * 3
+    assert (
+        sf.vertex_labels(soup, [3, 2, 1, 0], method="majority").tolist()
+        == [3] * 3 + [2] * 3 + [1] * 3 + [0] * 3
+    )
 
 
 def test_polygons_and_tetrahedra_vote_by_area_and_volume():
     house = sf.PolygonMesh.of_faces([*SQUARE, [0.5, 2, 0]], [[0, 1, 2, 3], [3, 2, 4]])
-    assert sf.vertex_labels(house, [5, 2]).tolist() == [5, 5, 5, 5, 2]
+    assert sf.vertex_labels(house, [5, 2], method="majority").tolist() == [5, 5, 5, 5, 2]
     tets = sf.TetMesh(
         [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, -2], [5, 5, 5]],
         [[0, 1, 2, 3], [0, 1, 2, 4]],  # volumes 1/6, and 1/3 inside out
     )
-    assert sf.vertex_labels(tets, [1, 2]).tolist() == [2, 2, 2, 1, 2, -1]
+    assert sf.vertex_labels(tets, [1, 2], method="majority").tolist() == [2, 2, 2, 1, 2, -1]
 
 
 def test_points_keep_their_labels():
-    assert sf.vertex_labels(np.array(SQUARE, float), [3, -1, 3, 0]).tolist() == [3, -1, 3, 0]
+    assert sf.vertex_labels(np.array(SQUARE, float), [3, -1, 3, 0], method="majority").tolist() == [
+        3,
+        -1,
+        3,
+        0,
+    ]
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -71,14 +79,14 @@ def test_it_is_the_rule_on_random_labels(seed):
     areas = sf.build_face_graph(sheet).measures
     labels = rng.integers(-1, 4, sheet.n_faces)
     expected = naive_vertex_labels(sheet.n_vertices, sheet.faces.tolist(), areas, labels)
-    assert sf.vertex_labels(sheet, labels).tolist() == expected
+    assert sf.vertex_labels(sheet, labels, method="majority").tolist() == expected
     tets = sf.TetMesh(
         rng.normal(size=(12, 3)), rng.permuted(np.tile(range(12), (30, 1)), axis=1)[:, :4]
     )
     labels = rng.integers(-1, 3, 30)
     volumes = np.abs(signed_volumes(tets))
     expected = naive_vertex_labels(12, tets.tets.tolist(), volumes, labels)
-    assert sf.vertex_labels(tets, labels).tolist() == expected
+    assert sf.vertex_labels(tets, labels, method="majority").tolist() == expected
 
 
 def test_each_region_has_an_id_while_there_are_vertices():
@@ -97,7 +105,7 @@ def test_ids_of_polygons_tetrahedra_and_points_are_alike():
     quads = sf.PolygonMesh.of_faces(*grid_of_quads(4))
     labels = np.zeros(quads.n_faces, np.int32)
     labels[5] = 1
-    assert 1 not in sf.vertex_labels(quads, labels)
+    assert 1 not in sf.vertex_labels(quads, labels, method="majority")
     assert np.count_nonzero(vertex_ids(quads, labels) == 1) == 1
     tets = sf.TetMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [3, 3, 3]],
                       [[1, 2, 3, 4], [0, 1, 2, 3]])  # fmt: skip
@@ -119,13 +127,13 @@ def test_labels_are_checked():
     with pytest.raises(
         ValueError, match=r"labels must have one value per cell \(3\), got 2 values"
     ):
-        sf.vertex_labels(mesh, [0, 1])
+        sf.vertex_labels(mesh, [0, 1], method="majority")
     with pytest.raises(ValueError, match=r"labels\[1\] must be -1 to 2147483647, got -2"):
-        sf.vertex_labels(mesh, [0, -2, 1])
+        sf.vertex_labels(mesh, [0, -2, 1], method="majority")
     with pytest.raises(ValueError, match=r"labels\[2\] must be -1 to 2147483647, got 4294967296"):
-        sf.vertex_labels(mesh, [0, 1, 2**32])
+        sf.vertex_labels(mesh, [0, 1, 2**32], method="majority")
     with pytest.raises(TypeError, match="labels must contain integers, got float64"):
-        sf.vertex_labels(mesh, [0.0, 1.0, 2.0])
+        sf.vertex_labels(mesh, [0.0, 1.0, 2.0], method="majority")
 
 
 def test_a_majority_takes_labels_up_to_the_largest():
@@ -195,3 +203,13 @@ def test_the_message_for_labels_of_vertices_names_a_call_that_converts_them():
     (call,) = [word for word in str(caught.value).split(" with ") if "superfacets." in word]
     labels = eval(call, {"superfacets": sf, "mesh": mesh, "labels": of_vertices})
     assert len(labels) == mesh.n_faces
+
+
+def test_the_default_is_what_files_get(tmp_path):
+    mesh = sf.sample_mesh()
+    labels = sf.segment(mesh, 100).labels
+    sf.write_mesh(tmp_path / "a.segs.json", mesh, labels)
+    assert np.array_equal(sf.vertex_labels(mesh, labels), sf.read_labels(tmp_path / "a.segs.json"))
+    sf.write_mesh(tmp_path / "a.ply", mesh, labels, vertex_labels=True)
+    stored = sf.read_attributes(tmp_path / "a.ply").vertex["label"]
+    assert np.array_equal(stored, sf.vertex_labels(mesh, labels))

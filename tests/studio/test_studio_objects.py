@@ -202,7 +202,7 @@ def test_changes_after_a_review_are_marked_until_it_is_reviewed_again(client):
 
 
 def test_instances_of_vertices_are_class_times_1000_plus_object(furnished):
-    expected = vertex_labels(furnished.cells, furnished.instances)
+    expected = vertex_labels(furnished.cells, furnished.instances, method="majority")
     path = export(furnished, "instances", "txt")
     assert path.name == "sheet.instances.txt"
     assert np.array_equal(np.loadtxt(path, dtype=int), np.maximum(expected, 0))
@@ -294,7 +294,7 @@ def test_without_any_paint_there_are_no_objects(document, format):
 
 
 def test_each_group_of_scannet_is_an_object(client, sheet):
-    ids = vertex_labels(superfacets.read_mesh(sheet), client.labels()).tolist()
+    ids = vertex_labels(superfacets.read_mesh(sheet), client.labels(), method="majority").tolist()
     groups = [
         {"segments": [0, 1], "label": "couch"}, {"segments": [2], "label": "couch"},
         {"segments": [3], "label": "wall"}, {"segments": [4], "label": "class 2"},

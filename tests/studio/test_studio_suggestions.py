@@ -129,12 +129,12 @@ def test_work_with_a_damaged_suggestion_is_refused(suggested):
     ):
         lines = work.read_bytes().splitlines(keepends=True)
         line = json.loads(lines[-1])
-        line["suggestions"][0] |= damage
+        line["changes"][-1]["suggestions"][0] |= damage
         del line["crc"]
         from superfacets.studio.documents.journal import _coded
 
         work.write_bytes(b"".join([*lines[:-1], _coded(line)]))
-        with pytest.raises(JournalError, match=f"line 3 of the work file is not valid: {reason}"):
+        with pytest.raises(JournalError, match=f"line 2 of the work file is not valid: {reason}"):
             Document.open(suggested.path)
         work.write_bytes(b"".join(lines))
 

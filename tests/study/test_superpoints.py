@@ -8,6 +8,7 @@ import shapes
 
 from superfacets import write_labels
 from superfacets.errors import MeshError
+from superfacets.metrics import evaluate_vertices
 from superfacets.study.baselines.felzenszwalb import felzenszwalb_segments
 from superfacets.study.superpoints import COMPUTED, ORIGINAL, WITH_COLOR, Room, study
 
@@ -40,6 +41,16 @@ def test_errors_are_counted_as_they_are(room):
     pieces = one.copy()
     pieces[[0, 100]] = 1
     assert read.score(pieces).extra_pieces == 1
+
+
+def test_errors_and_iou_are_those_of_the_command_evaluate(room):
+    read = Room.read(room)
+    labels = (7 * read.mesh.vertices[:, 0]).astype(int) + 100
+    values = evaluate_vertices(read.mesh, labels, [read.truth])
+    score = read.score(labels)
+    assert score.mean_iou == values["achievable_iou"] < 1
+    assert score.error == pytest.approx(1 - values["achievable_accuracy"])
+    assert score.error > 0
 
 
 def test_a_table_has_all_methods_at_all_levels(room):

@@ -1,6 +1,7 @@
 """Random cases for `tools/fuzz`, and the properties that must hold for each case.
 
 - `files`: damaged files of every format are read, or refused with a one-line message.
+- `labels`: damaged documents of labels, objects and cameras, also as imports of the studio.
 - `studio`, `batches`: damaged work files and manifests.
 - `meshes`: random meshes, segmented with random options.
 - `graphs`: random cell graphs, compared with the reference implementation.

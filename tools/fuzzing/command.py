@@ -28,6 +28,7 @@ from .batches import check_manifest
 from .cells import check_cells
 from .files import check_file
 from .graphs import check_graph
+from .labels import check_documents
 from .meshes import check_mesh
 from .studio import check_work_file
 from .tiles import check_tiles
@@ -36,19 +37,21 @@ Check = Callable[[np.random.Generator, Path], None]
 
 
 class Kind(NamedTuple):
-    """A kind of cases: the function that runs a case, its relative frequency, and its time limit.
+    """A kind of cases: the function that runs a case, its relative frequency, and its limits.
 
-    Time limits are in seconds, and generous for busy machines.
-    Files have a short limit, because readers must refuse damaged files quickly.
+    Limits on time are in seconds, and generous for busy machines. Files have low limits, because
+    readers must refuse damaged files quickly, and must not allocate what a header declares.
     """
 
     check: Check
     frequency: int
     seconds: float = 60.0
+    n_bytes: int = 6 << 30  # memory that a case may allocate
 
 
 KINDS = {
-    "files": Kind(check_file, 60, 10.0),
+    "files": Kind(check_file, 60, 10.0, 1 << 30),
+    "labels": Kind(check_documents, 20, 10.0, 1 << 30),
     "meshes": Kind(check_mesh, 12),
     "cells": Kind(check_cells, 12),
     "graphs": Kind(check_graph, 6),
@@ -56,9 +59,6 @@ KINDS = {
     "batches": Kind(check_manifest, 3),
     "tiles": Kind(check_tiles, 2),
 }
-
-MEMORY_LIMIT = 6 << 30
-"""Limit of the address space in bytes. Cases are small, so exceeding this limit is a bug."""
 
 MAX_FAILURES = 20
 """Number of failures after which the search ends, because they probably have the same cause."""
@@ -123,6 +123,7 @@ class Search(NamedTuple):
     def failure_of(self, number: int) -> str | None:
         """Run the case with this number; return the traceback of its failure, or None."""
         with tempfile.TemporaryDirectory(prefix="fuzz-") as folder:
+            limit_memory(KINDS[self.kind_of(number)].n_bytes)
             try:
                 self.run_case(number, Path(folder))
             except BaseException:
@@ -185,12 +186,18 @@ def _outcome(future: concurrent.futures.Future[str | None]) -> str | None:
 
 
 def prepare() -> None:
-    """Limit the memory of this process, and turn warnings into errors."""
+    """Turn warnings into errors."""
     faulthandler.enable()
     warnings.simplefilter("error")
     for expected in (IslandWarning, SliverWarning):  # these warnings are usual with random meshes
         warnings.simplefilter("ignore", expected)
-    with contextlib.suppress(ImportError):  # Windows cannot limit the memory, and has no `resource`
+
+
+def limit_memory(n_bytes: int) -> None:
+    """Let this process allocate `n_bytes` more bytes than now; only Linux heeds such a limit."""
+    with contextlib.suppress(ImportError, OSError):  # Windows has no `resource`, others no /proc
         import resource
 
-        resource.setrlimit(resource.RLIMIT_AS, (MEMORY_LIMIT, MEMORY_LIMIT))
+        pages = int(Path("/proc/self/statm").read_text().split()[5])
+        n_now = pages * resource.getpagesize()
+        resource.setrlimit(resource.RLIMIT_DATA, (n_now + n_bytes, resource.RLIM_INFINITY))

@@ -57,7 +57,7 @@ def check_file(rng: np.random.Generator, folder: Path, formats: tuple[str, ...] 
     read, name, data = source.choice(_whole_files(formats))
     if name.endswith((".gltf", ".glb")) and source.random() < 0.5:
         data = _with_odd_document(name, source)
-    path = folder / f"damaged{Path(name).suffix}"
+    path = folder / f"damaged{''.join(Path(name).suffixes)}"
     data = _damaged(data, source)
     if path.suffix == ".e57" and source.random() < 0.8:
         data = _with_checksums(data)
@@ -88,7 +88,7 @@ def _whole_files(formats: tuple[str, ...]) -> list[tuple[Read, str, bytes]]:
                 (sf.read_mesh, MESH_ENDINGS), (sf.read_cloud, CLOUD_ENDINGS),
                 (sf.read_labels, LABEL_ENDINGS),
             ):  # fmt: skip
-                if path.suffix in endings and _can_read(read, path):
+                if path.name.endswith(tuple(endings)) and _can_read(read, path):
                     files.append((read, path.name, path.read_bytes()))
     return [file for file in files if not formats or Path(file[1]).suffix in formats]
 
@@ -128,8 +128,37 @@ def _written_files(folder: Path) -> Iterator[Path]:
     for name, text in TETS.items():
         (folder / name).write_text(text)
         yield folder / name
+    yield from _cortex_files(folder, mesh)
     yield from _las_files(folder)
     yield from _e57_files(folder)
+
+
+def _cortex_files(folder: Path, mesh: sf.Mesh) -> Iterator[Path]:
+    """Write surfaces, labels and values of vertices as GIFTI and FreeSurfer files."""
+    for ending in (".label.gii", ".annot"):
+        sf.write_labels(folder / f"lh{ending}", np.arange(mesh.n_vertices) // 2)
+        yield folder / f"lh{ending}"
+    text = (folder / "lh.label.gii").read_bytes()
+    (folder / "lh.shape.gii").write_bytes(text.replace(b"INTENT_LABEL", b"INTENT_SHAPE"))
+    yield folder / "lh.shape.gii"
+    array = (
+        '<DataArray Intent="NIFTI_INTENT_{}" DataType="NIFTI_TYPE_{}" Dimensionality="2" Dim0="{}"'
+        ' Dim1="3" Encoding="ASCII"><Data>{}</Data></DataArray>'
+    )
+    points, faces = mesh.vertices.astype(">f4"), mesh.faces.astype(">i4")
+    arrays = [
+        array.format(intent, kind, len(rows), " ".join(map(str, rows.ravel().tolist())))
+        for intent, kind, rows in (("POINTSET", "FLOAT32", points), ("TRIANGLE", "INT32", faces))
+    ]
+    (folder / "lh.gii").write_text(f"<GIFTI>{''.join(arrays)}</GIFTI>")
+    yield folder / "lh.gii"
+    sizes = np.array([len(points), len(faces)], ">i4").tobytes()
+    head = b"\xff\xff\xfemade by a test\n\n" + sizes
+    (folder / "lh.white").write_bytes(head + points.tobytes() + faces.tobytes())
+    yield folder / "lh.white"
+    curve = np.arange(len(points)).astype(">f4").tobytes()
+    (folder / "lh.curv").write_bytes(b"\xff" * 3 + sizes + b"\0\0\0\1" + curve)
+    yield folder / "lh.curv"
 
 
 def _las_files(folder: Path) -> Iterator[Path]:
@@ -191,15 +220,14 @@ def _checksum(page: bytes) -> int:
 
 def _with_odd_document(name: str, source: random.Random) -> bytes:
     """Return a glTF file with odd values in its JSON document."""
-    document = json.dumps(_odd_document(source))
+    document = json.dumps(odd_document(mesh_files.gltf_document(), source))
     if name.endswith(".gltf"):
         return document.encode()
     return mesh_files.glb(json.loads(document))
 
 
-def _odd_document(source: random.Random) -> dict[str, Any]:
-    """Return a glTF document with one to three changes: a replaced value, or a repeated list."""
-    document: dict[str, Any] = mesh_files.gltf_document()
+def odd_document(document: dict[str, Any], source: random.Random) -> dict[str, Any]:
+    """Make one to three changes in a JSON document: a replaced value, or a repeated list."""
     for _ in range(source.choice((1, 1, 2, 3))):
         place: Any = document
         while True:

@@ -1,9 +1,9 @@
 // GLSL of the page. Each cell belongs to a color group, and each group has a color.
 
-import { OWN_COLORS } from "../shared/owncolors";
+import { OWN_COLORS, TINTED } from "../shared/owncolors";
 import { CODE, EYE, HEAD, LIGHT } from "../shared/shaders";
 
-export const SHADE = `${HEAD}${LIGHT}${EYE}${OWN_COLORS}
+export const SHADE = `${HEAD}${LIGHT}${EYE}${OWN_COLORS}${TINTED}
 uniform float blend;  // opacity of the mesh's own colors or texture, 0 to 1
 uniform usampler2D groups;  // color group of each cell, or NONE
 uniform sampler2D colors;  // color of each group
@@ -14,7 +14,8 @@ out vec4 color;
 void main() {
   uint group = texelFetch(groups, place(cell), 0).r;
   vec3 base = group == NONE ? missing : texelFetch(colors, place(group), 0).rgb;
-  if (has_own_colors && blend > 0.0) base = mix(base, ownColor(), blend);
+  vec3 own = has_own_colors ? ownColor() : base;
+  if (blend > 0.0) base = group == NONE ? mix(base, own, blend) : tinted(base, own, blend);
   if (marked != NONE && texelFetch(regions, place(cell), 0).r == marked) base = mix(base, vec3(1.0), 0.45);
   color = vec4(min(base * light(), 1.0), 1.0);
 }`;

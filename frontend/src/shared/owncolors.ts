@@ -18,6 +18,31 @@ vec3 ownColor() {
 }
 `;
 
+/**
+ * Function `tinted()`: a color with the hue of `color`, and with its chroma as far as sRGB has it at the new lightness,
+ * which is between both colors. With part 1, it is the own color. Computed in OKLab (Ottosson, 2020) with gamma 2.2.
+ */
+export const TINTED = `
+const mat3 LMS = mat3(0.4122, 0.2119, 0.0883, 0.5363, 0.6807, 0.2817, 0.0514, 0.1074, 0.6300);
+const mat3 LAB = mat3(0.2105, 1.9780, 0.0259, 0.7936, -2.4286, 0.7828, -0.0041, 0.4506, -0.8087);
+const mat3 FROM_LMS = inverse(LMS);
+const mat3 FROM_LAB = inverse(LAB);
+vec3 oklab(vec3 color) { return LAB * pow(LMS * pow(color, vec3(2.2)), vec3(1.0 / 3.0)); }
+vec3 linearOf(vec3 lab) { return FROM_LMS * pow(max(FROM_LAB * lab, 0.0), vec3(3.0)); }
+vec3 tinted(vec3 color, vec3 own, float part) {
+  if (part >= 1.0) return own;
+  vec3 lab = oklab(color);
+  lab.x = mix(lab.x, oklab(own).x, part);
+  float chroma = 1.0;  // fraction of the chroma; bisection finds the largest that sRGB has
+  for (float width = 0.5; width > 0.01; width *= 0.5) {
+    vec3 found = linearOf(vec3(lab.x, chroma * lab.yz));
+    bool fits = all(greaterThan(found, vec3(-0.002))) && all(lessThan(found, vec3(1.002)));
+    chroma = fits ? min(1.0, chroma + width) : chroma - width;
+  }
+  return pow(clamp(linearOf(vec3(lab.x, chroma * lab.yz)), 0.0, 1.0), vec3(1.0 / 2.2));
+}
+`;
+
 export const hasOwnColors = ({ texture }: ShapeFacts, arrays: Arrays): boolean =>
   !!(texture || arrays.vertex_colors || arrays.cell_colors);
 

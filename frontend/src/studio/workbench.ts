@@ -4,7 +4,7 @@
 import { counted, element } from "../shared/dom";
 import { lengthOf, minus, plus, scaled, type Vector } from "../shared/vectors";
 import { MARK_HIDDEN } from "./view/celltable";
-import { cssColor, type Rgb, regionColors, shadeOf, shadesOfClasses } from "./data/colors";
+import { cssColor, type Rgb, regionColors, shadesOfClasses, shadesOfObjects, usualShade } from "./data/colors";
 import type { ClassEntry } from "./data/contract";
 import { addTo, classOf, objectOf, paintOf } from "./data/labeling";
 import type { Drawing } from "./view/drawing";
@@ -32,6 +32,7 @@ export class Workbench {
   picker!: Picker;
   currentPaint = 0;
   private shades: ReadonlyMap<number, Rgb[]> = new Map(); // colors of the objects of each class
+  private objectShades: ReadonlyMap<number, number> = new Map(); // result of `shadesOfObjects`
   private stuff: ReadonlySet<number> = new Set(); // ids of classes without separate objects
   cursor = -1; // region selected by keyboard; -1 if there is none
   hoveredCell = -1;
@@ -52,9 +53,17 @@ export class Workbench {
     drawing.afterView.push(() => this.sayIfEmpty());
     events.on("painted", (cells) => {
       drawing.hasLabels = (session.paints.countOf.get(0) ?? 0) < session.paints.of.length;
-      drawing.cells.setPaint(session.paints.of, cells, this.stuff);
-      drawing.redraw();
+      this.showPaint(cells);
     });
+  }
+
+  /** Show the paint of the given cells, or of all cells if `cells` is null or if an object gets another shade. */
+  private showPaint(cells: Uint32Array | null): void {
+    const { drawing, session, objectShades } = this;
+    this.objectShades = shadesOfObjects(session.paints, session.regions);
+    const isOther = [...this.objectShades].some(([paint, shade]) => shade !== (objectShades.get(paint) ?? usualShade(objectOf(paint))));
+    drawing.cells.setPaint(session.paints.of, isOther ? null : cells, this.stuff, this.objectShades);
+    drawing.redraw();
   }
 
   private takeFile(): void {
@@ -71,6 +80,7 @@ export class Workbench {
     this.selection.clear();
     this.cursor = -1;
     this.order = regions.neighbors.walk();
+    this.session.events.emit("painted", new Uint32Array(0)); // other objects may touch now
     this.drawing.setLabels(regions.labels, regionColors(regions.neighbors, regions.count, mesh.palette));
     this.drawing.mark({ hovered: this.regionOf(this.hoveredCell), cursor: -1 });
     this.events.emit("selection", this.selection);
@@ -134,7 +144,7 @@ export class Workbench {
   /** Color of a paint (class and object) as CSS; "none" if there is no such class. */
   paintColor(paint: number): string {
     const shades = this.shades.get(classOf(paint));
-    return shades ? cssColor(shadeOf(shades, objectOf(paint))) : "none";
+    return shades ? cssColor(shades[this.objectShades.get(paint) ?? usualShade(objectOf(paint))]) : "none";
   }
 
   /** Name of a paint (class and object) of the other file in a comparison. */

@@ -29,7 +29,7 @@ from ..cells.size import advised_max_edge
 from ..cells.subdivision import Subdivision, subdivide
 from ..cells.texels import subdivided_texture
 from ..clustering.result import Segmentation
-from ..errors import BalanceWarning, IslandWarning, MeshError, SliverWarning
+from ..errors import BalanceWarning, FeatureWarning, IslandWarning, MeshError, SliverWarning
 from ..export.cells import FormatOptions
 from ..io.attributes import MeshAttributes
 from ..io.readers.ply_texture import OF_TEXTURE
@@ -144,6 +144,7 @@ class Outcome:
     sharp_inside: Floats | None = None
     """For each region, the fraction of the length of barrier edges that is inside the region, (K,).
     None if there are no barrier edges, or if no `barrier_angle` was given."""
+    notes: tuple[str, ...] = ()  # warnings about features
 
 
 def segment_file(
@@ -191,8 +192,8 @@ def segment_file(
     if barrier_angle is not None:
         of_cells["barriers"] = sharp_edges(as_mesh(mesh), barrier_angle, n_threads=threads)
     seen = mesh if options.viewpoint is None else seen_from(options.viewpoint, mesh)
-    result = replace(_segmented(seen, of_cells, options, progress, on_stage), cells=mesh)
-    outcome = Outcome(mesh, attributes, result)
+    result, notes = _segmented(seen, of_cells, options, progress, on_stage)
+    outcome = Outcome(mesh, attributes, replace(result, cells=mesh), notes=notes)
     if barrier_angle is not None and len(of_cells["barriers"]):
         inside = sharp_edges_inside(as_mesh(mesh), result.labels, barrier_angle, n_threads=threads)
         outcome = replace(outcome, sharp_inside=inside)
@@ -234,16 +235,21 @@ def _subdivided(source: Cells, options: FileOptions) -> Subdivision:
 def _segmented(
     mesh: Cells, of_cells: Mapping[str, Any], options: FileOptions, progress: Progress | None,
     on_stage: OnStage | None,
-) -> Segmentation:  # fmt: skip
-    """Segment a mesh; reduce `n_segments` if there are fewer cells inside the mask."""
+) -> tuple[Segmentation, tuple[str, ...]]:  # fmt: skip
+    """Segment a mesh, and return warnings about features.
+
+    `n_segments` is reduced if there are fewer cells inside the mask.
+    """
     keywords = dict(options.keywords)
     if keywords.get("n_segments") is not None:
         n_kept = int(of_cells["mask"].sum()) if "mask" in of_cells else mesh.n_cells
         keywords["n_segments"] = min(keywords["n_segments"], max(n_kept, 1))  # 0 is for `segment`
-    with warnings.catch_warnings():  # `Segmentation` contains the same information
+    with warnings.catch_warnings(record=True) as caught:
         for kind in (IslandWarning, SliverWarning, BalanceWarning):
-            warnings.simplefilter("ignore", kind)
-        return segment(mesh, progress=progress, on_stage=on_stage, **keywords, **of_cells)
+            warnings.simplefilter("ignore", kind)  # `Segmentation` contains the same information
+        warnings.simplefilter("always", FeatureWarning)
+        result = segment(mesh, progress=progress, on_stage=on_stage, **keywords, **of_cells)
+    return result, tuple(str(warning.message) for warning in caught)
 
 
 def attributes_of_parts(

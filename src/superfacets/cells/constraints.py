@@ -25,6 +25,7 @@ from ..errors import MeshError
 from ..mesh.base import Cells
 from ..mesh.faces import FaceMesh, ends_of_sides, face_sizes
 from ..mesh.weld import lowest_vertices
+from .corner_labels import of_cells
 from .face_graph import FaceGraph, build_face_graph
 from .kinds import kind_of
 from .surface import Surface, arc_measures
@@ -44,9 +45,9 @@ errors that positions in float32 cause."""
 class ConstraintOptions:
     """The arguments `mask` and `barriers` of `segment`."""
 
-    mask: Any = None  # (N,) whether each cell is segmented; None to segment all cells
-    # Edges that separate regions; or one number per cell, so that no region contains cells with
-    # different numbers; or None if there are no barriers.
+    mask: Any = None  # (N,) or (V,) whether each cell is segmented; None to segment all cells
+    # Edges that separate regions; or one number per cell or vertex, so that no region has cells
+    # with different numbers; or None if there are no barriers.
     barriers: Any = None
 
     @property
@@ -81,7 +82,7 @@ class ConstraintOptions:
         if not self.is_used:
             return None
         n_cells, sources = graph.n_cells, graph.sources
-        is_kept = in_order(_checked_kept(self.mask, n_cells), order)
+        is_kept = in_order(_checked_kept(of_cells(self.mask, source), n_cells), order)
         keeps_arc = is_kept[sources] & is_kept[graph.neighbors]
         groups = NO_GROUPS
         if self.barriers is not None:
@@ -92,7 +93,8 @@ class ConstraintOptions:
                 )
                 groups = _groups_apart(graph, keeps_arc, keeps_arc & ~crosses, sources)
             else:
-                sides = in_order(_checked_sides(self.barriers, n_cells), order)
+                given = of_cells(self.barriers, source)
+                sides = in_order(_checked_sides(given, n_cells), order)
                 crosses = sides[sources] != sides[graph.neighbors]
                 groups = sides
             keeps_arc &= ~crosses

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,6 +12,7 @@ import numpy.typing as npt
 from .. import _core
 from .._types import Floats, Ints
 from .._validate import checked_flag, checked_number, counted, exact_doubles, refuse_mask
+from ..errors import FeatureWarning
 from .cell_graph import CellGraph
 from .kinds import kind_of
 from .surface import Surface
@@ -19,6 +21,10 @@ FEATURE_WEIGHT = 5.0
 """Default cost of a feature difference of one standard deviation, as a multiple of the expected
 radius of a region. Larger weights hardly help: on three slightly smoothed color photographs, the
 borders of 200 regions contain 70 % of the image edges with a weight of 5, and 71 % with 20."""
+
+
+CONSTANT = 1e-12
+"""Standard deviation, as a fraction of the largest value, up to which a feature is constant."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,8 +39,10 @@ class FeatureTable:
     """For each group of consecutive columns: number of columns, and lower bound of the standard
     deviation that the columns are divided by."""
 
+    names: tuple[str, ...] = ()  # name of the feature of each column
+
     def __getitem__(self, rows: Any) -> FeatureTable:
-        return FeatureTable(self.values[rows], self.groups)
+        return FeatureTable(self.values[rows], self.groups, self.names)
 
 
 @dataclass(frozen=True)
@@ -90,6 +98,7 @@ class FeatureOptions:
         table = self.table(source, measures, order)
         if table is None or not self.weight:
             return None
+        _warn_if_constant(table, self.given.names if isinstance(self.given, FeatureTable) else ())
         return FeatureSteps(table, self.weight, n_threads)
 
     def table(self, source: Any, measures: Floats, order: Ints | None = None) -> Floats | None:
@@ -153,6 +162,21 @@ def _checked_table(given: Any, n_cells: int, source: Any) -> Floats:
     )
 
 
+def _warn_if_constant(table: Floats, names: tuple[str, ...]) -> None:
+    """Issue a FeatureWarning if all columns of a feature are constant, except for rounding errors.
+
+    A table without names is one feature.
+    """
+    is_spread = np.ptp(table, axis=0) > 4 * CONSTANT * np.abs(table).max(axis=0)
+    of_columns = np.array(names or ("features",) * len(is_spread))
+    constant = [
+        name for name in dict.fromkeys(of_columns) if not is_spread[of_columns == name].any()
+    ]
+    if constant:
+        note = f"{', '.join(constant)}: all cells have the same value, so this has no effect"
+        warnings.warn(note, FeatureWarning, stacklevel=7)
+
+
 def _scales(table: Floats, measures: Floats, groups: tuple[tuple[int, float], ...]) -> Floats:
     """Return the scale factor of each column: 1 / the standard deviation of its group of columns.
 
@@ -166,7 +190,7 @@ def _scales(table: Floats, measures: Floats, groups: tuple[tuple[int, float], ..
     unit = np.where(largest > 0, largest, 1.0)  # avoids overflow of squares
     part = table / unit
     variance = weights @ (part - weights @ part) ** 2
-    is_spread = variance > (1e-12) ** 2  # constant columns vary by rounding errors
+    is_spread = variance > CONSTANT**2  # constant columns vary by rounding errors
     deviation = np.sqrt(np.where(is_spread, variance, 1.0)) * unit
     scales = np.where(is_spread, 1.0 / deviation, 0.0)
     start = 0

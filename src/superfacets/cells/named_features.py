@@ -46,7 +46,7 @@ def features_of(
     """
     if not names:
         return None
-    columns, groups = [], []
+    columns, groups, of_columns = [], [], list[str]()
     for name in names:
         has_texels = attributes is not None and attributes.texture is not None
         is_texture = name in _FROM_TEXTURE or (
@@ -60,20 +60,25 @@ def features_of(
         else:
             columns.append(_columns_of(name, cells, attributes, n_threads, is_kept))
             groups += [(1, 0.0)] * columns[-1].shape[1]
-    return FeatureTable(np.concatenate(columns, axis=1), tuple(groups))
+        of_columns += [name] * columns[-1].shape[1]
+    return FeatureTable(np.concatenate(columns, axis=1), tuple(groups), tuple(of_columns))
 
 
 def _texels_of(
     name: str, cells: Any, attributes: MeshAttributes | None, n_threads: int
 ) -> FaceTexels:
     """Return the color of each face from the texture; raise a MeshError if there is no texture."""
-    if attributes is None or attributes.texture is None:
-        reasons = () if attributes is None else attributes.left_out
-        why = "".join(f" ({reason})" for reason in reasons if reason.startswith("texture: "))
-        raise MeshError(f"features {name}: the mesh has no texture{why}")
-    check_texture(attributes.texture, cells)
+    reasons = () if attributes is None else attributes.left_out
+    whys = [reason for reason in reasons if reason.startswith(("texture: ", "materials: "))]
+    texture = None if attributes is None else attributes.texture
+    if texture is None or whys:
+        why = f" ({whys[0]})" if whys else ""
+        raise MeshError(
+            f"features {name}: the mesh has no {'complete ' * bool(texture)}texture{why}"
+        )
+    check_texture(texture, cells)
     try:
-        return face_texels(cells, attributes.texture, n_threads)
+        return face_texels(cells, texture, n_threads)
     except MeshError as error:
         raise MeshError(f"features {name}: {error}") from None
 

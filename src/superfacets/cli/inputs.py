@@ -19,7 +19,9 @@ from ..errors import MeshError
 from ..io.attributes import MeshAttributes
 from ..io.guards import Content, known_ending, named_errors, read_content
 from ..io.readers.b3dm import Placement
+from ..io.readers.cortex import CORTEX_VALUES, values_of_vertices
 from ..io.readers.labels import (
+    KEY_ENDINGS,
     LABEL_ENDINGS,
     NO_REGION,
     PLACED_ENDINGS,
@@ -28,16 +30,20 @@ from ..io.readers.labels import (
     checked_labels,
     find_labels,
     parse_labels,
-    read_labels,
 )
 from ..io.readers.las import las_steps
-from ..io.readers.npy import npy_array
-from ..io.readers.read import cell_ending, parse_cells_and_attributes, recognized_ending
+from ..io.readers.npy import npy_array, npy_header
+from ..io.readers.read import (
+    Z_UP_ENDINGS,
+    cell_ending,
+    parse_cells_and_attributes,
+    recognized_ending,
+)
 from ..mesh.base import Cells
 from .failures import print_note, print_notes
 from .options import FILE, STANDARD_STREAM, Real, numbers, option, options
 
-VALUE_ENDINGS = (".npy", ".txt")
+VALUE_ENDINGS = (".npy", ".txt", *CORTEX_VALUES)
 
 
 class GivenLabels(NamedTuple):
@@ -111,6 +117,10 @@ class Input(NamedTuple):
         print_notes(notes)
         return classes
 
+    def up_axis(self, requested: Any) -> Any:
+        """Return the axis that points up: `requested`, or if it is auto, the axis of the format."""
+        return "z" if requested == "auto" and self.ending in Z_UP_ENDINGS else requested
+
     @property
     def steps(self) -> Floats:
         """Quantization steps of x, y and z, (3,), if this is a LAS or LAZ file; 0 otherwise."""
@@ -146,11 +156,14 @@ def labels_of_cells(cells: Cells, given: GivenLabels, *, is_quiet: bool) -> Ints
     return labels
 
 
-def given_labels(source: Input, cells: Cells, path: Path, name: str) -> GivenLabels:
+def given_labels(
+    source: Input, cells: Cells, path: Path, name: str, *, are_values: bool = False
+) -> GivenLabels:
     """Read a label file, which has one label per cell or, for a mesh, one label per vertex.
 
     `source` is the input that contains the `cells`, and `name` is the same as in `read_labels`. If
-    the label file is a work file of the studio, the labels are the classes, and -1 for no class.
+    the label file is a work file of the studio, the labels are the classes, and -1 for no class. If
+    `are_values` is True, an array of bools is accepted.
     """
     if is_work(path):
         classes = source.classes_in_work(path, cells.n_cells)
@@ -159,13 +172,22 @@ def given_labels(source: Input, cells: Cells, path: Path, name: str) -> GivenLab
     labeled = Input(str(path), read_content(path), ending, path.parent)
     n_vertices = getattr(cells, "n_vertices", None)
     with named_errors(path):
-        labels = parse_labels(labeled.data, ending, None, name)
+        is_mask = are_values and ending == ".npy" and npy_header(labeled.data)[1].kind == "b"
+        labels = (
+            checked_labels(npy_array(labeled.data, "labels").view(np.uint8))
+            if is_mask
+            else parse_labels(labeled.data, ending, None, name)
+        )
         if n_vertices is not None and ending in VERTEX_ENDINGS:
             check_length(labels, n_vertices, "labels", "vertex", error=MeshError)
             return GivenLabels(path, labels, True)
         are_of_vertices = len(labels) == n_vertices != cells.n_cells
-        if not are_of_vertices:
-            checked_labels(labels, cells.n_cells)
+        if not are_of_vertices and len(labels) != cells.n_cells:
+            vertices = "" if n_vertices is None else f" or per vertex ({n_vertices})"
+            raise MeshError(
+                f"labels must have one value per {kind_of(cells).noun} ({cells.n_cells}){vertices},"
+                f" got {counted(len(labels), 'value')}"
+            )
     if ending in PLACED_ENDINGS:
         _check_same_order(source, cells, labeled, are_of_vertices=are_of_vertices)
     return GivenLabels(path, labels, are_of_vertices)
@@ -232,12 +254,14 @@ def read_input(text: str, format: str | None = None) -> Input:
 
 
 def read_values(path: Path) -> Array:
-    """Read numbers from a .npy or .txt file, one per cell, region or vertex."""
+    """Read numbers from a .npy, .txt, GIFTI or FreeSurfer file, one per cell, region or vertex."""
     ending = known_ending(path, VALUE_ENDINGS)
     data = read_content(path)
     try:
         if ending == ".npy":
             return npy_array(data, "values")
+        if ending in CORTEX_VALUES:
+            return values_of_vertices(data, ending)
         return np.array(bytes(data).split(), dtype=np.float64)
     except ValueError as error:
         raise MeshError(f"{path}: {error}") from None
@@ -251,12 +275,13 @@ mask_values_option = option(
 )  # fmt: skip
 constraint_options = options(
     option("--mask FILE", FILE,
-           "Label file with one value per face or point. Without --mask-values, cells with value 0"
-           " (or False) are left out and get label -1."),
+           "Label file with one value per face, point or vertex; in .label.gii and .annot files,"
+           " the key or table row. Without --mask-values, cells with value 0 (or False) are left"
+           " out and get label -1. A face has the most frequent value of its vertices."),
     mask_values_option,
     option("--barriers FILE", FILE,
-           "Label file with one whole number per face or point. Cells with different numbers never"
-           " share a region."),
+           "Label file with one whole number per face, point or vertex. Cells with different"
+           " numbers never share a region."),
 )  # fmt: skip
 """Decorator that adds ``--mask``, ``--mask-values`` and ``--barriers`` to a command."""
 
@@ -280,31 +305,25 @@ def constraints_of(
     of `source`, the input that contains the `cells`. Raises a MeshError if no cell is kept.
     """
     keywords: dict[str, Any] = {}
-    n_cells = cells.n_cells
     if mask is not None:
-        keywords["mask"] = mask_of(_read_mask(mask, source, n_cells, name), values, mask, cells)
+        of_file = _values_of_cells(mask, source, cells, name)
+        keywords["mask"] = mask_of(of_file, values, mask, cells)
     elif values is not None:
-        labels = source.integers(n_cells, name)
+        labels = source.integers(cells.n_cells, name)
         keywords["mask"] = mask_of(labels, values, name_of(source.text), cells)
     if barriers is not None:
-        keywords["barriers"] = _read_integers(barriers, source, n_cells, name)
+        keywords["barriers"] = _values_of_cells(barriers, source, cells, name)
     return keywords
 
 
-def _read_integers(path: Path, source: Input, n_cells: int, name: str) -> Ints:
-    """Read one integer per cell of `source`: a label, or the class in a work file of the studio."""
+def _values_of_cells(path: Path, source: Input, cells: Cells, name: str) -> Ints:
+    """Read one integer per cell: a value, a key, or the class in a work file of the studio.
+
+    Values of vertices are converted: a cell gets the most frequent value of its corners. False is
+    0, and True is 1.
+    """
     if is_work(path):
-        return source.classes_in_work(path, n_cells)
-    return read_labels(path, n_cells, name=name)
-
-
-def _read_mask(path: Path, source: Input, n_cells: int, name: str) -> Ints:
-    """Read the value of each cell from a mask file; False is 0, and True is 1."""
-    if is_work(path) or known_ending(path, LABEL_ENDINGS) != ".npy":
-        return _read_integers(path, source, n_cells, name)
-    data = read_content(path)
-    with named_errors(path):
-        values = npy_array(data, "labels")
-        if values.dtype == bool:
-            values = values.view(np.uint8)
-        return checked_labels(values, n_cells)
+        return source.classes_in_work(path, cells.n_cells)
+    given = given_labels(source, cells, path, name, are_values=True)
+    first = int(path.name.lower().endswith(KEY_ENDINGS))  # key of label 0
+    return labels_of_cells(cells, given, is_quiet=True) + np.int32(first)

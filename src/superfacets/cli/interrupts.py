@@ -121,6 +121,10 @@ def run_in_background(work: Callable[[], T], tick: Callable[[], object] | None =
     A KeyboardInterrupt ends only the waiting: the thread continues until the process ends.
     Therefore `work` must not write files.
     """
+    import click  # importing it earlier would end the process differently on Ctrl-C
+
+    from .progress import WaitBar
+
     results: list[T] = []
     errors: list[BaseException] = []
     is_done = threading.Event()
@@ -134,9 +138,12 @@ def run_in_background(work: Callable[[], T], tick: Callable[[], object] | None =
             is_done.set()
 
     threading.Thread(target=body, name=_NAME, daemon=True).start()
-    while not is_done.wait(SECONDS_BETWEEN_TICKS):
-        if tick is not None:
-            tick()
+    context = click.get_current_context(silent=True)
+    is_quiet = tick is not None or (context is not None and context.params.get("is_quiet"))
+    with WaitBar(is_quiet=bool(is_quiet)):
+        while not is_done.wait(SECONDS_BETWEEN_TICKS):
+            if tick is not None:
+                tick()
     if errors:
         raise errors.pop()
     return results.pop()

@@ -6,6 +6,7 @@ import contextlib
 import os
 import re
 import sys
+import warnings
 from importlib import import_module
 from typing import NoReturn
 
@@ -13,7 +14,7 @@ import click
 
 from .. import __version__
 from ..workers.start import prepare
-from .failures import EXIT_DATA, EXIT_USAGE, FAILURES, message_of, print_error
+from .failures import EXIT_DATA, EXIT_USAGE, FAILURES, message_of, print_error, print_note
 from .interrupts import EXIT_INTERRUPTED, INTERRUPTED, hear_signals, is_busy, while_importing
 
 GROUPS = {
@@ -58,6 +59,7 @@ _NO_WORKERS = {"-h", "--help", "--scheduler"}
 def main() -> NoReturn:
     """Run the command line. An error is reported by one line on stderr and by the exit status."""
     hear_signals()
+    warnings.showwarning = _show_warning
     try:
         names = {word.partition("=")[0] for word in sys.argv}  # options without their values
         if sys.argv[1:2] == ["batch"] and names.isdisjoint(_NO_WORKERS):
@@ -74,6 +76,12 @@ def main() -> NoReturn:
     except ValueError as error:  # a wrong parameter or environment variable
         _fail(str(error), EXIT_USAGE)
     sys.exit(status if isinstance(status, int) else 0)
+
+
+def _show_warning(message: Warning | str, *_: object, **__: object) -> None:
+    """Print a warning, for example of a library about a damaged file, as a note of one line."""
+    if {"-q", "--quiet"}.isdisjoint(sys.argv):
+        print_note(str(message)[:200])
 
 
 class LazyGroup(click.Group):

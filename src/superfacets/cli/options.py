@@ -198,7 +198,8 @@ label_options = options(
 )  # fmt: skip
 camera_options = options(
     option("--up", ("auto", "x", "y", "z"),
-           "Axis that points up; auto guesses y or z.", default="auto"),
+           "Axis that points up; auto is z for LAS, E57 and b3dm, and otherwise a guess, y or z.",
+           default="auto"),
     option("--azimuth", Real(), "Direction of the camera around the up axis, in degrees.",
            default=30.0),
     option("--elevation", Real(-90, 90), "Angle of the camera above the horizon, in degrees.",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import math
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, ClassVar, Self
@@ -115,6 +116,34 @@ class Bar:
         self._bar.set_description_str(text, refresh=False)
         self._bar.n, self._bar.total = n_done, n_all
         self._bar.refresh()
+
+
+class WaitBar(Bar):
+    """Line on stderr with the elapsed time, for work whose progress is unknown.
+
+    The line appears after `DELAY` seconds.
+    """
+
+    layout = "{desc}"
+
+    DELAY = 2.0
+
+    def __enter__(self) -> Self:
+        self._begin, self._is_done = time.monotonic(), threading.Event()
+        self._thread = threading.Thread(target=self._count, daemon=True)
+        if self._is_shown:
+            self._thread.start()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._is_done.set()
+        if self._is_shown:
+            self._thread.join()
+        super().__exit__(*error)
+
+    def _count(self) -> None:
+        while not self._is_done.wait(self.DELAY if self._bar is None else 1.0):
+            self.show(f"working, {time.monotonic() - self._begin:.0f} s", 0, 1)
 
 
 class RunBar(Bar):

@@ -24,6 +24,7 @@ from . import options as opts
 from .failures import print_note
 from .inputs import VALUE_ENDINGS, Input, labels_for, read_input, read_values
 from .options import FILE, FLAG, option, options
+from .progress import WaitBar
 from .report import note_on_up
 
 if TYPE_CHECKING:
@@ -139,8 +140,9 @@ def render_command(
         raise click.UsageError("nothing to write: give -o a .png, or --turntable a .gif or .mp4")
     if output is not None and output.suffix.lower() != ".png":
         raise click.UsageError(f"{output} must end in .png")
-    view = _chosen_view(side, azimuth=azimuth, elevation=elevation, up=up)
     source = read_input(str(mesh))
+    up = source.up_axis(up)
+    view = _chosen_view(side, azimuth=azimuth, elevation=elevation, up=up)
     cells, attributes = source.cells_and_attributes()
     if viewpoint is not None:
         cells = seen_from(viewpoint, cells)
@@ -160,12 +162,13 @@ def render_command(
     named = None if values is None or isinstance(values, str) else Path(str(color_by))
     for path in [path for path in (output, turntable) if path is not None]:
         try:
-            plotted = plot(
-                cells, shown, output=path, compare=others, titles=titles, size=size, colors=colors,
-                color_by=values, scale_title=None if named is None else named.stem, view=view,
-                clip=clip, smooth_borders=smooth_borders, numbers=numbers,
-                see_inside=see_inside,
-            )  # fmt: skip
+            with WaitBar():
+                plotted = plot(
+                    cells, shown, output=path, compare=others, titles=titles, size=size,
+                    colors=colors, color_by=values, view=view, clip=clip, numbers=numbers,
+                    scale_title=None if named is None else named.stem, see_inside=see_inside,
+                    smooth_borders=smooth_borders,
+                )  # fmt: skip
         except (ValueError, TypeError) as error:
             if named is None or isinstance(error, MeshError):
                 raise

@@ -20,8 +20,11 @@ from ..export.pyg import GRAPH_OUTPUTS
 from ..export.textures import notes_on_texture
 from ..io.attributes import MeshAttributes
 from ..mesh.base import Cells
-from ..pipeline import BARRIERS_NOTE, SCANS, fewer_note
+from ..pipeline import BARRIERS_NOTE, fewer_note
 from ..regions.vertices import MIN_IN_FILES
+
+FEW_CELLS = 4.0
+"""Mean number of cells of a region below which a radius is probably in a wrong unit."""
 
 MAX_FILLED = 0.2
 """Maximum fraction of regions that have the minimum number of vertices without a note. In scanned
@@ -54,7 +57,7 @@ def notes_of(
             f"{n_requested} regions were requested, but there are only"
             f" {counted(n_kept, kind.noun)}: each {kind.noun} became a region"
         )
-    notes += notes_on_result(result)
+    notes += [*outcome.notes, *notes_on_result(result)]
     if outcome.sharp_inside is not None:
         notes += _notes_on_sharp_edges(outcome.sharp_inside)
     if listed is not None and holds_labels:
@@ -99,10 +102,7 @@ def _notes_on_number(result: Segmentation, n_requested: int | None) -> list[str]
     n_made = result.n_segments + result.n_merged
     n_kept = result.n_unreached if params["islands"] == "keep" else 0
     if n_requested is None:
-        note = "the radius gives only one region"
-        if params["radius"] is not None:
-            note += ": -r is a fraction of the bounding box's diagonal"
-        return [] if n_made - n_kept > 1 else [note]
+        return _notes_on_radius(result, n_made - n_kept)
     if n_made != n_requested and params["init"] in ("flood", "grid"):
         return [
             f"{counted(n_made, 'region')} instead of {n_requested}: --init {params['init']}"
@@ -122,6 +122,19 @@ def _notes_on_number(result: Segmentation, n_requested: int | None) -> list[str]
         return [] if n_requested == 1 else [f"{more}: {BARRIERS_NOTE}"]
     advice = "" if has_barriers else "; --islands nearest joins them to the nearest region"
     return [f"{more}: {parts} became regions{advice}"]
+
+
+def _notes_on_radius(result: Segmentation, n_made: int) -> list[str]:
+    """Return a note if the radius gives only one region, or regions of few cells."""
+    is_fraction = result.params["radius"] is not None
+    unit = "-r is a fraction of the bounding box's diagonal"
+    if n_made < 2:
+        return ["the radius gives only one region" + f": {unit}" * is_fraction]
+    n_cells = np.count_nonzero(result.labels >= 0) / result.n_segments
+    if n_cells >= FEW_CELLS:
+        return []
+    unit = unit if is_fraction else "-R is in the unit of the file, which may be millimeters"
+    return [f"regions have only {n_cells:.1f} cells on average, so they follow no creases: {unit}"]
 
 
 def _notes_on_sharp_edges(inside: Floats) -> list[str]:
@@ -223,14 +236,6 @@ def notes_on_numbers(labels: Ints | None, endings: Collection[str], sizes: Longs
     return notes
 
 
-def notes_on_denoising(requested: object, taken: int | None, *, scans: bool) -> list[str]:
-    """Return a note on the number of smoothing steps if ``--denoise auto`` chose this number."""
-    if requested != "auto":
-        return []
-    other = f"; --scans alone uses {SCANS['denoise']}" if scans else ""
-    return [f"--denoise auto used {counted(taken or 0, 'smoothing step')}{other}"]
-
-
 def note_on_up(requested: str, up: str) -> str:
     """Return the text that follows a file name if ``--up auto`` guessed the axis `up`."""
     return f" (up: {up}, guessed; change it with --up)" if requested == "auto" else ""
@@ -259,12 +264,25 @@ def facts_of(
 
 
 def summary_of(
-    result: Segmentation, timings: Mapping[str, float], noun: str = "face", n_left_out: int = 0
-) -> str:
-    """Return a one-line summary of a run; `noun` is the word for a labeled element."""
-    left_out = f" ({n_left_out} left out)" if n_left_out else ""
-    seconds = ", ".join(f"{stage} {spent:.3f}" for stage, spent in timings.items())
-    return (
-        f"{counted(len(result.labels), noun)}{left_out}, {counted(result.n_segments, 'region')}, "
-        f"{counted(result.n_iter, 'iteration')}, {result.stop_reason}; seconds: {seconds}"
+    result: Segmentation, timings: Mapping[str, float], noun: str = "face", n_left_out: int = 0, *,
+    denoise: object = "auto", is_verbose: bool = False,
+) -> str:  # fmt: skip
+    """Return a one-line summary of a run; `noun` is the word for a labeled element.
+
+    `denoise` is the option of the user, and `is_verbose` adds the time of each stage.
+    """
+    regions, cells = (
+        f"{n:,} {counted(n, thing).partition(' ')[2]}"
+        for n, thing in ((result.n_segments, "region"), (len(result.labels), noun))
     )
+    left_out = f" ({n_left_out:,} left out)" if n_left_out else ""
+    text = f"{regions} of {cells}{left_out} in {sum(timings.values()):.2f} s"
+    taken = result.params["denoise"]
+    if denoise in (None, "auto") and taken:
+        steps = counted(taken, "smoothing step")
+        text += f"; noise found: creases measured after {steps}"
+    if not is_verbose:
+        return text
+    seconds = ", ".join(f"{stage} {spent:.3f}" for stage, spent in timings.items())
+    iterations = counted(result.n_iter, "iteration")
+    return f"{text}; {iterations}, {result.stop_reason}; seconds: {seconds}"

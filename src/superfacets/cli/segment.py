@@ -34,10 +34,19 @@ from .inputs import (
     read_input,
 )
 from .interrupts import run_in_background
-from .options import INPUT, format_option, json_option, labels_named_option, options, quiet_option
+from .options import (
+    FLAG,
+    INPUT,
+    format_option,
+    json_option,
+    labels_named_option,
+    option,
+    options,
+    quiet_option,
+)
 from .outputs import Job, check_mask, names_of_results, output_option, plan_jobs, to_option
 from .progress import RunBar, TileBar
-from .report import facts_of, notes_of, notes_on_denoising, notes_on_result, summary_of
+from .report import facts_of, notes_of, notes_on_result, summary_of
 from .segment_options import SegmentCommand, file_options, options_of, segment_options
 from .tiled import TileOptions, names_by_tiles, segment_by_tiles, tile_options
 
@@ -62,6 +71,7 @@ from .tiled import TileOptions, names_by_tiles, segment_by_tiles, tile_options
     file_options,
     tile_options,
     quiet_option,
+    option("-v --verbose is_verbose", FLAG, "Also print the time of each stage."),
     json_option("the results as JSON, one line per IN"),
 )  # fmt: skip
 @click.pass_context
@@ -69,7 +79,7 @@ def segment_command(
     ctx: click.Context, /, inputs: tuple[str, ...], outputs: tuple[str, ...],
     formats: tuple[str, ...], format: str | None, mask: Path | None,
     mask_values: tuple[int, ...] | None, barriers: Path | None, barrier_angle: float | None,
-    labels_named: str, is_quiet: bool, as_json: bool, **given: Any,
+    labels_named: str, is_quiet: bool, is_verbose: bool, as_json: bool, **given: Any,
 ) -> None:  # fmt: skip
     """Segment meshes and point clouds, and write their labels.
 
@@ -104,7 +114,7 @@ def segment_command(
     constraints = partial(constraints_of, mask, mask_values, barriers, name=labels_named)
     run = _Run(
         chosen, format, form, constraints, barrier_angle, has_mask, tiles, scans, is_quiet,
-        as_json,
+        as_json, is_verbose,
     )  # fmt: skip
     named = [name_of(job.input) for job in jobs]
     if count_failures(named, lambda i: run.do(jobs[i]), lambda i, m: run.print_failure(jobs[i], m)):
@@ -125,6 +135,7 @@ class _Run:
     scans: bool
     is_quiet: bool
     as_json: bool
+    is_verbose: bool
 
     def print_failure(self, job: Job, message: str) -> None:
         """Print a failure as a JSON object if ``--json`` is given."""
@@ -169,10 +180,11 @@ class _Run:
         self, job: Job, result: Segmentation, timings: Mapping[str, float], noun: str,
         n_left_out: int = 0, sharp_inside: float | None = None,
     ) -> None:  # fmt: skip
-        asked = self.options.keywords.get("denoise")
-        if not self.is_quiet:
-            print_notes(notes_on_denoising(asked, result.params["denoise"], scans=self.scans))
-        text = f"{job.name}: {summary_of(result, timings, noun, n_left_out)}"
+        summary = summary_of(
+            result, timings, noun, n_left_out, denoise=self.options.keywords.get("denoise"),
+            is_verbose=self.is_verbose,
+        )  # fmt: skip
+        text = f"{job.name}: {summary}"
         if sharp_inside == 0:
             text += "; all sharp edges are on borders"
         facts = facts_of(result, timings, noun, sharp_inside)

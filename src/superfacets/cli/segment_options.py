@@ -56,7 +56,8 @@ _GROUPS = {
     "Larger than memory": (
         "is_tiled", "tile_size", "scratch", "cache",
     ),
-    "Running": ("n_threads", "workers", "scheduler", "retry_failed", "as_json"),
+    "Running": ("n_threads", "workers", "scheduler", "retry_failed", "as_json",
+                "is_verbose"),
 }  # fmt: skip
 """Groups of options in the help texts of ``segment`` and ``batch``: parameter names by title."""
 

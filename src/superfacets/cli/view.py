@@ -71,6 +71,7 @@ def view_command(
         print_note(f"{mesh} has no labels: give a label file with --labels")
     truth = None if gt is None else labels_for(source, cells, gt, labels_named, is_quiet=True)
     values = {path.stem: read_values(path) for path in features}
+    up = source.up_axis(up)
     camera = View(azimuth=azimuth, elevation=elevation, up=up)
     name = mesh.name if title is None else title
     page = None

@@ -64,7 +64,7 @@ MESH_OUTPUTS = (*TRIANGLE_WRITERS, *TET_WRITERS)
 CLOUD_OUTPUTS = (".csv", ".pcd", ".las", ".laz")
 """Endings of formats that store only point clouds."""
 
-ATTRIBUTE_OUTPUTS = (*FACE_WRITERS, ".pcd", ".las", ".laz")
+ATTRIBUTE_OUTPUTS = (*FACE_WRITERS, ".pcd", ".las", ".laz", ".label.gii")
 """Endings of outputs for which commands read the attributes of the input, including its texture."""
 
 NAMED_OUTPUTS = (".vtp", *TET_WRITERS)

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import base64
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import IO
+from xml.sax.saxutils import escape
 
 import numpy as np
 
 from .._types import Array, Bytes
+from ..io.readers.cortex import STRUCTURE
 from ..pictures.colors import PALETTE
 
 _UNKNOWN = (25, 5, 25)
@@ -19,7 +21,7 @@ _GIFTI = """\
 <?xml version="1.0" encoding="UTF-8"?>
 <!DOCTYPE GIFTI SYSTEM "http://www.nitrc.org/frs/download.php/115/gifti.dtd">
 <GIFTI Version="1.0" NumberOfDataArrays="1">
-<MetaData/>
+<MetaData>{structure}</MetaData>
 <LabelTable>
 {table}
 </LabelTable>
@@ -33,20 +35,28 @@ Encoding="GZipBase64Binary" Endian="LittleEndian" ExternalFileName="" ExternalFi
 """
 
 
-def write_cortex(file: IO[bytes], ending: str, labels: Array, colors: Bytes | None = None) -> None:
+def write_cortex(
+    file: IO[bytes], ending: str, labels: Array, colors: Bytes | None = None, *,
+    comments: Sequence[str] = (),
+) -> None:  # fmt: skip
     """Write the label of each vertex, or -1 for no region, as ``.label.gii`` or ``.annot``.
 
     `colors`, (K, 3), has the color of each region, in ascending order of the labels. By default the
-    colors of `PALETTE` are repeated.
+    colors of `PALETTE` are repeated. GIFTI stores the anatomical
+    structure of the surface, if one of the `comments` has it.
     """
     regions = np.unique(labels[labels >= 0])
     if colors is None:
         colors = PALETTE[np.arange(len(regions)) % len(PALETTE)]
-    write = _write_gifti if ending == ".label.gii" else _write_annot
-    write(file, labels, regions, colors)
+    if ending == ".label.gii":
+        _write_gifti(file, labels, regions, colors, comments)
+    else:
+        _write_annot(file, labels, regions, colors)
 
 
-def _write_gifti(file: IO[bytes], labels: Array, regions: Array, colors: Bytes) -> None:
+def _write_gifti(
+    file: IO[bytes], labels: Array, regions: Array, colors: Bytes, comments: Sequence[str]
+) -> None:
     """Write GIFTI. The key of a region is its label + 1. Key 0, named ``???``, means no region."""
     row = '<Label Key="{}" Red="{:.6g}" Green="{:.6g}" Blue="{:.6g}" Alpha="{}">{}</Label>'
     rows = [row.format(0, 1, 1, 1, 0, "???")]
@@ -54,7 +64,14 @@ def _write_gifti(file: IO[bytes], labels: Array, regions: Array, colors: Bytes) 
         rows.append(row.format(region + 1, *color, 1, f"region_{region}"))
     packed = zlib.compress((labels.astype("<i4") + 1).tobytes())
     data = base64.b64encode(packed).decode("ascii")
-    file.write(_GIFTI.format(table="\n".join(rows), n=len(labels), data=data).encode("ascii"))
+    pair = "<MD><Name>AnatomicalStructurePrimary</Name><Value>{}</Value></MD>"
+    names = [line.removeprefix(STRUCTURE) for line in comments if line.startswith(STRUCTURE)]
+    stored = "".join(pair.format(escape(name)) for name in names[:1])
+    file.write(
+        _GIFTI.format(table="\n".join(rows), n=len(labels), data=data, structure=stored).encode(
+            "ascii", "xmlcharrefreplace"
+        )
+    )
 
 
 def _write_annot(file: IO[bytes], labels: Array, regions: Array, colors: Bytes) -> None:

@@ -22,7 +22,7 @@ from ..io.textures import Texture
 from ..mesh.faces import FaceMesh, corner_triangles, corners_of
 from .content import Content
 from .gltf_materials import GltfMaterials
-from .text import fits_single
+from .text import finite_singles, fits_single
 
 FLOAT, UNSIGNED_INT, UNSIGNED_BYTE = 5126, 5125, 5121
 VERTICES, INDICES = 34962, 34963
@@ -100,8 +100,8 @@ def _add_primitive(
     if content.texture is not None and np.any(split.pairs >= 0):
         given = content.texture.coordinates[np.maximum(split.pairs, 0)]
         pairs = np.where(split.pairs[:, np.newaxis] >= 0, given, 0.0)
-        pairs = np.nan_to_num(np.stack([pairs[:, 0], 1.0 - pairs[:, 1]], axis=1))
-        attributes["TEXCOORD_0"] = scene.accessor(pairs.astype("<f4"), "VEC2", VERTICES)
+        pairs = finite_singles(np.stack([pairs[:, 0], 1.0 - pairs[:, 1]], axis=1))
+        attributes["TEXCOORD_0"] = scene.accessor(pairs, "VEC2", VERTICES)
     if content.colors is not None:
         shades = np.full((len(split.vertices), 4), 255, np.uint8)
         shades[:, :3] = content.colors[split.face_of_vertex]

@@ -17,6 +17,7 @@ from .._validate import ranked_labels
 from ..cells.kinds import kind_of
 from ..cells.region_adjacency import region_graph
 from ..errors import MeshError
+from ..io.attributes import MeshAttributes
 from ..io.readers.labels import checked_labels
 from ..mesh.base import Cells
 from .cells import FormatOptions
@@ -66,6 +67,7 @@ class IdWriter:
     of_vertices: Ints | None = None  # given labels of vertices; None to compute them from `labels`
     segments: Segments | None = None  # given segments, to write in place of the labels of vertices
     segments_file: Path | None = None  # the ``.segs.json`` file that is written together with this
+    attributes: MeshAttributes | None = None  # attributes of the cells
 
     def checked(self, endings: Sequence[str]) -> IdWriter:
         """Return self, or raise a MeshError if a format of `endings` cannot store the labels."""
@@ -99,7 +101,7 @@ class IdWriter:
         assert self.labels is not None
         if ending in GRAPH_OUTPUTS:
             write_arrays(file, self._graph)
-        elif ending in CORTEX_OUTPUTS and self.of_vertices is None:
+        elif ending in CORTEX_OUTPUTS:
             self._write_cortex(file, ending)
         elif ending == ".aggregation.json":
             self._write_groups(file, scene_of(path, ending))
@@ -139,10 +141,15 @@ class IdWriter:
         from ..regions.vertices import vertex_labels
 
         assert self.labels is not None
-        of_vertices = vertex_labels(self.cells, self.labels, method="creases")
+        comments = () if self.attributes is None else self.attributes.comments
+        if self.of_vertices is not None:
+            write_cortex(file, ending, self.of_vertices, comments=comments)
+            return
+        of_vertices = vertex_labels(self.cells, self.labels, min_vertices=1)
         regions, firsts = np.unique(self.labels, return_index=True)
         shown = firsts[np.isin(regions, of_vertices) & (regions >= 0)]
-        write_cortex(file, ending, of_vertices, face_colors(self.cells, self.labels)[shown])
+        colors = face_colors(self.cells, self.labels)[shown]
+        write_cortex(file, ending, of_vertices, colors, comments=comments)
 
     @property
     def region_sizes(self) -> Longs:

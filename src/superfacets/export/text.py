@@ -8,7 +8,7 @@ from typing import IO, Any
 import numpy as np
 import numpy.typing as npt
 
-from .._types import Array, Floats
+from .._types import Array, Floats, Singles
 
 ROWS_AT_ONCE = 1 << 14
 """Number of rows that are formatted at a time; small enough to fit in the processor cache."""
@@ -42,6 +42,12 @@ def write_list(file: IO[bytes], numbers: npt.NDArray[np.integer[Any]]) -> None:
 def coordinate_format(values: Floats) -> str:
     """Return the shortest number format that preserves all values exactly."""
     return "%.9g" if fits_single(values) else "%.17g"
+
+
+def finite_singles(values: Floats) -> Singles:
+    """Round to float32; NaN becomes 0, and numbers beyond float32 become its largest number."""
+    largest = float(np.finfo(np.float32).max)
+    return np.clip(np.nan_to_num(values), -largest, largest).astype(np.float32)
 
 
 def fits_single(values: Floats) -> bool:

@@ -16,6 +16,7 @@ from ..io.atomic import atomic_outputs
 from ..io.images import ENDING_OF_IMAGE, TextureImage, kind_of_image
 from ..io.light import srgb_of_linear
 from ..io.textures import Texture
+from .text import finite_singles
 
 
 def notes_on_texture(
@@ -173,7 +174,7 @@ def ply_texture(
     ] + [-1]
     corners = texture.corners.reshape(-1, 3)
     pairs = np.concatenate([texture.coordinates, [[0.0, 0.0]]])[corners].reshape(-1, 6)
-    fields = {"texcoord": np.nan_to_num(pairs).astype(np.float32)}
+    fields: dict[str, Array] = {"texcoord": finite_singles(pairs)}
     if len(comments) > 1 or -1 in of_materials:
         fields["texnumber"] = np.array(of_materials, np.int32)[texture.face_materials]
     return comments, fields

@@ -162,7 +162,7 @@ def write_mesh(
     cell_labels = None if labels is None else _labels_of(cells, labels)
     writer: IdWriter | CellWriter = CellWriter(cells, cell_labels, colors, attributes, options)
     if ending in DERIVED_OUTPUTS:
-        writer = IdWriter(cells, cell_labels, options)
+        writer = IdWriter(cells, cell_labels, options, attributes=attributes)
     writer = writer.checked([ending])
     with atomic_outputs([path]) as (temporary,), temporary.open("wb") as file:
         writer.write(file, ending, path)
@@ -377,7 +377,7 @@ def write_outputs(
     cell_labels = None if labels is None else _labels_of(cells, labels)
     named = [Path(path) for path, ending in zip(paths, endings, strict=True) if ending == SEGMENTS]
     segments_file = named[0] if named else None
-    ids = IdWriter(cells, cell_labels, options, of_vertices, segments, segments_file)
+    ids = IdWriter(cells, cell_labels, options, of_vertices, segments, segments_file, attributes)
     if listed is not None:
         of_listed = cells if listed_mesh is None else as_cells(listed_mesh)
         ids = IdWriter(of_listed, checked_labels(listed), options, segments_file=segments_file)

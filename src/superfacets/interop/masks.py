@@ -12,6 +12,7 @@ from .._types import Array, Ints
 from .._validate import checked_choice
 from ..errors import MeshError
 from ..io.guards import check_regular, named_errors, read_content
+from ..io.images import check_pixels
 from ..io.readers.npy import npy_array
 from ..mesh.label_images import Overlap, flattened, label_image
 from ..pictures.backend import import_pillow
@@ -88,15 +89,16 @@ def _masks_in(path: Path, overlap: Overlap) -> Ints | None:
 def _picture(path: Path) -> Array:
     """Return the pixels of a PNG file, or raise a MeshError if it has several channels."""
     check_regular(path)
-    library = import_pillow("Image", "reading masks")
+    reader = import_pillow("PngImagePlugin", "reading masks").PngImageFile
     try:
-        with library.open(path, formats=["PNG"]) as image:
+        with reader(path) as image:
             if len(image.getbands()) != 1:
                 raise MeshError(
                     f"{path}: masks must be gray, with one id per pixel, got colors ({image.mode})"
                 )
+            check_pixels(f"{path}:", image.size, path.stat().st_size)
             return np.array(image)
-    except (OSError, SyntaxError, ValueError, library.DecompressionBombError) as error:
+    except (OSError, SyntaxError, ValueError) as error:
         if isinstance(error, MeshError):
             raise
         raise MeshError(f"{path}: is not a complete PNG: {error}") from None

@@ -5,13 +5,16 @@ from __future__ import annotations
 import contextlib
 import io
 import json
+import math
 import mmap
 import os
 import stat
+import struct
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory, TemporaryFile
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -42,6 +45,8 @@ class Polygons(NamedTuple):
 Arrays = tuple[Floats, Array | Polygons]
 """Vertices, (V, 3), and faces, in the order of the file. Faces are an (F, 3) array if all faces are
 triangles. Indices and coordinates are checked later, by `Mesh` and `PolygonMesh`."""
+
+MAX_DIGITS = 20  # maximum length of an integer in JSON; int64 has 19 digits and a sign
 
 Content = bytes | mmap.mmap
 """Content of a file. Slices of both types are bytes, and NumPy reads both types without copying."""
@@ -85,12 +90,50 @@ def named_errors(path: object) -> Iterator[None]:
 
 
 def read_json(path: Path) -> Any:
-    """Parse a JSON file, or raise a MeshError if the file is not valid JSON."""
+    """Parse a JSON file with `parsed_json`; errors name the file."""
     check_regular(path)
+    return parsed_json(path.read_bytes(), f"{path}:")
+
+
+def parsed_json(text: str | bytes | bytearray, name: str = "it") -> Any:
+    """Parse JSON whose numbers fit into int64 or float64, and whose objects have different keys.
+
+    Raises a MeshError that begins with `name` for all other text. As NaN and infinity are refused,
+    `int` of a number never fails, and a check of both ends of a range is enough.
+    """
     try:
-        return json.loads(path.read_bytes())
-    except (ValueError, RecursionError):
-        raise MeshError(f"{path}: is not valid JSON: the file may be truncated") from None
+        return json.loads(
+            text, parse_int=_whole_number, parse_float=_finite_number,
+            parse_constant=_finite_number, object_pairs_hook=_object_of,
+        )  # fmt: skip
+    except RecursionError:
+        raise MeshError(f"{name} is nested too deeply") from None
+    except MeshError as error:
+        raise MeshError(f"{name} {error}") from None
+    except ValueError as error:
+        raise MeshError(f"{name} is not valid JSON: {error}") from None
+
+
+def _whole_number(text: str) -> int:
+    number = int(text) if len(text) <= MAX_DIGITS else None
+    if number is None or not -(2**63) <= number < 2**63:
+        raise MeshError(f"has the number {shortened(text)}, which does not fit into 64 bits")
+    return number
+
+
+def _finite_number(text: str) -> float:
+    number = float(text)
+    if not math.isfinite(number):
+        raise MeshError(f"has the number {shortened(text)}, which does not fit into 64 bits")
+    return number
+
+
+def _object_of(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        double = Counter(name for name, _ in pairs).most_common(1)[0][0]
+        raise MeshError(f"has an object with the key {shortened(double)} twice")
+    return found
 
 
 def open_regular(path: Path) -> io.FileIO:
@@ -218,6 +261,41 @@ def check_corner_counts(corner_counts: Array) -> None:
             f"faces[{first}] has {counted(int(corner_counts[first]), 'corner')}, expected at least"
             " 3: the file may be truncated or damaged"
         )
+
+
+class BinaryReader:
+    """Cursor that reads numbers and texts from bytes; sizes are checked before memory is used."""
+
+    def __init__(self, data: Content, order: Literal["<", ">"] = "<", begin: int = 0) -> None:
+        self._data, self._order, self._at = data, order, begin
+
+    def take(self, form: str) -> tuple[Any, ...]:
+        """Return the next numbers; `form` is a format string of `struct`."""
+        start = self._at
+        self.skip(struct.calcsize(self._order + form))
+        return struct.unpack_from(self._order + form, self._data, start)
+
+    def numbers(self, n: int, dtype: str) -> Array:
+        """Return the next `n` numbers as an array."""
+        start, stored = self._at, np.dtype(dtype)
+        self.skip(n * stored.itemsize)
+        found = np.frombuffer(self._data, stored.newbyteorder(self._order), n, start)
+        return found.astype(stored)
+
+    def text(self, end: bytes = b"\0") -> str:
+        """Return the next text, without the byte `end` that terminates it."""
+        start, place = self._at, self._data.find(end, self._at)
+        self.skip((place if place >= 0 else len(self._data)) + 1 - start)
+        return self._data[start:place].decode("utf-8", "replace")
+
+    def skip(self, n_bytes: int) -> None:
+        """Skip bytes; raise a MeshError if their number is negative, or if fewer bytes are left."""
+        if not 0 <= n_bytes <= len(self._data) - self._at:
+            raise MeshError(
+                f"the file ends after {counted(len(self._data), 'byte')}, but {n_bytes} more are"
+                f" declared at byte {self._at}: it may be truncated or damaged"
+            )
+        self._at += n_bytes
 
 
 def hint_at_integers(names: Sequence[str]) -> str:

@@ -130,14 +130,18 @@ class TextureImage:
         reader = getattr(import_pillow(f"{name}ImagePlugin"), f"{name}ImageFile")
         with _reading(self._shown):
             image = reader(io.BytesIO(content))
-        width, height = image.size
-        most = max(ALWAYS_ALLOWED_PIXELS, MAX_PIXELS_PER_BYTE * len(content))
-        if width * height > min(most, MAX_PIXELS):
-            raise MeshError(
-                f"the image {self._shown} declares {width} x {height} pixels, but at most"
-                f" {min(most, MAX_PIXELS)} are allowed for its {len(content)} bytes"
-            )
+        check_pixels(f"the image {self._shown}", image.size, len(content))
         return image
+
+
+def check_pixels(name: str, size: tuple[int, int], n_bytes: int) -> None:
+    """Raise a MeshError if an image of `n_bytes` bytes declares more pixels than it can have."""
+    most = min(max(ALWAYS_ALLOWED_PIXELS, MAX_PIXELS_PER_BYTE * n_bytes), MAX_PIXELS)
+    if size[0] * size[1] > most:
+        raise MeshError(
+            f"{name} declares {size[0]} x {size[1]} pixels, but at most {most} are allowed for its"
+            f" {n_bytes} bytes"
+        )
 
 
 @contextlib.contextmanager

@@ -62,7 +62,9 @@ def _as_array(masks: Any, size: tuple[int, int]) -> Array:
     """
     if not isinstance(masks, (list, tuple)):
         return np.asarray(masks)
-    planes = [one["segmentation"] if isinstance(one, Mapping) else one for one in masks]
+    planes = [one.get("segmentation") if isinstance(one, Mapping) else one for one in masks]
+    if any(plane is None for plane in planes):
+        raise MeshError("each mask that is a dict must have an array under the key segmentation")
     if not planes:
         return np.zeros(size[::-1], bool)
     try:

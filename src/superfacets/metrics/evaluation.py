@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._types import ArcLists, Bools, Ints
+from .._types import ArcLists, Bools, Floats, Ints
 from .._validate import (
     checked_number,
     checked_threads,
@@ -21,8 +21,8 @@ from .._validate import (
     counted,
 )
 from ..adapters.convert import CloudLike, MeshLike, as_cells
-from ..cells.kinds import as_surface, kind_of, measures_of
-from ..cells.sums import positive_total, sums_by_label
+from ..cells.kinds import as_surface, kind_of
+from ..cells.sums import positive_total
 from ..cells.surface import Surface
 from ..mesh.faces import AnyMesh, FaceMesh, is_same_mesh, vertex_graph
 from ..mesh.weld import lowest_vertices
@@ -38,6 +38,7 @@ from .overlap import (
     overlap_of,
     rand_index,
     undersegmentation_error,
+    weights_of_cells,
 )
 from .shape import compactness_of, explained_variation_of
 
@@ -137,8 +138,9 @@ def evaluate(
         ``boundary_recall``, ``boundary_precision``, ``cut_discrepancy``, ``hamming_distance``,
         ``missing_rate``, ``false_alarm_rate``, ``rand_index``, ``global_consistency_error`` and
         ``local_consistency_error``. All metrics except the first three are weighted by area or
-        length. Metrics do not change if labels are renumbered or if the mesh is scaled. For a
-        `TetMesh` or a `PointCloud`, metrics that need normals or border edges are left out.
+        length, by volume for a `TetMesh`, and for a `PointCloud` by the number of points. Metrics
+        do not change if labels are renumbered or if the mesh is scaled. For a `TetMesh` or a
+        `PointCloud`, metrics that need normals or border edges are left out.
 
     Raises
     ------
@@ -161,7 +163,8 @@ def evaluate(
     if not kind_of(cells).has_faces:
         if isinstance(ground_truths, GroundTruths):
             raise ValueError(_WRONG_MESH)
-        return _of_volume(as_surface(cells, weld=weld, n_threads=n_threads), labels, ground_truths)
+        surface = as_surface(cells, weld=weld, n_threads=n_threads)
+        return _of_volume(surface, weights_of_cells(cells), labels, ground_truths)
     prepared = _prepared(cells, ground_truths, weld, n_threads)
     edges, surface = prepared.edges, prepared.edges.surface
     regions, n_regions = compact_complete(labels, surface.n_cells, edges.mesh.n_vertices)
@@ -200,8 +203,8 @@ def evaluate_vertices(
     -------
     dict of str to float
         The metrics of `evaluate` that need neither borders nor normals. Vertices are connected if
-        they share an edge or have the same position. The area of each face is divided equally among
-        its corners, and the area of a vertex is the sum over the corners at this vertex.
+        they share an edge or have the same position. Vertices are counted: where a metric of
+        `evaluate` is a fraction of the area, it is a fraction of the vertices.
 
     Raises
     ------
@@ -209,14 +212,14 @@ def evaluate_vertices(
         If the mesh is not valid, or if it is a point cloud.
     ValueError, TypeError
         If labels are not one integer >= 0 per vertex, if a ground truth is not one integer >= -1
-        per vertex or all of its values are -1, or if all faces have area 0.
+        per vertex, or if it is -1 at all vertices of faces.
 
     Examples
     --------
     >>> square = ([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
     >>> found = evaluate_vertices(square, [0, 1, 0, 1], [[3, 3, 3, 3]])
     >>> found["n_regions"], found["n_extra_pieces"], round(found["missing_rate"], 3)
-    (2, 1, 0.333)
+    (2, 1, 0.5)
     """
     cells: Any = as_cells(mesh)
     corners, n = corners_in(cells), cells.n_vertices
@@ -224,14 +227,12 @@ def evaluate_vertices(
     regions, n_regions = compact_complete(checked, n)
     listed = [checked_vertex_classes(truth, n, "truth") for truth in _listed(ground_truths)]
     truths = [compact_truth(truth, n) for truth in listed]
-    of_corners = np.repeat(measures_of(cells, checked_threads(None)) / corners.sizes, corners.sizes)
-    areas = sums_by_label(corners.vertices, of_corners, n)
-    positive_total(areas)
     is_used = np.bincount(corners.vertices, minlength=n) > 0
     n_pieces = _core.find_components(*_arcs_of_vertices(cells, is_used), regions)[1]
     n_used = len(np.unique(regions[is_used]))
     n_extra = n_pieces - int((~is_used).sum()) - n_used
-    overlaps = [overlap_of(regions, n_regions, *truth, areas) for truth in truths]
+    counts = is_used.astype(np.float64)
+    overlaps = [overlap_of(regions, n_regions, *truth, counts) for truth in truths]
     values = {"n_regions": n_used, "n_extra_pieces": n_extra}
     return values | _means([_of_overlap(overlap) for overlap in overlaps])
 
@@ -251,6 +252,7 @@ def _arcs_of_vertices(cells: AnyMesh, is_used: Bools) -> ArcLists:
 
 def _of_volume(
     surface: Surface,
+    weights: Floats,
     labels: npt.ArrayLike,
     ground_truths: npt.NDArray[np.integer] | Sequence[npt.ArrayLike],
 ) -> dict[str, float]:
@@ -258,7 +260,7 @@ def _of_volume(
     regions, n_regions = compact_complete(labels, surface.n_cells)
     values = _of_regions(surface, regions, n_regions)
     truths = [compact_truth(truth, surface.n_cells) for truth in _listed(ground_truths)]
-    overlaps = [overlap_of(regions, n_regions, *truth, surface.measures) for truth in truths]
+    overlaps = [overlap_of(regions, n_regions, *truth, weights) for truth in truths]
     return values | _means([_of_overlap(overlap) for overlap in overlaps])
 
 

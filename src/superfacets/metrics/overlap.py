@@ -1,4 +1,7 @@
-"""Metrics that are computed from the areas in which regions and true segments overlap."""
+"""Metrics that are computed from the overlaps of regions with true segments.
+
+Overlaps are areas of faces, volumes of tetrahedra, or numbers of points or vertices.
+"""
 
 from __future__ import annotations
 
@@ -18,8 +21,9 @@ from .._validate import (
 )
 from ..adapters.convert import MeshLike
 from ..cells.cell_graph import CellGraph
-from ..cells.kinds import as_known, measures_of
+from ..cells.kinds import as_known, kind_of, measures_of
 from ..cells.sums import positive_total, sums_by_label
+from ..mesh.base import Cells
 
 _DENSE_PAIRS_PER_FACE = 4
 """Overlaps are summed in a dense table of regions and segments if the table has at most this many
@@ -33,6 +37,8 @@ rounding error of a sum of a million areas."""
 @dataclass(frozen=True, eq=False)
 class Overlap:
     """Area of the overlap of each region with each true segment, as a sparse table.
+
+    Points and vertices are counted: each has the area 1.
 
     Attributes
     ----------
@@ -342,9 +348,16 @@ def _prepared(source: Labeled, labels: Labels, truth: Labels) -> Overlap:
     n_vertices = getattr(cells, "n_vertices", None)
     regions, n_regions = compact_complete(labels, cells.n_cells, n_vertices)
     segments, n_segments = compact_truth(truth, cells.n_cells, n_vertices)
-    values = measures_of(cells, checked_threads(None))
+    values = weights_of_cells(cells)
     positive_total(values)
     return overlap_of(regions, n_regions, segments, n_segments, values)
+
+
+def weights_of_cells(cells: Cells | CellGraph) -> Floats:
+    """Return the weight of each cell in an `Overlap`: its area or volume, but 1 for each point."""
+    if kind_of(cells).are_points:
+        return np.ones(cells.n_cells)
+    return measures_of(cells, checked_threads(None))
 
 
 def _best_shared(groups: Ints, areas: Floats, n_groups: int) -> float:

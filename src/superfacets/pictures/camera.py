@@ -64,8 +64,8 @@ class View:
         Angle of the viewer above the horizon in degrees, from -90 (below) to 90 (above).
     up : {"auto", "y", "z", "x"}
         Axis that points up. The front of the mesh faces +z, or -y if z points up. ``"auto"``
-        chooses z if the mesh would stand much more stably with z up than with y up, and otherwise
-        y.
+        chooses z if the mesh would stand much more stably with z up than with y up, or if it is in
+        georeferenced coordinates, far from the origin in x and y, and otherwise y.
     zoom : float, default 1.0
         Magnification of the center of the picture, > 0.
 

@@ -33,7 +33,7 @@ from .rendering import (
     png_of_picture,
     scene_of,
 )
-from .scene import Picture, upright
+from .scene import Picture, surface_of, upright
 
 _SIZE, _MOVING_SIZE = (1200, 900), (640, 480)
 
@@ -317,7 +317,7 @@ def _drawn(panels: _Panels, style: Style, n_frames: int) -> tuple[list[list[Pict
     for labels, colors in zip(panels.series, panels.colors, strict=True):
         scene = scene_of(panels.cells, labels, colors, panels.clip, is_smooth=panels.is_smooth)
         if cameras is None:
-            view = upright(view, scene)
+            view = upright(view, *surface_of(panels.cells))
             if n_frames == 1:
                 cameras = [place_camera(scene.points, view, style.aspect)]
             else:

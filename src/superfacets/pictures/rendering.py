@@ -38,6 +38,7 @@ from .scene import (
     checked_colors,
     default_border_width,
     given_labels,
+    surface_of,
     upright,
 )
 
@@ -134,7 +135,7 @@ def render(
     path = None if output is None else checked_picture_path(output, (".png",))
     import_vtk()
     scene = scene_of(cells, labels, colors, clip, is_smooth=is_smooth)
-    view = upright(style.view, scene)
+    view = upright(style.view, *surface_of(cells))
     camera = place_camera(scene.points, view, style.aspect)
     (picture,) = draw_scene(scene, [camera], style)
     if path is not None:

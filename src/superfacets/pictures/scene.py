@@ -14,7 +14,9 @@ from .. import _core
 from .._types import Array, Bools, Bytes, Floats, Ints, Longs
 from .._validate import checked_threads, compact_partial_labels, refuse_mask
 from ..cells.face_graph import FaceGraph, build_face_graph
+from ..cells.kinds import kind_of
 from ..cells.point_graph import PointGraph, find_point_graph
+from ..mesh.base import Cells
 from ..mesh.faces import FaceMesh, cut_into_triangles, ends_of_sides
 from ..mesh.point_cloud import PointCloud
 from .camera import Camera, View
@@ -216,6 +218,10 @@ _GROUND = 0.02
 # for only two models.
 _LEAD = 0.1
 
+# Minimum distance from the origin, in x and in y, of georeferenced coordinates. Eastings and
+# northings of national grids are mostly above 100 km.
+_FAR = 1e4
+
 # Number of horizontal directions in which the distance to the boundary of the hull is measured.
 _N_DIRECTIONS = 32
 
@@ -224,26 +230,49 @@ _N_DIRECTIONS = 32
 _MAX_SAMPLES = 100_000
 
 
-def guess_up(scene: Scene) -> Literal["y", "z"]:
+def surface_of(cells: Cells) -> tuple[Floats, Array | None]:
+    """Return the points and triangles of the outer surface; triangles are None for a cloud."""
+    kind = kind_of(cells)
+    drawn = kind.drawn_faces(cells)
+    if drawn is None:
+        return kind.cloud(cells).points, None
+    return drawn.mesh.vertices, cut_into_triangles(drawn.mesh)[0]
+
+
+def guess_up(points: Floats, triangles: Array | None) -> Literal["y", "z"]:
     """Return "z" if the mesh stands much more stably with z up than with y up, otherwise "y".
 
     A mesh stands if the center of mass of its surface is above the convex hull of the points that
     touch the ground. The stability is the horizontal distance of this center from the boundary of
     the hull. Rooms, terrain, tables and animals with z up are recognized. For an object that is
-    about equally stable with y up and with z up, such as a lying body, the result is "y".
+    about equally stable with y up and with z up, such as a lying body, the result is "y". The
+    result is "z" in georeferenced coordinates, which are far from the origin in x and y.
     """
-    first, second, third = (scene.points[corner] for corner in _sampled(scene.triangles).T)
-    areas = np.linalg.norm(np.cross(second - first, third - first), axis=1)
-    if not areas.any():
-        return "y"
-    center = areas @ (first + second + third) / (3 * areas.sum())
-    on_y, on_z = (_firmness(scene.points, center, axis) for axis in (1, 2))
+    used = points if triangles is None else points[np.unique(triangles)]
+    low, high = used.min(axis=0), used.max(axis=0)
+    middle, diagonal = (low + high) / 2, float(np.linalg.norm(high - low)) or 1.0
+    if np.abs(middle[:2]).min() > max(_FAR, diagonal, abs(middle[2])):
+        return "z"
+    used = (used - middle) / diagonal
+    center = used.mean(axis=0)
+    if triangles is not None:
+        corners = ((points[corner] - middle) / diagonal for corner in _sampled(triangles).T)
+        first, second, third = corners
+        areas = np.linalg.norm(np.cross(second - first, third - first), axis=1)
+        if not areas.any():
+            return "y"
+        center = areas @ (first + second + third) / (3 * areas.sum())
+    on_y, on_z = (_firmness(used, center, axis) for axis in (1, 2))
     return "z" if on_z > 0 and on_z > on_y + _LEAD else "y"
 
 
-def upright(view: View, scene: Scene) -> View:
-    """Return the view. If its up axis is "auto", it is replaced by the result of `guess_up`."""
-    return replace(view, up=guess_up(scene)) if view.up == "auto" else view
+def upright(view: View, points: Floats, triangles: Array | None) -> View:
+    """Return the view. If its up axis is "auto", it is replaced by the result of `guess_up`.
+
+    Arguments are the result of `surface_of` for all cells, so that the axis does not depend on what
+    a picture shows.
+    """
+    return replace(view, up=guess_up(points, triangles)) if view.up == "auto" else view
 
 
 def _firmness(points: Floats, center: Floats, axis: int) -> float:

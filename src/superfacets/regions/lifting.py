@@ -24,12 +24,12 @@ from .._validate import (
     ranked_labels,
 )
 from ..adapters.convert import MeshLike, as_cells
+from ..cells.corner_labels import labels_of_corners
 from ..cells.sums import sums_by_label, weighted_majority
 from ..errors import MeshError
 from ..mesh.label_images import Overlap
 from ..mesh.pinhole_camera import PinholeCamera
 from .mask_votes import SeenSurface, Votes, collect_votes
-from .vertices import labels_of_corners
 
 MAX_PAIRS = 500_000_000
 """Maximum of the following sum: for each mask, the squared number of regions in the mask is added.

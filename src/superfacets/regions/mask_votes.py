@@ -68,9 +68,10 @@ class SeenSurface:
         The label is -1 if no cell is visible or the cell has no label. The area is 0 if no cell is
         visible, or if the angle between the surface and the line of sight is below 6 degrees.
         """
-        return chain.from_iterable(map(self._visible_regions_of, self._batches(cameras)))
+        return chain.from_iterable(map(self._visible_regions_of, self.batches(cameras)))
 
-    def _batches(self, cameras: list[PinholeCamera]) -> Iterator[list[PinholeCamera]]:
+    def batches(self, cameras: list[PinholeCamera]) -> Iterator[list[PinholeCamera]]:
+        """Yield the cameras whose images are computed at the same time."""
         largest = max(width * height for width, height in (camera.size for camera in cameras))
         step = max(min(self._n_threads, MIN_IMAGES), MAX_PIXELS // largest)
         return (cameras[start : start + step] for start in range(0, len(cameras), step))
@@ -132,16 +133,20 @@ def _votes_of_images(
 ) -> Iterator[_ImageVotes]:
     """Yield the votes of each image; raise a ValueError unless there is one image per camera."""
     given, n_images = iter(masks), 0
-    for (regions, areas), image in zip(surface.visible_regions(cameras), given, strict=False):
-        camera = cameras[n_images]
-        with named_errors(_title(n_images, camera)):
-            ids = label_image(image, camera.size, overlap).ravel()
-        yield _votes_of(ids, regions, areas)
-        n_images += 1
-    if n_images < len(cameras):
-        raise ValueError(
-            f"masks must have one item per camera ({len(cameras)}), got {counted(n_images, 'item')}"
-        )
+    for batch in surface.batches(cameras):
+        images = []
+        for camera, image in zip(batch, given, strict=False):
+            with named_errors(_title(n_images, camera)):
+                images.append(label_image(image, camera.size, overlap).ravel())
+            n_images += 1
+        if len(images) < len(batch):
+            raise ValueError(
+                f"masks must have one item per camera ({len(cameras)}), got"
+                f" {counted(n_images, 'item')}"
+            )
+        # Sizes of cameras are compared with the masks before memory is allocated for pixels.
+        for ids, (regions, areas) in zip(images, surface.visible_regions(batch), strict=True):
+            yield _votes_of(ids, regions, areas)
     if next(given, given) is not given:
         raise ValueError(f"masks must have one item per camera ({len(cameras)}), got more items")
 
@@ -151,14 +156,13 @@ def _votes_of(ids: Array, regions: Ints, areas: Floats) -> _ImageVotes:
     ranks, names = ranked_labels(np.where(ids == NO_MASK, -1, ids))
     votes = (regions >= 0) & (areas > 0)
     local, regions_seen = ranked_labels(regions)
-    shape = (len(names) + 1, len(regions_seen))
-    keys = (ranks[votes].astype(np.int64) + 1) * shape[1] + local[votes]
-    sums = sums_by_label(keys, areas[votes], shape[0] * shape[1])
-    found = np.flatnonzero(sums)
-    masks, ranks = np.divmod(found, max(shape[1], 1))
-    return _ImageVotes(
-        masks - 1, regions_seen[ranks].astype(np.int32), sums[found], names, len(keys)
-    )
+    n_regions = len(regions_seen)
+    keys = (ranks[votes].astype(np.int64) + 1) * n_regions + local[votes]
+    # Only pairs that occur are stored, because most masks show few regions.
+    places, found = ranked_labels(np.append(keys, -1))
+    sums = sums_by_label(places[:-1], areas[votes], len(found))
+    masks, ranks = np.divmod(found, max(n_regions, 1))
+    return _ImageVotes(masks - 1, regions_seen[ranks].astype(np.int32), sums, names, len(keys))
 
 
 def _check_images(images: list[_ImageVotes], cameras: list[PinholeCamera]) -> None:

@@ -17,11 +17,12 @@ from .._validate import (
     ranked_labels,
 )
 from ..adapters.convert import CloudLike, MeshLike, as_cells
+from ..cells.corner_labels import labels_of_corners
 from ..cells.kinds import kind_of, measures_of
 from ..cells.sums import weighted_majority
 from .crease_labels import corners_in, crease_labels
 
-METHODS = ("majority", "creases")
+METHODS = ("creases", "majority")
 """Names of the methods of `vertex_labels`."""
 
 MIN_IN_FILES = 20
@@ -33,8 +34,8 @@ def vertex_labels(
     mesh: MeshLike | CloudLike,
     labels: npt.ArrayLike,
     *,
-    method: str = "majority",
-    min_vertices: int = 1,
+    method: str = "creases",
+    min_vertices: int | None = None,
     n_threads: int | None = None,
 ) -> Ints:
     """Convert labels of cells to labels of vertices.
@@ -45,7 +46,7 @@ def vertex_labels(
         Same as in `segment`. For a point cloud, the result equals `labels`.
     labels : array_like of int, shape (N,)
         Label of each face or tetrahedron, or -1 for cells without a label. Labels may have gaps.
-    method : {"majority", "creases"}, default "majority"
+    method : {"creases", "majority"}
         ``"majority"``: A vertex gets the label whose cells around the vertex have the largest total
         area (volume for tetrahedra). If areas are equal, the lowest label is used. The vertices of
         a region may be unconnected, and a region may have no vertices. Vertices are not welded. If
@@ -57,11 +58,11 @@ def vertex_labels(
         connected, its vertices are connected along the edges of the mesh. To achieve this, only the
         largest connected set of vertices keeps the label. Disconnected cells with the same label
         are treated as separate regions. Vertices at the same position get the same label.
-    min_vertices : int, default 1
-        Minimum number of vertices of a region, for ``"creases"`` only. Smaller regions take
-        vertices from neighboring regions, across the edges with the lowest weights. A neighboring
-        region must stay connected and keep `min_vertices` vertices. If neighboring regions cannot
-        give enough vertices, the small region does not change.
+    min_vertices : int, optional
+        Minimum number of vertices of a region, by default 20, for ``"creases"`` only. Smaller
+        regions take vertices from neighboring regions, across the edges with the lowest weights. A
+        neighboring region must stay connected and keep `min_vertices` vertices. If neighboring
+        regions cannot give enough vertices, the small region does not change.
     n_threads : int, optional
         Same as in `segment`. The labels do not depend on the number of threads.
 
@@ -101,13 +102,14 @@ def vertex_labels(
 
     >>> from superfacets import Mesh
     >>> corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [9, 9, 9]]
-    >>> vertex_labels(Mesh(corners, [[0, 1, 2], [0, 2, 3]]), [7, 4])
+    >>> vertex_labels(Mesh(corners, [[0, 1, 2], [0, 2, 3]]), [7, 4], method="majority")
     array([ 4,  7,  4,  4, -1], dtype=int32)
     """
     cells: Any = as_cells(mesh)
     array = checked_classes(labels, cells.n_cells, "labels")
     checked_choice(method, "method", METHODS)
-    least = checked_count(min_vertices, "min_vertices")
+    usual = MIN_IN_FILES if method == "creases" else 1
+    least = usual if min_vertices is None else checked_count(min_vertices, "min_vertices")
     threads = checked_threads(n_threads)
     if method == "majority" and least > 1:
         raise ValueError(
@@ -115,11 +117,11 @@ def vertex_labels(
         )
     if kind_of(cells).are_points:
         return array
+    vertices, sizes = corner_groups(cells)
     if method == "creases":
         ranks, names = ranked_labels(array)
         found = crease_labels(cells, ranks, len(names), threads, least=least)
         return np.append(names, -1).astype(np.int32)[found]
-    vertices, sizes = corner_groups(cells)
     weights = np.repeat(measures_of(cells, threads), sizes)
     of_corners = np.repeat(array, sizes)
     if array.min() < 0:
@@ -191,22 +193,6 @@ def with_unused(labels: Ints, names: npt.NDArray[np.integer[Any]]) -> Longs:
     unused = np.flatnonzero(labels < 0)
     ids[unused] = int(names[-1]) + 1 + np.arange(len(unused))
     return ids
-
-
-def labels_of_corners(cells: Any, of_vertices: npt.NDArray[np.integer[Any]]) -> Longs:
-    """Return, for each cell, the most frequent label of its corners.
-
-    If several labels are equally frequent, the lowest is used. `of_vertices` has one label per
-    vertex. For a point cloud, `of_vertices` is returned as int64.
-    """
-    if kind_of(cells).are_points:
-        return of_vertices.astype(np.int64)
-    names, ranks = np.unique(of_vertices, return_inverse=True)
-    vertices, sizes = corner_groups(cells)
-    groups = np.repeat(np.arange(cells.n_cells), sizes)
-    voters = ranks[vertices].astype(np.int32)
-    winners = weighted_majority(groups, voters, np.ones(len(voters)), cells.n_cells).winners
-    return np.asarray(names[winners], dtype=np.int64)
 
 
 def corner_groups(cells: Any) -> tuple[Ints, Longs | int]:

@@ -28,6 +28,7 @@ from ..io.readers.labels import LABEL_ENDINGS, read_labels
 from ..mesh.faces import vertex_graph
 from ..mesh.triangle_mesh import Mesh
 from ..mesh.weld import lowest_vertices
+from ..metrics.overlap import achievable_accuracy, achievable_iou, overlap_of
 from ..pipeline import SCANS, segment
 from ..regions.vertices import vertex_labels
 from .baselines.felzenszwalb import felzenszwalb_segments
@@ -45,9 +46,6 @@ METHODS: dict[str, dict[str, Any]] = {"default": {}, "SCANS": dict(SCANS)}
 WITH_COLOR = "SCANS and color"
 """Name of the method `SCANS` with the colors of the room as features."""
 
-MIN_OBJECT = 0.002
-"""The mean IoU ignores objects with less than this fraction of the annotated vertices of a room."""
-
 _MAX_RUNS = 5
 
 
@@ -55,9 +53,9 @@ class Score(NamedTuple):
     """Quality of superpoints. A superpoint represents the most frequent object of its vertices."""
 
     n_superpoints: float
-    error: float  # fraction of vertices whose superpoint represents another object
+    error: float  # 1 - `achievable_accuracy` of `evaluate_vertices`
     error_away: float  # `error` among the vertices more than one edge away from object borders
-    mean_iou: float  # mean intersection over union (IoU) of objects; see `MIN_OBJECT`
+    mean_iou: float  # `achievable_iou` of `evaluate_vertices`
     extra_pieces: float  # connected components of all superpoints, minus number of superpoints
 
 
@@ -135,7 +133,7 @@ class Room:
                 if result.n_segments <= number:
                     break
                 asked -= result.n_segments - number
-        return vertex_labels(self.mesh, result.labels, method="creases")
+        return vertex_labels(self.mesh, result.labels, min_vertices=1)
 
     def scores(self) -> dict[str, Score]:
         """Return the score of each method, by name; segments of other methods come first."""
@@ -153,17 +151,17 @@ class Room:
         used, edges = self.is_used, self.edges
         rated = used & (self.truth >= 0)
         ids = ranked_labels(superpoints + 1)[0]
-        votes = np.ones(int(rated.sum()))
-        winners = weighted_majority(ids[rated], self.truth[rated], votes, ids.max() + 1).winners
-        found = np.maximum(winners, 0)[ids]
-        is_wrong = (found != self.truth) & rated
+        votes, n_ids = rated.astype(np.float64), ids.max() + 1
+        overlap = overlap_of(ids, n_ids, self.truth, self.truth.max() + 1, votes)
+        winners = weighted_majority(ids[rated], self.truth[rated], votes[rated], n_ids).winners
+        is_wrong = (winners[ids] != self.truth) & rated
         is_away = rated & ~_near_borders(edges, self.truth)
         n = len(np.unique(ids[used]))
         return Score(
             n,
-            is_wrong.sum() / max(rated.sum(), 1),
+            1.0 - achievable_accuracy(overlap),
             is_wrong[is_away].sum() / max(is_away.sum(), 1),
-            _mean_iou(found[rated], self.truth[rated]),
+            achievable_iou(overlap),
             _n_pieces(edges[ids[edges[:, 0]] == ids[edges[:, 1]]], used) - n,
         )
 
@@ -227,15 +225,6 @@ def _near_borders(edges: Longs, truth: Ints) -> Bools:
     is_near[edges[truth[edges[:, 0]] != truth[edges[:, 1]]]] = True
     is_near[edges[is_near[edges].any(axis=1)]] = True
     return is_near
-
-
-def _mean_iou(found: Ints, truth: Ints) -> float:
-    n_objects = int(truth.max()) + 1
-    sizes = np.bincount(truth, minlength=n_objects)
-    shared = np.bincount(truth[found == truth], minlength=n_objects)
-    unions = sizes + np.bincount(found, minlength=n_objects) - shared
-    counts = sizes >= max(MIN_OBJECT * len(truth), 1)
-    return float(np.mean(shared[counts] / unions[counts]))
 
 
 def _n_pieces(edges: Longs, used: Bools) -> int:

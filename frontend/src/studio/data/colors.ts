@@ -1,6 +1,6 @@
 // Colors of regions, where neighbors get different colors, and colors of classes and objects.
 
-import type { Neighbors } from "./labeling";
+import { classOf, type Neighbors, objectOf, type Paints, type Regions } from "./labeling";
 
 export type Rgb = readonly [number, number, number];
 
@@ -11,7 +11,8 @@ export function parseColor(text: string): Rgb {
 
 export const cssColor = (color: Rgb): string => `rgb(${color.join()})`;
 
-export const N_SHADES = 5; // number of colors of the objects of a class; the next object has the first color again
+export const N_SHADES = 8; // number of shades of a class, for its objects
+const N_USUAL = 5; // number of shades that successive objects have in turn; the others are for objects that touch
 
 /** Fractions of white (positive) or black (negative) mixed into the class color, in order of preference. */
 const SHIFTS = [0.5, -0.4, 0.28, -0.22, 0.65, -0.55, 0.39, -0.31];
@@ -66,8 +67,31 @@ export function shadesOfClasses(classes: readonly { id: number; color: string }[
   return new Map(classes.map(({ id, color }) => [id, shades.get(color)!]));
 }
 
-/** Color of an object, given the shades of its class. shaders.ts has the same function. */
-export const shadeOf = (shades: readonly Rgb[], object: number): Rgb => shades[Math.max(0, object - 1) % N_SHADES];
+/** Shade of an object, as an index, if no object of its class touches it. */
+export const usualShade = (object: number): number => Math.max(0, object - 1) % N_USUAL;
+
+/**
+ * Shade of each object, by paint; without entry, `usualShade`. Objects of a class in one region, or in adjacent regions,
+ * get different shades, unless all are taken. Objects give way to lower numbers, so a new object changes no other.
+ */
+export function shadesOfObjects({ of, countOf }: Paints, { labels, neighbors, count }: Regions): Map<number, number> {
+  const shades = new Map<number, number>();
+  const objects = [...countOf.keys()].filter((paint) => countOf.get(paint)! > 0 && objectOf(paint)).sort((a, b) => a - b);
+  if (objects.every((paint) => objectOf(paint) <= N_USUAL)) return shades;
+  const inside = Array.from({ length: count }, () => new Set<number>());
+  for (let cell = 0; cell < of.length; cell++) if (labels[cell] >= 0 && objectOf(of[cell])) inside[labels[cell]].add(of[cell]);
+  const touching = new Map(objects.map((paint) => [paint, new Set<number>()]));
+  inside.forEach((own, region) => {
+    const near = [own, ...neighbors.of(region).map((other) => inside[other])];
+    for (const set of near) for (const other of set) for (const one of own) if (classOf(one) === classOf(other)) touching.get(one)!.add(other);
+  });
+  for (const paint of objects) {
+    const [taken, usual] = [new Set([...touching.get(paint)!].map((other) => shades.get(other))), usualShade(objectOf(paint))];
+    const order = Array.from({ length: N_SHADES }, (_, k) => (k < N_USUAL ? (usual + k) % N_USUAL : k));
+    shades.set(paint, order.find((one) => !taken.has(one)) ?? usual);
+  }
+  return shades;
+}
 
 /**
  * Assigns to each region the least used color of the palette that none of its neighbors has. Two neighbors get the same

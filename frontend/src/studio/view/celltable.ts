@@ -1,6 +1,7 @@
 // Texture with the class, object and marks of each cell.
 
 import { type Gpu, Table } from "../../shared/gl";
+import { usualShade } from "../data/colors";
 import { classOf, objectOf } from "../data/labeling";
 
 export const MARK_RED = 1; // the cell is in the red stroke of split mode
@@ -9,7 +10,9 @@ export const MARK_HIDDEN = 4; // the cell is hidden
 export const MARK_CURSOR = 8; // the keyboard cursor is on the cell
 export const MARK_DIFFERS = 16; // the cell is labeled differently in the two compared files
 
-/** A texture with four bytes per cell: class (two bytes), mark bits, and object. */
+const SHADE = 5; // number of mark bits; the upper 3 bits of their byte contain the shade of the object
+
+/** A texture with four bytes per cell: class (two bytes), mark bits and shade, and object. */
 export class CellTable {
   readonly table: Table;
   hasHidden = false;
@@ -28,15 +31,17 @@ export class CellTable {
 
   /**
    * Copy class and object of the given cells to the table, or of all cells if `cells` is null. Objects
-   * are omitted for the classes in `stuff`, which have no separate objects.
+   * are omitted for the classes in `stuff`, which have no separate objects. `shades` is the result of `shadesOfObjects`.
    */
-  setPaint(paint: Uint32Array, cells: Uint32Array | null, stuff: ReadonlySet<number>): void {
+  setPaint(paint: Uint32Array, cells: Uint32Array | null, stuff: ReadonlySet<number>, shades: ReadonlyMap<number, number>): void {
     const { texels } = this.table;
     const set = (cell: number): void => {
       texels[4 * cell] = paint[cell] & 255;
       texels[4 * cell + 1] = (paint[cell] >> 8) & 255;
       const object = stuff.has(classOf(paint[cell])) ? 0 : objectOf(paint[cell]);
       texels[4 * cell + 3] = object && 1 + ((object - 1) % 255); // values repeat after 255 objects, which suffices to distinguish neighbors
+      const shade = object && (shades.get(paint[cell]) ?? usualShade(object));
+      texels[4 * cell + 2] = (texels[4 * cell + 2] & ((1 << SHADE) - 1)) | (shade << SHADE);
       this.table.touch(cell);
     };
     if (cells) cells.forEach(set);

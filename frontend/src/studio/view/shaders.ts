@@ -3,7 +3,7 @@
 // draws borders between pixels of different regions. Painting repeats only the second pass.
 
 import { N_SHADES } from "../data/colors";
-import { OWN_COLORS } from "../../shared/owncolors";
+import { OWN_COLORS, TINTED } from "../../shared/owncolors";
 import { CODE, EYE, HEAD, LIGHT } from "../../shared/shaders";
 
 // With "See inside", no border is drawn between neighboring pixels if their distances to the eye differ by more than this fraction.
@@ -38,7 +38,7 @@ void main() {
   gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0);
 }`;
 
-export const IMAGE = `${HEAD}
+export const IMAGE = `${HEAD}${TINTED}
 uniform sampler2D ids;
 uniform sampler2D lights;
 uniform sampler2D depths;
@@ -71,11 +71,6 @@ uint cellAt(ivec2 p) {
   return (bytes.x | bytes.y << 8 | bytes.z << 16 | bytes.w << 24) - 1u;  // the cell at p, or NONE where no cell is drawn
 }
 uint paintOf(uvec4 state) { return state.r | state.g << 8 | state.a << 16; }
-/** Color of an object: a shade of its class. colors.ts has the same function. */
-vec3 shadeOf(uint id, uint object) {
-  uint shade = (max(object, 1u) - 1u) % ${N_SHADES}u;
-  return texelFetch(class_colors, place(${N_SHADES}u * id + shade), 0).rgb;
-}
 uint suggestionOf(uint cell) { return has_suggestions && cell != NONE ? texelFetch(suggestions, place(cell), 0).r : 0u; }
 uint regionOf(uint cell) { return cell == NONE ? NONE - 1u : texelFetch(regions, place(cell), 0).r; }
 float distanceAt(ivec2 p) {
@@ -99,7 +94,7 @@ vec3 shade(ivec2 p, ivec2 limit) {
   uint id = state.r | state.g << 8;
   if (id != 0u) {
     float shift = float((region * 2654435761u) >> 29) / 7.0 - 0.5;
-    base = shadeOf(id, state.a) * (1.0 + 0.12 * shift);
+    base = texelFetch(class_colors, place(${N_SHADES}u * id + (state.b >> 5)), 0).rgb * (1.0 + 0.12 * shift);
   }
   uint suggestion = id == 0u ? suggestionOf(cell) : 0u;
   vec4 tone = vec4(0.0);
@@ -108,7 +103,7 @@ vec3 shade(ivec2 p, ivec2 limit) {
     base = mix(base, tone.rgb, (p.x + 65536 - p.y) / (4 * line) % 2 == 0 ? 0.9 : 0.3);
   }
   vec4 lit = texelFetch(lights, p, 0);
-  base = mix(base, lit.gba, blend);
+  if (blend > 0.0) base = id != 0u || suggestion != 0u ? tinted(base, lit.gba, blend) : mix(base, lit.gba, blend);
   if ((state.b & 1u) != 0u) base = vec3(0.85, 0.07, 0.12);
   if ((state.b & 2u) != 0u) base = vec3(0.08, 0.25, 0.9);
   float light = 1.5 * lit.r;

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import struct
+import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -10,9 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..._types import Floats
-from ..._validate import counted
 from ...errors import MeshError
-from ..guards import named_errors, read_content, rotation_of
+from ..guards import BinaryReader, named_errors, read_content, rotation_of
 
 
 class _Model(NamedTuple):
@@ -114,10 +113,13 @@ def _intrinsics_of(camera: int, model: str, params: list[float]) -> Floats:
 
 def _pose_of(numbers: list[float]) -> Floats:
     """Return the matrix from camera to world, (4, 4)."""
-    to_camera = rotation_of(np.array(numbers[:4]) / np.linalg.norm(numbers[:4]))
-    pose = np.eye(4)
+    pose, length = np.eye(4), float(np.linalg.norm(numbers[:4]))
+    if not np.isfinite(numbers).all() or not 0 < length < math.inf:
+        raise MeshError(f"a pose must be a quaternion and a translation, got {numbers}")
+    to_camera = rotation_of(np.array(numbers[:4]) / length)
     pose[:3, :3] = to_camera.T
-    pose[:3, 3] = -(to_camera * np.array(numbers[4:])[:, np.newaxis]).sum(axis=0)
+    with np.errstate(over="ignore"):  # `PinholeCamera` refuses infinite poses
+        pose[:3, 3] = -(to_camera * np.array(numbers[4:])[:, np.newaxis]).sum(axis=0)
     return pose
 
 
@@ -157,38 +159,8 @@ def _images_in_text(data: bytes) -> Iterator[_Image]:
         next(lines, None)
 
 
-class _Reader:
-    """Cursor that reads consecutive little-endian numbers and texts from bytes."""
-
-    def __init__(self, data: bytes) -> None:
-        self._data, self._at = data, 0
-
-    def take(self, form: str) -> tuple[Any, ...]:
-        """Return the next numbers; `form` is a format string of `struct`."""
-        start, self._at = self._at, self._at + struct.calcsize("<" + form)
-        self._check()
-        return struct.unpack_from("<" + form, self._data, start)
-
-    def text(self) -> str:
-        """Return the next text, up to a zero byte."""
-        start, end = self._at, self._data.find(b"\0", self._at)
-        self._at = end + 1 if end >= 0 else len(self._data) + 1
-        self._check()
-        return self._data[start:end].decode("utf-8", "replace")
-
-    def skip(self, n_bytes: int) -> None:
-        self._at += n_bytes
-        self._check()
-
-    def _check(self) -> None:
-        if self._at > len(self._data):
-            raise MeshError(
-                f"the file ends after {counted(len(self._data), 'byte')}: it may be truncated"
-            )
-
-
 def _cameras_in_binary(data: bytes) -> Iterator[tuple[int, _Camera]]:
-    reader = _Reader(data)
+    reader = BinaryReader(data)
     for _ in range(reader.take("Q")[0]):
         camera, number, width, height = reader.take("IiQQ")
         name = _NAMES.get(number, str(number))
@@ -199,7 +171,7 @@ def _cameras_in_binary(data: bytes) -> Iterator[tuple[int, _Camera]]:
 
 
 def _images_in_binary(data: bytes) -> Iterator[_Image]:
-    reader = _Reader(data)
+    reader = BinaryReader(data)
     for _ in range(reader.take("Q")[0]):
         _, *numbers, camera = reader.take("I7dI")
         name = reader.text()

@@ -13,7 +13,7 @@ from ..._validate import counted
 from ...errors import MeshError, import_extra, reason_of
 from ...mesh.point_cloud import PointCloud
 from ..attributes import MeshAttributes
-from ..guards import Content, rotation_of, shortened, temporary_file
+from ..guards import Content, most_bytes_of, rotation_of, shortened, temporary_file
 
 _CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ")
 _SPHERICAL = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
@@ -58,7 +58,8 @@ def read_e57(data: Content) -> tuple[PointCloud, MeshAttributes]:
     with temporary_file(data, "scans.e57") as path:
         try:
             with pye57.E57(path) as file:
-                scans = [_read_scan(pye57, file, i, len(data)) for i in range(file.scan_count)]
+                _check_counts(file, len(data))
+                scans = [_read_scan(pye57, file, i) for i in range(file.scan_count)]
         except (MemoryError, MeshError):
             raise
         except Exception as error:  # pye57 raises exceptions of many classes
@@ -82,6 +83,15 @@ def _check_description(data: Content) -> None:
     is_utf_8 = not declared or declared[1].lower() == b"utf-8"
     if not re.match(rb"<[^\0]", text) or not is_utf_8 or b"<!DOCTYPE" in text:
         raise MeshError("the E57 file cannot be read: its XML must be UTF-8 without a DOCTYPE")
+
+
+def _check_counts(file: Any, n_bytes: int) -> None:
+    """Compare the size of the positions of all scans with the size of the file."""
+    counts = [file.get_header(place).point_count for place in range(file.scan_count)]
+    if sum(counts) * _AT_REST[0].nbytes > most_bytes_of(n_bytes):
+        raise MeshError(
+            f"the scans declare {counted(sum(counts), 'point')}, too many for {n_bytes} bytes"
+        )
 
 
 def _joined(scans: list[_Scan]) -> tuple[PointCloud, MeshAttributes]:
@@ -112,12 +122,12 @@ def _viewpoints_of(scans: list[_Scan]) -> Floats | None:
     return np.repeat(places, [len(scan.points) for scan in scans], axis=0)
 
 
-def _read_scan(pye57: Any, file: Any, place: int, n_bytes: int) -> _Scan:
+def _read_scan(pye57: Any, file: Any, place: int) -> _Scan:
     header = file.get_header(place)
     axes = next((axes for axes in (_CARTESIAN, _SPHERICAL) if _has(header, axes)), None)
     if axes is None:
         raise MeshError(f"scan {place} has neither cartesian nor spherical coordinates")
-    columns = _read_columns(pye57, file, place, n_bytes)
+    columns = _read_columns(pye57, file, place)
     states = columns.get("cartesianInvalidState" if axes == _CARTESIAN else "sphericalInvalidState")
     records = np.arange(len(columns[axes[0]]), dtype=np.int32)
     if states is not None:
@@ -136,11 +146,9 @@ def _has(header: Any, names: tuple[str, ...]) -> bool:
     return all(name in header.point_fields for name in names)
 
 
-def _read_columns(pye57: Any, file: Any, place: int, n_bytes: int) -> dict[str, Array]:
+def _read_columns(pye57: Any, file: Any, place: int) -> dict[str, Array]:
     header = file.get_header(place)
     n_records = header.point_count
-    if n_records > 8 * n_bytes:  # a point takes at least one bit
-        raise MeshError(f"scan {place} declares {n_records} points, too many for {n_bytes} bytes")
     names = [name for name in header.point_fields if name in _KINDS]
     columns = {name: np.empty(n_records, _KINDS[name]) for name in names}
     if not n_records:

@@ -16,12 +16,12 @@ from ..._validate import check_length, refuse_first, refuse_mask
 from ...errors import MeshError
 from ..guards import Content, hint_at_integers, known_ending, named_errors, read_content
 from .clouds import CLOUD_READERS
-from .cortex import annot_labels, gifti_labels
+from .cortex import CORTEX_VALUES, annot_labels, gifti_labels, values_of_vertices
 from .npy import npy_array, npy_header
 from .parts import PART_ENDINGS, has_region_parts, obj_labels, stl_labels
 from .ply import has_ply_labels, read_ply_labels
 from .tets import TET_ENDINGS, tet_labels
-from .text import shown, split_lines
+from .text import as_integers, shown, split_lines
 from .vtk_xml import vtp_labels
 
 MAX_LABEL = 2**31 - 1
@@ -52,9 +52,11 @@ def read_labels(
         - other formats of `read_cloud`: a column or dimension ``label``;
         - ``.segs.json`` (ScanNet): one id per vertex. `face_labels` converts labels of vertices to
           labels of faces;
-        - ``.label.gii`` (GIFTI) and ``.annot`` (FreeSurfer), with the extra ``cortex``: one label
-          per vertex: the key of the vertex (GIFTI), or its row in the color table (FreeSurfer),
-          minus 1. The first entry of the table means no region, and becomes -1;
+        - ``.label.gii`` (GIFTI) and ``.annot`` (FreeSurfer): one label per vertex: the key of the
+          vertex (GIFTI), or its row in the color table (FreeSurfer), minus 1. The first entry of
+          the table means no region, and becomes -1;
+        - ``.shape.gii``, ``.func.gii`` (GIFTI) and ``.curv``, ``.thickness``, ``.sulc``, ``.area``
+          (FreeSurfer): one whole number per vertex;
         - ``.stl`` (text) and ``.obj``: one label per part of the mesh (solid, group or object). If
           all parts have names like ``region_17``, the numbers in the names are the labels.
           Otherwise parts are numbered in the order of the file.
@@ -161,6 +163,10 @@ def _read_segments(data: Content, name: str) -> Array:
     return array
 
 
+def _read_values(data: Content, name: str, *, ending: str) -> Array:
+    return as_integers(values_of_vertices(data, ending), "labels")
+
+
 def _read_npy(data: Content, name: str) -> Array:
     shape, dtype, _, _ = npy_header(data)
     if dtype.kind not in "iu":
@@ -208,6 +214,7 @@ _READERS: dict[str, Callable[[Content, str], Array]] = {
     ".segs.json": _read_segments,
     ".label.gii": lambda data, name: gifti_labels(data),
     ".annot": lambda data, name: annot_labels(data),
+    **{ending: partial(_read_values, ending=ending) for ending in CORTEX_VALUES},
 }
 
 LABEL_ENDINGS = tuple(_READERS)
@@ -215,5 +222,8 @@ LABEL_ENDINGS = tuple(_READERS)
 PLACED_ENDINGS = (".ply", *PART_ENDINGS, *_FINDERS)
 """Endings of label files that also contain the labeled cells, and therefore their positions."""
 
-VERTEX_ENDINGS = (".segs.json", ".label.gii", ".annot")
+KEY_ENDINGS = (".label.gii", ".annot")
+"""Endings of files in which the label of a vertex is its key, or its row in a table, minus 1."""
+
+VERTEX_ENDINGS = (".segs.json", *KEY_ENDINGS, *CORTEX_VALUES)
 """Endings of files with one label per vertex."""

@@ -15,6 +15,7 @@ from ..guards import read_content
 from ..images import TextureImage, file_beside, image_beside
 from ..light import linear_of_srgb
 from ..textures import Material, MaterialSource
+from .text import split_word
 
 _WIDTHS = {"-blendu": 1, "-blendv": 1, "-bm": 1, "-boost": 1, "-cc": 1, "-clamp": 1,
            "-imfchan": 1, "-mm": 2, "-texres": 1, "-type": 1}  # fmt: skip
@@ -55,12 +56,12 @@ def read_mtl(path: Path, folder: Path) -> dict[str, Material]:
     known: dict[str, TextureImage] = {}
     block: _Block | None = None
     for line in text.replace("\\\n", " ").splitlines():
-        keyword, _, rest = line.strip().partition(" ")
+        keyword, rest = split_word(line)
         if keyword == "newmtl":
             _finish(block, materials)
-            block = _Block(rest.strip())
+            block = _Block(rest)
         elif block is not None and keyword and not keyword.startswith("#") and "\0" not in line:
-            _add_line(block, keyword, rest.strip(), partial(_image, beside, folder, known))
+            _add_line(block, keyword, rest, partial(_image, beside, folder, known))
     _finish(block, materials)
     return materials
 
@@ -104,17 +105,17 @@ def _split_options(text: str) -> tuple[list[str], str]:
     options: list[str] = []
     rest = text
     while rest.startswith("-"):
-        word, _, after = rest.partition(" ")
+        word, after = split_word(rest)
         if word not in _WIDTHS and word not in _VECTORS:
             break
         options.append(word)
-        rest = after.lstrip()
+        rest = after
         for place in range(3 if word in _VECTORS else _WIDTHS[word]):
-            value, _, after = rest.partition(" ")
+            value, after = split_word(rest)
             if word in _VECTORS and place and not _is_number(value):
                 break
             options.append(value)
-            rest = after.lstrip()
+            rest = after
     return options, rest
 
 
@@ -153,7 +154,7 @@ def read_libraries(
                 raise FileNotFoundError(name)
             read = read_mtl(path, Path(os.path.realpath(folder)))
         except (OSError, MeshError):
-            left_out.append(f"materials in {name!r}, which cannot be read in the mesh's folder")
+            left_out.append(f"materials: {name!r} cannot be read in the mesh's folder")
             continue
         found.append(path)
         for key, material in read.items():

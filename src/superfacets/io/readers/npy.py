@@ -15,7 +15,7 @@ import numpy as np
 from ..._types import Array
 from ..._validate import counted
 from ...errors import MeshError
-from ..guards import Content, shortened
+from ..guards import Content, most_bytes_of, shortened
 
 MAX_NPY_HEADER = 10_000
 """Maximum length of the header text in bytes, the same as in NumPy. The usual length is 60."""
@@ -54,7 +54,10 @@ def npz_array(data: Content, name: str) -> Array:
     If the archive is damaged, raises exceptions of zipfile or zlib, a KeyError or a MeshError.
     """
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
-        return npy_array(archive.read(f"{name}.npy"))
+        entry = archive.getinfo(f"{name}.npy")
+        if entry.file_size > most_bytes_of(len(data)):
+            raise MeshError(f"{name} declares {entry.file_size} bytes, too many for the file size")
+        return npy_array(archive.read(entry))
 
 
 def npy_header(data: Content) -> tuple[tuple[int, ...], np.dtype[Any], bool, int]:
@@ -70,7 +73,7 @@ def npy_header(data: Content) -> tuple[tuple[int, ...], np.dtype[Any], bool, int
         if size > left:
             raise ValueError(f"its length is {size} bytes, but only {left} bytes follow")
         return *_parsed(bytes(data[begin:end]).decode("latin-1")), end
-    except (ValueError, TypeError, RecursionError) as error:
+    except (ValueError, TypeError, RecursionError, SyntaxError) as error:
         why = shortened(str(error))
         raise MeshError(f"the header of the .npy file cannot be read: {why}") from None
 

@@ -15,7 +15,7 @@ from ..images import problems_of
 from ..textures import Material, Texture
 from .mtl import read_libraries
 from .obj import read_obj, without_continuations
-from .text import Lines, iterate_lines
+from .text import Lines, iterate_lines, split_word
 
 KEYWORDS = (b"vt", b"f", b"usemtl", b"mtllib")
 COORDINATES, FACE, MATERIAL, LIBRARY = range(4)
@@ -65,6 +65,10 @@ def _read_texture(
     n_corners = len(faces.indices) if isinstance(faces, Polygons) else faces.size
     assert len(corners) == n_corners
     known, libraries, left_out = read_libraries(found.libraries, folder)
+    missing = [name for name in found.names if name not in known]
+    if missing and not left_out:
+        more = f" and {len(missing) - 1} more" if len(missing) > 1 else ""
+        left_out.append(f"materials: {missing[0]!r}{more}, which no MTL file defines")
     materials = [known.get(name, Material(name)) for name in found.names]
     images = [image for each in materials if each.source for image in each.source.images]
     texture = Texture(coordinates, corners, materials, np.concatenate(found.materials), libraries)
@@ -109,5 +113,4 @@ def _add_materials(lines: Lines, kinds: Array, found: _Found) -> None:
 def _name_at(lines: Lines, place: int) -> str:
     """Return the text after the keyword of a line; it may contain spaces and ``#``."""
     text = lines.text[lines.starts[place] :][:4096].tobytes().split(b"\n")[0]
-    _, _, name = text.decode("utf-8", "surrogateescape").strip().replace("\t", " ").partition(" ")
-    return name.strip()
+    return split_word(text.decode("utf-8", "surrogateescape"))[1]

@@ -21,7 +21,7 @@ from ..attributes import MeshAttributes
 from ..guards import Arrays, Content, Polygons, known_ending, named_errors, read_content
 from .b3dm import Placement, open_model
 from .clouds import CLOUD_READERS, holds_cloud
-from .cortex import SURFACE_ENDINGS, TRIANGLES, read_gifti, read_surface
+from .cortex import SURFACE_ENDINGS, TRIANGLES, read_gifti, read_gifti_with_attributes, read_surface
 from .gltf import open_scene, read_scene
 from .gltf_texture import read_texture
 from .obj import read_obj
@@ -49,12 +49,16 @@ _GLTF_ENDINGS = (".glb", ".gltf", ".b3dm")
 _ATTRIBUTE_READERS: dict[str, Callable[[Content, Path | None], tuple[Arrays, MeshAttributes]]] = {
     ".ply": read_ply_with_attributes,
     ".obj": read_obj_with_attributes,
+    ".gii": read_gifti_with_attributes,
 }
 ATTRIBUTE_ENDINGS = (*_ATTRIBUTE_READERS, *_GLTF_ENDINGS)
 
 MESH_ENDINGS = (*_GLTF_ENDINGS, *_READERS, *TET_ENDINGS)
 CELL_ENDINGS = (*MESH_ENDINGS, *(ending for ending in CLOUD_READERS if ending != ".ply"))
 """Endings of mesh files and of point cloud files."""
+
+Z_UP_ENDINGS = (".las", ".laz", ".e57", ".b3dm")
+"""Endings of formats in which z points up. glTF defines y, but many files do not follow this."""
 
 CAD_FORMATS = {".step": "STEP", ".stp": "STEP", ".iges": "IGES", ".igs": "IGES", ".brep": "BREP",
                ".fcstd": "FCStd"}  # fmt: skip
@@ -95,8 +99,8 @@ def read_mesh(path: str | os.PathLike[str]) -> AnyMesh:
           the extra ``compressed``), ``.b3dm`` (z up; RTC_CENTER is not added), and ``.tri`` (vertex
           count, one line with x y z per vertex, triangle count, one line with three indices from 0
           per triangle);
-        - surfaces of a brain cortex, with the extra ``cortex``: ``.gii`` (GIFTI), and ``.white``,
-          ``.pial``, ``.inflated``, ``.smoothwm``, ``.orig`` and ``.sphere`` (FreeSurfer);
+        - surfaces of a brain cortex: ``.gii`` (GIFTI), and ``.white``, ``.pial``,
+          ``.inflated``, ``.smoothwm``, ``.orig`` and ``.sphere`` (FreeSurfer);
         - tetrahedra: ``.vtu``, ``.vtk`` (legacy), ``.msh`` (Gmsh 2.2 and 4.1) and ``.mesh``
           (Medit, text).
 
@@ -122,16 +126,15 @@ def read_mesh(path: str | os.PathLike[str]) -> AnyMesh:
         errors are not detected: a text file that is truncated within its last number, and an OBJ
         file that is truncated between lines.
     MissingExtraError
-        If DracoPy, meshopt or nibabel is needed but not installed.
+        If DracoPy or meshopt is needed but not installed.
     OSError
         If the file does not exist or cannot be read.
 
     Notes
     -----
     Time and memory are linear in the size of the file. Sizes that a header declares are compared
-    with the content of the file before memory is allocated, except for cortex files, which nibabel
-    reads. Compressed arrays of a VTK file may have at most 100 times the size of the file, or 64 MB
-    if this is larger.
+    with the content of the file before memory is allocated. Compressed arrays of VTK and GIFTI
+    files may have at most 100 times the size of the file, or 64 MB if this is larger.
 
     Examples
     --------
@@ -212,7 +215,7 @@ def read_cells(path: str | os.PathLike[str], placement: Placement | None = None)
 def read_cells_and_attributes(path: str | os.PathLike[str]) -> tuple[Cells, MeshAttributes | None]:
     """Read a mesh or point cloud as in `read_cells`, and its attributes.
 
-    The attributes of a mesh are None if its format is not PLY, OBJ, glTF or b3dm.
+    The attributes of a mesh are None if its format is not PLY, OBJ, GIFTI, glTF or b3dm.
     """
     return _read(path, CELL_ENDINGS, parse_cells_and_attributes)
 

@@ -165,6 +165,12 @@ def _read_second_index(token: bytes) -> int:
     return _read_integer(others[0]) if others and others[0] else 0
 
 
+def split_word(text: str) -> tuple[str, str]:
+    """Return the first word of a text, and the rest; any white space separates them."""
+    word, *rest = text.split(maxsplit=1) or [""]
+    return word, rest[0].rstrip() if rest else ""
+
+
 def as_count(token: bytes | str, what: str) -> int:
     """Parse an integer >= 0 of at most 18 digits; other tokens raise a MeshError."""
     if not token.isdigit() or len(token) > 18 or not token.isascii():
@@ -245,7 +251,8 @@ def as_integers(values: Array, what: str) -> Array:
     """Convert values to integers, or raise a MeshError that `what` must be integers."""
     if values.dtype.kind in "iu":
         return values
-    is_whole = (values == np.floor(values)) & (np.abs(values) <= EXACT)
+    with np.errstate(invalid="ignore"):  # signaling NaNs
+        is_whole = (values == np.floor(values)) & (np.abs(values) <= EXACT)
     if not is_whole.all():
         raise MeshError(f"{what} must be integers, got {values[~is_whole].flat[0]!s}")
     return values.astype(np.int64)

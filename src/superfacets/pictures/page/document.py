@@ -173,7 +173,7 @@ def view(
         raise TypeError(f"camera must be a superfacets.View, got {camera!r}")
     own = own_colors(cells, colors, attributes) if texture is None else None
     shape = shape_of(cells)
-    camera = upright(camera or View(), shape.scene)
+    camera = upright(camera or View(), shape.points, shape.triangles)
     arrays = _arrays(shape, levels, truth, values)
     paint, parts = None, {} if own is None else color_parts(cells, shape, own)
     if texture is not None:

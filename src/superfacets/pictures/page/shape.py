@@ -21,7 +21,7 @@ from ...mesh.base import Cells
 from ...mesh.faces import FaceMesh, cut_into_triangles, ends_of_sides, measure_faces
 from ...mesh.point_cloud import PointCloud
 from ..camera import View, view_axes
-from ..scene import Scene, hexagons_of, upright
+from ..scene import upright
 from .coding import Coding
 
 STEPS = 65535
@@ -61,18 +61,6 @@ class DrawnSurface:
         """Diagonal of the bounding box; 1 if all points are equal."""
         low, high = self.bounds
         return float(np.linalg.norm(high - low)) or 1.0
-
-    @property
-    def scene(self) -> Scene:
-        """Scene without colors, for `guess_up`. Each point of a cloud becomes a triangle."""
-        points, triangles = self.points, self.triangles
-        if isinstance(self.graph, PointGraph):
-            points = hexagons_of(self.graph)  # every second corner is used: one triangle per point
-            triangles = np.arange(len(points), dtype=np.uint32).reshape(-1, 6)[:, ::2]
-        assert triangles is not None
-        points = (points - self.bounds.mean(axis=0)) / self.diagonal
-        none = np.empty((0, 3), np.uint8)
-        return Scene(points, triangles.astype(np.int64), none, np.empty((0, 2), np.int64), 1)
 
     @property
     def point_size(self) -> float:
@@ -141,7 +129,7 @@ def view_facts(shape: DrawnSurface, camera: View) -> dict[str, Any]:
 
     The axes are the directions right, up, and toward the viewer, at azimuth 0 and elevation 0.
     """
-    up = upright(camera, shape.scene).up
+    up = upright(camera, shape.points, shape.triangles).up
     right, toward, upward = view_axes(View(azimuth=0, elevation=0, up=up))
     return {
         "axes": np.stack([right, upward, toward]).tolist(),

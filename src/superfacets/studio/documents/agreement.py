@@ -46,7 +46,7 @@ def read_theirs(name: str, data: bytes, source: Source, mine: State, areas: Floa
     """
     journal = parsed_work(Path(name), data)
     journal.check_source(source.path, source.digest, source.n_cells)
-    is_shared = journal.header["classes"] is None  # None if all files of a folder share classes
+    is_shared = journal.header.get("classes", ()) is None  # None if a folder shares its classes
     state = History.replayed(journal, source.n_cells, mine.class_list if is_shared else None).state
     numbers, class_list = _matched_classes(state, mine.class_list)
     classes, objects = numbers[state.classes], state.objects

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import tempfile
 import threading
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -18,6 +19,7 @@ from ..._validate import checked_threads, counted
 from ...cells.kinds import measures_of
 from ...io.atomic import atomic_outputs
 from ...mesh.base import Cells
+from ...metrics.overlap import weights_of_cells
 from ..labels.classes import (
     CLASSES_FILE,
     INSTANCES,
@@ -43,7 +45,7 @@ from ..regions.segmenting import Segmenter, UnsplitRegions, default_parameters
 from ..regions.splitting import split_cells
 from .agreement import Side, Theirs, agreement, read_theirs
 from .changes import Change, State, settling
-from .history import History
+from .history import History, Recorder
 from .journal import Journal, JournalError, Line, parsed_work, with_header
 from .journal_lines import line_of
 from .source import Source
@@ -195,8 +197,9 @@ class Document:
             self.segmenter.close()
             self.journal.close()
 
-    # Each of the following operations returns only after its journal line is on disk. If a folder
-    # is open, `set_classes` writes the class list that all its meshes share, and no journal line.
+    # Each of the following operations returns only after its journal line is on disk. After an
+    # error, nothing has changed, in memory or on disk. If a folder is open, `set_classes` writes
+    # the class list that all its meshes share, and no journal line.
 
     def paint(
         self, cells: CellNumbers, classes: Any, stroke: str | None = None, *, objects: Any = 0,
@@ -284,7 +287,7 @@ class Document:
 
         `parameters` are the parameters with which `base` was computed.
         """
-        with self.lock:
+        with self._operation():
             before, partition = self.state.partition, Partition(parameters, base.digest)
             is_new = before.digest not in ("", base.digest) or bool(before.splits)
             if is_new or before.parameters != parameters:
@@ -301,7 +304,7 @@ class Document:
         revision, and ValueError if the region does not exist, if one of the strokes has no cell in
         the region, or if the strokes cross.
         """
-        with self.lock:
+        with self._operation():
             if self.revisions.get(number) is not self.revision:
                 raise GoneError("the regions have changed: request the state and labels again")
             whole = self.revision.cells_of(region)
@@ -323,7 +326,7 @@ class Document:
         of the import. Returns the change of labels, or None if no label changes. Raises ValueError
         if an object number would exceed `MAX_OBJECT`.
         """
-        with self.lock:
+        with self._operation():
             stroke = f"import {self.history.seq + 1}"
             highest = np.zeros(MAX_CLASS + 1, np.int64)
             is_left = np.ones(self.n_cells, bool)
@@ -348,7 +351,7 @@ class Document:
 
         Raises ValueError if no object was imported.
         """
-        with self.lock:
+        with self._operation():
             surface = self.segmenter.surface
             suggestions, classes = suggestions_of(imported, self.class_list, surface)
             if not suggestions:
@@ -371,13 +374,12 @@ class Document:
             raise ValueError(f"suggestion {min(both)} is both accepted and rejected")
         if not accepted and not rejected:
             raise ValueError("no suggestion to accept or reject was given")
-        with self.lock:
+        with self._operation() as changes:
             stroke = f"settle {self.history.seq + 1}"
             settled = settling(self.state, {*accepted, *rejected}, stroke)
-            n_before = len(self.history.undo_stack)
             self._paint_suggestions(accepted, stroke)
             self._commit(settled)
-            return self.history.undo_stack[n_before:]
+            return changes
 
     def _paint_suggestions(self, accepted: Mapping[int, int], stroke: str) -> None:
         stuff = stuff_of(self.class_list)
@@ -413,7 +415,7 @@ class Document:
 
         Raises ValueError if `compare` was not called before.
         """
-        return agreement(self.state, self._compared(), self.areas)
+        return agreement(self.state, self._compared(), weights_of_cells(self.cells))
 
     def differing(self) -> CellNumbers:
         """Return the indices of cells that are labeled in both work files, but differently."""
@@ -427,7 +429,7 @@ class Document:
         With "mine", only the copy of that file in memory changes: `cells` get my labels there, so
         they no longer differ. Returns the change of my labels, or None if no label changes.
         """
-        with self.lock:
+        with self._operation():
             theirs = self._compared()
             if side == "mine":
                 theirs.paint[cells] = self.state.paint[cells]
@@ -451,7 +453,7 @@ class Document:
         Raises ValueError if an entry is invalid, or if a class of a cell or suggestion is missing.
         """
         classes = checked_class_list(value)
-        with self.lock:
+        with self._operation():
             counts = np.bincount(self.state.classes).tolist()
             kept = names_of(classes)
             for class_id in np.flatnonzero(counts).tolist():
@@ -466,10 +468,19 @@ class Document:
                         f"class {one.class_id} has suggestions: accept or reject them first"
                     )
             if self.share_classes is not None:
+                before = self.state.class_list
                 self.share_classes(classes)
                 self.state.class_list = classes
+                self.history.on_failure(self._share_again, before, classes)
             elif classes != self.state.class_list:
                 self._commit(Change("classes", self.state.class_list, classes, stroke))
+
+    def _share_again(self, before: ClassList, failed: ClassList) -> None:
+        """Restore the shared list after an error, unless it changed again or the disk is full."""
+        if self.share_classes is not None and self.state.class_list is failed:
+            with contextlib.suppress(OSError):
+                self.share_classes(before)
+                self.state.class_list = before
 
     def undo(self) -> list[Change]:
         """Undo the last operation or stroke, and return its changes.
@@ -486,19 +497,43 @@ class Document:
         return self._move("redo")
 
     def _move(self, name: str) -> list[Change]:
-        with self.lock:
-            self.source.check()
-            changes = self.history.move(name, lambda seq: self._write(seq, {"op": name}))
+        self.source.check()
+        with self._step(self.history.moving(name, self._recorder({"op": name}))) as changes:
             if changes[-1].kind in ("segment", "split"):
                 self._show(self.segmenter.base(self.state.partition.parameters))
             return changes
 
     def _commit(self, change: Change) -> None:
-        """Apply a new change, and write it to the journal."""
-        self.source.check()
-        self.history.make(change, lambda seq: self._write(seq, line_of(change)))
+        """Make a change as a part of the current operation, or as an operation of its own."""
+        with self._operation():
+            self.history.make(change)
+
+    def _operation(self) -> contextlib.AbstractContextManager[list[Change]]:
+        """Make all changes of a `with` block one operation, which is done whole or not at all.
+
+        The operation is one line of the journal, which is written when the block ends.
+        """
+        return self._step(self.history.operation(self._recorder()))
+
+    @contextlib.contextmanager
+    def _step(
+        self, step: contextlib.AbstractContextManager[list[Change]]
+    ) -> Iterator[list[Change]]:
+        """Lock the document during a step; after an error, show the same regions as before."""
+        with self.lock:
+            shown = self.base, self.revision
+            try:
+                with step as changes:
+                    yield changes
+            except BaseException:
+                self.base, self.revision = shown
+                raise
+
+    def _recorder(self, line: Line | None = None) -> Recorder:
+        return lambda seq, changes: self._write(seq, line or line_of(changes))
 
     def _write(self, seq: int, line: Line) -> None:
+        self.source.check()
         done = round(self.progress, 6)
         self.journal.append({"seq": seq, **line, "done": done, **self.state.review_marks})
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import contextlib
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from ...io.guards import shortened
 from ..labels.classes import ClassList
 from .changes import Change, State
 from .journal import Journal, JournalError, Line, parsed_work
-from .journal_lines import change_of, first_state
+from .journal_lines import SEVERAL, change_of, first_state
 
 
 class NothingError(LookupError):
@@ -30,7 +31,10 @@ def last_stroke(changes: list[Change]) -> list[Change]:
     return found
 
 
-def _nothing(seq: int) -> None:
+Recorder = Callable[[int, list[Change]], object]
+
+
+def _nothing(seq: int, changes: list[Change]) -> None:
     """Do nothing instead of recording a step: replayed steps are in the journal already."""
 
 
@@ -38,15 +42,18 @@ def _nothing(seq: int) -> None:
 class History:
     """State of a document, and stacks of changes that can be undone and redone.
 
-    Methods that change the state call a function `record` with the number of the step, to write the
-    step to the journal. If `record` raises an error, the state does not change.
+    Each step (operation, undo or redo) is done whole or not at all. It ends with a call of a
+    function `record`, which gets the number of the step and its changes, and writes them to the
+    journal. If the step or `record` raises an error, the state is the same as before the step.
     """
 
     state: State
     undo_stack: list[Change] = field(default_factory=list)
     redo_stack: list[Change] = field(default_factory=list)
-    seq: int = 0  # number of steps (changes, undos and redos) in the journal
+    seq: int = 0  # number of steps in the journal
     parts: dict[str, int] = field(default_factory=dict)  # last part of each stroke that has parts
+    _made: list[Change] = field(default_factory=list)  # changes of the current or last step
+    _reverting: contextlib.ExitStack | None = None  # reverts `_made`; None between two steps
 
     @classmethod
     def replayed(cls, journal: Journal, n_cells: int, classes: ClassList | None) -> History:
@@ -77,20 +84,48 @@ class History:
             raise ValueError(f"seq must be {self.seq + 1}, got {line['seq']}")
         name = str(line["op"])
         if name in ("undo", "redo"):
-            self.move(name)
-        else:
-            self.make(change_of(line, self.state))
+            with self.moving(name):
+                return
+        with self.operation() as made:
+            for part in line["changes"] if name == SEVERAL else [line]:
+                self.make(change_of(part, self.state))
+            if not made:
+                raise ValueError("it changes nothing")
 
-    def make(self, change: Change, record: Callable[[int], object] = _nothing) -> None:
-        """Apply a new change; changes that were undone before can then no longer be redone."""
-        self._apply([change], record)
-        if change.stroke is not None and change.part is not None:
-            self.parts[change.stroke] = change.part
-        self.undo_stack.append(change)
-        self.redo_stack.clear()
+    def make(self, change: Change) -> None:
+        """Apply a change in the current step."""
+        assert self._reverting is not None
+        change.do(self.state)
+        self._reverting.callback(change.inverse().do, self.state)
+        self._made.append(change)
 
-    def move(self, name: str, record: Callable[[int], object] = _nothing) -> list[Change]:
-        """Undo or redo the last change or stroke, and return its changes.
+    def on_failure(self, action: Callable[..., object], *arguments: object) -> None:
+        """Call a function if the current step fails, before earlier changes are reverted."""
+        assert self._reverting is not None
+        self._reverting.callback(action, *arguments)
+
+    @contextlib.contextmanager
+    def operation(self, record: Recorder = _nothing) -> Iterator[list[Change]]:
+        """Make all changes of a `with` block one operation, and yield the list of its changes.
+
+        Operations that were undone before can then no longer be redone. An operation inside of an
+        operation is a part of it. An operation without changes is not recorded.
+        """
+        if self._reverting is not None:
+            yield self._made
+            return
+        with self._whole(record, is_undo=False):
+            yield self._made
+        self.undo_stack.extend(self._made)
+        for one in self._made:
+            if one.stroke is not None and one.part is not None:
+                self.parts[one.stroke] = one.part
+        if self._made:
+            self.redo_stack.clear()
+
+    @contextlib.contextmanager
+    def moving(self, name: str, record: Recorder = _nothing) -> Iterator[list[Change]]:
+        """Undo or redo the last operation or stroke, and yield its changes to the `with` block.
 
         `name` is "undo" or "redo". Raises NothingError if there is nothing to undo or redo.
         """
@@ -100,35 +135,37 @@ class History:
         changes = last_stroke(source)
         if not changes:
             raise NothingError(f"there is nothing to {name}")
-        made = [change.inverse() if is_undo else change for change in changes]
-        self._apply(made, record, is_undo=is_undo)
+        with self._whole(record, is_undo=is_undo):
+            for change in changes:
+                self.make(change.inverse() if is_undo else change)
+            yield changes
         del source[len(source) - len(changes) :]
         target.extend(changes)
-        return changes
 
-    def _apply(
-        self, changes: list[Change], record: Callable[[int], object], *, is_undo: bool = False
-    ) -> None:
-        """Apply changes and record the step; if recording fails, revert the changes."""
+    @contextlib.contextmanager
+    def _whole(self, record: Recorder, *, is_undo: bool) -> Iterator[None]:
+        """Record the changes of the `with` block when it ends; after an error, revert them."""
+        self._made = []
         was_changed = self.state.is_changed
-        for change in changes:
-            change.do(self.state)
-        self.state.is_changed = self._is_changed({change.kind for change in changes}, is_undo)
         try:
-            record(self.seq + 1)
-        except BaseException:
-            for change in reversed(changes):
-                change.inverse().do(self.state)
-            self.state.is_changed = was_changed
-            raise
-        self.seq += 1
+            with contextlib.ExitStack() as self._reverting:
+                yield
+                if self._made:
+                    self._reverting.callback(setattr, self.state, "is_changed", was_changed)
+                    self.state.is_changed = self._is_changed(is_undo)
+                    record(self.seq + 1, self._made)
+                    self.seq += 1
+                self._reverting.pop_all()
+        finally:
+            self._reverting = None
 
-    def _is_changed(self, kinds: set[str], is_undo: bool) -> bool:
-        """Return whether labels may differ from the reviewed labels after changes of these kinds.
+    def _is_changed(self, is_undo: bool) -> bool:
+        """Return whether labels may differ from the reviewed labels after the current step.
 
         If the document is not reviewed, the result is False. If undoing a review restores an older
         review, the result is True, because labels may have changed between the two reviews.
         """
+        kinds = {change.kind for change in self._made}
         is_new = is_undo if "review" in kinds else bool(kinds & _LABELING)
         kept = self.state.is_changed and "review" not in kinds
         return self.state.is_reviewed and (is_new or kept)

@@ -116,8 +116,10 @@ class Journal:
             while rest:
                 rest = rest[os.write(self._file, rest) :]
             os.fsync(self._file)
-        except OSError as error:
+        except BaseException as error:  # also after an interrupt, memory and file are the same
             self._take_back()
+            if not isinstance(error, OSError):
+                raise
             reason = error.strerror or str(error)
             raise WriteError(f"{self.path}: {reason}: the operation was not done") from None
         self._size += len(data)
@@ -153,6 +155,7 @@ class Journal:
         """Remove the incomplete line of a failed write; if this fails, reject all later writes."""
         try:
             os.ftruncate(self._file, self._size)
+            os.fsync(self._file)
         except OSError:
             self._fault = f"{self.path}: can no longer be written: start the studio again"
 

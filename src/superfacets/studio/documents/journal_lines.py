@@ -29,6 +29,9 @@ from ..regions.segmenting import checked_parameters, default_parameters
 from .changes import Change, Numbers, State, settling
 from .journal import Line
 
+SEVERAL = "several"
+"""Entry ``op`` of a line with several changes. Older versions wrote a line for each change."""
+
 
 def first_state(header: Line, n_cells: int, classes: ClassList | None) -> State:
     """Return the state before the first change.
@@ -43,11 +46,14 @@ def first_state(header: Line, n_cells: int, classes: ClassList | None) -> State:
     return State(np.zeros(n_cells, np.uint32), classes, Partition(parameters))
 
 
-def line_of(change: Change) -> Line:
-    """Return a change as a line of the journal."""
-    entries = {"stroke": change.stroke, "part": change.part}
-    named = {name: value for name, value in entries.items() if value is not None}
-    return {"op": change.kind, **_WRITERS[change.kind](change), **named}
+def line_of(changes: list[Change]) -> Line:
+    """Return the changes of an operation as one line of the journal, which is read whole or not."""
+    entries = []
+    for change in changes:
+        values = {"stroke": change.stroke, "part": change.part}
+        named = {name: value for name, value in values.items() if value is not None}
+        entries.append({"op": change.kind, **_WRITERS[change.kind](change), **named})
+    return entries[0] if len(entries) == 1 else {"op": SEVERAL, "changes": entries}
 
 
 def change_of(line: Line, state: State) -> Change:

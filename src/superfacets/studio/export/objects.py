@@ -6,7 +6,7 @@ import json
 import re
 import tempfile
 import zipfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -64,13 +64,14 @@ def vertex_instances(document: Document) -> Ints:
 
     The instance is 0 if unlabeled cells have the largest area, or if the vertex has no cells.
     """
-    return np.maximum(vertex_labels(document.cells, document.instances), 0)
+    return np.maximum(vertex_labels(document.cells, document.instances, method="majority"), 0)
 
 
-def write_objects(document: Document, format: str, path: Path) -> None:
-    """Write the objects to a file in one of `FORMATS`."""
-    with atomic_outputs([path]) as (temporary,):
-        _WRITERS[format](document, temporary, path)
+def write_objects(document: Document, formats: Sequence[str], paths: Sequence[Path]) -> None:
+    """Write the objects to a file in each of the given `FORMATS`: all files, or none."""
+    with atomic_outputs(paths) as temporaries:
+        for format, temporary, path in zip(formats, temporaries, paths, strict=True):
+            _WRITERS[format](document, temporary, path)
 
 
 def _write_json(document: Document, temporary: Path, path: Path) -> None:
@@ -146,7 +147,7 @@ def _segments(document: Document) -> tuple[Ints, Ints]:
     A segment is a region or, if the region has several instances, its part in one instance.
     """
     instances = vertex_instances(document)
-    regions = vertex_labels(document.cells, document.revision.labels)
+    regions = vertex_labels(document.cells, document.revision.labels, method="majority")
     pairs = np.stack([regions, instances], axis=1)
     _, segments = np.unique(pairs, axis=0, return_inverse=True)
     return segments.ravel().astype(np.int32), instances

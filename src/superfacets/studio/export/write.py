@@ -168,8 +168,10 @@ def _write(document: Document, what: str, format: str, folder: Path) -> list[Pat
     pair = (format, PAIRED[format]) if what == "objects" and format in PAIRED else (format,)
     paths = [folder / _name_of(document, what, one) for one in pair]
     with document.lock:  # so that labels and names are from the same state
-        for one, path in zip(pair, paths, strict=True):
-            _WRITERS[what](document, one, path)
+        if what == "objects":
+            write_objects(document, pair, paths)
+        else:
+            _WRITERS[what](document, format, paths[0])
     return paths
 
 
@@ -199,7 +201,8 @@ def _attributes_for(document: Document, path: Path) -> MeshAttributes | None:
 
 
 def _write_vertices(document: Document, format: str, path: Path) -> None:
-    labels = vertex_labels(document.cells, document.state.classes.astype(np.int32))
+    classes = document.state.classes.astype(np.int32)
+    labels = vertex_labels(document.cells, classes, method="majority")
     write_labels(path, np.maximum(labels, 0))  # vertices without cells get class 0
 
 
@@ -244,7 +247,6 @@ _WRITERS: dict[str, Callable[[Document, str, Path], None]] = {
     "cells": _write_cells,
     "vertices": _write_vertices,
     "instances": lambda document, _, path: write_labels(path, vertex_instances(document)),
-    "objects": write_objects,
     "regions": _write_regions,
     "region_classes": _write_region_classes,
 }

@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from ...io.atomic import atomic_outputs
 from ...io.attributes import is_encodable
+from ...io.guards import parsed_json
 from ...pictures.colors import color_distances
 
 CLASSES_FILE = "superfacets-classes.json"  # file in a folder that lists the classes of its meshes
@@ -29,17 +30,24 @@ _EXPECTED = 'expected a JSON list of classes, or an object with a list "categori
 _STUFF = ("wall", "floor", "ceiling", "ground", "sky", "water")
 """Names of classes that have no objects by default."""
 
-_COLORS = (
-    "#e69f00", "#56b4e9", "#009e73", "#f0e442", "#0072b2", "#d55e00", "#cc79a7", "#8c6bb1",
-    "#8c510a", "#1b9e9e", "#c51b8a", "#66a61e", "#2b3fb0", "#e7298a", "#a1140f", "#5a5a00",
-    "#0000ff", "#00ff00", "#ff00ff", "#eecc99", "#00ee88", "#dd77ff", "#ff8877", "#ff0000",
-    "#771133", "#7700bb", "#ff1155", "#aaee00", "#aadd99", "#225533", "#eeccff", "#00eedd",
-)  # fmt: skip
-"""Default colors of classes 1, 2, 3 and so on. The first seven are the palette of Okabe and Ito,
-which color-blind people can distinguish. The distance in CIELAB of each of the last 16 to all
-earlier colors is at least 32. Gray is not used, because unlabeled cells are gray."""
+_CODES = """
+    e69f00 56b4e9 009e73 f0e442 0072b2 d55e00 cc79a7 8c6bb1 8c510a 1b9e9e c51b8a 66a61e 2b3fb0
+    a1140f 5a5a00 00ff00 ff00ff eecc99 ff8877 ff0000 771133 7700bb ff1155 aadd99 225533 eeccff
+    00eedd 998855 996666 554466 9999ff 005566 aaeeff ffcccc 227700 5566ff cc9977 88bbaa bbaa33
+    007766 00ffaa aa33ff cc88ee bb1144 99aa77 00cc55 bbccff 00ccdd bb7700 cc9999 aadd33 668855
+    774433 ff8822 885577 3388ff 881177 ff2299 556699 ffaacc bbeedd cc6655 0088aa 00cc99 dddd99
+    888800 ff7799 886600 bb5577 5533ff aa99cc aa4411 9944aa aa7755 ffcc44 ffbb99 7788bb ff88dd
+    cc3333 cc55bb bbaa77 667722 ff6633 115588 009933 117744 335500 66aabb 664499 aa8800 997799
+    773300 669988 66aa66 9977ee aabb55 00bbaa 77aaff 886644 eeaa66
+"""
 
-_MIN_DISTANCE = 0.06
+_COLORS = tuple(f"#{code}" for code in _CODES.split())
+"""Default colors of classes 1, 2, 3 and so on. The first seven are the palette of Okabe and Ito,
+which color-blind people can distinguish. Each of the others has a large distance (CIEDE2000) from
+all before it, and from gray, because unlabeled cells are gray: at least 13 up to color 40, and at
+least 9 up to the last. A difference of 6 is clear on two separate surfaces."""
+
+_MIN_DISTANCE = 0.046
 """Minimum OKLab distance of a new color to the colors in use: the minimum between two `_COLORS`."""
 
 _N_DEFAULT = 6
@@ -260,13 +268,11 @@ def read_classes(path: Path) -> ClassList:
     try:
         text = path.read_text(encoding="utf-8")
         if path.suffix.lower() == ".json":
-            return checked_class_list(_listed(json.loads(text)))
+            return checked_class_list(_listed(parsed_json(text)))
         names = [line.strip() for line in text.splitlines() if line.strip()]
         if not names:
             raise ValueError("no line has a name")
         return default_classes(names)
-    except RecursionError:
-        raise ValueError(f"{path}: not a list of classes: nested too deeply") from None
     except ValueError as error:
         raise ValueError(f"{path}: not a list of classes: {error}") from None
 

@@ -57,10 +57,9 @@ def unpack_cells(packed: bytes, n_cells: int) -> CellNumbers:
         raise ValueError("the list of cells is damaged: a number is incomplete or too long")
     shifts = 7 * (np.arange(len(data)) - np.repeat(starts, sizes))
     deltas = np.add.reduceat((data & 0x7F).astype(np.int64) << shifts, starts)
-    cells = np.cumsum(deltas)
-    if cells[-1] >= n_cells or deltas[1:].min(initial=1) < 1:
+    if deltas.sum(dtype=np.float64) >= n_cells or deltas[1:].min(initial=1) < 1:
         raise ValueError(f"cells must be ascending numbers between 0 and {n_cells - 1}")
-    return cells.astype(np.uint32)
+    return np.cumsum(deltas).astype(np.uint32)
 
 
 def inflated(packed: bytes, max_bytes: int) -> bytes:

@@ -2,26 +2,25 @@
 
 from __future__ import annotations
 
-import json
 import re
 import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, TypeVar, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from ..._types import Bools, Longs
 from ..._validate import check_length, counted
+from ...cells.corner_labels import labels_of_corners
 from ...cells.kinds import kind_of
 from ...errors import MeshError
 from ...export.scannet import NO_CLASS
-from ...io.guards import known_ending, shortened
+from ...io.guards import known_ending, parsed_json, shortened
 from ...io.readers.labels import NO_REGION, read_labels
 from ...mesh.base import Cells
-from ...regions.vertices import labels_of_corners
 from .classes import MAX_CLASS, MAX_OBJECT, ClassList, names_of, stuff_of, with_named, with_new
 from .coding import CellNumbers
 
@@ -31,7 +30,9 @@ OF_VERTICES = (".segs.json",)
 LISTS = (".npy", ".seg", ".txt")
 ENDINGS = (".sstk.json", *OF_VERTICES, OBJECTS, *LISTS, GROUPS)
 
-_DAMAGE = (ValueError, LookupError, TypeError, RecursionError)
+_Kind = TypeVar("_Kind", int, str)
+
+_DAMAGE = (ValueError, LookupError, TypeError)
 """Errors that reading JSON with an unexpected structure can raise."""
 
 
@@ -76,28 +77,28 @@ def read_import(files: Mapping[str, bytes], cells: Cells, known: ClassList) -> I
     name = labeling[0]
     try:
         if endings[name] == OBJECTS and not grouping:
-            return _by_annotation(json.loads(files[name]), cells.n_cells, known)
+            return _by_annotation(parsed_json(files[name]), cells.n_cells, known)
         labels = _labels_in(files[name], endings[name], cells)
     except _DAMAGE as error:
         raise MeshError(f"{name}: {_reason(error)}") from None
     if not grouping:
         return _by_number(labels, known)
     try:
-        return _by_group(labels, json.loads(files[grouping[0]]), known)
+        return _by_group(labels, parsed_json(files[grouping[0]]), known)
     except _DAMAGE as error:
         raise MeshError(f"{grouping[0]}: {_reason(error)}") from None
 
 
 def _reason(error: Exception) -> str:
-    if isinstance(error, (json.JSONDecodeError, UnicodeDecodeError)):
-        return "it is not JSON: the file may be truncated"
     if isinstance(error, IndexError):
         return "it contains an empty list"
-    if isinstance(error, RecursionError):
-        return "it is nested too deeply"
     if isinstance(error, TypeError):
         return "it does not have the structure of this format"
-    return f"the entry {error} is missing" if isinstance(error, KeyError) else str(error)
+    return (
+        f"the entry {shortened(str(error))} is missing"
+        if isinstance(error, KeyError)
+        else str(error)
+    )
 
 
 def _labels_in(data: bytes, ending: str, cells: Cells) -> Longs:
@@ -118,7 +119,7 @@ def _labels_in(data: bytes, ending: str, cells: Cells) -> Longs:
                 f"labels must have one value per cell ({n_cells}){or_vertex}, got {found}"
             )
         return labels if len(labels) == n_cells else labels_of_corners(cells, labels)
-    document = json.loads(data)
+    document = parsed_json(data)
     if ending in OF_VERTICES:
         return _of_corners(cells, _integers(document["segIndices"], "segIndices"))
     index = _integers(document["segmentation"][0]["index"], "index")
@@ -135,12 +136,19 @@ def checked_score(value: object) -> float | None:
     return float(value)
 
 
+def _entry(found: Any, name: str, kind: type[_Kind]) -> _Kind:
+    """Return the entry `name` of an object in JSON; raise a MeshError if it is of another type."""
+    value = found[name]
+    if type(value) is not kind:
+        words = "a whole number" if kind is int else "text"
+        raise MeshError(f"{name} must be {words}, got {shortened(repr(value))}")
+    return value
+
+
 def _integers(values: Any, name: str) -> Longs:
     array = np.asarray(values)
-    if array.ndim != 1 or array.dtype.kind not in "iu":
+    if array.ndim != 1 or array.dtype.kind != "i":
         raise MeshError(f"{name} must be a list of whole numbers")
-    if array.dtype.kind == "u":  # NumPy makes a list uint64 only if a number exceeds int64
-        raise MeshError(f"{name} has the number {array.max()}, which is too large")
     return array.astype(np.int64)
 
 
@@ -169,7 +177,7 @@ def _by_number(labels: Longs, known: ClassList) -> Imported:
 def _by_group(labels: Longs, document: Any, known: ClassList) -> Imported:
     gathered = _Gathered(len(labels), known)
     for group in document["segGroups"]:
-        name = str(group["label"]).strip()
+        name = _entry(group, "label", str).strip()
         if name not in ("", NO_CLASS):
             is_in = np.isin(labels, _integers(group["segments"], "segments"))
             gathered.add(name, is_in, group)
@@ -178,15 +186,18 @@ def _by_group(labels: Longs, document: Any, known: ClassList) -> Imported:
 
 def _by_annotation(document: Any, n_cells: int, known: ClassList) -> Imported:
     """Import COCO annotations, which have a category and a run-length encoded mask of cells."""
-    names = {int(entry["id"]): str(entry["name"]).strip() for entry in document["categories"]}
+    categories = document["categories"]
+    names = {_entry(one, "id", int): _entry(one, "name", str).strip() for one in categories}
     gathered = _Gathered(n_cells, known)
     for annotation in document["annotations"]:
         runs = _integers(annotation["segmentation"]["counts"], "counts")
-        if runs.min(initial=0) < 0 or runs.sum() != n_cells:
+        if runs.min(initial=0) < 0 or runs.max(initial=0) > n_cells:  # their sum could wrap
+            raise MeshError(f"counts must be 0 to {n_cells}, the number of cells of the mesh")
+        if runs.sum() != n_cells:
             cells = counted(int(runs.sum()), "cell")
             raise MeshError(f"an annotation has {cells}, but the mesh has {n_cells}")
         is_in = np.repeat(np.arange(len(runs)) % 2 == 1, runs)
-        name = names[int(annotation["category_id"])]
+        name = names[_entry(annotation, "category_id", int)]
         wanted = 0 if annotation.get("iscrowd", 0) else annotation.get("object")
         gathered.add(name, is_in, annotation, wanted)
     return gathered.imported()
@@ -224,7 +235,7 @@ class _Gathered:
         taken.add(object_id)
         self._objects[is_in] = object_id
         self._keep_score(class_id, object_id, entry)
-        own_name = str(entry.get("name", "")).strip()
+        own_name = _entry({"name": "", **entry}, "name", str).strip()
         is_usual = re.fullmatch(re.escape(name) + r"( #?\d+)?", own_name, re.IGNORECASE)
         if own_name and not is_usual:
             self._names[class_id, object_id] = own_name

@@ -10,8 +10,9 @@ from starlette.concurrency import run_in_threadpool
 from starlette.requests import ClientDisconnect, Request
 from starlette.responses import JSONResponse, Response
 
-from ...errors import MeshError, MissingExtraError, RenderError
+from ...errors import MissingExtraError, RenderError
 from ...io.attributes import is_encodable
+from ...io.guards import parsed_json
 from ..documents.history import NothingError
 from ..documents.journal import JournalError, WriteError
 from ..documents.source import ChangedError
@@ -45,7 +46,6 @@ STATUS_OF = (
     (FileExistsError, 409),
     (MissingExtraError, 501),
     (RenderError, 501),
-    (MeshError, 422),
     (TooLargeError, 413),
     (ValueError, 400),
     (TypeError, 400),
@@ -75,14 +75,8 @@ async def body_of(request: Request) -> Body:
     JSON object or contains text that is not valid Unicode.
     """
     text = await _content(request)
-    try:
-        body = json.loads(text.decode("utf-8") or "{}", parse_constant=_no_constant)
-        is_text = b"\\u" not in text or is_encodable(json.dumps(body, ensure_ascii=False))
-    except RecursionError:
-        raise ValueError("the request is nested too deeply") from None
-    except ValueError:
-        raise ValueError("the request is not JSON") from None
-    if not is_text:
+    body = parsed_json(text or b"{}", "the request")
+    if b"\\u" in text and not is_encodable(json.dumps(body, ensure_ascii=False)):
         raise ValueError("the request contains text that is not valid Unicode: lone surrogate")
     if not isinstance(body, dict):
         raise ValueError("the request is not a JSON object")
@@ -104,10 +98,6 @@ async def _content(request: Request) -> bytearray:
         else:
             return data
     raise TooLargeError(f"the request is larger than {MAX_BODY} bytes")
-
-
-def _no_constant(name: str) -> None:
-    raise ValueError(f"{name} is not JSON")
 
 
 def failure(error: Exception) -> Response:

@@ -13,6 +13,7 @@ from ..._validate import checked_choice, checked_flag, counted
 from ...adapters.convert import as_mesh
 from ...cells.kinds import kind_of
 from ...errors import MeshError, MissingExtraError
+from ...io.readers.read import Z_UP_ENDINGS
 from ...pictures.camera import View
 from ...pictures.colors import PALETTE
 from ...pictures.page.own_colors import color_parts
@@ -33,7 +34,6 @@ Operation = Callable[[Document, Body], Any]
 """Function of a document and of the query or JSON object in a request. The document is locked while
 the function runs, so that operations on one document never overlap."""
 
-LARGEST = (1 << 63) - 1  # largest int64
 MAX_DIGITS = 20  # maximum length of a revision number in a query
 MAX_STROKE = 64  # maximum length of the name of a stroke
 
@@ -99,13 +99,14 @@ def _mesh_packet(document: Document, query: Body) -> bytes:
     """
     shape = shape_of(document.cells)
     center = document.cells.bounds.mean(axis=0)
+    is_z_up = document.source.path.suffix.lower() in Z_UP_ENDINGS
     header = {
         "kind": document.source.kind,
         "n_cells": document.n_cells,
         "center": center.tolist(),
         "measure": "volume" if kind_of(document.cells).dimension == 3 else "area",
         "has_normals": _has_normals(document),
-        **view_facts(shape, View()),
+        **view_facts(shape, View(up="z" if is_z_up else "auto")),
         "low": [0, 0, 0],
         "step": [1, 1, 1],
         "point_size": shape.point_size * shape.diagonal,
@@ -340,8 +341,6 @@ def _numbers(value: object, name: str) -> list[int]:
 def _whole(value: object, name: str) -> int:
     if isinstance(value, bool) or not isinstance(value, int):
         raise ValueError(f"{name} must be a whole number")
-    if abs(value) > LARGEST:
-        raise ValueError(f"{name} must fit into 64 bits")
     return value
 
 

@@ -1,0 +1,38 @@
+"""Convert values of vertices to values of cells: the most frequent value at a cell's corners."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .._types import Array
+from .kinds import kind_of
+from .sums import weighted_majority
+
+
+def labels_of_corners(cells: Any, of_vertices: Array) -> Array:
+    """Return, for each cell, the most frequent label of its corners, of the same type.
+
+    If several labels are equally frequent, the lowest is used. `of_vertices` has one label per
+    vertex, or per point of a cloud.
+    """
+    corners = kind_of(cells).corners(cells)
+    if corners is None:
+        return of_vertices
+    names, ranks = np.unique(of_vertices, return_inverse=True)
+    groups = np.repeat(np.arange(cells.n_cells), corners.sizes)
+    voters = ranks[corners.vertices].astype(np.int32)
+    winners = weighted_majority(groups, voters, np.ones(len(voters)), cells.n_cells).winners
+    return np.asarray(names[winners])
+
+
+def of_cells(values: Any, cells: Any) -> Any:
+    """Return one value per cell if there is one value per vertex, and otherwise `values`.
+
+    If a mesh has as many vertices as cells, the values belong to cells.
+    """
+    n_vertices = getattr(cells, "n_vertices", None)
+    if np.shape(values) != (n_vertices,) or n_vertices == cells.n_cells:
+        return values
+    return labels_of_corners(cells, np.asarray(values))
