@@ -18,7 +18,8 @@ demo: $(BIN)/superfacets ## segment the sample mesh, write a labeled mesh and a 
 	@tools/ensure-gl $(BIN)/python
 	$(BIN)/superfacets demo -o demo
 
-test: $(VENV)/group-test $(VENV)/vsa ## run all tests
+test: $(VENV)/group-test $(VENV)/vsa ## run all tests; those of the front end only if Node is installed
+	@tools/check-frontend test
 	@tools/ensure-gl $(BIN)/python
 	@tools/ensure-chromium
 	$(BIN)/python -m pytest -n auto --maxprocesses 4 --dist loadscope
@@ -38,7 +39,8 @@ workflows: $(VENV)/group-dev ## check the files in .github/workflows with action
 	tools/lint-workflows
 	$(BIN)/zizmor --offline --quiet .github/workflows
 
-lint: $(VENV)/group-dev ## formats, lints and types of Python and C++
+lint: $(VENV)/group-dev ## formats, lints and types of Python and C++, and of the front end if Node is installed
+	@tools/check-frontend lint
 	$(BIN)/ruff check . tools/fuzz
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy

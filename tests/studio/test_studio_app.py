@@ -132,6 +132,7 @@ def test_cells_in_any_order_are_painted_and_undone(client):
         ("paint", {"class": 1, "cells": "?"}, 400, "cells must be base64"),
         ("paint", {"class": 9, "cells": encoded([1])}, 400, "there is no class 9"),
         ("paint", {"class": 1, "cells": "", "stroke": 7}, 400, "stroke must be a string"),
+        ("paint", {"class": 1, "cells": "", "part": "7"}, 400, "part must be a whole number"),
         ("split", {"red": [0], "blue": [1], "revision": 0, "region": "x"}, 400, "whole number"),
         (
             "split",

@@ -63,6 +63,21 @@ def test_a_stroke_is_undone_as_one(document):
     assert document.state.classes[:6].tolist() == [2, 3, 4, 0, 0, 4]
 
 
+def test_a_part_that_is_sent_again_is_not_applied_twice_even_after_undo_and_reopening(sheet):
+    document = Document.open(sheet, n_segments=20)
+    assert document.paint(cells(1), 1, "a", part=3) is not None
+    assert document.paint(cells(2), 1, "a", part=4) is not None
+    document.undo()
+    assert document.paint(cells(2), 1, "a", part=4) is None
+    document.close()
+    document = Document.open(sheet)
+    assert document.paint(cells(1), 1, "a", part=3) is None
+    assert not document.state.classes.any()
+    assert document.paint(cells(2), 1, "a", part=5) is not None
+    assert document.paint(cells(3), 1, "b", part=0) is not None
+    document.close()
+
+
 def test_paints_without_a_stroke_are_undone_one_by_one():
     one, other = (Change("paint", None, None) for _ in range(2))
     assert last_stroke([one, other]) == [other]

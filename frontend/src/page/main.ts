@@ -33,7 +33,7 @@ function fail(message: string): void {
   element("failure").hidden = false;
 }
 
-window.addEventListener("load", async () => {
+async function start(): Promise<void> {
   const { dataset } = document.documentElement;
   element("canvas").addEventListener("webglcontextlost", () => fail("the graphics card stopped responding; reload the page"));
   try {
@@ -43,4 +43,6 @@ window.addEventListener("load", async () => {
     fail((error as Error).message);
     dataset.state = "failed";
   }
-});
+}
+
+window.addEventListener("load", () => void start());

@@ -172,6 +172,13 @@ export class Camera {
     return lengthOf(minus(place, plus(this.target, this.directions()[2], this.distance)));
   }
 
+  /** Function that returns the distance of a point from the eye along the viewing direction. */
+  get depths(): (place: ArrayLike<number>) => number {
+    const toward = this.directions()[2];
+    const offset = this.distance + dot(this.target, toward);
+    return (place) => offset - place[0] * toward[0] - place[1] * toward[1] - place[2] * toward[2];
+  }
+
   /**
    * Position of a point on the canvas, as fractions of the canvas width (from the left) and height
    * (from the top); null if the point is outside the view.

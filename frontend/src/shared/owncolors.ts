@@ -49,6 +49,7 @@ export const hasOwnColors = ({ texture }: ShapeFacts, arrays: Arrays): boolean =
 export class OwnColors {
   isShown = false;
   private areOfVertices = false;
+  private wanted: Shape | null = null; // mesh or cloud whose colors are shown, or will be shown when its image is decoded
   private readonly texture: TexturePaint;
   private readonly colors: Table;
 
@@ -64,6 +65,7 @@ export class OwnColors {
 
   /** Stop drawing the own colors of the previous mesh. */
   clear(): void {
+    this.wanted = null;
     this.isShown = this.areOfVertices = this.texture.isShown = false;
     this.colors.fill("rgba8", [0]);
   }
@@ -72,8 +74,12 @@ export class OwnColors {
   async show(shape: Shape, arrays: Arrays): Promise<void> {
     const { vertex_colors, cell_colors } = arrays;
     const { texture } = shape.facts;
+    this.wanted = shape;
     if (texture) {
-      await this.texture.show(shape, texture, arrays);
+      const blob = new Blob([arrays.atlas as Uint8Array<ArrayBuffer>], { type: "image/jpeg" });
+      const image = await createImageBitmap(blob, { colorSpaceConversion: "none" });
+      if (this.wanted !== shape) return;
+      this.texture.show(shape, texture, arrays, image);
     } else if (vertex_colors || cell_colors) {
       this.areOfVertices = vertex_colors !== undefined;
       this.colors.fill("rgba8", opaque((vertex_colors ?? cell_colors)!));

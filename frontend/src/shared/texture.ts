@@ -94,10 +94,9 @@ export class TexturePaint {
     return this.corners.bytes + this.pairs.bytes + this.tiles.bytes + this.image.bytes;
   }
 
-  /** Decode the image, and upload the texture of a triangle mesh. */
-  async show({ triangles }: Shape, facts: TextureFacts, arrays: Arrays): Promise<void> {
-    const [tileOf, steps, bytes] = [arrays.tile_of!, arrays.pairs!, arrays.atlas as Uint8Array<ArrayBuffer>];
-    const image = await createImageBitmap(new Blob([bytes], { type: "image/jpeg" }), { colorSpaceConversion: "none" });
+  /** Upload the texture of a triangle mesh. */
+  show({ triangles }: Shape, facts: TextureFacts, arrays: Arrays, image: ImageBitmap): void {
+    const [tileOf, steps] = [arrays.tile_of!, arrays.pairs!];
     const n = tileOf.length;
     const corners = new Uint32Array(4 * n);
     const pairs = new Float32Array(8 * n);

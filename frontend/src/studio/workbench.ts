@@ -39,6 +39,7 @@ export class Workbench {
   tolerance = 0.05; // `tolerance` of the Python function `similar_regions` for `fillSimilar`, 0 to 1
   readonly selection = new Set<number>();
   private readonly lastObjects = new Map<number, number>(); // last chosen object of each class
+  private isFresh = true; // whether no class of this file was chosen yet
   private isPainted = false; // whether the selected regions were selected by painting them
   private order: number[] = []; // order in which `moveCursor` visits the regions
   private lastBare = -1; // region that `showNextBare` chose last; -1 if there is none
@@ -68,6 +69,7 @@ export class Workbench {
   private takeFile(): void {
     const { mesh } = this.session;
     this.lastObjects.clear();
+    this.isFresh = true;
     this.drawing.setMesh(mesh);
     if (mesh.textureProblem) this.say(`The texture is not shown: ${mesh.textureProblem}.`);
     this.picker = new Picker(this.drawing, mesh);
@@ -89,7 +91,9 @@ export class Workbench {
     this.drawing.setShades(this.shades);
     this.stuff = new Set(classes.filter((one) => one.stuff).map(({ id }) => id));
     this.session.events.emit("painted", null);
-    const entry = classes.find(({ id }) => id === classOf(this.currentPaint)) ?? classes[0];
+    const isKept = !this.isFresh && !this.currentPaint; // the user has chosen no class
+    const entry = isKept ? undefined : classes.find(({ id }) => id === classOf(this.currentPaint)) ?? classes[0];
+    this.isFresh = false;
     this.choose(entry?.id ?? 0);
   }
 
@@ -363,12 +367,17 @@ export class Workbench {
 
   /** Paint the active region, and all similar unlabeled regions that are connected to it through such regions. */
   async fillSimilar(): Promise<void> {
-    const { session, activeRegion } = this;
+    const { session, activeRegion, currentPaint, tolerance } = this;
+    const { regions, isLocked } = session;
     if (activeRegion < 0) return this.say("No region is under the pointer or chosen.");
-    const like = await session.similar(activeRegion, this.tolerance);
+    const mainPaint = (region: number): number => session.paints.mainPaint(regions.cellsOf(region));
+    const isBare = (region: number): boolean => mainPaint(region) === 0;
+    const own = mainPaint(activeRegion);
+    const like = await session.similar(activeRegion, tolerance);
     if (!like.length) return; // the request failed, and an error message is shown
-    const { regions, paints } = session;
-    const isBare = (region: number): boolean => paints.mainPaint(regions.cellsOf(region)) === 0;
+    if (session.regions !== regions || mainPaint(activeRegion) !== own) {
+      return this.say("The region was changed before the server answered, so nothing was painted. Press F again.");
+    }
     const similar = new Set(like.filter(isBare));
     const filled = new Set<number>();
     for (let ring = [activeRegion]; ring.length; ring = regions.neighbors.ringAround(filled).filter((region) => similar.has(region))) {
@@ -378,10 +387,11 @@ export class Workbench {
     const apart = left.filter(isBare).length;
     const countBare = (): number => [...regions.areas.keys()].filter(isBare).length;
     const before = countBare();
-    this.paintRegions(filled, this.currentPaint);
-    const done = `${counted(filled.size, "similar region")}: ${this.paintName(this.currentPaint)}. Unlabeled regions: ${before} before, ${countBare()} now.`;
+    session.paint(regions.cellsOfAll(filled), currentPaint, undefined, isLocked);
+    this.select(filled, true);
+    const done = `${counted(filled.size, "similar region")}: ${this.paintName(currentPaint)}. Unlabeled regions: ${before} before, ${countBare()} now.`;
     const why = left.length ? ` Similar regions left out: ${left.length - apart} labeled already, ${apart} not connected to this region by similar regions.` : "";
-    this.say(`${done}${why}${this.tolerance < 1 ? ` For more, raise “Similar shapes” (now ${this.tolerance}).` : ""}`);
+    this.say(`${done}${why}${tolerance < 1 ? ` For more, raise “Similar shapes” (now ${tolerance}).` : ""}`);
   }
 
   private isRegionHidden(region: number): boolean {

@@ -79,9 +79,9 @@ export class CellCursor {
    * region is selected, the visible cell nearest to the middle of the canvas; -1 if there is none.
    */
   private start(): number {
-    const { cursor, session, drawing } = this.workbench;
+    const { cursor, session, picker } = this.workbench;
     if (cursor >= 0) return this.middleCell(session.regions.cellsOf(cursor));
-    const seen = drawing.cellsSeen();
+    const seen = picker.cellsSeen();
     let best = -1;
     let least = Infinity;
     seen.cells.forEach((cell, i) => {

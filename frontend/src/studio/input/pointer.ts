@@ -2,6 +2,7 @@
 
 import type { Workbench } from "../workbench";
 import type { Modes } from "./modes";
+import type { Tool } from "./tools";
 import { classOf, objectOf } from "../data/labeling";
 import { remember, remembered } from "../session/remembered";
 import { element, percent } from "../../shared/dom";
@@ -68,6 +69,7 @@ const TAP = 8; // largest movement of a finger during a tap, in pixels
 
 export class Pointer {
   private drag: Drag | null = null;
+  private tool: Tool; // tool of the current stroke, which ends with this tool also if a key chooses another one
   private last: Place = { x: 0, y: 0 };
   private started: Place | null = null; // start of a touch that has not moved far enough to paint; null if there is none
   private readonly fingers = new Map<number, Place>();
@@ -78,6 +80,8 @@ export class Pointer {
 
   constructor(private readonly workbench: Workbench, private readonly modes: Modes) {
     this.canvas = workbench.drawing.canvas;
+    this.tool = modes.tool;
+    workbench.session.events.on("file", () => (this.drag = this.started = null)); // a stroke must not go on in another file
     const { canvas } = this;
     canvas.addEventListener("pointerdown", (event) => this.down(event));
     canvas.addEventListener("pointermove", (event) => this.moved(event));
@@ -121,15 +125,16 @@ export class Pointer {
     this.last = placeOf(this.canvas, event);
     if (event.button === 1) event.preventDefault();
     this.drag = this.scheme.drag(event);
+    this.tool = this.modes.tool;
     if (this.drag === "pick") this.pickPaint();
     if (this.drag !== "tool") return;
-    if (this.modes.tool.turnsBeside && this.workbench.picker.cellAt(this.last) < 0) this.drag = "orbit";
+    if (this.tool.turnsBeside && this.workbench.picker.cellAt(this.last) < 0) this.drag = "orbit";
     else if (event.pointerType === "touch") this.started = this.last; // painting waits, because a second finger may follow
-    else this.modes.tool.begin(this.last, event.shiftKey);
+    else this.tool.begin(this.last, event.shiftKey);
   }
 
   private beginFingers(): void {
-    if (this.drag === "tool" && !this.started) this.modes.tool.end();
+    if (this.drag === "tool" && !this.started) this.tool.end();
     this.started = null;
     this.drag = "fingers";
   }
@@ -139,8 +144,9 @@ export class Pointer {
     const cell = workbench.picker.cellAt(this.last);
     if (cell < 0) return;
     const paint = workbench.session.paints.of[cell];
+    if (!paint) return workbench.say("The cell has no class, so nothing else is chosen. 0 chooses no class, so that strokes erase.");
     workbench.choose(classOf(paint), objectOf(paint));
-    workbench.say(paint ? `${workbench.paintName(paint)} is chosen.` : "The cell has no class, so strokes now erase.");
+    workbench.say(`${workbench.paintName(paint)} is chosen.`);
   }
 
   /**
@@ -189,13 +195,13 @@ export class Pointer {
     if (this.drag === "orbit") camera.orbit((4 * dx) / height, (4 * dy) / height);
     else if (this.drag === "pan") camera.pan(dx / height, dy / height);
     else if (this.drag === "zoom") camera.zoomBy(Math.exp((-4 * dy) / height));
-    else if (this.drag === "tool") this.modes.tool.move(place);
+    else if (this.drag === "tool") this.tool.move(place);
     else this.workbench.hover(this.workbench.picker.cellAt(place));
   }
 
   /** Start the stroke of a single finger at the position where the touch began. */
   private beginTap(): void {
-    if (this.started) this.modes.tool.begin(this.started, false);
+    if (this.started) this.tool.begin(this.started, false);
     this.started = null;
   }
 
@@ -210,7 +216,7 @@ export class Pointer {
     if (this.fingers.size && this.drag === "fingers") return;
     this.beginTap();
     if (this.waiting) this.move();
-    if (this.drag === "tool") this.modes.tool.end();
+    if (this.drag === "tool") this.tool.end();
     this.drag = null;
   }
 

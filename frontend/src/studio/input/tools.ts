@@ -7,7 +7,7 @@ import { lengthOf, minus } from "../../shared/vectors";
 import type { CellCursor } from "./cellcursor";
 import { MARK_BLUE, MARK_RED } from "../view/celltable";
 import type { Workbench } from "../workbench";
-import { addTo } from "../data/labeling";
+import { addTo, type Regions } from "../data/labeling";
 import type { Seen } from "../view/drawing";
 import { placesBetween } from "../view/picker";
 import { newStrokeId } from "../session/saver";
@@ -90,11 +90,15 @@ abstract class Brush extends Tool {
 export class RegionBrush extends Brush {
   readonly name = "Paint regions";
   readonly hint = "Drag paints · Shift removes · Ctrl-click picks class and object · O new object · ? help";
+  private regions: Regions | null = null; // regions whose numbers `touched` contains
 
   protected touch(place: Place): void {
     const { workbench } = this;
     const cell = workbench.picker.cellAt(place);
     const region = workbench.regionOf(cell);
+    const { regions } = workbench.session;
+    if (regions !== this.regions) this.touched.clear(); // other regions have these numbers now
+    this.regions = regions;
     if (region >= 0 && !this.touched.has(region)) {
       this.touched.add(region);
       workbench.countReplaced([region], this.paint, this.replaced);
@@ -105,7 +109,7 @@ export class RegionBrush extends Brush {
 
   end(): void {
     const { workbench } = this;
-    if (!this.touched.size) return;
+    if (!this.touched.size || this.regions !== workbench.session.regions) return;
     workbench.select(this.touched, true);
     workbench.sayPainted([...this.touched], this.paint, this.replaced);
   }
@@ -207,29 +211,21 @@ export class Lasso extends Tool {
   end(): void {
     this.line.setAttribute("points", "");
     if (this.places.length < 3) return;
-    const inside = this.countInside();
+    const seen = this.workbench.picker.cellsSeen();
+    const inside = this.countInside(seen);
     if (this.ofCells) this.paintCells(inside);
-    else this.paintRegions(inside);
+    else this.paintRegions(inside, seen);
   }
 
   /** Number of pixels of each visible cell that are inside the outline. */
-  private countInside(): Map<number, number> {
-    const xs = this.places.map(({ x }) => x);
-    const ys = this.places.map(({ y }) => y);
-    const { clientWidth, clientHeight } = this.workbench.drawing.canvas;
-    const left = Math.max(0, Math.min(...xs));
-    const top = Math.max(0, Math.min(...ys));
-    const right = Math.min(clientWidth, Math.max(...xs));
-    const bottom = Math.min(clientHeight, Math.max(...ys));
+  private countInside(seen: Seen): Map<number, number> {
     const counts = new Map<number, number>();
-    if (right <= left || bottom <= top) return counts;
-    const seen = this.workbench.drawing.cellsSeen(left, top, right - left, bottom - top);
     for (let row = 0; row < seen.height; row++) {
-      const y = top + (seen.height - row - 0.5) / seen.scale;
+      const y = (seen.height - row - 0.5) / seen.scale;
       const crossings = crossingsOf(this.places, y);
       for (let k = 0; k + 1 < crossings.length; k += 2) {
-        const first = Math.max(0, Math.ceil((crossings[k] - left) * seen.scale - 0.5));
-        const last = Math.min(seen.width, Math.ceil((crossings[k + 1] - left) * seen.scale - 0.5));
+        const first = Math.max(0, Math.ceil(crossings[k] * seen.scale - 0.5));
+        const last = Math.min(seen.width, Math.ceil(crossings[k + 1] * seen.scale - 0.5));
         for (let column = first; column < last; column++) {
           const cell = seen.cells[row * seen.width + column];
           if (cell !== NONE) addTo(counts, cell, 1);
@@ -244,10 +240,9 @@ export class Lasso extends Tool {
     this.workbench.sayPainted(counted(inside.size, "cell"), this.paint);
   }
 
-  private paintRegions(inside: Map<number, number>): void {
+  private paintRegions(inside: Map<number, number>, seen: Seen): void {
     const { workbench } = this;
     const total = new Map<number, number>();
-    const seen = workbench.drawing.cellsSeen();
     for (const cell of seen.cells) {
       if (cell !== NONE) addTo(total, workbench.regionOf(cell), 1);
     }

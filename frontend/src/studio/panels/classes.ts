@@ -171,6 +171,7 @@ export class ClassesPanel {
   private async add(): Promise<void> {
     const adder = element<HTMLButtonElement>("add-class");
     adder.disabled = true; // pressing Enter again would add another class
+    const { currentPaint } = this.workbench;
     let id = 0;
     await this.edit((classes) => {
       id = Math.max(0, ...classes.map((entry) => entry.id)) + 1;
@@ -180,6 +181,7 @@ export class ClassesPanel {
     adder.disabled = false;
     const radio = this.box.querySelector(`input[name="class"][value="${id}"]`);
     if (!id || !radio) return; // the server rejected the new class
+    if (this.workbench.currentPaint !== currentPaint) return; // the user has chosen another class in the meantime
     this.workbench.choose(id);
     radio.closest(".class")!.querySelector<HTMLInputElement>("[type=text]")!.focus();
   }

@@ -20,7 +20,11 @@ export class Comparison {
   constructor(private readonly workbench: Workbench) {
     const files = element<HTMLInputElement>("compare");
     files.addEventListener("change", () => void this.read(files));
-    workbench.session.events.on("file", () => void this.refresh());
+    workbench.session.events.on("file", () => {
+      this.differing = this.bare = new Uint32Array(0); // cells of the file that was open before
+      this.box.hidden = true;
+      void this.refresh();
+    });
     workbench.session.events.on("regions", () => this.shown.clear());
     workbench.session.events.on("state", () => this.check());
     workbench.session.events.on("online", () => this.check());
@@ -58,12 +62,17 @@ export class Comparison {
   private async read(field: HTMLInputElement): Promise<void> {
     const [file] = field.files ?? [];
     if (!file) return;
-    const data = toBase64(new Uint8Array(await file.arrayBuffer()));
-    field.value = "";
-    this.shown.clear();
-    const reply = await this.workbench.session.compare([{ name: file.name, data }]);
-    this.take(reply);
-    if (reply) await this.next();
+    field.value = ""; // so that the same file can be chosen again
+    const { session } = this.workbench;
+    try {
+      const data = toBase64(new Uint8Array(await session.whileOpen(file.arrayBuffer())));
+      this.shown.clear();
+      const reply = await session.compare([{ name: file.name, data }]);
+      this.take(reply);
+      if (reply) await this.next();
+    } catch (error) {
+      session.report(error);
+    }
   }
 
   private take(reply: CompareReply | null): void {
@@ -148,15 +157,18 @@ export class Comparison {
 
   /** Resolve the differences in the active region: keep the labels of this file, or take the labels of the other file. */
   async settle(side: "mine" | "theirs"): Promise<void> {
-    const region = this.workbench.activeRegion;
+    const { activeRegion, session: { regions, mesh } } = this.workbench;
+    const inRegion = new Set(activeRegion < 0 ? [] : regions.cellsOf(activeRegion));
     if (this.isOutdated) await this.refresh();
-    const cells = this.differing.filter((cell) => this.workbench.regionOf(cell) === region);
+    const cells = this.differing.filter((cell) => mesh === this.workbench.session.mesh && inRegion.has(cell));
     if (!cells.length) return this.workbench.say("There is no difference in this region. D goes to the next difference.");
     await this.accept(cells, side);
   }
 
   private async accept(cells: Uint32Array, side: "mine" | "theirs"): Promise<void> {
-    this.take(await this.workbench.session.accept(cells, side));
+    const reply = await this.workbench.session.accept(cells, side);
+    if (!reply) return; // an error message is shown
+    this.take(reply);
     this.workbench.say(side === "mine" ? "Your labels are kept." : "Their labels are taken.");
   }
 }

@@ -75,12 +75,13 @@ export class ExchangePanel {
   }
 
   private async read(files: File[]): Promise<void> {
+    const asSuggestions = element<HTMLInputElement>("as-suggestions").checked;
     try {
       const contents = files.map(async (file) => ({
         name: file.name,
         data: toBase64(new Uint8Array(await file.arrayBuffer())),
       }));
-      if (files.length) await this.session.importFrom(await Promise.all(contents), element<HTMLInputElement>("as-suggestions").checked);
+      if (files.length) await this.session.importFrom(await this.session.whileOpen(Promise.all(contents)), asSuggestions);
     } catch (error) {
       this.session.report(error);
     }

@@ -1,6 +1,7 @@
 // Messages, errors, and a banner that is shown while the server does not respond.
 
 import { counted, element } from "../../shared/dom";
+import { ServerError } from "../session/api";
 import type { Session } from "../session/session";
 
 export function showNotices(session: Session): void {
@@ -35,7 +36,7 @@ export function showNotices(session: Session): void {
     if (session.state.notes.length) events.emit("message", session.state.notes.join(" "));
   });
   window.addEventListener("beforeunload", (event) => {
-    if (session.nWaiting && !session.online) event.preventDefault();
+    if (session.nWaiting) event.preventDefault();
   });
 }
 
@@ -45,8 +46,10 @@ export function savedText({ nWaiting, savedAt }: Session): string {
   return savedAt ? `Saved ${savedAt.toLocaleTimeString("en-GB")}` : "All saved";
 }
 
-function showWaiting({ online, nWaiting }: Session): void {
+function showWaiting({ online, outage, nWaiting, isKept }: Session): void {
   if (online) return;
-  const kept = nWaiting ? `${counted(nWaiting, "unsaved stroke")} will be saved when it is back.` : "Everything is saved.";
-  element("banner").textContent = `The server does not answer. ${kept} You can continue to paint; undo and other changes have to wait.`;
+  const why = outage instanceof ServerError ? `The server cannot save strokes: ${outage.message}.` : "The server does not answer.";
+  const where = isKept ? "" : " Do not close this page: the storage of the browser is full or disabled.";
+  const kept = nWaiting ? `${counted(nWaiting, "unsaved stroke")} will be saved as soon as possible.${where}` : "Everything is saved.";
+  element("banner").textContent = `${why} ${kept} You can continue to paint; undo and other changes have to wait.`;
 }

@@ -13,7 +13,8 @@ const UNNAMED: Rgb = [128, 96, 200]; // color of suggestions without a class
 export class Suggestions {
   private order: number[] = []; // 1-based indices of the suggestions, by decreasing score
   private cells = new Groups(new Uint32Array(0), 1); // cells of each suggestion, by the 1-based index of the suggestion
-  private chosen = 0; // 1-based index of the chosen suggestion; 0 if there is none
+  private chosenId: number | null = null; // id of the chosen suggestion, which may have been settled since
+  private nSettling = 0; // number of calls of `settle` that the server has not answered
   private isAhead = false; // whether accepting or rejecting has chosen the suggestion, so `next` has yet to visit it
   private readonly list = element("suggestions");
   private readonly least = element<HTMLInputElement>("least-score");
@@ -33,11 +34,15 @@ export class Suggestions {
     return this.workbench.session.suggested.entries;
   }
 
+  /** 1-based index of the chosen suggestion; 0 if there is none. */
+  private get chosen(): number {
+    return 1 + this.entries.findIndex(({ id }) => id === this.chosenId);
+  }
+
   private take(suggested: Suggested): void {
     this.order = byScore(suggested);
     this.cells = new Groups(suggested.owners, suggested.entries.length + 1);
-    this.chosen = 0;
-    this.isAhead = false;
+    if (!this.nSettling) [this.chosenId, this.isAhead] = [null, false];
     this.workbench.drawing.setSuggestions(suggested.owners);
     this.show();
   }
@@ -117,7 +122,7 @@ export class Suggestions {
   }
 
   private choose(place: number): void {
-    this.chosen = place;
+    this.chosenId = this.entries[place - 1].id;
     this.isAhead = false;
     this.show();
     this.list.children[this.order.indexOf(place)]?.scrollIntoView({ block: "nearest" });
@@ -157,18 +162,19 @@ export class Suggestions {
     const names = [...new Set(pairs.map(([, id]) => workbench.className(id)))].join(", ");
     const isMoved = places.includes(this.chosen);
     const rest = this.order.slice(this.order.indexOf(this.chosen) + 1).filter((place) => !places.includes(place));
-    const nextId = entries[(isMoved ? rest[0] : this.chosen) - 1]?.id;
-    const wasAhead = this.isAhead;
+    const nextId = entries[rest[0] - 1]?.id;
+    this.nSettling++;
     const isDone = await workbench.session.settle(isAccepted ? pairs : [], isAccepted ? [] : ids);
+    this.nSettling--;
     if (!isDone) return;
-    const next = 1 + this.entries.findIndex(({ id }) => id === nextId);
-    if (next && isMoved) this.choose(next);
-    this.chosen = next;
-    this.isAhead = next > 0 && (isMoved || wasAhead);
+    const isFree = isMoved && !this.chosen; // false if the user has chosen another suggestion in the meantime
+    const next = isFree ? 1 + this.entries.findIndex(({ id }) => id === nextId) : 0;
+    if (next) this.choose(next);
+    this.isAhead = this.chosen > 0 && (next > 0 || this.isAhead);
     this.show();
     const what = places.length === 1 ? "Suggestion" : `${places.length} suggestions`;
     const done = isAccepted ? `accepted: ${names}` : "rejected";
-    const chosen = next && isMoved ? ` The next one is chosen: ${this.told(next)}.` : "";
+    const chosen = next ? ` The next one is chosen: ${this.told(next)}.` : "";
     workbench.say(`${what} ${done}. ${this.order.length || "None"} left.${chosen}`);
   }
 }

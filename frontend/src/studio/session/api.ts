@@ -5,6 +5,11 @@ export class ServerError extends Error {
   constructor(message: string, readonly status: number) {
     super(message);
   }
+
+  /** Whether the same request may succeed later: the token is wrong, or the server cannot write its file. */
+  get isTemporary(): boolean {
+    return this.status === 403 || this.status === 507;
+  }
 }
 
 /** The server does not respond. */
@@ -20,6 +25,11 @@ async function refusal(response: Response): Promise<ServerError> {
   return new ServerError(line, response.status);
 }
 
+const ANSWER_MS = 10_000; // time that the server has to answer a short request or a probe
+
+/** A long request may take any time while the server answers probes. A short request may not. */
+type Length = "short" | "long";
+
 export class Api {
   constructor(private readonly token: string) {}
 
@@ -28,56 +38,80 @@ export class Api {
    * contains the token.
    */
   address(path: string, query: Record<string, string> = {}): string {
-    return `${path}?${new URLSearchParams({ ...query, token: this.token })}`;
+    return `${path}?${new URLSearchParams({ ...query, token: this.token }).toString()}`;
   }
 
-  private async request(path: string, options: RequestInit): Promise<Response> {
-    const headers: Record<string, string> = { "X-Token": this.token };
-    if (options.body !== undefined) headers["Content-Type"] = "application/json";
-    let response: Response;
-    try {
-      response = await fetch(path, { ...options, headers, cache: "no-store" });
-    } catch (error) {
-      if (options.signal?.aborted) throw error;
-      throw new ServerGone();
-    }
+  private async send(path: string, body: unknown, signal: AbortSignal): Promise<Response> {
+    const headers = { "X-Token": this.token, "Content-Type": "application/json" };
+    const given = body === undefined ? {} : { method: "POST", body: JSON.stringify(body) };
+    const response = await fetch(path, { ...given, headers, cache: "no-store", signal });
     if (!response.ok) throw await refusal(response);
     return response;
   }
 
-  async get<T>(path: string): Promise<T> {
-    return (await (await this.request(path, {})).json()) as T;
+  /** Whether the server delivers its page, which never waits for an operation on a file. */
+  private isAlive(): Promise<boolean> {
+    const options = { method: "HEAD", headers: { "X-Token": this.token }, signal: AbortSignal.timeout(ANSWER_MS) };
+    return fetch("/", options).then(() => true, () => false);
   }
 
-  async post<T>(path: string, body: unknown = {}): Promise<T> {
-    const options = { method: "POST", body: JSON.stringify(body) };
-    return (await (await this.request(path, options)).json()) as T;
+  /** Returns a signal that aborts a request if the server hangs or the user cancels, and a function that aborts it. */
+  private watch(length: Length, cancelled?: AbortSignal): { signal: AbortSignal; end: () => void } {
+    const controller = new AbortController();
+    const check = async (): Promise<void> => {
+      if (length === "short" || !(await this.isAlive())) controller.abort();
+    };
+    const timer = setInterval(() => void check(), ANSWER_MS);
+    const end = (): void => {
+      clearInterval(timer);
+      controller.abort();
+    };
+    cancelled?.addEventListener("abort", end);
+    return { signal: controller.signal, end };
   }
 
-  async buffer(path: string): Promise<ArrayBuffer> {
-    const response = await this.request(path, {});
+  private async request<T>(path: string, body: unknown, length: Length, read: (response: Response) => Promise<T>): Promise<T> {
+    const { signal, end } = this.watch(length);
     try {
-      return await response.arrayBuffer();
-    } catch {
-      throw new ServerGone(); // the connection broke in the middle of the response
+      return await read(await this.send(path, body, signal));
+    } catch (error) {
+      throw error instanceof ServerError ? error : new ServerGone();
+    } finally {
+      end();
     }
+  }
+
+  get<T>(path: string, length: Length = "long"): Promise<T> {
+    return this.request(path, undefined, length, (response) => response.json() as Promise<T>);
+  }
+
+  post<T>(path: string, body: unknown = {}, length: Length = "long"): Promise<T> {
+    return this.request(path, body, length, (response) => response.json() as Promise<T>);
+  }
+
+  buffer(path: string): Promise<ArrayBuffer> {
+    return this.request(path, undefined, "long", (response) => response.arrayBuffer());
   }
 
   /** Values of a streamed response that has one JSON value per line. */
-  async *lines<T>(path: string, body: unknown, signal: AbortSignal): AsyncGenerator<T> {
-    const options = { method: "POST", body: JSON.stringify(body), signal };
-    const response = await this.request(path, options);
-    const reader = response.body!.pipeThrough(new TextDecoderStream()).getReader();
-    let rest = "";
-    for (;;) {
-      const { done, value } = await reader.read().catch((error: unknown) => {
-        throw signal.aborted ? error : new ServerGone();
-      });
-      const parts = (rest + (value ?? "")).split("\n");
-      rest = parts.pop()!;
-      for (const part of parts) if (part.trim()) yield JSON.parse(part) as T;
-      if (done) break;
+  async *lines<T>(path: string, body: unknown, cancelled: AbortSignal): AsyncGenerator<T> {
+    const { signal, end } = this.watch("long", cancelled);
+    try {
+      const response = await this.send(path, body, signal);
+      const reader = response.body!.pipeThrough(new TextDecoderStream()).getReader();
+      let rest = "";
+      for (;;) {
+        const { done, value } = await reader.read();
+        const parts = (rest + (value ?? "")).split("\n");
+        rest = parts.pop()!;
+        for (const part of parts) if (part.trim()) yield JSON.parse(part) as T;
+        if (done) break;
+      }
+      if (rest.trim()) yield JSON.parse(rest) as T;
+    } catch (error) {
+      throw error instanceof ServerError || cancelled.aborted ? error : new ServerGone();
+    } finally {
+      end();
     }
-    if (rest.trim()) yield JSON.parse(rest) as T;
   }
 }

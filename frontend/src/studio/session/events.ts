@@ -5,7 +5,7 @@ export class Events<Kinds> {
 
   on<K extends keyof Kinds>(kind: K, listener: (value: Kinds[K]) => void): void {
     if (!this.listeners.has(kind)) this.listeners.set(kind, new Set());
-    this.listeners.get(kind)!.add(listener as (value: never) => void);
+    this.listeners.get(kind)!.add(listener);
   }
 
   emit<K extends keyof Kinds>(kind: K, value: Kinds[K]): void {

@@ -8,6 +8,15 @@ export function remembered(key: string): string | null {
   }
 }
 
+/** Keys of stored texts that begin with a prefix, in alphabetical order. */
+export function rememberedKeys(prefix: string): string[] {
+  try {
+    return Object.keys(localStorage).filter((key) => key.startsWith(prefix)).sort();
+  } catch {
+    return [];
+  }
+}
+
 /** Store a text, or remove the stored text if `text` is null. Returns false if the storage is full or disabled. */
 export function remember(key: string, text: string | null): boolean {
   try {

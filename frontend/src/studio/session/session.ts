@@ -10,6 +10,7 @@ import { Paints, Regions } from "../data/labeling";
 import { Mesh } from "../data/mesh";
 import { type Side, stepName } from "../data/names";
 import { newStrokeId, Saver } from "./saver";
+import { counted } from "../../shared/dom";
 import { NOTHING_SUGGESTED, type Suggested, suggestedFrom } from "../data/suggested";
 
 interface Kinds {
@@ -32,8 +33,18 @@ interface Theirs {
   paints: Paints;
 }
 
+/** A requested segmentation of a file. */
+interface Wanted {
+  fileId: number;
+  parameters: Partial<Parameters>;
+  preview: boolean;
+}
+
 /** A class to be saved. The server chooses a color if none is given. */
 export type ClassDraft = Omit<ClassEntry, "color"> & { color?: string };
+
+/** Another file was opened before a step of the old file could be done. */
+class Dropped extends Error {}
 
 /** Text of an error message. Status 403 means that the server was restarted with another token. */
 function strangerLine(error: unknown): string {
@@ -55,23 +66,25 @@ export class Session {
   readonly events = new Events<Kinds>();
   files: FileEntry[] = [];
   fileId = -1;
-  mesh!: Mesh;
+  mesh!: Mesh; // like the next members, undefined until the first file is open
   regions!: Regions;
   paints!: Paints;
   state!: State;
   suggested = NOTHING_SUGGESTED;
   theirs: Theirs | null = null; // labels of the other file in a comparison; null if no file is compared
   online = true;
+  outage = new Error(); // why strokes cannot be saved, if `online` is false
   // Time at which the server saved the latest step; null if nothing was saved since the file was opened.
   savedAt: Date | null = null;
   isLocked = false; // whether strokes that paint a class skip cells that already have one
   private saver!: Saver;
   private segmentation: AbortController | null = null;
   private segmenting: Promise<void> = Promise.resolve();
-  private wanted: { parameters: Partial<Parameters>; preview: boolean } | null = null;
+  private wanted: Wanted | null = null;
   private lastSeconds = 0;
   private steps: Promise<unknown> = Promise.resolve(); // resolves when all steps queued by `alone` have finished
   private nSteps = 0; // number of running and queued steps
+  private nLoads = 0; // number of times that regions were requested; only the last response is used
 
   constructor(private readonly api: Api) {
     setInterval(() => void this.beat(), BEAT_MS);
@@ -87,16 +100,42 @@ export class Session {
     return this.saver?.count ?? 0;
   }
 
+  /** Whether unsaved strokes survive the end of the page. */
+  get isKept(): boolean {
+    return this.saver?.isKept ?? true;
+  }
+
   /** Whether no request is pending, so that the page shows the current state of the server. */
   get isIdle(): boolean {
     return !this.nSteps && !this.nWaiting && !this.wanted && !this.segmentation;
+  }
+
+  private check(fileId: number): void {
+    if (fileId !== this.fileId) throw new Dropped("Another file was opened before the last step was done, so the step was dropped.");
+  }
+
+  /** The result of a promise. Throws an error if another file was opened meanwhile. */
+  async whileOpen<T>(promise: Promise<T>): Promise<T> {
+    const { fileId } = this;
+    const value = await promise;
+    this.check(fileId);
+    return value;
+  }
+
+  /** Run a step of the open file, as `queued` does. The step is dropped if another file is opened before its turn. */
+  private alone<T>(work: () => Promise<T>): Promise<T> {
+    const { fileId } = this;
+    return this.queued(() => {
+      this.check(fileId);
+      return work();
+    });
   }
 
   /**
    * Run a step that reads or changes the whole state, after all earlier steps. Strokes are sent before
    * or after the step, never during it, because the page would then show wrong classes.
    */
-  private alone<T>(work: () => Promise<T>): Promise<T> {
+  private queued<T>(work: () => Promise<T>): Promise<T> {
     this.nSteps++;
     const done = this.steps.then(async () => {
       const { saver } = this; // `work` may replace `this.saver`
@@ -116,6 +155,7 @@ export class Session {
   /** Like `alone`, but shows errors to the user. Returns false if an error occurred. */
   private async attempt(work: () => Promise<void>): Promise<boolean> {
     try {
+      if (!this.online) throw this.outage; // waiting for the server could take long
       await this.alone(work);
       return true;
     } catch (error) {
@@ -131,7 +171,15 @@ export class Session {
 
   open(fileId: number): Promise<void> {
     this.cancelSegmentation();
-    return this.segmenting.then(() => this.alone(() => this.openNow(fileId)));
+    return this.segmenting.then(() => this.queued(() => this.openNow(fileId))).then(() => this.sendKept());
+  }
+
+  /** Send strokes that an earlier page could not send, and load the labels, which may have changed since. */
+  private async sendKept(): Promise<void> {
+    const count = this.nWaiting;
+    if (!count) return;
+    const isDone = await this.attempt(() => this.reloadAll());
+    if (isDone) this.events.emit("message", `${counted(count, "stroke")} that could not be saved before the page was closed: now saved.`);
   }
 
   private async openNow(fileId: number): Promise<void> {
@@ -146,16 +194,21 @@ export class Session {
       this.fetchRegions(path, state.revision, mesh),
     ]);
     this.fileId = fileId;
+    this.nLoads++;
     this.savedAt = null;
     this.suggested = NOTHING_SUGGESTED;
     this.theirs = null;
     this.mesh = mesh;
     this.state = state;
-    this.saver = new Saver(this.api, path, `superfacets ${state.input.name} ${state.input.sha256}`, {
-      saved: (reply) => this.mergeState(reply),
-      refused: (error) => void this.refused(error),
-      gone: () => this.lose(),
-    });
+    // The saver of the file that was open before may still send strokes.
+    const ifOpen = <T>(run: (value: T) => void) => (value: T): void => {
+      if (this.saver === saver) run(value);
+    };
+    const saver = (this.saver = new Saver(this.api, path, `superfacets ${state.work} ${state.input.sha256 ?? ""}`, {
+      saved: ifOpen((reply) => this.mergeState(reply)),
+      refused: ifOpen((error) => void this.refused(error)),
+      gone: ifOpen((error) => this.lose(error)),
+    }));
     this.takePaint(paint);
     this.regions = regions;
     this.events.emit("file", mesh);
@@ -164,7 +217,6 @@ export class Session {
     this.events.emit("regions", this.regions);
     this.events.emit("state", this.state);
     await this.loadSuggestions();
-    void this.saver.flush();
   }
 
   private takePaint(paint: ArrayBuffer): void {
@@ -186,8 +238,11 @@ export class Session {
   }
 
   private async loadRegions(revision: number): Promise<void> {
-    this.regions = await this.fetchRegions(this.path, revision, this.mesh);
-    this.events.emit("regions", this.regions);
+    const load = ++this.nLoads;
+    const regions = await this.fetchRegions(this.path, revision, this.mesh);
+    if (load !== this.nLoads) return;
+    this.regions = regions;
+    this.events.emit("regions", regions);
   }
 
   private async loadSuggestions(): Promise<void> {
@@ -209,11 +264,11 @@ export class Session {
 
   /**
    * Give cells the class and object encoded by `paint`; 0 removes class and object. The change is shown
-   * immediately and saved in the background.
+   * immediately and saved in the background. If `isLocked`, cells that have a class keep it.
    */
-  paint(cells: Uint32Array, paint: number, strokeId = newStrokeId()): void {
+  paint(cells: Uint32Array, paint: number, strokeId = newStrokeId(), isLocked = this.isLocked): void {
     const { of } = this.paints;
-    const isKept = (cell: number): boolean => this.isLocked && paint !== 0 && of[cell] !== 0;
+    const isKept = (cell: number): boolean => isLocked && paint !== 0 && of[cell] !== 0;
     const changed = cells.filter((cell) => of[cell] !== paint && !isKept(cell));
     if (!changed.length) return;
     this.setPaint(changed, paint);
@@ -232,6 +287,7 @@ export class Session {
 
   private async step(what: "undo" | "redo", done: string): Promise<void> {
     try {
+      if (!this.online) throw new ServerGone();
       await this.alone(async () => {
         const reply = await this.post<Effect>(what);
         const cells = cellsIn(reply);
@@ -244,7 +300,7 @@ export class Session {
     } catch (error) {
       if (error instanceof ServerError && error.status === 409) this.events.emit("message", `Nothing to ${what}.`);
       else if (error instanceof ServerGone) {
-        this.lose();
+        this.lose(error);
         this.events.emit("message", `The server does not answer, so ${what} has to wait. All strokes are kept; press the key again later.`);
       } else this.report(error);
     }
@@ -292,7 +348,7 @@ export class Session {
 
   /** Segment with these parameters. If several requests are waiting, only the newest one is computed. */
   segment(parameters: Partial<Parameters>, preview: boolean): void {
-    this.wanted = { parameters, preview };
+    this.wanted = { fileId: this.fileId, parameters, preview };
     if (!this.segmentation) this.segmenting = this.segmentWanted();
     else if (this.lastSeconds > SHORT_SECONDS) this.segmentation.abort();
   }
@@ -304,27 +360,27 @@ export class Session {
 
   private async segmentWanted(): Promise<void> {
     while (this.wanted) {
-      const { parameters, preview } = this.wanted;
+      const { wanted } = this;
       this.wanted = null;
-      this.segmentation = new AbortController();
+      const { signal } = (this.segmentation = new AbortController());
       try {
         await this.saver.flush();
-        await this.segmentOnce(parameters, preview, this.segmentation.signal);
+        await this.segmentOnce(wanted, signal);
       } catch (error) {
-        if (!this.segmentation.signal.aborted) this.report(error);
+        if (!signal.aborted) this.report(error);
       }
       this.segmentation = null;
     }
     this.events.emit("segmenting", null);
   }
 
-  private async segmentOnce(
-    parameters: Partial<Parameters>, preview: boolean, signal: AbortSignal,
-  ): Promise<void> {
+  private async segmentOnce({ fileId, parameters, preview }: Wanted, signal: AbortSignal): Promise<void> {
+    this.check(fileId);
     const started = performance.now();
     const body = { ...parameters, preview };
     this.events.emit("segmenting", { stage: "starting" });
     for await (const line of this.api.lines<SegmentLine>(`${this.path}/segment`, body, signal)) {
+      this.check(fileId);
       if (line.error !== undefined) throw new ServerError(line.error, 400);
       if (line.cancelled) return;
       this.events.emit("segmenting", line);
@@ -407,14 +463,14 @@ export class Session {
 
   private async compared(what: string, body: unknown): Promise<CompareReply | null> {
     let reply: CompareReply | null = null;
-    await this.attempt(async () => {
+    const isDone = await this.attempt(async () => {
       reply = await this.post<CompareReply>(what, body);
       if (what === "accept") await this.reloadAll();
       const { agreement, classes } = reply;
       const paint = await this.api.buffer(`${this.path}/theirs`);
       this.theirs = agreement && { classes, paints: new Paints(new Uint32Array(paint), this.mesh.areas) };
     });
-    return reply;
+    return isDone ? reply : null;
   }
 
   /** Run an operation that changes labels on the server, and load the new labels. Returns false on failure. */
@@ -437,28 +493,35 @@ export class Session {
 
   /** Show the message of an error to the user. */
   report(error: unknown): void {
-    if (error instanceof ServerGone) this.lose();
+    if (error instanceof Dropped) return this.events.emit("message", error.message);
+    if (error instanceof ServerGone) this.lose(error);
     const line = error instanceof Error ? error.message : String(error);
     const isWord = /^[a-z]+[ ,]/.test(line); // and not a file name, such as scan.ply
     this.events.emit("error", isWord ? `${line[0].toUpperCase()}${line.slice(1)}` : line);
   }
 
   /** Handle a stroke that the server rejected: show the error, and load the labels from the server. */
-  private async refused(error: ServerError): Promise<void> {
+  private async refused(error: unknown): Promise<void> {
     this.report(error);
     await this.attempt(() => this.reloadAll());
   }
 
-  private lose(): void {
+  private lose(why: Error): void {
     if (this.online) setTimeout(() => void this.tryAgain(), RETRY_MS);
     this.online = false;
+    this.outage = why;
     this.events.emit("online", false);
   }
 
   private async tryAgain(): Promise<void> {
+    const { path, mesh } = this;
     try {
-      const state = await this.api.get<State>(`${this.path}/state`);
-      if (state.input.n_cells !== this.mesh.nCells) throw new Error("the server has opened another file");
+      if (!mesh) { // the first file could not be opened
+        await this.loadFiles();
+        return location.reload();
+      }
+      const state = await this.api.get<State>(`${path}/state`, "short");
+      if (state.input.n_cells !== mesh.nCells) throw new Error("the server has opened another file");
       await this.alone(async () => {
         if (this.nWaiting) throw new ServerGone();
         await this.loadPaint();
@@ -469,7 +532,7 @@ export class Session {
       this.events.emit("online", true);
     } catch (error) {
       this.online = false;
-      if (!(error instanceof ServerGone)) this.events.emit("error", strangerLine(error));
+      if (!(error instanceof ServerGone || error instanceof Dropped)) this.events.emit("error", strangerLine(error));
       setTimeout(() => void this.tryAgain(), RETRY_MS);
     }
   }
@@ -479,11 +542,11 @@ export class Session {
     if (!this.online || !this.state || !this.isIdle || document.hidden) return;
     try {
       await this.alone(async () => {
-        const { seq } = await this.api.get<Progress>(`${this.path}/state`);
+        const { seq } = await this.api.get<Progress>(`${this.path}/state`, "short");
         if (seq !== this.state.seq) await this.reloadAll();
       });
     } catch (error) {
-      if (error instanceof ServerGone) this.lose();
+      if (error instanceof ServerGone) this.lose(error);
     }
   }
 }

@@ -26,6 +26,9 @@ const MAX_FINE_PIXELS = 9_000_000; // largest size of an antialiased framebuffer
 // because an antialiased first pass takes four times as long.
 const SLOW_MS = 80;
 const MAX_CLASSES = 65536;
+// Diameter of the points that cover the gaps of surfaces, in diameters of drawn points. If points are spread at random,
+// a drawn point is as wide as twice their mean distance, and gaps can be twice as wide.
+export const COVER = 4;
 const BANDS = 16; // number of horizontal bands in which the framebuffer is searched for cells
 
 export class Drawing {
@@ -50,6 +53,8 @@ export class Drawing {
   private readonly suggestionColors: Table; // color of each suggestion; alpha is 255 for the chosen suggestion
   private hasSuggestions = false;
   private readonly frames: [Frame, Frame]; // framebuffers of the first pass for stride 1 and 2
+  private readonly coverFrame: Frame; // framebuffer of `coversSeen`
+  private covers: Seen | null = null; // result of `coversSeen` for this view; null if not computed yet
   private frame: Frame | null = null; // framebuffer of the latest first pass; null before the first one
   private stride = 1; // number of first-pass pixels per canvas pixel, in each direction
   private mesh: Mesh | null = null;
@@ -71,6 +76,7 @@ export class Drawing {
     [this.regions, this.regionColors, this.classColors, this.suggestions, this.suggestionColors] =
       Array.from({ length: 5 }, () => new Table(gpu));
     this.frames = [new Frame(gpu, 2), new Frame(gpu, 2)];
+    this.coverFrame = new Frame(gpu, 1);
     this.cellsProgram = new Program(gpu, SURFACE, CELLS);
     this.imageProgram = new Program(gpu, WHOLE, IMAGE);
     canvas.addEventListener("webglcontextlost", (event) => {
@@ -196,6 +202,7 @@ export class Drawing {
   /** Draw a changed view: immediately without antialiasing, and antialiased when the view stops changing. */
   changeView(): void {
     this.isStale = true;
+    this.covers = null;
     this.isViewNew = true;
     this.stride = 1;
     for (const run of this.onView) run();
@@ -290,16 +297,29 @@ export class Drawing {
   }
 
   private drawCells(): Frame {
-    const { width, height } = this.canvas;
-    const { stride, camera, cells } = this;
-    const frame = (this.frame = this.frames[stride - 1]);
-    frame.begin(stride * width, stride * height);
-    this.surface.draw(this.cellsProgram, camera.eye, camera.pixelsOf(frame.height), {
+    this.frame = this.frames[this.stride - 1];
+    this.drawInto(this.frame, this.stride, 1);
+    this.isStale = false;
+    return this.frame;
+  }
+
+  /** Draw the cells with `stride` pixels per canvas pixel in each direction. The size of points is multiplied by `factor`. */
+  private drawInto(frame: Frame, stride: number, factor: number): void {
+    const { canvas, camera, cells } = this;
+    frame.begin(stride * canvas.width, stride * canvas.height);
+    this.surface.draw(this.cellsProgram, camera.eye, factor * camera.pixelsOf(frame.height), {
       ...this.ownColors.values, cells: cells.table, has_hidden: cells.hasHidden, hides_backs: this.hidesBacks, is_clipped: this.clip !== null,
       clip_low: this.clip?.low ?? [0, 0, 0], clip_high: this.clip?.high ?? [0, 0, 0],
     });
-    this.isStale = false;
-    return frame;
+  }
+
+  /** Returns what `cellsSeen` returns for the whole canvas, if points had `COVER` times their diameter. */
+  coversSeen(): Seen {
+    if (this.covers) return this.covers;
+    this.drawInto(this.coverFrame, 1, COVER);
+    const { width, height } = this.coverFrame;
+    const cells = cellsIn(this.gpu, this.coverFrame, 0, 0, width, height);
+    return (this.covers = { cells, width, height, scale: width / this.canvas.clientWidth });
   }
 
   /**

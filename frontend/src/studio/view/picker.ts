@@ -3,11 +3,15 @@
 import type { Place } from "../../shared/picking";
 import { NONE } from "../../shared/shape";
 import { dot, type Vector } from "../../shared/vectors";
-import type { Drawing } from "./drawing";
+import { COVER, type Drawing, type Seen } from "./drawing";
 import { Groups } from "../data/labeling";
 import type { Mesh } from "../data/mesh";
 
 const SLABS = 1024; // number of slabs into which the longest side of the mesh is divided
+// Smallest depth between a surface and a cell seen through its gaps, in multiples of the diameter of a drawn point. In the
+// corner of a room, covering points are nearer by less.
+const MIN_BEHIND = 2;
+const CIRCLE = Array.from({ length: 16 }, (_, i) => [Math.cos((i * Math.PI) / 8), Math.sin((i * Math.PI) / 8)]);
 const NEAR = 8; // radius of the neighborhood of a point, in multiples of the diameter of a drawn point
 
 export class Picker {
@@ -20,10 +24,49 @@ export class Picker {
     return (this.known ??= new Surroundings(this.mesh));
   }
 
-  /** The visible cell at a canvas position; -1 if there is none. */
+  /** The visible cell at a canvas position; -1 if there is none. A cell seen only through a gap is not visible. */
   cellAt(place: Place): number {
     const [cell] = this.drawing.cellsSeen(place.x, place.y, 1, 1).cells;
-    return cell === NONE ? -1 : cell;
+    return this.frontOf()(cell, place.x, place.y) | 0; // NONE becomes -1
+  }
+
+  /** The visible cell at each pixel of the canvas, or NONE. Cells seen only through gaps are not visible. */
+  cellsSeen(): Seen {
+    const seen = this.drawing.cellsSeen();
+    const { width, height, scale } = seen;
+    const front = this.frontOf();
+    const cells = seen.cells.map((cell, i) => {
+      const [x, y] = [((i % width) + 0.5) / scale, (height - Math.floor(i / width) - 0.5) / scale];
+      return front(cell, x, y) === cell ? cell : NONE;
+    });
+    return { ...seen, cells };
+  }
+
+  /**
+   * Returns a function that maps a cell, or NONE, drawn at a canvas position to itself or, if the position is in a gap
+   * between the points of a surface in front of it, to a point of this surface. A position is in a gap if enlarged points
+   * in front of the cell cover it, and also cover a circle around it whose radius is that of the enlarged points. The
+   * circle leaves the silhouette of an object, so positions beside an object are not in a gap.
+   */
+  private frontOf(): (cell: number, x: number, y: number) => number {
+    const { drawing: { camera, canvas }, mesh: { isCloud, shape: { positions: { values }, facts } } } = this;
+    if (!isCloud) return (cell) => cell;
+    const { cells, width, height, scale } = this.drawing.coversSeen();
+    const depths = camera.depths;
+    const depthOf = (cell: number): number => (cell === NONE ? Infinity : depths(values.subarray(3 * cell, 3 * cell + 3)));
+    const pixels = 0.5 * COVER * facts.point_size * camera.pixelsOf(canvas.clientHeight); // radius at distance 1
+    return (cell, x, y) => {
+      const limit = depthOf(cell) - MIN_BEHIND * facts.point_size;
+      const coverAt = (u: number, v: number): number | undefined => {
+        const [column, row] = [Math.floor(u * scale), height - 1 - Math.floor(v * scale)];
+        return column >= 0 && column < width ? cells[row * width + column] : undefined; // undefined outside the canvas
+      };
+      const isInFront = (cover: number | undefined): boolean => cover === undefined || depthOf(cover) < limit;
+      const cover = coverAt(x, y) ?? NONE;
+      if (cover === cell || !isInFront(cover)) return cell;
+      const radius = Math.max(1, pixels / depthOf(cover));
+      return CIRCLE.every(([u, v]) => isInFront(coverAt(x + radius * u, y + radius * v))) ? cover : cell;
+    };
   }
 
   /**
@@ -39,7 +82,12 @@ export class Picker {
     const radius = (pixels * camera.distanceTo(middle)) / camera.pixelsOf(canvas.clientHeight);
     const facing = mesh.normalOf(cell);
     const found = [...this.surroundings.within(middle, radius).add(cell)];
-    const isSeen = (other: number): boolean => !drawing.cells.isHidden(other) && !drawing.isCut(mesh.middleOf(other) ?? middle);
+    const front = this.frontOf();
+    const isSeen = (other: number): boolean => {
+      const at = this.placeOf(other);
+      const isInFront = !at || front(other, at.x, at.y) === other;
+      return isInFront && !drawing.cells.isHidden(other) && !drawing.isCut(mesh.middleOf(other) ?? middle);
+    };
     return found.filter((other) => isSeen(other) && dot(mesh.normalOf(other), facing) >= 0);
   }
 

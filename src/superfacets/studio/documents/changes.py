@@ -93,11 +93,13 @@ class Change:
     before: Any  # old `Painted` for the kind "paint", otherwise old value of a field, see `_FIELDS`
     after: Any  # new `Painted` or new value of the field
     stroke: str | None = None  # a name; successive changes with the same name are undone together
+    part: int | None = None  # number of the request that made it; requests of a stroke count upward
 
     @classmethod
     def painting(
-        cls, paint: Paint, cells: CellNumbers, wanted: Any, stroke: str | None = None
-    ) -> Change | None:
+        cls, paint: Paint, cells: CellNumbers, wanted: Any,
+        stroke: str | None = None, part: int | None = None,
+    ) -> Change | None:  # fmt: skip
         """Return the change that sets values of cells, or None if it would change no value.
 
         `cells` are indices in ascending order. `wanted` is one value (class and object) for all
@@ -110,7 +112,7 @@ class Change:
             return None
         packed = pack_cells(cells[differs])
         old, new = (Painted.of(packed, values[differs]) for values in (before, after))
-        return cls("paint", old, new, stroke)
+        return cls("paint", old, new, stroke, part)
 
     def do(self, state: State) -> None:
         """Apply the change to a state, in place."""

@@ -202,12 +202,15 @@ class Document:
     # the class list that all its meshes share, and no journal line.
 
     def paint(
-        self, cells: CellNumbers, classes: Any, stroke: str | None = None, *, objects: Any = 0
-    ) -> Change | None:
+        self, cells: CellNumbers, classes: Any, stroke: str | None = None, *, objects: Any = 0,
+        part: int | None = None,
+    ) -> Change | None:  # fmt: skip
         """Set the classes and objects of cells: one number for all cells, or one number per cell.
 
         `cells` are indices in ascending order. The number 0 means no class or no object. Returns
-        the change, or None if no cell changes. Raises ValueError if a class does not exist,
+        the change, or None if no cell changes. A client that got no reply sends a `part` of a
+        stroke again: a part that is in the journal, also if it was undone, changes nothing. Parts
+        of a stroke have ascending numbers. Raises ValueError if a class does not exist,
         JournalError if the change could not be written, and ChangedError if the input file has
         changed.
         """
@@ -215,8 +218,10 @@ class Document:
             values = np.unique(np.asarray(classes))
             if unknown := {*values.tolist()} - {0, *names_of(self.class_list)}:
                 raise ValueError(f"there is no class {min(unknown)}")
+            if part is not None and part <= self.history.parts.get(stroke or "", -1):
+                return None
             wanted = paint_of(classes, objects)
-            change = Change.painting(self.state.paint, cells, wanted, stroke)
+            change = Change.painting(self.state.paint, cells, wanted, stroke, part)
             if change is not None:
                 self._commit(change)
             return change

@@ -51,6 +51,7 @@ class History:
     undo_stack: list[Change] = field(default_factory=list)
     redo_stack: list[Change] = field(default_factory=list)
     seq: int = 0  # number of steps in the journal
+    parts: dict[str, int] = field(default_factory=dict)  # last part of each stroke that has parts
     _made: list[Change] = field(default_factory=list)  # changes of the current or last step
     _reverting: contextlib.ExitStack | None = None  # reverts `_made`; None between two steps
 
@@ -116,6 +117,9 @@ class History:
         with self._whole(record, is_undo=False):
             yield self._made
         self.undo_stack.extend(self._made)
+        for one in self._made:
+            if one.stroke is not None and one.part is not None:
+                self.parts[one.stroke] = one.part
         if self._made:
             self.redo_stack.clear()
 

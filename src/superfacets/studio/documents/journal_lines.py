@@ -50,8 +50,9 @@ def line_of(changes: list[Change]) -> Line:
     """Return the changes of an operation as one line of the journal, which is read whole or not."""
     entries = []
     for change in changes:
-        stroke = {} if change.stroke is None else {"stroke": change.stroke}
-        entries.append({"op": change.kind, **_WRITERS[change.kind](change), **stroke})
+        values = {"stroke": change.stroke, "part": change.part}
+        named = {name: value for name, value in values.items() if value is not None}
+        entries.append({"op": change.kind, **_WRITERS[change.kind](change), **named})
     return entries[0] if len(entries) == 1 else {"op": SEVERAL, "changes": entries}
 
 
@@ -98,7 +99,8 @@ def _read_paint(line: Line, state: State) -> Change:
     classes = _read_numbers(line, "class", "es", MAX_CLASS, n_cells)
     has_objects = "object" in line or "objects" in line
     objects = _read_numbers(line, "object", "s", MAX_OBJECT, n_cells) if has_objects else 0
-    change = Change.painting(state.paint, cells, paint_of(classes, objects), line.get("stroke"))
+    wanted, part = paint_of(classes, objects), int(line["part"]) if "part" in line else None
+    change = Change.painting(state.paint, cells, wanted, line.get("stroke"), part)
     if change is None:
         raise ValueError("it changes no cell")
     return change

@@ -197,8 +197,9 @@ def _paint(document: Document, body: Body) -> Body:
     stroke = body.get("stroke")
     if stroke is not None and not (isinstance(stroke, str) and len(stroke) <= MAX_STROKE):
         raise ValueError(f"stroke must be a string of at most {MAX_STROKE} characters")
+    part = _whole(body["part"], "part") if "part" in body else None
     cells = cells_from(body.get("cells"), document.n_cells)
-    change = document.paint(cells, class_id, stroke, objects=object_id)
+    change = document.paint(cells, class_id, stroke, objects=object_id, part=part)
     return {"changed": 0 if change is None else change.after.n, **progress_of(document)}
 
 

@@ -1,0 +1,110 @@
+import { afterEach, beforeEach, expect, test, vi } from "vitest";
+import { Api } from "../src/studio/session/api";
+import { Saver } from "../src/studio/session/saver";
+import { Session } from "../src/studio/session/session";
+import type { Drawing } from "../src/studio/view/drawing";
+import { Workbench } from "../src/studio/workbench";
+import { paintOf } from "../src/studio/data/labeling";
+import { FakeServer, fakeFile } from "./fake";
+
+let server: FakeServer;
+let session: Session;
+let workbench: Workbench;
+let said: string[];
+
+/** A drawing that draws nothing. */
+function fakeDrawing(): Drawing {
+  const cells = { setPaint: vi.fn(), isHidden: () => false };
+  const drawing = { onView: [], afterView: [], cells, mark: vi.fn(), redraw: vi.fn(), select: vi.fn(), setShades: vi.fn(), setLabels: vi.fn() };
+  return drawing as unknown as Drawing;
+}
+
+/** Open a file of the fake server without its geometry. */
+function open(fileId: number): void {
+  const saver = new Saver(new Api("token"), `/api/files/${fileId}`, `file ${fileId}`, { saved: vi.fn(), refused: vi.fn(), gone: vi.fn() });
+  Object.assign(session, { fileId, saver, ...fakeFile(server.nCells) });
+  session.events.emit("regions", session.regions);
+  session.events.emit("classes", session.state.classes);
+}
+
+beforeEach(() => {
+  vi.useFakeTimers({ toFake: ["setInterval"] });
+  server = new FakeServer();
+  session = new Session(new Api("token"));
+  workbench = new Workbench(session, fakeDrawing());
+  said = [];
+  session.events.on("message", (line) => said.push(line));
+  session.events.on("error", (line) => said.push(line));
+  open(0);
+});
+
+afterEach(() => {
+  vi.unstubAllGlobals();
+  vi.useRealTimers();
+});
+
+/** Press F on region 0 while the server waits; run `meanwhile`, and then let the server answer. */
+async function fill(meanwhile: () => void): Promise<void> {
+  workbench.choose(1);
+  workbench.cursor = 0;
+  server.mode = "wait";
+  const filled = workbench.fillSimilar();
+  await vi.waitFor(() => expect(server.sent("similar")).toHaveLength(1));
+  meanwhile();
+  server.answer();
+  await filled;
+}
+
+const ONE = paintOf(1, 1);
+
+test("similar regions get the class that was chosen when F was pressed", async () => {
+  await fill(() => workbench.choose(2));
+  expect([...session.paints.of]).toEqual([ONE, ONE, ONE, ONE, 0, 0, 0, 0]);
+});
+
+test("a lock that is set after F was pressed does not change what F paints", async () => {
+  session.paints.set(0, paintOf(2, 1));
+  await fill(() => (session.isLocked = true));
+  expect(session.paints.of[0]).toBe(ONE);
+});
+
+test("a class painted after F was pressed stays", async () => {
+  await fill(() => workbench.paintCells(Uint32Array.of(2), paintOf(2, 1)));
+  expect([...session.paints.of.slice(0, 4)]).toEqual([ONE, ONE, paintOf(2, 1), 0]);
+});
+
+test.each([
+  ["the region was painted", () => workbench.paintCells(Uint32Array.of(0), paintOf(2, 1))],
+  ["the regions changed", () => (session.regions = fakeFile(server.nCells).regions)],
+  ["another file was opened", () => open(1)],
+])("F paints nothing if %s before the server answered", async (_, meanwhile) => {
+  await fill(() => void meanwhile());
+  expect(said.pop()).toContain("nothing was painted");
+  expect([...session.paints.of]).not.toContain(ONE);
+});
+
+test("a step of a file is dropped with a note if another file is opened before its turn", async () => {
+  server.mode = "wait";
+  session.paint(Uint32Array.of(1), 1); // the step waits for this stroke
+  const undone = session.undo();
+  open(1);
+  server.answer();
+  await undone;
+  expect(server.sent("undo")).toEqual([]);
+  expect(said.join()).toContain("Another file was opened");
+});
+
+test("an undo that the server does not answer is told, and no stroke is lost", async () => {
+  server.mode = "fails";
+  session.paint(Uint32Array.of(1), 1);
+  await session.undo();
+  expect(session.online).toBe(false);
+  expect(said.pop()).toContain("undo has to wait");
+  expect(session.nWaiting).toBe(1);
+});
+
+test("no class stays chosen when the list of classes is loaded again", () => {
+  workbench.choose(0);
+  session.events.emit("classes", session.state.classes);
+  expect(workbench.currentPaint).toBe(0);
+});
