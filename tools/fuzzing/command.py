@@ -22,13 +22,14 @@ from typing import NamedTuple
 import numpy as np
 from pebble import ProcessPool
 
-from superfacets import IslandWarning, SliverWarning
+from superfacets import BalanceWarning, IslandWarning, SliverWarning
 
 from .batches import check_manifest
 from .cells import check_cells
 from .files import check_file
 from .graphs import check_graph
 from .meshes import check_mesh
+from .sizes import check_sizes
 from .studio import check_work_file
 from .tiles import check_tiles
 
@@ -52,6 +53,7 @@ KINDS = {
     "meshes": Kind(check_mesh, 12),
     "cells": Kind(check_cells, 12),
     "graphs": Kind(check_graph, 6),
+    "sizes": Kind(check_sizes, 6),
     "studio": Kind(check_work_file, 5),
     "batches": Kind(check_manifest, 3),
     "tiles": Kind(check_tiles, 2),
@@ -188,7 +190,7 @@ def prepare() -> None:
     """Limit the memory of this process, and turn warnings into errors."""
     faulthandler.enable()
     warnings.simplefilter("error")
-    for expected in (IslandWarning, SliverWarning):  # these warnings are usual with random meshes
+    for expected in (BalanceWarning, IslandWarning, SliverWarning):  # usual with random meshes
         warnings.simplefilter("ignore", expected)
     with contextlib.suppress(ImportError):  # Windows cannot limit the memory, and has no `resource`
         import resource
