@@ -106,7 +106,8 @@ def book(n: int) -> sf.Mesh:
 def twins(n: int) -> sf.PolygonMesh:
     """Return two polygons that have all of their n sides in common."""
     rim = np.arange(n)
-    return sf.PolygonMesh(_circle(n), [0, n, 2 * n], np.concatenate([rim, rim[::-1]]))
+    corners = np.concatenate([rim, rim[::-1]])
+    return sf.PolygonMesh(_circle(n), np.array([0, n, 2 * n]), corners)
 
 
 def _circle(n: int) -> npt.NDArray[np.float64]:

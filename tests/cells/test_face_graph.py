@@ -161,7 +161,9 @@ def test_cells_on_a_crowded_side_are_joined_as_in_the_twin(kind, n):
     else:
         ends = rng.permuted(np.tile([0, 1], (n, 1)), axis=1)
         faces = np.concatenate([tips, ends], axis=1)
-        mesh = Mesh(vertices, faces) if kind == "triangles" else PolygonMesh.of_faces(vertices, faces)
+        mesh = (
+            Mesh(vertices, faces) if kind == "triangles" else PolygonMesh.of_faces(vertices, faces)
+        )
         graph, arcs = build_face_graph(mesh, n_threads=3), reference.build_face_graph(mesh)
         assert graph.same_turn.tolist() == [arc.same_turn for arc in arcs]
         assert graph.sides.tolist() == [arc.side for arc in arcs]

@@ -251,6 +251,8 @@ def test_a_radius_larger_than_the_mesh_is_a_note(run, sheet, tmp_path):
     note = "superfacets: note: the radius gives only one region: -r is a fraction of the bounding"
     assert run("segment", sheet, "-r", 5)[2] == f"{note} box's diagonal\n"
     assert run("segment", sheet, "-n", 1)[2] == ""
+    tiny = "regions have 1.0 faces on average: is the radius in the unit of the mesh?"
+    assert run("segment", sheet, "-R", 1e-6)[2] == f"superfacets: note: {tiny}\n"
     alone = "superfacets: note: the radius gives only one region\n"
     assert run("segment", sheet, "-R", 5)[2] == alone
     write_mesh(tmp_path / "islands.ply", shapes.two_islands())

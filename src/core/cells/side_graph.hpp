@@ -202,8 +202,9 @@ void write_arcs(const Cells& cells, const SideList& list, const SharedSides& sha
 }
 
 // Builds one arc per shared side and direction, sorted by side, then by neighbor. All pairs of
-// cells on a side are neighbors, except on a side with more than kMostPaired cells. No cell is its own neighbor. Throws std::length_error before it
-// allocates arcs, if there are too many arcs (see check_number_of_arcs).
+// cells on a side are neighbors, except on a side with more than kMostPaired cells. No cell is its
+// own neighbor. Throws std::length_error before it allocates arcs, if there are too many arcs (see
+// check_number_of_arcs).
 template <typename Cells>
 SideGraph<std::int32_t> build_side_graph(const Cells& cells, ThreadTeam& team) {
   const std::int64_t n_cells = cells.n_cells();

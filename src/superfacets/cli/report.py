@@ -20,7 +20,7 @@ from ..export.pyg import GRAPH_OUTPUTS
 from ..export.textures import notes_on_texture
 from ..io.attributes import MeshAttributes
 from ..mesh.base import Cells
-from ..pipeline import BARRIERS_NOTE, SCANS, fewer_note
+from ..pipeline import BARRIERS_NOTE, SCANS, fewer_note, radius_note
 from ..regions.vertices import MIN_IN_FILES
 
 MAX_FILLED = 0.2
@@ -102,7 +102,9 @@ def _notes_on_number(result: Segmentation, n_requested: int | None) -> list[str]
         note = "the radius gives only one region"
         if params["radius"] is not None:
             note += ": -r is a fraction of the bounding box's diagonal"
-        return [] if n_made - n_kept > 1 else [note]
+        notes = [] if n_made - n_kept > 1 else [note]
+        small = radius_note(result)
+        return notes if small is None else [small]
     if n_made != n_requested and params["init"] in ("flood", "grid"):
         return [
             f"{counted(n_made, 'region')} instead of {n_requested}: --init {params['init']}"
