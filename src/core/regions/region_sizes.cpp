@@ -98,9 +98,9 @@ class Members {
   std::vector<Cell> front_;
 };
 
-// Regions from which searches have failed since a cell has moved or the test has changed. Further searches would reach
-// the same regions, and fail. Without this set, time would grow with the square of the number of
-// regions.
+// Regions from which searches have failed since a cell has moved or the test has changed. Further
+// searches would reach the same regions, and fail. Without this set, time would grow with the
+// square of the number of regions.
 class DeadEnds {
  public:
   explicit DeadEnds(std::size_t n_regions) : is_dead_(n_regions) {}
