@@ -36,6 +36,7 @@ PYTHON_LAYERS = [
     "pipeline",
     "interop",
     "nesting",
+    "segmentator",
     "sample",
     "workers",
     "batches",
