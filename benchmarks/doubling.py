@@ -32,6 +32,7 @@ N_COPIES = 1000  # number of distinct positions in the cloud `copies`
 
 Cells = sf.Mesh | sf.PolygonMesh | sf.TetMesh | sf.PointCloud
 Job = Callable[[Cells], object]
+Labels = npt.NDArray[np.integer[Any]]
 
 
 def flat_grid(n: int) -> sf.Mesh:
@@ -96,6 +97,19 @@ def spindle(n: int) -> sf.TetMesh:
     return sf.TetMesh(np.concatenate([[[0, 0, -1], [0, 0, 1]], _circle(n)]), tets)
 
 
+def book(n: int) -> sf.Mesh:
+    """Return n triangles around a common edge."""
+    tets = spindle(n)
+    return sf.Mesh(tets.vertices, tets.tets[:, :3])
+
+
+def twins(n: int) -> sf.PolygonMesh:
+    """Return two polygons that have all of their n sides in common."""
+    rim = np.arange(n)
+    corners = np.concatenate([rim, rim[::-1]])
+    return sf.PolygonMesh(_circle(n), np.array([0, n, 2 * n]), corners)
+
+
 def _circle(n: int) -> npt.NDArray[np.float64]:
     angles = np.arange(n) * (2 * np.pi / n)
     return np.stack([np.cos(angles), np.sin(angles), np.zeros(n)], axis=1)
@@ -103,7 +117,7 @@ def _circle(n: int) -> npt.NDArray[np.float64]:
 
 SHAPES: dict[str, Callable[[int], Cells]] = {
     "flat grid": flat_grid, "star": star, "coin": coin, "dust": dust, "one place": one_place,
-    "line": line, "copies": copies, "spindle": spindle,
+    "line": line, "copies": copies, "spindle": spindle, "book": book, "twins": twins,
 }  # fmt: skip
 
 
@@ -130,6 +144,41 @@ def labels_along_creases(cells: Cells) -> object:
     return sf.vertex_labels(cells, labels, method="creases", min_vertices=8, n_threads=1)
 
 
+def smooth_borders_of_third(cells: Cells) -> object:
+    """Smooth the borders of a region of two thirds of the cells; all others are regions."""
+    assert isinstance(cells, sf.Mesh | sf.PolygonMesh)
+    numbers = np.arange(cells.n_cells)
+    return sf.smooth_borders(cells, np.where(numbers % 3, 0, numbers // 3 + 1), n_threads=1)
+
+
+def merge_levels(cells: Cells, labels: Labels) -> object:
+    """Merge regions to half of their number, and to one."""
+    counts = sorted({1, (int(labels.max()) + 2) // 2})
+    return sf.hierarchy(cells, counts, labels=labels, islands="nearest", n_threads=1)
+
+
+OF_REGIONS: dict[str, Callable[[Any, Labels], object]] = {
+    "region_graph": partial(sf.region_graph, n_threads=1),
+    "merge_small_regions": partial(sf.merge_small_regions, min_size=20.0, n_threads=1),
+    "enforce_connectivity": partial(sf.enforce_connectivity, n_threads=1),
+    "smooth_borders": partial(sf.smooth_borders, n_threads=1),
+    "cut_borders": partial(sf.cut_borders, n_threads=1),
+    "border_lines": partial(sf.border_lines, n_threads=1),
+    "find_boundaries": partial(sf.find_boundaries, n_threads=1),
+    "hierarchy": merge_levels,
+    "pool": lambda _, labels: sf.pool(labels.astype(float), labels),
+    "split_regions": lambda cells, labels: list(sf.split_regions(cells, labels)),
+    "face_colors": sf.face_colors,
+    "vertex_labels": partial(sf.vertex_labels, method="creases", min_vertices=20, n_threads=1),
+}
+"""Functions of a mesh and labels. Each is a job with a region for each face, and a job with one
+region of all faces."""
+
+
+def _job_of_regions(name: str, divisor: float) -> Job:
+    return lambda cells: OF_REGIONS[name](cells, (np.arange(cells.n_cells) // divisor).astype(int))
+
+
 JOBS: dict[str, Job] = {
     "defaults": segment,
     "k = N": partial(segment, share=1.0),
@@ -148,12 +197,17 @@ JOBS: dict[str, Job] = {
     "region_graph": graph_of_regions,
     "cut_borders": smooth_borders_of_regions,
     "vertex_labels": labels_along_creases,
+    "smooth_borders": smooth_borders_of_third,
+    **{f"{name}, one face each": _job_of_regions(name, 1) for name in OF_REGIONS},
+    **{f"{name}, one region": _job_of_regions(name, math.inf) for name in OF_REGIONS},
 }
 
 
 SHAPES_OF: dict[str, tuple[str, ...]] = {
     "cut_borders": ("flat grid", "star", "coin", "dust"),
     "vertex_labels": ("flat grid", "star", "coin", "dust", "spindle"),
+    "smooth_borders": ("flat grid", "star", "coin", "dust"),
+    **{job: ("flat grid", "star", "coin", "dust") for job in JOBS if ", one " in job},
 }
 """Names of the shapes on which a job runs, for jobs that need faces or vertices. All other jobs run
 on all shapes."""

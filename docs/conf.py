@@ -16,7 +16,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 from notebooks import write_notebook
 
 # Autosummary imports modules by their public names.
-for name in ("segmentator", "baselines", "princeton"):
+for name in ("baselines", "princeton"):
     sys.modules[f"superfacets.{name}"] = getattr(superfacets, name)
 
 project = "superfacets"

@@ -125,6 +125,14 @@ def fins(n_fins=3):
     return Mesh([[0, 0, 0], [0, 0, 1], *tips], [[0, 1, 2 + fin] for fin in range(n_fins)])
 
 
+def crowded_sides(corners):
+    """Return cells in groups of 64 that share a side of `corners` corners: too many arcs."""
+    firsts = np.repeat(np.arange(4_400)[:, np.newaxis] * (64 + corners), 64, axis=0)
+    tips = corners + np.tile(np.arange(64), 4_400)[:, np.newaxis]
+    cells = firsts + np.concatenate([np.tile(np.arange(corners), (len(tips), 1)), tips], axis=1)
+    return np.random.default_rng(0).random((int(cells.max()) + 1, 3)), cells
+
+
 def slivers():
     """Return a proper triangle, a collinear one beside it, a point, and one with a corner twice."""
     vertices = [[0, 0, 0], [2, 0, 0], [0, 2, 0], [1, 1, 0], [5, 5, 5]]

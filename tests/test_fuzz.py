@@ -87,3 +87,10 @@ def test_a_case_can_be_run_again():
     done = run_fuzz("--seed", "3", "--case", "6", "--only", "graphs", "cells")
     assert done.returncode == 0, done.stderr
     assert re.match(r"case 6, (graphs|cells): its files are in ", done.stdout)
+
+
+@pytest.mark.filterwarnings("ignore::UserWarning")
+def test_no_region_loses_its_last_cell_whatever_limits_its_size():
+    search = Search(1, ("sizes",), ())
+    for number in range(500):
+        search.run_case(number, Path())

@@ -34,6 +34,7 @@ PYTHON_LAYERS = [
     "pipeline",
     "interop",
     "nesting",
+    "segmentator",
     "sample",
     "batches",
     "studio",

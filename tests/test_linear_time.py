@@ -15,6 +15,10 @@ QUADRATIC_ONCE = [
     ("one place", "k = N/2", 4_000),
     ("one place", "farthest", 4_000),
     ("one place", "connect", 4_000),
+    ("twins", "defaults", 1_000),
+    ("book", "defaults", 1_000),
+    *(("flat grid", job, 2_000) for job in JOBS if ", one " in job),
+    ("coin", "smooth_borders", 2_000),
 ]
 
 

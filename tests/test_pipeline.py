@@ -14,6 +14,7 @@ from superfacets import (
     IslandWarning,
     Mesh,
     MeshError,
+    RadiusWarning,
     build_face_graph,
     classify,
     crease_weights,
@@ -167,7 +168,9 @@ def test_tol_zero_runs_until_no_center_changes(sheet):
 
 
 def test_a_radius_too_small_to_square_gives_one_region_a_face(sheet):
-    assert segment(sheet, radius=1e-200, max_num_iter=1).n_segments == sheet.n_faces
+    with pytest.warns(RadiusWarning):
+        result = segment(sheet, radius=1e-200, max_num_iter=1)
+    assert result.n_segments == sheet.n_faces
 
 
 def test_the_first_small_move_converges(sheet):
@@ -542,3 +545,15 @@ def test_a_mesh_without_colors_says_where_they_come_from(sheet, tmp_path):
         match="features color: the mesh has no property red, green, blue: it has normals, height",
     ):
         segment(tmp_path / "plain.ply", 3, features="color")
+
+
+def test_a_radius_in_another_unit_than_the_mesh_is_doubted():
+    sheet = shapes.bumpy_sheet(20)
+    mesh = Mesh(1000 * sheet.vertices, sheet.faces)
+    note = r"regions have 1\.0 faces on average: is the radius in the unit of the mesh\?"
+    with pytest.warns(RadiusWarning, match=note):
+        segment(mesh, expected_radius=0.2)
+    with pytest.warns(RadiusWarning, match="a fraction of the bounding box's diagonal"):
+        segment(mesh, radius=1e-5)
+    segment(mesh, expected_radius=200.0)
+    segment(mesh, mesh.n_faces)

@@ -1,6 +1,7 @@
 """The public names and where they live; each is imported when it is first used."""
 
 from . import metrics as metrics
+from . import segmentator as segmentator
 from .batches.batching import BatchProgress as BatchProgress
 from .batches.batching import BatchResult as BatchResult
 from .batches.batching import batch as batch
@@ -47,6 +48,7 @@ from .errors import IslandWarning as IslandWarning
 from .errors import MeshError as MeshError
 from .errors import MismatchWarning as MismatchWarning
 from .errors import MissingExtraError as MissingExtraError
+from .errors import RadiusWarning as RadiusWarning
 from .errors import RenderError as RenderError
 from .errors import SliverWarning as SliverWarning
 from .errors import ViewWarning as ViewWarning
@@ -54,7 +56,6 @@ from .export.pyg import write_graphs as write_graphs
 from .export.write import write_labels as write_labels
 from .export.write import write_mesh as write_mesh
 from .export.write import write_regions as write_regions
-from .interop import segmentator as segmentator
 from .interop.aggregation import RegroupedObject as RegroupedObject
 from .interop.aggregation import group_segments as group_segments
 from .interop.aggregation import regroup_segments as regroup_segments

@@ -55,6 +55,10 @@ class MismatchWarning(UserWarning):
     """Labels were transferred, but a part of the target is far from the labeled mesh."""
 
 
+class RadiusWarning(UserWarning):
+    """Regions have few cells, probably because the radius is in another unit than the mesh."""
+
+
 class SliverWarning(UserWarning):
     """Regions will be stripes, because faces are long and thin. The message suggests a remedy."""
 

@@ -49,7 +49,7 @@ from .clustering.parts import (
 from .clustering.plan import Plan, Start
 from .clustering.result import Segmentation
 from .clustering.run import joiner_of, segment_cells
-from .errors import BalanceWarning, IslandWarning, MeshError, SliverWarning
+from .errors import BalanceWarning, IslandWarning, MeshError, RadiusWarning, SliverWarning
 from .io.readers.read import read_cells_and_attributes
 from .mesh.base import Cells
 from .mesh.denoising import (
@@ -344,6 +344,8 @@ def segment(
         If some regions are disconnected, because of `cells_per_region`.
     FeatureWarning
         If a feature is the same for all cells, for example a texture of one color.
+    RadiusWarning
+        If regions of the given radius have fewer than four cells on average.
     SliverWarning
         If faces that are too long and thin for good regions cover more than a tenth of the area,
         or of the area inside `mask`, if it is given; see `subdivide`.
@@ -861,6 +863,9 @@ def _finish(work: _Work) -> _Work:
         params=work.options.params(result),
         cells=work.source,
     )
+    note = radius_note(result)
+    if note is not None:
+        warnings.warn(note, RadiusWarning, stacklevel=5)
     return replace(work, result=result)
 
 
@@ -875,6 +880,26 @@ def sliver_advice(radius: float) -> str:
     """Return advice on how to subdivide long and thin faces, for regions of the given radius."""
     max_edge = EDGE_PER_RADIUS * radius
     return f"subdivide first, mesh = superfacets.subdivide(mesh, max_edge={max_edge:.3g}).mesh"
+
+
+FEWEST_CELLS = 4
+"""Minimum mean number of cells of a region, below which `segment` doubts a radius."""
+
+
+def radius_note(result: Segmentation) -> str | None:
+    """Return a note if a radius led to regions of fewer than `FEWEST_CELLS` cells, or None."""
+    params = result.params
+    if params["n_segments"] is not None or params["init"] == "given":
+        return None
+    n_kept = result.n_unreached if params["islands"] == "keep" else 0
+    n_made = result.n_segments + result.n_merged - n_kept
+    mean = np.count_nonzero(result.labels >= 0) / max(1, n_made)
+    if mean >= FEWEST_CELLS:
+        return None
+    is_fraction = params["radius"] is not None
+    unit = "a fraction of the bounding box's diagonal" if is_fraction else "in the unit of the mesh"
+    things = "cells" if result.cells is None else kind_of(result.cells).plural
+    return f"regions have {mean:.1f} {things} on average: is the radius {unit}?"
 
 
 def fewer_note(result: Segmentation) -> str | None:

@@ -235,14 +235,13 @@ def test_noise_that_was_found_is_in_the_last_line(run, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("option", "unit"), [("-R", "in the unit of the file"), ("-r", "fraction")]
+    ("option", "unit"), [("-R", "in the unit of the mesh"), ("-r", "a fraction")]
 )
 def test_a_radius_with_regions_of_few_cells_is_a_note(run, sheet, option, unit):
-    note = r"note: regions have only 1\.\d cells on average, so they follow no creases: " + option
+    note = r"note: regions have 1\.\d faces on average: is the radius " + unit
     err = run("segment", sheet, option, 1e-3)[2]
     assert re.search(note, err)
-    assert unit in err
-    assert "cells on average" not in run("segment", sheet, option, 0.1)[2]
+    assert "faces on average" not in run("segment", sheet, option, 0.1)[2]
 
 
 @pytest.mark.parametrize(
@@ -266,6 +265,8 @@ def test_a_radius_larger_than_the_mesh_is_a_note(run, sheet, tmp_path):
     note = "superfacets: note: the radius gives only one region: -r is a fraction of the bounding"
     assert run("segment", sheet, "-r", 5)[2] == f"{note} box's diagonal\n"
     assert run("segment", sheet, "-n", 1)[2] == ""
+    tiny = "regions have 1.0 faces on average: is the radius in the unit of the mesh?"
+    assert run("segment", sheet, "-R", 1e-6)[2] == f"superfacets: note: {tiny}\n"
     alone = "superfacets: note: the radius gives only one region\n"
     assert run("segment", sheet, "-R", 5)[2] == alone
     write_mesh(tmp_path / "islands.ply", shapes.two_islands())

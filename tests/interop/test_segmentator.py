@@ -10,7 +10,8 @@ import shapes
 from numpy.testing import assert_array_equal
 
 import superfacets as sf
-from superfacets import _core, segmentator
+from superfacets import _core
+from superfacets.interop import segmentator
 from superfacets.interop.segmentator import compute_vn, segment_mesh, segment_point
 
 

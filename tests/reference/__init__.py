@@ -43,6 +43,7 @@ from .spatial import subdivide as subdivide
 from .texels import texel_colors as texel_colors
 from .vertices import count_segments as count_segments
 from .vertices import mean_normals as mean_normals
+from .vertices import share_vertices as share_vertices
 from .vertices import spread_labels as spread_labels
 from .views import join_by_masks as join_by_masks
 from .views import see_surface as see_surface

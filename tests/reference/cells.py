@@ -71,15 +71,24 @@ def _welded(vertices: Floats, cells: Iterable[Ints], weld: bool) -> list[list[in
     return [[first.setdefault(tuple(vertices[v].tolist()), v) for v in cell] for cell in lists]
 
 
+MAX_PAIRED = 64
+"""Maximum number of cells on a side of which all pairs are neighbors."""
+
+
 def _arcs_over(sides: Sides) -> list[Arc]:
-    """Return sorted arcs in both directions between all pairs of cells with a common side."""
-    arcs = [
-        Arc(cell, side, neighbor, ascending == neighbor_ascending)
-        for cells in sides.values()
-        for cell, (side, ascending) in cells.items()
-        for neighbor, (_, neighbor_ascending) in cells.items()
-        if cell != neighbor
-    ]
+    """Return sorted arcs in both directions between neighbors among the cells with a common side.
+
+    All pairs of cells are neighbors. Of more than `MAX_PAIRED` cells, pairs are neighbors whose
+    numbers differ by a power of two. The last cell is followed by the first.
+    """
+    arcs = []
+    for cells in map(list, (of_side.items() for of_side in sides.values())):
+        n = len(cells)
+        powers = [1 << power for power in range(n.bit_length()) if 2 << power < n]
+        steps = {*powers, *(-step for step in powers)} if n > MAX_PAIRED else range(1, n)
+        for number, (cell, (side, ascending)) in enumerate(cells):
+            for neighbor, (_, neighbor_ascending) in (cells[(number + step) % n] for step in steps):
+                arcs.append(Arc(cell, side, neighbor, ascending == neighbor_ascending))
     return sorted(arcs)
 
 

@@ -142,6 +142,10 @@ def _squared(step: Floats) -> float:
     return float(x * x + y * y + z * z)
 
 
+MAX_ARCS = 256
+"""A face with more arcs does not move."""
+
+
 class MovingRegions:
     """Current labels of faces, and border costs. Used by `smooth_borders` and `move_cells`."""
 
@@ -219,7 +223,8 @@ class MovingRegions:
         for number, neighbor in self.arcs(face):
             if self.labels[neighbor] == self.labels[face]:
                 side_of.setdefault(neighbor, int(self.graph.sides[number]))
-        if face in self.fixed or len(side_of) not in (1, 2):
+        is_movable = face not in self.fixed and len(self.arcs(face)) <= MAX_ARCS
+        if not is_movable or len(side_of) not in (1, 2):
             return False
         if len(side_of) == 1:
             return True

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -65,6 +66,55 @@ def spread_labels(
         for vertex in united:
             sets[vertex], found[vertex] = united, label
     return found
+
+
+def share_vertices(corners: Sequence[Sequence[int]], labels: Sequence[int]) -> list[int]:
+    """Change labels of vertices so that as many regions as possible have a vertex.
+
+    `corners` are, for each region, the vertices at the corners of its cells, ascending. The
+    algorithm is that of Hopcroft and Karp for matchings: each round finds the shortest chains.
+    """
+    found = list(labels)
+    while True:
+        counts = Counter(found)
+        reached = [taker for taker, own in enumerate(corners) if own and not counts[taker]]
+        levels, last = dict.fromkeys(reached, 0), None
+        lost = list(reached)
+        for taker in reached:
+            givers = [found[vertex] for vertex in corners[taker]]
+            if last is None and any(counts[giver] > 1 for giver in givers):
+                last = levels[taker]
+            for giver in givers if last is None else ():
+                if giver not in levels:
+                    levels[giver] = levels[taker] + 1
+                    reached.append(giver)
+        if last is None:
+            return found
+        for taker in lost:
+            counts[taker] += _takes_vertex(taker, corners, found, counts, (levels, last))
+
+
+def _takes_vertex(
+    taker: int,
+    corners: Sequence[Sequence[int]],
+    found: list[int],
+    counts: Counter[int],
+    levels: tuple[dict[int, int], int],
+) -> bool:
+    """Let a region take a vertex, and return whether it could; `levels` ends with the last level.
+
+    Each region is tried once, because its level is removed.
+    """
+    level = levels[0].pop(taker)
+    for vertex in corners[taker]:
+        giver = found[vertex]
+        is_spare = level == levels[1] and counts[giver] > 1
+        is_next = level < levels[1] and levels[0].get(giver) == level + 1
+        if is_spare or (is_next and _takes_vertex(giver, corners, found, counts, levels)):
+            counts[giver] -= is_spare
+            found[vertex] = taker
+            return True
+    return False
 
 
 def count_segments(

@@ -230,3 +230,21 @@ def test_the_options_are_checked():
         sf.vertex_labels(mesh, [0, 0, 1], min_vertices=2, method="majority")
     with pytest.raises(ValueError, match="min_vertices must be at least 1, got 0"):
         along_creases(mesh, [0, 0, 1], min_vertices=0)
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_vertices_are_shared_as_in_the_twin_and_with_as_many_regions_as_possible(seed):
+    sparse = pytest.importorskip("scipy.sparse")
+    csgraph = pytest.importorskip("scipy.sparse.csgraph")
+    rng = np.random.default_rng(seed)
+    n, n_vertices = int(rng.integers(1, 60)), int(rng.integers(1, 60))
+    pairs = np.unique(rng.integers(0, [n, n_vertices], (int(rng.integers(1, 200)), 2)), axis=0)
+    labels, vertices = pairs.astype(np.int32).T.copy()
+    winners = np.full(n_vertices, -1, np.int32)
+    winners[vertices] = labels  # the highest label at each vertex
+    corners = [vertices[labels == region].tolist() for region in range(n)]
+    found = _core.share_vertices(vertices, labels, winners, n, 2)
+    assert found.tolist() == reference.share_vertices(corners, winners.tolist())
+    table = sparse.csr_matrix((np.ones(len(pairs)), (labels, vertices)), (n, n_vertices))
+    matched = csgraph.maximum_bipartite_matching(table, perm_type="column")
+    assert len({*found.tolist()} - {-1}) == np.count_nonzero(matched >= 0)

@@ -6,6 +6,7 @@
 - `meshes`: random meshes, segmented with random options.
 - `graphs`: random cell graphs, compared with the reference implementation.
 - `cells`: cells of every kind, with masks, barriers, features and levels.
+- `sizes`: regions of balanced, limited or exact sizes, for cells of every kind.
 - `promises`: properties that must hold for labels, and errors that are allowed.
 - `command`: the command line, and the processes that run cases with limits on time and memory.
 

@@ -19,14 +19,14 @@ Options = dict[str, Any]
 def check_cells(rng: np.random.Generator, _folder: Path) -> None:
     """Check segmentation, levels and pooling for random cells of a random kind."""
     with refusals():
-        cells = _random_cells(rng)
+        cells = random_cells(rng)
         options = random_options(rng, cells.n_cells)
         result = sf.segment(cells, **options, n_threads=1)
-        _check_segmentation(cells, result, options)
+        check_segmentation(cells, result, options)
         _check_regions(cells, result, rng)
 
 
-def _random_cells(rng: np.random.Generator) -> Any:
+def random_cells(rng: np.random.Generator) -> Any:
     """Return triangles, polygons, tetrahedra or points, in one or several components.
 
     Some distances may be equal, and some cells may be at the same position.
@@ -110,7 +110,7 @@ def random_options(rng: np.random.Generator, n_cells: int) -> Options:
     return chosen | {"n_segments": int(rng.integers(1, most + 1))}
 
 
-def _check_segmentation(cells: Any, result: sf.Segmentation, options: Options) -> None:
+def check_segmentation(cells: Any, result: sf.Segmentation, options: Options) -> None:
     """Check labels outside of the mask, at barriers, and with several numbers of threads."""
     labels = np.asarray(result.labels)
     kept = np.asarray(options.get("mask", np.ones(len(labels), bool)))

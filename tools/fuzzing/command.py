@@ -22,7 +22,7 @@ from typing import NamedTuple
 import numpy as np
 from pebble import ProcessPool
 
-from superfacets import IslandWarning, SliverWarning
+from superfacets import BalanceWarning, IslandWarning, SliverWarning
 
 from .batches import check_manifest
 from .cells import check_cells
@@ -30,6 +30,7 @@ from .files import check_file
 from .graphs import check_graph
 from .labels import check_documents
 from .meshes import check_mesh
+from .sizes import check_sizes
 from .studio import check_work_file
 
 Check = Callable[[np.random.Generator, Path], None]
@@ -54,6 +55,7 @@ KINDS = {
     "meshes": Kind(check_mesh, 12),
     "cells": Kind(check_cells, 12),
     "graphs": Kind(check_graph, 6),
+    "sizes": Kind(check_sizes, 6),
     "studio": Kind(check_work_file, 5),
     "batches": Kind(check_manifest, 3),
 }
@@ -187,7 +189,7 @@ def prepare() -> None:
     """Turn warnings into errors."""
     faulthandler.enable()
     warnings.simplefilter("error")
-    for expected in (IslandWarning, SliverWarning):  # these warnings are usual with random meshes
+    for expected in (BalanceWarning, IslandWarning, SliverWarning):  # usual with random meshes
         warnings.simplefilter("ignore", expected)
 
 

@@ -34,7 +34,7 @@ def check_mesh(rng: np.random.Generator, _folder: Path) -> None:
 
 def _random_mesh(rng: np.random.Generator) -> sf.Mesh:
     """Return a mesh with random defects."""
-    vertices, faces = _regular(rng) if rng.random() < 0.7 else _scattered(rng)
+    vertices, faces = _regular(rng) if rng.random() < 0.7 else scattered_faces(rng)
     if rng.random() < 0.3:  # holes and islands
         faces = faces[rng.random(len(faces)) < rng.uniform(0.3, 1)]
     if rng.random() < 0.2:  # neighbors of opposite orientation
@@ -64,7 +64,7 @@ def _regular(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     return np.array(mesh.vertices), np.array(mesh.faces)
 
 
-def _scattered(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+def scattered_faces(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """Return random faces between vertices at random grid points."""
     n_vertices = int(rng.integers(1, 40))
     vertices = rng.integers(-3, 4, (n_vertices, 3)).astype(float)

@@ -10,6 +10,7 @@
 #include "regions/region_graph.hpp"
 #include "regions/region_sizes.hpp"
 #include "regions/rings.hpp"
+#include "regions/share_vertices.hpp"
 #include "regions/shared_masks.hpp"
 #include "regions/smooth.hpp"
 #include "regions/vertex_labels.hpp"
@@ -103,6 +104,11 @@ Buffer<Label> labels_spread(Offsets offsets, Integers neighbors, Points position
   return spread_labels({offsets, neighbors, positions, normals}, labels, hints, team);
 }
 
+Buffer<Label> vertices_shared(Integers vertices, Integers labels, Integers winners, Label n_labels,
+                              ThreadTeam& team) {
+  return share_vertices({vertices, labels, n_labels}, winners, team);
+}
+
 Buffer<Label> small_regions_grown(Offsets offsets, Integers neighbors, Points positions,
                                   Points normals, Integers labels, Integers counts, Label n_labels,
                                   std::int64_t least) {
@@ -155,6 +161,8 @@ void bind_regions(nb::module_& module) {
              "faces"_a, "representative"_a, "threshold"_a, "least"_a, "n_threads"_a);
   module.def("spread_labels", threaded(&labels_spread), "offsets"_a, "neighbors"_a, "positions"_a,
              "normals"_a, "labels"_a, "hints"_a, "n_threads"_a);
+  module.def("share_vertices", threaded(&vertices_shared), "vertices"_a, "labels"_a, "winners"_a,
+             "n_labels"_a, "n_threads"_a);
   module.def("grow_small_regions", serial(&small_regions_grown), "offsets"_a, "neighbors"_a,
              "positions"_a, "normals"_a, "labels"_a, "counts"_a, "n_labels"_a, "least"_a);
   module.def("merge_small_regions", serial(&small_regions_merged), "offsets"_a, "neighbors"_a,

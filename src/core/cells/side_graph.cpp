@@ -16,7 +16,7 @@ void EdgeTally::add(const EdgeTally& other) {
 
 void EdgeTally::count(std::size_t n_faces, bool is_inconsistent) {
   add({{1, std::int64_t{n_faces == 1}, std::int64_t{n_faces > 2}, std::int64_t{is_inconsistent}},
-       static_cast<std::uint64_t>(n_faces) * (n_faces - 1),
+       static_cast<std::uint64_t>(n_faces) * count_linked(static_cast<std::int64_t>(n_faces)),
        static_cast<std::int64_t>(n_faces)});
 }
 

@@ -11,9 +11,33 @@
 namespace superfacets {
 
 // The maximum number of arcs is 2^24 or 16 per face, whichever is larger. This limit accepts any
-// ordinary large mesh, and rejects a small mesh with thousands of faces on a few edges.
+// ordinary large mesh, and rejects a mesh with very many faces on most edges.
 inline constexpr std::int64_t kArcsAlwaysAllowed = std::int64_t{1} << 24;
 inline constexpr std::int64_t kArcsPerFaceAllowed = 16;
+
+// On a side with at most this number of cells, all pairs of cells are neighbors. Otherwise arcs
+// would grow with the square of the number of cells; see for_each_linked.
+inline constexpr std::int64_t kMostPaired = 64;
+
+// Calls visit(i) for the neighbors of a cell among the n cells on a side, in any order. Cells on a
+// side have the numbers 0 to n - 1, in ascending order of their indices. If n is above kMostPaired,
+// the numbers of neighbors differ by a power of two, where n - 1 is followed by 0. So each pair of
+// cells is joined by a path of fewer than log2(n) arcs.
+template <typename Visit>
+void for_each_linked(std::int64_t n, std::int64_t own, const Visit& visit) {
+  for (std::int64_t step = 1; step < n && n <= kMostPaired; ++step) visit((own + step) % n);
+  for (std::int64_t step = 1; 2 * step < n && n > kMostPaired; step *= 2) {
+    visit((own + step) % n);
+    visit((own + n - step) % n);
+  }
+}
+
+// Number of neighbors that each of n cells on a side has across this side.
+inline std::int64_t count_linked(std::int64_t n) {
+  std::int64_t n_linked = 0;
+  for_each_linked(n, 0, [&](std::int64_t) { ++n_linked; });
+  return n_linked;
+}
 
 // Number of edges of each type.
 struct EdgeCounts {
@@ -27,7 +51,7 @@ struct EdgeCounts {
 // Numbers of edges and arcs of a mesh.
 struct EdgeTally {
   EdgeCounts edges;
-  // Sum of n (n - 1) over edges with n faces; cannot overflow, because n < 2^31.
+  // Sum of n count_linked(n) over edges with n faces.
   std::uint64_t arcs = 0;
   std::int64_t most_faces = 0;  // maximum number of faces on one edge
 
@@ -162,22 +186,25 @@ void write_arcs(const Cells& cells, const SideList& list, const SharedSides& sha
   for (std::int64_t place = cells.first_place(cell); place < cells.first_place(cell + 1); ++place) {
     if (shared.sizes[place] == 0) continue;
     const auto on_side = list.sides.span().subspan(shared.firsts[place], shared.sizes[place]);
-    const auto own =
-        std::ranges::find_if(on_side, [&](const ListedSide& side) { return side.cell == cell; });
-    for (const ListedSide& other : on_side) {
-      if (other.cell == cell) continue;
-      graph.neighbors[arc] = other.cell;
-      graph.sides[arc] = own->side;
-      graph.same_turn[arc] = static_cast<std::uint8_t>(other.ascending == own->ascending);
-      ++arc;
+    const auto own = std::ranges::lower_bound(on_side, cell, {}, &ListedSide::cell);
+    const std::int64_t first = arc;
+    for_each_linked(std::ssize(on_side), own - on_side.begin(),
+                    [&](std::int64_t i) { graph.neighbors[arc++] = on_side[i].cell; });
+    std::sort(graph.neighbors.data() + first, graph.neighbors.data() + arc);
+    for (std::int64_t i = first; i < arc; ++i) {
+      const auto other =
+          std::ranges::lower_bound(on_side, graph.neighbors[i], {}, &ListedSide::cell);
+      graph.sides[i] = own->side;
+      graph.same_turn[i] = static_cast<std::uint8_t>(other->ascending == own->ascending);
     }
   }
   SUPERFACETS_ASSERT(arc == graph.offsets[cell + 1]);
 }
 
 // Builds one arc per shared side and direction, sorted by side, then by neighbor. All pairs of
-// cells on a side are neighbors. No cell is its own neighbor. Throws std::length_error before it
-// allocates arcs, if there are too many arcs (see check_number_of_arcs).
+// cells on a side are neighbors, except on a side with more than kMostPaired cells. No cell is its
+// own neighbor. Throws std::length_error before it allocates arcs, if there are too many arcs (see
+// check_number_of_arcs).
 template <typename Cells>
 SideGraph<std::int32_t> build_side_graph(const Cells& cells, ThreadTeam& team) {
   const std::int64_t n_cells = cells.n_cells();
@@ -194,7 +221,7 @@ SideGraph<std::int32_t> build_side_graph(const Cells& cells, ThreadTeam& team) {
     graph.offsets[cell] = total;
     for (std::int64_t place = cells.first_place(cell); place < cells.first_place(cell + 1);
          ++place) {
-      total += std::max(shared.sizes[place] - 1, 0);
+      total += count_linked(shared.sizes[place]);
     }
   }
   graph.offsets[n_cells] = total;

@@ -103,13 +103,7 @@ enum class Link : std::uint8_t {
   kOpposed,  // one other face, which traverses the edge in the opposite direction
   kAlike,    // one other face, which traverses the edge in the same direction
   kRing,     // at least two other faces
-};
-
-// Circular linked lists of the faces on each edge, in ascending order. next[3 * face + side] is the
-// next face on the edge. Where the link is kNone, `next` has no meaning.
-struct Rings {
-  Buffer<Face> next;
-  Buffer<Link> links;
+  kCrowd,    // at least kMostPaired other faces
 };
 
 // One side of one face. The vertices of the side are not stored, because its position in the lists
@@ -128,6 +122,18 @@ class Side {
 
  private:
   std::uint64_t bits_ = 0;
+};
+
+// Circular linked lists of the faces on each edge, in ascending order. next[3 * face + side] is the
+// next face on the edge or, where the link is kCrowd, an index in `crowds`. Where the link is
+// kNone, `next` has no meaning.
+struct Rings {
+  Buffer<Face> next;
+  Buffer<Link> links;
+  // The sides on each edge of more than kMostPaired faces, ascending. The order of the edges
+  // depends on the threads.
+  std::vector<std::vector<Side>> crowds;
+  std::mutex mutex;  // protects `crowds`
 };
 
 // The sides whose lower vertex is in a given range of vertices, grouped by lower vertex.
@@ -307,11 +313,21 @@ class Linker {
     Link link = n == 1 ? Link::kNone : Link::kRing;
     if (n == 2) link = pair_link(sides[0].is_ascending() == sides[1].is_ascending());
     tally_.count(n, link == Link::kAlike);
+    if (std::cmp_greater(n, kMostPaired)) return link_crowd(sides);
     for (std::size_t i = 0; i < n; ++i) {
       SUPERFACETS_ASSERT(i == 0 || sides[i - 1].face() < sides[i].face());
       rings_.next[sides[i].place()] = sides[i + 1 < n ? i + 1 : 0].face();
       rings_.links[sides[i].place()] = link;
     }
+  }
+
+  void link_crowd(std::span<const Side> sides) {
+    const std::scoped_lock lock(rings_.mutex);
+    for (const Side side : sides) {
+      rings_.next[side.place()] = static_cast<Face>(rings_.crowds.size());
+      rings_.links[side.place()] = Link::kCrowd;
+    }
+    rings_.crowds.emplace_back(sides.begin(), sides.end());
   }
 
   const WeldedCorners& corners_;
@@ -361,22 +377,40 @@ class ArcReader {
   Face next(Face face, int side) const { return rings_.next[place(face, side)]; }
 
   std::int64_t count(Face face, int side) const {
+    if (link(face, side) == Link::kCrowd) return count_linked(std::ssize(crowd(face, side)));
     if (link(face, side) != Link::kRing) return link(face, side) != Link::kNone;
     std::int64_t n_others = 0;
     walk_ring(face, side, [&](FaceArc) { ++n_others; });
     return n_others;
   }
 
-  // Lists the other faces on an edge with three or more faces, in ascending order.
+  // Lists the neighbors of a face across an edge with three or more faces, in ascending order.
   void collect_ring(Face face, int side, std::vector<FaceArc>& arcs) const {
     arcs.clear();
-    walk_ring(face, side, [&](FaceArc arc) { arcs.push_back(arc); });
+    if (link(face, side) == Link::kCrowd) {
+      walk_crowd(face, side, [&](FaceArc arc) { arcs.push_back(arc); });
+    } else {
+      walk_ring(face, side, [&](FaceArc arc) { arcs.push_back(arc); });
+    }
     std::ranges::sort(arcs,
                       [](const FaceArc& a, const FaceArc& b) { return a.neighbor < b.neighbor; });
   }
 
  private:
   static std::int64_t place(Face face, int side) { return 3 * std::int64_t{face} + side; }
+
+  const std::vector<Side>& crowd(Face face, int side) const {
+    return rings_.crowds[next(face, side)];
+  }
+
+  template <typename Visit>
+  void walk_crowd(Face face, int side, const Visit& visit) const {
+    const std::vector<Side>& sides = crowd(face, side);
+    const auto own = std::ranges::lower_bound(sides, face, {}, &Side::face);
+    for_each_linked(std::ssize(sides), own - sides.begin(), [&](std::int64_t i) {
+      visit(FaceArc{sides[i].face(), sides[i].is_ascending() == own->is_ascending()});
+    });
+  }
 
   template <typename Visit>
   void walk_ring(Face face, int side, const Visit& visit) const {
@@ -421,7 +455,7 @@ void write_arcs(const ArcReader& reader, std::int64_t begin, std::int64_t end,
     for (int side = 0; side < 3; ++side) {
       const Link link = reader.link(face, side);
       if (link == Link::kNone) continue;
-      if (link != Link::kRing) {
+      if (link != Link::kRing && link != Link::kCrowd) {
         write(reader.next(face, side), side, link == Link::kAlike);
         continue;
       }
@@ -484,7 +518,7 @@ TriangleGraph build_triangle_graph(std::span<const Triangle> faces,
                                    std::span<const Vertex> representative, ThreadTeam& team) {
   const WeldedCorners corners(faces, representative, team);
   const std::int64_t n_faces = corners.n_faces();
-  Rings rings{Buffer<Face>(3 * n_faces), Buffer<Link>(3 * n_faces)};
+  Rings rings{Buffer<Face>(3 * n_faces), Buffer<Link>(3 * n_faces), {}, {}};
   team.fill(rings.links.span(), Link::kNone);
   const auto n_vertices = static_cast<std::int64_t>(representative.size());
   const EdgeTally tally = link_faces(corners, n_vertices, team, rings);

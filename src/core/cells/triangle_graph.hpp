@@ -9,7 +9,8 @@ using TriangleGraph = SideGraph<std::uint8_t>;
 
 // Builds one arc per shared edge and direction. Side s of a face joins its corners s and s + 1. Two
 // corners are equal if their vertices have the same representative (see weld_vertices). All pairs
-// of faces around a non-manifold edge are neighbors. A boundary edge has no arc. A side whose two
+// of faces around a non-manifold edge are neighbors, except at an edge of more than kMostPaired
+// faces (see for_each_linked). A boundary edge has no arc. A side whose two
 // ends are the same vertex is not an edge. A face is never its own neighbor: if two sides of a face
 // are on one edge, only the first is used. Faces that share two edges are joined by two arcs in
 // each direction. The arcs of a face are sorted by side, then by neighbor. The mesh has at most

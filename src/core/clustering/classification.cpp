@@ -1,6 +1,15 @@
 #include "clustering/classification.hpp"
 
 namespace superfacets {
+namespace {
+
+bool are_distinct(std::span<const Place> centers) {
+  std::vector<Place> sorted(centers.begin(), centers.end());
+  std::ranges::sort(sorted);
+  return std::ranges::adjacent_find(sorted) == sorted.end();
+}
+
+}  // namespace
 
 Classification::Classification(const OrderedGraph& graph, double reach, Islands islands,
                                ThreadTeam& team)
@@ -10,6 +19,7 @@ Classification::Classification(const OrderedGraph& graph, double reach, Islands 
 
 void Classification::classify(std::span<const Place> centers, std::span<const PathLength> offsets) {
   SUPERFACETS_ASSERT(!centers.empty() && all_below(centers, graph_.n_cells()));
+  SUPERFACETS_ASSERT(are_distinct(centers));
   SUPERFACETS_ASSERT(offsets.empty() || (offsets.size() == centers.size() && !halted_));
   centers_.assign(centers.begin(), centers.end());
   const std::vector<PathLength> before =

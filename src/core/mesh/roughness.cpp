@@ -289,18 +289,39 @@ Plane plane_of(std::span<const Point> vertices, std::span<const Vertex> corners)
   return {first + (1.0 / static_cast<double>(corners.size())) * sum, normal};
 }
 
+// The planes of some faces, each computed once. A polygon may be a neighbor across thousands of
+// sides.
+class Planes {
+ public:
+  // `faces` must be sorted.
+  Planes(std::span<const Point> vertices, const CornerLists& corners, std::vector<Face> faces,
+         ThreadTeam& team)
+      : faces_(std::move(faces)), planes_(faces_.size()) {
+    team.for_each_index(std::ssize(faces_), [&](std::int64_t i) {
+      planes_[i] = plane_of(vertices, corners[faces_[i]]);
+    });
+  }
+
+  const Plane& operator[](Face face) const {
+    return planes_[std::ranges::lower_bound(faces_, face) - faces_.begin()];
+  }
+
+ private:
+  std::vector<Face> faces_;
+  std::vector<Plane> planes_;
+};
+
 struct Bend {
   double fold = kNaN;
   double agreement = kNaN;
 };
 
-Bend bend_of(std::span<const Point> vertices, const CornerLists& corners, Face face,
-             std::span<const Face> adjacent) {
+Bend bend_of(const Planes& planes, Face face, std::span<const Face> adjacent) {
   Bend bend;
-  const Plane own = plane_of(vertices, corners[face]);
+  const Plane& own = planes[face];
   std::int64_t n_above = 0;
   for (const Face other : adjacent) {
-    const Plane plane = plane_of(vertices, corners[other]);
+    const Plane& plane = planes[other];
     if (dot(own.normal, plane.center - own.center) > 0.0) ++n_above;
     if (!std::isnan(bend.fold)) continue;
     bend.fold =
@@ -312,12 +333,28 @@ Bend bend_of(std::span<const Point> vertices, const CornerLists& corners, Face f
   return bend;
 }
 
+void sort_unique(std::vector<Face>& faces) {
+  std::ranges::sort(faces);
+  const auto duplicates = std::ranges::unique(faces);
+  faces.erase(duplicates.begin(), duplicates.end());
+}
+
 }  // namespace
 
 Roughness measure_roughness(std::span<const Point> vertices, const CornerLists& corners,
                             std::span<const std::int64_t> offsets, std::span<const Face> neighbors,
                             std::span<const Face> faces, ThreadTeam& team) {
   const std::int64_t n = std::ssize(faces);
+  const auto adjacent = [&](Face face) {
+    return neighbors.subspan(offsets[face], offsets[face + 1] - offsets[face]);
+  };
+  std::vector<Face> needed(faces.begin(), faces.end());
+  sort_unique(needed);
+  for (std::size_t i = 0, n_faces = needed.size(); i < n_faces; ++i) {
+    std::ranges::copy(adjacent(needed[i]), std::back_inserter(needed));
+  }
+  sort_unique(needed);
+  const Planes planes(vertices, corners, std::move(needed), team);
   Roughness found{Buffer<double>(n), Buffer<double>(n), Buffer<double>(n), Buffer<double>(n),
                   Buffer<std::int32_t>(n)};
   team.for_each_block(
@@ -329,10 +366,7 @@ Roughness measure_roughness(std::span<const Point> vertices, const CornerLists& 
           const Heights heights = fits ? heights_of(around) : Heights{};
           found.near[i] = heights.near;
           found.far[i] = heights.far;
-          const Face face = faces[i];
-          const Bend bend =
-              bend_of(vertices, corners, face,
-                      neighbors.subspan(offsets[face], offsets[face + 1] - offsets[face]));
+          const Bend bend = bend_of(planes, faces[i], adjacent(faces[i]));
           found.fold[i] = bend.fold;
           found.agreement[i] = bend.agreement;
           found.n_faces[i] = fits ? around.n_faces() : 0;

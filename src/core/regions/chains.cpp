@@ -14,6 +14,9 @@ constexpr double kMinGain = 1e-9;
 // benchmark models would improve by only 0.007, and the run time would be 1.5 times as long.
 constexpr double kDeepest = 0.5;
 
+// A cell with more arcs does not move, because each of its neighbors might try to move it.
+constexpr std::size_t kMaxArcs = 256;
+
 // Maximum number of neighbors of a cell in its region that are examined. A cell with more neighbors
 // in its region does not move.
 constexpr int kMaxNeighbors = 16;
@@ -130,7 +133,7 @@ void MovingRegions::prefetch_arcs(Cell cell) const {
 }
 
 bool MovingRegions::may_leave(Cell cell) {
-  if ((marks_[cell] & kFixed) != 0) return false;
+  if ((marks_[cell] & kFixed) != 0 || arcs().neighbors(cell).size() > kMaxArcs) return false;
   marks_[cell] |= kWasTried;
   return stays_connected_without(surface_, labels_.span(), cell);
 }
@@ -275,7 +278,7 @@ ChainMover::Candidate ChainMover::take_candidate(Label from, Label to, StiffGain
 // their gain.
 void ChainMover::add_candidates(Cell moved, Label from, Label to) {
   for (const Cell cell : regions_.arcs().neighbors(moved)) {
-    if (regions_.label(cell) != from) continue;
+    if (regions_.label(cell) != from || regions_.arcs().neighbors(cell).size() > kMaxArcs) continue;
     const auto known = std::ranges::find_if(
         candidates_, [&](const Candidate& other) { return other.cell == cell; });
     if (known == candidates_.end()) {

@@ -98,6 +98,28 @@ class Members {
   std::vector<Cell> front_;
 };
 
+// Regions from which searches have failed since a cell has moved or the test has changed. Further
+// searches would reach the same regions, and fail. Without this set, time would grow with the
+// square of the number of regions.
+class DeadEnds {
+ public:
+  explicit DeadEnds(std::size_t n_regions) : is_dead_(n_regions) {}
+
+  bool has(Label region) const { return is_dead_[region] != 0; }
+  void add(std::span<const Label> regions) {
+    for (const Label region : regions) is_dead_[region] = 1;
+    regions_.insert(regions_.end(), regions.begin(), regions.end());
+  }
+  void clear() {
+    for (const Label region : regions_) is_dead_[region] = 0;
+    regions_.clear();
+  }
+
+ private:
+  std::vector<std::uint8_t> is_dead_;
+  std::vector<Label> regions_;
+};
+
 class CellTransfer {
  public:
   CellTransfer(MovingRegions& regions, const SizeBounds& bounds)
@@ -106,7 +128,9 @@ class CellTransfer {
         members_(regions, bounds.lows.size()),
         totals_(bounds.lows.size(), 0.0),
         exits_(totals_.size()),
-        parents_(totals_.size(), kNoLabel) {
+        parents_(totals_.size(), kNoLabel),
+        sinks_(totals_.size()),
+        sources_(totals_.size()) {
     for (std::size_t cell = 0; cell < bounds.sizes.size(); ++cell) {
       totals_[regions.label(static_cast<Cell>(cell))] += bounds.sizes[cell];
     }
@@ -120,6 +144,7 @@ class CellTransfer {
       if (test == LeaveTest::kNone && !bounds_.may_split) return;
       members_.set_test(test);
       for (Exits& exits : exits_) exits.are_known = false;
+      forget_dead_ends();
       n_stuck_ = 0;
       while (sweep()) {
       }
@@ -145,6 +170,11 @@ class CellTransfer {
     return has_moved && may_go_on();
   }
 
+  void forget_dead_ends() {
+    sinks_.clear();
+    sources_.clear();
+  }
+
   bool may_go_on() const { return n_stuck_ < kMaxStuck * std::ssize(totals_); }
   double excess(Label region) const { return totals_[region] - bounds_.highs[region]; }
   double lack(Label region) const { return bounds_.lows[region] - totals_[region]; }
@@ -162,7 +192,7 @@ class CellTransfer {
       std::ranges::reverse(path);
       return push(path, std::min(excess(region), -excess(path.back())));
     };
-    return push_over_paths(region, has_room, next_of, push_on);
+    return push_over_paths(region, sinks_, has_room, next_of, push_on);
   }
 
   bool fill(Label region) {
@@ -175,16 +205,16 @@ class CellTransfer {
     const auto push_on = [&](const std::vector<Label>& path) {
       return push(path, std::min(lack(region), -lack(path.front())));
     };
-    return push_over_paths(region, can_spare, next_of, push_on);
+    return push_over_paths(region, sources_, can_spare, next_of, push_on);
   }
 
   // Tries paths between a region and the regions for which is_wanted is true, in ascending order of
   // length, until a cell moves. push_on(path) moves cells along a path that ends at the region.
   template <typename IsWanted, typename NextOf, typename PushOn>
-  bool push_over_paths(Label region, const IsWanted& is_wanted, const NextOf& next_of,
-                       const PushOn& push_on) {
+  bool push_over_paths(Label region, DeadEnds& dead_ends, const IsWanted& is_wanted,
+                       const NextOf& next_of, const PushOn& push_on) {
     while (may_go_on()) {
-      const Label end = search(region, is_wanted, next_of);
+      const Label end = search(region, dead_ends, is_wanted, next_of);
       if (end == kNoLabel) return false;
       std::vector<Label> path{end};
       while (path.back() != region) path.push_back(parents_[path.back()]);
@@ -202,7 +232,9 @@ class CellTransfer {
   // Breadth-first search over regions. Returns the first region for which is_wanted is true, or
   // kNoLabel. The path to this region is stored in parents_.
   template <typename IsWanted, typename ForEachNext>
-  Label search(Label first, const IsWanted& is_wanted, const ForEachNext& for_each_next) {
+  Label search(Label first, DeadEnds& dead_ends, const IsWanted& is_wanted,
+               const ForEachNext& for_each_next) {
+    if (dead_ends.has(first)) return kNoLabel;
     for (const Label visited : queue_) parents_[visited] = kNoLabel;
     parents_[first] = first;
     queue_.assign({first});
@@ -210,12 +242,13 @@ class CellTransfer {
     for (std::size_t i = 0; i < queue_.size() && found == kNoLabel; ++i) {
       const Label at = queue_[i];
       for_each_next(at, [&](Label next) {
-        if (found != kNoLabel || parents_[next] != kNoLabel) return;
+        if (found != kNoLabel || parents_[next] != kNoLabel || dead_ends.has(next)) return;
         parents_[next] = at;
         queue_.push_back(next);
         if (is_wanted(next)) found = next;
       });
     }
+    if (found == kNoLabel && blocked_.empty()) dead_ends.add(queue_);
     return found;
   }
 
@@ -249,6 +282,7 @@ class CellTransfer {
       totals_[from] -= size;
       totals_[to] += size;
       moved += size;
+      forget_dead_ends();
       for (const Cell near : regions_.arcs().neighbors(cell)) {
         exits_[regions_.label(near)].are_known = false;
         if (regions_.label(near) == from) add_candidate(near, to);
@@ -338,6 +372,8 @@ class CellTransfer {
   // (K,) predecessor of each region in the last search; kNoLabel if not reached
   std::vector<Label> parents_;
   std::vector<Label> queue_;  // regions in the order in which the last search reached them
+  DeadEnds sinks_;            // regions from which no region with room is reached
+  DeadEnds sources_;          // regions that are reached from no region with cells to spare
   // pairs of regions between which no cell could move since the last successful path
   std::vector<Leg> blocked_;
   std::vector<Cell> candidates_;

@@ -29,7 +29,14 @@ from ..cells.size import advised_max_edge
 from ..cells.subdivision import Subdivision, subdivide
 from ..cells.texels import subdivided_texture
 from ..clustering.result import Segmentation
-from ..errors import BalanceWarning, FeatureWarning, IslandWarning, MeshError, SliverWarning
+from ..errors import (
+    BalanceWarning,
+    FeatureWarning,
+    IslandWarning,
+    MeshError,
+    RadiusWarning,
+    SliverWarning,
+)
 from ..export.cells import FormatOptions
 from ..io.attributes import MeshAttributes
 from ..io.readers.ply_texture import OF_TEXTURE
@@ -245,7 +252,7 @@ def _segmented(
         n_kept = int(of_cells["mask"].sum()) if "mask" in of_cells else mesh.n_cells
         keywords["n_segments"] = min(keywords["n_segments"], max(n_kept, 1))  # 0 is for `segment`
     with warnings.catch_warnings(record=True) as caught:
-        for kind in (IslandWarning, SliverWarning, BalanceWarning):
+        for kind in (IslandWarning, SliverWarning, BalanceWarning, RadiusWarning):
             warnings.simplefilter("ignore", kind)  # `Segmentation` contains the same information
         warnings.simplefilter("always", FeatureWarning)
         result = segment(mesh, progress=progress, on_stage=on_stage, **keywords, **of_cells)

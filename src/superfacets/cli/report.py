@@ -20,11 +20,8 @@ from ..export.pyg import GRAPH_OUTPUTS
 from ..export.textures import notes_on_texture
 from ..io.attributes import MeshAttributes
 from ..mesh.base import Cells
-from ..pipeline import BARRIERS_NOTE, fewer_note
+from ..pipeline import BARRIERS_NOTE, fewer_note, radius_note
 from ..regions.vertices import MIN_IN_FILES
-
-FEW_CELLS = 4.0
-"""Mean number of cells of a region below which a radius is probably in a wrong unit."""
 
 MAX_FILLED = 0.2
 """Maximum fraction of regions that have the minimum number of vertices without a note. In scanned
@@ -102,7 +99,12 @@ def _notes_on_number(result: Segmentation, n_requested: int | None) -> list[str]
     n_made = result.n_segments + result.n_merged
     n_kept = result.n_unreached if params["islands"] == "keep" else 0
     if n_requested is None:
-        return _notes_on_radius(result, n_made - n_kept)
+        note = "the radius gives only one region"
+        if params["radius"] is not None:
+            note += ": -r is a fraction of the bounding box's diagonal"
+        notes = [] if n_made - n_kept > 1 else [note]
+        small = radius_note(result)
+        return notes if small is None else [small]
     if n_made != n_requested and params["init"] in ("flood", "grid"):
         return [
             f"{counted(n_made, 'region')} instead of {n_requested}: --init {params['init']}"
@@ -122,19 +124,6 @@ def _notes_on_number(result: Segmentation, n_requested: int | None) -> list[str]
         return [] if n_requested == 1 else [f"{more}: {BARRIERS_NOTE}"]
     advice = "" if has_barriers else "; --islands nearest joins them to the nearest region"
     return [f"{more}: {parts} became regions{advice}"]
-
-
-def _notes_on_radius(result: Segmentation, n_made: int) -> list[str]:
-    """Return a note if the radius gives only one region, or regions of few cells."""
-    is_fraction = result.params["radius"] is not None
-    unit = "-r is a fraction of the bounding box's diagonal"
-    if n_made < 2:
-        return ["the radius gives only one region" + f": {unit}" * is_fraction]
-    n_cells = np.count_nonzero(result.labels >= 0) / result.n_segments
-    if n_cells >= FEW_CELLS:
-        return []
-    unit = unit if is_fraction else "-R is in the unit of the file, which may be millimeters"
-    return [f"regions have only {n_cells:.1f} cells on average, so they follow no creases: {unit}"]
 
 
 def _notes_on_sharp_edges(inside: Floats) -> list[str]:

@@ -75,6 +75,9 @@ MAX_TOTAL = 1e150
 """Maximum sum of the sizes of all cells. The minimum is 1 / MAX_TOTAL. Between these limits, ratios
 of sizes are finite."""
 
+MIN_SIZE = 1e-300
+"""Smallest size by which sizes are divided, for regions whose cells all have size 0."""
+
 
 @dataclass(frozen=True, eq=False)
 class SizeRules:
@@ -366,17 +369,20 @@ class Balancer:
     ) -> None:
         # Estimated length of a path from a center to the border of its region: the radius of a disk
         # is 3/2 of the mean distance of its points from its center.
-        scale = 1.5 * float(clustering.lengths().astype(np.float64).mean())
-        goals = np.maximum(self.goals, 1e-9 * self.goals.mean())
+        lengths = clustering.lengths()[clustering.labels() >= 0]
+        scale = 1.5 * float(lengths.astype(np.float64).mean())
+        goals = np.maximum(self.goals, max(1e-9 * float(self.goals.mean()), MIN_SIZE))
         for n in range(n_rounds + RESCUES):
             found = _Regions.of(clustering, *cells)
             if n >= n_rounds and not found.are_lost.any():
                 break
             centers, offsets = found.centers, self.offsets
             if n < n_rounds:
-                moved = clustering.update()
-                is_taken = np.isin(moved, centers[found.are_lost])  # centers must be distinct
-                centers = np.where(is_taken, centers, moved)
+                # Centers must be distinct. `update` moves centers within their own regions, so two
+                # centers can only coincide if one of them is lost.
+                moved, lost = clustering.update(), centers[found.are_lost]
+                stays = found.are_lost | np.isin(moved, lost)
+                centers = np.where(stays, centers, moved)
                 excess = np.clip(found.sizes / goals - 1.0, -1.0, 1.0)
                 offsets = offsets + np.rint(GAIN * scale * excess).astype(np.int64)
                 middle, limit = int(np.median(offsets)), int(MAX_OFFSET * scale)
@@ -437,7 +443,7 @@ class _Regions:
         counts = np.bincount(self.components)
         totals = sums_by_label(self.components, self.sizes, len(counts))
         means = np.asarray((totals / np.maximum(counts, 1))[self.components])
-        return np.maximum(means, np.finfo(np.float64).tiny)
+        return np.maximum(means, MIN_SIZE)
 
     def ranks(self, keys: Floats) -> Ints:
         """Return the rank of each region among the regions of its component, sorted by `keys`."""

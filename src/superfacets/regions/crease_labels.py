@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -119,70 +118,14 @@ def _labels_along_creases(edges: VertexEdges, regions: _Regions, n_threads: int)
 def _majority(regions: _Regions, n_vertices: int, n_threads: int) -> Majority:
     """Return, for each welded vertex, the label with the largest total area of cells around it.
 
-    Some labels are changed so that each region has at least one vertex, if there are enough
-    vertices.
+    Some labels are changed so that each region with cells has at least one vertex, if possible.
     """
-    sizes = regions.corners.sizes
-    majority = weighted_majority(
-        regions.corners.vertices,
-        np.repeat(regions.labels, sizes),
-        np.repeat(measures_of(regions.cells, n_threads), sizes),
-        n_vertices,
-    )
-    _give_vertices(majority.winners, regions)
-    return majority
-
-
-def _give_vertices(of_vertices: Ints, regions: _Regions) -> None:
-    """Change `of_vertices` so that each region with cells gets at least one vertex, if possible."""
-    counts = np.bincount(of_vertices[of_vertices >= 0], minlength=regions.n)
-    lost = np.flatnonzero((counts == 0) & (np.bincount(regions.labels, minlength=regions.n) > 0))
-    if not len(lost):
-        return
-    order = np.argsort(regions.labels, kind="stable")
-    starts = np.searchsorted(regions.labels[order], np.arange(regions.n + 1))
-
-    def vertices_of(region: int) -> Ints:
-        cells = order[starts[region] : starts[region + 1]]
-        return np.unique(regions.corners.of(cells)[0])
-
-    searched: set[int] = set()
-    for region in lost.tolist():
-        _give_vertex(region, vertices_of, of_vertices, counts, searched)
-
-
-def _give_vertex(
-    region: int,
-    vertices_of: Callable[[int], Ints],
-    of_vertices: Ints,
-    counts: Array,
-    searched: set[int],
-) -> None:
-    """Assign a vertex to `region` along an augmenting path, as in bipartite matching.
-
-    Each region on the path takes the only vertex of the next region. The last region has several
-    vertices and gives one away. If there is no path, `of_vertices` does not change, and all visited
-    regions are added to `searched`, so that later searches skip them.
-    """
-    reached: dict[int, tuple[int, int] | None] = {region: None}
-    queue = [region]
-    for taker in queue:
-        own = vertices_of(taker)
-        givers = of_vertices[own]
-        spare = own[counts[givers] > 1]
-        if len(spare):
-            counts[of_vertices[spare[0]]] -= 1
-            counts[region] = 1
-            step: tuple[int, int] | None = (taker, int(spare[0]))
-            while step is not None:
-                of_vertices[step[1]] = step[0]
-                step = reached[step[0]]
-            return
-        for giver, vertex in zip(givers.tolist(), own.tolist(), strict=True):
-            if giver not in reached and giver not in searched:
-                reached[giver] = (taker, vertex)
-                queue.append(giver)
-    searched |= reached.keys()
+    vertices, sizes = regions.corners.vertices, regions.corners.sizes
+    of_corners = np.repeat(regions.labels, sizes)
+    areas = np.repeat(measures_of(regions.cells, n_threads), sizes)
+    winners, is_divided = weighted_majority(vertices, of_corners, areas, n_vertices)
+    winners = _core.share_vertices(vertices, of_corners, winners, regions.n, n_threads)
+    return Majority(winners, is_divided)
 
 
 def _in_stray_pieces(edges: VertexEdges, regions: _Regions, found: Ints, n_threads: int) -> Array:
@@ -203,8 +146,9 @@ def _in_stray_pieces(edges: VertexEdges, regions: _Regions, found: Ints, n_threa
         part_of_piece = _part_of_piece(regions, is_divided, found, pieces, n_threads)
         sizes = np.bincount(pieces, minlength=n_pieces)
         order = divided[np.lexsort((-divided, sizes[divided]))]
-        largest = dict(zip(part_of_piece[order].tolist(), order.tolist(), strict=True))
-        is_stray[list(largest.values())] = False
+        largest = np.empty(int(part_of_piece.max()) + 1, np.int64)
+        largest[part_of_piece[order]] = order  # of equal indices, the last assignment holds
+        is_stray[largest[part_of_piece[divided]]] = False
     return is_stray[pieces]
 
 

@@ -112,7 +112,8 @@ def smooth_borders(
         + \frac{0.13}{r^2} \int_i |x - x_{0,i}|^2 dA \right)
 
     Connected faces of a region stay connected, and no region vanishes. Connectivity is tested
-    locally, so some valid moves are rejected at edges of three or more faces.
+    locally, so some valid moves are rejected at edges of three or more faces. A face with more than
+    256 arcs keeps its label.
 
     Parameters
     ----------

@@ -29,6 +29,9 @@ class HasLevels(Protocol):
     def levels(self) -> list[Ints]:
         """Labels of each level, one array per level."""
 
+    def cut(self, n: int) -> Ints:
+        """Labels of the level with n regions. A `Segmentation`, whose levels differ, has none."""
+
 
 LabelsLike = npt.ArrayLike | HasLevels | Sequence[npt.ArrayLike]
 
