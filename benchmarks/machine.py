@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import superfacets as sf
-from superfacets import _validate
+from superfacets.base import checks as _validate
 
 usable_cores = _validate.usable_cores
 

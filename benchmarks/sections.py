@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import superfacets as sf
-from superfacets.cells.sorting import MIN_CELLS
+from superfacets.graph.sorting import MIN_CELLS
 
 from . import memory, passes, processes, races, runs
 from .checks import Expected, check_against_reference, hash_labels, require

@@ -9,7 +9,7 @@ from sphinx.application import Sphinx
 from sphinx.pycode import ModuleAnalyzer
 
 import superfacets
-from superfacets.cli.main import COMMANDS, commands
+from superfacets_cli.main import COMMANDS, commands
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 

@@ -12,7 +12,7 @@ from PIL import Image
 from shrink_images import IMAGES, read, save_page
 
 import superfacets as sf
-from superfacets.pictures.backend import quiet_vtk
+from superfacets_show.backend import quiet_vtk
 
 SIZE = (860, 688)
 SMALL = (720, 540)

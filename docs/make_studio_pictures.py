@@ -19,8 +19,8 @@ from playwright.sync_api import Page
 from shrink_images import IMAGES, read, save_page
 
 from superfacets import Mesh, write_mesh
-from superfacets.studio.documents.document import Document
-from superfacets.studio.labels.classes import default_classes
+from superfacets_studio.documents.document import Document
+from superfacets_studio.labels.classes import default_classes
 
 SIZE = {"width": 1280, "height": 800}
 MODELS = ("125", "181", "281", "301", "397")

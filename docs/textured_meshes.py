@@ -24,7 +24,7 @@ from superfacets import (
     write_labels,
     write_mesh,
 )
-from superfacets.cells.texels import ids_in_layout
+from superfacets_textures.texels import ids_in_layout
 
 PIXELS_PER_METER = 100
 WALL, PLINTH, DOOR, FIRST_WINDOW = range(4)

@@ -4,8 +4,8 @@ import { readdirSync, readFileSync, writeFileSync } from "node:fs";
 
 const COMMON = ["package.json", "package-lock.json", "tsconfig.json", "vite.config.js", "stamp.mjs"];
 const BUNDLES = [
-  { into: "../src/superfacets/studio/static", folder: "src/studio", files: ["index.html"] },
-  { into: "../src/superfacets/pictures/page", folder: "src/page", files: [] },
+  { into: "../src/superfacets_studio/static", folder: "src/studio", files: ["index.html"] },
+  { into: "../src/superfacets_show/page", folder: "src/page", files: [] },
 ];
 
 /** Every file in a folder, as paths with slashes. */

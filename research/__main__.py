@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from superfacets._validate import checked_threads, counted
-from superfacets.cli import options as opts
-from superfacets.cli.failures import print_notes
-from superfacets.cli.main import run
-from superfacets.cli.options import COUNT, FILE, numbers, option, options
+from superfacets.base.checks import checked_threads, counted
+from superfacets_cli import options as opts
+from superfacets_cli.failures import print_notes
+from superfacets_cli.main import run
+from superfacets_cli.options import COUNT, FILE, numbers, option, options
 
 if TYPE_CHECKING:
     from .reproduce.reproduction import Report

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from superfacets import Mesh, MeshError
-from superfacets._validate import counted
-from superfacets.adapters.convert import MeshLike, as_mesh
-from superfacets.errors import MissingExtraError
+from superfacets.base.checks import counted
+from superfacets.base.errors import MissingExtraError
+from superfacets.mesh.convert import MeshLike, as_mesh
 
 
 class MissingGroupError(MissingExtraError):

@@ -13,10 +13,10 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from superfacets._types import Ints
-from superfacets.errors import MeshError
-from superfacets.io.readers.labels import read_labels
-from superfacets.io.readers.read import read_mesh
+from superfacets.base.errors import MeshError
+from superfacets.base.types import Ints
+from superfacets.files.readers.labels import read_labels
+from superfacets.files.readers.read import read_mesh
 from superfacets.mesh.triangle_mesh import Mesh
 
 from .checks import as_triangles

@@ -10,10 +10,10 @@ from pathlib import Path
 
 import numpy as np
 
-from superfacets._types import Array, Ints
-from superfacets.adapters.convert import as_mesh
-from superfacets.errors import MeshError
-from superfacets.io.readers.read import MESH_ENDINGS, read_mesh
+from superfacets.base.errors import MeshError
+from superfacets.base.types import Array, Ints
+from superfacets.files.readers.read import MESH_ENDINGS, read_mesh
+from superfacets.mesh.convert import as_mesh
 from superfacets.mesh.faces import FaceMesh, corners_in_a_row, face_sizes
 from superfacets.metrics import GroundTruths
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from superfacets import FaceGraph, arc_measures, build_face_graph
-from superfacets._types import Floats
+from superfacets.base.types import Floats
 from superfacets.mesh.faces import FaceMesh
 
 

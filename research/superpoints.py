@@ -18,13 +18,13 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from superfacets._types import Array, Bools, Ints, Longs
-from superfacets._validate import checked_threads, checked_vertex_classes, ranked_labels
-from superfacets.cells.sums import weighted_majority
-from superfacets.errors import IslandWarning, MeshError
-from superfacets.io.atomic import checked_targets
-from superfacets.io.guards import known_ending
-from superfacets.io.readers.labels import LABEL_ENDINGS, read_labels
+from superfacets.base.checks import checked_threads, checked_vertex_classes, ranked_labels
+from superfacets.base.errors import IslandWarning, MeshError
+from superfacets.base.types import Array, Bools, Ints, Longs
+from superfacets.files.atomic import checked_targets
+from superfacets.files.guards import known_ending
+from superfacets.files.readers.labels import LABEL_ENDINGS, read_labels
+from superfacets.graph.sums import weighted_majority
 from superfacets.mesh.faces import vertex_graph
 from superfacets.mesh.triangle_mesh import Mesh
 from superfacets.mesh.weld import lowest_vertices

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from superfacets.io.atomic import atomic_outputs
+from superfacets.files.atomic import atomic_outputs
 
 EMPTY = "(not measured)"  # Markdown text instead of a table without rows
 

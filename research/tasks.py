@@ -18,9 +18,9 @@ from pathlib import Path
 from queue import SimpleQueue
 from typing import Any, Protocol
 
-from superfacets.batches.cluster import local_client
-from superfacets.errors import reason_of
-from superfacets.io.atomic import atomic_outputs
+from superfacets.base.errors import reason_of
+from superfacets.files.atomic import atomic_outputs
+from superfacets_batch.cluster import local_client
 
 Key = Mapping[str, Any]
 """All inputs that the result of an item depends on. If they change, the record is outdated."""

@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 
 import superfacets as sf
 from superfacets import _core
-from superfacets.cells.kinds import as_surface
-from superfacets.cli.main import commands
-from superfacets.regions.edit import CREASE_SCALE, read_regions
+from superfacets.cleanup.edit import CREASE_SCALE, read_regions
+from superfacets.graph.kinds import as_surface
+from superfacets_cli.main import commands
 
 THREADS = (1, 2, 5)
 

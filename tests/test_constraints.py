@@ -27,13 +27,13 @@ from superfacets import (
     sharp_edges,
     smooth_borders,
 )
-from superfacets.cells.constraints import ConstraintOptions
-from superfacets.cells.kinds import as_surface
-from superfacets.cells.point_graph import find_point_graph
-from superfacets.cells.region_adjacency import region_graph_of
+from superfacets.cleanup.edit import BorderCosts
+from superfacets.cleanup.smooth import SmoothOptions, straighten
+from superfacets.graph.constraints import ConstraintOptions
+from superfacets.graph.kinds import as_surface
+from superfacets.graph.point_graph import find_point_graph
 from superfacets.pipeline import Prepared
-from superfacets.regions.edit import BorderCosts
-from superfacets.regions.smooth import SmoothOptions, straighten
+from superfacets.regions.region_graph import region_graph_of
 
 
 def grid(n):

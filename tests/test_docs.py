@@ -24,7 +24,7 @@ import textured_meshes
 from tools.sample_bear import parts_of
 
 import superfacets as sf
-from superfacets.cli.main import commands
+from superfacets_cli.main import commands
 
 ROOT = Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"
@@ -133,8 +133,8 @@ def write_tile(path, density=64):
 
 def export_labels(path):
     """Label a few cells in the studio, and write the exports of the studio."""
-    from superfacets.studio.documents.document import Document
-    from superfacets.studio.export.write import export
+    from superfacets_studio.documents.document import Document
+    from superfacets_studio.export.write import export
 
     document = Document.open(Path(path))
     document.paint(np.arange(50, dtype=np.uint32), 1, objects=1)

@@ -19,7 +19,7 @@ from superfacets import (
     segment,
     superfacet_weights,
 )
-from superfacets.cells.surface import is_inside_out
+from superfacets.graph.surface import is_inside_out
 
 MODES = [{}, dict(PAPER), {"init": "flood"}, {"init": "grid"}, {"relocate": True}, dict(PARTS)]
 

@@ -75,7 +75,11 @@ def test_sides_of_arcs_changed_after_the_check_change_nothing(graph):
 def test_labels_seeds_and_centers_are_copies():
     mesh = shapes.bumpy_sheet(8)
     graph = sf.build_face_graph(mesh).with_weights(np.ones(sf.build_face_graph(mesh).n_arcs))
-    from superfacets._validate import checked_partial_labels, checked_seeds, compact_partial_labels
+    from superfacets.base.checks import (
+        checked_partial_labels,
+        checked_seeds,
+        compact_partial_labels,
+    )
 
     for dtype in (np.int32, np.int64):
         labels = np.arange(mesh.n_faces, dtype=dtype)

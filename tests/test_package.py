@@ -125,9 +125,9 @@ def test_importing_leaves_files_and_pictures_for_later():
 @pytest.mark.parametrize(
     "first",
     [
-        "import superfacets.pictures.rendering",
-        "import superfacets.cli.main",
-        "from superfacets.io.readers.read import read_mesh",
+        "import superfacets_show.rendering",
+        "import superfacets_cli.main",
+        "from superfacets.files.readers.read import read_mesh",
         "import superfacets.pipeline, superfacets.clustering.classification",
         "from superfacets import *",
         "import superfacets; superfacets.metrics, superfacets.sample_mesh, superfacets.read_mesh",

@@ -6,9 +6,9 @@ import shapes
 
 import superfacets as sf
 from superfacets import _core
-from superfacets.cells.kinds import kind_of
-from superfacets.cells.weights import WeightOptions
+from superfacets.graph.kinds import kind_of
 from superfacets.mesh.triangle_mesh import split_in_four
+from superfacets.weights.formulas import WeightOptions
 
 pytestmark = pytest.mark.filterwarnings("ignore::superfacets.SliverWarning")
 

@@ -8,7 +8,7 @@ import pytest
 import shapes
 
 from superfacets import Mesh, build_face_graph, crease_weights, segment, segment_graph
-from superfacets._validate import MAX_THREADS_PER_CORE, checked_threads, usable_cores
+from superfacets.base.checks import MAX_THREADS_PER_CORE, checked_threads, usable_cores
 
 N_CALLERS = 4
 

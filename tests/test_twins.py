@@ -16,8 +16,8 @@ from superfacets import (
     superfacet_weights,
     update_centers,
 )
-from superfacets._options import SizeOptions
-from superfacets.cells.size import region_size
+from superfacets.base.options import SizeOptions
+from superfacets.graph.size import region_size
 
 AWKWARD = {
     "strip": lambda: shapes.strip(9),

@@ -8,18 +8,18 @@ from typing import Any
 import numpy as np
 
 from superfacets import _core
-from superfacets._timing import timed
-from superfacets._types import Array, Floats, Ints, Longs
-from superfacets._validate import compact_partial_labels
-from superfacets.adapters.convert import MeshLike, as_mesh
-from superfacets.cells.cell_graph import CellGraph
-from superfacets.cells.face_graph import FaceGraph, build_face_graph
-from superfacets.cells.size import checked_n_segments, radius_of
-from superfacets.cells.surface import Surface
-from superfacets.cells.weights import WeightOptions, arc_weights
+from superfacets.base.checks import compact_partial_labels
+from superfacets.base.timing import timed
+from superfacets.base.types import Array, Floats, Ints, Longs
 from superfacets.clustering.result import Segmentation
 from superfacets.clustering.update import update_centers
+from superfacets.graph.cell_graph import CellGraph
+from superfacets.graph.face_graph import FaceGraph, build_face_graph
+from superfacets.graph.size import checked_n_segments, radius_of
+from superfacets.graph.surface import Surface
+from superfacets.mesh.convert import MeshLike, as_mesh
 from superfacets.mesh.faces import FaceMesh
+from superfacets.weights.formulas import WeightOptions, arc_weights
 
 
 @dataclass(frozen=True)

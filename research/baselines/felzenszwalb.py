@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from superfacets import _core
-from superfacets._types import Ints
-from superfacets._validate import checked_count, checked_number, checked_threads, ranked_labels
-from superfacets.adapters.convert import MeshLike
+from superfacets.base.checks import checked_count, checked_number, checked_threads, ranked_labels
+from superfacets.base.types import Ints
+from superfacets.mesh.convert import MeshLike
 from superfacets.mesh.faces import mean_normals
 from superfacets.mesh.weld import lowest_vertices
 

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from superfacets._timing import timed
-from superfacets._types import Floats, Longs
-from superfacets._validate import checked_number, checked_threads
-from superfacets.adapters.convert import MeshLike
-from superfacets.cells.weights import WeightName, WeightOptions, Weights
+from superfacets.base.checks import checked_number, checked_threads
+from superfacets.base.timing import timed
+from superfacets.base.types import Floats, Longs
 from superfacets.clustering.result import Segmentation
+from superfacets.mesh.convert import MeshLike
 from superfacets.mesh.faces import ends_of_sides
+from superfacets.weights.formulas import WeightName, WeightOptions, Weights
 
 from ..checks import import_package
 from .face_cells import Component, FaceCells, read_face_cells

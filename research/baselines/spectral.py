@@ -8,13 +8,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from superfacets import _core
-from superfacets._timing import timed
-from superfacets._types import Floats, Ints, Longs, Singles
-from superfacets._validate import checked_count, checked_number, checked_threads
-from superfacets.adapters.convert import MeshLike
-from superfacets.cells.cell_graph import CellGraph
-from superfacets.cells.weights import WeightName, WeightOptions, Weights
+from superfacets.base.checks import checked_count, checked_number, checked_threads
+from superfacets.base.timing import timed
+from superfacets.base.types import Floats, Ints, Longs, Singles
 from superfacets.clustering.result import Segmentation
+from superfacets.graph.cell_graph import CellGraph
+from superfacets.mesh.convert import MeshLike
+from superfacets.weights.formulas import WeightName, WeightOptions, Weights
 
 from ..checks import import_package
 from .face_cells import Component, FaceCells, component_graph, read_face_cells

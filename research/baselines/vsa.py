@@ -9,17 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from superfacets._timing import timed
-from superfacets._validate import (
-    checked_callable,
-    checked_choice,
-    checked_count,
-    checked_threads,
-)
-from superfacets.adapters.convert import MeshLike
-from superfacets.cells.face_graph import FaceGraph, build_face_graph
-from superfacets.cells.size import checked_n_segments
+from superfacets.base.checks import checked_callable, checked_choice, checked_count, checked_threads
+from superfacets.base.timing import timed
 from superfacets.clustering.result import Segmentation, StopReason
+from superfacets.graph.face_graph import FaceGraph, build_face_graph
+from superfacets.graph.size import checked_n_segments
+from superfacets.mesh.convert import MeshLike
 from superfacets.mesh.triangle_mesh import Mesh
 
 from ..checks import as_triangles, checked_generator, import_package

@@ -6,5 +6,5 @@ both are better. All results except times are reproducible.
 - `measure` changes the resolution of models, segments them, and measures the regions.
 - `tables` makes tables of the measurements. `study` runs all stages in order.
 
-The command-line options are in `superfacets.cli.studies`.
+The command-line options are in `superfacets_cli.studies`.
 """

@@ -12,9 +12,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from superfacets import __version__, metrics
-from superfacets._types import Bools, Floats, Ints
-from superfacets.cells.face_graph import build_face_graph
-from superfacets.cells.surface import arc_measures
+from superfacets.base.types import Bools, Floats, Ints
+from superfacets.graph.face_graph import build_face_graph
+from superfacets.graph.surface import arc_measures
 from superfacets.mesh.triangle_mesh import Mesh, split_in_four
 from superfacets.pipeline import PAPER, segment
 

@@ -8,8 +8,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from superfacets.errors import MeshError
-from superfacets.io.atomic import atomic_outputs, locked, remove_leftovers
+from superfacets.base.errors import MeshError
+from superfacets.files.atomic import atomic_outputs, locked, remove_leftovers
 
 from ..checks import MissingGroupError
 from ..princeton import Benchmark

@@ -8,5 +8,5 @@
 - `page` writes one page with all results, from the templates in the folder ``templates``.
 - `reproduction` runs all stages in order.
 
-The command-line options are in `superfacets.cli.studies`.
+The command-line options are in `superfacets_cli.studies`.
 """

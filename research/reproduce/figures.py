@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from superfacets.io.atomic import atomic_outputs
+from superfacets.files.atomic import atomic_outputs
 
 from ..princeton import CATEGORIES
 from ..sources import Source

@@ -8,12 +8,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from superfacets._types import Bytes
-from superfacets.errors import reason_of
-from superfacets.io.atomic import atomic_outputs
+from superfacets.base.errors import reason_of
+from superfacets.base.types import Bytes
+from superfacets.files.atomic import atomic_outputs
 from superfacets.mesh.faces import FaceMesh
-from superfacets.pictures.camera import View
-from superfacets.pictures.rendering import render
+from superfacets_show.camera import View
+from superfacets_show.rendering import render
 
 from ..sources import Source, load
 from ..tasks import Key

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from superfacets import __version__
-from superfacets._types import Ints
+from superfacets.base.types import Ints
 from superfacets.clustering.result import Segmentation
 from superfacets.metrics import evaluate
 

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 from superfacets import __version__
-from superfacets._validate import counted
-from superfacets.io.atomic import atomic_outputs
+from superfacets.base.checks import counted
+from superfacets.files.atomic import atomic_outputs
 
 from .gallery import GALLERY, TABLE_METHODS, Picture, picture_path, table_runs
 from .measure import Run

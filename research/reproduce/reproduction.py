@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from superfacets.errors import MeshError
-from superfacets.io.atomic import locked, remove_leftovers
-from superfacets.pictures.rendering import check_rendering
+from superfacets.base.errors import MeshError
+from superfacets.files.atomic import locked, remove_leftovers
+from superfacets_show.rendering import check_rendering
 
 from ..checks import MissingGroupError
 from ..sources import Sources, find_meshes, find_models

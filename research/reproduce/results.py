@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from superfacets._validate import counted
+from superfacets.base.checks import counted
 
 from ..sources import Source
 from ..table_writer import write_csv

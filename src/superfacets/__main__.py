@@ -2,13 +2,13 @@
 
 from typing import NoReturn
 
-from .cli.interrupts import while_importing
+from superfacets_cli.interrupts import while_importing
 
 
 def main() -> NoReturn:
     """Run the `superfacets` command, and exit with its exit code."""
     with while_importing():
-        from .cli.main import main as run
+        from superfacets_cli.main import main as run
     run()
 
 

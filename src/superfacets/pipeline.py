@@ -15,7 +15,9 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from ._options import (
+from .base.checks import checked_choice, counted, explains_parameters
+from .base.errors import BalanceWarning, IslandWarning, MeshError, RadiusWarning, SliverWarning
+from .base.options import (
     INITS,
     BalanceOptions,
     CleanupOptions,
@@ -25,33 +27,26 @@ from ._options import (
     Progress,
     SizeOptions,
 )
-from ._timing import OnStage, timed
-from ._types import Bools, Floats, Ints
-from ._validate import checked_choice, counted, explains_parameters
-from .adapters.convert import CloudLike, MeshLike, as_cells
-from .cells.cell_graph import checked_weights
-from .cells.constraints import ConstraintOptions
-from .cells.features import FEATURE_WEIGHT, FeatureOptions, FeatureSteps
-from .cells.kinds import Kind, OrderedCells, kind_of
-from .cells.named_features import features_of
-from .cells.size import EDGE_PER_RADIUS, RegionSize, sliver_note
-from .cells.weights import WEIGHTS, WeightName, WeightOptions, Weights, creases_of
+from .base.timing import OnStage, timed
+from .base.types import Bools, Floats, Ints
+from .cleanup.connect import connect_regions
+from .cleanup.edit import BorderCosts
+from .cleanup.merge import merge_regions
+from .cleanup.region_sizes import Goals, settle
+from .cleanup.smooth import OF_PARTS, SmoothOptions, straighten
 from .clustering.balance import Balancer, SizeRules
 from .clustering.coarsening import coarsened, has_small_regions
-from .clustering.parts import (
-    FAR_STEPS,
-    PART_CREASE_SCALE,
-    SHORT_STEPS,
-    UNIT_FACTOR,
-    PartCosts,
-    groups_to_embed,
-)
 from .clustering.plan import Plan, Start
 from .clustering.result import Segmentation
 from .clustering.run import joiner_of, segment_cells
-from .errors import BalanceWarning, IslandWarning, MeshError, RadiusWarning, SliverWarning
-from .io.readers.read import read_cells_and_attributes
+from .files.named_features import features_of
+from .files.readers.read import read_cells_and_attributes
+from .graph.cell_graph import checked_weights
+from .graph.constraints import ConstraintOptions
+from .graph.kinds import Kind, OrderedCells, kind_of
+from .graph.size import EDGE_PER_RADIUS, RegionSize, sliver_note
 from .mesh.base import Cells
+from .mesh.convert import CloudLike, MeshLike, as_cells
 from .mesh.denoising import (
     STEPS_WITH_SLACK,
     Denoise,
@@ -61,11 +56,16 @@ from .mesh.denoising import (
     smoothed,
 )
 from .mesh.faces import FaceMesh
-from .regions.connect import connect_regions
-from .regions.edit import BorderCosts
-from .regions.merge import merge_regions
-from .regions.region_sizes import Goals, settle
-from .regions.smooth import OF_PARTS, SmoothOptions, straighten
+from .weights.features import FEATURE_WEIGHT, FeatureOptions, FeatureSteps
+from .weights.formulas import WEIGHTS, WeightName, WeightOptions, Weights, creases_of
+from .weights.parts import (
+    FAR_STEPS,
+    PART_CREASE_SCALE,
+    SHORT_STEPS,
+    UNIT_FACTOR,
+    PartCosts,
+    groups_to_embed,
+)
 
 PAPER: Mapping[str, Any] = MappingProxyType(
     {

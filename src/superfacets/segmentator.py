@@ -1,5 +1,5 @@
-"""Replacement for the Python package ``segmentator``; see `superfacets.interop.segmentator`."""
+"""Replacement for the Python package ``segmentator``; see `superfacets_scans.segmentator`."""
 
-from .interop.segmentator import compute_vn, segment_mesh, segment_point
+from superfacets_scans.segmentator import compute_vn, segment_mesh, segment_point
 
 __all__ = ["compute_vn", "segment_mesh", "segment_point"]

@@ -8,7 +8,7 @@ import pytest
 import shapes
 
 from superfacets import Mesh, MeshError, PointCloud, PolygonMesh, TetMesh, segment
-from superfacets.adapters.convert import as_cells
+from superfacets.mesh.convert import as_cells
 
 meshio = pytest.importorskip("meshio", reason="meshio is not installed")
 

@@ -13,8 +13,8 @@ from distributed.system import MEMORY_LIMIT
 from local_workers import worker_processes
 
 import superfacets as sf
-from superfacets.batches import batching, cluster, jobs
-from superfacets.batches.jobs import run_job
+from superfacets_batch import batching, cluster, jobs
+from superfacets_batch.jobs import run_job
 
 OPTIONS = {"n_segments": 20, "formats": ["npy", "ply"]}
 
@@ -259,7 +259,7 @@ def test_a_file_that_ends_this_process_comes_last_and_then_fails(scans, alone, t
     script = tmp_path / "crash.py"
     script.write_text(
         "import os, signal, sys\n"
-        "from superfacets.batches import batching\n"
+        "from superfacets_batch import batching\n"
         "run = batching.run_job\n"
         "def crash(job):\n"
         "    if job.name == 'a/two.ply':\n"

@@ -6,7 +6,7 @@ import os
 
 import pytest
 
-from superfacets.batches.manifest import Manifest
+from superfacets_batch.manifest import Manifest
 
 
 def record(name, **facts):

@@ -12,7 +12,7 @@ from dask_cluster import started
 from distributed import Client
 
 import superfacets as sf
-from superfacets.batches import cluster
+from superfacets_batch import cluster
 
 OPTIONS = {"n_segments": 20, "formats": ["npy"]}
 
@@ -39,7 +39,7 @@ def test_workers_may_differ_in_threads(there, tmp_path):
 
 
 def test_a_large_file_runs_alone_on_a_cluster_too(there, scans, tmp_path, monkeypatch):
-    monkeypatch.setattr("superfacets.batches.batching.memory_of", lambda path: 1e15)
+    monkeypatch.setattr("superfacets_batch.batching.memory_of", lambda path: 1e15)
     assert sf.batch(scans, tmp_path / "out", scheduler=there.address, **OPTIONS).n_done == 4
 
 
@@ -52,7 +52,7 @@ def test_another_version_on_a_worker_is_named(there, scans, tmp_path, monkeypatc
 
 
 def test_another_version_on_a_worker_that_comes_later_is_named(there, scans, tmp_path, monkeypatch):
-    monkeypatch.setattr("superfacets.batches.batching.__version__", "9.9")
+    monkeypatch.setattr("superfacets_batch.batching.__version__", "9.9")
     message = "a worker on .* has superfacets .*, but this process has 9.9"
     with pytest.raises(ConnectionError, match=message):
         sf.batch(scans, tmp_path / "out", scheduler=there.address, **OPTIONS)

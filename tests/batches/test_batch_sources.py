@@ -4,7 +4,7 @@ import os
 
 import pytest
 
-from superfacets.batches.sources import check_outputs_differ, find_sources, output_names
+from superfacets.tools.sources import check_outputs_differ, find_sources, output_names
 
 
 @pytest.fixture

@@ -15,8 +15,9 @@ import shapes
 from batch_folders import lines_of, records_of, results_in
 
 import superfacets as sf
-from superfacets.batches import batching, files, jobs
-from superfacets.io.atomic import locked
+from superfacets.files.atomic import locked
+from superfacets.tools import segment_file as files
+from superfacets_batch import batching, jobs
 
 
 @pytest.fixture
@@ -105,7 +106,7 @@ def test_an_output_that_became_a_pipe_is_told(scan, out):
 
 ENDLESS = """
 import sys, threading
-from superfacets.batches import jobs
+from superfacets_batch import jobs
 jobs._CHUNK = 1
 class Endless:
     def __enter__(self): return self
@@ -121,7 +122,7 @@ jobs.open_regular = lambda path: Endless()
 
 STUCK = """
 import ctypes, os, signal
-from superfacets.batches import batching
+from superfacets_batch import batching
 def wait(job):
     signal.siginterrupt(signal.SIGTERM, False)
     print("at work", flush=True)

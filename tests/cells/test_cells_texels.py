@@ -7,9 +7,9 @@ from textured_meshes import checkered_ball, facade, grid, save_png
 
 import superfacets as sf
 from superfacets import Material, Mesh, MeshAttributes, PolygonMesh, Texture, TextureImage
-from superfacets.cells.features import FeatureOptions, FeatureTable
-from superfacets.cells.named_features import features_of
-from superfacets.io.textures import WRAPS
+from superfacets.files.named_features import features_of
+from superfacets.weights.features import FeatureOptions, FeatureTable
+from superfacets_textures.textures import WRAPS
 
 
 @pytest.fixture

@@ -6,8 +6,8 @@ import shapes
 
 import superfacets as sf
 from superfacets import Mesh, MeshAttributes, PointCloud, segment, segment_graph
-from superfacets.cells.features import FeatureOptions
-from superfacets.cells.named_features import stored_colors
+from superfacets.files.named_features import stored_colors
+from superfacets.weights.features import FeatureOptions
 
 
 def plane(n):

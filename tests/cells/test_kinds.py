@@ -7,8 +7,8 @@ import pytest
 
 import superfacets
 from superfacets import ArcMeasures, CellGraph, MeshError
-from superfacets.cells import kinds
-from superfacets.cells.kinds import Kind, register
+from superfacets.graph import kinds
+from superfacets.graph.kinds import Kind, register
 from superfacets.mesh.base import Cells
 
 

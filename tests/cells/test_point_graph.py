@@ -7,7 +7,7 @@ from shapes import count_pieces
 
 import superfacets as sf
 from superfacets import PointCloud, build_point_graph, estimate_normals, segment
-from superfacets.cells.point_graph import find_point_graph, find_sorted_graph
+from superfacets.graph.point_graph import find_point_graph, find_sorted_graph
 
 
 def sphere(n, seed=0):

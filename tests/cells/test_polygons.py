@@ -9,7 +9,7 @@ import shapes
 
 import superfacets as sf
 from superfacets import FaceGraph, MeshError, PolygonMesh, build_face_graph, metrics
-from superfacets.cells.surface import face_surface
+from superfacets.graph.surface import face_surface
 
 CORNERS = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=float)
 CUBE = PolygonMesh.of_faces(

@@ -20,9 +20,9 @@ from superfacets import (
     build_point_graph,
     region_graph,
 )
-from superfacets.cells.kinds import as_surface
-from superfacets.cells.point_graph import find_point_graph, point_surface
-from superfacets.cells.region_adjacency import region_graph_of
+from superfacets.graph.kinds import as_surface
+from superfacets.graph.point_graph import find_point_graph, point_surface
+from superfacets.regions.region_graph import region_graph_of
 
 QUARTER = np.pi / 2
 NAN = float("nan")

@@ -20,8 +20,8 @@ from superfacets import (
     segment_graph,
     subdivide,
 )
-from superfacets.cells.face_graph import graph_and_shapes
-from superfacets.cells.size import sliver_note, sliver_share
+from superfacets.graph.face_graph import graph_and_shapes
+from superfacets.graph.size import sliver_note, sliver_share
 from superfacets.metrics import compactness
 
 

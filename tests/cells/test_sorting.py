@@ -8,9 +8,9 @@ import shapes
 
 import superfacets as sf
 from superfacets import _core
-from superfacets._validate import checked_threads
-from superfacets.cells import sorting
-from superfacets.cells.kinds import kind_of
+from superfacets.base.checks import checked_threads
+from superfacets.graph import sorting
+from superfacets.graph.kinds import kind_of
 from superfacets.mesh.faces import corners_of
 from superfacets.pipeline import Prepared
 

@@ -10,13 +10,7 @@ import reference
 import shapes
 
 import superfacets as sf
-from superfacets import (
-    CellGraph,
-    MeshError,
-    TetMesh,
-    build_tet_graph,
-    metrics,
-)
+from superfacets import CellGraph, MeshError, TetMesh, build_tet_graph, metrics
 
 TIP = TetMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 1, 2, 3]])
 

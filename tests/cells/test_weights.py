@@ -19,10 +19,10 @@ from superfacets import (
     segment,
     superfacet_weights,
 )
-from superfacets.cells import weights as weights_module
-from superfacets.cells.kinds import graph_and_surface
-from superfacets.cells.surface import Surface
-from superfacets.cells.weights import (
+from superfacets.graph.kinds import graph_and_surface
+from superfacets.graph.surface import Surface
+from superfacets.weights import formulas as weights_module
+from superfacets.weights.formulas import (
     NO_NORMALS,
     WEIGHTS,
     EdgeFactors,
@@ -31,8 +31,8 @@ from superfacets.cells.weights import (
     WeightOptions,
     arc_weights,
 )
-from superfacets.cells.weights import weights_of as weights_of_factors
-from superfacets.cli.segment import segment_command
+from superfacets.weights.formulas import weights_of as weights_of_factors
+from superfacets_cli.segment import segment_command
 
 
 def weights_of(mesh, **options):

@@ -4,7 +4,7 @@ import sys
 
 import pytest
 
-COMMAND = [sys.executable, "-c", "from superfacets.cli.main import main; main()"]
+COMMAND = [sys.executable, "-c", "from superfacets_cli.main import main; main()"]
 
 
 def files_in(folder):
@@ -12,7 +12,7 @@ def files_in(folder):
 
 
 def can_render():
-    from superfacets.pictures.backend import RenderError, ensure_gl
+    from superfacets_show.backend import RenderError, ensure_gl
 
     pytest.importorskip("vtkmodules")
     try:

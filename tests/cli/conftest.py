@@ -7,7 +7,7 @@ import pytest
 import shapes
 
 from superfacets import write_mesh
-from superfacets.cli.main import main
+from superfacets_cli.main import main
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ import pytest
 from command_line import files_in
 
 from superfacets import MeshAttributes, read_mesh, segment, write_mesh
-from superfacets.cli.progress import FileBar
+from superfacets_cli.progress import FileBar
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ import pytest
 from click.testing import CliRunner
 
 import superfacets as sf
-from superfacets.cli.main import commands
+from superfacets_cli.main import commands
 
 
 @pytest.fixture
@@ -191,5 +191,5 @@ def test_commands_refuse_a_height_grid(folder, command):
 def test_attributes_of_large_files_are_not_read_for_info(run, folder, monkeypatch):
     Path("far.csv").write_text("x,y,z,flat\n0,0,0,1\n1,0,0,1\n")
     assert "the same value everywhere" in run("info", "far.csv")[2]
-    monkeypatch.setattr("superfacets.cli.info.MAX_BYTES_OF_ATTRIBUTES", 10)
+    monkeypatch.setattr("superfacets_cli.info.MAX_BYTES_OF_ATTRIBUTES", 10)
     assert "the same value everywhere" not in run("info", "far.csv")[2]

@@ -20,7 +20,7 @@ from superfacets import (
     write_labels,
     write_mesh,
 )
-from superfacets.io.attributes import LasDimension, LasFrame
+from superfacets.files.attributes import LasDimension, LasFrame
 
 NO_LABELS = (
     "superfacets: error: a.ply: there are no labels to {} (none called label): give a"

@@ -8,7 +8,7 @@ import pytest
 import shapes
 
 from superfacets import Mesh, MeshAttributes, PointCloud, write_mesh
-from superfacets.io.attributes import LasFrame
+from superfacets.files.attributes import LasFrame
 
 
 def test_info_prints_counts(run, sheet):
@@ -68,7 +68,7 @@ def test_info_prints_version_and_reference_system_of_las(run, tmp_path, monkeypa
     frame = LasFrame(2, 3, (0.01,) * 3, (0.0,) * 3, ((34735, bytes(8)),))
     write_mesh(path, PointCloud(points), attributes=MeshAttributes(las=frame))
     for limit in (1000, 1 << 20):
-        monkeypatch.setattr("superfacets.cli.info.MAX_BYTES_OF_ATTRIBUTES", limit)
+        monkeypatch.setattr("superfacets_cli.info.MAX_BYTES_OF_ATTRIBUTES", limit)
         status, out, err = run("info", path)
         assert (status, err) == (0, "")
         assert [line.rsplit(maxsplit=1) for line in out.splitlines()[-3:]] == [

@@ -10,9 +10,9 @@ import shapes
 from command_line import COMMAND
 
 from superfacets import MeshError, read_labels, read_mesh, segment, write_mesh
-from superfacets.cli.inputs import read_input
-from superfacets.io.readers.gltf import open_scene
-from superfacets.io.readers.read import recognized_ending
+from superfacets.files.readers.gltf import open_scene
+from superfacets.files.readers.read import recognized_ending
+from superfacets_cli.inputs import read_input
 
 
 @pytest.fixture

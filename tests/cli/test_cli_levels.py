@@ -10,8 +10,8 @@ from command_line import COMMAND, files_in
 
 import superfacets as sf
 from superfacets import hierarchy, read_labels, read_mesh, segment, write_labels
-from superfacets.export.cells import CellWriter
-from superfacets.export.write import write_outputs
+from superfacets.files.writers.cells import CellWriter
+from superfacets.files.writers.write import write_outputs
 
 
 def test_levels_writes_all_levels_to_one_file(run, sheet, tmp_path):
@@ -121,7 +121,7 @@ def test_levels_writes_all_files_or_none(run, sheet, tmp_path, monkeypatch):
 def test_levels_finds_out_before_the_work_what_cannot_be_written(run, tmp_path, monkeypatch):
     sf.write_mesh(tmp_path / "cloud.ply", sf.PointCloud(np.random.default_rng(0).random((99, 3))))
     np.save(tmp_path / "l.npy", np.arange(99) // 10 - 1)
-    monkeypatch.setattr("superfacets.cli.levels.hierarchy", None)
+    monkeypatch.setattr("superfacets_cli.levels.hierarchy", None)
     given = ("levels", tmp_path / "cloud.ply", "-n", 3, "--labels", tmp_path / "l.npy", "-o")
     for name, message in [
         ("a.sstk.json", ".sstk.json needs labels of triangles, but the cells are points"),

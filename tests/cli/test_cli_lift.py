@@ -9,7 +9,7 @@ from command_line import files_in
 from looking import camera_at, masks_of
 
 import superfacets as sf
-from superfacets.studio.labels.imports import read_import
+from superfacets_studio.labels.imports import read_import
 
 Image = pytest.importorskip("PIL.Image", reason="Pillow is not installed")
 

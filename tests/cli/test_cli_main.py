@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from command_line import COMMAND, files_in
 
-from superfacets.cli.main import COMMANDS, GROUPS
+from superfacets_cli.main import COMMANDS, GROUPS
 
 
 def test_settings_in_the_environment_are_checked(run, sheet, monkeypatch):
@@ -61,11 +61,11 @@ main()
 @pytest.mark.parametrize(
     ("name", "sent"),
     [
-        ("superfacets.cli.main", "SIGINT"),
+        ("superfacets_cli.main", "SIGINT"),
         ("click", "SIGINT"),
-        ("superfacets.cli.segment", "SIGINT"),
-        ("superfacets.cli.segment", "SIGTERM"),
-        ("superfacets.cli.segment", "SIGHUP"),
+        ("superfacets_cli.segment", "SIGINT"),
+        ("superfacets_cli.segment", "SIGTERM"),
+        ("superfacets_cli.segment", "SIGHUP"),
         ("numpy", "SIGINT"),
     ],
 )
@@ -122,7 +122,7 @@ def loaded_by(*arguments):
     """Return the modules of the package that a command line imports."""
     code = (
         "import atexit, sys\n"
-        "from superfacets.cli.main import main\n"
+        "from superfacets_cli.main import main\n"
         "atexit.register(lambda: print(*(m for m in sys.modules if 'superfacets.' in m)))\n"
         "main()"
     )
@@ -134,14 +134,14 @@ def loaded_by(*arguments):
 def test_help_imports_no_command():
     loaded = loaded_by("--help")
     late = ("io", "metrics", "pictures", "study", "sample", *(f"cli.{name}" for name in COMMANDS))
-    assert "superfacets.cli.main" in loaded
+    assert "superfacets_cli.main" in loaded
     assert not {name for name in loaded if name.startswith(tuple(f"superfacets.{n}" for n in late))}
 
 
 def test_a_command_imports_what_it_needs_alone(sheet):
     loaded = loaded_by("info", sheet)
     late = ("metrics", "pictures", "study", "sample", "cli.segment", "export")
-    assert "superfacets.cli.info" in loaded
+    assert "superfacets_cli.info" in loaded
     assert not {name for name in loaded if name.startswith(tuple(f"superfacets.{n}" for n in late))}
 
 
@@ -196,7 +196,7 @@ def test_options_are_listed_in_groups(run):
 
 def test_a_warning_of_a_library_is_a_note_of_one_line():
     call = "import warnings; warnings.warn('bad EXIF\\ndata')"
-    code = "from superfacets.cli import main as m\n"
+    code = "from superfacets_cli import main as m\n"
     code += f"m.commands.main = lambda **_: exec({call!r})\nm.main()"
     for options, expected in (((), "superfacets: note: bad EXIF data\n"), (("-q",), "")):
         command = [sys.executable, "-c", code, *options]

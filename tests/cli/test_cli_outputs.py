@@ -12,7 +12,7 @@ import shapes
 from command_line import COMMAND, files_in
 
 from superfacets import read_labels, write_mesh
-from superfacets.cli.outputs import plan_jobs
+from superfacets_cli.outputs import plan_jobs
 
 
 @pytest.fixture

@@ -14,8 +14,8 @@ import shapes
 from command_line import COMMAND
 
 from superfacets import segment
-from superfacets.cli.interrupts import is_busy, run_in_background
-from superfacets.cli.progress import SHARES, Estimate, RunBar, WaitBar
+from superfacets_cli.interrupts import is_busy, run_in_background
+from superfacets_cli.progress import SHARES, Estimate, RunBar, WaitBar
 
 
 def test_a_terminal_shows_progress(run, sheet, monkeypatch):

@@ -11,12 +11,7 @@ import pytest
 import shapes
 from command_line import COMMAND, files_in
 
-from superfacets import (
-    Mesh,
-    MeshAttributes,
-    PointCloud,
-    write_mesh,
-)
+from superfacets import Mesh, MeshAttributes, PointCloud, write_mesh
 
 FOLD = shapes.fold(90)
 
@@ -357,7 +352,7 @@ def test_folders_that_are_missing_are_found_before_anything_is_read(run, tmp_pat
 
 
 def test_no_table_is_written_where_the_borders_fail(run, fold, monkeypatch):
-    monkeypatch.setattr("superfacets.cli.regions.border_lines", lambda *_: 1 / 0)
+    monkeypatch.setattr("superfacets_cli.regions.border_lines", lambda *_: 1 / 0)
     given = ("-o", fold / "t.csv", "--borders", fold / "b.obj")
     with pytest.raises(ZeroDivisionError):
         run("regions", fold / "fold.ply", fold / "labels.seg", *given)

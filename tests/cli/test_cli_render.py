@@ -16,7 +16,7 @@ from superfacets import (
     write_labels,
     write_mesh,
 )
-from superfacets.cli.render import _titles
+from superfacets_cli.render import _titles
 
 
 def test_labels_in_a_mesh_file_that_are_wrong_are_not_passed_over(run, tmp_path):
@@ -148,7 +148,7 @@ def test_titles_tell_label_files_apart():
 def test_a_mesh_turns(run, sheet, labeled, tmp_path, monkeypatch):
     if not can_render():
         pytest.skip("no OpenGL to draw with")
-    monkeypatch.setattr("superfacets.pictures.plotting._N_FRAMES", 3)
+    monkeypatch.setattr("superfacets_show.plotting._N_FRAMES", 3)
     turn, still = tmp_path / "turn.gif", tmp_path / "still.png"
     more = ["--labels", labeled[0], "--size", "64x48"]
     status, out, err = run("render", sheet, "-o", still, "--turntable", turn, *more)
@@ -212,7 +212,7 @@ def drawn(monkeypatch):
         calls.append((cells, labels, given))
         return Plot([], "y")
 
-    monkeypatch.setattr("superfacets.pictures.plotting.plot", plot)
+    monkeypatch.setattr("superfacets_show.plotting.plot", plot)
     return calls
 
 

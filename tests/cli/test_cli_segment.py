@@ -15,7 +15,7 @@ import pytest
 import shapes
 from command_line import COMMAND, files_in
 
-from superfacets import (
+from superfacets import (  # fmt: skip
     PAPER,
     PARTS,
     SCANS,
@@ -28,7 +28,7 @@ from superfacets import (
     segment,
     subdivide,
     write_mesh,
-)  # fmt: skip
+)
 
 STAGES = ["mesh", "face_graph", "weights", "order", "coarsen", "seeding", "classify", "update",
           "regions", "export"]  # fmt: skip
@@ -421,7 +421,7 @@ def test_an_error_that_names_no_file_gets_its_name(run, three, monkeypatch):
     def fail(*_, **__):
         raise MemoryError
 
-    monkeypatch.setattr("superfacets.batches.files.segment", fail)
+    monkeypatch.setattr("superfacets.tools.segment_file.segment", fail)
     _, _, err = run("segment", *three)
     assert f"superfacets: error: {three[0]}: not enough memory\n" in err
     _, _, err = run("segment", three[0])
@@ -503,7 +503,7 @@ def test_attributes_are_dropped_on_request_and_where_only_labels_are_written(run
 
 INTERRUPTED_AT = """
 import os, signal, threading, time
-from superfacets.cli.main import main
+from superfacets_cli.main import main
 from {module} import {function}
 import {module} as module
 
@@ -519,9 +519,9 @@ main()
 @pytest.mark.parametrize(
     ("module", "function"),
     [
-        ("superfacets.cli.segment", "read_input"),
-        ("superfacets.batches.files", "segment"),
-        ("superfacets.export.ply", "_rows"),
+        ("superfacets_cli.segment", "read_input"),
+        ("superfacets.tools.segment_file", "segment"),
+        ("superfacets.files.writers.ply", "_rows"),
     ],
 )
 def test_an_interrupt_is_heard_in_every_stage(sheet, module, function):

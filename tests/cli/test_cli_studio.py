@@ -29,7 +29,7 @@ def served(monkeypatch):
         calls.append((files, opened.getsockname()))
         on_start("http://127.0.0.1:1/?token=t")
 
-    monkeypatch.setattr("superfacets.studio.web.server.serve", serve)
+    monkeypatch.setattr("superfacets_studio.web.server.serve", serve)
     monkeypatch.setattr("webbrowser.open", lambda address: calls.append(seen(address)))
     yield calls
     for files, _ in calls[:1]:
@@ -71,7 +71,7 @@ def test_a_port_in_use_is_an_error(run, sheet, served):
 
 
 def test_a_port_that_may_not_be_opened_is_an_error(monkeypatch):
-    from superfacets.studio.web.address import open_socket
+    from superfacets_studio.web.address import open_socket
 
     def refuse(*_):
         raise PermissionError(13, "Permission denied")
@@ -101,8 +101,8 @@ def test_a_torn_work_file_is_noted(run, sheet, served):
 
 
 def test_the_extra_is_asked_for(run, sheet, monkeypatch):
-    monkeypatch.setitem(sys.modules, "superfacets.studio.web.app", None)
-    monkeypatch.setattr("superfacets.cli.studio.find_spec", lambda _: None)
+    monkeypatch.setitem(sys.modules, "superfacets_studio.web.app", None)
+    monkeypatch.setattr("superfacets_cli.studio.find_spec", lambda _: None)
     status, _, err = run("studio", sheet)
     assert status == 1
     assert "pip install 'superfacets[studio]'" in err
@@ -117,7 +117,7 @@ def test_a_mesh_that_cannot_be_read_is_an_error(run, tmp_path, served):
 
 
 def test_the_address_of_a_server_that_was_killed_is_taken_again(run, sheet, served):
-    from superfacets.studio.web.address import Address, address_file, keep, open_again
+    from superfacets_studio.web.address import Address, address_file, keep, open_again
 
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
@@ -139,7 +139,7 @@ def test_the_address_of_a_server_that_was_killed_is_taken_again(run, sheet, serv
 
 
 def test_a_list_says_how_far_the_work_is_and_what_is_reviewed(run, sheet, served):
-    from superfacets.studio.documents.document import Document
+    from superfacets_studio.documents.document import Document
 
     document = Document.open(Path(sheet))
     document.paint(np.arange(document.n_cells, dtype=np.uint32), 1)
@@ -197,7 +197,7 @@ def test_agree_refuses_a_folder(run, labeled, tmp_path, wrong):
 @pytest.fixture
 def labeled(sheet):
     """The file with 20 regions, of which one is chair 1; a studio still has it open."""
-    from superfacets.studio.documents.document import Document
+    from superfacets_studio.documents.document import Document
 
     document = Document.open(Path(sheet), n_segments=20)
     document.set_classes([{"id": 3, "name": "chair", "color": "#0a0b0c"}])
@@ -207,7 +207,7 @@ def labeled(sheet):
 
 
 def test_exports_are_written_while_a_studio_has_the_work_open(run, labeled, tmp_path):
-    from superfacets.studio.export.write import export_bytes
+    from superfacets_studio.export.write import export_bytes
 
     work = labeled.journal.path.read_bytes()
     status, out, err = run(
@@ -230,8 +230,8 @@ def test_exports_are_written_while_a_studio_has_the_work_open(run, labeled, tmp_
 
 def test_a_folder_is_exported_except_files_that_fail(run, tmp_path):
     from superfacets import write_mesh
-    from superfacets.studio.documents.document import Document
-    from superfacets.studio.labels.classes import checked_class_list, write_classes
+    from superfacets_studio.documents.document import Document
+    from superfacets_studio.labels.classes import checked_class_list, write_classes
 
     scans, out = tmp_path / "scans", tmp_path / "out"
     (scans / "b").mkdir(parents=True)

@@ -148,7 +148,7 @@ def test_what_no_output_can_hold_is_refused_before_the_work(run, folder, monkeyp
     def fail(*_, **__):
         raise AssertionError("labels were carried")
 
-    monkeypatch.setattr("superfacets.cli.transfer.transfer", fail)
+    monkeypatch.setattr("superfacets_cli.transfer.transfer", fail)
     house = sf.PolygonMesh.of_faces([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]])
     sf.write_mesh("house.ply", house)
     status, _, err = run("transfer", "coarse.ply", "labels.npy", "house.ply", "-o", "a.sstk.json")

@@ -8,7 +8,7 @@ import shapes
 
 import superfacets as sf
 from superfacets import Mesh, segment, spectral_embedding
-from superfacets.cells.weights import WEIGHTS
+from superfacets.weights.formulas import WEIGHTS
 
 BEAR = sf.sample_mesh(5_000)
 
@@ -142,7 +142,7 @@ FINE = sf.sample_mesh(60_000)
 @pytest.fixture
 def few_are_many(monkeypatch):
     """Lower the number of faces from which groups of cells are embedded."""
-    monkeypatch.setattr("superfacets.clustering.parts.MIN_GROUPED", 20_000)
+    monkeypatch.setattr("superfacets.weights.parts.MIN_GROUPED", 20_000)
     monkeypatch.setattr("superfacets.clustering.loop.MIN_GROUPED", 20_000)
 
 
@@ -166,7 +166,7 @@ def test_large_meshes_have_five_iterations_on_all_faces(request):
 
 def test_groups_have_the_parts_of_their_faces(monkeypatch):
     faces = segment(FINE, 1_000).labels
-    monkeypatch.setattr("superfacets.clustering.parts.MIN_GROUPED", 20_000)
+    monkeypatch.setattr("superfacets.weights.parts.MIN_GROUPED", 20_000)
     groups = segment(FINE, 1_000).labels
     large, areas = segment(FINE, 20).labels, np.ones(FINE.n_faces)
     errors = [

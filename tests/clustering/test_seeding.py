@@ -7,8 +7,8 @@ import pytest
 import shapes
 
 from superfacets import CellGraph, Mesh, build_face_graph, place_seeds, superfacet_weights
-from superfacets._options import SizeOptions
-from superfacets.cells.size import region_size
+from superfacets.base.options import SizeOptions
+from superfacets.graph.size import region_size
 
 
 def size_of(graph, n_segments=None, radius=None, init="geodesic"):

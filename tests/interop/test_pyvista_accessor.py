@@ -19,7 +19,7 @@ def sheet():
 
 def test_pyvista_finds_the_accessor_by_its_entry_point():
     values = {entry.value for entry in entry_points(group="pyvista.accessors")}
-    assert "superfacets.interop.pyvista_accessor" in values
+    assert "superfacets.mesh.pyvista_accessor" in values
     assert "superfacets" in dir(sheet())
 
 

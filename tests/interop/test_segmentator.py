@@ -11,8 +11,8 @@ from numpy.testing import assert_array_equal
 
 import superfacets as sf
 from superfacets import _core
-from superfacets.interop import segmentator
-from superfacets.interop.segmentator import compute_vn, segment_mesh, segment_point
+from superfacets_scans import segmentator
+from superfacets_scans.segmentator import compute_vn, segment_mesh, segment_point
 
 
 class Tensor:

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from superfacets import Mesh, MeshError
-from superfacets.io.readers.read import read_mesh
+from superfacets.files.readers.read import read_mesh
 
 
 @pytest.fixture

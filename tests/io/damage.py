@@ -14,9 +14,9 @@ from pathlib import Path
 import mesh_files
 
 from superfacets import Mesh, MeshError
-from superfacets.export.write import write_labels, write_mesh
-from superfacets.io.readers.labels import LABEL_ENDINGS, read_labels
-from superfacets.io.readers.read import read_mesh
+from superfacets.files.readers.labels import LABEL_ENDINGS, read_labels
+from superfacets.files.readers.read import read_mesh
+from superfacets.files.writers.write import write_labels, write_mesh
 
 HUGE = (2**31 - 1, 2**31, 2**32 - 1, 10**8, 10**10, 2**63 - 1, 2**64 - 1, -1, 0)
 """Counts and offsets that are too large for a small file."""

@@ -9,14 +9,14 @@ from pathlib import Path
 
 import pytest
 
-from superfacets.export.write import check_outputs, write_labels
-from superfacets.io.atomic import (
+from superfacets.files.atomic import (
     atomic_outputs,
     locked,
     open_own,
     remove_leftovers,
     writable_folder,
 )
+from superfacets.files.writers.write import check_outputs, write_labels
 
 
 def names(folder):
@@ -69,7 +69,7 @@ def test_nothing_is_left_where_a_temporary_file_cannot_be_made(tmp_path, monkeyp
         if len(made) == 2:
             raise OSError("no space")
 
-    monkeypatch.setattr("superfacets.io.atomic._create", make)
+    monkeypatch.setattr("superfacets.files.atomic._create", make)
     with pytest.raises(OSError, match="no space"), atomic_outputs([tmp_path / "a", tmp_path / "b"]):
         raise AssertionError("the block must not run")
     assert len(made) == 2
@@ -265,7 +265,7 @@ def test_two_starts_do_not_share_a_folder(tmp_path):
 HOLDER = """
 import subprocess, sys
 from pathlib import Path
-from superfacets.io.atomic import locked
+from superfacets.files.atomic import locked
 with locked(Path(sys.argv[1])):
     child = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE)
     print("held", flush=True)

@@ -11,8 +11,8 @@ from numpy.testing import assert_array_equal
 
 import superfacets
 from superfacets import Mesh, MeshAttributes, MeshError, read_attributes, read_mesh, write_mesh
-from superfacets.export.ply import names_replaced
-from superfacets.io.attributes import LasFrame
+from superfacets.files.attributes import LasFrame
+from superfacets.files.writers.ply import names_replaced
 
 FORMS = ["ascii", *ORDERS]
 

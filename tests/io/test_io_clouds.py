@@ -23,9 +23,9 @@ from superfacets import (
     segment,
     write_mesh,
 )
-from superfacets.adapters.convert import as_cells, as_mesh
-from superfacets.io.attributes import LasDimension, LasFrame
-from superfacets.io.readers.las import read_las
+from superfacets.files.attributes import LasDimension, LasFrame
+from superfacets.mesh.convert import as_cells, as_mesh
+from superfacets_formats.las import read_las
 
 POINTS = np.array([[0, 0, 0], [1.5, 0, 0], [1, 1, 0.25], [0, 1, -3]])
 COLORS = np.array([[255, 0, 0], [0, 255, 0], [0, 0, 255], [51, 51, 51]], np.uint8)

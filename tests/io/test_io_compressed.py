@@ -13,7 +13,7 @@ from textured_meshes import facade
 
 import superfacets as sf
 from superfacets import MeshError, MissingExtraError, read_attributes, read_mesh
-from superfacets.io.readers import compression
+from superfacets_formats import compression
 
 PAIRS = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0.5, 0.25]])
 

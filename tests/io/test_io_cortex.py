@@ -19,7 +19,7 @@ from superfacets import (
     write_labels,
     write_mesh,
 )
-from superfacets.io.readers.read import recognized_ending
+from superfacets.files.readers.read import recognized_ending
 
 nibabel = pytest.importorskip("nibabel")
 gifti, freesurfer = nibabel.gifti, nibabel.freesurfer

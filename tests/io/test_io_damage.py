@@ -11,7 +11,7 @@ import pytest
 from mesh_files import whole_files
 
 from superfacets import MeshError
-from superfacets.io.readers.read import read_mesh
+from superfacets.files.readers.read import read_mesh
 
 FILES = whole_files()
 
@@ -63,7 +63,7 @@ def test_randomly_damaged_files_are_read_or_refused():
 READ_CRASHES = """
 import contextlib, sys, time
 from superfacets import MeshError
-from superfacets.io.readers.read import read_cells
+from superfacets.files.readers.read import read_cells
 with contextlib.suppress(ImportError):  # Windows
     import resource
     resource.setrlimit(resource.RLIMIT_AS, (3 << 30, 3 << 30))

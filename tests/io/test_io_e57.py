@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from superfacets import MeshError, MissingExtraError, estimate_normals, read_cloud, segment
-from superfacets.io.readers.e57 import read_e57
-from superfacets.io.readers.read import CELL_ENDINGS
+from superfacets.files.readers.read import CELL_ENDINGS
+from superfacets_formats.e57 import read_e57
 
 QUARTER_TURN = np.sqrt([0.5, 0, 0, 0.5])  # about z, as a quaternion w, x, y, z
 POINTS = np.array([[0, 0, 0], [1.5, 0, 0], [1, 1, 0.25], [0, 1, -3]])

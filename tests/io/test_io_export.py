@@ -32,10 +32,10 @@ from superfacets import (
     write_mesh,
     write_regions,
 )
-from superfacets.export import glb, obj, text
-from superfacets.export.cells import FACE_WRITERS, FormatOptions
-from superfacets.export.scannet import scene_of
-from superfacets.export.write import write_outputs
+from superfacets.files.writers import glb, obj, text
+from superfacets.files.writers.cells import FACE_WRITERS, FormatOptions
+from superfacets.files.writers.write import write_outputs
+from superfacets_scans.scannet import scene_of
 
 SEGMENTS = "scene0000_00_vh_clean_2.0.010000.segs.json"
 
@@ -233,7 +233,7 @@ class TestPyTorchGeometric:
             assert_array_equal(data[name], values)
 
     def test_a_mesh_and_its_labels_make_one(self, tmp_path):
-        pytest.importorskip("superfacets.cells.region_adjacency")
+        pytest.importorskip("superfacets.regions.region_graph")
         sheet = shapes.bumpy_sheet(4)
         labels = np.arange(32) // 8 * 5  # with gaps
         labels[:8] = -1
@@ -802,7 +802,7 @@ def test_a_region_of_one_point_is_a_file_of_its_own(tmp_path):
 
 
 def test_more_regions_than_glb_has_ids_for_are_refused(tmp_path, monkeypatch, square):
-    monkeypatch.setattr("superfacets.export.glb.MAX_IDS", 2)
+    monkeypatch.setattr("superfacets.files.writers.glb.MAX_IDS", 2)
     write_mesh(tmp_path / "a.glb", square, [5, 9])
     with pytest.raises(
         MeshError,

@@ -11,8 +11,8 @@ from mesh_files import FACES, VERTICES, glb, gltf_buffer, gltf_document
 from numpy.testing import assert_allclose, assert_array_equal
 
 from superfacets import MeshError
-from superfacets.io.guards import read_content
-from superfacets.io.readers.read import read_mesh
+from superfacets.files.guards import read_content
+from superfacets.files.readers.read import read_mesh
 
 HALF_TURN = [0, 0, 0.5**0.5, 0.5**0.5]
 """A quarter turn about z, as a quaternion."""
@@ -365,7 +365,7 @@ def test_a_file_that_many_buffers_name_is_read_once(read, tmp_path, monkeypatch)
         calls.append(path)
         return read_content(path)
 
-    monkeypatch.setattr("superfacets.io.readers.gltf_file.read_content", counting)
+    monkeypatch.setattr("superfacets.files.readers.gltf_file.read_content", counting)
     names = ["a.bin", "./a.bin", "%61.bin"] * 100
     document = gltf_document(buffers=[{"byteLength": 72, "uri": name} for name in names])
     assert read("a.gltf", json.dumps(document).encode()).n_faces == 2
@@ -374,17 +374,17 @@ def test_a_file_that_many_buffers_name_is_read_once(read, tmp_path, monkeypatch)
 
 @pytest.mark.parametrize("repeats", ["nodes", "primitives", "both"])
 def test_a_scene_that_repeats_its_meshes_without_end_is_refused(refuse, monkeypatch, repeats):
-    monkeypatch.setattr("superfacets.io.guards.ALWAYS_ALLOWED", 100_000)
-    monkeypatch.setattr("superfacets.io.guards.MAX_GROWTH", 2)
+    monkeypatch.setattr("superfacets.files.guards.ALWAYS_ALLOWED", 100_000)
+    monkeypatch.setattr("superfacets.files.guards.MAX_GROWTH", 2)
     document = gltf_document()
     if repeats != "primitives":
         document["nodes"] *= 100
         document["scenes"] = [{"nodes": list(range(100))}]
     if repeats != "nodes":
         document["meshes"][0]["primitives"] *= 5000 if repeats == "primitives" else 60
-        monkeypatch.setattr("superfacets.io.guards.MAX_GROWTH", 0)
+        monkeypatch.setattr("superfacets.files.guards.MAX_GROWTH", 0)
     else:
-        monkeypatch.setattr("superfacets.io.guards.ALWAYS_ALLOWED", 1000)
+        monkeypatch.setattr("superfacets.files.guards.ALWAYS_ALLOWED", 1000)
     refuse("a.glb", glb(document), "with all copies of meshes, the scene has")
 
 
@@ -431,7 +431,7 @@ def test_coordinates_that_are_not_finite_are_refused(refuse, value):
 
 
 def test_more_faces_than_labels_can_count_are_refused_before_they_are_made(refuse, monkeypatch):
-    monkeypatch.setattr("superfacets.io.readers.gltf.MAX_CELLS", 9)
+    monkeypatch.setattr("superfacets.files.readers.gltf.MAX_CELLS", 9)
     document = gltf_document([{"mesh": 0}, {"mesh": 0}])
     refuse("a.glb", glb(document), "the scene has 4 faces and 10 vertices; at most 9 are supported")
 

@@ -8,8 +8,8 @@ from mesh_files import ORDERS, VERTICES, ply_header, ply_text, stl_binary
 from numpy.testing import assert_array_equal
 
 from superfacets import Mesh, MeshError, PointCloud, TetMesh
-from superfacets.export.write import write_labels, write_mesh
-from superfacets.io.readers.labels import LABEL_ENDINGS, find_labels, read_labels
+from superfacets.files.readers.labels import LABEL_ENDINGS, find_labels, read_labels
+from superfacets.files.writers.write import write_labels, write_mesh
 
 LABELS = np.array([3, 0, 2**31 - 1], dtype=np.int32)
 

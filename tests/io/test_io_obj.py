@@ -6,8 +6,8 @@ from mesh_files import FACES, VERTICES, obj
 from numpy.testing import assert_array_equal
 
 from superfacets import PolygonMesh
-from superfacets.io.readers import text
-from superfacets.io.readers.read import read_mesh
+from superfacets.files.readers import text
+from superfacets.files.readers.read import read_mesh
 
 SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
 

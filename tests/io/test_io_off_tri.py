@@ -5,8 +5,8 @@ import pytest
 from mesh_files import FACES, VERTICES, off, tri
 from numpy.testing import assert_array_equal
 
-from superfacets.io.readers import text
-from superfacets.io.readers.read import read_mesh
+from superfacets.files.readers import text
+from superfacets.files.readers.read import read_mesh
 
 V4 = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n"
 

@@ -5,7 +5,7 @@ import pytest
 from mesh_files import FACES, VERTICES
 from numpy.testing import assert_array_equal
 
-from superfacets.export.write import write_mesh
+from superfacets.files.writers.write import write_mesh
 
 LABELS = [7, 4]
 

@@ -9,7 +9,7 @@ from mesh_files import FACES, VERTICES, ply_binary, ply_header, ply_text, text_o
 from numpy.testing import assert_array_equal
 
 from superfacets import Mesh, PolygonMesh, build_face_graph
-from superfacets.io.readers.read import read_attributes, read_mesh
+from superfacets.files.readers.read import read_attributes, read_mesh
 
 FORMS = ("ascii", "binary_little_endian", "binary_big_endian")
 

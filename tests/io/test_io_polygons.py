@@ -6,7 +6,7 @@ from mesh_files import obj, off, ply_binary, ply_text
 
 import superfacets as sf
 from superfacets import MeshAttributes, MeshError, PolygonMesh
-from superfacets.io.readers.labels import find_labels
+from superfacets.files.readers.labels import find_labels
 
 POINTS = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.1], [0.5, 2, 1 / 3]]
 MIXED = PolygonMesh.of_faces(POINTS, [[0, 1, 2, 3], [3, 2, 4], [1, 2, 4, 3, 0], [4, 2, 3]])

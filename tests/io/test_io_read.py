@@ -9,8 +9,8 @@ import pytest
 from mesh_files import glb, ply_binary, ply_text, stl_binary, whole_files
 
 from superfacets import MeshError
-from superfacets.adapters.convert import as_mesh
-from superfacets.io.readers.read import MESH_ENDINGS, read_mesh
+from superfacets.files.readers.read import MESH_ENDINGS, read_mesh
+from superfacets.mesh.convert import as_mesh
 
 
 @pytest.mark.parametrize("ending", MESH_ENDINGS)
@@ -102,7 +102,7 @@ def test_nothing_is_printed(read, capfd):
 
 def test_reading_imports_nothing_but_numpy():
     others = {"lagrange", "trimesh", "pyvista", "scipy", "vtk", "matplotlib", "meshio", "PIL"}
-    code = f"import sys, superfacets.io.readers.read; print({others} & sys.modules.keys())"
+    code = f"import sys, superfacets.files.readers.read; print({others} & sys.modules.keys())"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "set()\n"
 

@@ -5,7 +5,7 @@ import pytest
 from mesh_files import CORNERS, SOUP_FACES, stl_binary, stl_text
 from numpy.testing import assert_array_equal
 
-from superfacets.io.readers import text
+from superfacets.files.readers import text
 
 
 @pytest.mark.parametrize("data", [stl_binary(), stl_text()], ids=["binary", "ascii"])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from superfacets import MeshError
-from superfacets.io.readers.text import Lines, iterate_lines, split_lines
+from superfacets.files.readers.text import Lines, iterate_lines, split_lines
 
 
 def test_lines_know_where_they_are():
@@ -57,7 +57,7 @@ def assert_same_lines(found, expected):
 
 def test_blocks_are_the_same_lines(monkeypatch):
     text = b"".join(b" " * (i % 7) + b"%d x\n" % i * (i % 3) + b"\n" for i in range(100_000))
-    monkeypatch.setattr("superfacets.io.readers.text.BLOCK", 10_000)
+    monkeypatch.setattr("superfacets.files.readers.text.BLOCK", 10_000)
     whole, blocks = split_lines(text), list(iterate_lines(text))
     assert len(blocks) > 100
     assert_same_lines(concatenate(blocks), whole)
@@ -69,7 +69,7 @@ def test_blocks_are_the_same_lines(monkeypatch):
 def test_lines_are_cut_at_their_ends_only(monkeypatch, block, end, is_whole):
     text = b"1 2\n\n 3\n45 6 7 # 8\n" * 3 + b"9" + b"\n" * is_whole
     text = text.replace(b"\n", end)
-    monkeypatch.setattr("superfacets.io.readers.text.BLOCK", block)
+    monkeypatch.setattr("superfacets.files.readers.text.BLOCK", block)
     lines = concatenate(list(iterate_lines(text, comment=b"#")))
     assert_same_lines(lines, split_lines(text, comment=b"#"))
     assert lines.parse(np.int64).tolist() == [1, 2, 3, 45, 6, 7] * 3 + [9]

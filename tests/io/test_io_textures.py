@@ -26,7 +26,7 @@ from superfacets import (
     texture_colors,
     write_mesh,
 )
-from superfacets.cells.named_features import features_of
+from superfacets.files.named_features import features_of
 
 pygltflib = pytest.importorskip("pygltflib")
 

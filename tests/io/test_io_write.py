@@ -6,10 +6,10 @@ from mesh_files import FACES, VERTICES
 from numpy.testing import assert_array_equal
 
 from superfacets import Mesh
-from superfacets.export.cells import FACE_WRITERS, FormatOptions
-from superfacets.export.write import check_outputs, write_labels, write_mesh, write_outputs
-from superfacets.io.readers.labels import read_labels
-from superfacets.io.readers.read import read_mesh
+from superfacets.files.readers.labels import read_labels
+from superfacets.files.readers.read import read_mesh
+from superfacets.files.writers.cells import FACE_WRITERS, FormatOptions
+from superfacets.files.writers.write import check_outputs, write_labels, write_mesh, write_outputs
 
 LABELS = [7, 0]
 
@@ -24,7 +24,7 @@ def mesh():
 @pytest.fixture
 def fake_colors(monkeypatch):
     """`face_colors` returns (f, region, 0) for face f; the labels that it gets are recorded."""
-    import superfacets.pictures.colors
+    import superfacets_show.colors
 
     calls = []
 
@@ -33,7 +33,7 @@ def fake_colors(monkeypatch):
         colors = [np.arange(mesh.n_faces), labels, np.zeros(mesh.n_faces)]
         return np.stack(colors, axis=1).astype(np.uint8)
 
-    monkeypatch.setattr(superfacets.pictures.colors, "face_colors", face_colors)
+    monkeypatch.setattr(superfacets_show.colors, "face_colors", face_colors)
     return calls
 
 
@@ -82,7 +82,7 @@ def test_labels_without_colors_get_colors(tmp_path, mesh, fake_colors):
 
 
 def test_labels_get_the_colors_of_face_colors(tmp_path, mesh):
-    colors = pytest.importorskip("superfacets.pictures.colors")
+    colors = pytest.importorskip("superfacets_show.colors")
     write_mesh(tmp_path / "a.ply", mesh, [0, 1], ascii=True)
     expected = " ".join(str(channel) for channel in colors.face_colors(mesh, [0, 1])[1])
     assert (tmp_path / "a.ply").read_text().endswith(f"1 1 {expected} 255\n")
@@ -111,7 +111,7 @@ def test_coordinates_come_back_exactly_in_the_smaller_type_that_can_hold_them(
 
 @pytest.mark.parametrize("ascii", [False, True])
 def test_many_rows_come_back(tmp_path, ascii, monkeypatch):
-    monkeypatch.setattr("superfacets.export.ply.ROWS_AT_ONCE", 1000)
+    monkeypatch.setattr("superfacets.files.writers.ply.ROWS_AT_ONCE", 1000)
     random = np.random.default_rng(1)
     mesh = Mesh(random.normal(size=(2345, 3)), random.integers(0, 2345, (4321, 3)))
     labels = random.integers(0, 2**31, 4321)

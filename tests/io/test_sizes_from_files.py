@@ -17,9 +17,9 @@ import pytest
 
 import superfacets
 from superfacets import MeshError, read_labels, read_masks
-from superfacets.io.readers.labels import VERTEX_ENDINGS
-from superfacets.io.readers.npy import npz_array
-from superfacets.io.readers.read import read_cells
+from superfacets.files.readers.labels import VERTEX_ENDINGS
+from superfacets.files.readers.npy import npz_array
+from superfacets.files.readers.read import read_cells
 
 SOURCE = Path(superfacets.__file__).parent
 

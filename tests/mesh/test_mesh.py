@@ -7,7 +7,7 @@ import pytest
 import shapes
 
 from superfacets import Mesh, MeshError, segment
-from superfacets.adapters.convert import as_mesh
+from superfacets.mesh.convert import as_mesh
 
 TRIANGLE = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from superfacets import MeshError, PointCloud, build_point_graph, cloud_info, segment
-from superfacets.adapters.convert import as_cells, as_cloud
+from superfacets.mesh.convert import as_cells, as_cloud
 
 SQUARE = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
 

@@ -9,8 +9,8 @@ import pytest
 import shapes
 
 from superfacets import Mesh, MeshError, PolygonMesh, _core
-from superfacets.adapters.convert import as_mesh
 from superfacets.mesh import faces as of_mesh
+from superfacets.mesh.convert import as_mesh
 
 SQUARE = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
 

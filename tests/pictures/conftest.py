@@ -4,7 +4,7 @@ import sys
 
 import pytest
 
-from superfacets.pictures.backend import RenderError, ensure_gl
+from superfacets_show.backend import RenderError, ensure_gl
 
 
 @pytest.fixture(scope="session")

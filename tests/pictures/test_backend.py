@@ -6,7 +6,7 @@ from unittest.mock import MagicMock
 
 import pytest
 
-from superfacets.pictures.backend import RenderError, ensure_gl
+from superfacets_show.backend import RenderError, ensure_gl
 
 
 def library_loader(libraries):

@@ -5,8 +5,8 @@ import pytest
 from shapes import strip
 
 from superfacets import build_face_graph
-from superfacets.pictures.camera import Camera
-from superfacets.pictures.scene import border_edges, default_border_width
+from superfacets_show.camera import Camera
+from superfacets_show.scene import border_edges, default_border_width
 
 
 def camera(half_slope=0.5):

@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose
 from shapes import bumpy_sheet, table
 
 from superfacets import View
-from superfacets.pictures.camera import VIEW_NAMES, orbiting_cameras, place_camera, view_axes
+from superfacets_show.camera import VIEW_NAMES, orbiting_cameras, place_camera, view_axes
 
 TOWARD = {
     "front": [0, 0, 1],

@@ -11,7 +11,7 @@ from models import read_off
 from numpy.testing import assert_array_equal
 from shapes import bumpy_sheet, cube, fins, moebius, slivers, soup, strip
 
-from superfacets import (
+from superfacets import (  # fmt: skip
     Mesh,
     PointCloud,
     SliverWarning,
@@ -19,9 +19,9 @@ from superfacets import (
     build_point_graph,
     face_colors,
     segment,
-)  # fmt: skip
-from superfacets.adapters.results import NO_COLOR
-from superfacets.pictures.colors import (
+)
+from superfacets.mesh.results import NO_COLOR
+from superfacets_show.colors import (
     MIN_COLOR_DISTANCE,
     PALETTE,
     VISIONS,

@@ -11,7 +11,7 @@ import pytest
 import shapes
 
 import superfacets as sf
-from superfacets.pictures import notebook
+from superfacets_show import notebook
 
 SHEET = shapes.bumpy_sheet(12)
 

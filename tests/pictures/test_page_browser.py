@@ -7,7 +7,7 @@ import pytest
 
 import superfacets as sf
 from superfacets import PointCloud, hierarchy, sample_mesh
-from superfacets.pictures.colors import PALETTE, oklab
+from superfacets_show.colors import PALETTE, oklab
 
 SIZE = {"width": 700, "height": 500}
 MIDDLE = (250 + 450 / 2, 250)  # of the mesh, right of the panel

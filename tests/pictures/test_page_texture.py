@@ -99,7 +99,7 @@ def test_the_command_shows_textures_and_notes_missing_ones(run_view, tmp_path):
 @pytest.fixture
 def run_view(monkeypatch, capsys):
     """Run ``superfacets view``, and return its output."""
-    from superfacets.cli.main import main
+    from superfacets_cli.main import main
 
     def run(mesh, page):
         words = ["superfacets", "view", str(mesh), "--html", str(page)]

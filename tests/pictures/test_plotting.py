@@ -20,9 +20,9 @@ from superfacets import (
     region_graph,
     render,
 )
-from superfacets.adapters.results import NO_COLOR
-from superfacets.pictures.annotations import _clearances, _places, _ticks, scale_strip, title_strip
-from superfacets.pictures.colors import Scale, checked_values, scale_colors, scale_of
+from superfacets.mesh.results import NO_COLOR
+from superfacets_show.annotations import _clearances, _places, _ticks, scale_strip, title_strip
+from superfacets_show.colors import Scale, checked_values, scale_colors, scale_of
 
 SIZE = (160, 120)
 WHITE = (255, 255, 255)
@@ -236,8 +236,8 @@ def test_a_turn_goes_around_and_shows_itself(gl, tmp_path):
 
 
 def test_the_ending_asks_for_a_turn(gl, tmp_path, monkeypatch):
-    monkeypatch.setattr("superfacets.pictures.plotting._N_FRAMES", 3)
-    monkeypatch.setattr("superfacets.pictures.plotting._MOVING_SIZE", (32, 24))
+    monkeypatch.setattr("superfacets_show.plotting._N_FRAMES", 3)
+    monkeypatch.setattr("superfacets_show.plotting._MOVING_SIZE", (32, 24))
     plotted = plot(SHEET, LABELS, output=tmp_path / "turn.gif")
     assert [frame.shape for frame in plotted.frames] == [(24, 32, 3)] * 3
 
@@ -367,7 +367,7 @@ def test_a_failed_write_leaves_an_existing_file_as_it_was(gl, tmp_path, monkeypa
     path = tmp_path / "turn.gif"
     path.write_bytes(b"old")
     monkeypatch.setattr(
-        "superfacets.pictures.plotting.gif_of",
+        "superfacets_show.plotting.gif_of",
         lambda _: (_ for _ in ()).throw(OSError(28, "No space left on device")),
     )
     with pytest.raises(OSError, match="No space"):

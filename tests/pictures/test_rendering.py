@@ -32,11 +32,11 @@ from superfacets import (
     render,
     sample_mesh,
 )
-from superfacets.pictures import drawing, rendering
-from superfacets.pictures.backend import RenderError
-from superfacets.pictures.colors import face_colors
-from superfacets.pictures.rendering import View
-from superfacets.pictures.scene import build_scene
+from superfacets_show import drawing, rendering
+from superfacets_show.backend import RenderError
+from superfacets_show.colors import face_colors
+from superfacets_show.rendering import View
+from superfacets_show.scene import build_scene
 
 SIZE = (160, 120)
 FRONT = View(azimuth=0, elevation=0, up="y")

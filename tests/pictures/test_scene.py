@@ -6,8 +6,8 @@ from models import read_off
 from shapes import bumpy_sheet, cube, soup, table
 
 from superfacets import Mesh, TetMesh, View, sample_mesh
-from superfacets.pictures import rendering, scene
-from superfacets.pictures.scene import guess_up, surface_of
+from superfacets_show import rendering, scene
+from superfacets_show.scene import guess_up, surface_of
 
 # Number of a benchmark model, and the axis that points up in it.
 UP_OF_MODELS = {5: "y", 89: "z", 101: "y", 105: "z", 145: "y", 153: "z", 381: "y", 389: "z"}

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from superfacets._types import Floats
+from superfacets.base.types import Floats
 
 
 def dot(a: Floats, b: Floats) -> Any:

@@ -9,7 +9,7 @@ from collections.abc import Container, Iterable, Sequence
 
 import numpy as np
 
-from superfacets.cells.cell_graph import CellGraph
+from superfacets.graph.cell_graph import CellGraph
 
 from .arithmetic import dot
 from .seeding import arcs_of, expand, find_components, update_centers

@@ -6,8 +6,8 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from itertools import pairwise
 
-from superfacets._types import Floats
-from superfacets.cells.face_graph import FaceGraph
+from superfacets.base.types import Floats
+from superfacets.graph.face_graph import FaceGraph
 from superfacets.mesh.triangle_mesh import Mesh
 
 from .smooth import MovingRegions

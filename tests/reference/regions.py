@@ -10,9 +10,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from superfacets._types import Floats, Ints, Longs
-from superfacets.cells.cell_graph import ArcMeasures
-from superfacets.cells.kinds import kind_of
+from superfacets.base.types import Floats, Ints, Longs
+from superfacets.graph.cell_graph import ArcMeasures
+from superfacets.graph.kinds import kind_of
 from superfacets.mesh.faces import AnyMesh, corners_of
 
 from .arithmetic import norm

@@ -7,8 +7,8 @@ import math
 
 import numpy as np
 
-from superfacets._types import Array, Floats
-from superfacets.cells.cell_graph import CellGraph
+from superfacets.base.types import Array, Floats
+from superfacets.graph.cell_graph import CellGraph
 
 from .arithmetic import dot, norm
 

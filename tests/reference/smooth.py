@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from superfacets._types import Floats
-from superfacets.cells.face_graph import FaceGraph
+from superfacets.base.types import Floats
+from superfacets.graph.face_graph import FaceGraph
 from superfacets.mesh.triangle_mesh import Mesh
 
 from .arithmetic import exponential, norm

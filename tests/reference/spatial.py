@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from superfacets._types import Floats, Ints
+from superfacets.base.types import Floats, Ints
 from superfacets.mesh.triangle_mesh import Mesh
 
 from .arithmetic import dot

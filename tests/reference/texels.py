@@ -8,8 +8,8 @@ from functools import partial
 
 import numpy as np
 
-from superfacets._types import Bytes, Floats
-from superfacets.cells.texels import LINEAR
+from superfacets.base.types import Bytes, Floats
+from superfacets_textures.texels import LINEAR
 
 Position = tuple[float, float]
 """Coordinates (x, y) in an image, in texels or as texture coordinates."""

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from superfacets._types import Array, Floats
+from superfacets.base.types import Array, Floats
 from superfacets.mesh.triangle_mesh import Mesh
 
 from .arithmetic import dot, norm

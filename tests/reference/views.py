@@ -8,9 +8,9 @@ from itertools import combinations
 
 import numpy as np
 
-from superfacets._types import Array, Bools, Floats, Ints
-from superfacets.mesh.pinhole_camera import PinholeCamera
+from superfacets.base.types import Array, Bools, Floats, Ints
 from superfacets.mesh.triangle_mesh import Mesh
+from superfacets_scans.pinhole_camera import PinholeCamera
 
 from .arithmetic import dot
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from superfacets._types import Array, Floats
+from superfacets.base.types import Array, Floats
 from superfacets.mesh.triangle_mesh import Mesh
 
 from .arithmetic import dot

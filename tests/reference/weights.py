@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from superfacets._types import Bools, Floats, Ints, Longs, Singles
+from superfacets.base.types import Bools, Floats, Ints, Longs, Singles
 from superfacets.mesh.triangle_mesh import Mesh
 
 from .arithmetic import arctangent, dot, norm

@@ -10,7 +10,7 @@ from numpy.testing import assert_array_equal
 
 import superfacets as sf
 from superfacets import _core
-from superfacets.cells.sums import weighted_majority
+from superfacets.graph.sums import weighted_majority
 from superfacets.mesh.faces import mean_normals, vertex_graph
 
 

@@ -13,9 +13,9 @@ import shapes
 
 import superfacets as sf
 from superfacets import ArcMeasures, CellGraph, _core, metrics
-from superfacets.cells.kinds import as_surface
-from superfacets.pictures.colors import region_colors
-from superfacets.regions.edit import read_regions
+from superfacets.cleanup.edit import read_regions
+from superfacets.graph.kinds import as_surface
+from superfacets_show.colors import region_colors
 
 AREA = 1.5 * math.sqrt(3.0)
 STEP = math.sqrt(3.0)

@@ -162,7 +162,7 @@ def test_agreement_decides_between_wholes_and_parts():
 def test_too_many_regions_for_objects_are_refused(monkeypatch):
     mesh, sides, cameras = box_views()
     masks = masks_of(mesh, 0 * sides, cameras)
-    monkeypatch.setattr("superfacets.regions.lifting.MAX_PAIRS", 50)
+    monkeypatch.setattr("superfacets_scans.lifting.MAX_PAIRS", 50)
     with pytest.raises(
         sf.MeshError,
         match="masks contain up to 3 regions, which is too many to find objects: make"

@@ -6,7 +6,7 @@ import shapes
 from numpy.testing import assert_allclose, assert_array_equal
 
 import superfacets as sf
-from superfacets.cells.kinds import measures_of
+from superfacets.graph.kinds import measures_of
 
 HOWS = ("mean", "sum", "max", "min", "majority")
 

@@ -17,9 +17,9 @@ from superfacets import (
     segment,
     smooth_borders,
 )
-from superfacets.cells.kinds import as_surface
-from superfacets.regions.edit import read_regions
-from superfacets.regions.merge import merge_regions
+from superfacets.cleanup.edit import read_regions
+from superfacets.cleanup.merge import merge_regions
+from superfacets.graph.kinds import as_surface
 
 
 def roof(*angles):

@@ -18,9 +18,9 @@ from superfacets import (
     sample_mesh,
     segment,
 )
-from superfacets.cells.kinds import as_surface
-from superfacets.regions.edit import CREASE_SCALE, read_regions
-from superfacets.regions.smooth import MAX_CHAIN, MAX_SWEEPS, ROUNDNESS, smooth_borders
+from superfacets.cleanup.edit import CREASE_SCALE, read_regions
+from superfacets.cleanup.smooth import MAX_CHAIN, MAX_SWEEPS, ROUNDNESS, smooth_borders
+from superfacets.graph.kinds import as_surface
 
 
 def sheet(drawing, height=lambda x, y: 0.0):

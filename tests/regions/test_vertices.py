@@ -6,7 +6,7 @@ import shapes
 from numpy.testing import assert_array_equal
 
 import superfacets as sf
-from superfacets.cells.sums import weighted_majority
+from superfacets.graph.sums import weighted_majority
 from superfacets.mesh.tet_mesh import signed_volumes
 from superfacets.regions.vertices import MIN_IN_FILES, vertex_ids
 

@@ -22,8 +22,8 @@ from shapes import cube
 
 import superfacets as sf
 from superfacets import metrics
-from superfacets.cli.main import run as run_group
 from superfacets.mesh.triangle_mesh import split_in_four
+from superfacets_cli.main import run as run_group
 
 
 @pytest.fixture(scope="module")

@@ -30,8 +30,8 @@ from research.sources import Source, Sources, find_models, load
 from research.tasks import _TaskJob, read_item
 
 from superfacets import Mesh
-from superfacets.cli.main import run as run_group
-from superfacets.io.atomic import locked
+from superfacets.files.atomic import locked
+from superfacets_cli.main import run as run_group
 
 MODELS = {1: 10, 2: 12, 21: 11, 400: 13}  # number: squares along a side of the sheet
 ROOT = Path(__file__).parents[2]
@@ -477,7 +477,7 @@ def test_a_picture_that_cannot_be_drawn_is_named(benchmark, tmp_path):
 
 
 def rendering_or_skip():
-    from superfacets.pictures.rendering import check_rendering
+    from superfacets_show.rendering import check_rendering
 
     try:
         check_rendering()

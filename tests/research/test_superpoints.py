@@ -10,7 +10,7 @@ from research.baselines.felzenszwalb import felzenszwalb_segments
 from research.superpoints import COMPUTED, ORIGINAL, WITH_COLOR, Room, study
 
 from superfacets import write_labels, write_mesh
-from superfacets.errors import MeshError
+from superfacets.base.errors import MeshError
 from superfacets.metrics import evaluate_vertices
 
 

@@ -17,7 +17,7 @@ def sheet(tmp_path):
 @pytest.fixture
 def document(sheet):
     """Return a document of that mesh with 20 regions."""
-    from superfacets.studio.documents.document import Document
+    from superfacets_studio.documents.document import Document
 
     opened = Document.open(sheet, n_segments=20)
     yield opened

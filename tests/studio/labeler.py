@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from superfacets.cells.sums import sums_by_label
-from superfacets.studio.labels.classes import INSTANCES
+from superfacets.graph.sums import sums_by_label
+from superfacets_studio.labels.classes import INSTANCES
 
 N_OF_STROKE = 3
 """Number of cells in a stroke of a split."""

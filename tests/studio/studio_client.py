@@ -12,11 +12,11 @@ import httpx
 import numpy as np
 from front_end_arrays import decode_arrays
 
-from superfacets.studio.documents.files import Files
-from superfacets.studio.web.app import Studio, studio_app
+from superfacets_studio.documents.files import Files
+from superfacets_studio.web.app import Studio, studio_app
 
 TOKEN, PORT = "a-token-of-the-tests", 8765
-COMMAND = "from superfacets.cli.main import main; main()"
+COMMAND = "from superfacets_cli.main import main; main()"
 
 
 def encoded(cells):

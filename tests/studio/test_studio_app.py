@@ -15,12 +15,12 @@ from studio_client import PORT, TOKEN, decoded, encoded, unpacked
 
 import superfacets
 from superfacets import PointCloud, PolygonMesh, write_mesh
-from superfacets.pictures.colors import PALETTE
-from superfacets.studio.regions.revisions import MAX_KEPT, similar_regions
+from superfacets_show.colors import PALETTE
+from superfacets_studio.regions.revisions import MAX_KEPT, similar_regions
 
 
 def test_the_page_says_that_the_front_end_is_missing(client, monkeypatch, tmp_path):
-    from superfacets.studio.web import app
+    from superfacets_studio.web import app
 
     monkeypatch.setattr(app, "files", lambda _: tmp_path)
     answer = client.http.get("/")
@@ -260,7 +260,7 @@ def test_as_many_revisions_as_promised_are_kept(client):
 
 
 def test_a_newer_run_cancels_the_one_before(client, monkeypatch):
-    from superfacets.studio.regions import segmenting
+    from superfacets_studio.regions import segmenting
 
     document = client.document()
     parameters = document.state.partition.parameters
@@ -400,7 +400,7 @@ def test_a_changed_input_is_told(client, sheet):
 
 
 def test_errors_of_the_machine_are_one_line():
-    from superfacets.studio.web.messages import message_of
+    from superfacets_studio.web.messages import message_of
 
     assert message_of(MemoryError()) == "not enough memory"
     assert message_of(OSError(2, "No such file", "a.ply")) == "a.ply: No such file"
@@ -409,7 +409,7 @@ def test_errors_of_the_machine_are_one_line():
 
 def stand_in(monkeypatch, code):
     """Draw thumbnails by this code instead, which gets the path of the picture in sys.argv[2]."""
-    from superfacets.studio.web.thumbnails import Thumbnails
+    from superfacets_studio.web.thumbnails import Thumbnails
 
     calls = []
     run = Thumbnails._run
@@ -442,8 +442,8 @@ pathlib.Path(sys.argv[2]).write_bytes(b"PNG")
 
 
 def test_a_thumbnail_that_takes_too_long_is_given_up(sheet, monkeypatch):
-    from superfacets.errors import RenderError
-    from superfacets.studio.web import thumbnails
+    from superfacets.base.errors import RenderError
+    from superfacets_studio.web import thumbnails
 
     stand_in(monkeypatch, "import time; time.sleep(60)")
     monkeypatch.setattr(thumbnails, "SECONDS", 0.5)
@@ -452,8 +452,8 @@ def test_a_thumbnail_that_takes_too_long_is_given_up(sheet, monkeypatch):
 
 
 def test_a_studio_that_ends_waits_for_no_thumbnail(sheet, monkeypatch):
-    from superfacets.errors import RenderError
-    from superfacets.studio.web.thumbnails import Thumbnails
+    from superfacets.base.errors import RenderError
+    from superfacets_studio.web.thumbnails import Thumbnails
 
     stand_in(monkeypatch, "import time; time.sleep(60)")
     thumbnails = Thumbnails()
@@ -468,15 +468,15 @@ def test_a_studio_that_ends_waits_for_no_thumbnail(sheet, monkeypatch):
 
 
 def test_a_thumbnail_is_drawn_by_a_process_of_its_own(sheet):
-    from superfacets.errors import RenderError
-    from superfacets.pictures.backend import ensure_gl
+    from superfacets.base.errors import RenderError
+    from superfacets_show.backend import ensure_gl
 
     pytest.importorskip("vtkmodules")
     try:
         ensure_gl()
     except RenderError as error:
         pytest.skip(str(error))
-    from superfacets.studio.web.thumbnails import Thumbnails
+    from superfacets_studio.web.thumbnails import Thumbnails
 
     assert Thumbnails().png(sheet)[:4] == b"\x89PNG"
     sheet.write_text("no mesh")
@@ -485,8 +485,8 @@ def test_a_thumbnail_is_drawn_by_a_process_of_its_own(sheet):
 
 
 def test_a_thumbnail_runs_no_code_of_the_current_folder(sheet, tmp_path, monkeypatch):
-    from superfacets.errors import RenderError
-    from superfacets.studio.web.thumbnails import Thumbnails
+    from superfacets.base.errors import RenderError
+    from superfacets_studio.web.thumbnails import Thumbnails
 
     (tmp_path / "superfacets.py").write_text("open('PWNED', 'w')")
     monkeypatch.chdir(tmp_path)

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from superfacets.studio.labels.coding import (
+from superfacets_studio.labels.coding import (
     base64_of,
     bytes_from,
     cells_from,

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from ciede2000 import ciede2000, lab
 
-from superfacets.studio.documents.document import Document
-from superfacets.studio.labels.classes import default_classes, new_class
+from superfacets_studio.documents.document import Document
+from superfacets_studio.labels.classes import default_classes, new_class
 
 N_COLORS = 100
 

@@ -12,7 +12,7 @@ import shapes
 from studio_client import Server, encoded
 
 from superfacets import write_mesh
-from superfacets.studio.documents.changes import Change
+from superfacets_studio.documents.changes import Change
 
 N_ROUNDS = 4
 

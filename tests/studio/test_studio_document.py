@@ -5,13 +5,13 @@ import pytest
 import shapes
 
 from superfacets import write_mesh
-from superfacets.studio.documents import document as module
-from superfacets.studio.documents.changes import Change
-from superfacets.studio.documents.document import Document, work_file_of
-from superfacets.studio.documents.history import NothingError, last_stroke
-from superfacets.studio.documents.journal import JournalError
-from superfacets.studio.documents.source import ChangedError
-from superfacets.studio.regions.revisions import GoneError
+from superfacets_studio.documents import document as module
+from superfacets_studio.documents.changes import Change
+from superfacets_studio.documents.document import Document, work_file_of
+from superfacets_studio.documents.history import NothingError, last_stroke
+from superfacets_studio.documents.journal import JournalError
+from superfacets_studio.documents.source import ChangedError
+from superfacets_studio.regions.revisions import GoneError
 
 
 def cells(*numbers):
@@ -251,7 +251,7 @@ def test_an_input_that_changes_while_it_is_open_stops_the_work(document):
 
 
 def test_a_work_file_whose_first_line_lacks_what_is_needed(sheet):
-    from superfacets.studio.documents.journal import Journal
+    from superfacets_studio.documents.journal import Journal
 
     Journal.open(work_file_of(sheet), {"file": 3}).close()
     with pytest.raises(JournalError, match="the first line of the work file is damaged"):

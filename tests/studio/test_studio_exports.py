@@ -12,11 +12,11 @@ import pytest
 from textured_meshes import grid, save_png
 
 import superfacets
-from superfacets.io.readers.labels import read_labels
+from superfacets.files.readers.labels import read_labels
 from superfacets.regions.vertices import vertex_labels
-from superfacets.studio.documents.document import Document
-from superfacets.studio.export.write import export, export_bytes
-from superfacets.studio.labels.imports import read_import
+from superfacets_studio.documents.document import Document
+from superfacets_studio.export.write import export, export_bytes
+from superfacets_studio.labels.imports import read_import
 
 
 @pytest.fixture
@@ -289,7 +289,7 @@ def test_json_of_another_shape_is_one_line(name, data, message):
 @pytest.fixture
 def textured(tmp_path):
     """Return the document of a wall with an image, whose left half has class 1."""
-    from superfacets.studio.documents.document import Document
+    from superfacets_studio.documents.document import Document
 
     mesh, pairs = grid(6, 6, 1, 1)
     save_png(tmp_path / "wall.png", np.arange(8 * 8 * 3, dtype=np.uint8).reshape(8, 8, 3))

@@ -13,10 +13,10 @@ from studio_client import encoded
 
 import superfacets
 from superfacets import write_mesh
-from superfacets.pictures.colors import color_distances
-from superfacets.studio.documents.files import MAX_OPEN, Files
-from superfacets.studio.documents.journal import _coded
-from superfacets.studio.labels.classes import (
+from superfacets_show.colors import color_distances
+from superfacets_studio.documents.files import MAX_OPEN, Files
+from superfacets_studio.documents.journal import _coded
+from superfacets_studio.labels.classes import (
     CLASSES_FILE,
     MAX_CLASS,
     checked_class_list,
@@ -25,7 +25,7 @@ from superfacets.studio.labels.classes import (
     with_missing,
     with_named,
 )
-from superfacets.studio.labels.imports import read_import
+from superfacets_studio.labels.imports import read_import
 
 
 @pytest.fixture
@@ -363,7 +363,7 @@ def test_many_new_classes_are_compared_with_the_colors_in_use_only_once(monkeypa
         calls.append(arguments)
         return color_distances(*arguments)
 
-    monkeypatch.setattr("superfacets.studio.labels.classes.color_distances", distances)
+    monkeypatch.setattr("superfacets_studio.labels.classes.color_distances", distances)
     known = default_classes()
     entries = [*known, *({"id": i, "name": str(i)} for i in range(7, 5001))]
     default = colors(default_classes([str(i) for i in range(100)]))

@@ -12,16 +12,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 import shapes
-
 import superfacets.interop
-import superfacets.studio
+
+import superfacets_studio
 from superfacets import write_mesh
-from superfacets.errors import MeshError
-from superfacets.io.guards import parsed_json
-from superfacets.studio.documents.journal import _coded
-from superfacets.studio.labels.coding import unpack_cells
-from superfacets.studio.labels.imports import read_import
-from superfacets.studio.web.operations import OPERATIONS
+from superfacets.base.errors import MeshError
+from superfacets.files.guards import parsed_json
+from superfacets_studio.documents.journal import _coded
+from superfacets_studio.labels.coding import unpack_cells
+from superfacets_studio.labels.imports import read_import
+from superfacets_studio.web.operations import OPERATIONS
 
 SIZED = {
     "arange", "at", "bincount", "broadcast_to", "cumsum", "empty", "find_components", "frombuffer",
@@ -81,7 +81,7 @@ GUARDS = {
 
 
 def sized_functions():
-    for package in (superfacets.studio, superfacets.interop):
+    for package in (superfacets_studio, superfacets.interop):
         for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
             path = importlib.util.find_spec(module.name).origin
             for function in ast.walk(ast.parse(Path(path).read_text(encoding="utf-8"))):

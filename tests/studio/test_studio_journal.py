@@ -12,11 +12,11 @@ import pytest
 import shapes
 
 from superfacets import write_mesh
-from superfacets.studio.documents.document import Document
-from superfacets.studio.documents.history import History, NothingError
-from superfacets.studio.documents.journal import Journal, JournalError, _coded, summary
-from superfacets.studio.labels.classes import default_classes
-from superfacets.studio.labels.coding import base64_of, pack_cells
+from superfacets_studio.documents.document import Document
+from superfacets_studio.documents.history import History, NothingError
+from superfacets_studio.documents.journal import Journal, JournalError, _coded, summary
+from superfacets_studio.labels.classes import default_classes
+from superfacets_studio.labels.coding import base64_of, pack_cells
 
 ONE = base64_of(pack_cells(np.array([1], np.uint32)))
 
@@ -117,8 +117,8 @@ def test_damage_before_the_last_line_is_told_and_nothing_is_cut_off(tmp_path):
 
 
 def test_a_later_version_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr("superfacets.studio.documents.journal.VERSION", 3)
-    monkeypatch.setattr("superfacets.studio.documents.journal.READABLE", (3,))
+    monkeypatch.setattr("superfacets_studio.documents.journal.VERSION", 3)
+    monkeypatch.setattr("superfacets_studio.documents.journal.READABLE", (3,))
     opened(tmp_path / "work").close()
     monkeypatch.undo()
     with pytest.raises(JournalError, match="written by a later version"):

@@ -8,8 +8,8 @@ from labeler import Labeler
 from research.princeton import Benchmark
 
 from superfacets.metrics import undersegmentation_error
-from superfacets.studio.documents.document import Document
-from superfacets.studio.labels.classes import default_classes
+from superfacets_studio.documents.document import Document
+from superfacets_studio.labels.classes import default_classes
 
 NUMBERS = (182, 181)
 """Models of two hands; the second is used if the benchmark lacks the first."""

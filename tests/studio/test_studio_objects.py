@@ -13,13 +13,13 @@ import pytest
 import superfacets
 from superfacets import write_mesh
 from superfacets.regions.vertices import vertex_labels
-from superfacets.studio.documents.document import Document, merged_work, work_file_of
-from superfacets.studio.documents.files import Files
-from superfacets.studio.documents.journal import JournalError, _coded
-from superfacets.studio.export.write import export, export_bytes
-from superfacets.studio.labels.classes import default_classes
-from superfacets.studio.labels.coding import base64_of
-from superfacets.studio.labels.imports import read_import
+from superfacets_studio.documents.document import Document, merged_work, work_file_of
+from superfacets_studio.documents.files import Files
+from superfacets_studio.documents.journal import JournalError, _coded
+from superfacets_studio.export.write import export, export_bytes
+from superfacets_studio.labels.classes import default_classes
+from superfacets_studio.labels.coding import base64_of
+from superfacets_studio.labels.imports import read_import
 
 CLASSES = [
     {"id": 1, "name": "chair"},
@@ -435,7 +435,7 @@ def test_halves_of_my_object_are_two_objects_of_theirs(tmp_path):
 def test_two_works_are_merged_by_the_command(two, tmp_path, prefer):
     from click.testing import CliRunner
 
-    from superfacets.cli.studio import agree_command
+    from superfacets_cli.studio import agree_command
 
     path, mine, theirs = two
     document = Document.open(path, mine)
@@ -522,7 +522,7 @@ def test_more_objects_than_fit_are_refused(two, monkeypatch):
         ValueError, match="the two work files together have 1000 or more objects of a class"
     ):
         document.compare("theirs", theirs.read_bytes())
-    monkeypatch.setattr("superfacets.studio.documents.document.MAX_OBJECT", 9)
+    monkeypatch.setattr("superfacets_studio.documents.document.MAX_OBJECT", 9)
     document.paint(np.arange(0, 128, 2, dtype=np.uint32), 1, objects=1)
     with pytest.raises(
         ValueError, match="41 pieces are too many: object numbers must be at most 9"

@@ -6,7 +6,7 @@ import shutil
 import pytest
 from studio_client import PORT, TOKEN, Http
 
-from superfacets.studio.web.address import (
+from superfacets_studio.web.address import (
     TOKEN_VARIABLE,
     Address,
     address_file,
@@ -14,7 +14,7 @@ from superfacets.studio.web.address import (
     new_token,
     stored_address,
 )
-from superfacets.studio.web.security import HEADERS, MAX_PATH
+from superfacets_studio.web.security import HEADERS, MAX_PATH
 
 OWN = f"127.0.0.1:{PORT}"
 
@@ -101,7 +101,7 @@ def test_too_large_a_request_is_refused_unread(client):
 
 @pytest.mark.parametrize("name", ["paint", "segment"])
 def test_no_more_is_taken_of_a_body_than_there_may_be(client, monkeypatch, name):
-    monkeypatch.setattr("superfacets.studio.web.messages.MAX_BODY", 10_000)
+    monkeypatch.setattr("superfacets_studio.web.messages.MAX_BODY", 10_000)
     n_taken = 0
 
     async def endless():

@@ -8,9 +8,9 @@ import shapes
 
 import superfacets
 from superfacets import PointCloud, crease_weights
-from superfacets._validate import checked_threads
+from superfacets.base.checks import checked_threads
 from superfacets.pipeline import Prepared
-from superfacets.studio.regions.segmenting import (
+from superfacets_studio.regions.segmenting import (
     Cancelled,
     SegmentationTask,
     Segmenter,

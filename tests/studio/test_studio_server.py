@@ -11,9 +11,9 @@ import httpx
 import pytest
 from studio_client import TOKEN, Server
 
-from superfacets.studio.documents.files import Files
-from superfacets.studio.web.address import TOKEN_VARIABLE, open_again
-from superfacets.studio.web.server import MAX_CONNECTIONS, serve
+from superfacets_studio.documents.files import Files
+from superfacets_studio.web.address import TOKEN_VARIABLE, open_again
+from superfacets_studio.web.server import MAX_CONNECTIONS, serve
 
 WAIT = 30
 HALF = b"POST /api/files/0/paint HTTP/1.1\r\nHost: 127.0.0.1\r\n"
@@ -22,7 +22,7 @@ HALF = b"POST /api/files/0/paint HTTP/1.1\r\nHost: 127.0.0.1\r\n"
 @pytest.fixture
 def port(sheet, monkeypatch):
     """Yield the port of a studio in a thread of this process, whose timeout is short."""
-    monkeypatch.setattr("superfacets.studio.web.server.SECONDS", 0.3)
+    monkeypatch.setattr("superfacets_studio.web.server.SECONDS", 0.3)
     monkeypatch.setenv(TOKEN_VARIABLE, TOKEN)
     opened, address = open_again(None, None)
     started = threading.Event()
@@ -127,7 +127,7 @@ def test_a_run_that_takes_longer_is_not_cut_off(port, monkeypatch):
         time.sleep(1.5)
         return {"is": "done"}
 
-    monkeypatch.setattr("superfacets.studio.web.app._segment_file", slow)
+    monkeypatch.setattr("superfacets_studio.web.app._segment_file", slow)
     answer = httpx.post(
         f"http://127.0.0.1:{port}/api/files/0/segment",
         headers={"X-Token": TOKEN}, json={}, timeout=WAIT,
@@ -136,7 +136,7 @@ def test_a_run_that_takes_longer_is_not_cut_off(port, monkeypatch):
 
 
 def test_of_too_many_connections_the_one_that_waited_longest_is_closed(port, monkeypatch):
-    monkeypatch.setattr("superfacets.studio.web.server.SECONDS", 1000.0)
+    monkeypatch.setattr("superfacets_studio.web.server.SECONDS", 1000.0)
     with contextlib.ExitStack() as stack:
         clients = [stack.enter_context(connected(port)) for _ in range(MAX_CONNECTIONS)]
         for client in clients:

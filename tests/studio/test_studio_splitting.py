@@ -5,8 +5,8 @@ import pytest
 import shapes
 
 from superfacets import Mesh
-from superfacets.cells.kinds import as_surface
-from superfacets.studio.regions.splitting import split_cells
+from superfacets.graph.kinds import as_surface
+from superfacets_studio.regions.splitting import split_cells
 
 
 def sheet(height, n=20):

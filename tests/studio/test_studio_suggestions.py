@@ -12,12 +12,12 @@ pytest.importorskip("httpx", reason="httpx is not installed")
 from studio_client import decoded, encoded, unpacked
 
 from superfacets import Mesh, write_mesh
-from superfacets.errors import MeshError
-from superfacets.io.readers.read import read_mesh
-from superfacets.studio.documents.document import Document
-from superfacets.studio.documents.journal import JournalError
-from superfacets.studio.labels.coding import unpack_cells
-from superfacets.studio.labels.imports import read_import
+from superfacets.base.errors import MeshError
+from superfacets.files.readers.read import read_mesh
+from superfacets_studio.documents.document import Document
+from superfacets_studio.documents.journal import JournalError
+from superfacets_studio.labels.coding import unpack_cells
+from superfacets_studio.labels.imports import read_import
 
 SCORES = {10: 0.9, 11: 0.5, 12: 0.7, 13: None}
 CLASSES = {10: "chair", 11: "class 2", 12: "object", 13: "wall"}
@@ -131,7 +131,7 @@ def test_work_with_a_damaged_suggestion_is_refused(suggested):
         line = json.loads(lines[-1])
         line["changes"][-1]["suggestions"][0] |= damage
         del line["crc"]
-        from superfacets.studio.documents.journal import _coded
+        from superfacets_studio.documents.journal import _coded
 
         work.write_bytes(b"".join([*lines[:-1], _coded(line)]))
         with pytest.raises(JournalError, match=f"line 2 of the work file is not valid: {reason}"):

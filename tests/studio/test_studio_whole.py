@@ -10,15 +10,15 @@ import shapes
 from studio_client import encoded
 
 from superfacets import write_mesh
-from superfacets.errors import MeshError
-from superfacets.studio.documents.changes import Change
-from superfacets.studio.documents.document import Document
-from superfacets.studio.documents.history import History
-from superfacets.studio.documents.journal import Journal, WriteError
-from superfacets.studio.export import objects
-from superfacets.studio.export.write import export
-from superfacets.studio.labels.classes import CLASSES_FILE
-from superfacets.studio.labels.imports import read_import
+from superfacets.base.errors import MeshError
+from superfacets_studio.documents.changes import Change
+from superfacets_studio.documents.document import Document
+from superfacets_studio.documents.history import History
+from superfacets_studio.documents.journal import Journal, WriteError
+from superfacets_studio.export import objects
+from superfacets_studio.export.write import export
+from superfacets_studio.labels.classes import CLASSES_FILE
+from superfacets_studio.labels.imports import read_import
 
 N_CELLS = 1152  # of the fixture `sheet`
 

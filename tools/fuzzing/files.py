@@ -19,9 +19,9 @@ import numpy as np
 import shapes
 
 import superfacets as sf
-from superfacets.io.readers.clouds import CLOUD_READERS
-from superfacets.io.readers.labels import LABEL_ENDINGS
-from superfacets.io.readers.read import MESH_ENDINGS
+from superfacets.files.readers.clouds import CLOUD_READERS
+from superfacets.files.readers.labels import LABEL_ENDINGS
+from superfacets.files.readers.read import MESH_ENDINGS
 
 from .promises import check_labels, refusals
 

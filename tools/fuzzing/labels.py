@@ -15,8 +15,8 @@ import numpy as np
 import shapes
 
 import superfacets as sf
-from superfacets.studio.documents.document import Document
-from superfacets.studio.labels.imports import ENDINGS, read_import
+from superfacets_studio.documents.document import Document
+from superfacets_studio.labels.imports import ENDINGS, read_import
 
 from .files import odd_document
 from .promises import refusals, short_messages

@@ -14,8 +14,8 @@ import numpy as np
 import shapes
 
 import superfacets as sf
-from superfacets.studio.documents.document import Document, work_file_of
-from superfacets.studio.documents.journal import JournalError
+from superfacets_studio.documents.document import Document, work_file_of
+from superfacets_studio.documents.journal import JournalError
 
 from .files import ODD_VALUES
 from .promises import short_messages

@@ -19,7 +19,7 @@ interface Feature {
   n_missing: number;
 }
 
-/** JSON that superfacets.pictures.page.document writes in addition to the arrays. */
+/** JSON that superfacets_show.page.document writes in addition to the arrays. */
 export interface Facts extends ShapeFacts {
   noun: string;
   n_cells: number;

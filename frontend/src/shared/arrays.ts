@@ -1,4 +1,4 @@
-// Decodes the named arrays that superfacets.pictures.page.coding packs into one buffer, and converts
+// Decodes the named arrays that superfacets_show.page.coding packs into one buffer, and converts
 // arrays to and from base64.
 
 const TYPES = {

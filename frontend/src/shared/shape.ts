@@ -14,7 +14,7 @@ export interface Positions {
   step: Vector;
 }
 
-/** JSON description of the geometry, written by superfacets.pictures.page.shape. */
+/** JSON description of the geometry, written by superfacets_show.page.shape. */
 export interface ShapeFacts {
   low: Vector;
   step: Vector;

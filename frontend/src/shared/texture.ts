@@ -10,7 +10,7 @@ import type { Shape } from "./shape";
  */
 type Tile = [number, number, number, number, number, number, number, number, number];
 
-/** JSON description of a texture, written by superfacets.pictures.page.texture. */
+/** JSON description of a texture, written by superfacets_show.page.texture. */
 export interface TextureFacts {
   low: [number, number];
   step: [number, number];

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from .._types import Array
-from .kinds import kind_of
-from .sums import weighted_majority
+from ..base.types import Array
+from ..graph.kinds import kind_of
+from ..graph.sums import weighted_majority
 
 
 def labels_of_corners(cells: Any, of_vertices: Array) -> Array:

@@ -19,12 +19,12 @@ import numpy.typing as npt
 
 from .. import _core
 from .._core import Clustering, CoarseGraph, OrderedGraph
-from .._options import BalanceOptions, LoopOptions, SizeOptions
-from .._types import Array, Bools, Floats, Ints, Longs
-from .._validate import counted, exact_array
-from ..cells.constraints import KeptCells, in_order
-from ..cells.sums import sums_by_label
-from ..errors import MeshError
+from ..base.checks import counted, exact_array
+from ..base.errors import MeshError
+from ..base.options import BalanceOptions, LoopOptions, SizeOptions
+from ..base.types import Array, Bools, Floats, Ints, Longs
+from ..graph.constraints import KeptCells, in_order
+from ..graph.sums import sums_by_label
 from .plan import Plan
 from .seeding import CORE_ISLANDS
 

@@ -12,9 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._types import Floats, Ints
-from .._validate import checked_number, checked_seeds, checked_threads
-from ..cells.cell_graph import CellGraph, checked_graph
+from ..base.checks import checked_number, checked_seeds, checked_threads
+from ..base.types import Floats, Ints
+from ..graph.cell_graph import CellGraph, checked_graph
 
 
 class Classification(NamedTuple):

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 from .. import _core
 from .._core import CoarseGraph, OrderedGraph
-from .._options import LoopOptions
-from .._timing import timed
+from ..base.options import LoopOptions
+from ..base.timing import timed
 from .plan import Plan
 
 CELL_SIZES = (16, 8, 4)

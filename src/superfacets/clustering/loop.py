@@ -11,12 +11,12 @@ import numpy as np
 
 from .. import _core
 from .._core import Clustering, CoarseGraph, OrderedGraph
-from .._options import LoopOptions
-from .._timing import timed
-from .._types import Array, Ints
+from ..base.options import LoopOptions
+from ..base.timing import timed
+from ..base.types import Array, Ints
+from ..weights.parts import MIN_GROUPED
 from .balance import Balancer
 from .coarsening import Coarsening, is_straight
-from .parts import MIN_GROUPED
 from .result import Level, StopReason
 from .seeding import CORE_ISLANDS
 

@@ -8,11 +8,11 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from .. import _core
-from .._options import Init, Seeds, SizeOptions
-from .._types import Array, Floats, Ints, Longs, Singles
-from .._validate import checked_partial_labels, checked_seeds, counted, refuse_mask
-from ..cells.constraints import NO_GROUPS, KeptCells, in_order
-from ..cells.size import RegionSize, region_size
+from ..base.checks import checked_partial_labels, checked_seeds, counted, refuse_mask
+from ..base.options import Init, Seeds, SizeOptions
+from ..base.types import Array, Floats, Ints, Longs, Singles
+from ..graph.constraints import NO_GROUPS, KeptCells, in_order
+from ..graph.size import RegionSize, region_size
 from .result import Segmentation
 
 Start: TypeAlias = Seeds | Segmentation

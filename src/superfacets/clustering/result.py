@@ -9,17 +9,17 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from .. import _core
-from .._types import Array, Ints
-from .._validate import counted
-from ..cells.cell_graph import CellGraph
-from ..cells.kinds import as_surface
-from ..cells.region_adjacency import RegionGraph, region_graph_of
-from ..cells.surface import Surface
+from ..base.checks import counted
+from ..base.types import Array, Ints
+from ..graph.cell_graph import CellGraph
+from ..graph.kinds import as_surface
+from ..graph.surface import Surface
 from ..mesh.base import Cells
+from ..regions.region_graph import RegionGraph, region_graph_of
 
 if TYPE_CHECKING:
-    from ..pictures.page.document import Page
-    from ..pictures.plotting import Plot
+    from superfacets_show.page.document import Page
+    from superfacets_show.plotting import Plot
 
 StopReason = Literal["converged", "settled", "max_num_iter", "cancelled"]
 
@@ -181,7 +181,7 @@ class Segmentation:
         ValueError
             If ``cells`` is None.
         """
-        from ..pictures.plotting import plot
+        from superfacets_show.plotting import plot
 
         return plot(self._known_cells("plot"), self.labels, **options)
 
@@ -193,7 +193,7 @@ class Segmentation:
         ValueError
             If ``cells`` is None.
         """
-        from ..pictures.page.document import view
+        from superfacets_show.page.document import view
 
         return view(self._known_cells("view"), self.labels, **options)
 
@@ -228,12 +228,12 @@ class Segmentation:
 
     def _repr_html_(self) -> str:
         """Return HTML for notebooks: a picture of the regions if possible, and their sizes."""
-        from ..pictures.notebook import html_of
+        from superfacets_show.notebook import html_of
 
         return html_of(self)
 
     def _repr_png_(self) -> bytes | None:
         """Return a picture of the regions as PNG, for notebooks that do not show HTML."""
-        from ..pictures.notebook import png_of
+        from superfacets_show.notebook import png_of
 
         return png_of(self)

@@ -11,12 +11,12 @@ import numpy.typing as npt
 
 from .. import _core
 from .._core import OrderedGraph
-from .._options import Init, Islands, LoopOptions, Progress, SizeOptions
-from .._timing import timed
-from .._types import Floats, Ints
-from ..cells.cell_graph import CellGraph, checked_graph
-from ..cells.constraints import ConstraintOptions
-from ..cells.features import FEATURE_WEIGHT, FeatureOptions, FeatureSteps
+from ..base.options import Init, Islands, LoopOptions, Progress, SizeOptions
+from ..base.timing import timed
+from ..base.types import Floats, Ints
+from ..graph.cell_graph import CellGraph, checked_graph
+from ..graph.constraints import ConstraintOptions
+from ..weights.features import FEATURE_WEIGHT, FeatureOptions, FeatureSteps
 from .balance import Balancer
 from .coarsening import Coarsening, coarsened
 from .loop import Loop

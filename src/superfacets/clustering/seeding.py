@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from .. import _core
-from .._options import INITS, ISLANDS, Init, Islands, Seeds, SizeOptions
-from .._types import Floats, Ints
-from .._validate import checked_choice, checked_seeds, checked_threads
-from ..cells.cell_graph import CellGraph, checked_graph
-from ..cells.size import RegionSize, region_size
+from ..base.checks import checked_choice, checked_seeds, checked_threads
+from ..base.options import INITS, ISLANDS, Init, Islands, Seeds, SizeOptions
+from ..base.types import Floats, Ints
+from ..graph.cell_graph import CellGraph, checked_graph
+from ..graph.size import RegionSize, region_size
 
 SEED_SPACING = 2.0
 """Radius of the regions of ``"flood"``, and edge of the cubes of ``"grid"``, in multiples of the

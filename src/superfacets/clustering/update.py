@@ -8,9 +8,9 @@ from __future__ import annotations
 import numpy.typing as npt
 
 from .. import _core
-from .._types import Ints
-from .._validate import checked_partial_labels, checked_threads
-from ..cells.cell_graph import CellGraph, checked_graph
+from ..base.checks import checked_partial_labels, checked_threads
+from ..base.types import Ints
+from ..graph.cell_graph import CellGraph, checked_graph
 
 
 def update_centers(

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import fields
 from typing import Any
 
-from .._types import Floats
-from .._validate import restored
+from ..base.checks import restored
+from ..base.types import Floats
 
 
 class Cells:

@@ -8,8 +8,8 @@ from typing import Any, Literal, NamedTuple, cast
 import numpy as np
 
 from .. import _core
-from .._types import Floats, Ints, Longs
-from .._validate import checked_count
+from ..base.checks import checked_count
+from ..base.types import Floats, Ints, Longs
 from .faces import (
     FaceMesh,
     corners_in_a_row,

@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._types import Array, Floats, Ints, Longs
-from .._validate import checked_threads, freeze
+from ..base.checks import checked_threads, freeze
+from ..base.types import Array, Floats, Ints, Longs
 from .polygon_mesh import PolygonMesh
 from .tet_mesh import TetMesh, sides_of_tets
 from .triangle_mesh import Mesh

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .._types import Floats, Singles
-from .._validate import (
+from ..base.checks import (
     checked_colors,
     checked_normals,
     checked_points,
@@ -17,6 +16,7 @@ from .._validate import (
     counted,
     freeze,
 )
+from ..base.types import Floats, Singles
 from .base import Cells
 
 

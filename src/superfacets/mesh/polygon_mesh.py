@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._types import Array, Floats, Ints, Longs
-from .._validate import checked_polygons, checked_threads, counted, freeze, polygon_arrays
+from ..base.checks import checked_polygons, checked_threads, counted, freeze, polygon_arrays
+from ..base.types import Array, Floats, Ints, Longs
 from .base import CellsOfVertices
 from .triangle_mesh import Mesh
 

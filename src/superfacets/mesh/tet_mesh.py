@@ -9,9 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._types import Floats, Ints
-from .._validate import checked_mask, checked_tets, checked_threads, counted, freeze
-from ..errors import MeshError
+from ..base.checks import checked_mask, checked_tets, checked_threads, counted, freeze
+from ..base.errors import MeshError
+from ..base.types import Floats, Ints
 from .base import CellsOfVertices
 from .triangle_mesh import Mesh
 from .weld import lowest_vertices

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .._types import Array, Floats, Ints
-from .._validate import checked_mesh, counted, freeze
+from ..base.checks import checked_mesh, counted, freeze
+from ..base.types import Array, Floats, Ints
 from .base import CellsOfVertices
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .. import _core
-from .._types import Floats, Ints
+from ..base.types import Floats, Ints
 
 
 def lowest_vertices(vertices: Floats, weld: bool, n_threads: int) -> Ints:

@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from .._types import Floats, Ints
-from .._validate import checked_number, compact_complete, compact_truth
-from ..adapters.convert import MeshLike
+from ..base.checks import checked_number, compact_complete, compact_truth
+from ..base.types import Floats, Ints
+from ..mesh.convert import MeshLike
 from .edges import Borders, MeshEdges, find_borders
 
 DEFAULT_TOLERANCE = 0.01

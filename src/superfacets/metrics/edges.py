@@ -9,12 +9,12 @@ from typing import NamedTuple
 import numpy as np
 
 from .. import _core
-from .._types import Array, Floats, Ints
-from .._validate import checked_threads
-from ..adapters.convert import MeshLike, as_mesh
-from ..cells.face_graph import FaceGraph, build_face_graph
-from ..cells.sums import positive_total, sums_by_label
-from ..cells.surface import Surface
+from ..base.checks import checked_threads
+from ..base.types import Array, Floats, Ints
+from ..graph.face_graph import FaceGraph, build_face_graph
+from ..graph.sums import positive_total, sums_by_label
+from ..graph.surface import Surface
+from ..mesh.convert import MeshLike, as_mesh
 from ..mesh.faces import FaceMesh, ends_of_sides, vertex_graph
 from ..mesh.weld import lowest_vertices
 

@@ -11,8 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._types import ArcLists, Bools, Floats, Ints
-from .._validate import (
+from ..base.checks import (
     checked_number,
     checked_threads,
     checked_vertex_classes,
@@ -20,10 +19,11 @@ from .._validate import (
     compact_truth,
     counted,
 )
-from ..adapters.convert import CloudLike, MeshLike, as_cells
-from ..cells.kinds import as_surface, kind_of
-from ..cells.sums import positive_total
-from ..cells.surface import Surface
+from ..base.types import ArcLists, Bools, Floats, Ints
+from ..graph.kinds import as_surface, kind_of
+from ..graph.sums import positive_total
+from ..graph.surface import Surface
+from ..mesh.convert import CloudLike, MeshLike, as_cells
 from ..mesh.faces import AnyMesh, FaceMesh, is_same_mesh, vertex_graph
 from ..mesh.weld import lowest_vertices
 from ..regions.crease_labels import corners_in

@@ -11,19 +11,19 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from .._types import Floats, Ints
-from .._validate import (
+from ..base.checks import (
     checked_fraction,
     checked_nonnegative_array,
     checked_threads,
     compact_complete,
     compact_truth,
 )
-from ..adapters.convert import MeshLike
-from ..cells.cell_graph import CellGraph
-from ..cells.kinds import as_known, kind_of, measures_of
-from ..cells.sums import positive_total, sums_by_label
+from ..base.types import Floats, Ints
+from ..graph.cell_graph import CellGraph
+from ..graph.kinds import as_known, kind_of, measures_of
+from ..graph.sums import positive_total, sums_by_label
 from ..mesh.base import Cells
+from ..mesh.convert import MeshLike
 
 _DENSE_PAIRS_PER_FACE = 4
 """Overlaps are summed in a dense table of regions and segments if the table has at most this many

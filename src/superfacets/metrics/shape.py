@@ -6,13 +6,13 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._types import Floats, Ints
-from .._validate import compact_complete
-from ..adapters.convert import MeshLike, as_mesh
-from ..cells.cell_graph import CellGraph
-from ..cells.kinds import as_surface
-from ..cells.sums import positive_total, sums_by_label
-from ..cells.surface import Surface
+from ..base.checks import compact_complete
+from ..base.types import Floats, Ints
+from ..graph.cell_graph import CellGraph
+from ..graph.kinds import as_surface
+from ..graph.sums import positive_total, sums_by_label
+from ..graph.surface import Surface
+from ..mesh.convert import MeshLike, as_mesh
 from ..mesh.faces import area_vectors
 
 _NORMAL_NOISE = 1e-12

@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .. import _core
-from .._types import Array, Floats, Ints, Longs
-from ..cells.kinds import kind_of, measures_of
-from ..cells.sums import Majority, weighted_majority
-from ..errors import MeshError
+from ..base.errors import MeshError
+from ..base.types import Array, Floats, Ints, Longs
+from ..graph.kinds import kind_of, measures_of
+from ..graph.sums import Majority, weighted_majority
 from ..mesh.faces import Corners, mean_normals, vertex_graph
 from ..mesh.weld import lowest_vertices
 

@@ -8,11 +8,11 @@ from functools import cached_property
 import numpy as np
 
 from .. import _core
-from .._types import Floats, Ints
-from .._validate import checked_count, counted
-from ..cells.sums import sums_by_label
+from ..base.checks import checked_count, counted
+from ..base.types import Floats, Ints
+from ..cleanup.edit import BorderCosts
 from ..clustering.result import Segmentation
-from .edit import BorderCosts
+from ..graph.sums import sums_by_label
 
 MERGE_CREASE_WEIGHT = 12.0
 """Distance that a deep crease adds between two regions when their merge cost is computed, in units

@@ -8,12 +8,12 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._types import Bools, Floats, Ints, Longs
-from .._validate import checked_regions, checked_threads, counted, freeze
-from ..adapters.convert import CloudLike, MeshLike, as_mesh
-from ..cells.cell_graph import CellGraph
-from ..cells.face_graph import FaceGraph, build_face_graph
-from ..cells.kinds import as_known, kind_of
+from ..base.checks import checked_regions, checked_threads, counted, freeze
+from ..base.types import Bools, Floats, Ints, Longs
+from ..graph.cell_graph import CellGraph
+from ..graph.face_graph import FaceGraph, build_face_graph
+from ..graph.kinds import as_known, kind_of
+from ..mesh.convert import CloudLike, MeshLike, as_mesh
 from ..mesh.faces import FaceMesh, ends_of_sides, face_sizes
 from ..mesh.weld import lowest_vertices
 

@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .._types import Floats, Ints
-from .._validate import checked_classes, checked_threads
-from ..adapters.convert import CloudLike, MeshLike
-from ..cells.cell_graph import CellGraph
-from ..cells.kinds import as_known, kind_of
-from ..cells.nearest import checked_distance, query_points
-from ..cells.sums import weighted_majority
-from ..errors import MismatchWarning
+from ..base.checks import checked_classes, checked_threads
+from ..base.errors import MismatchWarning
+from ..base.types import Floats, Ints
+from ..graph.cell_graph import CellGraph
+from ..graph.kinds import as_known, kind_of
+from ..graph.sums import weighted_majority
+from ..mesh.convert import CloudLike, MeshLike
 from ..mesh.faces import sample_surface
+from ..tools.nearest import checked_distance, query_points
 
 _ROUNDING = 8 * np.finfo(np.float64).eps
 """Upper bound of the rounding error of centroids, relative to the largest absolute coordinate."""

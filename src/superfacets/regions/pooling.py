@@ -9,8 +9,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from .._types import Array, Floats, Ints, Longs
-from .._validate import (
+from ..base.checks import (
     TO_FACES,
     checked_choice,
     checked_classes,
@@ -21,11 +20,12 @@ from .._validate import (
     refuse_first,
     refuse_mask,
 )
-from ..adapters.convert import CloudLike, MeshLike
-from ..cells.cell_graph import CellGraph
-from ..cells.kinds import as_known, measures_of
-from ..cells.sums import weighted_majority
+from ..base.types import Array, Floats, Ints, Longs
+from ..graph.cell_graph import CellGraph
+from ..graph.kinds import as_known, measures_of
+from ..graph.sums import weighted_majority
 from ..mesh.base import Cells
+from ..mesh.convert import CloudLike, MeshLike
 from .vertices import corner_groups
 
 Pooling = Literal["mean", "sum", "max", "min", "majority"]

@@ -10,12 +10,12 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from .._types import Ints, Longs
-from .._validate import checked_regions, is_extent_valid
-from ..adapters.convert import CloudLike, MeshLike, as_cells
-from ..cells.kinds import kind_of
-from ..errors import MeshError
+from ..base.checks import checked_regions, is_extent_valid
+from ..base.errors import MeshError
+from ..base.types import Ints, Longs
+from ..graph.kinds import kind_of
 from ..mesh.base import Cells
+from ..mesh.convert import CloudLike, MeshLike, as_cells
 
 
 class Submesh(NamedTuple):

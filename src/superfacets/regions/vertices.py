@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .._types import Ints, Longs
-from .._validate import (
+from ..base.checks import (
     checked_choice,
     checked_classes,
     checked_count,
@@ -16,10 +15,11 @@ from .._validate import (
     checked_vertex_classes,
     ranked_labels,
 )
-from ..adapters.convert import CloudLike, MeshLike, as_cells
+from ..base.types import Ints, Longs
 from ..cells.corner_labels import labels_of_corners
-from ..cells.kinds import kind_of, measures_of
-from ..cells.sums import weighted_majority
+from ..graph.kinds import kind_of, measures_of
+from ..graph.sums import weighted_majority
+from ..mesh.convert import CloudLike, MeshLike, as_cells
 from .crease_labels import corners_in, crease_labels
 
 METHODS = ("creases", "majority")

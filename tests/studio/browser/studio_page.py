@@ -9,9 +9,9 @@ import urllib.request
 
 import numpy as np
 
-from superfacets.studio.documents.files import Files
-from superfacets.studio.web.address import open_again
-from superfacets.studio.web.server import serve
+from superfacets_studio.documents.files import Files
+from superfacets_studio.web.address import open_again
+from superfacets_studio.web.server import serve
 
 START_SECONDS = 60
 WAIT_MS = 60_000

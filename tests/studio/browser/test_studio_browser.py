@@ -6,7 +6,7 @@ from studio_page import Tab, hue
 
 import superfacets as sf
 from superfacets import Mesh, PolygonMesh, TetMesh, sample_mesh, write_mesh
-from superfacets.studio.web.address import redirection
+from superfacets_studio.web.address import redirection
 
 
 def test_a_moved_slider_changes_the_labels_and_undo_brings_them_back(studio):

@@ -8,7 +8,7 @@ from textured_meshes import grid
 
 import superfacets as sf
 from superfacets import MeshAttributes
-from superfacets.pictures.colors import oklab
+from superfacets_show.colors import oklab
 
 OWN = [(40, 120, 50), (200, 190, 170), (60, 40, 110), (150, 60, 40), (90, 90, 90), (30, 30, 35)]
 """Own colors of the mesh, in columns; the classes are in rows."""

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from superfacets.studio.documents.document import Document
+from superfacets_studio.documents.document import Document
 
 
 @pytest.fixture

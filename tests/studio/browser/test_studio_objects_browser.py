@@ -9,7 +9,7 @@ from studio_page import Command, Tab
 
 import superfacets as sf
 from superfacets import Mesh, write_mesh
-from superfacets.studio.documents.document import Document
+from superfacets_studio.documents.document import Document
 
 CHAIR, FLOOR = 1000, 2000
 

@@ -1,0 +1,1 @@
+"""Errors, types, timing, options, and checks of numbers, labels and arrays."""

@@ -1,0 +1,922 @@
+"""Check and convert arguments.
+
+The C++ core `_core` does not check its arguments. Therefore this module returns arrays with the
+dtype and the memory layout that `_core` expects. Indices are copied before they are checked, so
+that no other thread and no memory-mapped file can change them afterwards. Arrays of floats are
+usually not copied, unless they are memory-mapped.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+import mmap
+import numbers
+import operator
+import os
+import reprlib
+import sys
+from collections.abc import Callable, Mapping, Sequence, Sized
+from typing import Any, TypeVar, cast
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from .errors import MeshError
+from .types import ArcLists, Array, Bools, Floats, Ints, Longs, Singles
+
+MAX_CELLS = 2**31 - 1
+"""Maximum number of cells, labels or vertices, because `_core` uses int32 indices."""
+
+EXTENT_RANGE = (1e-15, 1e15)
+"""Minimum and maximum of the longest side of a bounding box, in any unit of length. Within these
+limits, no product of lengths overflows or underflows, so labels do not depend on the unit. The
+longest product is the determinant of the second moments of a tetrahedron, a product of fifteen
+lengths."""
+
+VALUE_RANGE = (1e-150, 1e150)
+"""Limits for the largest of all areas or weights, so that sums and products do not overflow."""
+
+MAX_SIDE = 1 << 16
+"""Maximum width and height of an image, in pixels."""
+
+MAX_ROTATION_ERROR = 1e-3
+"""Maximum error of the scalar products of the axes of a camera pose, which should be 0 or 1. This
+limit accepts rotations that were rounded to four digits, and rejects poses with a scale."""
+
+MAX_THREADS_PER_CORE = 4
+"""Maximum number of threads per usable core. On two cores, 1,024 threads take four times as long as
+two threads, because the threads wait for each other."""
+
+
+_PLURALS = {"category": "categories", "index": "indices", "vertex": "vertices"}
+
+
+def counted(n: int, thing: str) -> str:
+    """Return a number and a noun, in the plural if necessary: "1 face", "2 faces"."""
+    return f"{n} {thing if n == 1 else _PLURALS.get(thing, thing + 's')}"
+
+
+TO_FACES = "convert the labels to faces with superfacets.face_labels(mesh, labels)"
+"""Advice for functions that need labels of faces, for users who have labels of vertices."""
+
+
+def check_length(
+    given: Sized, n: int, name: str, noun: str = "cell", *, n_vertices: int | None = None,
+    advice: str = TO_FACES, error: type[ValueError] = ValueError,
+) -> None:  # fmt: skip
+    """Raise an error unless `given` has `n` values, one value for each `noun`.
+
+    If there is one value per vertex instead of one per cell, the message contains `advice`.
+    """
+    if len(given) == n:
+        return
+    hint = f". For one label per vertex, {advice}"
+    raise error(
+        f"{name} must have one value per {noun} ({n}), got {counted(len(given), 'value')}"
+        f"{hint if len(given) == n_vertices else ''}"
+    )
+
+
+def exact_array(array: Any, dtype: Any) -> Array:
+    """Return a contiguous, aligned array of the given dtype; copy the array only if necessary."""
+    return np.require(array, dtype, ["C_CONTIGUOUS", "ALIGNED", "ENSUREARRAY"])
+
+
+def exact_doubles(array: Array) -> Floats:
+    """Convert an array to float64 with `exact_array`; numbers that are too large become infinite.
+
+    Memory-mapped arrays are copied, because the process would be killed if another program
+    shortened the file.
+    """
+    # NumPy's warnings are suppressed, because later checks find NaNs and infinities.
+    with np.errstate(over="ignore", invalid="ignore"):
+        doubles: Floats = exact_array(array, np.float64)
+    owner: Any = doubles
+    while isinstance(owner, np.ndarray):
+        owner = owner.base
+    is_mapped = isinstance(owner.obj if isinstance(owner, memoryview) else owner, mmap.mmap)
+    return doubles.copy() if is_mapped else doubles
+
+
+def owned(array: Array, dtype: Any) -> Array:
+    """Return a copy of an array, so that the caller cannot change values after they are checked."""
+    return np.array(array, dtype=dtype, order="C")
+
+
+def owned_indices(array: Array) -> Ints:
+    """Return a copy of `array` as int32; integers outside the range of int32 become negative."""
+    # Unsigned integers of 2**63 or more wrap to negative numbers when converted to int64.
+    given = exact_array(array, np.int32 if array.dtype == np.int32 else np.int64)
+    narrow = _core.narrow_indices(given.ravel(), checked_threads(None))
+    return narrow.reshape(array.shape)
+
+
+def refuse_mask(value: Any, name: str, error: type[ValueError] = ValueError) -> None:
+    """Raise an error if an array has masked entries, because NumPy would use their values."""
+    if "numpy.ma" not in sys.modules:  # no masked array can exist, so the slow import is avoided
+        return
+    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
+        raise error(f"{name} must not have masked entries: fill or remove these entries")
+
+
+def restored(state: Any, names: Sequence[str]) -> list[Any]:
+    """Return the fields `names` of the state of a pickled object.
+
+    Raises a ValueError if a field is missing. The values of the fields are not checked.
+    """
+    if not isinstance(state, dict) or not set(names) <= state.keys():
+        raise ValueError(
+            f"the copy or pickle is damaged: it must have the fields {', '.join(names)}"
+        )
+    return [state[name] for name in names]
+
+
+def freeze(instance: object, **arrays: Array) -> None:
+    """Set fields of a frozen dataclass to read-only views of arrays."""
+    for name, array in arrays.items():
+        view = array.view()
+        view.flags.writeable = False
+        object.__setattr__(instance, name, view)
+
+
+def checked_mesh(
+    vertices: Any, faces: Any, *, are_new: bool = False
+) -> tuple[Floats, Ints, Floats]:
+    """Return checked vertices, checked faces, and the bounding box (2, 3) of all used vertices.
+
+    Raises a MeshError if an array is not valid. If `are_new` is true, no other code has a reference
+    to `faces`, so an int32 array is not copied.
+    """
+    return _checked_simplices(vertices, faces, "faces", 3, are_new)
+
+
+def checked_polygons(
+    vertices: Any, offsets: Any, indices: Any, *, are_new: bool = False
+) -> tuple[Floats, Longs, Ints, Floats]:
+    """Return checked vertices, offsets and corners, and the bounding box of all used vertices.
+
+    Raises a MeshError if an array is not valid. `are_new` applies to `indices`, as in
+    `checked_mesh` to `faces`.
+    """
+    points = _point_array(vertices)
+    given = _row_of_integers(indices, "indices")
+    corners = _int32_corners(given, are_new)
+    starts = owned(_row_of_integers(offsets, "offsets"), np.int64)
+    _check_offsets(starts, len(corners))
+    wrong, box = _checked_corners(points, corners)
+    if wrong is not None:
+        face = int(np.searchsorted(starts, wrong, side="right")) - 1
+        raise_index_error(face, given[wrong], len(points))
+    return points, starts, corners, box
+
+
+def checked_tets(vertices: Any, tets: Any) -> tuple[Floats, Ints, Floats]:
+    """Return checked vertices, checked tetrahedra, and the bounding box of all used vertices."""
+    return _checked_simplices(vertices, tets, "tets", 4, False)
+
+
+def _checked_simplices(
+    vertices: Any, cells: Any, name: str, n_corners: int, are_new: bool
+) -> tuple[Floats, Ints, Floats]:
+    points = _point_array(vertices)
+    given = _corner_rows(cells, name, n_corners)
+    corners = _int32_corners(given, are_new)
+    wrong, box = _checked_corners(points, corners.ravel())
+    if wrong is not None:
+        raise_index_error(wrong // n_corners, given.ravel()[wrong], len(points), name)
+    return points, corners, box
+
+
+def _int32_corners(given: Array, are_new: bool) -> Ints:
+    needs_no_copy = are_new and given.dtype == np.int32
+    return exact_array(given, np.int32) if needs_no_copy else owned_indices(given)
+
+
+def checked_mask(mask: Any, n_cells: int, name: str) -> Bools:
+    """Return the checked mask, with one bool per cell, or all True if `mask` is None."""
+    if mask is None:
+        return np.ones(n_cells, dtype=bool)
+    array = np.asarray(mask)
+    if array.dtype != bool:
+        raise TypeError(f"{name} must be an array of bool, got {array.dtype}")
+    if array.shape != (n_cells,):
+        raise ValueError(f"{name} must have shape ({n_cells},), got {array.shape}")
+    return array
+
+
+def polygon_arrays(faces: Any) -> tuple[Array, Array]:
+    """Return offsets and corners of `faces`, an array (F, n) or a list of vertices per face."""
+    array = faces if isinstance(faces, np.ndarray) else None
+    if array is None or array.dtype == object:
+        rows = [_row_of_integers(face, "a face") for face in faces]
+        lengths = np.array([len(row) for row in rows], dtype=np.int64)
+        filled = [row for row in rows if len(row)]  # because empty lists become float arrays
+        corners = np.concatenate(filled) if filled else np.empty(0, dtype=np.int64)
+        return np.concatenate([[0], np.cumsum(lengths)]), corners
+    if array.ndim != 2:
+        raise MeshError(
+            f"faces must be lists of vertices or an array of shape (F, n), got shape {array.shape}"
+        )
+    refuse_mask(array, "faces", MeshError)
+    return np.arange(len(array) + 1) * array.shape[1], array.ravel()
+
+
+def _row_of_integers(value: Any, name: str) -> Array:
+    array = _numeric_array(value, name)
+    if array.ndim != 1:
+        raise MeshError(f"{name} must be one-dimensional, got shape {array.shape}")
+    if array.size and array.dtype.kind not in "iu":
+        raise MeshError(f"{name} must contain integers, got {array.dtype}")
+    return array
+
+
+def _check_offsets(offsets: Longs, n_corners: int) -> None:
+    """Raise a MeshError unless offsets divide the corners into faces of three or more corners."""
+    if len(offsets) < 2:
+        raise MeshError("the mesh has no faces")
+    _check_size(len(offsets) - 1, "the mesh", "faces")
+    if offsets[0] != 0 or offsets[-1] != n_corners:
+        raise MeshError(
+            f"offsets must start at 0 and end at the number of corners, {n_corners},"
+            f" got {offsets[0]} and {offsets[-1]}"
+        )
+    sizes = np.diff(offsets)
+    if sizes.min() < 3 or sizes.max() > MAX_CELLS:
+        face = int(np.argmax((sizes < 3) | (sizes > MAX_CELLS)))
+        raise MeshError(f"faces[{face}] must have at least 3 corners, got {sizes[face]}")
+
+
+def _checked_corners(points: Floats, corners: Ints) -> tuple[int | None, Floats]:
+    """Return the first position in `corners` of an invalid vertex index, and the bounding box.
+
+    If all vertex indices are valid, the position is None. Otherwise, the box is not valid. Raises a
+    MeshError if a vertex is not finite or the box violates `EXTENT_RANGE`.
+    """
+    is_finite, is_in_range, *bounds = _core.check_mesh(points, corners, checked_threads(None))
+    if not is_finite:
+        _raise_not_finite(points, "vertices")
+    box = np.array(bounds)
+    if not is_in_range:
+        return int(np.argmax((corners < 0) | (corners >= len(points)))), box
+    check_extent(*box)
+    return None, box
+
+
+def _point_array(vertices: Any) -> Floats:
+    """Return vertex positions as a contiguous (V, 3) float64 array, after checking the shape."""
+    array = _rows(vertices, "vertices", count="V")
+    _check_size(len(array), "the mesh", "vertices")
+    return exact_doubles(array)
+
+
+def _check_size(n: int, whole: str, things: str, most: int = MAX_CELLS) -> None:
+    if n > most:
+        raise MeshError(f"{whole} has {n} {things}; at most {most} are supported")
+
+
+def _corner_rows(value: Any, name: str, n_corners: int) -> Array:
+    """Return checked triangles or tetrahedra, one per row, in their original dtype."""
+    array = _numeric_array(value, name)
+    noun, count = ("faces", "F") if n_corners == 3 else ("tetrahedra", "N")
+    if array.size == 0:
+        raise MeshError(f"the mesh has no {noun}")
+    if n_corners == 3 and array.ndim == 2 and array.shape[1] > 3:
+        raise MeshError(
+            f"faces of a Mesh must have 3 corners, got {array.shape[1]}: use a PolygonMesh instead"
+        )
+    if array.ndim != 2 or array.shape[1] != n_corners:
+        raise MeshError(f"{name} must have shape ({count}, {n_corners}), got {array.shape}")
+    if array.dtype.kind not in "iu":
+        raise MeshError(f"{name} must contain integers, got {array.dtype}")
+    _check_size(len(array), "the mesh", noun, MAX_CELLS if n_corners == 3 else MAX_CELLS // 4)
+    return array
+
+
+def raise_index_error(cell: int, vertex: int, n_vertices: int, name: str = "faces") -> None:
+    """Raise a MeshError that says which cell refers to a vertex that does not exist."""
+    raise MeshError(
+        f"{name}[{cell}] refers to vertex {vertex} but the mesh has {counted(n_vertices, 'vertex')}"
+    )
+
+
+def refuse_first(
+    is_wrong: Bools, name: str, values: Array, must: str, error: type[ValueError] = ValueError
+) -> None:
+    """Raise an error for the first value that `is_wrong` marks; `must` says what is expected."""
+    if is_wrong.any():
+        index = int(np.argmax(is_wrong))
+        raise error(f"{name}[{index}] must be {must}, got {np.asarray(values)[index].tolist()}")
+
+
+def check_extent(low: Floats, high: Floats, things: str = "faces", whole: str = "mesh") -> None:
+    """Raise a MeshError if a bounding box is a point, or if its size is not in `EXTENT_RANGE`."""
+    if np.array_equal(low, high):
+        raise MeshError(f"all {things} lie at one point: the bounding box has no size")
+    with np.errstate(over="ignore"):
+        side = float(np.max(high - low))
+    if not EXTENT_RANGE[0] <= side <= EXTENT_RANGE[1]:
+        raise MeshError(
+            f"the longest side of the bounding box must be {EXTENT_RANGE[0]:g} to"
+            f" {EXTENT_RANGE[1]:g}, got {side:.3g}: rescale the {whole}"
+        )
+
+
+def is_extent_valid(bounds: Floats) -> Bools:
+    """Return, for each of K boxes, (K, 2, 3), whether its longest side is in `EXTENT_RANGE`."""
+    with np.errstate(over="ignore"):
+        sizes = (bounds[:, 1] - bounds[:, 0]).max(axis=1)
+    return np.asarray((sizes >= EXTENT_RANGE[0]) & (sizes <= EXTENT_RANGE[1]))
+
+
+def _numeric_array(value: Any, name: str) -> Array:
+    refuse_mask(value, name, MeshError)
+    try:
+        array = np.asarray(value)
+    except ValueError as error:  # the nested lists are ragged
+        raise MeshError(f"{name} must be a rectangular array: {error}") from None
+    if array.dtype.kind not in "fiu":
+        raise MeshError(f"{name} must contain numbers, got {array.dtype}")
+    return array
+
+
+def checked_points(points: Any) -> tuple[Floats, Floats]:
+    """Return points (N, 3) as float64, and their bounding box (2, 3).
+
+    Raises a MeshError if there are no points, or if a point is not valid.
+    """
+    given = _rows(points, "points")
+    if not len(given):
+        raise MeshError("the cloud has no points")
+    _check_size(len(given), "the cloud", "points")
+    array = exact_doubles(given)
+    # A loop over the three axes is ten times faster than min(axis=0).
+    box = np.array([[axis.min() for axis in array.T], [axis.max() for axis in array.T]])
+    if not np.isfinite(box).all():
+        _raise_not_finite(array, "points")
+    # Equal points are valid here. Functions that need distinct points also call `check_spread`.
+    if not np.array_equal(*box):
+        check_spread(box)
+    return array, box
+
+
+def check_spread(bounds: Floats) -> None:
+    """Raise a MeshError if the box around a cloud is a point, or too small or too large."""
+    check_extent(bounds[0], bounds[1], "points", "cloud")
+
+
+def checked_queries(points: Any) -> Floats:
+    """Return checked query points (M, 3) as float64; raise a MeshError if a point is not valid."""
+    array = exact_doubles(_rows(points, "points"))
+    if not np.isfinite(array).all():
+        _raise_not_finite(array, "points")
+    largest = float(np.abs(array).max(initial=0.0))
+    if largest > VALUE_RANGE[1]:
+        raise MeshError(
+            f"coordinates of points must be at most {VALUE_RANGE[1]:g}, got {largest:.3g}: rescale"
+            " the points"
+        )
+    return array
+
+
+def checked_normals(normals: Any, n_points: int, first: int = 0, name: str = "normals") -> Floats:
+    """Return normals (N, 3) as float64, scaled to length 1; zero vectors are not changed.
+
+    Raises a MeshError for invalid normals. `first` is the index of the first row in messages.
+    """
+    array = owned(exact_doubles(_rows(normals, name, n_points)), np.float64)
+    if not np.isfinite(array).all():
+        _raise_not_finite(array, name, first)
+    # Vectors are first divided by their largest component, so that squares cannot overflow.
+    largest = np.abs(array).max(axis=1, initial=0.0, keepdims=True)
+    np.divide(array, largest, out=array, where=largest > 0)
+    lengths = np.sqrt(np.einsum("ij,ij->i", array, array))[:, None]
+    np.divide(array, lengths, out=array, where=lengths > 0)
+    return array
+
+
+def checked_viewpoints(viewpoints: Any, n_points: int) -> Floats:
+    """Return a checked viewpoint (3,), or checked viewpoints, one per point (N, 3), as float64.
+
+    Raises a MeshError if the viewpoints are not valid.
+    """
+    array = _numeric_array(viewpoints, "viewpoints")
+    if array.shape not in ((3,), (n_points, 3)):
+        raise MeshError(f"viewpoints must have shape (3,) or ({n_points}, 3), got {array.shape}")
+    positions = owned(exact_doubles(array), np.float64)
+    if not np.isfinite(positions).all():
+        _raise_not_finite(positions.reshape(-1, 3), "viewpoints")
+    return positions
+
+
+def checked_colors(colors: Any, n_points: int) -> Singles:
+    """Return red, green and blue of each point, from 0 to 1, as (N, 3) float32.
+
+    Unsigned integers are divided by the maximum of their dtype. An alpha channel is ignored. Raises
+    a MeshError if the colors are not valid.
+    """
+    array = _numeric_array(colors, "colors")
+    if array.ndim != 2 or array.shape[0] != n_points or array.shape[1] not in (3, 4):
+        raise MeshError(f"colors must have shape ({n_points}, 3), got {array.shape}")
+    if array.dtype.kind == "i":
+        raise MeshError(f"colors must be floats or unsigned integers, got {array.dtype}")
+    if array.dtype.kind == "u":
+        shades = np.asarray(array[:, :3], np.float32)
+        return np.asarray(shades / np.float32(np.iinfo(array.dtype).max), np.float32)
+    shades = owned(array[:, :3], np.float32)
+    is_wrong = ~((shades >= 0) & (shades <= 1)).all(axis=1)  # True if a shade is NaN
+    if is_wrong.any():
+        first = int(np.argmax(is_wrong))
+        raise MeshError(f"colors[{first}] must be from 0 to 1, got {shades[first].tolist()}")
+    return shades
+
+
+def _rows(value: Any, name: str, n_rows: int | None = None, *, count: str = "N") -> Array:
+    """Return `value` as an array of numbers of shape (N, 3), or raise a MeshError.
+
+    If `n_rows` is given, N must be `n_rows`. Otherwise, messages show `count` instead of N.
+    """
+    array = _numeric_array(value, name)
+    if array.ndim != 2 or array.shape[1] != 3 or n_rows not in (None, len(array)):
+        count = count if n_rows is None else str(n_rows)
+        raise MeshError(f"{name} must have shape ({count}, 3), got {array.shape}")
+    return array
+
+
+def _raise_not_finite(rows: Floats, name: str, first: int = 0) -> None:
+    wrong = int(np.argmin(np.isfinite(rows).all(axis=1)))
+    raise MeshError(f"{name}[{first + wrong}] must be finite, got {rows[wrong].tolist()}")
+
+
+def checked_bounds(bounds: Any, positions: Floats) -> Floats:
+    """Return the corners of a box, (2, 3) float64; if `bounds` is None, the box of `positions`."""
+    if bounds is None:
+        return np.array([positions.min(axis=0), positions.max(axis=0)])
+    array = exact_doubles(_numeric_array(bounds, "bounds"))
+    if array.shape != (2, 3) or not np.isfinite(array).all() or np.any(array[0] > array[1]):
+        raise ValueError(
+            f"bounds must be finite low and high corners of shape (2, 3), got {array.tolist()}"
+        )
+    return array
+
+
+def checked_positions(positions: Any) -> Floats:
+    """Return checked positions of cells as a contiguous (N, 3) float64 array; N is at least 1."""
+    array = exact_doubles(_numeric_array(positions, "positions"))
+    if array.ndim != 2 or array.shape[1] != 3 or not 1 <= len(array) <= MAX_CELLS:
+        raise ValueError(f"positions must have shape (N, 3) with N >= 1, got {array.shape}")
+    if not np.isfinite(array).all():
+        wrong = int(np.argmin(np.isfinite(array).all(axis=1)))
+        raise ValueError(f"positions[{wrong}] must be finite, got {array[wrong].tolist()}")
+    with np.errstate(over="ignore"):
+        extent = float(np.ptp(array, axis=0).max())
+    if extent and not EXTENT_RANGE[0] <= extent <= EXTENT_RANGE[1]:
+        raise ValueError(
+            f"the extent of positions must be {EXTENT_RANGE[0]:g} to {EXTENT_RANGE[1]:g}, got"
+            f" {extent:.3g}: rescale the positions"
+        )
+    return array
+
+
+def checked_nonnegative_array(value: Any, n: int, name: str, per: str, n_threads: int) -> Floats:
+    """Return `value` as float64 after checking that it has n finite numbers >= 0.
+
+    The largest number must be 0 or in `VALUE_RANGE`. Messages require one value per `per`, for
+    example "arc".
+    """
+    refuse_mask(value, name)
+    array = np.asarray(value)
+    if array.dtype.kind not in "fiu":
+        raise TypeError(f"{name} must contain numbers, got {array.dtype}")
+    array = exact_doubles(array)
+    if array.shape != (n,):
+        raise ValueError(f"{name} must have one value per {per}, shape ({n},), got {array.shape}")
+    is_valid, largest = _core.check_numbers(array, n_threads)
+    if not is_valid:
+        is_wrong = ~(np.isfinite(array) & (array >= 0))
+        refuse_first(is_wrong, name, array, "finite and not negative")
+    if largest and not VALUE_RANGE[0] <= largest <= VALUE_RANGE[1]:
+        raise ValueError(
+            f"the largest value of {name} must be {VALUE_RANGE[0]:g} to {VALUE_RANGE[1]:g}, got"
+            f" {largest:.3g}: rescale the values"
+        )
+    return array
+
+
+def checked_arcs(offsets: Any, neighbors: Any, n_cells: int) -> ArcLists:
+    """Return checked arcs in CSR form: offsets (N + 1,) int64, and neighbors (M,) int32."""
+    starts = owned(_integer_array(offsets, "offsets"), np.int64)
+    targets = owned_indices(_integer_array(neighbors, "neighbors"))
+    if len(starts) != n_cells + 1:
+        raise ValueError(f"offsets must have shape ({n_cells + 1},), got {starts.shape}")
+    if starts[0] != 0 or starts[-1] != len(targets) or np.any(np.diff(starts) < 0):
+        raise ValueError(f"offsets must increase from 0 to {len(targets)}, the number of arcs")
+    is_wrong = (targets < 0) | (targets >= n_cells)
+    refuse_first(is_wrong, "neighbors", neighbors, f"0 to {n_cells - 1}")
+    return starts, targets
+
+
+def checked_angles(angles: Any, n_arcs: int) -> Floats:
+    """Return checked angles as (M,) float64: one angle per arc, from -pi to pi."""
+    array = owned(_numeric_array(angles, "angles"), np.float64)
+    if array.shape != (n_arcs,):
+        raise ValueError(
+            f"angles must have one value per arc, shape ({n_arcs},), got {array.shape}"
+        )
+    is_wrong = ~(np.abs(array) <= math.pi)  # True for NaN
+    refuse_first(is_wrong, "angles", array, "from -pi to pi")
+    return array
+
+
+def checked_sides(sides: Any, offsets: Longs) -> Ints:
+    """Return checked sides as (M,) int32: the side of its cell that each arc crosses.
+
+    The sides of the arcs of one cell must be in ascending order.
+    """
+    array = owned_indices(_integer_array(sides, "sides"))
+    if len(array) != offsets[-1]:
+        raise ValueError(f"sides must have shape ({offsets[-1]},), got {array.shape}")
+    refuse_first(array < 0, "sides", sides, "not negative")
+    falls = np.flatnonzero(np.diff(array) < 0) + 1
+    if not np.isin(falls, offsets).all():
+        raise ValueError("sides must be in ascending order for the arcs of each cell")
+    return array
+
+
+def checked_seeds(seeds: Any, n_cells: int, name: str = "centers") -> Ints:
+    """Return the indices of K distinct cells as int32, after checking that K is at least 1."""
+    given = _integer_array(seeds, name)
+    array = owned_indices(given)
+    if not len(array):
+        raise ValueError(f"{name} must contain at least one cell, but it is empty")
+    is_wrong = (array < 0) | (array >= n_cells)
+    refuse_first(is_wrong, name, given, f"0 to {n_cells - 1}")
+    values, counts = np.unique(array, return_counts=True)
+    if len(values) < len(array):
+        twice = values[np.argmax(counts > 1)]
+        raise ValueError(f"{name} must be distinct, but cell {twice} occurs more than once")
+    return array
+
+
+def checked_region_centers(centers: npt.ArrayLike, labels: Ints, n_regions: int) -> Ints:
+    """Return checked centers as (K,) int32, where entry i is a cell of region i."""
+    cells = checked_seeds(centers, len(labels))
+    if len(cells) != n_regions:
+        raise ValueError(
+            f"centers must have one cell per region ({n_regions}), got"
+            f" {counted(len(cells), 'cell')}"
+        )
+    is_wrong = labels[cells] != np.arange(n_regions)
+    if is_wrong.any():
+        region = int(np.argmax(is_wrong))
+        cell = cells[region]
+        raise ValueError(
+            f"centers[{region}] must be a cell of region {region}, got cell {cell} of region"
+            f" {labels[cell]}"
+        )
+    return cells
+
+
+def checked_edges(edges: Any, n_vertices: int, name: str) -> Ints:
+    """Return checked edges as an (E, 2) int32 array; each edge is a pair of vertices."""
+    given = np.asarray(edges)
+    if given.ndim != 2 or given.shape[1] != 2:
+        raise ValueError(f"{name} must have shape (E, 2), got {given.shape}")
+    flat = owned_indices(_integer_array(given.ravel(), name))
+    if flat.min(initial=0) < 0 or flat.max(initial=0) >= n_vertices:
+        edge = int(np.argmax((flat < 0) | (flat >= n_vertices))) // 2
+        raise ValueError(
+            f"{name}[{edge}] must be vertices from 0 to {n_vertices - 1}, got"
+            f" {given[edge].tolist()}"
+        )
+    return flat.reshape(-1, 2)
+
+
+def checked_partial_labels(
+    labels: Any, n_cells: int, name: str = "labels", *, least: int = -1,
+    n_vertices: int | None = None, advice: str = TO_FACES,
+) -> tuple[Ints, int]:  # fmt: skip
+    """Return checked labels as an (N,) int32 array, and the number K of regions.
+
+    Each label from 0 to K - 1 must occur. The label -1, for cells without a region, is only
+    allowed if `least` is -1. `n_vertices` and `advice` are the same as in `check_length`.
+    """
+    given = _row_of_labels(labels, n_cells, name, n_vertices, advice)
+    is_wrong = (given < least) | (given >= n_cells)
+    refuse_first(is_wrong, name, given, f"{least} to {n_cells - 1} for {counted(n_cells, 'cell')}")
+    array = owned_indices(given)
+    counts = np.bincount(array + 1)[1:]
+    if not counts.all():
+        raise ValueError(
+            f"{name} must be consecutive integers from 0, but no cell has label"
+            f" {int(np.argmin(counts))}: renumber them with"
+            f" np.unique({name}, return_inverse=True)[1]{' - 1' if (array < 0).any() else ''}"
+        )
+    return array, len(counts)
+
+
+def checked_regions(
+    labels: Any, n_cells: int, n_vertices: int | None = None, name: str = "labels"
+) -> tuple[Ints, int]:
+    """Return the result of `checked_partial_labels`; raise a ValueError if all labels are -1."""
+    array, n_regions = checked_partial_labels(labels, n_cells, name, n_vertices=n_vertices)
+    if not n_regions:
+        raise ValueError(f"{name} must contain at least one region, but all labels are -1")
+    return array, n_regions
+
+
+def checked_classes(labels: Any, n_cells: int, name: str, n_vertices: int | None = None) -> Ints:
+    """Return labels of cells as int32; they may be any integers >= 0, or -1 for no label.
+
+    `n_vertices` is the same as in `check_length`.
+    """
+    return _checked_classes(_row_of_labels(labels, n_cells, name, n_vertices), name)
+
+
+def checked_vertex_classes(labels: Any, n_vertices: int, name: str) -> Ints:
+    """Return labels of vertices as int32; they may be any integers >= 0, or -1 for no label."""
+    given = _integer_array(labels, name)
+    check_length(given, n_vertices, name, "vertex")
+    return _checked_classes(given, name)
+
+
+def _checked_classes(given: Array, name: str) -> Ints:
+    array = given.astype(np.int32, order="C")  # copies, so the caller cannot change the labels
+    is_wrong = (array < -1) | (array != given)
+    refuse_first(is_wrong, name, given, f"-1 to {MAX_CELLS}")
+    return array
+
+
+def _row_of_labels(
+    labels: Any, n_cells: int, name: str, n_vertices: int | None = None, advice: str = TO_FACES
+) -> Array:
+    given = _integer_array(labels, name)
+    check_length(given, n_cells, name, n_vertices=n_vertices, advice=advice)
+    return given
+
+
+def checked_any_labels(labels: Any, n_cells: int, n_vertices: int | None = None) -> Longs:
+    """Return checked labels, which may be any integers, as an (N,) int64 array."""
+    given = _row_of_labels(labels, n_cells, "labels", n_vertices)
+    array = owned(given, np.int64)
+    if given.dtype.kind == "u":
+        refuse_first(array < 0, "labels", given, "less than 2**63")
+    return array
+
+
+def compact_partial_labels(
+    labels: Any, n_cells: int, n_vertices: int | None = None
+) -> tuple[Ints, Array]:
+    """Check labels, which may be any integers, and return the result of `ranked_labels`."""
+    return ranked_labels(checked_any_labels(labels, n_cells, n_vertices))
+
+
+def compact_complete(labels: Any, n_cells: int, n_vertices: int | None = None) -> tuple[Ints, int]:
+    """Replace K different labels by 0 to K - 1 in the same order; return the new labels and K.
+
+    Raises a MeshError if a label is negative, because metrics need a region for each cell.
+    """
+    array = checked_any_labels(labels, n_cells, n_vertices)
+    must = "at least 0, because metrics need a region for each cell"
+    refuse_first(array < 0, "labels", array, must, MeshError)
+    ranks, names = ranked_labels(array)
+    return ranks, len(names)
+
+
+def compact_truth(truth: Any, n_cells: int, n_vertices: int | None = None) -> tuple[Ints, int]:
+    """Return the same as `compact_complete`, but unannotated cells keep the label -1.
+
+    Raises a MeshError if a label is below -1, or if all cells are unannotated.
+    """
+    array = checked_any_labels(truth, n_cells, n_vertices)
+    refuse_first(array < -1, "truth", array, "at least -1", MeshError)
+    ranks, names = ranked_labels(array)
+    if not len(names):
+        raise MeshError("truth must have a segment for at least one cell, but all values are -1")
+    return ranks, len(names)
+
+
+def ranked_labels(labels: npt.NDArray[np.integer[Any]]) -> tuple[Ints, Array]:
+    """Replace K different labels by 0 to K - 1 in the same order; the label -1 is not replaced.
+
+    Returns the new labels, and the K labels that they replace.
+    """
+    if labels.min() >= -1 and labels.max() < len(labels):  # a table is faster than sorting
+        is_used = np.bincount(labels + 1) > 0
+        names, indices = np.arange(-1, len(is_used) - 1), labels + 1
+    else:
+        names, indices = np.unique(labels, return_inverse=True)
+        is_used = np.ones(len(names), bool)
+    is_used &= names != -1
+    ranks = np.cumsum(is_used, dtype=np.int32) - np.int32(1)
+    ranks[names == -1] = -1
+    return ranks[indices], names[is_used]
+
+
+def _shown(value: object) -> str:
+    """Return a short text for a wrong value; scalars of NumPy are shown as plain numbers."""
+    return str(value) if isinstance(value, (np.number, np.bool_)) else reprlib.repr(value)
+
+
+def checked_count(
+    value: Any, name: str, high: int | None = None, of: str = "", *, low: int = 1
+) -> int:
+    """Check and return an integer from `low` to `high`; `of` is the noun for what `high` counts."""
+    if isinstance(value, (bool, np.bool_)) or not hasattr(value, "__index__"):
+        raise TypeError(f"{name} must be an integer, got {_shown(value)}")
+    if isinstance(value, np.ndarray):
+        hint = ": pass vertices and faces as one pair (vertices, faces)"
+        raise TypeError(
+            f"{name} must be an integer, got an array{hint if name == 'n_segments' else ''}"
+        )
+    count = operator.index(value)
+    if count < low:
+        raise ValueError(f"{name} must be at least {low}, got {count}")
+    if high is not None and count > high:
+        meaning = f", the number of {of}" if of else ""
+        raise ValueError(f"{name} must be at most {high}{meaning}, got {count}")
+    return count
+
+
+def checked_number(value: Any, name: str, *, zero: bool) -> float:
+    """Return a number as float after checking that it is finite and > 0, or >= 0 if `zero`."""
+    if isinstance(value, (bool, np.bool_)) or not isinstance(value, numbers.Real):
+        raise TypeError(f"{name} must be a number, got {_shown(value)}")
+    try:
+        number = float(value)
+    except OverflowError:
+        number = math.inf
+    if not math.isfinite(number) or number < 0 or (number == 0 and not zero):
+        expected = "not negative" if zero else "positive"
+        raise ValueError(f"{name} must be finite and {expected}, got {_shown(value)}")
+    return number
+
+
+def checked_fraction(value: Any, name: str) -> float:
+    """Return a number as float after checking that it is from 0 to 1."""
+    number = checked_number(value, name, zero=True)
+    if number > 1.0:
+        raise ValueError(f"{name} must be from 0 to 1, got {number}")
+    return number
+
+
+def checked_cell_weights(weights: Any, n_cells: int) -> Floats:
+    """Return `weights` as (N,) float64 after checking that each weight is finite and >= 0."""
+    refuse_mask(weights, "cell_weights")
+    given = np.asarray(weights)
+    if given.dtype.kind not in "iufb":
+        raise TypeError(f"cell_weights must contain numbers, got {given.dtype}")
+    if given.shape != (n_cells,):
+        raise ValueError(f"cell_weights must have shape ({n_cells},), got {given.shape}")
+    array = exact_doubles(given)
+    is_wrong = ~(np.isfinite(array) & (array >= 0))
+    refuse_first(is_wrong, "cell_weights", given, "finite and not negative")
+    return array
+
+
+def checked_flag(value: Any, name: str) -> bool:
+    """Return `value` as bool; raise a TypeError if it is neither True nor False."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise TypeError(f"{name} must be True or False, got {_shown(value)}")
+    return bool(value)
+
+
+def checked_choice(value: str, name: str, choices: tuple[str, ...]) -> str:
+    """Return `value`; raise a ValueError if it is not one of `choices`."""
+    if value not in choices:
+        raise ValueError(f"{name} must be one of {', '.join(choices)}, got {value!r}")
+    return value
+
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+def explains_parameters(others: Mapping[str, str]) -> Callable[[Function], Function]:
+    """Return a decorator that makes a function raise a TypeError with advice for some parameters.
+
+    `others` maps names of parameters, which only other tools have, to advice for their users.
+    """
+
+    def decorate(function: Function) -> Function:
+        @functools.wraps(function)
+        def checked(*args: Any, **keywords: Any) -> Any:
+            for name in keywords.keys() & others.keys():
+                raise TypeError(f"{function.__name__} has no parameter {name}: {others[name]}")
+            return function(*args, **keywords)
+
+        return cast(Function, checked)
+
+    return decorate
+
+
+def checked_pose(pose: Any) -> Floats:
+    """Return the checked camera pose (rotation and position) as a new array of shape (4, 4)."""
+    given = _numbers_of(pose, "pose")
+    if given.shape not in ((4, 4), (3, 4)):
+        raise ValueError(f"pose must have shape (4, 4) or (3, 4), got {given.shape}")
+    if not np.isfinite(given).all():
+        raise ValueError("pose must be finite: leave out images whose pose is unknown")
+    array = np.eye(4)
+    array[: len(given)] = given
+    if np.any(array[3] != (0, 0, 0, 1)):
+        raise ValueError(f"the last row of pose must be 0, 0, 0, 1, got {array[3].tolist()}")
+    rotation = array[:3, :3]
+    with np.errstate(over="ignore", invalid="ignore"):
+        products = (rotation[:, :, None] * rotation[:, None]).sum(axis=0)
+    error = float(np.abs(products - np.eye(3)).max())
+    if not error <= MAX_ROTATION_ERROR:  # also if it is NaN
+        raise ValueError(
+            "pose must be a rotation and a position, without scale or shear: its axes must be"
+            f" orthonormal to within {MAX_ROTATION_ERROR:g}, got an error of {error:.2g}"
+        )
+    if np.dot(np.cross(rotation[0], rotation[1]), rotation[2]) < 0:
+        raise ValueError("pose must be a rotation, got a reflection: reverse one of its axes")
+    return array
+
+
+def checked_intrinsics(intrinsics: Any) -> Floats:
+    """Return the checked focal lengths and principal point of a camera, (fx, fy, cx, cy).
+
+    `intrinsics` may also be a camera matrix without skew, of shape (3, 3) or (4, 4).
+    """
+    given = _numbers_of(intrinsics, "intrinsics")
+    if given.shape in ((3, 3), (4, 4)):
+        if given[0, 1] != 0:
+            raise ValueError(f"the skew of intrinsics must be 0, got {given[0, 1]:g}")
+        given = given[(0, 1, 0, 1), (0, 1, 2, 2)]
+    if given.shape != (4,):
+        raise ValueError(
+            "intrinsics must be (fx, fy, cx, cy) or a matrix of shape (3, 3) or (4, 4), got shape"
+            f" {given.shape}"
+        )
+    if not np.isfinite(given).all() or given[:2].min() <= 0:
+        raise ValueError(
+            f"intrinsics must be finite, with positive focal lengths, got {given.tolist()}"
+        )
+    return owned(given, np.float64)
+
+
+def checked_image_size(size: Any) -> tuple[int, int]:
+    """Return image width and height after checking that both are from 1 to `MAX_SIDE` pixels."""
+    if not isinstance(size, (tuple, list, np.ndarray)) or len(size) != 2:
+        raise TypeError(f"size must be a pair of width and height, got {reprlib.repr(size)}")
+    width, height = (checked_count(value, "size", MAX_SIDE) for value in size)
+    return width, height
+
+
+def _numbers_of(value: Any, name: str) -> Floats:
+    refuse_mask(value, name)
+    try:
+        array = np.asarray(value)
+    except ValueError:  # the nested lists are ragged
+        array = np.empty(0, object)
+    if array.dtype.kind not in "fiu":
+        raise TypeError(f"{name} must be an array of numbers, got {_shown(value)}")
+    return array.astype(np.float64)
+
+
+def checked_callable(value: Any, name: str) -> Any:
+    """Return `value`; raise a TypeError if it is neither callable nor None."""
+    if value is not None and not callable(value):
+        raise TypeError(f"{name} must be callable, got {_shown(value)}")
+    return value
+
+
+def checked_threads(n_threads: Any) -> int:
+    """Return the number of threads to use, at most `MAX_THREADS_PER_CORE` per usable core.
+
+    If `n_threads` is None, the environment variable SUPERFACETS_NUM_THREADS is used instead. If the
+    variable is not set, the result is one thread per usable core.
+    """
+    if n_threads is not None:
+        return min(checked_count(n_threads, "n_threads"), MAX_THREADS_PER_CORE * usable_cores())
+    from_environment = os.environ.get("SUPERFACETS_NUM_THREADS", "")
+    if from_environment:
+        if not from_environment.isdecimal():
+            raise ValueError(
+                f"SUPERFACETS_NUM_THREADS must be a positive integer, got {from_environment!r}"
+            )
+        return checked_threads(checked_count(int(from_environment), "SUPERFACETS_NUM_THREADS"))
+    return usable_cores()
+
+
+def usable_cores() -> int:
+    """Return the number of CPU cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def _integer_array(value: Any, name: str) -> Array:
+    """Return `value` as a checked one-dimensional array of integers, in its original dtype."""
+    refuse_mask(value, name)
+    try:
+        array = np.asarray(value)
+    except ValueError:  # the items differ in shape
+        raise ValueError(f"{name} must be one-dimensional, got items of different shapes") from None
+    if array.ndim != 1:
+        raise ValueError(f"{name} must be one-dimensional, got shape {array.shape}")
+    if array.size and array.dtype.kind not in "iu":
+        raise TypeError(f"{name} must contain integers, got {array.dtype}")
+    return array

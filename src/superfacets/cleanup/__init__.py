@@ -1,0 +1,1 @@
+"""Stage 5: connect, merge, smooth and resize regions: labels of cells in, labels out."""

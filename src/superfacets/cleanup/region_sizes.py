@@ -1,0 +1,119 @@
+"""Stage 5: move single cells between regions until the regions have their target sizes."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from .. import _core
+from ..base.checks import counted
+from ..base.errors import MeshError
+from ..base.types import Floats, Ints
+from ..clustering.balance import Balancer
+from ..graph.sums import sums_by_label
+from .edit import BorderCosts
+from .smooth import MAX_DISTANCE, SmoothOptions, straighten
+
+SPREAD = 0.2
+"""Accepted relative difference between the size of a region and its target size. The difference may
+be larger if cells are large. With 0.2 and 150 regions on the benchmark models, the
+undersegmentation error is 0.135, the compactness 4.50 and the coefficient of variation of areas
+0.09. With 0.15, they are 0.139, 4.5 and 0.083."""
+
+
+class Goals(NamedTuple):
+    """Target sizes of regions. The size of a region is the sum of the sizes of its cells."""
+
+    sizes: Floats  # (N,) size of each cell
+    goals: Floats  # (K,) target size of each region
+    bounds: tuple[float, float] = (0.0, math.inf)  # minimum and maximum size of any region
+    is_exact: bool = False  # True if sizes must equal `goals`, even if regions get disconnected
+
+    @property
+    def limits(self) -> tuple[Floats, Floats]:
+        """Accepted minimum and maximum size of each region, as two arrays (K,)."""
+        if self.is_exact:
+            return self.goals, self.goals
+        low, high = self.bounds
+        lows, highs = (1.0 - SPREAD) * self.goals, (1.0 + SPREAD) * self.goals
+        return np.clip(lows, low, high), np.clip(highs, low, high)
+
+    @classmethod
+    def of(cls, balancer: Balancer, labels: Ints, n_regions: int) -> Goals:
+        """Return the goals of a balancer; regions without a goal get their current size as goal."""
+        rules = balancer.rules
+        found = sums_by_label(labels, rules.sizes, n_regions)
+        goals = np.concatenate([balancer.goals, found[len(balancer.goals) :]])
+        is_exact = rules.options.cells_per_region is not None
+        return cls(rules.sizes, goals, rules.options.bounds, is_exact)
+
+    def out_of_bounds(self, labels: Ints) -> Ints:
+        """Return the regions whose size is not in `bounds` or, if `is_exact`, is not the goal."""
+        low, high = self.limits if self.is_exact else self.bounds
+        found = sums_by_label(labels, self.sizes, len(self.goals))
+        slack = 1e-9 * float(found.mean())
+        return np.flatnonzero((found < low - slack) | (found > high + slack)).astype(np.int32)
+
+    def check(self, labels: Ints) -> None:
+        """Raise a MeshError if the size of a region is out of bounds (see `out_of_bounds`)."""
+        low, high = self.bounds
+        for region in self.out_of_bounds(labels)[:1].tolist():
+            size = float(self.sizes[labels == region].sum())
+            if self.is_exact:
+                wanted = self.goals[region]
+                raise MeshError(
+                    f"no regions with cells_per_region={self.goals.max():g} were found: region"
+                    f" {region} has {counted(int(size), 'cell')} instead of {wanted:g}"
+                )
+            name, bound = ("min", low) if size < low else ("max", high)
+            raise MeshError(
+                f"no regions with {name}_measure={bound:g} were found: region {region} has"
+                f" {size:g}; try less strict bounds or another number of regions"
+            )
+
+
+def settle(
+    costs: BorderCosts, labels: Ints, centers: Ints, goals: Goals, smoothing: SmoothOptions | None
+) -> tuple[Ints, Ints]:
+    """Move cells between regions to bring sizes within `goals.limits`; return labels and centers.
+
+    Moved cells make borders rough. Therefore, if `smoothing` is given, borders are smoothed and
+    cells are moved again. This second result is used unless its sizes are out of bounds. Raises a
+    MeshError if the sizes of the result are out of bounds.
+    """
+    positions, measures = costs.surface.positions, costs.surface.measures
+    labels = move_to_goals(costs, labels, goals)
+    centers = recentered(centers, labels, positions, measures)
+    if smoothing is not None:
+        near = smoothing._replace(max_distance=MAX_DISTANCE)
+        again = move_to_goals(costs, straighten(costs, labels, centers, near, goals[:2]), goals)
+        if not len(goals.out_of_bounds(again)):
+            labels = again
+            centers = recentered(centers, labels, positions, measures)
+    goals.check(labels)
+    return labels, centers
+
+
+def move_to_goals(costs: BorderCosts, labels: Ints, goals: Goals) -> Ints:
+    """Move cells to bring the sizes of all regions within `goals.limits`, and return new labels.
+
+    Cells move from large to small regions, along shortest paths in the graph of adjacent regions.
+    Some sizes may remain outside the limits. Regions stay connected if `goals.is_exact` is false.
+    """
+    lows, highs = goals.limits
+    return _core.move_cells(
+        *costs.args, labels, goals.sizes, lows, highs, goals.is_exact, costs.surface.n_threads
+    )
+
+
+def recentered(centers: Ints, labels: Ints, positions: Floats, measures: Floats) -> Ints:
+    """Replace each center outside its region by the cell nearest to the centroid of the region."""
+    centers = centers.copy()
+    for region in np.flatnonzero(labels[centers] != np.arange(len(centers))).tolist():
+        cells = np.flatnonzero(labels == region)
+        weights = measures[cells] if measures[cells].sum() > 0 else None
+        offsets = positions[cells] - np.average(positions[cells], axis=0, weights=weights)
+        centers[region] = cells[np.argmin((offsets * offsets).sum(axis=1))]
+    return centers

@@ -1,1 +1,0 @@
-"""Writers of cells, labels and regions, with one module per format."""

@@ -1,0 +1,317 @@
+"""Open files, and check and convert arrays, for the readers of all formats."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import math
+import mmap
+import os
+import stat
+import struct
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory, TemporaryFile
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from ..base.checks import checked_threads, counted
+from ..base.errors import MeshError
+from ..base.types import Array, Floats, Longs
+
+TriangleArrays = tuple[Floats, Array]
+"""Vertices, (V, 3), and faces, (F, 3), in the order of the file."""
+
+MAX_GROWTH = 100
+"""Maximum size of the arrays of a file, as a multiple of the file size, in formats that compress
+arrays or refer to an array several times."""
+
+ALWAYS_ALLOWED = 64 << 20
+"""Size of arrays, in bytes, that is accepted for files of any size."""
+
+
+class Polygons(NamedTuple):
+    """Faces with different numbers of corners, or with more than three corners."""
+
+    offsets: Longs  # (F + 1,) start of each face in `indices`, then the length of `indices`
+    indices: Array  # (C,) vertex index of each corner
+
+
+Arrays = tuple[Floats, Array | Polygons]
+"""Vertices, (V, 3), and faces, in the order of the file. Faces are an (F, 3) array if all faces are
+triangles. Indices and coordinates are checked later, by `Mesh` and `PolygonMesh`."""
+
+MAX_DIGITS = 20  # maximum length of an integer in JSON; int64 has 19 digits and a sign
+
+Content = bytes | mmap.mmap
+"""Content of a file. Slices of both types are bytes, and NumPy reads both types without copying."""
+
+
+def known_ending(path: Path, endings: Sequence[str]) -> str:
+    """Return the longest of `endings` with which the file name ends.
+
+    Raises a MeshError if the file name has none of the endings. Letter case is ignored. An ending
+    may contain several dots, for example ``.segs.json``.
+    """
+    name = path.name.lower()
+    fitting = [ending for ending in endings if name.endswith(ending) and name != ending]
+    if not fitting:
+        given = path.suffix.lower() or "none"
+        raise MeshError(f"{path}: expected the ending {', '.join(endings)}, got {given}")
+    return max(fitting, key=len)
+
+
+def read_content(path: Path) -> mmap.mmap:
+    """Read a file into memory, or raise a MeshError if the file is empty.
+
+    The file is not memory-mapped, because the process would crash if the file were truncated later.
+    """
+    with open_regular(path) as file:
+        size = os.fstat(file.fileno()).st_size
+        if not size:
+            raise MeshError(f"{path}: the file is empty")
+        content = _new_memory(size)
+        fill(content, file)
+    return content
+
+
+@contextlib.contextmanager
+def named_errors(path: object) -> Iterator[None]:
+    """Prepend `path` to the message of any MeshError that the block raises."""
+    try:
+        yield
+    except MeshError as error:
+        raise MeshError(f"{path}: {error}") from None
+
+
+def read_json(path: Path) -> Any:
+    """Parse a JSON file with `parsed_json`; errors name the file."""
+    check_regular(path)
+    return parsed_json(path.read_bytes(), f"{path}:")
+
+
+def parsed_json(text: str | bytes | bytearray, name: str = "it") -> Any:
+    """Parse JSON whose numbers fit into int64 or float64, and whose objects have different keys.
+
+    Raises a MeshError that begins with `name` for all other text. As NaN and infinity are refused,
+    `int` of a number never fails, and a check of both ends of a range is enough.
+    """
+    try:
+        return json.loads(
+            text, parse_int=_whole_number, parse_float=_finite_number,
+            parse_constant=_finite_number, object_pairs_hook=_object_of,
+        )  # fmt: skip
+    except RecursionError:
+        raise MeshError(f"{name} is nested too deeply") from None
+    except MeshError as error:
+        raise MeshError(f"{name} {error}") from None
+    except ValueError as error:
+        raise MeshError(f"{name} is not valid JSON: {error}") from None
+
+
+def _whole_number(text: str) -> int:
+    number = int(text) if len(text) <= MAX_DIGITS else None
+    if number is None or not -(2**63) <= number < 2**63:
+        raise MeshError(f"has the number {shortened(text)}, which does not fit into 64 bits")
+    return number
+
+
+def _finite_number(text: str) -> float:
+    number = float(text)
+    if not math.isfinite(number):
+        raise MeshError(f"has the number {shortened(text)}, which does not fit into 64 bits")
+    return number
+
+
+def _object_of(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        double = Counter(name for name, _ in pairs).most_common(1)[0][0]
+        raise MeshError(f"has an object with the key {shortened(double)} twice")
+    return found
+
+
+def open_regular(path: Path) -> io.FileIO:
+    """Open a file for reading, or raise an OSError if it is not a regular, readable file."""
+    check_regular(path)
+    return path.open("rb", buffering=0)
+
+
+def check_regular(path: Path) -> None:
+    """Raise an OSError if `path` is not a regular file that can be read.
+
+    Other kinds of files are not opened, because a pipe may block and a device may be endless.
+    """
+    try:
+        mode = path.stat().st_mode
+    except FileNotFoundError:
+        raise FileNotFoundError(f"{path}: no such file") from None
+    if stat.S_ISDIR(mode):
+        raise IsADirectoryError(f"{path}: is a folder, not a file: pass the files in it")
+    if not stat.S_ISREG(mode):
+        raise OSError(f"{path}: is not a regular file, but a device or a pipe")
+    if not os.access(path, os.R_OK):
+        raise PermissionError(f"{path}: you have no permission to read the file")
+
+
+def _new_memory(size: int) -> mmap.mmap:
+    """Allocate memory, in huge pages if possible. Filling a bytes object takes 5 times as long."""
+    if not hasattr(mmap, "MAP_PRIVATE"):  # Windows
+        return mmap.mmap(-1, size)
+    memory = mmap.mmap(-1, size, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
+    if hasattr(mmap, "MADV_HUGEPAGE"):
+        with contextlib.suppress(OSError):  # errors are harmless, because madvise is only a hint
+            memory.madvise(mmap.MADV_HUGEPAGE)
+    return memory
+
+
+def fill(buffer: Any, file: io.FileIO) -> None:
+    """Fill a buffer from a file, in several reads, because one read returns at most 2 GB."""
+    view = memoryview(buffer)
+    while view:
+        n_bytes = file.readinto(view)
+        if not n_bytes:
+            raise OSError(f"{file.name!s}: the file became shorter while it was read")
+        view = view[n_bytes:]
+
+
+@contextlib.contextmanager
+def temporary_file(data: Content, name: str) -> Iterator[str]:
+    """Yield the path of a temporary file that contains `data`, for libraries that read only files.
+
+    On POSIX systems the file is not in any folder, and the path refers to its file descriptor, so
+    that a killed process leaves no file behind. On other systems the file is called `name`, and is
+    in a temporary folder.
+    """
+    if os.name == "posix":
+        with TemporaryFile() as file:
+            file.write(data)
+            file.seek(0)
+            yield f"/dev/fd/{file.fileno()}"
+    else:
+        with TemporaryDirectory(prefix="superfacets-") as folder:
+            Path(folder, name).write_bytes(data)
+            yield str(Path(folder, name))
+
+
+def contiguous_rows(rows: Array) -> Array:
+    """Return an (N, n) array in contiguous memory, for example a field of a structured array.
+
+    The array is copied if it is not contiguous. The C++ copy is faster than a copy by NumPy.
+    """
+    if rows.flags.c_contiguous or not rows.size:
+        return rows
+    copied = _core.copy_rows(rows.view(np.uint8), checked_threads(None))
+    return copied.view(rows.dtype).reshape(rows.shape)
+
+
+def as_doubles(values: Array) -> Floats:
+    """Convert values to float64, without NumPy's warning about signaling NaNs."""
+    with np.errstate(invalid="ignore"):
+        return values.astype(np.float64, copy=False)
+
+
+def as_rows(columns: Sequence[Array], dtype: npt.DTypeLike) -> Array:
+    """Stack columns into an (N, n) array, without NumPy's warning about signaling NaNs."""
+    rows = np.empty((len(columns[0]), len(columns)), dtype)
+    with np.errstate(invalid="ignore"):
+        for place, column in enumerate(columns):
+            rows[:, place] = column
+    return rows
+
+
+def narrowed(column: Array) -> Array:
+    """Convert 64-bit integers, which PLY does not support, to int32 if they fit, or to float64.
+
+    A column of any other type is returned unchanged.
+    """
+    if column.dtype.kind not in "iu" or column.itemsize < 8:
+        return column
+    fits = int(column.min()) >= -(2**31) and int(column.max()) < 2**31
+    return column.astype(np.int32 if fits else np.float64)
+
+
+def rotation_of(quaternion: Floats) -> Floats:
+    """Return the rotation matrix of a unit quaternion (w, x, y, z)."""
+    w, axis = quaternion[0], quaternion[1:]
+    crossed = np.cross(np.eye(3), axis)  # crossed @ vector equals np.cross(axis, vector)
+    return np.asarray(np.eye(3) + 2 * (w * crossed + crossed @ crossed))
+
+
+def checked_faces(corner_counts: Array, corners: Array) -> Array | Polygons:
+    """Build faces from flat corners, or raise a MeshError if a face has fewer than 3 corners."""
+    check_corner_counts(corner_counts)
+    if (corner_counts == 3).all():
+        return corners.reshape(-1, 3)
+    offsets = np.zeros(len(corner_counts) + 1, dtype=np.int64)
+    np.cumsum(corner_counts, out=offsets[1:])
+    return Polygons(offsets, corners.ravel())
+
+
+def check_corner_counts(corner_counts: Array) -> None:
+    """Raise a MeshError that reports the first face with fewer than three corners."""
+    if corner_counts.min(initial=3) < 3:
+        first = int(np.argmax(corner_counts < 3))
+        raise MeshError(
+            f"faces[{first}] has {counted(int(corner_counts[first]), 'corner')}, expected at least"
+            " 3: the file may be truncated or damaged"
+        )
+
+
+class BinaryReader:
+    """Cursor that reads numbers and texts from bytes; sizes are checked before memory is used."""
+
+    def __init__(self, data: Content, order: Literal["<", ">"] = "<", begin: int = 0) -> None:
+        self._data, self._order, self._at = data, order, begin
+
+    def take(self, form: str) -> tuple[Any, ...]:
+        """Return the next numbers; `form` is a format string of `struct`."""
+        start = self._at
+        self.skip(struct.calcsize(self._order + form))
+        return struct.unpack_from(self._order + form, self._data, start)
+
+    def numbers(self, n: int, dtype: str) -> Array:
+        """Return the next `n` numbers as an array."""
+        start, stored = self._at, np.dtype(dtype)
+        self.skip(n * stored.itemsize)
+        found = np.frombuffer(self._data, stored.newbyteorder(self._order), n, start)
+        return found.astype(stored)
+
+    def text(self, end: bytes = b"\0") -> str:
+        """Return the next text, without the byte `end` that terminates it."""
+        start, place = self._at, self._data.find(end, self._at)
+        self.skip((place if place >= 0 else len(self._data)) + 1 - start)
+        return self._data[start:place].decode("utf-8", "replace")
+
+    def skip(self, n_bytes: int) -> None:
+        """Skip bytes; raise a MeshError if their number is negative, or if fewer bytes are left."""
+        if not 0 <= n_bytes <= len(self._data) - self._at:
+            raise MeshError(
+                f"the file ends after {counted(len(self._data), 'byte')}, but {n_bytes} more are"
+                f" declared at byte {self._at}: it may be truncated or damaged"
+            )
+        self._at += n_bytes
+
+
+def hint_at_integers(names: Sequence[str]) -> str:
+    """Return the end of an error message: a list of the integer properties `names`.
+
+    The text is empty if there are no names.
+    """
+    return f": the integer properties are {', '.join(names)}" if names else ""
+
+
+def most_bytes_of(n_bytes: int) -> int:
+    """Return the maximum size of arrays, in bytes, that a file of `n_bytes` bytes may expand to."""
+    return max(ALWAYS_ALLOWED, MAX_GROWTH * n_bytes)
+
+
+def shortened(message: str) -> str:
+    """Shorten a message to one line of at most 200 characters."""
+    line = " ".join(message.split())
+    return line if len(line) <= 200 else f"{line[:197]}..."

@@ -1,0 +1,206 @@
+"""Return features chosen by name: properties in files, colors, normals and heights."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from superfacets_textures.texels import FaceTexels, check_texture, face_texels
+
+from ..base.errors import MeshError
+from ..base.types import Bools
+from ..graph.kinds import kind_of
+from ..graph.point_graph import find_point_graph
+from ..mesh.faces import area_vectors
+from ..weights.features import FeatureTable
+from .attributes import COLORS, MeshAttributes
+
+JUST_VISIBLE = 0.02
+"""Just noticeable difference of colors in OKLab. Texture colors are divided by their standard
+deviation or by this value, whichever is larger, so that noise in a plain texture has no effect."""
+
+_FROM_TEXTURE = ("texture", "texture_spread")
+"""Names of features that are always computed from the texture."""
+
+
+def features_of(
+    names: Sequence[str], cells: Any, attributes: MeshAttributes | None, n_threads: int,
+    is_kept: Bools | None = None,
+) -> FeatureTable | None:  # fmt: skip
+    """Return the features with the given names, one row per cell, or None if there are no names.
+
+    - ``"color"`` is the red, green and blue of each cell, from the cloud or from the file. If there
+      are no such colors, but a texture, it is the same as ``"texture"``.
+    - ``"texture"`` is the mean color of the texels of a face in OKLab, and ``"texture_spread"`` is
+      the standard deviation of the texel colors in a face.
+    - ``"normals"`` and ``"height"`` (z) are computed from the mesh or the cloud.
+    - Any other name is a property of the faces, points or vertices in the file.
+
+    If `is_kept` is given, (N,), missing normals of a cloud are estimated from the kept points only;
+    the normals of the other points are 0.
+
+    Raises a MeshError if a feature is not available. For an unknown name, the message lists the
+    available names.
+    """
+    if not names:
+        return None
+    columns, groups, of_columns = [], [], list[str]()
+    for name in names:
+        has_texels = attributes is not None and attributes.texture is not None
+        is_texture = name in _FROM_TEXTURE or (
+            name == "color" and has_texels and not _has_color(cells, attributes)
+        )
+        if is_texture:
+            texels = _texels_of(name, cells, attributes, n_threads)
+            is_spread = name == "texture_spread"
+            columns.append(texels.spread[:, np.newaxis] if is_spread else texels.oklab)
+            groups.append((columns[-1].shape[1], JUST_VISIBLE))
+        else:
+            columns.append(_columns_of(name, cells, attributes, n_threads, is_kept))
+            groups += [(1, 0.0)] * columns[-1].shape[1]
+        of_columns += [name] * columns[-1].shape[1]
+    return FeatureTable(np.concatenate(columns, axis=1), tuple(groups), tuple(of_columns))
+
+
+def _texels_of(
+    name: str, cells: Any, attributes: MeshAttributes | None, n_threads: int
+) -> FaceTexels:
+    """Return the color of each face from the texture; raise a MeshError if there is no texture."""
+    reasons = () if attributes is None else attributes.left_out
+    whys = [reason for reason in reasons if reason.startswith(("texture: ", "materials: "))]
+    texture = None if attributes is None else attributes.texture
+    if texture is None or whys:
+        why = f" ({whys[0]})" if whys else ""
+        raise MeshError(
+            f"features {name}: the mesh has no {'complete ' * bool(texture)}texture{why}"
+        )
+    check_texture(texture, cells)
+    try:
+        return face_texels(cells, texture, n_threads)
+    except MeshError as error:
+        raise MeshError(f"features {name}: {error}") from None
+
+
+def _has_color(cells: Any, attributes: MeshAttributes | None) -> bool:
+    """Return whether a cloud has colors, or the file of the mesh or cloud has colors."""
+    if kind_of(cells).are_points and cells.colors is not None:
+        return True
+    return any({*COLORS} <= {*stored} for stored in _stored(attributes))
+
+
+def stored_colors(cells: Any, attributes: MeshAttributes | None) -> npt.NDArray[np.uint8] | None:
+    """Return red, green and blue of each cell or of each vertex, or None if there are no colors.
+
+    Files of point clouds store black for missing colors, so None is also returned if all colors of
+    a cloud are black. The result ranges from 0 to 255; see `MeshAttributes.colors` for the range in
+    a file.
+    """
+    if not kind_of(cells).are_points or cells.colors is None:
+        return None if attributes is None else attributes.colors
+    return np.asarray(np.rint(cells.colors * 255), np.uint8) if cells.colors.any() else None
+
+
+def colors_of_cells(cells: Any, attributes: MeshAttributes | None) -> npt.NDArray[np.uint8] | None:
+    """Return `stored_colors`, where colors of vertices are averaged over the corners of each cell.
+
+    If a mesh has as many vertices as cells, the colors are treated as colors of vertices.
+    """
+    colors = stored_colors(cells, attributes)
+    if colors is None or len(colors) != getattr(cells, "n_vertices", None):
+        return colors
+    return np.asarray(np.rint(_per_cell(colors.astype(np.float64), cells)), np.uint8)
+
+
+def _columns_of(
+    name: str, cells: Any, attributes: MeshAttributes | None, n_threads: int, is_kept: Bools | None
+) -> npt.NDArray[np.float64]:
+    if name == "normals":
+        return _normals_of(cells, n_threads, is_kept)
+    if name == "height":
+        return _per_cell(_positions_of(cells)[:, 2:], cells)
+    if name == "color" and kind_of(cells).are_points and cells.colors is not None:
+        return np.asarray(cells.colors, np.float64)
+    wanted = COLORS if name == "color" else (name,)
+    table = _properties_of(wanted, cells, attributes)
+    if table is None:
+        raise MeshError(
+            f"features {name}: the mesh has no property {', '.join(wanted)}: it has"
+            f" {', '.join(_names_in(cells, *_stored(attributes)))}"
+        )
+    return table
+
+
+def property_of(
+    name: str, cells: Any, attributes: MeshAttributes | None
+) -> npt.NDArray[np.float64] | None:
+    """Return the values of a property in the file, one per cell, or None if the file lacks it.
+
+    A property of the vertices of a mesh is averaged over the corners of each cell. Raises a
+    MeshError if the property has more than one number per cell or vertex.
+    """
+    table = _properties_of((name,), cells, attributes)
+    if table is not None and table.shape[1] != 1:
+        raise MeshError(f"{name} has {table.shape[1]} numbers per row, but one is needed")
+    return None if table is None else table[:, 0]
+
+
+def _properties_of(
+    names: Sequence[str], cells: Any, attributes: MeshAttributes | None
+) -> npt.NDArray[np.float64] | None:
+    """Return the named properties in the file as columns, one row per cell.
+
+    All properties must belong to faces, or all to vertices or points. Otherwise, or if a property
+    is missing, the result is None.
+    """
+    of_faces, of_vertices = _stored(attributes)
+    for stored in (of_faces, of_vertices):
+        if all(name in stored for name in names):
+            columns = [stored[name].reshape(len(stored[name]), -1) for name in names]
+            table = np.concatenate(columns, axis=1).astype(np.float64)
+            return table if stored is of_faces else _per_cell(table, cells)
+    return None
+
+
+def _names_in(cells: Any, *stored: dict[str, npt.NDArray[Any]]) -> list[str]:
+    """Return the names of all available features, except features from the texture."""
+    kind = kind_of(cells)
+    fields = {name for table in stored for name in table}
+    has_color = fields.issuperset(COLORS) or (kind.are_points and cells.colors is not None)
+    computed = {"color": has_color, "normals": kind.are_points or kind.has_faces, "height": True}
+    return [*(name for name, is_there in computed.items() if is_there), *sorted(fields)]
+
+
+def _stored(
+    attributes: MeshAttributes | None,
+) -> tuple[dict[str, npt.NDArray[Any]], dict[str, npt.NDArray[Any]]]:
+    """Return two dicts of properties in the file: one for faces, one for vertices or points."""
+    return ({}, {}) if attributes is None else (dict(attributes.face), dict(attributes.vertex))
+
+
+def _positions_of(cells: Any) -> npt.NDArray[np.float64]:
+    return np.asarray(cells.points if kind_of(cells).are_points else cells.vertices)
+
+
+def _normals_of(cells: Any, n_threads: int, is_kept: Bools | None) -> npt.NDArray[np.float64]:
+    kind = kind_of(cells)
+    if kind.are_points:
+        if cells.normals is not None:
+            return np.asarray(cells.normals)
+        return find_point_graph(cells, n_threads, is_kept=is_kept).normals
+    if not kind.has_faces:
+        raise MeshError(f"normals cannot be a feature: {kind.plural} have no normals")
+    vectors = area_vectors(cells, n_threads)
+    lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.asarray(vectors / np.where(lengths > 0, lengths, 1.0))
+
+
+def _per_cell(table: npt.NDArray[np.float64], cells: Any) -> npt.NDArray[np.float64]:
+    """Return, for each cell, the mean of the rows of `table` over the vertices of the cell.
+
+    The table of a point cloud is returned unchanged.
+    """
+    corners = kind_of(cells).corners(cells)
+    return table if corners is None else corners.means(table)

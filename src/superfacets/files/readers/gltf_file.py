@@ -1,0 +1,292 @@
+"""Read the JSON document of a glTF file, its buffers, and the arrays of its accessors.
+
+Indices, sizes and strides in the document are compared with the sizes of the buffers before NumPy
+uses them.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import reprlib
+import struct
+import sys
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NoReturn
+from urllib.parse import unquote
+
+import numpy as np
+
+from superfacets_formats.compression import MESHOPT, decode_meshopt
+from superfacets_textures.images import file_beside
+
+from ...base.checks import counted
+from ...base.errors import MeshError
+from ...base.types import Array, Floats
+from ..guards import MAX_GROWTH, Content, most_bytes_of, named_errors, read_content
+
+COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+
+WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3}
+"""Numbers per row for each accessor type: vertex indices, texture coordinates, positions."""
+
+LARGEST = sys.float_info.max
+
+CHUNK_JSON, CHUNK_BINARY = 0x4E4F534A, 0x004E4942
+
+UNSUPPORTED = ("EXT_mesh_gpu_instancing",)
+"""Extensions that are not supported. Files that require them are refused."""
+
+
+@dataclass(eq=False)
+class Gltf:
+    """A parsed glTF document, its buffers, and its decompressed arrays."""
+
+    document: dict[str, Any]  # parsed JSON
+    buffers: list[memoryview]  # content of each buffer; empty if only compressed data exists
+    n_bytes: int  # total size of the file and of the files that it refers to, in bytes
+    unpacked_views: dict[int, memoryview] = field(default_factory=dict)
+    """Decompressed buffer views, keyed by the index of the view."""
+    unpacked: dict[int, tuple[int, Array]] = field(default_factory=dict)
+    """Buffer view of the Draco data, and decoded rows, keyed by the index of the accessor."""
+    n_unpacked: int = 0  # total size of decompressed views and rows, in bytes
+
+    def item(self, kind: str, index: object) -> dict[str, Any]:
+        """Return the object at `index` of the list `kind`; a missing object raises a MeshError."""
+        listed = self.document.get(kind)
+        found = listed if isinstance(listed, list) else []
+        item = found[index] if type(index) is int and 0 <= index < len(found) else None
+        if not isinstance(item, dict):
+            raise MeshError(f"broken glTF: there is no {kind}[{reprlib.repr(index)}]")
+        return item
+
+    def take(self, n_bytes: int, name: str) -> None:
+        """Count decompressed bytes, and raise a MeshError if their sum exceeds the limit."""
+        self.n_unpacked += n_bytes
+        if self.n_unpacked > most_bytes_of(self.n_bytes):
+            raise MeshError(
+                f"decompressed arrays, including {name}, have more than {MAX_GROWTH} times the size"
+                " of the files: save the file uncompressed"
+            )
+
+
+def open_gltf(data: Content, folder: Path | None) -> Gltf:
+    """Parse a .glb or .gltf file, and read its buffers."""
+    text, binary = _split_chunks(data) if data[:4] == b"glTF" else (data[:], memoryview(b""))
+    document = parsed_json(text, "glTF file")
+    if not isinstance(document.get("asset"), dict):
+        raise MeshError("not a glTF file: the JSON has no asset")
+    version = document["asset"].get("version")
+    if not isinstance(version, str) or not version.startswith("2."):
+        raise MeshError(f"the glTF version must be 2.0, got {reprlib.repr(version)}")
+    required = document.get("extensionsRequired", [])
+    used = [name for name in UNSUPPORTED if isinstance(required, list) and name in required]
+    if used:
+        raise MeshError(f"the glTF extension {used[0]} is not supported: save the file without it")
+    files: dict[Path, memoryview] = {}
+    buffers = _read_buffers(document, binary, folder, files)
+    return Gltf(document, buffers, len(data) + sum(map(len, files.values())))
+
+
+def parsed_json(text: bytes, what: str) -> dict[str, Any]:
+    """Parse a JSON object, or raise a MeshError about the format `what` if the text is damaged.
+
+    Returns an empty dict if the JSON is not an object.
+    """
+    try:
+        found = json.loads(text.decode("utf-8-sig"), parse_constant=_refuse_constant)
+    except (ValueError, RecursionError) as error:
+        problem = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise MeshError(f"not a {what}, or damaged: {problem}") from None
+    return found if isinstance(found, dict) else {}
+
+
+def _refuse_constant(name: str) -> NoReturn:
+    raise ValueError(f"{name} is not a JSON number")
+
+
+def _split_chunks(data: Content) -> tuple[bytes, memoryview]:
+    if len(data) < 20:
+        raise MeshError(f"the GLB file is truncated: it has only {counted(len(data), 'byte')}")
+    version, size, json_size, kind = struct.unpack_from("<4I", data, 4)
+    if version != 2:
+        raise MeshError(f"the GLB version must be 2, got {version}")
+    if size != len(data):
+        raise MeshError(
+            f"the GLB declares {counted(size, 'byte')} but has {len(data)}: it may be damaged"
+        )
+    json_end = 20 + json_size
+    if kind != CHUNK_JSON or json_end > len(data):
+        raise MeshError("broken GLB: the first chunk must be a complete JSON chunk")
+    binary = memoryview(b"")
+    if json_end < len(data):
+        if json_end + 8 > len(data):
+            raise MeshError("broken GLB: the header of the second chunk is truncated")
+        binary_size, kind = struct.unpack_from("<2I", data, json_end)
+        if json_end + 8 + binary_size > len(data):
+            raise MeshError("broken GLB: the second chunk extends past the end of the file")
+        if kind == CHUNK_BINARY:
+            binary = memoryview(data)[json_end + 8 : json_end + 8 + binary_size]
+    return data[20:json_end], binary
+
+
+def items(item: dict[str, Any], key: str) -> list[dict[str, Any]]:
+    """Return the list of objects at `key`, or an empty list if the key is missing."""
+    values = item.get(key, [])
+    if not isinstance(values, list) or not all(isinstance(value, dict) for value in values):
+        raise MeshError(f"broken glTF: {key} is not a list of objects")
+    return values
+
+
+def whole(item: dict[str, Any], key: str, default: int | None = None) -> int:
+    """Return the integer >= 0 at `key`, or `default`; raise a MeshError for other values."""
+    value = item.get(key, default)
+    if type(value) is not int or value < 0:
+        raise MeshError(f"broken glTF: {key} must be an integer >= 0, got {reprlib.repr(value)}")
+    return value
+
+
+def numbers(item: dict[str, Any], key: str, default: list[float]) -> Floats:
+    """Return the list of finite numbers at `key`, or `default` if the key is missing.
+
+    Raises a MeshError if the list does not have the length of `default`.
+    """
+    values = item.get(key, default)
+    is_list = isinstance(values, list) and len(values) == len(default)
+    if not is_list or not all(type(value) in (int, float) for value in values):
+        raise MeshError(f"broken glTF: {key} must be a list of {len(default)} numbers")
+    if not all(abs(value) <= LARGEST for value in values):
+        raise MeshError(f"broken glTF: {key} must be finite")
+    return np.array(values, dtype=np.float64)
+
+
+def read_accessor(gltf: Gltf, index: object, kind: str) -> Array:
+    """Return the array of an accessor of type `kind`, of shape (n,), (n, 2) or (n, 3)."""
+    accessor = gltf.item("accessors", index)
+    where = f"accessors[{index}]"
+    if accessor.get("type") != kind or whole(accessor, "componentType") not in COMPONENTS:
+        raise MeshError(f"broken glTF: {where} must have the type {kind}")
+    if type(index) is int and index in gltf.unpacked:
+        return gltf.unpacked[index][1]
+    if "sparse" in accessor or "bufferView" not in accessor:
+        raise MeshError(f"{where} is sparse or has no buffer view, which is not supported")
+    dtype = np.dtype(COMPONENTS[accessor["componentType"]])
+    n_rows = whole(accessor, "count")
+    view = gltf.item("bufferViews", accessor["bufferView"])
+    content = view_content(gltf, accessor["bufferView"])
+    begin = whole(accessor, "byteOffset", 0)
+    row_size = dtype.itemsize * WIDTHS[kind]
+    stride = whole(view, "byteStride", row_size)
+    if stride < row_size:
+        raise MeshError(f"broken glTF: the rows of {where} overlap")
+    if n_rows and begin + stride * (n_rows - 1) + row_size > len(content):
+        raise MeshError(
+            f"broken glTF: {where} is longer than its buffer view: the file may be truncated"
+        )
+    shape = (n_rows,) if kind == "SCALAR" else (n_rows, WIDTHS[kind])
+    strides = (stride,) if kind == "SCALAR" else (stride, dtype.itemsize)
+    if not n_rows:
+        return np.empty(shape, dtype=dtype)
+    return np.ndarray(shape, dtype=dtype, buffer=content, offset=begin, strides=strides)
+
+
+def view_content(gltf: Gltf, index: int) -> memoryview:
+    """Return the bytes of a buffer view; decompress it if there is no uncompressed copy."""
+    view = gltf.item("bufferViews", index)
+    packed = _meshopt_of(view)
+    gltf.item("buffers", view.get("buffer"))
+    if packed is None or len(gltf.buffers[view["buffer"]]):
+        return _range(gltf, view)
+    if index not in gltf.unpacked_views:
+        gltf.unpacked_views[index] = _unpacked_view(gltf, index, packed)
+    return gltf.unpacked_views[index]
+
+
+def _meshopt_of(item: dict[str, Any]) -> dict[str, Any] | None:
+    """Return the meshopt extension of a buffer or buffer view, or None if it is missing."""
+    extensions = item.get("extensions")
+    named = extensions if isinstance(extensions, dict) else {}
+    return next((named[name] for name in MESHOPT if isinstance(named.get(name), dict)), None)
+
+
+def _unpacked_view(gltf: Gltf, index: int, packed: dict[str, Any]) -> memoryview:
+    n_rows, row_size = whole(packed, "count"), whole(packed, "byteStride")
+    gltf.take(n_rows * row_size, f"bufferViews[{index}]")
+    mode, filter = packed.get("mode"), packed.get("filter", "NONE")
+    if not isinstance(mode, str) or not isinstance(filter, str):
+        raise MeshError(f"broken glTF: bufferViews[{index}] has an unknown compression mode")
+    content = _range(gltf, packed)
+    with named_errors(f"bufferViews[{index}]"):
+        return decode_meshopt(content, n_rows, row_size, mode, filter)
+
+
+def _range(gltf: Gltf, view: dict[str, Any]) -> memoryview:
+    gltf.item("buffers", view.get("buffer"))
+    buffer = gltf.buffers[view["buffer"]]
+    begin, size = whole(view, "byteOffset", 0), whole(view, "byteLength")
+    if begin + size > len(buffer):
+        raise MeshError(
+            "broken glTF: a buffer view is longer than its buffer: the file may be truncated"
+        )
+    content: memoryview = buffer[begin : begin + size]
+    return content
+
+
+def _read_buffers(
+    document: dict[str, Any], binary: memoryview, folder: Path | None, files: dict[Path, memoryview]
+) -> list[memoryview]:
+    """Return the content of each buffer: the binary chunk, the bytes at a URI, or no bytes.
+
+    A buffer without bytes is the fallback of a buffer with meshopt compression.
+    """
+    contents: list[memoryview] = []
+    for index, buffer in enumerate(items(document, "buffers")):
+        address = buffer.get("uri")
+        if address is None and (_meshopt_of(buffer) or {}).get("fallback") is True:
+            contents.append(memoryview(b""))
+            continue
+        if address is None and index == 0:
+            content = binary
+        elif isinstance(address, str):
+            content = _fetch(address, folder, files)
+        else:
+            raise MeshError(f"broken glTF: buffers[{index}] must have a uri")
+        declared = whole(buffer, "byteLength")
+        if declared > len(content):
+            raise MeshError(
+                f"buffers[{index}] declares {reprlib.repr(declared)} bytes but has {len(content)}:"
+                " the file may be truncated"
+            )
+        contents.append(content)
+    return contents
+
+
+def _fetch(address: str, folder: Path | None, files: dict[Path, memoryview]) -> memoryview:
+    """Read a data URI, or a file in the folder of the document; `files` caches files by path."""
+    shown = reprlib.repr(address)
+    if address.startswith("data:"):
+        return memoryview(decoded(address))
+    try:
+        path = file_at(address, folder)
+        if path is None:
+            raise MeshError(f"the buffer {shown} is not in the folder of the glTF file")
+        if path not in files:
+            files[path] = memoryview(read_content(path))
+    except (OSError, UnicodeError):
+        raise MeshError(f"the buffer file {shown} of the glTF file cannot be read") from None
+    return files[path]
+
+
+def decoded(address: str) -> bytes:
+    """Return the bytes of a data URI."""
+    _, marker, encoded = address.partition(";base64,")
+    try:
+        return base64.b64decode(encoded if marker else "*", validate=True)
+    except ValueError:
+        raise MeshError(f"broken glTF: {reprlib.repr(address)} is not base64") from None
+
+
+def file_at(address: str, folder: Path | None) -> Path | None:
+    """Return the file at a relative URI, or None if it is not in `folder` or in a subfolder."""
+    return file_beside(unquote(address, errors="strict"), folder)

@@ -1,0 +1,230 @@
+"""Read labels of cells from files, and check labels."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from superfacets_formats.cortex import CORTEX_VALUES, annot_labels, gifti_labels, values_of_vertices
+from superfacets_formats.tets import TET_ENDINGS, tet_labels
+from superfacets_formats.vtk_xml import vtp_labels
+
+from ...base.checks import check_length, refuse_first, refuse_mask
+from ...base.errors import MeshError
+from ...base.types import Array, Ints
+from ..guards import Content, hint_at_integers, known_ending, named_errors, read_content
+from .clouds import CLOUD_READERS
+from .npy import npy_array, npy_header
+from .parts import PART_ENDINGS, has_region_parts, obj_labels, stl_labels
+from .ply import has_ply_labels, read_ply_labels
+from .text import as_integers, shown, split_lines
+
+MAX_LABEL = 2**31 - 1
+"""Largest allowed label, because labels are int32."""
+
+WORK_ENDING = ".jsonl"
+"""Ending of work files of the studio. Only the layers above the studio can read them."""
+
+NO_REGION = -1
+"""Label of cells that are in no region."""
+
+
+def read_labels(
+    path: str | os.PathLike[str], n_faces: int | None = None, *, name: str = "label"
+) -> Ints:
+    r"""Read the label of each cell or vertex from a file, in the order of the cells or vertices.
+
+    Parameters
+    ----------
+    path : path-like
+        File of labels. The ending, in upper or lower case, selects the format:
+
+        - ``.npy``: a one-dimensional array of any integer type;
+        - ``.seg`` and ``.txt``: one integer per line, without a header;
+        - ``.ply``: integer property ``label`` of the faces, or of the vertices if there are no
+          faces;
+        - ``.vtp``, ``.vtu``, ``.vtk``, ``.msh`` and ``.mesh``: integer cell data ``label``;
+        - other formats of `read_cloud`: a column or dimension ``label``;
+        - ``.segs.json`` (ScanNet): one id per vertex. `face_labels` converts labels of vertices to
+          labels of faces;
+        - ``.label.gii`` (GIFTI) and ``.annot`` (FreeSurfer): one label per vertex: the key of the
+          vertex (GIFTI), or its row in the color table (FreeSurfer), minus 1. The first entry of
+          the table means no region, and becomes -1;
+        - ``.shape.gii``, ``.func.gii`` (GIFTI) and ``.curv``, ``.thickness``, ``.sulc``, ``.area``
+          (FreeSurfer): one whole number per vertex;
+        - ``.stl`` (text) and ``.obj``: one label per part of the mesh (solid, group or object). If
+          all parts have names like ``region_17``, the numbers in the names are the labels.
+          Otherwise parts are numbered in the order of the file.
+    n_faces : int, optional
+        Number of labels that the file must have: one per cell, or one per vertex. By default, any
+        number is accepted.
+    name : str, default "label"
+        Name of the property, column or cell data with the labels, for example ``"Label"`` or
+        ``"classification"``. It is ignored for formats that have only labels or parts.
+
+    Returns
+    -------
+    ndarray, shape (F,) or (V,), int32
+        Label of each cell or vertex, 0 or greater; -1 if it is in no region. Labels may have gaps.
+
+    Raises
+    ------
+    MeshError
+        If the file is empty, truncated or damaged, if a label is not an integer or is below -1, if
+        the number of labels is not `n_faces`, or if the ending is unknown. The message is one line
+        that begins with the path.
+    MissingExtraError
+        If the format needs a package that is not installed.
+    OSError
+        If the file does not exist or cannot be read.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     path = Path(folder, "square.seg")
+    ...     _ = path.write_text("0\n1\n")
+    ...     read_labels(path, n_faces=2)
+    array([0, 1], dtype=int32)
+    """
+    path = Path(path)
+    if path.suffix.lower() == WORK_ENDING:
+        raise MeshError(
+            f"{path}: work files of the studio cannot be read without their mesh: write the labels"
+            f" with superfacets convert MESH {path.name} -o labels.npy"
+        )
+    ending = known_ending(path, LABEL_ENDINGS)
+    data = read_content(path)
+    with named_errors(path):
+        return parse_labels(data, ending, n_faces, name)
+
+
+def parse_labels(data: Content, ending: str, n_cells: int | None, name: str) -> Ints:
+    """Return the labels in the content of a file, or raise a MeshError if they are missing."""
+    if ending not in _READERS:
+        raise MeshError(f"expected a format that can store labels, got {ending}")
+    return checked_labels(_READERS[ending](data, name), n_cells)
+
+
+def find_labels(data: Content, ending: str, n_cells: int | None, name: str) -> Ints | None:
+    """Return the labels in the content of a mesh or point cloud file, or None if missing."""
+    if ending in (".ply", *PART_ENDINGS):
+        is_found = has_ply_labels(data, name) if ending == ".ply" else has_region_parts(data)
+        return parse_labels(data, ending, n_cells, name) if is_found else None
+    found = _FINDERS[ending](data, name) if ending in _FINDERS else None
+    return None if found is None else checked_labels(found, n_cells)
+
+
+def checked_labels(labels: Any, n_faces: int | None = None, n_vertices: int | None = None) -> Ints:
+    """Return labels as an int32 array, or raise a MeshError if they are not integers >= -1."""
+    refuse_mask(labels, "labels", MeshError)
+    array = np.asarray(labels)
+    if array.ndim != 1:
+        raise MeshError(f"labels must be one-dimensional, got shape {array.shape}")
+    if not len(array):
+        raise MeshError("labels must have at least one value, got an empty array")
+    if array.dtype.kind not in "iu":
+        raise MeshError(f"labels must be integers, got {array.dtype}")
+    if n_faces is not None:
+        check_length(array, n_faces, "labels", n_vertices=n_vertices, error=MeshError)
+    is_wrong = (array < NO_REGION) | (array > MAX_LABEL)
+    must = f"{NO_REGION} to {MAX_LABEL}"
+    refuse_first(is_wrong, "labels", array, must, MeshError)
+    return np.ascontiguousarray(array, dtype=np.int32)
+
+
+def _read_text(data: Content, name: str) -> Array:
+    lines = split_lines(data)
+    crowded = np.flatnonzero(lines.counts != 1)
+    if len(crowded):
+        line, found = lines.number(crowded[0]), shown(lines.content(crowded[0]).strip())
+        raise MeshError(f"line {line}: expected one integer, got {found}")
+    return lines.parse(np.int64)
+
+
+def _read_segments(data: Content, name: str) -> Array:
+    try:
+        document = json.loads(bytes(data))
+    except (ValueError, RecursionError):
+        raise MeshError("is not valid JSON: the file may be truncated") from None
+    values = document.get("segIndices") if isinstance(document, dict) else None
+    try:
+        array = np.asarray(values if isinstance(values, list) else None)
+    except ValueError:  # lists of different lengths
+        array = np.empty(0)
+    if array.ndim != 1 or array.dtype.kind != "i" or not len(array) or array.min() < 0:
+        raise MeshError("must have segIndices, a list of integers >= 0")
+    return array
+
+
+def _read_values(data: Content, name: str, *, ending: str) -> Array:
+    return as_integers(values_of_vertices(data, ending), "labels")
+
+
+def _read_npy(data: Content, name: str) -> Array:
+    shape, dtype, _, _ = npy_header(data)
+    if dtype.kind not in "iu":
+        raise MeshError(f"labels must be integers: the .npy header declares {dtype}")
+    if len(shape) != 1:
+        raise MeshError(f"labels must be one-dimensional: the .npy header declares {list(shape)}")
+    return npy_array(data, "labels")
+
+
+def _read_found(data: Content, name: str, *, ending: str) -> Array:
+    found = _FINDERS[ending](data, name)
+    if found is None and ending in _OF_CLOUDS:
+        stored = CLOUD_READERS[ending](data).attributes.vertex
+        others = [key for key, values in stored.items() if values.dtype.kind in "iu"]
+        raise MeshError(f"the points have no property {name}{hint_at_integers(others)}")
+    if found is None:
+        raise MeshError(f"the {ending[1:].upper()} file has no cell data {name}")
+    return found
+
+
+def _column_of(data: Content, name: str, *, ending: str) -> Array | None:
+    return CLOUD_READERS[ending](data).attributes.vertex.get(name)
+
+
+_OF_CLOUDS = tuple(sorted({*CLOUD_READERS} - {".ply", ".npy", ".txt"}))
+"""Endings of cloud files in which labels are a column. Excluded are .npy and .txt, which usually
+have only labels, and .ply, which has its own reader of labels."""
+
+_FINDERS: dict[str, Callable[[Content, str], Array | None]] = {
+    ".vtp": vtp_labels,
+    **{ending: partial(_column_of, ending=ending) for ending in _OF_CLOUDS},
+    **{ending: partial(tet_labels, ending=ending) for ending in TET_ENDINGS},
+}
+"""Functions that return the labels with a given name in the content of a file, or None if they are
+missing. They are keyed by the endings of files that contain more than labels."""
+
+_READERS: dict[str, Callable[[Content, str], Array]] = {
+    ".npy": _read_npy,
+    ".ply": read_ply_labels,
+    ".seg": _read_text,
+    ".txt": _read_text,
+    ".stl": lambda data, name: stl_labels(data),
+    ".obj": lambda data, name: obj_labels(data),
+    **{ending: partial(_read_found, ending=ending) for ending in _FINDERS},
+    ".segs.json": _read_segments,
+    ".label.gii": lambda data, name: gifti_labels(data),
+    ".annot": lambda data, name: annot_labels(data),
+    **{ending: partial(_read_values, ending=ending) for ending in CORTEX_VALUES},
+}
+
+LABEL_ENDINGS = tuple(_READERS)
+
+PLACED_ENDINGS = (".ply", *PART_ENDINGS, *_FINDERS)
+"""Endings of label files that also contain the labeled cells, and therefore their positions."""
+
+KEY_ENDINGS = (".label.gii", ".annot")
+"""Endings of files in which the label of a vertex is its key, or its row in a table, minus 1."""
+
+VERTEX_ENDINGS = (".segs.json", *KEY_ENDINGS, *CORTEX_VALUES)
+"""Endings of files with one label per vertex."""

@@ -1,0 +1,97 @@
+"""Read arrays from NPY files, and from NPZ files, which are ZIP archives of NPY files."""
+
+from __future__ import annotations
+
+import io
+import json
+import math
+import re
+import reprlib
+import zipfile
+from typing import Any, Literal
+
+import numpy as np
+
+from ...base.checks import counted
+from ...base.errors import MeshError
+from ...base.types import Array
+from ..guards import Content, most_bytes_of, shortened
+
+MAX_NPY_HEADER = 10_000
+"""Maximum length of the header text in bytes, the same as in NumPy. The usual length is 60."""
+
+_SIZES = {b"\1\0": 2, b"\2\0": 4, b"\3\0": 4}
+"""Size of the length field of the header in bytes, for each version of the format."""
+
+_AS_JSON = {ord("'"): '"', ord("("): "[", ord(")"): "]"}
+_NOT_JSON = re.compile(r"(?<=\d)L|,(?=\s*[\]}])")
+"""Matches text that JSON does not allow: a comma before a closing bracket, and L after digits."""
+
+
+def npy_array(data: Content, what: str = "numbers") -> Array:
+    """Return the array of a .npy file.
+
+    numpy.load allocates the memory that the header declares, even if the header is damaged. This
+    function first checks that the declared size matches the file. Pickled arrays of objects are
+    refused.
+    """
+    shape, dtype, is_fortran, begin = npy_header(data)
+    if dtype.hasobject:
+        raise MeshError(f"expected an array of numbers: the .npy header declares {dtype}")
+    n_bytes = math.prod(shape) * dtype.itemsize
+    if n_bytes != len(data) - begin or min(shape, default=0) < 0:
+        raise MeshError(
+            f"the .npy header declares {counted(n_bytes, 'byte')} of {what}, but is followed by"
+            f" {len(data) - begin}: the file may be truncated or damaged"
+        )
+    order: Literal["F", "C"] = "F" if is_fortran else "C"
+    return np.frombuffer(data, dtype=dtype, offset=begin).reshape(shape, order=order)
+
+
+def npz_array(data: Content, name: str) -> Array:
+    """Return one array of a .npz file by name.
+
+    If the archive is damaged, raises exceptions of zipfile or zlib, a KeyError or a MeshError.
+    """
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        entry = archive.getinfo(f"{name}.npy")
+        if entry.file_size > most_bytes_of(len(data)):
+            raise MeshError(f"{name} declares {entry.file_size} bytes, too many for the file size")
+        return npy_array(archive.read(entry))
+
+
+def npy_header(data: Content) -> tuple[tuple[int, ...], np.dtype[Any], bool, int]:
+    """Return shape, dtype, whether the array is in Fortran order, and the offset of its data."""
+    try:
+        if bytes(data[:6]) != b"\x93NUMPY" or bytes(data[6:8]) not in _SIZES:
+            raise ValueError("expected the magic bytes \\x93NUMPY and version 1.0, 2.0 or 3.0")
+        begin = 8 + _SIZES[bytes(data[6:8])]
+        end = begin + int.from_bytes(data[8:begin], "little")
+        size, left = end - begin, len(data) - begin
+        if size > MAX_NPY_HEADER:
+            raise ValueError(f"its length must be at most {MAX_NPY_HEADER} bytes, got {size}")
+        if size > left:
+            raise ValueError(f"its length is {size} bytes, but only {left} bytes follow")
+        return *_parsed(bytes(data[begin:end]).decode("latin-1")), end
+    except (ValueError, TypeError, RecursionError, SyntaxError) as error:
+        why = shortened(str(error))
+        raise MeshError(f"the header of the .npy file cannot be read: {why}") from None
+
+
+def _parsed(text: str) -> tuple[tuple[int, ...], np.dtype[Any], bool]:
+    """Convert the header, which is the text of a Python dict, to JSON, and parse the JSON.
+
+    `ast.literal_eval` is not used, because it is not thread-safe.
+    """
+    plain = text.translate(_AS_JSON).replace("True", "true").replace("False", "false")
+    fields = json.loads(_NOT_JSON.sub("", plain))
+    if not isinstance(fields, dict) or sorted(fields) != ["descr", "fortran_order", "shape"]:
+        raise ValueError(f"expected descr, fortran_order and shape, got {reprlib.repr(text)}")
+    kind, shape, is_fortran = fields["descr"], fields["shape"], fields["fortran_order"]
+    if not isinstance(shape, list) or not all(type(side) is int for side in shape):
+        raise ValueError(f"shape must be a tuple of integers, got {reprlib.repr(shape)}")
+    if not isinstance(is_fortran, bool):
+        raise ValueError(f"fortran_order must be True or False, got {reprlib.repr(is_fortran)}")
+    if not isinstance(kind, str) or "," in kind:  # structured types are not supported
+        raise ValueError(f"descr must be a type such as '<i4', got {reprlib.repr(kind)}")
+    return tuple(shape), np.dtype(kind), is_fortran

@@ -1,0 +1,108 @@
+"""Read OFF files: the word OFF, counts, vertices and faces. Comments and blank lines are skipped.
+
+Also reads .tri files: vertex count, one line per vertex, triangle count, one line per triangle.
+"""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+
+from ...base.checks import counted
+from ...base.errors import MeshError
+from ...base.types import Array
+from ..guards import Arrays, Content, Polygons, check_corner_counts, checked_faces, contiguous_rows
+from .text import Lines, as_integers, runs, shown, split_lines, table
+
+# ST, C and N declare texture coordinates, colors and normals after x, y and z on vertex lines. Some
+# data sets, such as ModelNet, have no space between the word and the counts.
+MAGIC = re.compile(rb"(?:ST)?C?N?OFF(?=[\s\d]|$)\s*")
+
+
+def read_off(data: Content) -> Arrays:
+    """Return vertices and faces of an OFF file; colors and normals are skipped."""
+    lines = split_lines(data, comment=b"#")
+    n_vertices, n_faces, n_header = _read_header(lines)
+    n_rows = len(lines) - n_header
+    if n_rows < n_vertices + n_faces:
+        raise MeshError(
+            f"the header declares {counted(n_vertices, 'vertex')} and {counted(n_faces, 'face')}"
+            f" but the file has only {counted(n_rows, 'more line')}: it may be truncated"
+        )
+    if n_rows > n_vertices + n_faces:
+        extra = lines.number(n_header + n_vertices + n_faces)
+        raise MeshError(f"line {extra}: there are more lines than the header declares")
+    body = lines[n_header:]
+    return body[:n_vertices].parse_vertices(), _read_faces(body[n_vertices:])
+
+
+def _read_header(lines: Lines) -> tuple[int, int, int]:
+    first = lines.content(0).rstrip() if len(lines) else b""
+    magic = MAGIC.match(first)
+    if magic is None:
+        raise MeshError("not an OFF file: it does not begin with the word OFF")
+    counts = first[magic.end() :]
+    n_header = 1
+    if counts.upper().startswith(b"BINARY"):
+        raise MeshError("binary OFF files are not supported: save the mesh as ASCII OFF or PLY")
+    if not counts and len(lines) > 1:
+        counts = lines.content(1)
+        n_header = 2
+    tokens = counts.split()
+    if not 2 <= len(tokens) <= 3 or not all(token.isdigit() for token in tokens):
+        raise MeshError(
+            f"expected the counts of vertices, faces and edges, got {shown(counts.strip())}"
+        )
+    # The length is limited, because `int` raises a ValueError for more than 4,300 digits.
+    n_vertices, n_faces = (int(token[:30]) for token in tokens[:2])
+    return n_vertices, n_faces, n_header
+
+
+def _read_faces(lines: Lines) -> Array | Polygons:
+    values = lines.parse_integers_or_floats()  # colors may be floats
+    n_corners = as_integers(table(values, lines.counts, 1)[:, 0], "corner counts")
+    short = np.flatnonzero(lines.counts - 1 < n_corners)
+    if len(short):
+        line = short[0]
+        n = int(n_corners[line])
+        raise MeshError(
+            f"line {lines.number(line)}: a face with {counted(n, 'corner')} must have"
+            f" {counted(n, 'index')}, got {lines.counts[line] - 1}"
+        )
+    check_corner_counts(n_corners)
+    if len(n_corners) and n_corners.min() == n_corners.max():
+        corners = contiguous_rows(table(values, lines.counts, 1 + int(n_corners[0]))[:, 1:])
+    else:
+        firsts = np.cumsum(lines.counts, dtype=np.int64) - lines.counts + 1
+        corners = values[runs(firsts, n_corners)]
+    return checked_faces(n_corners, as_integers(corners, "vertex indices").ravel())
+
+
+def read_tri(data: Content) -> Arrays:
+    """Return vertices and faces of a .tri file, in which indices are counted from 0."""
+    lines = split_lines(data)
+    vertices, rest = _read_block(lines, "vertex", np.float64)
+    faces, rest = _read_block(rest, "triangle", np.int64)
+    if len(rest):
+        raise MeshError(f"line {rest.number(0)}: there are more lines than declared triangles")
+    return vertices, faces
+
+
+def _read_block(
+    lines: Lines, thing: str, dtype: type[np.float64] | type[np.int64]
+) -> tuple[Array, Lines]:
+    """Read a count n, and n lines of three numbers; return the numbers and the remaining lines."""
+    first = lines.content(0).strip() if len(lines) else b""
+    if not first.isdigit():
+        where = f"line {lines.number(0)}" if len(lines) else "the end of the file"
+        raise MeshError(f"expected a {thing} count at {where}: the .tri file may be truncated")
+    n_rows = int(first[:30])  # `int` raises a ValueError for more than 4,300 digits
+    if len(lines) - 1 < n_rows:
+        raise MeshError(
+            f"the file declares {counted(n_rows, thing)} but has only"
+            f" {counted(len(lines) - 1, 'more line')}: it may be truncated"
+        )
+    rows = lines[1 : 1 + n_rows]
+    rows.refuse(rows.counts != 3, f"a {thing} needs 3 numbers")
+    return rows.parse(dtype).reshape(-1, 3), lines[1 + n_rows :]

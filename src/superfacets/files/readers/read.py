@@ -1,0 +1,381 @@
+"""Read meshes and point clouds from files of all supported formats."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import TypeVar
+
+from superfacets_formats.cortex import (
+    SURFACE_ENDINGS,
+    TRIANGLES,
+    read_gifti,
+    read_gifti_with_attributes,
+    read_surface,
+)
+from superfacets_formats.tets import TET_ENDINGS, read_tets
+from superfacets_formats.vtk_xml import is_vtp, read_vtp
+from superfacets_textures.gltf_texture import read_texture
+from superfacets_textures.obj_texture import read_obj_with_attributes
+
+from ...base.errors import MeshError
+from ...mesh.base import Cells
+from ...mesh.faces import AnyMesh
+from ...mesh.point_cloud import PointCloud
+from ...mesh.polygon_mesh import PolygonMesh
+from ...mesh.tet_mesh import TetMesh
+from ...mesh.triangle_mesh import Mesh
+from ..attributes import MeshAttributes
+from ..guards import Arrays, Content, Polygons, known_ending, named_errors, read_content
+from .clouds import CLOUD_READERS, holds_cloud
+from .gltf import open_scene, read_scene
+from .obj import read_obj
+from .off import MAGIC as OFF_MAGIC
+from .off import read_off, read_tri
+from .ply import read_ply, read_ply_with_attributes
+from .stl import cad_advice, has_binary_size, read_stl
+
+_READERS: dict[str, Callable[[Content], Arrays]] = {
+    ".obj": read_obj,
+    ".off": read_off,
+    ".ply": read_ply,
+    ".stl": read_stl,
+    ".tri": read_tri,
+    ".vtp": read_vtp,
+    ".gii": read_gifti,
+    **dict.fromkeys(SURFACE_ENDINGS, read_surface),
+}
+
+_GLTF_ENDINGS = (".glb", ".gltf")
+
+_ATTRIBUTE_READERS: dict[str, Callable[[Content, Path | None], tuple[Arrays, MeshAttributes]]] = {
+    ".ply": read_ply_with_attributes,
+    ".obj": read_obj_with_attributes,
+    ".gii": read_gifti_with_attributes,
+}
+ATTRIBUTE_ENDINGS = (*_ATTRIBUTE_READERS, *_GLTF_ENDINGS)
+
+MESH_ENDINGS = (*_GLTF_ENDINGS, *_READERS, *TET_ENDINGS)
+CELL_ENDINGS = (*MESH_ENDINGS, *(ending for ending in CLOUD_READERS if ending != ".ply"))
+"""Endings of mesh files and of point cloud files."""
+
+Z_UP_ENDINGS = (".las", ".laz", ".e57")
+"""Endings of formats in which z points up. glTF defines y, but many files do not follow this."""
+
+CAD_FORMATS = {".step": "STEP", ".stp": "STEP", ".iges": "IGES", ".igs": "IGES", ".brep": "BREP",
+               ".fcstd": "FCStd"}  # fmt: skip
+"""Names of CAD formats, which contain no mesh, keyed by ending."""
+
+_BEGINS = {b"ply\n": ".ply", b"ply\r": ".ply", b"glTF": ".glb",
+           TRIANGLES: SURFACE_ENDINGS[0]}  # fmt: skip
+"""Endings of mesh formats, keyed by the first bytes of their files."""
+
+_RASTER = (
+    "a raster file is not a mesh: convert its heights to a mesh (see Terrain in the documentation)"
+)
+_VECTOR = "a vector file is not a mesh: convert its triangles or points to .ply, .obj or .csv"
+_NO_MESHES = dict.fromkeys((".tif", ".tiff", ".asc"), _RASTER) | {".shp": _VECTOR, ".gpkg": _VECTOR}
+"""Error messages for files with geographic data, keyed by ending."""
+
+Parsed = TypeVar("Parsed")
+
+# Matches the first word of a text, with any comment lines before it.
+_FIRST_WORD = re.compile(rb"(?:\s*+#[^\n]*+\n)*+\s*+(\S{1,20})")
+
+_OBJ_WORDS = b"v vn vt vp f l p o g s mtllib usemtl".split()
+
+
+def read_mesh(path: str | os.PathLike[str]) -> AnyMesh:
+    r"""Read the mesh in a file: its vertices and faces, in the order of the file.
+
+    Nothing is merged, split, dropped, repaired or triangulated. Vertices are returned as stored:
+    an STL file has three vertices per face, and a glTF file repeats vertices along texture seams.
+
+    Parameters
+    ----------
+    path : path-like
+        Mesh file. The ending, in upper or lower case, selects the format:
+
+        - surfaces: ``.ply`` and ``.stl`` (ASCII and binary), ``.obj`` (Wavefront), ``.off``
+          (ASCII), ``.vtp``, ``.glb`` and ``.gltf`` (2.0; compression with Draco or meshopt needs
+          the extra ``compressed``), and ``.tri`` (vertex count, one line with x y z per vertex,
+          triangle count, one line with three indices from 0 per triangle);
+        - surfaces of a brain cortex: ``.gii`` (GIFTI), and ``.white``, ``.pial``,
+          ``.inflated``, ``.smoothwm``, ``.orig`` and ``.sphere`` (FreeSurfer);
+        - tetrahedra: ``.vtu``, ``.vtk`` (legacy), ``.msh`` (Gmsh 2.2 and 4.1) and ``.mesh``
+          (Medit, text).
+
+        Triangle strips in a PLY file become triangles. All groups and objects form one mesh. All
+        meshes in the default scene of a glTF file form one mesh, in the order of the file, with one
+        copy of a mesh for each node that refers to it. The arrays of a glTF file may have at most
+        100 times the size of the file, or 64 MB if this is larger. A glTF file may refer only to
+        files in its folder or in subfolders.
+
+    Returns
+    -------
+    Mesh, PolygonMesh or TetMesh
+        A `Mesh` if all faces are triangles, otherwise a `PolygonMesh`; a `TetMesh` for formats of
+        tetrahedra. In these formats, triangles, lines and points are skipped. Vertices are float64,
+        and decimal numbers are rounded to the nearest double.
+
+    Raises
+    ------
+    MeshError
+        If the file is empty, truncated or damaged, or if its format does not match its ending; if
+        there is no face, or a face with fewer than three corners; if an index or a coordinate is
+        invalid; or if the ending is unknown. The message is one line that begins with the path. Two
+        errors are not detected: a text file that is truncated within its last number, and an OBJ
+        file that is truncated between lines.
+    MissingExtraError
+        If DracoPy or meshopt is needed but not installed.
+    OSError
+        If the file does not exist or cannot be read.
+
+    Notes
+    -----
+    Time and memory are linear in the size of the file. Sizes that a header declares are compared
+    with the content of the file before memory is allocated. Compressed arrays of VTK and GIFTI
+    files may have at most 100 times the size of the file, or 64 MB if this is larger.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> text = "OFF 4 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2\n3 0 2 3\n"
+    >>> with TemporaryDirectory() as folder:
+    ...     path = Path(folder, "square.off")
+    ...     _ = path.write_text(text)
+    ...     read_mesh(path)
+    Mesh(4 vertices, 2 faces)
+    """
+    return _read(path, MESH_ENDINGS, parse_mesh)
+
+
+def read_cloud(path: str | os.PathLike[str]) -> PointCloud:
+    r"""Read the points in a file, and their normals and colors, if the file has them.
+
+    Parameters
+    ----------
+    path : path-like
+        Point cloud file. The ending, in upper or lower case, selects the format:
+
+        - ``.ply``: vertices with the properties x, y, z, and optionally nx, ny, nz and red, green,
+          blue;
+        - ``.xyz``, ``.csv`` and ``.txt``: one line of numbers per point, separated by spaces,
+          commas or semicolons. The first line may have the names of the columns, as in PLY. In
+          files without names, the three columns after x, y and z are colors if all numbers are
+          integers from 0 to 255, or normals if all vectors have length 1;
+        - ``.npy``: an array of 3 to 12 columns, with the same meaning as in text without names;
+        - ``.las``, and with the extra ``las`` also ``.laz``. The decompressed points may have at
+          most 1,000 times the size of the file, or 64 MB if this is larger;
+        - ``.pcd``: text, binary or compressed;
+        - ``.e57``, with the extra ``e57``: the points of all scans, one scan after the other, each
+          transformed by its pose.
+
+    Returns
+    -------
+    PointCloud
+        The points; for a mesh in a PLY file, its vertices. Points without a position are skipped:
+        points that an E57 file declares invalid, and points of a PCD file with a NaN or infinite
+        coordinate. Labels of the cloud are in the order of the remaining points.
+
+    Raises
+    ------
+    MeshError
+        If the file is empty, truncated or damaged, if its format does not match its ending, or if a
+        coordinate is invalid. The message is one line that begins with the path.
+    MissingExtraError
+        If lazrs (for ``.laz``) or pye57 (for ``.e57``) is not installed.
+    OSError
+        If the file does not exist or cannot be read.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     path = Path(folder, "three.csv")
+    ...     _ = path.write_text("x,y,z,red,green,blue\n0,0,0,255,0,0\n1,0,0,0,255,0\n")
+    ...     read_cloud(path)
+    PointCloud(2 points, colors)
+    """
+    return _read(
+        path, tuple(CLOUD_READERS), lambda data, ending, _: CLOUD_READERS[ending](data).cloud
+    )
+
+
+def read_cells(path: str | os.PathLike[str]) -> Cells:
+    """Read a mesh, or a point cloud if the file has no faces."""
+    parse = partial(parse_cells_and_attributes, keep=False)
+    return _read(path, CELL_ENDINGS, parse)[0]
+
+
+def read_cells_and_attributes(path: str | os.PathLike[str]) -> tuple[Cells, MeshAttributes | None]:
+    """Read a mesh or point cloud as in `read_cells`, and its attributes.
+
+    The attributes of a mesh are None if its format is not PLY, OBJ, GIFTI or glTF.
+    """
+    return _read(path, CELL_ENDINGS, parse_cells_and_attributes)
+
+
+def read_attributes(path: str | os.PathLike[str]) -> MeshAttributes:
+    """Read the texture of a file, and all properties except positions and corners.
+
+    ``write_mesh(..., attributes=...)`` writes them to a file again.
+
+    Parameters
+    ----------
+    path : path-like
+        Mesh file, or any file that `read_cloud` reads. From a ``.ply`` file, all properties except
+        positions and corners are read, such as vertex colors and normals. A texture is also read if
+        the header has ``TextureFile`` comments with the names of images. From an ``.obj``,
+        ``.glb`` or ``.gltf`` file, only the texture is read. Files of materials and
+        images must be in the folder of the mesh or in its subfolders. Images are read later, on
+        demand. From a point cloud, all properties except positions are read, and from LAS also the
+        coordinate reference system.
+
+    Returns
+    -------
+    MeshAttributes
+        Arrays in the order of the file, with the types that the file declares. A property of a text
+        file is float64 if the declared type cannot store one of its integers. `left_out`
+        describes data that were not read, such as missing images and unreadable textures.
+
+    Raises
+    ------
+    MeshError
+        For the same reasons as in `read_mesh` and `read_cloud`, or if the file has another ending.
+    MissingExtraError
+        If the format needs a package that is not installed.
+    OSError
+        If the file does not exist or cannot be read.
+
+    Notes
+    -----
+    The complete file is read. Time and memory are the same as for `read_mesh`, plus memory for the
+    attributes.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from superfacets import write_mesh
+    >>> attributes = MeshAttributes(vertex={"nz": [1.0, 1.0, 1.0]})
+    >>> with TemporaryDirectory() as folder:
+    ...     path = Path(folder, "triangle.ply")
+    ...     write_mesh(path, ([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]),
+    ...                attributes=attributes)
+    ...     read_attributes(path).vertex["nz"]
+    array([1., 1., 1.])
+    """
+    endings = tuple(dict.fromkeys((*ATTRIBUTE_ENDINGS, *CLOUD_READERS)))
+    _, attributes = _read(path, endings, parse_cells_and_attributes)
+    assert attributes is not None  # files with these endings always have attributes
+    return attributes
+
+
+def _read(
+    path: str | os.PathLike[str],
+    endings: tuple[str, ...],
+    parse: Callable[[Content, str, Path | None], Parsed],
+) -> Parsed:
+    """Read and parse a file with one of these endings; error messages begin with its path."""
+    path = Path(path)
+    ending = cell_ending(path, endings)
+    data = read_content(path)
+    with named_errors(path):
+        return parse(data, ending, path.parent)
+
+
+def cell_ending(path: Path, endings: tuple[str, ...] = CELL_ENDINGS) -> str:
+    """Return the ending of a mesh or point cloud file, or raise a MeshError for other endings."""
+    try:
+        return known_ending(path, endings)
+    except MeshError as error:
+        suffix = path.suffix.lower()
+        if suffix in CAD_FORMATS:
+            raise MeshError(f"{path}: {cad_advice(CAD_FORMATS[suffix])}") from None
+        if suffix in _NO_MESHES:
+            raise MeshError(f"{path}: {_NO_MESHES[suffix]}") from None
+        advice = ": convert the file first" if suffix else ""
+        if suffix in CLOUD_READERS:
+            advice = ": the file contains points, use read_cloud"
+        raise MeshError(f"{error}{advice}") from None
+
+
+def parse_mesh(data: Content, ending: str, folder: Path | None) -> AnyMesh:
+    """Parse the content of a mesh file; a glTF file may refer to other files in `folder`."""
+    if ending in _GLTF_ENDINGS:
+        return _parse_gltf(data, folder, keep=False)[0]
+    if ending in TET_ENDINGS:
+        return TetMesh(*read_tets(data, ending))
+    return _mesh_of(_READERS[ending](data))
+
+
+def parse_cells_and_attributes(
+    data: Content,
+    ending: str,
+    folder: Path | None,
+    *,
+    keep: bool = True,
+) -> tuple[Cells, MeshAttributes | None]:
+    """Parse the content of a mesh file, or of a point cloud file if there are no faces.
+
+    If `keep` is true, attributes are parsed, too. They are None for formats without attributes.
+    """
+    if ending in _GLTF_ENDINGS:
+        return _parse_gltf(data, folder, keep=keep)
+    if holds_cloud(data, ending):
+        cloud, attributes = CLOUD_READERS[ending](data)
+        return cloud, attributes if keep else None
+    if keep and ending in _ATTRIBUTE_READERS:
+        arrays, attributes = _ATTRIBUTE_READERS[ending](data, folder)
+        return _mesh_of(arrays), attributes
+    return parse_mesh(data, ending, folder), None
+
+
+def _parse_gltf(
+    data: Content, folder: Path | None, *, keep: bool
+) -> tuple[AnyMesh, MeshAttributes | None]:
+    scene = open_scene(data, folder)
+    arrays = read_scene(scene)
+    if not keep:
+        return _mesh_of(arrays), None
+    return _mesh_of(arrays), read_texture(scene, folder)
+
+
+def _mesh_of(arrays: Arrays) -> AnyMesh:
+    vertices, faces = arrays
+    if isinstance(faces, Polygons):
+        return PolygonMesh._of_new(vertices, *faces)
+    return Mesh._of_new(vertices, faces)
+
+
+def recognized_ending(data: Content) -> str | None:
+    """Guess the ending of a file from its content; return None if the format is unknown."""
+    for begin, ending in _BEGINS.items():
+        if data[: len(begin)] == begin:
+            return ending
+    if is_vtp(data):
+        return ".vtp"
+    if b"<GIFTI" in data[:1000]:
+        return ".gii"
+    if has_binary_size(data):
+        return ".stl"
+    found = _FIRST_WORD.match(data)
+    return None if found is None else _ending_of_text(found[1])
+
+
+def _ending_of_text(word: bytes) -> str | None:
+    if word.startswith(b"{"):
+        return ".gltf"
+    if word.lower() == b"solid":
+        return ".stl"
+    if OFF_MAGIC.match(word):
+        return ".off"
+    if word in _OBJ_WORDS:
+        return ".obj"
+    return ".tri" if word.isdigit() else None

@@ -1,0 +1,130 @@
+"""Read ASCII and binary STL files; vertices at the same position are not merged."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import numpy.typing as npt
+
+from ...base.checks import MAX_CELLS, counted
+from ...base.errors import MeshError
+from ...base.types import Floats, Singles
+from ..guards import Arrays, Content, as_doubles, contiguous_rows
+from .text import Lines, iterate_lines, split_lines
+
+HEADER_SIZE = 80
+
+TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+
+KEYWORDS = (b"facet", b"outer", b"vertex", b"endloop", b"endfacet", b"solid", b"endsolid")
+FACET, OUTER, VERTEX, ENDLOOP, ENDFACET, SOLID, ENDSOLID = range(7)
+
+TRIANGLE_LINES = np.array([FACET, OUTER, VERTEX, VERTEX, VERTEX, ENDLOOP, ENDFACET], dtype=np.int8)
+
+STEP_MAGIC = b"ISO-10303-21"
+
+
+def cad_advice(name: str) -> str:
+    """Return the error message for a CAD file."""
+    return (
+        f"{name} is a CAD format, not a mesh: export STL from your CAD program, or run"
+        " gmsh part.step -2 -o part.stl"
+    )
+
+
+def read_stl(data: Content) -> Arrays:
+    """Return vertices, three per face, and faces of an STL file; stored normals are skipped."""
+    if data[: len(STEP_MAGIC)] == STEP_MAGIC:
+        raise MeshError(cad_advice("STEP"))
+    corners = _read_binary(data) if is_binary_stl(data) else _read_ascii(data)
+    vertices = as_doubles(corners).reshape(-1, 3)
+    index_type = np.int32 if len(vertices) <= MAX_CELLS else np.int64
+    return vertices, np.arange(len(vertices), dtype=index_type).reshape(-1, 3)
+
+
+def _declared(data: Content) -> tuple[int, int]:
+    """Return the number of faces that a binary header declares, and the implied file size."""
+    n_faces = int.from_bytes(data[HEADER_SIZE : HEADER_SIZE + 4], "little")
+    return n_faces, HEADER_SIZE + 4 + n_faces * TRIANGLE.itemsize
+
+
+def has_binary_size(data: Content) -> bool:
+    """Return whether the file size is exactly the size that a binary header implies."""
+    return len(data) >= HEADER_SIZE + 4 and len(data) == _declared(data)[1]
+
+
+def is_binary_stl(data: Content) -> bool:
+    """Return whether the file is binary. Binary files may also begin with the word solid."""
+    return (
+        has_binary_size(data)
+        or not re.match(rb"\s*solid", data, re.I)
+        or b"\0" in data[: HEADER_SIZE + 4]
+    )
+
+
+def _read_binary(data: Content) -> Singles:
+    if len(data) < HEADER_SIZE + 4:
+        raise MeshError(
+            f"not an STL file: it has only {counted(len(data), 'byte')} and no word solid"
+        )
+    n_faces, size = _declared(data)
+    if size > len(data) or data[size:].strip(b"\0 \r\n\t"):
+        raise MeshError(
+            f"not an STL file, or damaged: the size must be {size} bytes for"
+            f" {counted(n_faces, 'declared triangle')}, got {len(data)}"
+        )
+    triangles = np.frombuffer(data, dtype=TRIANGLE, count=n_faces, offset=HEADER_SIZE + 4)
+    return contiguous_rows(triangles["corners"].reshape(n_faces, 9))
+
+
+def _read_ascii(data: Content) -> Floats:
+    blocks = [_read_block(lines) for lines in iterate_lines(data)]
+    vertices, keywords = (np.concatenate(parts) for parts in zip(*blocks, strict=True))
+    _check_solids(keywords, data)
+    _check_facets(keywords, data)
+    return vertices
+
+
+def _read_block(lines: Lines) -> tuple[Floats, npt.NDArray[np.int8]]:
+    """Return the coordinates in vertex lines, flat, and the keyword of each line."""
+    keywords = lines.keywords(KEYWORDS, any_case=True)
+    vertices = lines.after_keyword(keywords == VERTEX, KEYWORDS[VERTEX])
+    vertices.refuse(vertices.counts != 3, "a vertex needs 3 coordinates")
+    return vertices.parse(np.float64), keywords
+
+
+def _check_solids(keywords: npt.NDArray[np.int8], data: Content) -> None:
+    """Raise a MeshError if a `solid` is not closed by an `endsolid`."""
+    borders = keywords[(keywords == SOLID) | (keywords == ENDSOLID)]
+    expected = np.resize([SOLID, ENDSOLID], len(borders) + len(borders) % 2)
+    if keywords[-1] != ENDSOLID or not np.array_equal(borders, expected):
+        number = split_lines(data).number(-1)
+        raise MeshError(
+            f"line {number}: the file ends, but a `solid` has no `endsolid`: the file may be"
+            " truncated"
+        )
+
+
+def _check_facets(keywords: npt.NDArray[np.int8], data: Content) -> None:
+    """Raise a MeshError if the lines of a triangle do not have the keywords `TRIANGLE_LINES`."""
+    is_content = (keywords != SOLID) & (keywords != ENDSOLID)
+    content = keywords[is_content]
+    n_rest = len(content) % 7
+    rows = content[: len(content) - n_rest].reshape(-1, 7)
+    is_wrong = np.append(
+        rows != TRIANGLE_LINES, content[len(content) - n_rest :] != TRIANGLE_LINES[:n_rest]
+    )
+    place = int(np.argmax(is_wrong)) if is_wrong.any() else len(content)
+    if place == len(content):
+        if n_rest:
+            raise MeshError("the last facet is incomplete: the file may be truncated")
+        return
+    number = split_lines(data).number(np.flatnonzero(is_content)[place])
+    wanted = TRIANGLE_LINES[place % 7]
+    if wanted == ENDLOOP and content[place] == VERTEX:
+        raise MeshError(
+            f"line {number}: faces[{place // 7}] has more than 3 corners;"
+            " only triangles are supported: triangulate the mesh first"
+        )
+    raise MeshError(f"line {number}: expected the keyword {KEYWORDS[wanted].decode()}")

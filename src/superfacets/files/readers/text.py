@@ -1,0 +1,258 @@
+"""Parse numbers in lines of text with multithreaded C++ functions.
+
+Lines that contain numbers in unusual notation are parsed in Python, which also reports errors.
+"""
+
+from __future__ import annotations
+
+import re
+import reprlib
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ... import _core
+from ...base.checks import checked_threads
+from ...base.errors import MeshError
+from ...base.types import Array, Bools, Bytes, Floats, Ints, Longs
+from ..guards import Content
+
+_Kernel = Callable[[Bytes, Longs, Longs, Ints, int], tuple[Array, Longs]]
+
+BLOCK = 1 << 23
+"""Number of bytes of text per block of `iterate_lines`, small to save memory."""
+
+EXACT = 2.0**53
+"""Largest number up to which float64 represents all integers exactly."""
+
+_NUMBER = re.compile(rb"[+-]?(\d+\.?\d*([eE][+-]?\d+)?|\.\d+([eE][+-]?\d+)?|nan|inf(inity)?)", re.I)
+_INTEGER = re.compile(rb"[+-]?\d+")
+
+
+@dataclass(frozen=True, eq=False)
+class Lines:
+    """A selection of lines of a text, each of which has at least one token."""
+
+    text: Bytes  # (B,) complete text
+    starts: Longs  # (L,) offset of the first token of each line
+    ends: Longs  # (L,) offset of the end of each line, before its comment and newline
+    counts: Ints  # (L,) number of tokens, which are separated by whitespace
+
+    def __len__(self) -> int:
+        return len(self.starts)
+
+    def __getitem__(self, part: slice | Bools) -> Lines:
+        return Lines(self.text, self.starts[part], self.ends[part], self.counts[part])
+
+    def content(self, line: int) -> bytes:
+        """Return the bytes of one line, from its first token to its end."""
+        return self.text[self.starts[line] : self.ends[line]].tobytes()
+
+    def number(self, line: int) -> int:
+        """Return the number of a line in the file, counted from 1."""
+        return 1 + int(np.count_nonzero(self.text[: self.starts[line]] == ord("\n")))
+
+    def refuse(self, is_wrong: Bools, expected: str) -> None:
+        """Raise a MeshError about the token count of the first line where `is_wrong` is true."""
+        if is_wrong.any():
+            line = int(np.argmax(is_wrong))
+            raise MeshError(f"line {self.number(line)}: {expected}, got {self.counts[line]}")
+
+    def keywords(self, words: Sequence[bytes], *, any_case: bool = False) -> npt.NDArray[np.int8]:
+        """Return the index of each line's first token in `words`; ``len(words)`` if not found.
+
+        If `any_case` is true, letter case is ignored, and `words` must be in lower case.
+        """
+        names = [word.decode("ascii") for word in words]
+        return _core.match_keywords(
+            self.text, self.starts, self.ends, names, any_case, checked_threads(None)
+        )
+
+    def after_keyword(self, mask: Bools, keyword: bytes) -> Lines:
+        """Return the lines where `mask` is true, without their first token, the keyword."""
+        lines = self[mask]
+        return Lines(self.text, lines.starts + len(keyword), lines.ends, lines.counts - 1)
+
+    def parse(self, dtype: type[np.float64] | type[np.int64]) -> Array:
+        """Return all numbers, flat, or raise a MeshError if a token is not a number.
+
+        The message has the line number. Decimal numbers are rounded to the nearest double. Integers
+        are int32 if all of them fit, otherwise int64. Integers outside the range of int64 are
+        clipped.
+        """
+        if dtype is np.float64:
+            return self._parse([_core.parse_doubles], _read_double)
+        return self._parse([_core.parse_integers, _core.parse_long_integers], _read_integer)
+
+    def parse_vertices(self) -> Floats:
+        """Return the first three numbers of each line, (L, 3); a weight or color may follow."""
+        self.refuse(self.counts < 3, "a vertex needs 3 coordinates")
+        return table(self.parse(np.float64), self.counts, 3)
+
+    def parse_corners(self) -> Array:
+        """Return the vertex index of each corner: 7 for ``7``, ``7/2``, ``7//3`` and ``7/2/3``.
+
+        The result is flat, with the same types and errors as in `parse`.
+        """
+        return self._parse([_core.parse_corners, _core.parse_long_corners], _read_corner)
+
+    def parse_second_indices(self) -> Array:
+        """Return the second index of each corner: 2 for ``7/2`` and ``7/2/3``; 0 if missing."""
+        return self._parse(
+            [_core.parse_second_indices, _core.parse_long_second_indices], _read_second_index
+        )
+
+    def parse_integers_or_floats(self) -> Array:
+        """Return all numbers, flat: integers if all are written as integers, otherwise float64."""
+        if len(self) and b"." in self.content(0):
+            return self.parse(np.float64)
+        try:
+            return self.parse(np.int64)
+        except MeshError:
+            return self.parse(np.float64)
+
+    def _parse(self, kernels: Sequence[_Kernel], read_token: Callable[[bytes], float]) -> Array:
+        """Try C++ kernels until one parses all lines.
+
+        If no kernel does, `read_token` parses the lines that the last kernel could not parse.
+        """
+        for kernel in kernels:
+            values, left_out = kernel(
+                self.text, self.starts, self.ends, self.counts, checked_threads(None)
+            )
+            if not len(left_out):
+                return values
+        firsts = np.cumsum(self.counts, dtype=np.int64) - self.counts
+        for line in left_out.tolist():
+            try:
+                numbers = [read_token(token) for token in self.content(line).split()]
+            except ValueError as error:
+                raise MeshError(f"line {self.number(line)}: {error}") from None
+            values[firsts[line] : firsts[line] + len(numbers)] = numbers
+        return values
+
+
+def _read_double(token: bytes) -> float:
+    if not _NUMBER.fullmatch(token):
+        raise ValueError(f"expected a number, got {shown(token)}")
+    return float(token)
+
+
+def _read_integer(token: bytes) -> int:
+    """Parse an integer and clip it to int64; `int` would refuse more than 4,300 digits."""
+    if not _INTEGER.fullmatch(token):
+        raise ValueError(f"expected an integer, got {shown(token)}")
+    digits = token.lstrip(b"+-").lstrip(b"0")
+    size = int(digits[:20] or b"0")  # 20 digits are always outside the range of int64
+    return -min(size, 2**63) if token.startswith(b"-") else min(size, 2**63 - 1)
+
+
+def _read_corner(token: bytes) -> int:
+    index, *others = token.split(b"/")
+    if not index:
+        raise ValueError("a corner has no vertex index")
+    for other in others:
+        if other:
+            _read_integer(other)
+    return _read_integer(index)
+
+
+def _read_second_index(token: bytes) -> int:
+    _read_corner(token)
+    _, *others = token.split(b"/")
+    return _read_integer(others[0]) if others and others[0] else 0
+
+
+def split_word(text: str) -> tuple[str, str]:
+    """Return the first word of a text, and the rest; any white space separates them."""
+    word, *rest = text.split(maxsplit=1) or [""]
+    return word, rest[0].rstrip() if rest else ""
+
+
+def as_count(token: bytes | str, what: str) -> int:
+    """Parse an integer >= 0 of at most 18 digits; other tokens raise a MeshError."""
+    if not token.isdigit() or len(token) > 18 or not token.isascii():
+        raise MeshError(f"{what} must be integers >= 0, got {shown(token)}")
+    return int(token)
+
+
+def shown(token: bytes | str) -> str:
+    """Shorten and escape text from a file for a message."""
+    return reprlib.repr(token.decode("latin-1") if isinstance(token, bytes) else token)
+
+
+def split_lines(data: Content, *, begin: int = 0, comment: bytes = b"") -> Lines:
+    r"""Find all lines of `data`, from byte `begin` on, that have at least one token.
+
+    Lines end at ``\n``, or at ``\r`` in old files without ``\n``. The character `comment` begins a
+    comment, which ends with the line and is skipped.
+    """
+    return _scan(_as_text(data), begin, None, comment)
+
+
+def iterate_lines(data: Content, *, comment: bytes = b"") -> Iterator[Lines]:
+    """Yield the same lines as `split_lines`, in blocks, to save memory."""
+    text = _as_text(data)
+    for begin in range(0, max(1, len(text)), BLOCK):
+        yield _scan(text, _next_line(text, begin), begin + BLOCK, comment)
+
+
+def _as_text(data: Content) -> Bytes:
+    """Return the bytes of a text without byte order mark and padding; lines end in newlines."""
+    if data[:3] == b"\xef\xbb\xbf":
+        data = data[3:]
+    if data[-1:] == b"\0":  # some archives pad files with zeros
+        data = data[:].rstrip(b"\0")
+    if data.find(b"\n") < 0:
+        data = data[:].replace(b"\r", b"\n")
+    return np.frombuffer(data, dtype=np.uint8)
+
+
+def _next_line(text: Bytes, place: int) -> int:
+    """Return the offset of the first line that begins at or after `place`, or the text length."""
+    begin = place - 1
+    while 0 <= begin < len(text):
+        newlines = np.flatnonzero(text[begin : begin + 4096] == ord("\n"))
+        if len(newlines):
+            return begin + int(newlines[0]) + 1
+        begin += 4096
+    return 0 if place == 0 else len(text)
+
+
+def _scan(text: Bytes, begin: int, end: int | None, comment: bytes) -> Lines:
+    """Find the lines that begin at bytes `begin` to `end` - 1; None means the end of the text."""
+    stop = len(text) if end is None else min(end, len(text))
+    character = ord(comment) if comment else 0
+    found = _core.scan_lines(text, min(begin, stop), stop, character, checked_threads(None))
+    return Lines(text, *found)
+
+
+def table(values: Array, counts: Ints, width: int) -> Array:
+    """Return the first `width` values of each row; row i has ``counts[i] >= width`` values."""
+    if len(values) == 0:
+        return values.reshape(0, width)
+    if counts.min() == counts.max():
+        return values.reshape(len(counts), -1)[:, :width]
+    first = np.cumsum(counts, dtype=np.int64) - counts
+    chosen: Array = values[first[:, np.newaxis] + np.arange(width)]
+    return chosen
+
+
+def runs(starts: Array, lengths: Array) -> Longs:
+    """Concatenate runs of indices; each run is start, start + 1, ..., start + length - 1."""
+    lengths = lengths.astype(np.int64, copy=False)
+    before = np.cumsum(lengths) - lengths
+    return np.repeat(starts - before, lengths) + np.arange(int(lengths.sum()))
+
+
+def as_integers(values: Array, what: str) -> Array:
+    """Convert values to integers, or raise a MeshError that `what` must be integers."""
+    if values.dtype.kind in "iu":
+        return values
+    with np.errstate(invalid="ignore"):  # signaling NaNs
+        is_whole = (values == np.floor(values)) & (np.abs(values) <= EXACT)
+    if not is_whole.all():
+        raise MeshError(f"{what} must be integers, got {values[~is_whole].flat[0]!s}")
+    return values.astype(np.int64)

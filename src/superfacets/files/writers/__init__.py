@@ -1,0 +1,1 @@
+"""Write files of meshes, point clouds and labels."""

@@ -1,0 +1,265 @@
+"""Write cells (faces, tetrahedra or points) with labels and colors to files."""
+
+from __future__ import annotations
+
+import reprlib
+from collections import ChainMap
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import IO, Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from superfacets_formats.pcd_writer import write_pcd
+from superfacets_formats.vtk_writer import write_vtk, write_vtp, write_vtu
+from superfacets_textures.ids_image import write_ids
+from superfacets_textures.texels import check_texture
+
+from ...base.checks import check_length, refuse_mask
+from ...base.errors import MeshError
+from ...base.types import Array, Bytes, Ints
+from ...graph.kinds import Kind, kind_of
+from ...mesh.base import Cells
+from ..attributes import MeshAttributes
+from .clouds import write_csv, write_las
+from .content import Content
+from .glb import write_glb
+from .obj import write_obj, write_off
+from .ply import write_cloud_ply, write_ply
+from .stl import write_stl
+
+Writers: TypeAlias = Mapping[str, Callable[[IO[bytes], Content], None]]
+
+FACE_WRITERS: dict[str, Callable[[IO[bytes], Content], None]] = {
+    ".ply": write_ply,
+    ".vtp": write_vtp,
+    ".obj": write_obj,
+    ".off": write_off,
+    ".glb": write_glb,
+    ".ids.png": write_ids,
+}
+
+TRIANGLE_WRITERS: Writers = ChainMap({".stl": write_stl}, FACE_WRITERS)
+TET_WRITERS: Writers = {".vtu": write_vtu, ".vtk": write_vtk}
+CLOUD_WRITERS: Writers = {
+    ".ply": write_cloud_ply,
+    ".csv": write_csv,
+    ".pcd": write_pcd,
+    ".las": write_las,
+    ".laz": write_las,
+}
+
+WRITERS: dict[str, Writers] = {
+    "triangles": TRIANGLE_WRITERS,
+    "polygons": FACE_WRITERS,
+    "tetrahedra": TET_WRITERS,
+    "points": CLOUD_WRITERS,
+}
+"""Writer functions, keyed by `Kind.name`, then by file name ending. The first ending of a kind is
+the default. If a kind is missing here, only its labels can be written, to label files."""
+
+MESH_OUTPUTS = (*TRIANGLE_WRITERS, *TET_WRITERS)
+CLOUD_OUTPUTS = (".csv", ".pcd", ".las", ".laz")
+"""Endings of formats that store only point clouds."""
+
+ATTRIBUTE_OUTPUTS = (*FACE_WRITERS, ".pcd", ".las", ".laz", ".label.gii")
+"""Endings of outputs for which commands read the attributes of the input, including its texture."""
+
+NAMED_OUTPUTS = (".vtp", *TET_WRITERS)
+"""Endings of formats that store labels in a named array."""
+
+CLASS_OUTPUTS = (".glb", ".obj", ".stl", ".aggregation.json")
+"""Endings of formats that store a class per region."""
+
+COLORLESS_OUTPUTS = (".obj", ".stl", ".csv", ".ids.png", *TET_WRITERS)
+"""Endings of formats that store no colors."""
+
+
+@dataclass(frozen=True)
+class FormatOptions:
+    """Options of the output formats; `write_mesh` explains each option."""
+
+    ascii: bool = False
+    label_name: str = "label"
+    vertex_labels: bool = False
+    classes: tuple[str, ...] | None = None
+    scores: tuple[float, ...] | None = None
+    force: bool = False
+
+    @classmethod
+    def checked(
+        cls,
+        endings: Sequence[str],
+        *,
+        ascii: bool = False,
+        label_name: str = "label",
+        vertex_labels: bool = False,
+        classes: Sequence[str] | Sequence[int] | None = None,
+        scores: npt.ArrayLike | None = None,
+        force: bool = False,
+    ) -> FormatOptions:
+        """Return the options; raise an error if one is invalid.
+
+        An error is also raised if an option other than `ascii` and `force` is given, but none of
+        the formats in `endings` uses this option.
+        """
+        if not isinstance(label_name, str) or not label_name or not label_name.isprintable():
+            raise ValueError(f"label_name must be one line of printable text, got {label_name!r}")
+        for name, is_given, fitting in (
+            ("label_name", label_name != "label", NAMED_OUTPUTS),
+            ("vertex_labels", vertex_labels, (".ply",)),
+            ("classes", classes is not None, CLASS_OUTPUTS),
+            ("scores", scores is not None, (".aggregation.json",)),
+        ):
+            if is_given and not {*endings} & {*fitting}:
+                raise ValueError(f"{name} needs an output with the ending {' or '.join(fitting)}")
+        names = None if classes is None else tuple(map(_checked_class, classes))
+        return cls(ascii, label_name, vertex_labels, names, _checked_scores(scores), force)
+
+    def check_classes(self, labels: Ints | None, noun: str = "region") -> None:
+        """Raise a MeshError if the number of classes or scores is not the number of labels.
+
+        The label -1 is not counted. `noun` is the noun for what the labels stand for.
+        """
+        for name, given in (("classes", self.classes), ("scores", self.scores)):
+            if given is None:
+                continue
+            if labels is None:
+                raise MeshError(f"{name} need labels, because there is one value per {noun}")
+            n_labels = len(np.unique(labels[labels >= 0]))
+            check_length(given, n_labels, name, noun, error=MeshError)
+
+
+def _checked_scores(values: npt.ArrayLike | None) -> tuple[float, ...] | None:
+    if values is None:
+        return None
+    scores = np.asarray(values, np.float64)
+    if scores.ndim != 1 or not ((scores >= 0) & (scores <= 1)).all():
+        raise ValueError(f"scores must be a list of numbers in [0, 1], got {reprlib.repr(values)}")
+    return tuple(scores.tolist())
+
+
+def _checked_class(value: object) -> str:
+    if isinstance(value, (bool, np.bool_)) or not isinstance(value, (str, int, np.integer)):
+        raise TypeError(f"classes must be strings or integers, got {value!r}")
+    return str(value)
+
+
+@dataclass(frozen=True)
+class CellWriter:
+    """Writer of cells, labels, colors and attributes to mesh and point cloud files."""
+
+    cells: Cells
+    labels: Ints | None
+    given_colors: Any
+    attributes: MeshAttributes | None
+    options: FormatOptions
+    of_vertices: Ints | None = None  # given labels of vertices; None to compute them from `labels`
+
+    def checked(self, endings: Sequence[str]) -> CellWriter:
+        """Return a writer with checked colors; raise an error if a format cannot store the data."""
+        if not endings:
+            return self
+        kind = kind_of(self.cells)
+        for ending in endings:
+            _check_kind(kind, ending)
+        self.options.check_classes(self.labels)
+        if not {*endings}.isdisjoint(TET_WRITERS):
+            if self.given_colors is not None or self.attributes is not None:
+                raise ValueError(".vtu and .vtk cannot store colors and attributes: omit them")
+            return self
+        _check_attributes(self.attributes, self.cells)
+        if self.options.vertex_labels and (self.labels is None or not kind.has_faces):
+            raise MeshError("vertex_labels needs faces with labels")
+        colors = _checked_colors(self.given_colors, self.cells)
+        return replace(self, given_colors=colors)
+
+    def write(self, file: IO[bytes], ending: str, path: Path | None = None) -> None:
+        """Write a file in the format of `ending`; `path` is its path, or None for a stream."""
+        options, of_vertices = self.options, None
+        if ending == ".ply" and options.vertex_labels:
+            from ...regions.vertices import vertex_labels
+
+            assert self.labels is not None
+            of_vertices = self.of_vertices
+            if of_vertices is None:
+                of_vertices = vertex_labels(self.cells, self.labels)
+        texture = None if self.attributes is None else self.attributes.texture
+        # Viewers multiply vertex colors with the texture. Therefore, a GLB file with a texture gets
+        # only given colors, and no colors that are computed from labels.
+        is_plain = ending in COLORLESS_OUTPUTS or (ending == ".glb" and texture is not None)
+        colors = self.given_colors if is_plain else self._colors
+        content = Content(
+            self.cells, ending, self.labels, colors, self.attributes, of_vertices,
+            options.classes, options.label_name, options.ascii, path,
+        )  # fmt: skip
+        WRITERS[kind_of(self.cells).name][ending](file, content)
+
+    @cached_property
+    def _colors(self) -> Bytes | None:
+        """Given colors, or else colors computed from the labels; None if there are no labels."""
+        if self.given_colors is not None or self.labels is None:
+            return self.given_colors  # type: ignore[no-any-return]  # see `checked`
+        from superfacets_show.colors import face_colors
+
+        return face_colors(self.cells, self.labels)
+
+
+def usual_ending(kind: str) -> str:
+    """Return the default ending of files with cells of the kind named `kind`."""
+    return next(iter(WRITERS.get(kind, FACE_WRITERS)))
+
+
+def _writers_of(kind: Kind) -> Writers:
+    if kind.name not in WRITERS:
+        raise MeshError(
+            f"{kind.plural} cannot be written as a mesh: write only their labels (.npy, .seg, .txt)"
+        )
+    return WRITERS[kind.name]
+
+
+def _check_kind(kind: Kind, ending: str) -> None:
+    fitting = tuple(_writers_of(kind))
+    if ending not in fitting:
+        listed = f"{', '.join(fitting[:-1])} or {fitting[-1]}"
+        table = "; for a table of regions, use superfacets regions" if ending == ".csv" else ""
+        raise MeshError(f"{kind.plural} are written as {listed}, not as {ending}{table}")
+
+
+def _checked_colors(colors: Any, mesh: Cells) -> Bytes | None:
+    if colors is None:
+        return None
+    refuse_mask(colors, "colors")
+    array = np.asarray(colors)
+    n_cells = mesh.n_cells
+    if array.shape != (n_cells, 3):
+        raise ValueError(f"colors must have shape ({n_cells}, 3), got {array.shape}")
+    if array.dtype.kind not in "iu" or array.min() < 0 or array.max() > 255:
+        raise ValueError("colors must be integers from 0 to 255 (red, green, blue)")
+    return array.astype(np.uint8)
+
+
+def _check_attributes(attributes: Any, cells: Any) -> None:
+    """Raise an error if `attributes` has a wrong type, or if its arrays do not match `cells`."""
+    if attributes is None:
+        return
+    if not isinstance(attributes, MeshAttributes):
+        raise TypeError(f"attributes must be MeshAttributes, got {type(attributes).__name__}")
+    if kind_of(cells).are_points:
+        n_vertices, n_faces = cells.n_cells, 0
+    else:
+        n_vertices, n_faces = cells.n_vertices, cells.n_cells
+    owners: tuple[tuple[str, Mapping[str, Array], int], ...] = (
+        ("vertex", attributes.vertex, n_vertices),
+        ("face", attributes.face, n_faces),
+    )
+    for owner, values, n_rows in owners:
+        for name, array in values.items():
+            check_length(array, n_rows, f"the {owner} property {name}", owner)
+    if attributes.texture is not None:
+        if not kind_of(cells).has_faces:
+            raise ValueError(f"{kind_of(cells).plural} cannot have a texture")
+        check_texture(attributes.texture, cells)

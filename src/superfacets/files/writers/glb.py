@@ -1,0 +1,307 @@
+"""Write GLB files with textures, the region id of each vertex, and a table of the regions.
+
+The extension `EXT_mesh_features` stores the region id of each vertex, and `EXT_structural_metadata`
+stores a table with one row per id. Ids in glTF belong to vertices, so vertices on the borders of
+regions are duplicated. Viewers that do not support these extensions show only the colors.
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import IO, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from superfacets_textures.gltf_materials import GltfMaterials
+from superfacets_textures.textures import Texture
+
+from ...base.errors import MeshError
+from ...mesh.faces import FaceMesh, corner_triangles, corners_of
+from ...regions.region_graph import region_graph
+from .content import Content
+from .text import finite_singles, fits_single
+
+FLOAT, UNSIGNED_INT, UNSIGNED_BYTE = 5126, 5125, 5121
+VERTICES, INDICES = 34962, 34963
+"""Values of `target` in a buffer view: the view stores vertex attributes, or vertex indices."""
+
+MAX_BYTES = 2**32 - 1
+"""Maximum file size in bytes, because GLB stores the size in 32 bits."""
+
+MAX_IDS = 2**24
+"""Maximum number of ids, including the id for no region. Ids are stored as float32, which
+represents all integers up to 2**24 exactly."""
+
+ALIGNMENT = 8
+"""Alignment of buffer views in bytes, which property tables require."""
+
+
+def write_glb(file: IO[bytes], content: Content) -> None:
+    """Write GLB. Polygons are triangulated, and unused vertices are skipped.
+
+    Coordinates are float32. If float32 cannot represent them exactly, their origin is moved to the
+    center of the bounding box. The triangles of each material form a separate primitive.
+    """
+    mesh, labels, texture = content.cells, content.labels, content.texture
+    scene = _Scene()
+    split = _split_vertices(mesh, labels, content.colors, texture)
+    scene.place(mesh.vertices[split.vertices])
+    regions = None if labels is None else _Regions.of(labels)
+    if texture is None:
+        primitives = [_add_primitive(scene, split, content, regions)]
+    else:
+        materials = GltfMaterials(scene.view)
+        primitives = []
+        of_triangles = texture.face_materials[split.faces]
+        for number in np.unique(of_triangles).tolist():
+            part = split.part(of_triangles == number)
+            primitive = _add_primitive(scene, part, content, regions)
+            if number >= 0:
+                primitive["material"] = materials.add(texture.materials[number])
+            primitives.append(primitive)
+        scene.document |= {name: found for name, found in materials.lists.items() if found}
+        scene.used |= materials.extensions
+    if regions is not None and regions.count:
+        assert labels is not None
+        columns = _region_columns(mesh, labels, regions.names[-regions.count :], regions.ids)
+        scene.add_table(columns, content.classes)
+    scene.document["meshes"] = [{"primitives": primitives}]
+    scene.write(file)
+
+
+@dataclass(frozen=True, eq=False)
+class _Regions:
+    names: npt.NDArray[np.int32]  # distinct labels, ascending; may include -1
+    ids: npt.NDArray[np.int64]  # region id of each face; `count` for faces with label -1
+    count: int  # number of regions, not counting label -1
+
+    @classmethod
+    def of(cls, labels: npt.NDArray[np.int32]) -> _Regions:
+        names, ids = np.unique(labels, return_inverse=True)
+        n_regions = len(names) - int(names[0] < 0)
+        if len(names) > MAX_IDS:
+            raise MeshError(
+                f"GLB can store at most {MAX_IDS} ids, but there are {len(names)} regions (faces"
+                " without a region count as one): write .ply or .npy instead"
+            )
+        return cls(names, np.where(labels < 0, n_regions, ids - int(names[0] < 0)), n_regions)
+
+
+def _add_primitive(
+    scene: _Scene, split: _Split, content: Content, regions: _Regions | None
+) -> dict[str, Any]:
+    """Append the arrays of the triangles in `split` to the scene; return their glTF primitive."""
+    attributes = {"POSITION": scene.positions(content.cells.vertices, split.vertices)}
+    indices = scene.accessor(split.triangles.ravel().astype("<u4"), "SCALAR", INDICES)
+    primitive: dict[str, Any] = {"attributes": attributes, "indices": indices}
+    if content.texture is not None and np.any(split.pairs >= 0):
+        given = content.texture.coordinates[np.maximum(split.pairs, 0)]
+        pairs = np.where(split.pairs[:, np.newaxis] >= 0, given, 0.0)
+        pairs = finite_singles(np.stack([pairs[:, 0], 1.0 - pairs[:, 1]], axis=1))
+        attributes["TEXCOORD_0"] = scene.accessor(pairs, "VEC2", VERTICES)
+    if content.colors is not None:
+        shades = np.full((len(split.vertices), 4), 255, np.uint8)
+        shades[:, :3] = content.colors[split.face_of_vertex]
+        attributes["COLOR_0"] = scene.accessor(shades, "VEC4", VERTICES)
+    if regions is not None:
+        assert content.labels is not None
+        ids = regions.ids[split.face_of_vertex].astype("<f4")
+        attributes["_FEATURE_ID_0"] = scene.accessor(ids, "SCALAR", VERTICES)
+        of_ids = _feature_ids(regions.count, content.labels)
+        primitive["extensions"] = {"EXT_mesh_features": {"featureIds": [of_ids]}}
+        scene.used.add("EXT_mesh_features")
+    return primitive
+
+
+@dataclass(frozen=True, eq=False)
+class _Split:
+    """Vertices and triangles to write. Each vertex has a single label, color and material."""
+
+    vertices: npt.NDArray[np.int64]  # mesh vertex of each written vertex
+    face_of_vertex: npt.NDArray[np.int64]  # one of the mesh faces at each written vertex
+    pairs: npt.NDArray[np.int64]  # row of each vertex in `Texture.coordinates`; -1 for no row
+    triangles: npt.NDArray[np.int64]  # (T, 3) indices of written vertices
+    faces: npt.NDArray[Any]  # mesh face of each triangle
+
+    def part(self, is_here: npt.NDArray[np.bool_]) -> _Split:
+        """Return the triangles where `is_here` is true, with their vertices."""
+        used, triangles = np.unique(self.triangles[is_here], return_inverse=True)
+        return _Split(
+            self.vertices[used], self.face_of_vertex[used], self.pairs[used],
+            triangles.reshape(-1, 3), self.faces[is_here],
+        )  # fmt: skip
+
+
+def _split_vertices(
+    mesh: FaceMesh,
+    labels: npt.NDArray[np.int32] | None,
+    colors: npt.NDArray[np.uint8] | None,
+    texture: Texture | None,
+) -> _Split:
+    """Duplicate vertices where faces differ in label, color, material or texture coordinates."""
+    places, sources = corner_triangles(mesh)
+    keys = np.zeros(mesh.n_faces, np.int64)
+    if labels is not None:
+        keys = np.unique(labels, return_inverse=True)[1].astype(np.int64)
+    if colors is not None:
+        red, green, blue = colors.T.astype(np.int64)
+        packed = keys << 24 | red << 16 | green << 8 | blue
+        keys = np.unique(packed, return_inverse=True)[1].astype(np.int64)
+    if texture is not None:
+        packed = keys * (len(texture.materials) + 1) + texture.face_materials + 1
+        keys = np.unique(packed, return_inverse=True)[1].astype(np.int64)
+    faces = np.arange(mesh.n_faces) if sources is None else sources
+    vertices = corners_of(mesh).vertices[places]
+    corners = (keys[faces][:, np.newaxis] * mesh.n_vertices + vertices).ravel()
+    pairs = np.full(len(corners), -1)
+    if texture is not None:
+        pairs = texture.corners[places].ravel().astype(np.int64)
+        vertex_keys = np.unique(corners, return_inverse=True)[1].astype(np.int64)
+        corners = vertex_keys * (len(texture.coordinates) + 1) + pairs + 1
+    _, firsts, numbers = np.unique(corners, return_index=True, return_inverse=True)
+    used = vertices.ravel()[firsts].astype(np.int64)
+    return _Split(used, faces[firsts // 3], pairs[firsts], numbers.reshape(-1, 3), faces)
+
+
+def _feature_ids(n_regions: int, labels: npt.NDArray[np.int32]) -> dict[str, Any]:
+    ids: dict[str, Any] = {"featureCount": max(n_regions, 1), "attribute": 0, "label": "region"}
+    if n_regions:
+        ids["propertyTable"] = 0
+    if labels.min() < 0:
+        ids["nullFeatureId"] = n_regions
+    return ids
+
+
+def _region_columns(
+    mesh: FaceMesh,
+    labels: npt.NDArray[np.int32],
+    names: npt.NDArray[np.int32],
+    ids: npt.NDArray[np.int64],
+) -> dict[str, npt.NDArray[Any]]:
+    """Return label, area and mean normal of each region; undefined normals are 0."""
+    graph = region_graph(mesh, np.where(labels < 0, -1, ids))
+    return {
+        "label": names.astype("<i4"),
+        "area": graph.areas.astype("<f4"),
+        "normal": np.nan_to_num(graph.normals).astype("<f4"),
+    }
+
+
+_PROPERTIES = {
+    "label": {"type": "SCALAR", "componentType": "INT32"},
+    "area": {"type": "SCALAR", "componentType": "FLOAT32"},
+    "normal": {"type": "VEC3", "componentType": "FLOAT32"},
+    "class": {"type": "ENUM", "enumType": "region_class"},
+}
+
+
+def _enum_of(classes: Sequence[str]) -> tuple[dict[str, Any], npt.NDArray[Any]]:
+    """Return the glTF enumeration of class names, and the enumeration value of each region."""
+    names, numbers = np.unique(np.array(classes, dtype=str), return_inverse=True)
+    values = [{"name": name, "value": number} for number, name in enumerate(names.tolist())]
+    return {"valueType": "UINT32", "values": values}, numbers.astype("<u4")
+
+
+def _check_size(n_bytes: int) -> None:
+    if n_bytes > MAX_BYTES:
+        raise MeshError("the mesh needs more than 4 GiB, the limit of GLB: write .ply or .obj")
+
+
+@dataclass
+class _Scene:
+    """A glTF document with one buffer, to which arrays are appended."""
+
+    document: dict[str, Any] = field(default_factory=dict)
+    views: list[dict[str, int]] = field(default_factory=list)
+    accessors: list[dict[str, Any]] = field(default_factory=list)
+    parts: list[bytes] = field(default_factory=list)  # content of each buffer view, with padding
+    n_bytes: int = 0  # size of the buffer, in bytes
+    node: dict[str, Any] = field(default_factory=lambda: {"mesh": 0})
+    used: set[str] = field(default_factory=set)  # names of the extensions in use
+    middle: npt.NDArray[np.float64] | None = None  # origin of positions; None means (0, 0, 0)
+
+    def view(self, array: npt.NDArray[Any], target: int | None = None) -> int:
+        """Append an array to the buffer, and return the index of its buffer view."""
+        _check_size(self.n_bytes + array.nbytes)
+        data = np.ascontiguousarray(array).tobytes()
+        view = {"buffer": 0, "byteOffset": self.n_bytes, "byteLength": len(data)}
+        self.views.append(view if target is None else {**view, "target": target})
+        self.parts.append(data + bytes(-len(data) % ALIGNMENT))
+        self.n_bytes += len(self.parts[-1])
+        return len(self.views) - 1
+
+    def accessor(self, array: npt.NDArray[Any], kind: str, target: int) -> int:
+        """Append an array, and return the index of its accessor."""
+        component = {"f4": FLOAT, "u4": UNSIGNED_INT, "u1": UNSIGNED_BYTE}[array.dtype.str[1:]]
+        accessor: dict[str, Any] = {
+            "bufferView": self.view(array, target),
+            "componentType": component,
+            "count": len(array),
+            "type": kind,
+        }
+        if component == UNSIGNED_BYTE:
+            accessor["normalized"] = True
+        self.accessors.append(accessor)
+        return len(self.accessors) - 1
+
+    def place(self, points: npt.NDArray[np.float64]) -> None:
+        """Move the origin to the center of the points if float32 cannot represent them exactly."""
+        if not fits_single(points):
+            self.middle = (points.min(axis=0) + points.max(axis=0)) / 2
+            self.node["translation"] = self.middle.tolist()
+
+    def positions(self, vertices: npt.NDArray[np.float64], corners: npt.NDArray[np.int64]) -> int:
+        """Append the positions of vertices, and return the index of their accessor."""
+        points = vertices[corners]
+        if self.middle is not None:
+            points = points - self.middle
+        single = points.astype("<f4")
+        place = self.accessor(single, "VEC3", VERTICES)
+        self.accessors[place]["min"] = single.min(axis=0).tolist()
+        self.accessors[place]["max"] = single.max(axis=0).tolist()
+        return place
+
+    def add_table(
+        self, columns: dict[str, npt.NDArray[Any]], classes: Sequence[str] | None
+    ) -> None:
+        """Add a property table with one row per region, and with a column of classes if given."""
+        count = len(columns["label"])
+        schema: dict[str, Any] = {"id": "superfacets"}
+        if classes is not None:
+            enum, columns["class"] = _enum_of(classes)
+            schema["enums"] = {"region_class": enum}
+        properties = {name: _PROPERTIES[name] for name in columns}
+        schema["classes"] = {"region": {"properties": properties}}
+        values = {name: {"values": self.view(column)} for name, column in columns.items()}
+        table = {"class": "region", "count": count, "properties": values}
+        self.document["extensions"] = {
+            "EXT_structural_metadata": {"schema": schema, "propertyTables": [table]}
+        }
+
+    def write(self, file: IO[bytes]) -> None:
+        """Write the GLB header, the JSON chunk and the binary chunk."""
+        used = sorted({*self.used, *self.document.get("extensions", {})})
+        if used:
+            self.document["extensionsUsed"] = used
+        self.document |= {
+            "asset": {"version": "2.0", "generator": "superfacets"},
+            "scene": 0,
+            "scenes": [{"nodes": [0]}],
+            "nodes": [self.node],
+            "accessors": self.accessors,
+            "bufferViews": self.views,
+            "buffers": [{"byteLength": self.n_bytes}],
+        }
+        text = json.dumps(self.document, separators=(",", ":")).encode("ascii")
+        text += b" " * (-(12 + 8 + len(text)) % ALIGNMENT)  # aligns the start of the buffer
+        size = 12 + 8 + len(text) + 8 + self.n_bytes
+        _check_size(size)
+        file.write(struct.pack("<4s2I", b"glTF", 2, size))
+        file.write(struct.pack("<2I", len(text), 0x4E4F534A) + text)
+        file.write(struct.pack("<2I", self.n_bytes, 0x004E4942))
+        for part in self.parts:
+            file.write(part)

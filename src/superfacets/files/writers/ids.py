@@ -1,0 +1,245 @@
+"""Write labels of cells, vertices or triangles to label files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from superfacets_formats.cortex_writer import write_cortex
+from superfacets_scans.pyg import GRAPH_OUTPUTS, write_arrays
+from superfacets_scans.scannet import (  # fmt: skip
+    Segments,
+    check_ids,
+    check_torch,
+    name_in_groups,
+    scene_of,
+    write_aggregation,
+    write_npy,
+    write_segments,
+    write_sstk,
+    write_superpoints,
+    write_tensor,
+)
+
+from ...base.checks import ranked_labels
+from ...base.errors import MeshError
+from ...base.types import Array, Ints, Longs
+from ...graph.kinds import kind_of
+from ...mesh.base import Cells
+from ...regions.region_graph import region_graph
+from ..attributes import MeshAttributes
+from ..readers.labels import checked_labels
+from .cells import FormatOptions
+from .text import write_rows
+
+LABEL_OUTPUTS = (".npy", ".seg", ".txt")
+"""Endings of files with one label per cell."""
+
+VERTEX_OUTPUTS = (".segs.json", ".bin", "_sp_label.npy", ".pth")
+"""Endings of files with one id per vertex, 0 or greater."""
+
+RENUMBERED_OUTPUTS = (".bin", "_sp_label.npy", ".pth")
+"""Endings of files whose ids are renumbered from 0, without gaps."""
+
+CORTEX_OUTPUTS = (".label.gii", ".annot")
+"""Endings of files with one label per vertex, which may be -1, and a table of colors and names."""
+
+UNCONVERTED = (*VERTEX_OUTPUTS, *CORTEX_OUTPUTS, ".aggregation.json")
+"""Endings of files that store given labels of vertices unchanged. Other label files store labels of
+cells, even if labels of vertices are given."""
+
+ID_OUTPUTS = (*VERTEX_OUTPUTS, *CORTEX_OUTPUTS, ".sstk.json", ".aggregation.json")
+
+
+@dataclass(frozen=True)
+class IdWriter:
+    """Writer of labels to label files, and of region graphs to graph files."""
+
+    cells: Cells
+    labels: Ints | None
+    options: FormatOptions
+    of_vertices: Ints | None = None  # given labels of vertices; None to compute them from `labels`
+    segments: Segments | None = None  # given segments, to write in place of the labels of vertices
+    segments_file: Path | None = None  # the ``.segs.json`` file that is written together with this
+    attributes: MeshAttributes | None = None  # attributes of the cells
+
+    def checked(self, endings: Sequence[str]) -> IdWriter:
+        """Return self, or raise a MeshError if a format of `endings` cannot store the labels."""
+        for ending in endings:
+            if self.labels is None:
+                raise MeshError(f"a {ending} file needs labels, but none are given")
+            _check_labels(self._labels_in(ending), ending)
+            if ending in GRAPH_OUTPUTS and self.labels.max() < 0:
+                raise MeshError("a graph needs at least one region, but all labels are -1")
+            if ending == ".sstk.json":
+                _check_triangles(self.cells)
+            if ending == ".aggregation.json":
+                self.options.check_classes(self._labels_in(ending))
+        return self
+
+    def _labels_in(self, ending: str) -> Ints:
+        """Return the labels to write in the format of `ending`.
+
+        These are given labels of vertices if `ending` is in `UNCONVERTED`, otherwise labels of
+        cells.
+        """
+        assert self.labels is not None
+        if self.segments is not None and ending in VERTEX_OUTPUTS:
+            return self.segments.ids
+        if self.of_vertices is not None and ending in UNCONVERTED:
+            return self.of_vertices
+        return self.labels
+
+    def write(self, file: IO[bytes], ending: str, path: Path | None = None) -> None:
+        """Write a file in the format of `ending`; the scene name is taken from `path`."""
+        assert self.labels is not None
+        if ending in GRAPH_OUTPUTS:
+            write_arrays(file, self._graph)
+        elif ending in CORTEX_OUTPUTS:
+            self._write_cortex(file, ending)
+        elif ending == ".aggregation.json":
+            self._write_groups(file, scene_of(path, ending))
+        else:
+            has_ids = ending in VERTEX_OUTPUTS and self.segments is None
+            _write(file, ending, path, self._vertex_ids if has_ids else self._labels_in(ending))
+
+    @property
+    def _graph(self) -> dict[str, Array]:
+        """Arrays of the graph of regions; for a mesh, with the node of each vertex."""
+        assert self.labels is not None
+        ranks, names = ranked_labels(self.labels)
+        arrays = region_graph(self.cells, ranks).to_pyg() | {"region": names.astype(np.int64)}
+        if not kind_of(self.cells).are_points:
+            nodes = np.minimum(np.searchsorted(names, self._vertex_ids), len(names) - 1)
+            arrays["vertex_super_index"] = np.where(names[nodes] == self._vertex_ids, nodes, -1)
+        return arrays
+
+    def _write_groups(self, file: IO[bytes], scene: str) -> None:
+        segments_file = self.segments_file
+        if self.segments is not None:
+            segments, objects = ranked_labels(self.segments.ids)[1], self.segments.objects
+            segments_file = segments_file or self.segments.file
+        else:
+            labels = self._labels_in(".aggregation.json")
+            segments = objects = np.unique(labels[labels >= 0])
+            if segments_file is not None:  # a region without a vertex is not in this file
+                segments = objects = np.intersect1d(segments, self._vertex_ids)
+        name = None if segments_file is None else name_in_groups(segments_file)
+        write_aggregation(
+            file, segments, objects, scene, classes=self.options.classes,
+            scores=self.options.scores, segments_file=name,
+        )  # fmt: skip
+
+    def _write_cortex(self, file: IO[bytes], ending: str) -> None:
+        from superfacets_show.colors import face_colors
+
+        from ...regions.vertices import vertex_labels
+
+        assert self.labels is not None
+        comments = () if self.attributes is None else self.attributes.comments
+        if self.of_vertices is not None:
+            write_cortex(file, ending, self.of_vertices, comments=comments)
+            return
+        of_vertices = vertex_labels(self.cells, self.labels, min_vertices=1)
+        regions, firsts = np.unique(self.labels, return_index=True)
+        shown = firsts[np.isin(regions, of_vertices) & (regions >= 0)]
+        colors = face_colors(self.cells, self.labels)[shown]
+        write_cortex(file, ending, of_vertices, colors, comments=comments)
+
+    @property
+    def region_sizes(self) -> Longs:
+        """Number of vertices that have each region's id in files with one id per vertex.
+
+        Regions are in ascending order of their labels.
+        """
+        assert self.labels is not None
+        regions, ids = np.unique(self.labels), np.sort(self._vertex_ids)
+        return np.searchsorted(ids, regions, side="right") - np.searchsorted(ids, regions)
+
+    @cached_property
+    def _vertex_ids(self) -> Longs:
+        from ...regions.vertices import vertex_ids
+
+        assert self.labels is not None
+        if self.of_vertices is not None:
+            return self.of_vertices.astype(np.int64)
+        return vertex_ids(self.cells, self.labels)
+
+
+def write_given_labels(
+    labels: npt.ArrayLike, ending: str
+) -> Callable[[IO[bytes], str, Path | None], None]:
+    """Return a function that writes the labels; raise an error if the format cannot store them."""
+    if ending == ".sstk.json" and np.ndim(labels) == 2:
+        levels = [checked_labels(level) for level in np.asarray(labels)]
+        _check_nested(levels)
+        return lambda file, ending, path: write_sstk(file, levels)
+    checked = checked_labels(labels)
+    _check_labels(checked, ending)
+    return lambda file, ending, path: _write(file, ending, path, checked)
+
+
+def _write(
+    file: IO[bytes],
+    ending: str,
+    path: Path | None,
+    labels: npt.NDArray[np.integer[Any]],
+) -> None:
+    if ending == ".segs.json":
+        write_segments(file, labels, scene_of(path, ending))
+    elif ending == ".aggregation.json":
+        segments = np.unique(labels[labels >= 0])
+        write_aggregation(file, segments, segments, scene_of(path, ending))
+    elif ending == ".sstk.json":
+        write_sstk(file, [labels])
+    elif ending == ".pth":
+        write_tensor(file, labels)
+    elif ending in VERTEX_OUTPUTS:
+        write_superpoints(file, labels, ending)
+    elif ending in CORTEX_OUTPUTS:
+        write_cortex(file, ending, labels)
+    elif ending == ".npy":
+        write_npy(file, labels)
+    else:
+        write_rows(file, "%d\n", [labels])
+
+
+def _check_triangles(cells: Cells) -> None:
+    kind = kind_of(cells)
+    if kind.name == "polygons":
+        raise MeshError(
+            ".sstk.json needs labels of triangles, not polygons: segment the result of"
+            " PolygonMesh.triangulate()"
+        )
+    if kind.name != "triangles":
+        raise MeshError(f".sstk.json needs labels of triangles, but the cells are {kind.noun}s")
+
+
+def _check_labels(labels: Ints, ending: str) -> None:
+    if ending in VERTEX_OUTPUTS and labels.min() < 0:
+        first = int(np.argmin(labels))
+        raise MeshError(f"labels[{first}] must be >= 0 in {ending}, got {labels[first]}")
+    if ending == ".pth":
+        check_torch()
+    if ending in CORTEX_OUTPUTS:
+        check_ids(labels)
+
+
+def _check_nested(levels: Sequence[Ints]) -> None:
+    """Raise a MeshError if a region overlaps several regions of the next coarser level."""
+    for level, (fine, coarse) in enumerate(pairwise(levels)):
+        _, firsts, places = np.unique(fine, return_index=True, return_inverse=True)
+        is_other = coarse != coarse[firsts[places]]
+        if is_other.any():
+            region = int(fine[np.argmax(is_other)])
+            raise MeshError(
+                f"levels are not nested: region {region} of level {level} is in several regions of"
+                f" level {level + 1}"
+            )

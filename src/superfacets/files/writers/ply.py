@@ -1,0 +1,230 @@
+"""Write PLY files of meshes, with a label and a color per face, and of point clouds."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from typing import IO, Any
+
+import numpy as np
+
+from superfacets_textures.ply_texture import is_image
+from superfacets_textures.writing import Placer, ply_texture
+
+from ...base.types import Array, Bytes, Floats, Ints, Longs
+from ...mesh.faces import FaceMesh, corners_of
+from ...mesh.point_cloud import PointCloud
+from ..attributes import PLY_TYPES, MeshAttributes
+from ..readers.ply_header import INDEX_NAMES
+from .content import Content
+from .text import ROWS_AT_ONCE, fits_single, text_rows
+
+OWN_NAMES = {
+    "vertex": ("x", "y", "z", "label"),
+    "face": (*INDEX_NAMES, "label", "quality", "red", "green", "blue", "alpha"),
+}
+"""Names of properties that `write_ply` itself writes; labels and colors only if there are any. An
+attribute is skipped if the file already has a property with its name."""
+
+
+def names_replaced(attributes: MeshAttributes, *, of_points: bool = False) -> list[str]:
+    """Return the attributes with names in `OWN_NAMES`, described like "face property label".
+
+    With `of_points`, the names for faces apply to the points of a cloud.
+    """
+    return [
+        f"{'point' if of_points else owner} property {name}"
+        for owner, values in (("vertex", attributes.vertex), ("face", attributes.face))
+        for name in values
+        if name in OWN_NAMES["face" if of_points else owner]
+    ]
+
+
+def write_ply(file: IO[bytes], content: Content) -> None:
+    """Write a mesh as PLY, with the properties that `superfacets.write_mesh` describes."""
+    mesh, attributes = content.cells, content.attributes
+    vertices = _Element("vertex", mesh.n_vertices, _vertex_columns(mesh.vertices))
+    columns = [_corner_column(mesh), *_label_columns(content.labels, content.colors)]
+    faces = _Element("face", mesh.n_faces, columns)
+    if content.vertex_labels is not None:
+        vertices.columns.append(_Column("label", "<i4", content.vertex_labels))
+    if attributes is not None:
+        # If new labels of faces are written, labels of vertices in the attributes are outdated.
+        labels = attributes.face.get("label", ())
+        are_other = content.labels is not None and not np.array_equal(labels, content.labels)
+        left_out = ("label",) if are_other else ()
+        vertices.add(attributes.vertex, left_out)
+        faces.add(attributes.face)
+    comments = () if attributes is None else attributes.comments
+    if content.texture is not None:
+        is_cut = corners_of(mesh).size == 3
+        lines, fields = ply_texture(content.texture, Placer(content.path), has_triangles=is_cut)
+        comments = (*(line for line in comments if not is_image(line)), *lines)
+        faces.add(fields)
+    _write_elements(file, [vertices, faces], comments, ascii=content.ascii)
+
+
+def write_cloud_ply(file: IO[bytes], content: Content) -> None:
+    """Write a point cloud as PLY, with one label per point."""
+    cloud = content.cells
+    points = _Element("vertex", cloud.n_points, _point_columns(cloud, content))
+    if content.attributes is not None:
+        points.add(content.attributes.vertex)
+    comments = () if content.attributes is None else content.attributes.comments
+    _write_elements(file, [points], comments, ascii=content.ascii)
+
+
+def _write_elements(
+    file: IO[bytes], elements: list[_Element], comments: Sequence[str], *, ascii: bool
+) -> None:
+    lines = ["ply", f"format {'ascii' if ascii else 'binary_little_endian'} 1.0", *comments]
+    for element in elements:
+        lines += [f"element {element.name} {element.n_rows}"]
+        lines += map(_declaration, element.columns)
+    file.write("\n".join([*lines, "end_header\n"]).encode("utf-8", "surrogateescape"))
+    for element in elements:
+        for begin in range(0, element.n_rows, ROWS_AT_ONCE):
+            end = min(begin + ROWS_AT_ONCE, element.n_rows)
+            file.write(b"".join(_rows(element.columns, slice(begin, end), ascii=ascii)))
+
+
+@dataclass(frozen=True)
+class _Column:
+    """A property of a PLY element."""
+
+    name: str
+    dtype: str
+    values: Any  # array; one value for all rows; or the mesh, if faces differ in size (`longest`)
+    length: int | None = None  # length of the list in every row; None if rows have one number
+    longest: int = 0  # length of the longest list if lists differ in length, otherwise 0
+
+    @property
+    def length_dtype(self) -> str:
+        return "u1" if max(self.length or 0, self.longest) < 256 else "<i4"
+
+    def of(self, rows: slice | Longs, size: int = 0) -> _Column:
+        """Return the column restricted to `rows`.
+
+        If list lengths differ, all lists in `rows` must have the length `size`.
+        """
+        if self.longest:
+            corners = self.values.offsets[rows][:, np.newaxis] + np.arange(size)
+            values = self.values.indices[corners]
+            return _Column(self.name, self.dtype, values, size, self.longest)
+        values = self.values[rows] if isinstance(self.values, np.ndarray) else self.values
+        return _Column(self.name, self.dtype, values, self.length)
+
+
+@dataclass(frozen=True)
+class _Element:
+    """An element of a PLY file: a named table, whose columns are called properties."""
+
+    name: str
+    n_rows: int
+    columns: list[_Column]
+
+    def add(self, attributes: Mapping[str, Array], left_out: Collection[str] = ()) -> None:
+        """Append attributes as columns; skip names of existing columns and names in `left_out`."""
+        taken = {column.name for column in self.columns} | {*left_out}
+        if "vertex_indices" in taken:
+            taken |= {*INDEX_NAMES}
+        for name, values in attributes.items():
+            if name not in taken:
+                dtype = values.dtype.newbyteorder("<").str
+                length = None if values.ndim == 1 else values.shape[1]
+                self.columns.append(_Column(name, dtype, values, length))
+
+
+def _vertex_columns(vertices: Floats) -> list[_Column]:
+    dtype = "<f4" if fits_single(vertices) else "<f8"
+    return [_Column(axis, dtype, values) for axis, values in zip("xyz", vertices.T, strict=True)]
+
+
+def _point_columns(cloud: PointCloud, content: Content) -> list[_Column]:
+    """Return columns of positions, normals, labels, and colors (given, or else of the cloud)."""
+    colors = content.colors
+    columns = _vertex_columns(cloud.points)
+    if cloud.normals is not None:
+        columns += [
+            _Column(name, "<f4", values)
+            for name, values in zip(("nx", "ny", "nz"), cloud.normals.T, strict=True)
+        ]
+    if colors is None and cloud.colors is not None:
+        colors = np.rint(cloud.colors * 255).astype(np.uint8)
+    return columns + _label_columns(content.labels, colors)
+
+
+def _label_columns(labels: Ints | None, colors: Bytes | None) -> list[_Column]:
+    columns = []
+    if labels is not None:
+        columns += [_Column("label", "<i4", labels), _Column("quality", "<f4", labels)]
+    if colors is not None:
+        columns += [
+            _Column(channel, "u1", values)
+            for channel, values in zip(("red", "green", "blue"), colors.T, strict=True)
+        ]
+        columns.append(_Column("alpha", "u1", 255))
+    return columns
+
+
+def _corner_column(mesh: FaceMesh) -> _Column:
+    name, dtype = "vertex_indices", "<i4"
+    corners = corners_of(mesh)
+    sizes = corners.sizes
+    longest = int(np.max(sizes))
+    if np.min(sizes) == longest:
+        return _Column(name, dtype, corners.vertices.reshape(-1, longest), longest)
+    return _Column(name, dtype, mesh, longest=longest)
+
+
+def _rows(columns: list[_Column], part: slice, *, ascii: bool) -> list[bytes]:
+    """Encode the rows in the slice `part`; return a list of bytes to be written one after another.
+
+    If faces differ in size, the list has one item per row, and otherwise one item.
+    """
+    mesh = next((column.values for column in columns if column.longest), None)
+    if mesh is None:
+        rows = _fill_rows([column.of(part) for column in columns], part.stop - part.start)
+        return [_as_text(rows) if ascii else rows.tobytes()]
+    pieces = np.empty(part.stop - part.start, dtype=object)
+    sizes = mesh.sizes[part]
+    for size in np.unique(sizes).tolist():
+        alike = np.flatnonzero(sizes == size)
+        rows = _fill_rows([column.of(alike + part.start, size) for column in columns], len(alike))
+        if ascii:
+            pieces[alike] = _as_text(rows).splitlines(keepends=True)
+        else:
+            pieces[alike] = rows.view(f"V{rows.itemsize}").tolist()
+    return list(pieces)
+
+
+def _fill_rows(columns: list[_Column], n_rows: int) -> Array:
+    fields: list[Any] = []
+    for column in columns:
+        if column.length is None:
+            fields.append((column.name, column.dtype))
+        else:  # attribute names have no spaces, so this name is unique
+            fields.append((f"length of {column.name}", column.length_dtype))
+            fields.append((column.name, column.dtype, (column.length,)))
+    rows = np.empty(n_rows, dtype=fields)
+    for column in columns:
+        rows[column.name] = column.values
+        if column.length is not None:
+            rows[f"length of {column.name}"] = column.length
+    return rows
+
+
+def _declaration(column: _Column) -> str:
+    kind = PLY_TYPES[column.dtype[-2:]]
+    if column.length is not None or column.longest:
+        kind = f"list {PLY_TYPES[column.length_dtype[-2:]]} {kind}"
+    return f"property {kind} {column.name}"
+
+
+def _as_text(rows: Array) -> bytes:
+    """Format rows as text, with enough digits to restore all numbers exactly."""
+    columns = [rows[name].reshape(len(rows), -1) for name in rows.dtype.names or ()]
+    formats = {"f4": "%.9g", "f8": "%.17g"}
+    words = [formats.get(column.dtype.str[1:], "%d") for column in columns for _ in column.T]
+    row = " ".join(words) + "\n"
+    return text_rows(row, [axis for column in columns for axis in column.T])

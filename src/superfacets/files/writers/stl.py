@@ -1,0 +1,47 @@
+"""Write STL, as text with one solid per region or class, or as binary data without labels."""
+
+from __future__ import annotations
+
+from typing import IO
+
+import numpy as np
+
+from ...base.checks import checked_threads
+from ...mesh.faces import area_vectors
+from ..readers.stl import HEADER_SIZE, TRIANGLE
+from .content import Content
+from .text import coordinate_format, fits_single, write_rows
+
+
+def write_stl(file: IO[bytes], content: Content) -> None:
+    """Write one solid per region, in ascending order of labels, or one per class.
+
+    Solids are named ``region_0``, ``region_1``, ... or, if there are classes, like the classes with
+    underscores instead of spaces. The solid of faces with label -1 is named ``unlabeled``. Meshing
+    and flow simulation programs use these names for patches. Files with labels are text, because
+    binary STL has only one solid. A file without labels is binary if float32 is exact for all
+    coordinates and `Content.ascii` is false; otherwise it is text with one solid. Undefined normals
+    are 0.
+    """
+    mesh, labels = content.cells, content.labels
+    normals = area_vectors(mesh, checked_threads(None))
+    lengths = np.sqrt((normals * normals).sum(axis=1, keepdims=True))
+    normals /= np.where(lengths > 0, lengths, 1.0)
+    if labels is None and not content.ascii and fits_single(mesh.vertices):
+        triangles = np.zeros(mesh.n_faces, TRIANGLE)
+        triangles["normal"], triangles["corners"] = normals, mesh.vertices[mesh.faces]
+        file.write(bytes(HEADER_SIZE) + mesh.n_faces.to_bytes(4, "little") + triangles.tobytes())
+        return
+    solids, names = np.zeros(mesh.n_faces, np.intp), np.array(["mesh"])
+    if labels is not None:
+        values, solids = np.unique(labels, return_inverse=True)
+        names = content.part_names(values)
+    number = coordinate_format(mesh.vertices)
+    corner = " ".join(["      vertex", *[number] * 3]) + "\n"
+    facet = f"  facet normal %.9g %.9g %.9g\n    outer loop\n{3 * corner}    endloop\n  endfacet\n"
+    for name in dict.fromkeys(names.tolist()):
+        faces = np.flatnonzero((names == name)[solids])
+        columns = [*normals[faces].T, *mesh.vertices[mesh.faces[faces]].reshape(-1, 9).T]
+        file.write(b"solid %s\n" % name.encode("utf-8"))
+        write_rows(file, facet, columns)
+        file.write(b"endsolid %s\n" % name.encode("utf-8"))

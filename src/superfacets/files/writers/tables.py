@@ -1,0 +1,123 @@
+"""Write tables of numbers as CSV, JSON or Parquet, and border lines as OBJ or VTP."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import IO, Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from superfacets_formats.vtk_writer import Arrays, write_vtk_xml
+
+from ...base.errors import import_extra
+from ...base.types import Array, Floats, Longs
+from ..atomic import StrPath, atomic_outputs
+from ..guards import known_ending
+
+Columns = Mapping[str, Array]
+"""Columns of a table, keyed by column name; all columns have the same length."""
+
+TABLE_ENDINGS = (".csv", ".json", ".parquet")
+LINE_ENDINGS = (".obj", ".vtp")
+
+
+class Line(NamedTuple):
+    """Border line between two regions."""
+
+    low: int  # number of the first region
+    high: int  # number of the second region, or -1 at the boundary of the mesh
+    vertices: npt.NDArray[np.integer]  # indices of vertices; a closed line repeats the first vertex
+
+
+def write_tables(tables: Sequence[tuple[StrPath, Columns]]) -> None:
+    """Write each table to its path, in the format of its ending: all tables, or none.
+
+    The endings are ``.csv``, ``.json`` and ``.parquet``. NaN becomes an empty field in CSV, and
+    null in JSON. A JSON file has a list with one object per row. Numbers are written with enough
+    digits to restore them exactly. Parquet needs pandas and pyarrow.
+    """
+    endings = [known_ending(Path(path), TABLE_ENDINGS) for path, _ in tables]
+    with atomic_outputs([path for path, _ in tables]) as temporaries:
+        for temporary, ending, (_, columns) in zip(temporaries, endings, tables, strict=True):
+            if ending == ".parquet":
+                _write_parquet(temporary, columns)
+                continue
+            with temporary.open("w", encoding="utf-8", newline="") as file:
+                if ending == ".csv":
+                    print_csv(file, columns)
+                else:
+                    rows = (dict(zip(columns, row, strict=True)) for row in _rows(columns))
+                    json.dump(list(rows), file, indent=1)
+                    file.write("\n")
+
+
+def print_csv(file: IO[str], columns: Columns) -> None:
+    """Write CSV: a line with the column names, then one line per row."""
+    writer = csv.writer(file, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows(_rows(columns))
+
+
+def _rows(columns: Columns) -> Iterable[tuple[Any, ...]]:
+    """Return rows of Python numbers; NaN is replaced by None."""
+    lists = []
+    for column in columns.values():
+        values = column.tolist()
+        if column.dtype.kind == "f":
+            values = [None if math.isnan(value) else value for value in values]
+        lists.append(values)
+    return zip(*lists, strict=True)
+
+
+def _write_parquet(path: Path, columns: Columns) -> None:
+    import_extra("pyarrow", "a .parquet file", "graph")  # else pandas raises a plain ImportError
+    pandas = import_extra("pandas", "a .parquet file", "graph")
+    pandas.DataFrame(dict(columns)).to_parquet(path, engine="pyarrow", index=False)
+
+
+def write_lines(path: StrPath, vertices: Floats, lines: Iterable[Line]) -> None:
+    """Write border lines as OBJ or VTP, with the vertices on the lines.
+
+    In OBJ, each line is a group ``border_3_7``, or ``border_3_open`` at the boundary of the mesh.
+    In VTP, the numbers of the two regions are the cell data ``low`` and ``high``.
+    """
+    ending, written = known_ending(Path(path), LINE_ENDINGS), list(lines)
+    rows = [line.vertices for line in written]
+    used, along = np.unique(np.concatenate([np.empty(0, int), *rows]), return_inverse=True)
+    offsets = np.cumsum([0, *map(len, rows)])
+    with atomic_outputs([path]) as temporaries, temporaries[0].open("wb") as file:
+        write = _write_obj_lines if ending == ".obj" else _write_vtp_lines
+        write(file, vertices[used], written, along, offsets)
+
+
+def _write_obj_lines(
+    file: IO[bytes], points: Floats, lines: list[Line], along: Longs, offsets: Longs
+) -> None:
+    """Write lines as OBJ; the points of line i are ``along[offsets[i]:offsets[i + 1]]``."""
+    file.writelines(f"v {x!r} {y!r} {z!r}\n".encode() for x, y, z in points.tolist())
+    for i, line in enumerate(lines):
+        other = "open" if line.high < 0 else line.high
+        numbers = (along[offsets[i] : offsets[i + 1]] + 1).tolist()
+        row = " ".join(map(str, numbers))
+        file.write(f"g border_{line.low}_{other}\nl {row}\n".encode())
+
+
+def _write_vtp_lines(
+    file: IO[bytes], points: Floats, lines: list[Line], along: Longs, offsets: Longs
+) -> None:
+    """Write lines as VTP; see `_write_obj_lines` for the arguments."""
+    sections: dict[str, Arrays] = {
+        "CellData": {
+            "low": np.array([line.low for line in lines], np.int32),
+            "high": np.array([line.high for line in lines], np.int32),
+        },
+        "Points": {"Points": points},
+        "Lines": {"connectivity": along.astype(np.int64), "offsets": offsets[1:].astype(np.int64)},
+    }
+    counts = {"NumberOfPoints": len(points), "NumberOfLines": len(lines)}
+    write_vtk_xml(file, "PolyData", counts, sections, ascii=False)

@@ -1,0 +1,59 @@
+"""Format rows of numbers as text, many rows at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import IO, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ...base.types import Array, Floats, Singles
+
+ROWS_AT_ONCE = 1 << 14
+"""Number of rows that are formatted at a time; small enough to fit in the processor cache."""
+
+
+def text_rows(row: str, columns: Sequence[Array]) -> bytes:
+    """Format all rows with a single format operation; `row` is the format string of one row."""
+    lists = [column.tolist() for column in columns]
+    n_rows = len(lists[0])
+    flat: list[Any] = [None] * (n_rows * len(lists))
+    for place, values in enumerate(lists):
+        flat[place :: len(lists)] = values
+    return (row * n_rows % tuple(flat)).encode("ascii")
+
+
+def write_rows(file: IO[bytes], row: str, columns: Sequence[Array]) -> None:
+    """Write columns of equal length as rows of text; `row` is the format string of one row."""
+    for begin in range(0, len(columns[0]), ROWS_AT_ONCE):
+        file.write(text_rows(row, [column[begin : begin + ROWS_AT_ONCE] for column in columns]))
+
+
+def write_list(file: IO[bytes], numbers: npt.NDArray[np.integer[Any]]) -> None:
+    """Write integers as a JSON list, without spaces."""
+    file.write(b"[")
+    if len(numbers):
+        write_rows(file, "%d,", [numbers[:-1]])
+        file.write(b"%d" % int(numbers[-1]))
+    file.write(b"]")
+
+
+def coordinate_format(values: Floats) -> str:
+    """Return the shortest number format that preserves all values exactly."""
+    return "%.9g" if fits_single(values) else "%.17g"
+
+
+def finite_singles(values: Floats) -> Singles:
+    """Round to float32; NaN becomes 0, and numbers beyond float32 become its largest number."""
+    largest = float(np.finfo(np.float32).max)
+    return np.clip(np.nan_to_num(values), -largest, largest).astype(np.float32)
+
+
+def fits_single(values: Floats) -> bool:
+    """Return whether float32 represents all values exactly."""
+    with np.errstate(over="ignore"):  # overflow gives infinity, which differs from the value
+        return all(
+            np.array_equal(part.astype(np.float32), part)
+            for part in np.array_split(values, max(1, len(values) // ROWS_AT_ONCE))
+        )

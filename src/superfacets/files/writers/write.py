@@ -1,0 +1,448 @@
+"""Write a mesh with its labels, or only labels; incomplete output files never appear."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from types import MappingProxyType
+from typing import IO, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from superfacets_scans.pyg import GRAPH_OUTPUTS
+from superfacets_scans.scannet import SEGMENTS, Segments, check_truth_stays
+from superfacets_textures.ply_texture import is_image
+
+from ...base.errors import MeshError
+from ...base.types import Ints, Longs
+from ...graph.kinds import kind_of
+from ...mesh.base import Cells
+from ...mesh.convert import as_cells
+from ...regions.submeshes import Splitter, Submesh
+from ..atomic import StrPath, atomic_outputs, checked_targets, output_folder
+from ..attributes import MeshAttributes
+from ..guards import known_ending
+from ..readers.labels import checked_labels
+from .cells import CLOUD_OUTPUTS, MESH_OUTPUTS, CellWriter, FormatOptions, usual_ending
+from .ids import ID_OUTPUTS, LABEL_OUTPUTS, VERTEX_OUTPUTS, IdWriter, write_given_labels
+
+DERIVED_OUTPUTS = (*ID_OUTPUTS, *GRAPH_OUTPUTS)
+"""Endings of files with data derived from a mesh and its labels, such as labels of vertices."""
+
+OUTPUT_ENDINGS = (*MESH_OUTPUTS, *CLOUD_OUTPUTS, *LABEL_OUTPUTS, *DERIVED_OUTPUTS)
+
+ENDING_OF_FORMAT = {ending.lstrip("._"): ending for ending in OUTPUT_ENDINGS}
+"""Maps format names, such as ``ply``, ``segs.json`` or ``sp_label.npy``, to endings."""
+
+NO_STREAMS: Mapping[str, IO[bytes]] = MappingProxyType({})
+
+
+def write_mesh(
+    path: StrPath,
+    mesh: Any,
+    labels: npt.ArrayLike | None = None,
+    *,
+    colors: npt.ArrayLike | None = None,
+    attributes: MeshAttributes | None = None,
+    ascii: bool = False,
+    label_name: str = "label",
+    vertex_labels: bool = False,
+    classes: Sequence[str] | Sequence[int] | None = None,
+    scores: npt.ArrayLike | None = None,
+    force: bool = False,
+) -> None:
+    """Write a mesh, with labels and colors of its faces, in the format of the file's ending.
+
+    In PLY, vertices are ``float`` if float is exact for all coordinates, and otherwise ``double``.
+    Faces are ``list uchar int vertex_indices``, or ``list int int`` if a face has more than 255
+    corners. Labels add the property ``int label``, and for MeshLab ``float quality`` with the same
+    numbers. Labels or colors add ``uchar red green blue alpha``. VTP has vertices of type double,
+    and cell data ``label`` and ``colors``. The user guide (Export) describes the other formats.
+
+    Parameters
+    ----------
+    path : path-like
+        Output file. The ending selects the format:
+
+        - faces: ``.ply``, ``.vtp``, ``.obj`` (one group per region, or per class with `classes`),
+          ``.stl`` (triangles only; text with one solid per region, or per class with `classes`;
+          binary without labels), ``.off`` (colors), ``.glb`` (region ids and a table of regions) or
+          ``.ids.png`` (an image with the region id of each texel; `attributes` must contain a
+          texture);
+        - tetrahedra: ``.vtu`` or ``.vtk``, which can store labels but no colors and attributes;
+        - points: ``.ply``, ``.pcd``, ``.csv`` (x, y, z and label), ``.las`` or ``.laz`` (LAS and
+          LAZ need the extra ``las``);
+        - one id per vertex of a mesh (the result of `vertex_labels` with ``method="creases"`` and
+          ``min_vertices=20``) or per point: ``.segs.json``, ``.bin``, ``_sp_label.npy`` or ``.pth``
+          (which needs torch);
+        - one label per vertex of a brain cortex: ``.label.gii`` (GIFTI) or ``.annot`` (FreeSurfer).
+          Their table of colors and names has one entry for no region, and then one per region;
+        - ``.sstk.json`` (one label per triangle), ``.aggregation.json`` (one group per region), or
+          ``.npz`` (the arrays of `RegionGraph.to_pyg`; ``region``, the label of each node; and for
+          a mesh ``vertex_super_index``, the node of each vertex with the same region as in
+          ``.segs.json``, or -1).
+
+        An existing file is replaced when the new file is complete, and its permissions are kept.
+    mesh : Mesh, PolygonMesh, TetMesh, PointCloud, mesh-like or cloud-like
+        Same as in `segment`. Polygons stay polygons, except in GLB. For a cloud, there is one label
+        and one color per point; LAS stores the labels in an extra dimension ``label``.
+    labels : array_like of integers, shape (F,), optional
+        Region of each face, 0 or greater; -1 if a face is in no region.
+    colors : array_like of uint8, shape (F, 3), optional
+        Red, green and blue of each face. If there are labels, the default is the result of
+        `face_colors`.
+    attributes : MeshAttributes, optional
+        Other properties of vertices and faces, from `read_attributes` or created by you. A property
+        is skipped if the file already has a property of this name, such as ``label`` or ``red`` in
+        PLY. Only PLY, VTP, PCD, LAS and LAZ store properties; CSV stores only an integer property
+        ``label``. OBJ, GLB and PLY store the texture,
+        but a PLY file of polygons can store a texture only if the texture comes from a PLY file.
+    ascii : bool, default False
+        Whether to write text instead of binary numbers, for programs that read only text.
+    label_name : str, default "label"
+        Name of the label array in VTP, VTU and VTK; dental tools expect ``Label``.
+    vertex_labels : bool, default False
+        Whether a PLY file also contains a vertex property ``label`` with labels of vertices, which
+        are computed by `superfacets.vertex_labels`.
+    classes : sequence of str or int, length K, optional
+        Class of each region, in ascending order of the labels. GLB stores classes as a column of
+        the table, OBJ as names of groups, STL as names of solids, and ``.aggregation.json`` as
+        labels of groups.
+    scores : array_like of float, length K, optional
+        Score of each region, 0 to 1, in ascending order of the labels, for example
+        `LiftedLabels.label_scores`. Only ``.aggregation.json`` stores scores; the studio sorts
+        suggestions by score.
+    force : bool, default False
+        Whether to replace a ``.segs.json`` file even if an ``.aggregation.json`` file in the same
+        folder refers to its segments and becomes invalid, and whether to replace an
+        ``.aggregation.json`` file from another program. See `regroup_segments`.
+
+    Raises
+    ------
+    ValueError
+        If the ending, a shape or a dtype is wrong, if a label is below -1, if a label is -1 but ids
+        in the format begin at 0, or if the format cannot store the cells, their number, or the
+        value of an option.
+    TypeError
+        If `attributes` is neither a `MeshAttributes` nor None, or if a class is neither a string
+        nor an integer.
+    MissingExtraError
+        If the format needs a package that is not installed.
+    OSError
+        If the file cannot be written. The error is a FileExistsError if `force` is needed.
+
+    Notes
+    -----
+    Time is linear in V + F, except for a sort in OBJ and GLB. Files are written block by block, but
+    GLB, LAS and LAZ files are built in memory. GLB needs about 200 bytes of memory per face, and
+    the file has at most 4 GiB.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from superfacets import Mesh
+    >>> square = Mesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> with TemporaryDirectory() as folder:
+    ...     path = Path(folder, "square.ply")
+    ...     write_mesh(path, square, colors=[[255, 0, 0], [0, 0, 255]], ascii=True)
+    ...     print(path.read_text().splitlines()[-1])
+    3 0 2 3 0 0 255 255
+    """
+    path = Path(path)
+    ending = known_ending(path, (*MESH_OUTPUTS, *CLOUD_OUTPUTS, *DERIVED_OUTPUTS))
+    options = FormatOptions.checked(
+        [ending], ascii=ascii, label_name=label_name, vertex_labels=vertex_labels,
+        classes=classes, scores=scores,
+    )  # fmt: skip
+    if not force:
+        check_truth_stays([path])
+    cells = as_cells(mesh)
+    cell_labels = None if labels is None else _labels_of(cells, labels)
+    writer: IdWriter | CellWriter = CellWriter(cells, cell_labels, colors, attributes, options)
+    if ending in DERIVED_OUTPUTS:
+        writer = IdWriter(cells, cell_labels, options, attributes=attributes)
+    writer = writer.checked([ending])
+    with atomic_outputs([path]) as (temporary,), temporary.open("wb") as file:
+        writer.write(file, ending, path)
+
+
+def _labels_of(cells: Cells, labels: npt.ArrayLike) -> Ints:
+    return checked_labels(labels, cells.n_cells, getattr(cells, "n_vertices", None))
+
+
+def write_labels(path: StrPath, labels: npt.ArrayLike, *, force: bool = False) -> None:
+    r"""Write labels to a file, without a mesh.
+
+    Parameters
+    ----------
+    path : path-like
+        Output file. The ending selects the format:
+
+        - ``.npy`` (int32), ``.seg`` or ``.txt`` (one integer per line, no header);
+        - labels of vertices: ``.segs.json``; ``.bin``, ``_sp_label.npy`` or ``.pth`` (int64,
+          renumbered without gaps); ``.label.gii`` or ``.annot`` (with a table of colors and names);
+        - labels of triangles: ``.sstk.json``;
+        - labels of segments: ``.aggregation.json`` (one group per label).
+
+        An existing file is replaced when the new file is complete, and its permissions are kept.
+    labels : array_like of integers, shape (F,)
+        Region of each cell, 0 or greater; -1 if a cell is in no region. Labels of vertices cannot
+        be -1, except in ``.label.gii`` and ``.annot``. For ``.sstk.json`` the shape may be (n, F):
+        n nested levels, the finest first.
+    force : bool, default False
+        Same as in `write_mesh`.
+
+    Raises
+    ------
+    ValueError
+        If the ending, the shape or the dtype is wrong, if a label is negative but the format does
+        not allow negative labels, if levels are not nested, or if a label is 2**24 or greater in
+        ``.segs.json``, ``.aggregation.json``, ``.label.gii`` or ``.annot``.
+    MissingExtraError
+        If the ending is ``.pth``, but torch is not installed.
+    OSError
+        If the file cannot be written. The error is a FileExistsError if `force` is needed.
+
+    See Also
+    --------
+    write_mesh : Computes labels of vertices from labels of faces, for the formats that need them.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     path = Path(folder, "square.seg")
+    ...     write_labels(path, [0, 1])
+    ...     path.read_text()
+    '0\n1\n'
+    """
+    path = Path(path)
+    ending = known_ending(path, (*LABEL_OUTPUTS, *ID_OUTPUTS))
+    if not force:
+        check_truth_stays([path])
+    write = write_given_labels(labels, ending)
+    with atomic_outputs([path]) as (temporary,), temporary.open("wb") as file:
+        write(file, ending, path)
+
+
+def write_regions(
+    folder: StrPath,
+    mesh: Any,
+    labels: npt.ArrayLike,
+    *,
+    ending: str | None = None,
+    attributes: MeshAttributes | None = None,
+    ascii: bool = False,
+) -> list[Path]:
+    """Write the cells of each region to a separate file: either all files, or none.
+
+    Parameters
+    ----------
+    folder : path-like
+        Folder for the files, which is created if it is missing. Files are named after the labels,
+        for example ``region_17.ply``. All labels in file names have as many digits as the largest
+        label, with leading zeros. Existing files with these names are replaced.
+    mesh : Mesh, PolygonMesh, TetMesh, PointCloud, mesh-like or cloud-like
+        Same as in `segment`. Points keep their normals and colors.
+    labels : array_like of integers, shape (N,)
+        Region of each cell, 0 or greater. Cells with label -1 are not written.
+    ending : str, optional
+        Ending of the files, which selects a format as in `write_mesh`. By default ``.vtu`` for
+        tetrahedra, and ``.ply`` for other cells.
+    attributes : MeshAttributes, optional
+        Other properties of vertices and faces, from which each file gets the rows of its vertices
+        and faces, as in `write_mesh`. Textures are not written.
+    ascii : bool, default False
+        Same as in `write_mesh`.
+
+    Returns
+    -------
+    list of Path
+        Paths of the files, in ascending order of the labels.
+
+    Raises
+    ------
+    ValueError
+        If the ending, a label or the length of an attribute is wrong, if all labels are -1, or if
+        all vertices of a region are at one point.
+    FileExistsError
+        If the folder already contains other region files with this ending, which are not replaced.
+    OSError
+        If a file cannot be written.
+
+    Notes
+    -----
+    Cells keep their order. A file contains only the vertices of its cells, in the order of the
+    mesh.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> square = ([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> with TemporaryDirectory() as folder:
+    ...     [path.name for path in write_regions(folder, square, [4, 2], ending=".obj")]
+    ['region_2.obj', 'region_4.obj']
+    """
+    cells = as_cells(mesh)
+    ending = usual_ending(kind_of(cells).name) if ending is None else ending
+    cell_labels = _labels_of(cells, labels)
+    order = np.argsort(cell_labels, kind="stable").astype(np.int32)
+    order = order[np.searchsorted(cell_labels[order], 0) :]
+    if not len(order):
+        raise MeshError("no cell is in a region: all labels are -1")
+    starts = np.flatnonzero(np.diff(cell_labels[order], prepend=-1))
+    members = np.split(order, starts[1:])
+    values = [int(cell_labels[cells_of[0]]) for cells_of in members]
+    n_digits = len(str(values[-1]))
+    options = FormatOptions(ascii=ascii)
+    CellWriter(cells, None, None, attributes, options).checked([ending])
+    paths = [Path(folder, f"region_{value:0{n_digits}}{ending}") for value in values]
+    _check_no_other_regions(Path(folder), paths, ending)
+    splitter = Splitter(cells)
+    with output_folder(Path(folder)), atomic_outputs(paths) as temporaries:
+        for temporary, cells_of, value in zip(temporaries, members, values, strict=True):
+            part = splitter.named_part(cells_of, value)
+            with temporary.open("wb") as file:
+                is_named = ascii and ending == ".stl"
+                named = np.full(len(cells_of), value, np.int32) if is_named else None
+                kept = None if attributes is None else _attributes_of(part, attributes)
+                CellWriter(part.mesh, named, None, kept, options).write(file, ending)
+    return paths
+
+
+def _attributes_of(part: Submesh, attributes: MeshAttributes) -> MeshAttributes:
+    """Return the attributes of the vertices and cells of a part, without the texture."""
+    return replace(
+        attributes,
+        vertex={name: values[part.vertices] for name, values in attributes.vertex.items()},
+        face={name: values[part.cells] for name, values in attributes.face.items()},
+        comments=tuple(line for line in attributes.comments if not is_image(line)),
+        texture=None,
+    )
+
+
+def _check_no_other_regions(folder: Path, paths: Sequence[Path], ending: str) -> None:
+    """Raise a FileExistsError if region files that are not in `paths` would remain in the folder.
+
+    A program that reads the folder would mix these files with the new files.
+    """
+    others = {*folder.glob(f"region_*{ending}")}.difference(paths)
+    names = [path.name.removesuffix(ending).removeprefix("region_") for path in others]
+    numbers = [name for name in names if name.isdecimal()]
+    if numbers:
+        raise FileExistsError(
+            f"{folder} already contains other region files, such as region_{min(numbers)}{ending}:"
+            " give a new or empty folder"
+        )
+
+
+def write_outputs(
+    paths: Sequence[StrPath],
+    mesh: Any,
+    labels: npt.ArrayLike | None,
+    *,
+    streams: Mapping[str, IO[bytes]] = NO_STREAMS,
+    attributes: MeshAttributes | None = None,
+    options: FormatOptions | None = None,
+    listed: npt.ArrayLike | None = None,
+    listed_mesh: Any = None,
+    of_vertices: Ints | None = None,
+    segments: Segments | None = None,
+) -> Longs:
+    """Write several files in the formats of their endings: either all files, or none.
+
+    Endings are the same as for `write_mesh` and `write_labels`. `streams` maps endings to open
+    binary files, which need not be seekable. Streams are written after all files of `paths` are
+    complete. If writing to a stream fails, no file appears at `paths`.
+
+    If files that contain only labels belong to another mesh, such as the mesh before subdivision,
+    pass this mesh as `listed_mesh`, and its labels as `listed`. Formats with one label per vertex
+    store `of_vertices` if it is given, and otherwise labels of vertices computed from labels of
+    cells. If `segments` are given, they are written to formats in `VERTEX_OUTPUTS`, and groups of
+    them to ``.aggregation.json``. Groups name the ``.segs.json`` file in `paths`, if there is one.
+
+    If ids of vertices were computed for a format in `VERTEX_OUTPUTS`, the result is the number of
+    vertices of each region, in ascending order of the labels, and otherwise an empty array. Raises
+    the errors of `write_mesh`, and a ValueError if a path is given twice, or if a format needs
+    labels but there are none.
+    """
+    endings = [known_ending(Path(path), OUTPUT_ENDINGS) for path in paths]
+    options = FormatOptions() if options is None else options
+    if not options.force:
+        check_truth_stays(paths)
+    cells = as_cells(mesh)
+    cell_labels = None if labels is None else _labels_of(cells, labels)
+    named = [Path(path) for path, ending in zip(paths, endings, strict=True) if ending == SEGMENTS]
+    segments_file = named[0] if named else None
+    ids = IdWriter(cells, cell_labels, options, of_vertices, segments, segments_file, attributes)
+    if listed is not None:
+        of_listed = cells if listed_mesh is None else as_cells(listed_mesh)
+        ids = IdWriter(of_listed, checked_labels(listed), options, segments_file=segments_file)
+    of_cells = CellWriter(cells, cell_labels, None, attributes, options, of_vertices)
+    all_endings = {*endings, *streams}
+    writers = _writers(all_endings, ids, of_cells)
+    with atomic_outputs(paths) as temporaries:
+        for temporary, ending, path in zip(temporaries, endings, paths, strict=True):
+            with temporary.open("wb") as file:
+                writers[ending](file, ending, Path(path))
+        for ending, stream in streams.items():
+            writers[ending](stream, ending, None)
+            stream.flush()
+    is_unchanged = of_vertices is not None or kind_of(cells).are_points
+    if is_unchanged or all_endings.isdisjoint(VERTEX_OUTPUTS):
+        return np.zeros(0, np.int64)
+    return ids.region_sizes
+
+
+def _writers(
+    endings: set[str], of_labels: IdWriter, of_cells: CellWriter
+) -> dict[str, Callable[[IO[bytes], str, Path | None], None]]:
+    """Return a write function for each ending; raise an error if a format cannot store the data."""
+    listing = [ending for ending in endings if ending in (*LABEL_OUTPUTS, *DERIVED_OUTPUTS)]
+    holding = [ending for ending in endings if ending not in listing]
+    of_labels.checked(listing)
+    of_cells = of_cells.checked(holding)
+    return {**dict.fromkeys(listing, of_labels.write), **dict.fromkeys(holding, of_cells.write)}
+
+
+def check_outputs(paths: Sequence[StrPath], *, force: bool = False) -> None:
+    """Check, before a long computation, whether `write_outputs` can write these files.
+
+    Raises a ValueError if an ending is unknown or a path is given twice. Raises an OSError if a
+    folder is missing or not writable, if a path is not a regular file, or if `force` is needed.
+    """
+    if not force:
+        check_truth_stays(paths)
+    for path in paths:
+        known_ending(Path(path), OUTPUT_ENDINGS)
+    checked_targets(paths)
+
+
+def writer_of(
+    cells: Cells,
+    labels: Ints,
+    ending: str,
+    form: FormatOptions,
+    attributes: MeshAttributes | None = None,
+) -> CellWriter | IdWriter:
+    """Return the writer for an ending, or raise an error if the format cannot store the cells."""
+    if ending in (*MESH_OUTPUTS, *CLOUD_OUTPUTS):
+        return CellWriter(cells, labels, None, attributes, form).checked([ending])
+    return IdWriter(cells, labels, form).checked([ending])
+
+
+def check_fit(
+    cells: Cells, labels: Ints | None, endings: Iterable[str], form: FormatOptions
+) -> None:
+    """Raise an error, before a long computation, if a format of `endings` cannot store the cells.
+
+    `labels` stands for labels that are computed later: -1 where a cell will be in no region, and
+    any label elsewhere. None means that every cell will be in a region.
+    """
+    likely = np.zeros(cells.n_cells, np.int32) if labels is None else labels
+    for ending in endings:
+        writer_of(cells, likely, ending, form)

@@ -1,0 +1,1 @@
+"""Stage 1: graphs of cells, kinds of cells, surfaces, constraints and sizes."""

@@ -1,0 +1,367 @@
+"""Apply the mask and the barriers of `segment`: a mask removes cells, and barriers remove arcs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from ..base.checks import (
+    checked_edges,
+    checked_mask,
+    checked_number,
+    checked_seeds,
+    checked_threads,
+    refuse_first,
+    refuse_mask,
+)
+from ..base.errors import MeshError
+from ..base.types import Array, Bools, Floats, Ints, Longs
+from ..cells.corner_labels import of_cells
+from ..mesh.base import Cells
+from ..mesh.convert import MeshLike, as_mesh
+from ..mesh.faces import FaceMesh, ends_of_sides, face_sizes
+from ..mesh.weld import lowest_vertices
+from .face_graph import FaceGraph, build_face_graph
+from .kinds import kind_of
+from .surface import Surface, arc_measures
+
+ANY_GROUP = -1
+"""Group of cells that may be in a region with cells of any group. See `KeptCells.groups`."""
+
+NO_GROUPS = np.empty(0, np.int32)
+"""Empty value of `KeptCells.groups`, used if there are no barriers."""
+
+ANGLE_NOISE = 1e-6
+"""Tolerance of the minimum angle in `sharp_edges`, in radians. It is larger than the rounding
+errors that positions in float32 cause."""
+
+
+@dataclass(frozen=True)
+class ConstraintOptions:
+    """The arguments `mask` and `barriers` of `segment`."""
+
+    mask: Any = None  # (N,) or (V,) whether each cell is segmented; None to segment all cells
+    # Edges that separate regions; or one number per cell or vertex, so that no region has cells
+    # with different numbers; or None if there are no barriers.
+    barriers: Any = None
+
+    @property
+    def is_used(self) -> bool:
+        """Whether there is a mask or there are barriers."""
+        return self.mask is not None or self.barriers is not None
+
+    @property
+    def params(self) -> dict[str, Any]:
+        """The entries of `Segmentation.params` that say whether there are a mask and barriers."""
+        given = {"mask": self.mask, "barriers": self.barriers}
+        return {name: "given" for name, value in given.items() if value is not None}
+
+    def kept_points(self, cells: Any) -> Bools | None:
+        """Return which points of a cloud to keep; None without a mask, or for other cells.
+
+        Raises a ValueError or TypeError if the mask is not valid.
+        """
+        if self.mask is None or not kind_of(cells).are_points:
+            return None
+        return _checked_kept(self.mask, cells.n_cells)
+
+    def cut(
+        self, source: object, graph: Any, *, weld: bool, n_threads: int, order: Ints | None = None
+    ) -> KeptCells | None:
+        """Return the cells and arcs to keep, or None if there is neither a mask nor barriers.
+
+        A mask removes cells and all of their arcs. Barriers remove only arcs. If the cells of
+        `graph` were sorted, `order` is the index of each cell in `source`, the input mesh. Raises a
+        ValueError or TypeError if the mask or the barriers are not valid.
+        """
+        if not self.is_used:
+            return None
+        n_cells, sources = graph.n_cells, graph.sources
+        is_kept = in_order(_checked_kept(of_cells(self.mask, source), n_cells), order)
+        keeps_arc = is_kept[sources] & is_kept[graph.neighbors]
+        groups = NO_GROUPS
+        if self.barriers is not None:
+            refuse_mask(self.barriers, "barriers")
+            if np.ndim(self.barriers) == 2:
+                crosses = _crossed_by(
+                    self.barriers, source, (graph, sources), weld, n_threads, order
+                )
+                groups = _groups_apart(graph, keeps_arc, keeps_arc & ~crosses, sources)
+            else:
+                given = of_cells(self.barriers, source)
+                sides = in_order(_checked_sides(given, n_cells), order)
+                crosses = sides[sources] != sides[graph.neighbors]
+                groups = sides
+            keeps_arc &= ~crosses
+        return KeptCells.of(graph, is_kept, keeps_arc, sources, groups)
+
+
+@dataclass(frozen=True, eq=False)
+class KeptCells:
+    """Part of a graph that a mask and barriers keep. The n kept cells are numbered 0 to n - 1."""
+
+    n_whole: int  # number of cells of the whole graph, N
+    cells: Ints  # (n,) indices of the kept cells in the whole graph, in ascending order
+    arcs: Longs  # (m,) indices of the kept arcs in the whole graph, in ascending order
+    offsets: Longs  # (n + 1,) index in `neighbors` of the first arc of each kept cell
+    neighbors: Ints  # (m,) number, 0 to n - 1, of the target cell of each kept arc
+    groups: Ints
+    """Group of each kept cell, (n,), or an empty array if there are no barriers. Cells of different
+    groups must not be in one region, unless one of the groups is `ANY_GROUP`."""
+
+    @classmethod
+    def of(
+        cls, graph: Any, is_kept: Bools, keeps_arc: Bools, sources: Ints, groups: Ints
+    ) -> KeptCells:
+        """Make an instance from the cells and arcs to keep; kept arcs must join kept cells."""
+        cells = np.flatnonzero(is_kept).astype(np.int32)
+        arcs = np.flatnonzero(keeps_arc)
+        numbers = np.cumsum(is_kept, dtype=np.int32) - np.int32(1)
+        counts = np.bincount(sources[arcs], minlength=len(is_kept))[cells]
+        return cls(
+            len(is_kept),
+            cells,
+            arcs,
+            np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
+            numbers[graph.neighbors[arcs]],
+            groups[cells] if len(groups) else NO_GROUPS,
+        )
+
+    def surface_of(self, whole: Surface) -> Surface:
+        """Return the surface of the kept cells. `whole` is the surface of all cells."""
+        handle = _core.SubSurface(whole.handle, self.offsets, self.neighbors, self.cells, self.arcs)
+        return Surface(
+            handle, self.offsets, self.neighbors, whole.bounds, whole.weight_unit,
+            whole.n_threads, dimension=whole.dimension,
+        )  # fmt: skip
+
+    def new_cells(self, cells: npt.ArrayLike, name: str, order: Ints | None = None) -> Ints:
+        """Convert indices of cells in the whole graph to numbers of kept cells.
+
+        Raises a ValueError if a cell is not kept. If the cells of the graph were sorted, `order` is
+        the index of each cell before sorting. The message then contains this index.
+        """
+        given = checked_seeds(cells, self.n_whole, name)
+        found = np.minimum(np.searchsorted(self.cells, given), len(self.cells) - 1)
+        is_out = self.cells[found] != given
+        if is_out.any():
+            first = int(np.argmax(is_out))
+            cell = given[first] if order is None else order[given[first]]
+            raise ValueError(f"{name}[{first}] is cell {cell}, but the mask excludes this cell")
+        return found.astype(np.int32)
+
+    def whole_labels(self, labels: Ints) -> Ints:
+        """Convert labels of kept cells to labels of all cells; cells that are not kept get -1."""
+        whole = np.full(self.n_whole, -1, np.int32)
+        whole[self.cells] = labels
+        return whole
+
+
+def mask_of(labels: Ints, values: Sequence[int] | None, file: object, cells: Cells) -> Bools:
+    """Return the mask of the cells with one of `values`; None stands for all values except 0.
+
+    Raises a MeshError if there are no such cells; `labels` is the value of each cell in `file`.
+    """
+    is_kept = labels != 0 if values is None else np.isin(labels, values)
+    if not is_kept.any():
+        wanted = (
+            "a value other than 0"
+            if values is None
+            else f"the value {' or '.join(map(str, values))}"
+        )
+        raise MeshError(f"{file}: no {kind_of(cells).noun} has {wanted}")
+    return is_kept
+
+
+def sharp_edges(
+    mesh: MeshLike, angle: float = 30.0, *, weld: bool = True, n_threads: int | None = None
+) -> Ints:
+    """Return the sharp edges of a mesh, to use as `barriers` of `segment`.
+
+    An edge is sharp if the normals of its faces differ by `angle` or more. With these barriers,
+    ``segment(mesh, 1, ...)`` makes one region per smooth surface of a CAD part. Surfaces that meet
+    tangentially, such as a flat side and its fillet, are in one region. If a line of sharp edges
+    ends inside a smooth surface, one region covers both sides of the line.
+
+    Parameters
+    ----------
+    mesh : Mesh, PolygonMesh or mesh-like
+        Same as in `segment`.
+    angle : float, default 30
+        Minimum angle of sharp edges, in degrees, above 0 and at most 180. The angle of an edge is
+        the angle between the normals of its faces: 0 on a flat surface, and 90 at the edges of a
+        cube. Both convex and concave edges can be sharp.
+    weld, n_threads
+        Same as in `segment`.
+
+    Returns
+    -------
+    ndarray of int32, shape (E, 2)
+        The two vertices of each sharp edge, with the lower vertex first. Edges are sorted. If
+        vertices at the same position are welded, the lowest of these vertices is used. Edges of
+        three or more faces are always sharp. Boundary edges are never sharp.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is not valid or has no faces.
+    ValueError, TypeError
+        If `angle` is not a number above 0 and at most 180.
+
+    Examples
+    --------
+    >>> from superfacets import Mesh
+    >>> roof = Mesh([[0, 0, 0], [1, 0, 0], [0, 0, 1], [0, 1, 0]], [[2, 1, 0], [3, 2, 0]])
+    >>> sharp_edges(roof).tolist(), sharp_edges(roof, 91).tolist()
+    ([[0, 2]], [])
+    """
+    keys, _ = _sharp_sides(mesh, angle, weld, n_threads)
+    return _edges_of(np.unique(keys))
+
+
+def sharp_edges_inside(
+    mesh: FaceMesh, labels: Ints, angle: float, *, n_threads: int | None = None
+) -> Floats:
+    """Return, for each region, the length of sharp edges inside it, (K,).
+
+    The lengths are fractions of the total length of all sharp edges, or 0 if there are none. An
+    edge is inside a region if two faces of the region share the edge. `labels` is the region of
+    each face, or -1 for faces in no region. `mesh`, `angle` and `n_threads` are the same as in
+    `sharp_edges`.
+    """
+    keys, faces = _sharp_sides(mesh, angle, True, n_threads)
+    n_regions, total = int(labels.max()) + 1, _lengths_of(mesh, np.unique(keys)).sum()
+    is_inside = (labels[faces[:, 0]] == labels[faces[:, 1]]) & (labels[faces[:, 0]] >= 0)
+    inside, first = np.unique(keys[is_inside], return_index=True)
+    regions = labels[faces[is_inside, 0][first]]
+    return np.bincount(regions, _lengths_of(mesh, inside), n_regions) / (total or 1.0)
+
+
+def _sharp_sides(
+    mesh: MeshLike, angle: float, weld: bool, n_threads: int | None
+) -> tuple[Longs, Ints]:
+    """Return, for each arc across a sharp edge, the key of the edge, and both faces of the arc.
+
+    See `_keys_of` for the keys.
+    """
+    angle = checked_number(angle, "angle", zero=False)
+    if angle > 180:
+        raise ValueError(f"angle must be at most 180, got {angle:g}")
+    source, threads = as_mesh(mesh), checked_threads(n_threads)
+    graph = build_face_graph(source, weld=weld, n_threads=threads)
+    angles = arc_measures(source, graph, n_threads=threads).angles
+    assert angles is not None
+    sources, is_sharp = graph.sources, np.abs(angles) >= np.radians(angle) - ANGLE_NOISE
+    # The arcs of a face are sorted by side. If two consecutive arcs cross the same side, its edge
+    # has three or more faces, so it is sharp.
+    is_same = (sources[1:] == sources[:-1]) & (graph.sides[1:] == graph.sides[:-1])
+    is_sharp[1:] |= is_same
+    lowest = lowest_vertices(source.vertices, weld, threads)
+    ends = lowest[ends_of_sides(source, sources[is_sharp], graph.sides[is_sharp])]
+    faces = np.stack([sources[is_sharp], graph.neighbors[is_sharp]], axis=1)
+    return _keys_of(ends), faces
+
+
+def in_order(values: Array, order: Ints | None) -> Array:
+    """Return ``values[order]``, or `values` unchanged if `order` is None."""
+    return values if order is None else values[order]
+
+
+def _checked_kept(mask: Any, n_cells: int) -> Bools:
+    refuse_mask(mask, "mask")
+    is_kept = checked_mask(mask, n_cells, "mask")
+    if not is_kept.any():
+        raise ValueError("mask must be True for at least one cell, but it is False everywhere")
+    return is_kept
+
+
+def _checked_sides(barriers: Any, n_cells: int) -> Ints:
+    """Check barriers in the form of one number per cell, and replace the numbers by 0, 1, 2, ..."""
+    given = np.asarray(barriers)
+    if given.dtype.kind not in "iub":
+        raise TypeError(f"barriers must contain integers, got {given.dtype}")
+    if given.shape != (n_cells,):
+        raise ValueError(
+            f"barriers must have one number per cell, shape ({n_cells},), or be edges of a mesh,"
+            f" shape (E, 2), got shape {given.shape}"
+        )
+    _, sides = np.unique(given, return_inverse=True)
+    return sides.astype(np.int32)
+
+
+def _crossed_by(
+    barriers: Any, source: Any, arcs: tuple[Any, Ints], weld: bool, n_threads: int,
+    order: Ints | None,
+) -> Bools:  # fmt: skip
+    """Return whether each arc crosses an edge in `barriers`.
+
+    `arcs` is the pair (graph, ``graph.sources``). If the faces of the graph were sorted, `order` is
+    the index of each face in `source`.
+    """
+    graph, sources = arcs
+    if not isinstance(graph, FaceGraph):
+        raise ValueError(
+            "barriers of shape (E, 2) need a mesh with faces: for other cells, pass one number per"
+            " cell"
+        )
+    given = checked_edges(barriers, source.n_vertices, "barriers")
+    lowest = lowest_vertices(source.vertices, weld, n_threads)
+    wanted = lowest[given]
+    is_end = np.zeros(source.n_vertices, bool)
+    is_end[wanted] = True
+    sizes = face_sizes(source)
+    starts = np.cumsum(sizes) - sizes
+    faces = np.repeat(np.arange(source.n_faces), sizes)
+    sides = np.arange(len(faces)) - np.repeat(starts, sizes)
+    ends = lowest[ends_of_sides(source, faces, sides)]
+    # Sides whose two ends are ends of barriers. Sides that are not barriers are removed below.
+    is_crossed: Bools = np.asarray(is_end[ends].all(axis=1))
+    keys, wanted_keys = _keys_of(ends[is_crossed]), _keys_of(wanted)
+    refuse_first(~np.isin(wanted_keys, keys), "barriers", given, "an edge of the mesh")
+    is_crossed[is_crossed] = np.isin(keys, wanted_keys)
+    return np.asarray(is_crossed[in_order(starts, order)[sources] + graph.sides])
+
+
+def _keys_of(edges: Ints) -> Longs:
+    """Return an integer key for each edge. It does not depend on the order of the two ends."""
+    low, high = edges.min(axis=1).astype(np.int64), edges.max(axis=1)
+    return np.asarray((low << 32) | high)
+
+
+def _edges_of(keys: Longs) -> Ints:
+    """Return the edges with these keys, (E, 2), with the lower vertex first; see `_keys_of`."""
+    return np.stack([keys >> 32, keys & 0xFFFFFFFF], axis=1).astype(np.int32)
+
+
+def _lengths_of(mesh: FaceMesh, keys: Longs) -> Floats:
+    """Return the length of each edge, (E,); see `_keys_of` for the keys of edges."""
+    starts, ends = mesh.vertices[_edges_of(keys).T]
+    lengths: Floats = np.linalg.norm(ends - starts, axis=1)
+    return lengths
+
+
+def _groups_apart(graph: Any, before: Bools, after: Bools, sources: Ints) -> Ints:
+    """Return the group of each cell: its connected component after barriers cut the graph.
+
+    The group is `ANY_GROUP` if barriers do not divide the component that the cell was in before.
+    `before` marks the arcs that the mask keeps, and `after` marks the arcs that the mask keeps and
+    that cross no barrier.
+    """
+    whole, n_whole = _components_of(graph, before, sources)
+    pieces, n_pieces = _components_of(graph, after, sources)
+    whole_of_piece = np.empty(n_pieces, np.int32)
+    whole_of_piece[pieces] = whole
+    is_cut = np.bincount(whole_of_piece, minlength=n_whole) > 1
+    return np.where(is_cut[whole], pieces, np.int32(ANY_GROUP))
+
+
+def _components_of(graph: Any, keeps_arc: Bools, sources: Ints) -> tuple[Ints, int]:
+    counts = np.bincount(sources[keeps_arc], minlength=graph.n_cells)
+    offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+    one_label = np.zeros(graph.n_cells, np.int32)
+    return _core.find_components(offsets, graph.neighbors[keeps_arc], one_label)

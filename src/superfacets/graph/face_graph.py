@@ -1,0 +1,285 @@
+"""The graph of the faces of a mesh, with arcs between faces that share an edge."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from ..base.checks import (
+    checked_arcs,
+    checked_bounds,
+    checked_positions,
+    checked_threads,
+    counted,
+    exact_doubles,
+    freeze,
+    owned,
+    refuse_first,
+    restored,
+)
+from ..base.errors import MeshError
+from ..base.types import Array, Bytes, Floats, Ints, Longs
+from ..mesh.convert import MeshLike, as_mesh
+from ..mesh.faces import FaceMesh, corners_of, measure_faces, measure_shapes
+from ..mesh.triangle_mesh import Mesh
+from ..mesh.weld import lowest_vertices
+from .cell_graph import BaseGraph, CellGraph
+
+
+class EdgeCounts(NamedTuple):
+    """Numbers of edges of a mesh. An edge that several faces share is counted once."""
+
+    edges: int
+    """Number of all edges."""
+    boundary: int
+    """Number of edges that belong to exactly one face."""
+    non_manifold: int
+    """Number of edges that belong to three or more faces."""
+    inconsistent: int
+    """Number of edges whose two faces traverse the edge in the same direction."""
+
+
+@dataclass(frozen=True, eq=False)
+class FaceGraph(BaseGraph):
+    """Graph of the faces of a mesh, with arcs between faces that share an edge.
+
+    Attributes
+    ----------
+    positions : ndarray of float64, shape (N, 3)
+        Centroid of each face.
+    measures : ndarray of float64, shape (N,)
+        Area of each face; 0 for a degenerate face.
+    offsets : ndarray of int64, shape (N + 1,)
+        The arcs that leave face i are ``offsets[i]`` to ``offsets[i + 1] - 1``.
+    neighbors : ndarray of int32, shape (M,)
+        Target face of each arc.
+    sides : ndarray of uint8 (int32 for a `PolygonMesh`), shape (M,)
+        Side of the face that each arc crosses. Side s joins corners s and s + 1, and the last side
+        joins the last corner to the first corner.
+    same_turn : ndarray of uint8, shape (M,)
+        1 if both faces traverse the common edge in the same direction, so that they are
+        inconsistently oriented, and 0 otherwise.
+    bounds : ndarray of float64, shape (2, 3)
+        Minimum and maximum corner of the bounding box of all vertices of faces.
+    edge_counts : EdgeCounts
+        Numbers of all, boundary, non-manifold and inconsistent edges.
+    """
+
+    positions: Floats
+    measures: Floats
+    offsets: Longs
+    neighbors: Ints
+    sides: Array
+    same_turn: Bytes
+    bounds: Floats
+    edge_counts: EdgeCounts
+
+    def __post_init__(self) -> None:
+        positions = checked_positions(self.positions)
+        offsets, neighbors = checked_arcs(self.offsets, self.neighbors, len(positions))
+        measures = exact_doubles(np.asarray(self.measures))
+        is_wide = np.asarray(self.sides).dtype == np.int32
+        sides = owned(np.asarray(self.sides), np.int32 if is_wide else np.uint8)
+        same_turn = owned(np.asarray(self.same_turn), np.uint8)
+        if measures.shape != (len(positions),):
+            raise ValueError(
+                f"measures must have one number per face, shape ({len(positions)},), got shape"
+                f" {measures.shape}"
+            )
+        for name, array in {"sides": sides, "same_turn": same_turn}.items():
+            if array.shape != neighbors.shape:
+                raise ValueError(
+                    f"{name} must have one number per arc, shape {neighbors.shape}, got shape"
+                    f" {array.shape}"
+                )
+        if not is_wide:
+            refuse_first(sides > 2, "sides", sides, "0, 1 or 2 (for polygons, pass int32 sides)")
+        refuse_first(sides < 0, "sides", sides, "not negative")
+        freeze(
+            self,
+            positions=positions,
+            measures=measures,
+            offsets=offsets,
+            neighbors=neighbors,
+            sides=sides,
+            same_turn=same_turn,
+            bounds=checked_bounds(self.bounds, positions),
+        )
+
+    def __setstate__(self, state: Any) -> None:
+        """Restore a copied or pickled graph, and check the arrays of the graph again."""
+        FaceGraph.__init__(self, *restored(state, tuple(FaceGraph.__dataclass_fields__)))
+
+    @classmethod
+    def _unchecked(cls, edge_counts: EdgeCounts, **arrays: Array) -> FaceGraph:
+        """Make a graph without checks from arrays that `_core` returned."""
+        graph = object.__new__(cls)
+        freeze(graph, **arrays)
+        object.__setattr__(graph, "edge_counts", edge_counts)
+        return graph
+
+    def with_weights(self, weights: npt.ArrayLike, *, n_threads: int | None = None) -> CellGraph:
+        """Return a `CellGraph` with one weight per arc; weights must be finite and >= 0."""
+        return CellGraph._of_arcs(self, weights, n_threads)
+
+    def __repr__(self) -> str:
+        return f"FaceGraph({counted(self.n_cells, 'face')}, {counted(self.n_arcs, 'arc')})"
+
+
+class FoundArcs(NamedTuple):
+    """Arcs between faces that share an edge, in CSR form."""
+
+    offsets: Longs  # (F + 1,) index of the first arc of each face
+    neighbors: Ints  # (M,) face at the end of each arc
+    sides: Array  # (M,) side of the start face that each arc crosses
+    same_turn: Bytes  # (M,) 1 if both faces traverse the edge in the same direction, 0 otherwise
+    counts: tuple[int, int, int, int]  # numbers of edges, in the order of `EdgeCounts`
+
+
+def arcs_of_faces(mesh: FaceMesh, lowest: Ints, n_threads: int) -> FoundArcs:
+    """Return the arcs between faces that share an edge; `lowest` comes from `lowest_vertices`.
+
+    Raises a MeshError if there are too many arcs; see `build_face_graph`.
+    """
+    corners = corners_of(mesh)
+    if corners.offsets is None:
+        return arcs_of_triangles(corners.vertices.reshape(-1, 3), lowest, n_threads)
+    lists = corners.offsets, corners.vertices
+    try:
+        return FoundArcs(*_core.build_polygon_graph(*lists, lowest, n_threads))
+    except ValueError as error:  # `_core` raises this error for too many arcs
+        raise MeshError(str(error)) from None
+
+
+def arcs_of_triangles(faces: Ints, lowest: Ints, n_threads: int) -> FoundArcs:
+    """Return the result of `arcs_of_faces` for triangles, given as an array of shape (F, 3)."""
+    try:
+        return FoundArcs(*_core.build_triangle_graph(faces, lowest, n_threads))
+    except ValueError as error:  # `_core` raises this error for too many arcs
+        raise MeshError(str(error)) from None
+
+
+def surface_of_faces(
+    mesh: FaceMesh, arcs: FoundArcs, is_inside_out: bool, n_threads: int
+) -> _core.TriangleSurface | _core.PolygonSurface:
+    """Make the object of `_core` that computes lengths and angles of the arcs between faces.
+
+    If `is_inside_out` is true, concave and convex edges are swapped. Raises a ValueError if the
+    arcs do not fit the mesh: they were built from triangles and the mesh is a `PolygonMesh`, or
+    vice versa, or they refer to sides that the faces do not have.
+    """
+    corners, is_of_triangles = corners_of(mesh), arcs.sides.dtype == np.uint8
+    if corners.offsets is None:
+        if not is_of_triangles:
+            raise ValueError("the graph was built for polygons, but the mesh has triangles")
+        same_turn = arcs.same_turn if arcs.same_turn.any() else np.empty(0, np.uint8)
+        faces = corners.vertices.reshape(-1, 3)
+        return _core.TriangleSurface(mesh.vertices, faces, *arcs[:3], same_turn, is_inside_out)
+    if is_of_triangles:
+        raise ValueError("the graph was built for triangles, but the mesh has polygons")
+    if np.any(arcs.sides >= np.repeat(corners.sizes, np.diff(arcs.offsets))):
+        raise ValueError("the graph was built for another mesh, whose faces have more sides")
+    return _core.PolygonSurface(
+        mesh.vertices, corners.offsets, corners.vertices, *arcs[:4], is_inside_out, n_threads
+    )
+
+
+def build_face_graph(
+    mesh: MeshLike, *, weld: bool = True, n_threads: int | None = None
+) -> FaceGraph:
+    """Return the graph of the faces of a mesh, with arcs between faces that share an edge.
+
+    All pairs of faces at a non-manifold edge are neighbors, unless the edge has more than 64 faces.
+    Then only those pairs are neighbors whose numbers in the sequence of these faces differ by a
+    power of two; the last face is followed by the first. A boundary edge has no arc. Two faces that
+    share two edges are joined by two arcs in each direction. A side whose two corners are the same
+    vertex is not an edge, and no face is its own neighbor. The arcs of a face are sorted by side,
+    then by neighbor. Time and memory are linear in the number of faces and arcs.
+
+    Parameters
+    ----------
+    mesh : Mesh, PolygonMesh or mesh-like
+        Same as in `segment`.
+    weld : bool, default True
+        Whether vertices at exactly the same position are treated as one vertex. Without welding,
+        triangle soup and meshes with seams are disconnected, because only faces with common vertex
+        indices are neighbors.
+    n_threads : int, optional
+        Same as in `segment`.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is not valid or has no faces, or if there are more than 16 arcs per face on
+        average and more than 2**24 arcs in total. This happens for example if a million faces share
+        one edge.
+
+    Examples
+    --------
+    >>> from superfacets import Mesh
+    >>> square = Mesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> graph = build_face_graph(square)
+    >>> graph.neighbors, graph.sides
+    (array([1, 0], dtype=int32), array([2, 0], dtype=uint8))
+    >>> graph.edge_counts
+    EdgeCounts(edges=5, boundary=4, non_manifold=0, inconsistent=0)
+    """
+    mesh = as_mesh(mesh)
+    threads = checked_threads(n_threads)
+    arcs = arcs_of_faces(mesh, lowest_vertices(mesh.vertices, weld, threads), threads)
+    return _graph_of(mesh, arcs, *measure_faces(mesh, threads))
+
+
+class FaceShapes(NamedTuple):
+    """Normals and longest sides of faces, for weights and `sliver_share`; not part of the graph."""
+
+    normals: Floats | None
+    """Unit normals, shape (F, 3); 0 for a degenerate face. None for polygons."""
+    longest: Floats | None
+    """Squared length of the longest side in each block of consecutive faces; None for polygons."""
+
+
+def graph_and_shapes(mesh: FaceMesh, *, weld: bool, n_threads: int) -> tuple[FaceGraph, FaceShapes]:
+    """Return the result of `build_face_graph`, and the `FaceShapes` of the same mesh."""
+    arcs = arcs_of_faces(mesh, lowest_vertices(mesh.vertices, weld, n_threads), n_threads)
+    positions, measures, *shapes = measure_shapes(mesh, n_threads)
+    return _graph_of(mesh, arcs, positions, measures), FaceShapes(*shapes)
+
+
+def _graph_of(mesh: FaceMesh, arcs: FoundArcs, positions: Floats, measures: Floats) -> FaceGraph:
+    return FaceGraph._unchecked(
+        EdgeCounts(*arcs.counts),
+        positions=positions,
+        measures=measures,
+        offsets=arcs.offsets,
+        neighbors=arcs.neighbors,
+        sides=arcs.sides,
+        same_turn=arcs.same_turn,
+        bounds=mesh.bounds,
+    )
+
+
+def arcs_at_borders(mesh: Mesh, labels: Ints, n_threads: int) -> tuple[Longs, Ints, Ints]:
+    """Return a graph of some triangles, including all triangles at borders of regions.
+
+    The result is offsets and neighbors in CSR form, and the label of each of these triangles. This
+    is much faster than building the whole graph, because most triangles are not at borders.
+    """
+    lowest = _core.weld_vertices(mesh.vertices, n_threads)
+    corners = lowest[mesh.faces]
+    some_label = np.empty(mesh.n_vertices, dtype=np.int32)  # label of one face at each vertex
+    for vertices in corners.T:
+        some_label[vertices] = labels
+    is_shared = np.zeros(mesh.n_vertices, dtype=bool)
+    is_shared[corners[some_label[corners] != labels[:, np.newaxis]]] = True
+    first, second, third = is_shared[corners].T
+    # At both ends of a border edge, there are faces with different labels, so `is_shared` is true.
+    faces = np.flatnonzero((first & second) | (second & third) | (third & first))
+    if not len(faces):
+        return np.zeros(1, dtype=np.int64), np.empty(0, dtype=np.int32), labels[faces]
+    arcs = arcs_of_triangles(mesh.faces[faces], lowest, n_threads)
+    return arcs.offsets, arcs.neighbors, labels[faces]

@@ -1,0 +1,407 @@
+"""Define the operations that depend on the kind of cells, for example triangles or points.
+
+To add a kind, derive a class from `Cells` and another class from `Kind`, and call `register`. To
+also support file formats and counts, add functions to the tables in `export.cells` and
+`cells.info`, with `Kind.name` as key.
+"""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar, NamedTuple, TypeAlias
+
+import numpy as np
+
+from .. import _core
+from ..base.checks import checked_threads
+from ..base.errors import MeshError
+from ..base.types import ArcLists, Bools, Floats, Ints, Longs
+from ..mesh.base import Cells
+from ..mesh.convert import CloudLike, MeshLike, as_cells
+from ..mesh.faces import (
+    AnyMesh,
+    Corners,
+    FaceMesh,
+    corners_of,
+    cut_into_triangles,
+    measure_faces,
+    mesh_like,
+)
+from ..mesh.point_cloud import PointCloud
+from ..mesh.polygon_mesh import PolygonMesh
+from ..mesh.tet_mesh import TetMesh, signed_volumes
+from ..mesh.triangle_mesh import Mesh
+from ..weights.formulas import Weighed, WeightOptions, arc_weights, step_weights
+from .cell_graph import CellGraph
+from .face_graph import FaceGraph, FaceShapes, arcs_at_borders, graph_and_shapes
+from .point_graph import (
+    PointGraph,
+    bare_point_surface,
+    find_point_graph,
+    find_sorted_graph,
+    point_surface,
+)
+from .size import sliver_share
+from .sorting import is_scattered, sorted_corners
+from .surface import Surface
+from .tet_graph import TetGraph, build_tet_graph, tet_surface
+
+Nearest: TypeAlias = tuple[Ints, Floats, Floats]
+"""Three arrays, each with one entry per query point: index of the nearest cell, distance to this
+cell, and the point of this cell that is nearest to the query point."""
+
+
+class DrawnFaces(NamedTuple):
+    """Faces to draw in pictures of cells, such as the boundary of tetrahedra."""
+
+    mesh: FaceMesh
+    sources: Ints | None  # (F,) cell that each face belongs to; None if the faces are the cells
+
+
+class OrderedCells(NamedTuple):
+    """Cells and their graph, in input order or sorted along a space-filling curve for speed.
+
+    For a point cloud, only the graph is sorted.
+    """
+
+    cells: Any  # mesh or cloud of the same class as the input
+    graph: Any  # `BaseGraph` of the cells
+    shapes: Any  # second result of `Kind.build_graph`, for example `FaceShapes`, or None
+    order: Ints | None  # (N,) index of each cell in the input; None if cells are not sorted
+
+
+class Kind:
+    """Base class of the operations on one kind of cells.
+
+    The argument `cells` of the methods is an object of the class for which the kind is registered.
+    If `build_graph` returns a `CellGraph` with `ArcMeasures`, all other methods can be inherited.
+    """
+
+    name: ClassVar[str] = "cells"
+    """Name of the kind. It is a key in tables of other modules."""
+    noun: ClassVar[str] = "cell"
+    """Noun for one cell in messages that count cells. For the plural, an "s" is appended."""
+    plural: ClassVar[str] = "cells"
+    """Plural noun in messages that do not count cells. It may differ from `noun` plus "s"."""
+    dimension: ClassVar[int] = 2
+    """2 if measures are areas, 3 if they are volumes."""
+    has_faces: ClassVar[bool] = False
+    """Whether cells are faces of a surface mesh."""
+    are_points: ClassVar[bool] = False
+    """Whether cells are points of a cloud."""
+
+    def build_graph(self, cells: Any, weld: bool, n_threads: int) -> tuple[Any, Any]:
+        """Return the graph of the cells, and additional measures for weights and `sliver_share`.
+
+        The graph is a `BaseGraph`. The second result is None if there are no additional measures.
+        """
+        return cells, None
+
+    def sorted_graph(self, cells: Any, weld: bool, n_threads: int) -> OrderedCells | None:
+        """Sort the cells and build their graph; return None if sorting would not save time."""
+        corners = self.corners(cells)
+        if corners is None or not is_scattered(cells.vertices, corners):
+            return None
+        found = sorted_corners(cells.vertices, corners, weld, n_threads)
+        ordered = self.with_corners(
+            cells, found.vertices, found.corners, found.offsets, cells.bounds
+        )
+        # `weld` is False because `sorted_corners` has already welded the vertices.
+        return OrderedCells(ordered, *self.build_graph(ordered, False, n_threads), found.order)
+
+    def kept_graph(
+        self, cells: Any, is_kept: Bools, n_threads: int, *, is_sorted: bool
+    ) -> OrderedCells | None:
+        """Return a graph of all cells in which only kept cells have arcs.
+
+        The result is None if arcs between kept cells do not depend on the other cells. The caller
+        can then remove the other cells from the whole graph. If `is_sorted` is true, cells may be
+        sorted.
+        """
+        return None
+
+    def surface(self, cells: Any, graph: Any, n_threads: int) -> Surface:
+        """Return the `Surface` of the cells. It computes lengths and angles of arcs."""
+        return Surface.of_graph(graph, n_threads)
+
+    def bare_surface(self, surface: Surface, cells: Any, graph: Any, n_threads: int) -> Surface:
+        """Return the surface without arrays that are only needed for weights, to save memory."""
+        return surface
+
+    def weight_options(self, graph: Any, options: WeightOptions) -> WeightOptions:
+        """Return the options; default values are replaced if they do not suit the cells."""
+        return options
+
+    def weights(
+        self, surface: Surface, graph: Any, shapes: Any, radius: float, options: WeightOptions
+    ) -> Weighed:
+        """Return one weight per arc, for regions with the expected radius `radius`.
+
+        An arc and its reverse arc have the same weight, unless the caller gave weights that differ.
+        """
+        return step_weights(surface, options, self.plural)
+
+    def sliver_share(
+        self, cells: Any, areas: Floats, shapes: Any, radius: float, n_threads: int
+    ) -> float:
+        """Return the fraction of the area in long and thin faces; 0 if cells are not faces."""
+        return 0.0
+
+    def measures(self, cells: Any, n_threads: int) -> Floats:
+        """Return the area or volume of each cell, (N,)."""
+        graph, _ = self.build_graph(cells, True, n_threads)
+        return np.asarray(graph.measures)
+
+    def positions(self, cells: Any) -> Floats:
+        """Return a representative point of each cell, (N, 3)."""
+        graph, _ = self.build_graph(cells, True, checked_threads(None))
+        return np.asarray(graph.positions)
+
+    def nearest(self, cells: Any, queries: Floats, max_distance: float, n_threads: int) -> Nearest:
+        """Return the cell nearest to each query point, its distance, and the nearest point in it.
+
+        If all cells are farther than `max_distance`, the index of the cell is -1, the distance is
+        infinite, and the point is NaN.
+        """
+        return _core.nearest_points(self.positions(cells), queries, max_distance, n_threads)
+
+    def corners(self, cells: Any) -> Corners | None:
+        """Return the vertices at the corners of the cells, or None if cells have no corners."""
+        return None
+
+    def part(self, cells: Any, chosen: Ints) -> Any:
+        """Return a cloud of the points with the indices `chosen`.
+
+        Raises a MeshError if cells are not points. For cells with corners, use `with_corners`.
+        """
+        raise MeshError(f"{self.plural} cannot be split into files: write only their labels")
+
+    def with_corners(
+        self, cells: Any, vertices: Floats, corners: Ints, offsets: Longs,
+        bounds: Floats | None = None,
+    ) -> Any:  # fmt: skip
+        """Make a mesh of the class of `cells` from new vertices and corners; see `mesh_like`."""
+        return mesh_like(cells, vertices, corners, offsets, bounds)
+
+    def has_fronts(self, cells: Any) -> bool:
+        """Return whether it is known from which side cells are seen from the front."""
+        return True
+
+    def drawn_faces(self, cells: Any, keep: Bools | None = None) -> DrawnFaces | None:
+        """Return the faces to draw in a picture of the cells, or None to draw `cloud` instead.
+
+        For tetrahedra, `keep` marks the cells to draw. For other cells, `keep` is ignored.
+        """
+        return None
+
+    def cloud(self, cells: Any) -> PointCloud:
+        """Return the points to draw if `drawn_faces` returns None."""
+        return PointCloud(self.positions(cells))
+
+    def border_arcs(self, cells: Any, labels: Ints, n_threads: int) -> tuple[ArcLists, Ints]:
+        """Return the arcs between some of the cells, and the labels of these cells.
+
+        All cells at region borders are among them. Arcs are offsets and neighbors in CSR form.
+        """
+        graph, _ = self.build_graph(cells, True, n_threads)
+        return (graph.offsets, graph.neighbors), labels
+
+
+class _Faces(Kind):
+    noun = "face"
+    plural = "faces"
+    has_faces = True
+
+    def build_graph(self, cells: FaceMesh, weld: bool, n_threads: int) -> tuple[Any, FaceShapes]:
+        return graph_and_shapes(cells, weld=weld, n_threads=n_threads)
+
+    def surface(self, cells: FaceMesh, graph: FaceGraph, n_threads: int) -> Surface:
+        return Surface.of_faces(cells, graph, n_threads)
+
+    def weights(
+        self, surface: Surface, graph: Any, shapes: FaceShapes, radius: float,
+        options: WeightOptions,
+    ) -> Weighed:  # fmt: skip
+        return arc_weights(surface, graph, radius, options, shapes.normals)
+
+    def sliver_share(
+        self, cells: FaceMesh, areas: Floats, shapes: FaceShapes, radius: float, n_threads: int
+    ) -> float:
+        return sliver_share(cells, areas, shapes.longest, radius, n_threads)
+
+    def measures(self, cells: FaceMesh, n_threads: int) -> Floats:
+        return measure_faces(cells, n_threads)[1]
+
+    def positions(self, cells: FaceMesh) -> Floats:
+        return measure_faces(cells, checked_threads(None))[0]
+
+    def nearest(
+        self, cells: FaceMesh, queries: Floats, max_distance: float, n_threads: int
+    ) -> Nearest:
+        triangles, sources = cut_into_triangles(cells)
+        nearest, distances, points = _core.nearest_triangles(
+            cells.vertices, triangles, queries, max_distance, n_threads
+        )
+        if sources is not None:
+            nearest = np.append(sources, np.int32(-1))[nearest]  # index -1 selects the appended -1
+        return nearest, distances, points
+
+    def corners(self, cells: AnyMesh) -> Corners:
+        return corners_of(cells)
+
+    def drawn_faces(self, cells: FaceMesh, keep: Bools | None = None) -> DrawnFaces:
+        return DrawnFaces(cells, None)
+
+
+class _Triangles(_Faces):
+    name = "triangles"
+
+    def border_arcs(self, cells: Mesh, labels: Ints, n_threads: int) -> tuple[ArcLists, Ints]:
+        offsets, neighbors, of_cells = arcs_at_borders(cells, labels, n_threads)
+        return (offsets, neighbors), of_cells
+
+
+class _Polygons(_Faces):
+    name = "polygons"
+
+
+class _Tets(Kind):
+    name = "tetrahedra"
+    noun = "tet"
+    plural = "tetrahedra"
+    dimension = 3
+
+    def build_graph(self, cells: TetMesh, weld: bool, n_threads: int) -> tuple[TetGraph, None]:
+        return build_tet_graph(cells, weld=weld, n_threads=n_threads), None
+
+    def surface(self, cells: TetMesh, graph: TetGraph, n_threads: int) -> Surface:
+        return tet_surface(cells, graph, n_threads)
+
+    def measures(self, cells: TetMesh, n_threads: int) -> Floats:
+        return np.abs(signed_volumes(cells))
+
+    def positions(self, cells: TetMesh) -> Floats:
+        return np.asarray(cells.vertices[cells.tets].mean(axis=1))
+
+    def nearest(
+        self, cells: TetMesh, queries: Floats, max_distance: float, n_threads: int
+    ) -> Nearest:
+        return _core.nearest_tets(cells.vertices, cells.tets, queries, max_distance, n_threads)
+
+    def corners(self, cells: TetMesh) -> Corners:
+        return corners_of(cells)
+
+    def drawn_faces(self, cells: TetMesh, keep: Bools | None = None) -> DrawnFaces:
+        return DrawnFaces(*cells.boundary(keep))
+
+
+class _Points(Kind):
+    name = "points"
+    noun = "point"
+    plural = "points"
+    are_points = True
+
+    def has_fronts(self, cells: PointCloud) -> bool:
+        return cells.normals is not None or cells.viewpoints is not None
+
+    def build_graph(self, cells: PointCloud, weld: bool, n_threads: int) -> tuple[PointGraph, None]:
+        return find_point_graph(cells, n_threads), None
+
+    def sorted_graph(self, cells: PointCloud, weld: bool, n_threads: int) -> OrderedCells:
+        graph = find_sorted_graph(cells, n_threads)
+        return OrderedCells(cells, graph, None, graph.points)
+
+    def kept_graph(
+        self, cells: PointCloud, is_kept: Bools, n_threads: int, *, is_sorted: bool
+    ) -> OrderedCells:
+        if is_sorted:
+            graph = find_sorted_graph(cells, n_threads, is_kept)
+        else:
+            graph = find_point_graph(cells, n_threads, is_kept=is_kept)
+        return OrderedCells(cells, graph, None, graph.points)
+
+    def surface(self, cells: PointCloud, graph: PointGraph, n_threads: int) -> Surface:
+        return point_surface(graph, n_threads)
+
+    def bare_surface(
+        self, surface: Surface, cells: PointCloud, graph: PointGraph, n_threads: int
+    ) -> Surface:
+        return bare_point_surface(graph, n_threads)
+
+    def weight_options(self, graph: PointGraph, options: WeightOptions) -> WeightOptions:
+        return options if graph.knows_turns else options.counting_both_turns()
+
+    def weights(
+        self, surface: Surface, graph: Any, shapes: Any, radius: float, options: WeightOptions
+    ) -> Weighed:
+        return arc_weights(surface, graph, radius, options)
+
+    def positions(self, cells: PointCloud) -> Floats:
+        return cells.points
+
+    def part(self, cells: PointCloud, chosen: Ints) -> PointCloud:
+        return cells.taken(chosen)
+
+    def cloud(self, cells: PointCloud) -> PointCloud:
+        return cells
+
+
+_KINDS: dict[type, Kind] = {}
+
+
+def register(cells: type, kind: Kind) -> None:
+    """Register a kind for a class of cells, so that `segment` accepts objects of this class."""
+    _KINDS[cells] = kind
+
+
+register(CellGraph, Kind())
+register(Mesh, _Triangles())
+register(PolygonMesh, _Polygons())
+register(TetMesh, _Tets())
+register(PointCloud, _Points())
+
+
+def kind_of(cells: object) -> Kind:
+    """Return the kind that is registered for the class of `cells`."""
+    try:
+        return _KINDS[type(cells)]
+    except KeyError:
+        raise TypeError(
+            f"{type(cells).__name__} is not a registered class of cells: call"
+            " cells.kinds.register first"
+        ) from None
+
+
+def as_known(source: MeshLike | CloudLike | CellGraph) -> Any:
+    """Convert a mesh or cloud of any type with `as_cells`; return a `CellGraph` unchanged."""
+    return source if isinstance(source, CellGraph) else as_cells(source)
+
+
+def as_surface(
+    source: MeshLike | CloudLike | CellGraph, *, weld: bool, n_threads: int | None,
+    is_kept: Bools | None = None,
+) -> Surface:  # fmt: skip
+    """Return the `Surface` of a mesh, a cloud, or a graph with `ArcMeasures`.
+
+    `is_kept` is the same as in `graph_and_surface`.
+    """
+    return graph_and_surface(as_known(source), weld, checked_threads(n_threads), is_kept)[1]
+
+
+def graph_and_surface(
+    cells: Cells | CellGraph, weld: bool, n_threads: int, is_kept: Bools | None = None
+) -> tuple[Any, Surface]:
+    """Return the graph and the `Surface` of cells. `cells` must be a result of `as_known`.
+
+    If `is_kept` is given, (N,), points of a cloud that are not kept have no neighbors.
+    """
+    kind = kind_of(cells)
+    found = None
+    if is_kept is not None:
+        found = kind.kept_graph(cells, is_kept, n_threads, is_sorted=False)
+    graph = kind.build_graph(cells, weld, n_threads)[0] if found is None else found.graph
+    return graph, kind.surface(cells, graph, n_threads)
+
+
+def measures_of(cells: Cells | CellGraph, n_threads: int) -> Floats:
+    """Return the area or volume of each cell, or the area around each point, shape (N,)."""
+    return kind_of(cells).measures(cells, n_threads)

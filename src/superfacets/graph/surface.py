@@ -1,0 +1,199 @@
+"""Define `Surface`: a class that computes lengths and angles of arcs between cells of any kind."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from .. import _core
+from ..base.checks import checked_threads, counted
+from ..base.types import Floats, Ints, Longs
+from ..mesh.convert import MeshLike, as_mesh
+from ..mesh.faces import FaceMesh, signed_volume
+from .cell_graph import ArcMeasures, CellGraph, CsrArcs
+from .face_graph import FaceGraph, FoundArcs, surface_of_faces
+
+VOLUME_NOISE = 1e-12
+"""The enclosed volume of a mesh is treated as 0 if it is at most this fraction of the cube of the
+diagonal of the bounding box."""
+
+
+@dataclass(frozen=True, eq=False)
+class Surface(CsrArcs):
+    """Cells of any kind, and arcs between cells. Lengths and angles of arcs are computed on demand.
+
+    The weights of arcs, the clean-up of regions, metrics and exports use this class.
+    """
+
+    handle: _core.Surface  # object of `_core` that computes lengths and angles of arcs
+    offsets: Longs  # (N + 1,) index of the first arc of each cell
+    neighbors: Ints  # (M,) target cell of each arc
+    bounds: Floats  # (2, 3) minimum and maximum corner of the bounding box
+    weight_unit: float  # length that a weight of 1 corresponds to, in the unit of the positions
+    n_threads: int
+    mesh: FaceMesh | None = None  # mesh whose faces are the cells, or None for other cells
+    # (M,) weight of each arc; None for faces and points, because formulas compute their weights
+    weights: Floats | None = None
+    # Volume that a mesh of faces encloses; 0 if the mesh is open or inconsistently oriented, or if
+    # the volume is not known
+    volume: float = 0.0
+    dimension: int = 2  # 2 if measures are areas, 3 if measures are volumes
+
+    @classmethod
+    def of_faces(cls, mesh: FaceMesh, graph: FaceGraph, n_threads: int) -> Surface:
+        """Make the surface of a mesh; raise a ValueError if `graph` does not fit the mesh."""
+        _check_of_mesh(mesh, graph)
+        volume = _signed_volume(mesh, graph, n_threads)
+        handle = _face_handle(mesh, graph, is_negative(volume, graph.diagonal), n_threads)
+        volume = 0.0 if graph.same_turn.any() else enclosed(volume, graph.diagonal)
+        return cls._of_handle(handle, mesh, graph, n_threads, volume)
+
+    @classmethod
+    def _of_handle(
+        cls, handle: _core.Surface, mesh: FaceMesh, graph: FaceGraph, n_threads: int,
+        volume: float = 0.0,
+    ) -> Surface:  # fmt: skip
+        return cls(
+            handle, graph.offsets, graph.neighbors, graph.bounds, graph.diagonal, n_threads,
+            mesh, volume=volume,
+        )  # fmt: skip
+
+    @classmethod
+    def of_graph(cls, graph: CellGraph, n_threads: int) -> Surface:
+        """Make the surface of a graph; raise a ValueError if the graph has no `ArcMeasures`."""
+        given = graph.arc_measures
+        if given is None:
+            raise ValueError(
+                "the CellGraph must have border lengths: make it with arc_measures=ArcMeasures(...)"
+            )
+        handle = _core.GraphSurface(
+            graph.positions,
+            graph.measures,
+            graph.offsets,
+            graph.neighbors,
+            given.border_lengths,
+            np.empty(0) if given.step_lengths is None else given.step_lengths,
+            np.empty(0) if given.angles is None else given.angles,
+            np.empty(0, np.int32) if given.sides is None else given.sides,
+            np.empty(0) if given.open_lengths is None else given.open_lengths,
+        )
+        return cls(
+            handle, graph.offsets, graph.neighbors, graph.bounds, graph.weight_unit, n_threads,
+            weights=graph.weights, dimension=graph.dimension,
+        )  # fmt: skip
+
+    @property
+    def positions(self) -> Floats:
+        """Position of each cell, shape (N, 3)."""
+        return self._cells[0]
+
+    @property
+    def measures(self) -> Floats:
+        """Area or volume of each cell, shape (N,)."""
+        return self._cells[1]
+
+    @cached_property
+    def _cells(self) -> tuple[Floats, Floats]:
+        return self.handle.cells(self.n_threads)
+
+    def extra_pieces(self, labels: Ints, n_regions: int) -> int:
+        """Return the number of connected components of all regions, minus the number of regions."""
+        return _core.find_components(*self.arcs, labels)[1] - n_regions
+
+
+def face_surface(
+    mesh: FaceMesh, graph: FaceGraph, n_threads: int
+) -> _core.TriangleSurface | _core.PolygonSurface:
+    """Make the `_core` surface of a mesh; raise a ValueError if `graph` does not fit the mesh."""
+    _check_of_mesh(mesh, graph)
+    return _face_handle(mesh, graph, is_inside_out(mesh, graph, n_threads=n_threads), n_threads)
+
+
+def _check_of_mesh(mesh: FaceMesh, graph: FaceGraph) -> None:
+    if graph.n_cells != mesh.n_faces:
+        raise ValueError(
+            f"the graph has {counted(graph.n_cells, 'cell')} but the mesh has"
+            f" {counted(mesh.n_faces, 'face')}: build the graph from this mesh"
+        )
+
+
+def _face_handle(
+    mesh: FaceMesh, graph: FaceGraph, is_inside_out: bool, n_threads: int
+) -> _core.TriangleSurface | _core.PolygonSurface:
+    arcs = FoundArcs(
+        graph.offsets, graph.neighbors, graph.sides, graph.same_turn, graph.edge_counts
+    )
+    return surface_of_faces(mesh, arcs, is_inside_out, n_threads)
+
+
+def arc_measures(mesh: MeshLike, graph: FaceGraph, *, n_threads: int | None = None) -> ArcMeasures:
+    """Return the lengths and angles of the arcs of a face graph, for example for a `CellGraph`.
+
+    Parameters
+    ----------
+    mesh : Mesh, PolygonMesh or mesh-like
+        Same as in `segment`.
+    graph : FaceGraph
+        The graph of the same mesh, from `build_face_graph`.
+    n_threads : int, optional
+        Same as in `segment`.
+
+    Returns
+    -------
+    ArcMeasures
+        ``border_lengths`` are the lengths of edges. ``step_lengths`` are the distances from
+        centroid to centroid through the midpoint of the edge (equation 1 of the paper). ``angles``
+        are in radians, positive for concave edges. ``sides`` are the same as in the graph.
+        ``open_lengths`` is, for each face, the total length of its boundary edges.
+
+    Raises
+    ------
+    ValueError
+        If the graph does not fit the mesh, because it was built from another mesh.
+
+    Examples
+    --------
+    Two faces form a valley with a right angle:
+
+    >>> from superfacets import Mesh, build_face_graph
+    >>> valley = Mesh([[0, 0, 0], [1, 0, 0], [0, 0, 1], [0, 1, 0]], [[2, 1, 0], [3, 2, 0]])
+    >>> measures = arc_measures(valley, build_face_graph(valley))
+    >>> measures.angles.round(3).tolist(), measures.border_lengths.tolist()
+    ([1.571, 1.571], [1.0, 1.0])
+    """
+    threads = checked_threads(n_threads)
+    handle = face_surface(as_mesh(mesh), graph, threads)
+    return ArcMeasures(*handle.arc_measures(threads)).checked(graph.offsets, graph.n_arcs, threads)
+
+
+def is_inside_out(mesh: FaceMesh, graph: FaceGraph, *, n_threads: int | None = None) -> bool:
+    """Return whether a mesh is closed and its normals point inward, so its volume is negative."""
+    volume = _signed_volume(mesh, graph, checked_threads(n_threads))
+    return is_negative(volume, graph.diagonal)
+
+
+def enclosed(volume: float, diagonal: float) -> float:
+    """Return the absolute value of a volume, or 0 if the volume is only a rounding error."""
+    return abs(volume) if abs(volume) > VOLUME_NOISE * diagonal**3 else 0.0
+
+
+def is_negative(volume: float, diagonal: float) -> bool:
+    """Return whether a volume is negative by more than the rounding errors."""
+    return volume < -VOLUME_NOISE * diagonal**3
+
+
+def _signed_volume(mesh: FaceMesh, graph: FaceGraph, n_threads: int) -> float:
+    """Return the volume of a mesh, negative if its normals point inward, or 0 for an open mesh."""
+    if graph.edge_counts.boundary:
+        return 0.0
+    positions, measures = graph.positions, graph.measures
+    # If faces are inconsistently oriented, the volume depends on the origin. The centroid is used
+    # as origin, so that the volume does not change under rigid motion. `einsum` is used instead of
+    # ``measures @ positions``, because the matrix product would start BLAS threads, and their
+    # waiting would slow down the following computations.
+    total = _core.sum_of(measures, n_threads)
+    moment = np.einsum("i,ij->j", measures, positions)
+    x, y, z = (moment / total if total else positions[0]).tolist()
+    return signed_volume(mesh, (x, y, z), n_threads)

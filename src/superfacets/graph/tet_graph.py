@@ -1,0 +1,149 @@
+"""Build the graph of a tetrahedral mesh, with arcs between tetrahedra that share a triangle."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy.typing as npt
+
+from .. import _core
+from ..base.checks import checked_threads, counted, freeze
+from ..base.errors import MeshError
+from ..base.types import Floats, Ints, Longs
+from ..mesh.convert import MeshLike, as_tets
+from ..mesh.tet_mesh import TetMesh
+from ..mesh.weld import lowest_vertices
+from .cell_graph import ArcMeasures, BaseGraph, CellGraph
+from .surface import Surface
+
+
+class TriangleCounts(NamedTuple):
+    """Numbers of triangles of a tetrahedral mesh. A shared triangle is counted once."""
+
+    triangles: int
+    """Number of all triangles."""
+    boundary: int
+    """Number of triangles that belong to exactly one tetrahedron."""
+    non_manifold: int
+    """Number of triangles that belong to three or more tetrahedra."""
+
+
+@dataclass(frozen=True, eq=False)
+class TetGraph(BaseGraph):
+    """Graph of the tetrahedra of a mesh, with arcs across shared triangles.
+
+    Attributes
+    ----------
+    positions : ndarray of float64, shape (N, 3)
+        Centroid of each tetrahedron.
+    measures : ndarray of float64, shape (N,)
+        Volume of each tetrahedron, >= 0 even for inverted tetrahedra.
+    offsets : ndarray of int64, shape (N + 1,)
+        The arcs that leave cell i are ``offsets[i]`` to ``offsets[i + 1] - 1``.
+    neighbors : ndarray of int32, shape (M,)
+        Target tetrahedron of each arc.
+    bounds : ndarray of float64, shape (2, 3)
+        Minimum and maximum corner of the bounding box of all vertices of tetrahedra.
+    arc_measures : ArcMeasures
+        ``border_lengths`` are the areas of shared triangles. ``step_lengths`` are the distances
+        from centroid to centroid through the centroid of the shared triangle. ``angles`` are None.
+        ``sides`` are the corners, 0 to 3, opposite to the shared triangle. ``open_lengths`` is, for
+        each tetrahedron, the total area of its boundary triangles.
+    triangle_counts : TriangleCounts
+        Numbers of all, boundary and non-manifold triangles.
+    """
+
+    positions: Floats
+    measures: Floats
+    offsets: Longs
+    neighbors: Ints
+    bounds: Floats
+    arc_measures: ArcMeasures
+    triangle_counts: TriangleCounts
+
+    def with_weights(
+        self, weights: npt.ArrayLike | None = None, *, n_threads: int | None = None
+    ) -> CellGraph:
+        """Return a `CellGraph` with one weight per arc; weights must be finite and >= 0.
+
+        By default, the weight of an arc is its step length, divided by the diagonal of the bounding
+        box.
+        """
+        steps = self.arc_measures.step_lengths
+        assert steps is not None
+        given = steps / self.diagonal if weights is None else weights
+        return CellGraph._of_arcs(self, given, n_threads, self.arc_measures, 3)
+
+    def __repr__(self) -> str:
+        return f"TetGraph({counted(self.n_cells, 'tet')}, {counted(self.n_arcs, 'arc')})"
+
+
+def build_tet_graph(mesh: MeshLike, *, weld: bool = True, n_threads: int | None = None) -> TetGraph:
+    """Return the graph of a tetrahedral mesh, with arcs between tetrahedra that share a triangle.
+
+    All pairs of tetrahedra that share a triangle are neighbors, with the same exception as in
+    `build_face_graph` for more than 64 tetrahedra. A tetrahedron and its duplicate
+    share four triangles, so they are joined by four arcs in each direction. Triangles with a
+    repeated vertex are ignored. Time and memory are linear in the number of tetrahedra and arcs.
+
+    Parameters
+    ----------
+    mesh : TetMesh or mesh-like
+        Same as in `segment`.
+    weld : bool, default True
+        Whether vertices at exactly the same position are treated as one vertex.
+    n_threads : int, optional
+        Same as in `segment`.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is not valid or has no tetrahedra, or if there are more than 16 arcs per
+        tetrahedron on average and more than 2**24 arcs in total.
+
+    Examples
+    --------
+    >>> from superfacets import TetMesh
+    >>> points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]]
+    >>> graph = build_tet_graph(TetMesh(points, [[0, 1, 2, 3], [1, 2, 3, 4]]))
+    >>> graph.neighbors, graph.triangle_counts
+    (array([1, 0], dtype=int32), TriangleCounts(triangles=7, boundary=6, non_manifold=0))
+    """
+    cells = as_tets(mesh)
+    threads = checked_threads(n_threads)
+    lowest = lowest_vertices(cells.vertices, weld, threads)
+    try:
+        found, measures = _core.build_tet_graph(cells.vertices, cells.tets, lowest, threads)
+    except ValueError as error:  # `_core` raises this error for too many arcs
+        raise MeshError(str(error)) from None
+    offsets, neighbors, sides, _, counts = found
+    positions, volumes, border_areas, step_lengths, open_areas = measures
+    arcs = ArcMeasures(border_areas, step_lengths, None, sides, open_areas)
+    arrays: dict[str, Any] = {
+        "positions": positions, "measures": volumes, "offsets": offsets, "neighbors": neighbors,
+    }  # fmt: skip
+    graph = TetGraph(
+        **arrays,
+        bounds=cells.bounds,
+        arc_measures=arcs,
+        triangle_counts=TriangleCounts(*counts[:3]),
+    )
+    freeze(graph, **arrays)
+    return graph
+
+
+def tet_surface(mesh: TetMesh, graph: TetGraph, n_threads: int) -> Surface:
+    """Return the `Surface` of a tetrahedral mesh; `graph` is the graph of this mesh."""
+    given = graph.arc_measures
+    assert given.step_lengths is not None
+    assert given.sides is not None
+    assert given.open_lengths is not None
+    handle = _core.TetSurface(
+        mesh.vertices, mesh.tets, graph.positions, graph.measures, graph.offsets, graph.neighbors,
+        given.border_lengths, given.step_lengths, given.sides, given.open_lengths,
+    )  # fmt: skip
+    return Surface(
+        handle, graph.offsets, graph.neighbors, graph.bounds, graph.diagonal, n_threads,
+        weights=given.step_lengths / graph.diagonal, dimension=3,
+    )  # fmt: skip

@@ -1,1 +1,0 @@
-"""Store labels in objects of other libraries, and replace functions of other packages."""

@@ -1,1 +1,0 @@
-"""Read meshes, point clouds and labels from files, and write files atomically."""

@@ -1,0 +1,283 @@
+"""Convert files, arrays and objects of other libraries to meshes and point clouds."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from typing import Any, Protocol, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from ..base.checks import counted
+from ..base.errors import MeshError
+from ..base.types import Array
+from .base import Cells
+from .blocks import cell_blocks, has_blocks, mesh_of_blocks
+from .faces import FaceMesh
+from .point_cloud import PointCloud
+from .polygon_mesh import PolygonMesh
+from .tet_mesh import TetMesh
+from .triangle_mesh import Mesh
+
+_VTK_TETRA = 10
+"""Number that identifies tetrahedra among the cell types of VTK."""
+
+
+class _Faces(Protocol):  # a mesh of trimesh, or any object with vertices and faces
+    @property
+    def vertices(self) -> Any: ...
+    @property
+    def faces(self) -> Any: ...
+
+
+class _Triangles(Protocol):  # an Open3D mesh of the legacy API
+    @property
+    def vertices(self) -> Any: ...
+    @property
+    def triangles(self) -> Any: ...
+
+
+class _Tensors(Protocol):  # an Open3D mesh of the tensor API
+    @property
+    def vertex(self) -> Any: ...
+    @property
+    def triangle(self) -> Any: ...
+
+
+class _PolyData(Protocol):  # a PyVista surface
+    @property
+    def points(self) -> Any: ...
+    @property
+    def faces(self) -> Any: ...
+
+
+class _Blocks(Protocol):  # a meshio mesh
+    @property
+    def points(self) -> Any: ...
+    @property
+    def cells(self) -> Any: ...
+
+
+_ForeignMesh: TypeAlias = _Faces | _Triangles | _Tensors | _PolyData | _Blocks
+_Pair: TypeAlias = tuple[npt.ArrayLike, npt.ArrayLike] | list[npt.ArrayLike]
+
+MeshLike: TypeAlias = Cells | str | os.PathLike[str] | _Pair | _ForeignMesh
+"""Types accepted as a mesh: a `Mesh`, `PolygonMesh` or `TetMesh`, a path, a (vertices, faces) pair,
+or a mesh of trimesh, PyVista, Open3D or meshio."""
+
+
+class _Points(Protocol):  # a point cloud of Open3D's tensor API
+    @property
+    def point(self) -> Any: ...
+
+
+Rows: TypeAlias = npt.NDArray[np.floating[Any] | np.integer[Any]] | Sequence[Sequence[float]]
+"""Array or nested sequence of points. `ArrayLike` is not used here, because it also accepts a
+single number."""
+
+CloudLike: TypeAlias = PointCloud | str | os.PathLike[str] | Rows | _Points
+"""Types accepted as a point cloud: a `PointCloud`, a path, an (N, 3) array, or a cloud of trimesh,
+PyVista, Open3D or meshio."""
+
+
+def as_cells(source: MeshLike | CloudLike) -> Cells:
+    """Convert any input of `segment` to a mesh or a point cloud.
+
+    - A path is read by `read_cells`.
+    - A (vertices, faces) pair becomes a `Mesh` if all faces are triangles, and a `PolygonMesh`
+      otherwise. The faces are an (F, n) array, or lists of vertices that may differ in length.
+    - An (N, 3) array becomes a point cloud.
+    - Meshes and clouds of trimesh, PyVista (``PolyData``, and ``UnstructuredGrid`` of tetrahedra),
+      Open3D (legacy and tensor API) and meshio (see `cell_blocks`) are recognized by their
+      attributes. These libraries are not imported.
+
+    Raises a MeshError if the mesh or the cloud is not valid, and a TypeError if `source` is none of
+    the above.
+    """
+    if isinstance(source, Cells):
+        return source
+    if isinstance(source, (str, os.PathLike)):
+        from ..files.readers.read import read_cells
+
+        return read_cells(source)
+    if isinstance(source, (tuple, list)):
+        if len(source) != 2:
+            raise TypeError(
+                f"a mesh must be a (vertices, faces) pair, got {counted(len(source), 'item')}"
+            )
+        return _mesh_of(source[0], source[1])
+    if isinstance(source, np.ndarray):
+        return as_cloud(source)
+    return _cells_of_foreign(source)
+
+
+def as_mesh(source: MeshLike | PointCloud) -> FaceMesh:
+    """Convert `source` to a mesh of faces; raise a MeshError for clouds and tetrahedral meshes."""
+    if isinstance(source, (str, os.PathLike)):
+        from ..files.readers.read import read_mesh
+
+        source = read_mesh(source)
+    cells = as_cells(source)
+    if isinstance(cells, (Mesh, PolygonMesh)):
+        return cells
+    if isinstance(cells, TetMesh):
+        raise MeshError("expected a surface mesh, got a TetMesh: use TetMesh.boundary()")
+    raise MeshError(f"expected a surface mesh, got a {type(cells).__name__}, which has no faces")
+
+
+def as_tets(source: MeshLike) -> TetMesh:
+    """Convert `source` to a tetrahedral mesh; raise a MeshError if `source` has no tetrahedra."""
+    cells = as_cells(source)
+    if isinstance(cells, TetMesh):
+        return cells
+    raise MeshError(f"expected a tetrahedral mesh, got a {type(cells).__name__}")
+
+
+def _cells_of_foreign(source: Any) -> Cells:
+    """Convert an object of another library to a mesh or a point cloud."""
+    if _is_grid_of_tets(source):
+        return TetMesh(source.points, np.asarray(source.cells).reshape(-1, 5)[:, 1:])
+    if has_blocks(source) and cell_blocks(source):
+        return mesh_of_blocks(source)
+    if is_foreign_cloud(source):
+        return as_cloud(source)
+    return _mesh_of(*_arrays_of_foreign(source))
+
+
+def _is_grid_of_tets(source: Any) -> bool:
+    """Return whether an object is a PyVista UnstructuredGrid with only tetrahedra."""
+    kinds = getattr(source, "celltypes", None)
+    return kinds is not None and len(kinds) > 0 and bool(np.all(np.asarray(kinds) == _VTK_TETRA))
+
+
+def _mesh_of(vertices: Any, faces: Any) -> FaceMesh:
+    """Make a `Mesh` if all faces are triangles, and a `PolygonMesh` otherwise."""
+    shape = _shape_of(faces)
+    if shape is None or (len(shape) == 2 and shape[1] > 3):
+        return PolygonMesh.of_faces(vertices, faces)
+    return Mesh(vertices, faces)
+
+
+def _shape_of(faces: Any) -> tuple[int, ...] | None:
+    """Return the shape of an array of faces; None for a ragged list or an array of objects."""
+    if isinstance(faces, np.ndarray):
+        return None if faces.dtype == object and faces.ndim == 1 and len(faces) else faces.shape
+    try:
+        shape: tuple[int, ...] = np.shape(faces)
+    except ValueError:
+        return None
+    return shape
+
+
+def _arrays_of_foreign(source: Any) -> tuple[Any, Any]:
+    """Return the vertices and the faces of a mesh of another library.
+
+    Raises a TypeError if `source` does not have the attributes of a supported class.
+    """
+    if hasattr(source, "vertices") and hasattr(source, "faces"):  # trimesh
+        return source.vertices, source.faces
+    if hasattr(source, "vertices") and hasattr(source, "triangles"):  # Open3D, legacy API
+        return source.vertices, source.triangles
+    if hasattr(source, "vertex") and hasattr(source, "triangle"):  # Open3D, tensor API
+        if "indices" not in source.triangle:
+            raise MeshError("the mesh has no faces")
+        return source.vertex.positions.cpu().numpy(), source.triangle.indices.cpu().numpy()
+    if hasattr(source, "points") and hasattr(source, "faces"):  # PyVista PolyData
+        return source.points, _faces_of_polydata(source)
+    raise TypeError(
+        "expected a mesh of superfacets, a (vertices, faces) pair, a path, or a mesh of trimesh,"
+        f" PyVista (PolyData), Open3D or meshio, got {type(source).__name__}: convert a trimesh"
+        " Scene with .to_mesh(), or a PyVista grid with .extract_surface()"
+    )
+
+
+def _faces_of_polydata(source: Any) -> Any:
+    """Return the faces of a PyVista PolyData.
+
+    The result is an array (F, n) if all faces have n corners, and a list of arrays otherwise. A
+    PolyData stores its faces in one flat array: for each face, the number of its corners, followed
+    by its vertices.
+    """
+    if getattr(source, "n_strips", 0):
+        raise MeshError("a PolyData must not have triangle strips: call .triangulate() on it first")
+    flat = np.asarray(source.faces)
+    if flat.ndim != 1:
+        raise MeshError(f"faces of a PolyData must have shape (n,), got shape {flat.shape}")
+    step = int(flat[0]) + 1 if len(flat) else 4
+    if step > 0 and len(flat) % step == 0 and np.all(flat[::step] == step - 1):
+        return flat.reshape(-1, step)[:, 1:]
+    return _faces_of_any_length(flat)
+
+
+def _faces_of_any_length(flat: Array) -> list[Array]:
+    """Split the flat array of a PolyData into faces with different numbers of corners."""
+    faces: list[Array] = []
+    start = 0
+    while start < len(flat):
+        end = start + 1 + int(flat[start])
+        if not start < end <= len(flat):
+            raise MeshError(
+                f"faces[{len(faces)}] of a PolyData has {counted(int(flat[start]), 'corner')}, but"
+                f" the array of faces has only {counted(len(flat) - start - 1, 'more value')}"
+            )
+        faces.append(flat[start + 1 : end])
+        start = end
+    return faces
+
+
+def as_cloud(source: CloudLike) -> PointCloud:
+    """Convert `source` to a `PointCloud`; a path is read by `read_cloud`.
+
+    Clouds of trimesh (``PointCloud``), PyVista (``PolyData`` without faces), Open3D (legacy and
+    tensor API) and meshio (meshes without faces and tetrahedra) are recognized by their attributes.
+    Their points are used, and also their normals and colors if they have any (not for meshio).
+    Raises a MeshError if the cloud is not valid, and a TypeError if `source` is not a cloud.
+    """
+    if isinstance(source, PointCloud):
+        return source
+    if isinstance(source, (str, os.PathLike)):
+        from ..files.readers.read import read_cloud
+
+        return read_cloud(source)
+    if isinstance(source, (np.ndarray, list, tuple)):
+        return PointCloud(source)  # type: ignore[arg-type]
+    if not is_foreign_cloud(source):
+        raise TypeError(
+            "expected a PointCloud, an array of points, a path, or a cloud of trimesh, PyVista,"
+            f" Open3D or meshio, got {type(source).__name__}"
+        )
+    return PointCloud(*_arrays_of_foreign_cloud(source))
+
+
+def is_foreign_cloud(source: Any) -> bool:
+    """Return whether `source` is an object of another library that has points but no faces."""
+    if has_blocks(source):
+        return not cell_blocks(source)
+    if hasattr(source, "n_points") and hasattr(source, "n_cells"):  # PyVista
+        has_faces = np.size(getattr(source, "faces", 0)) or getattr(source, "n_strips", 0)
+        return hasattr(source, "verts") and source.n_points > 0 and not has_faces
+    if hasattr(source, "point") and not hasattr(source, "triangle"):  # Open3D, tensor API
+        return "positions" in source.point
+    if hasattr(source, "points"):  # Open3D, legacy API
+        return not hasattr(source, "faces") and not hasattr(source, "triangles")
+    has_faces = hasattr(source, "faces") or hasattr(source, "triangles")  # trimesh
+    return hasattr(source, "vertices") and not has_faces
+
+
+def _arrays_of_foreign_cloud(source: Any) -> tuple[Any, Any, Any]:
+    """Return points, normals and colors of a foreign cloud; missing normals or colors are None."""
+    if has_blocks(source):
+        return source.points, None, None
+    if hasattr(source, "n_cells"):
+        data = source.point_data
+        return source.points, data.get("Normals"), data.get("RGB", data.get("RGBA"))
+    if hasattr(source, "point"):
+        data = {name: tensor.cpu().numpy() for name, tensor in source.point.items()}
+        return data["positions"], data.get("normals"), data.get("colors")
+    if hasattr(source, "points"):
+        normals = np.asarray(source.normals) if source.has_normals() else None
+        colors = np.asarray(source.colors) if source.has_colors() else None
+        return np.asarray(source.points), normals, colors
+    colors = np.asarray(getattr(source, "colors", ()))
+    return source.vertices, None, colors if colors.size else None

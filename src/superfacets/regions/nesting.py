@@ -1,0 +1,229 @@
+"""The function `hierarchy`, which computes nested levels of regions of a mesh or a graph."""
+
+from __future__ import annotations
+
+import reprlib
+import warnings
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from ..base.checks import VALUE_RANGE, checked_choice, checked_count, checked_threads
+from ..base.errors import IslandWarning
+from ..base.options import ISLANDS, Islands
+from ..base.types import Floats, Ints
+from ..cleanup.edit import read_regions, surface_of_labeled
+from ..clustering.result import Segmentation
+from ..clustering.run import segment_graph
+from ..graph.cell_graph import CellGraph
+from ..graph.constraints import ANY_GROUP, ConstraintOptions
+from ..mesh.convert import CloudLike, MeshLike
+from ..pipeline import read_with_features, segment
+from ..weights.features import FeatureOptions
+from .hierarchy import Hierarchy, checked_cut, merge_neighbors
+
+
+def hierarchy(
+    cells: MeshLike | CloudLike | CellGraph,
+    counts: Sequence[int] | npt.NDArray[np.integer[Any]],
+    *,
+    labels: npt.ArrayLike | None = None,
+    features: npt.ArrayLike | str | Sequence[str] | None = None,
+    scale_features: bool = True,
+    islands: Islands = "keep",
+    barriers: npt.ArrayLike | None = None,
+    weld: bool = True,
+    n_threads: int | None = None,
+    **options: Any,
+) -> Hierarchy:
+    r"""Return nested levels of regions: each region is a union of regions of the finer levels.
+
+    The finest level comes from `segment`, or from `labels`. Then the two neighboring regions with
+    the lowest merge cost are merged repeatedly, until no neighbors are left. `Hierarchy.cut`
+    returns the level with any other number of regions. The cost of merging two regions with areas a
+    and b and centroids p and q is
+
+    .. math:: \frac{a b}{a + b} \cdot \frac{|p - q| + 12 r (1 - c)}{L}, \qquad
+              r = \sqrt{\frac{a + b}{\pi}}
+
+    where L is the length of the border between the two regions, and c is the openness of the
+    border: 1 if it is smooth, and 0 if all of it is in a deep crease. The first factor comes from
+    Ward's method and balances the sizes of regions. The second factor favors compact regions and
+    borders in creases. In a volume, r is the radius of a ball, and L is an area.
+
+    Parameters
+    ----------
+    cells : Mesh or mesh-like, cloud-like, or CellGraph with ArcMeasures
+        Same as `mesh` in `segment`, or a graph whose cells may be of any kind.
+    counts : sequence of int
+        Number of regions of each level. The numbers must differ and may be in any order.
+    labels : array_like of int, shape (N,), optional
+        Regions of the finest level. Each label from 0 to K - 1 must occur; -1 marks cells that are
+        in no region. By default, the labels come from ``segment(cells, max(counts), **options)``,
+        or from `segment_graph` if ``cells`` is a graph.
+    features : array_like, shape (N, F) or (V, F), or str, or list of str, optional
+        F numbers per cell or per vertex, or names of features as in `segment`, from which the cost
+        of merging is computed instead of from geometry. The cost is then ``a b / (a + b)`` times
+        the squared distance between the mean features of two regions (Ward's method). The formula
+        above is only used to break ties. If `labels` is not given, the finest regions also follow
+        the features, as in `segment`.
+    scale_features : bool, default True
+        Whether each feature is first divided by its area-weighted standard deviation.
+    islands : {"keep", "nearest"}
+        With ``"keep"``, only regions that touch are merged, so no level can have fewer regions than
+        there are connected components. With ``"nearest"``, a component may also be merged across
+        the gap to the nearest cell of a larger component. The cost of a gap is the cost of a border
+        of length r in a deep crease. `islands` is also passed to `segment`.
+    barriers : array_like of int, shape (N,) or (E, 2), optional
+        Same as in `segment`. Regions are never merged across barriers. Barriers cannot be combined
+        with ``islands="nearest"``, because a merge across a gap could bypass a barrier.
+    weld, n_threads
+        Same as in `segment`. The result does not depend on the number of threads.
+    **options
+        Further options of `segment` for the finest level. They cannot be combined with `labels`.
+        Faces that a `mask` leaves out have label -1 on all levels.
+
+    Returns
+    -------
+    Hierarchy
+        Levels with exactly the requested numbers of regions. If the finest regions are connected,
+        all regions are connected, except for regions that were merged across a gap. If several
+        pairs of regions have the same cost, the pair of the lowest nodes (see `Hierarchy`) is
+        merged first.
+
+    Warns
+    -----
+    SliverWarning
+        Same as in `segment`.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is not valid.
+    ValueError, TypeError
+        If a level has more regions than the finest level, or fewer regions than there are
+        components; if regions in `labels` extend across barriers; or if a parameter is out of range
+        or of the wrong type.
+
+    Notes
+    -----
+    For N cells, M arcs and K regions on the finest level, time is O(N + M) for the borders between
+    regions, and O(m log K) for each merge of two regions with m neighbors in total. The openness of
+    an edge is exp(-x), where x is the cost of the crease at the edge in `crease_weights`, in units
+    of 1.6 expected radii of the finest level. For a graph, x is computed from the weights of the
+    graph. The openness of a border is the mean of this value along the border.
+
+    References
+    ----------
+    Ward, "Hierarchical Grouping to Optimize an Objective Function", 1963.
+
+    Examples
+    --------
+    >>> import superfacets
+    >>> mesh = superfacets.sample_mesh(5_000)
+    >>> nested = superfacets.hierarchy(mesh, [200, 50, 10])
+    >>> [int(labels.max()) + 1 for labels in nested.levels], len(nested.parents)
+    ([200, 50, 10], 2)
+    >>> bool((nested.parents[0][nested.levels[0]] == nested.levels[1]).all())
+    True
+    >>> int(nested.cut(77).max()) + 1
+    77
+    """
+    wanted = _checked_counts(counts)
+    checked_choice(islands, "islands", ISLANDS)
+    threads = checked_threads(n_threads)
+    given = FeatureOptions.checked(features, 1.0, scale_features)
+    if labels is not None and options:
+        raise TypeError(
+            f"{', '.join(options)} would have no effect because labels are given: leave out either"
+            " labels or these options"
+        )
+    source, given = _read(cells, given, options.get("mask"), threads)
+    constraints = ConstraintOptions(None, barriers)
+    if islands == "nearest" and constraints.is_used:
+        raise ValueError(
+            "islands='nearest' cannot be combined with barriers, because a merge across a gap could"
+            " bypass a barrier: leave one of them out"
+        )
+    found = None
+    if labels is None:
+        if features is not None:
+            options = {**options, "features": given.given, "scale_features": scale_features}
+        options = {**options, "islands": islands, "barriers": barriers, "n_threads": threads}
+        found = _finest(source, wanted[0], weld, options)
+        labels = found.labels
+    with _core.Workspace():  # all steps share the threads of the workspace
+        graph, surface = surface_of_labeled(source, labels, weld, threads)
+        costs, regions, n_regions = read_regions(surface, labels)
+        table = _checked_features(given.table(source, surface.measures))
+        cut = constraints.cut(source, graph, weld=weld, n_threads=threads)
+        if cut is not None:
+            _check_sides(regions, cut.groups)
+            costs = costs.of_cut(cut)
+        tree = merge_neighbors(costs, regions, n_regions, table, islands)
+    for count in wanted:
+        checked_cut(count, "each number in counts", tree)
+    return Hierarchy(wanted, regions, tree.children, tree.costs, found)
+
+
+def _read(
+    cells: MeshLike | CloudLike | CellGraph, features: FeatureOptions, mask: Any, n_threads: int
+) -> tuple[Any, FeatureOptions]:
+    """Read the cells, and replace names of features by values; return a graph unchanged."""
+    if isinstance(cells, CellGraph):
+        return cells, features
+    return read_with_features(cells, features, ConstraintOptions(mask), n_threads)
+
+
+def _checked_features(table: Floats | None) -> Floats | None:
+    """Return `table`, or raise a ValueError if squares of unscaled features would overflow."""
+    largest = 0.0 if table is None else float(np.abs(table).max())
+    if largest > VALUE_RANGE[1] ** (2 / 3):
+        raise ValueError(
+            f"features are as large as {largest:.3g}, so their squares would overflow: rescale"
+            " them, or use scale_features=True"
+        )
+    return table
+
+
+def _checked_counts(counts: Any) -> tuple[int, ...]:
+    """Return checked numbers of regions in descending order; raise an error if two are equal."""
+    if not hasattr(counts, "__len__") or isinstance(counts, (str, bytes)):
+        raise TypeError(
+            f"counts must be a sequence of numbers of regions, got {reprlib.repr(counts)}"
+        )
+    checked = sorted(
+        (checked_count(count, "each number in counts") for count in counts), reverse=True
+    )
+    if not checked:
+        raise ValueError("counts must contain at least one number of regions, but it is empty")
+    for count, next_count in pairwise(checked):
+        if count == next_count:
+            raise ValueError(f"counts must contain distinct numbers, but {count} occurs repeatedly")
+    return tuple(checked)
+
+
+def _finest(source: Any, n: int, weld: bool, options: dict[str, Any]) -> Segmentation:
+    """Segment the cells into n regions, or more if some components get no seed."""
+    if isinstance(source, CellGraph):
+        return segment_graph(source, n, **options)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", IslandWarning)  # merging reduces the number to n later
+        return segment(source, n, weld=weld, **options)
+
+
+def _check_sides(regions: Ints, groups: Ints) -> None:
+    """Raise a ValueError if a region has cells of different groups (see `KeptCells.groups`)."""
+    has_both = (regions >= 0) & (groups != ANY_GROUP)
+    group_of = np.full(int(regions.max()) + 1, ANY_GROUP, np.int32)
+    group_of[regions[has_both]] = groups[has_both]
+    is_wrong = has_both & (group_of[regions] != groups)
+    if is_wrong.any():
+        region = int(regions[np.argmax(is_wrong)])
+        raise ValueError(
+            f"labels must not cross barriers: region {region} has cells on both sides of a barrier"
+        )

@@ -1,0 +1,533 @@
+"""Compute the region graph: measures of regions, and of the borders between neighboring regions.
+
+This module is not in `regions`: `clustering` and `pictures` import it, but may not use `regions`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, ClassVar
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from ..base.checks import checked_choice, checked_region_centers, checked_regions, counted, freeze
+from ..base.errors import import_extra
+from ..base.types import Array, Bools, Floats, Ints, Longs, Singles
+from ..graph.cell_graph import CellGraph
+from ..graph.kinds import as_known, as_surface
+from ..graph.surface import Surface
+from ..mesh.convert import CloudLike, MeshLike
+
+_ROUNDING = 1e-14
+"""Variances of a region along its principal axes are treated as 0 if they are at most this fraction
+of its largest variance."""
+
+_NO_NORMAL = 1e-12
+"""The sum of the area vectors of a region is treated as 0 if its length is at most this fraction of
+the area of the region."""
+
+
+def column_names(dimension: int) -> tuple[str, ...]:
+    """Return the names of the columns of `RegionGraph.table`, given its `dimension`."""
+    return (
+        "region", "cell_count", "area" if dimension == 2 else "volume", "perimeter", "open_length",
+        "neighbor_count", "center", "centroid_x", "centroid_y", "centroid_z", "normal_x",
+        "normal_y", "normal_z", "normal_length", "plane_normal_x", "plane_normal_y",
+        "plane_normal_z", "linearity", "planarity", "sphericity", "surface_variation",
+        "compactness", "low_x", "low_y", "low_z", "high_x", "high_y", "high_z",
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class RegionGraph:
+    """Graph of K regions and E pairs of neighboring regions; the result of `region_graph`.
+
+    Lengths, areas and volumes are in the unit of the positions. For regions of tetrahedra,
+    ``border_lengths``, ``perimeters`` and ``open_lengths`` are areas.
+
+    Attributes
+    ----------
+    labels : ndarray of int32, shape (N,)
+        Region of each cell, from 0 to K - 1, or -1 for cells in no region.
+    measures : ndarray of float64, shape (K,)
+        Area of each region, or volume for tetrahedra. Areas of points are estimates: see
+        `build_point_graph`.
+    centroids : ndarray of float64, shape (K, 3)
+        Mean position of each region, weighted by area (unweighted if a region has no area).
+    normals : ndarray of float64, shape (K, 3)
+        Area-weighted mean normal of each region, as a unit vector. For clouds without normals,
+        `estimate_normals` is used. NaN if the mean is undefined: for tetrahedra, for cells of a
+        `CellGraph`, and for regions that have no area or are closed surfaces.
+    normal_lengths : ndarray of float64, shape (K,)
+        Length of the area-weighted mean of the unit normals of each region, from 0 (a closed
+        surface, or a cylinder without its ends) to 1 (a flat region). NaN for tetrahedra, for cells
+        of a `CellGraph`, and for regions without area.
+    plane_normals : ndarray of float64, shape (K, 3)
+        Unit normal of the least-squares plane of each region: the principal axis of the smallest
+        of the ``deviations`` s0 >= s1 >= s2. Unlike ``normals``, it does not depend on the normals
+        of cells, which are smoothed at creases of point clouds. It is on the same side as
+        ``normals``; where those are NaN, its component of largest absolute value is positive. NaN
+        if no plane fits best (s1 = s2): for a line, a point, and for example a cube or a ball.
+    deviations : ndarray of float64, shape (K, 3)
+        Standard deviations of each region along its three principal axes, in descending order.
+        Triangles, polygons and tetrahedra are integrated exactly, so the result does not depend on
+        the resolution of the mesh. Points, and cells of a `CellGraph`, are treated as point masses.
+    bounds : ndarray of float64, shape (K, 2, 3)
+        Minimum and maximum corner of the bounding box of each region.
+    perimeters : ndarray of float64, shape (K,)
+        Length of the border of each region, including its ``open_lengths``.
+    open_lengths : ndarray of float64, shape (K,)
+        Length of the part of each region's border that is on the boundary of an open mesh; 0 for
+        point clouds.
+    cell_counts : ndarray of int64, shape (K,)
+        Number of cells of each region, >= 1.
+    centers : ndarray of int32, shape (K,)
+        Representative cell of each region: the center passed to `region_graph`, or else the cell
+        nearest to the centroid. If several cells are equally near, the lowest index is used.
+    edge_index : ndarray of int32, shape (2, E)
+        The two regions of each pair of neighbors, with the lower region first. Pairs are sorted.
+        Each pair is listed once; `to_pyg` lists each pair in both directions.
+    border_lengths : ndarray of float64, shape (E,)
+        Length of the common border of each pair of neighbors.
+    mean_angles : ndarray of float64, shape (E,)
+        Mean angle between normals along each border, weighted by length, from 0 (flat) to pi.
+    max_angles : ndarray of float64, shape (E,)
+        Signed angle with the largest absolute value along each border, from -pi to pi, positive if
+        concave and negative if convex.
+    concavities : ndarray of float64, shape (E,)
+        Mean signed angle along each border, weighted by length, from -pi to pi: positive if the
+        border is in a concave crease, negative if it is on a convex edge, and 0 if the surface is
+        flat.
+    edge_counts : ndarray of int64, shape (E,)
+        Number of edges that form each border. For tetrahedra, number of triangles; for point
+        clouds, number of pairs of points.
+    dimension : int
+        2 if measures are areas, 3 if they are volumes.
+    """
+
+    labels: Ints
+    measures: Floats
+    centroids: Floats
+    normals: Floats
+    normal_lengths: Floats
+    plane_normals: Floats
+    deviations: Floats
+    bounds: Floats
+    perimeters: Floats
+    open_lengths: Floats
+    cell_counts: Longs
+    centers: Ints
+    edge_index: Ints
+    border_lengths: Floats
+    mean_angles: Floats
+    max_angles: Floats
+    concavities: Floats
+    edge_counts: Longs
+    dimension: int = 2
+
+    ARC_VALUES: ClassVar[tuple[str, ...]] = (
+        "border_length", "mean_angle", "max_angle", "concavity", "edge_count", "normal_angle",
+    )  # fmt: skip
+    """Names of the measures of pairs of neighbors, in the order of the columns of ``edge_attr`` in
+    the result of `to_pyg`."""
+
+    REGION_FEATURES: ClassVar[tuple[str, ...]] = (
+        "measure", "perimeter", "compactness", "linearity", "planarity", "sphericity",
+        "surface_variation", "normal_x", "normal_y", "normal_z",
+    )  # fmt: skip
+    """Names of the columns of ``x`` in the result of `to_pyg`."""
+
+    @property
+    def n_regions(self) -> int:
+        """Number of regions, K."""
+        return len(self.measures)
+
+    @property
+    def n_arcs(self) -> int:
+        """Number of pairs of neighbors, E."""
+        return len(self.border_lengths)
+
+    @property
+    def areas(self) -> Floats:
+        """Area of each region, shape (K,). Raises a ValueError for regions of tetrahedra."""
+        if self.dimension != 2:
+            raise ValueError("regions of tetrahedra have volumes, not areas: use `measures`")
+        return self.measures
+
+    @property
+    def linearity(self) -> Floats:
+        """(s0 - s1) / s0 for the `deviations` s0, s1, s2, shape (K,).
+
+        The value is 1 for a line, and NaN for a point. The sum of `linearity`, `planarity` and
+        `sphericity` is 1. As in superpoint networks, these numbers are computed from standard
+        deviations, not from variances.
+        """
+        first, second, _ = self.deviations.T
+        return _ratio(first - second, first)
+
+    @property
+    def planarity(self) -> Floats:
+        """(s1 - s2) / s0 for the `deviations` s0, s1, s2, shape (K,).
+
+        The value is 1 for a disk, low for a long flat region, and NaN for a point. To find flat
+        regions, use `surface_variation`.
+        """
+        first, second, third = self.deviations.T
+        return _ratio(second - third, first)
+
+    @property
+    def sphericity(self) -> Floats:
+        """s2 / s0 for the `deviations` s0, s1, s2, shape (K,).
+
+        The value is 1 for a ball, 0 for a flat region, and NaN for a point. It is also called
+        scattering.
+        """
+        return _ratio(self.deviations[:, 2], self.deviations[:, 0])
+
+    @property
+    def surface_variation(self) -> Floats:
+        """s2 / (s0 + s1 + s2) for the `deviations` s0, s1, s2, shape (K,).
+
+        The value is 0 for a flat region, 1/3 for a ball, and NaN for a point. Pauly, Gross and
+        Kobbelt (2002) define it with variances. It has no unit, and is not a curvature 1/r.
+        """
+        return _ratio(self.deviations[:, 2], self.deviations.sum(axis=1))
+
+    @property
+    def compactness(self) -> Floats:
+        """Perimeter / sqrt(area) of each region, shape (K,), as in `metrics.compactness`.
+
+        For tetrahedra, the value is surface / volume^(2/3). The value is NaN for a region without
+        area or volume.
+        """
+        return _ratio(self.perimeters, self.measures ** ((self.dimension - 1) / self.dimension))
+
+    @property
+    def normal_angles(self) -> Floats:
+        """Angle between the `normals` of the two regions of each pair, shape (E,), from 0 to pi.
+
+        The value is 0 for coplanar regions, and NaN if a normal is undefined. Unlike
+        ``mean_angles``, it hardly depends on the noise and the cells along the border.
+        """
+        low, high = self.normals[self.edge_index]
+        # Unlike acos of the dot product, this is accurate near 0 and pi.
+        sines, cosines = np.linalg.norm(high - low, axis=1), np.linalg.norm(high + low, axis=1)
+        return np.asarray(2.0 * np.arctan2(sines, cosines))
+
+    @property
+    def neighbor_counts(self) -> Longs:
+        """Number of neighboring regions of each region, shape (K,)."""
+        return np.bincount(self.edge_index.ravel(), minlength=self.n_regions)
+
+    @property
+    def is_open(self) -> Bools:
+        """Whether part of the border of each region is on the boundary of an open mesh, (K,)."""
+        return self.open_lengths > 0
+
+    def neighbors(self, region: int) -> Ints:
+        """Return the neighboring regions of `region`, in ascending order.
+
+        Raises an IndexError if `region` is not from 0 to K - 1.
+        """
+        if not 0 <= region < self.n_regions:
+            raise IndexError(f"region must be 0 to {self.n_regions - 1}, got {region}")
+        offsets, targets, _ = self._both_ways
+        return targets[offsets[region] : offsets[region + 1]].copy()
+
+    @cached_property
+    def _both_ways(self) -> tuple[Longs, Ints, Longs]:
+        """Graph that contains each pair of neighbors in both directions, in CSR form.
+
+        Returns the offsets (K + 1,), and for each arc the target region and the index of its pair.
+        """
+        sources, targets = np.concatenate([self.edge_index, self.edge_index[::-1]], axis=1)
+        order = np.lexsort((targets, sources))
+        counts = np.bincount(sources, minlength=self.n_regions)
+        offsets = np.concatenate([[0], np.cumsum(counts)])
+        return offsets, targets[order], order % max(self.n_arcs, 1)
+
+    def arc_values(self, name: str) -> Array:
+        """Return the measure `name` of each pair of neighbors, shape (E,).
+
+        Raises a ValueError if `name` is not in `ARC_VALUES`.
+        """
+        checked_choice(name, "value", self.ARC_VALUES)
+        plural = "concavities" if name == "concavity" else f"{name}s"
+        values: Array = getattr(self, plural)
+        return values
+
+    def table(self) -> dict[str, Array]:
+        """Return a dict of columns, keyed by name. Each column has one value per region.
+
+        For tetrahedra, the column ``"area"`` is called ``"volume"``.
+        """
+        low, high = self.bounds[:, 0], self.bounds[:, 1]
+        columns = (
+            np.arange(self.n_regions), self.cell_counts, self.measures, self.perimeters,
+            self.open_lengths, self.neighbor_counts, self.centers, *self.centroids.T,
+            *self.normals.T, self.normal_lengths, *self.plane_normals.T, self.linearity,
+            self.planarity, self.sphericity, self.surface_variation, self.compactness, *low.T,
+            *high.T,
+        )  # fmt: skip
+        return dict(zip(column_names(self.dimension), columns, strict=True))
+
+    def to_pandas(self) -> Any:
+        """Return the columns of `table` as a pandas DataFrame, indexed by region.
+
+        Raises
+        ------
+        MissingExtraError
+            If pandas is not installed.
+        """
+        pandas = import_extra("pandas", "a table of regions", "graph")
+        return pandas.DataFrame(self.table()).set_index("region")
+
+    def to_networkx(self) -> Any:
+        """Return a ``networkx.Graph`` of regions, with measures of regions and of borders.
+
+        Nodes are 0 to K - 1. Their attributes are the columns of `table`, except ``"region"``. The
+        attributes of edges are the measures in `ARC_VALUES`. All values are Python numbers.
+
+        Raises
+        ------
+        MissingExtraError
+            If networkx is not installed.
+        """
+        graph = import_extra("networkx", "a graph of regions", "graph").Graph()
+        columns = self.table()
+        del columns["region"]
+        graph.add_nodes_from(enumerate(_rows(columns)))
+        arcs = _rows({name: self.arc_values(name) for name in self.ARC_VALUES})
+        graph.add_edges_from(zip(*self.edge_index.tolist(), arcs, strict=True))
+        return graph
+
+    def to_scipy(self, value: str = "border_length") -> Any:
+        """Return the symmetric adjacency matrix of regions as a sparse ``csr_array`` (K, K).
+
+        Parameters
+        ----------
+        value : str, default "border_length"
+            Name of the measure in the matrix, from `ARC_VALUES`. Zeros are stored explicitly.
+
+        Raises
+        ------
+        ValueError
+            If `value` is not in `ARC_VALUES`.
+        MissingExtraError
+            If SciPy is not installed.
+        """
+        values = self.arc_values(value)
+        sparse = import_extra("scipy.sparse", "a sparse matrix of regions", "graph")
+        offsets, targets, arcs = self._both_ways
+        shape = (self.n_regions, self.n_regions)
+        # SciPy 1.11 does not find the connected components of graphs with int64 offsets.
+        structure = targets.copy(), offsets.astype(np.int32)  # the matrix can be changed in place
+        return sparse.csr_array((values[arcs], *structure), shape=shape)
+
+    def to_pyg(self) -> dict[str, Array]:
+        """Return the arrays of a PyTorch Geometric graph of the regions, keyed by name.
+
+        ``Data(**{name: torch.from_numpy(array) for name, array in graph.to_pyg().items()})`` makes
+        the graph. ``np.savez(path, **graph.to_pyg())`` saves the arrays.
+
+        Returns
+        -------
+        dict of str to ndarray
+            - ``edge_index``, (2, 2 E) int64: pairs of neighbors in both directions, sorted.
+            - ``edge_attr``, (2 E, 6) float32: the measures in `ARC_VALUES` of each pair, with 0 in
+              place of NaN.
+            - ``pos``, (K, 3) float32: the centroids of regions.
+            - ``x``, (K, 10) float32: the values in `REGION_FEATURES`, with 0 in place of NaN.
+            - ``super_index``, (N,) int64: the region of each cell, or -1 for cells in no region.
+
+            Numbers that are too large for float32 become infinite.
+        """
+        offsets, targets, arcs = self._both_ways
+        sources = np.repeat(np.arange(self.n_regions), np.diff(offsets))
+        edge_attr = np.stack([self.arc_values(name) for name in self.ARC_VALUES], axis=1)
+        columns = {"measure": self.measures} | self.table()
+        x = np.stack([columns[name] for name in self.REGION_FEATURES], axis=1)
+        return {
+            "edge_index": np.stack([sources, targets]).astype(np.int64),
+            "edge_attr": _float32(np.where(np.isnan(edge_attr), 0.0, edge_attr)[arcs]),
+            "pos": _float32(self.centroids),
+            "x": _float32(np.where(np.isnan(x), 0.0, x)),
+            "super_index": self.labels.astype(np.int64),
+        }
+
+    def __repr__(self) -> str:
+        return (
+            f"RegionGraph({counted(self.n_regions, 'region')}, {counted(self.n_arcs, 'arc')}; "
+            ".to_pandas(), .to_networkx(), .to_scipy(), .to_pyg())"
+        )
+
+
+def region_graph(
+    cells: MeshLike | CloudLike | CellGraph,
+    labels: npt.ArrayLike,
+    *,
+    centers: npt.ArrayLike | None = None,
+    weld: bool = True,
+    n_threads: int | None = None,
+) -> RegionGraph:
+    """Return the graph of regions, with measures of regions and of borders between neighbors.
+
+    For a result of `segment`, use its attribute ``regions`` instead.
+
+    Parameters
+    ----------
+    cells : Mesh or mesh-like, PointCloud or cloud-like, or CellGraph with ArcMeasures
+        Same as in `segment`, or a graph of any cells.
+    labels : array_like of int, shape (N,)
+        Labels of regions. Each label from 0 to K - 1 must occur; -1 marks cells in no region.
+        Convert labels of vertices (superpoints) with `face_labels`. A point cloud of the vertices
+        connects regions on opposite sides of a thin object.
+    centers : array_like of int, shape (K,), optional
+        Representative cell of each region. The default is the cell nearest to the centroid.
+    weld, n_threads
+        Same as in `segment`. The result does not depend on `n_threads`.
+
+    Returns
+    -------
+    RegionGraph
+
+    Raises
+    ------
+    MeshError
+        If the mesh is not valid.
+    ValueError, TypeError
+        If labels are not one integer >= -1 per cell, if a label from 0 to K - 1 is missing, or if
+        all labels are -1. If centers are not one cell of each region. If the cells are a
+        `CellGraph` without `ArcMeasures`.
+
+    Notes
+    -----
+    Time is O(N + M + B log B) for M arcs, of which B cross borders. A border to cells in no region
+    is part of the perimeter, but has no entry in ``edge_index``. In a point cloud, points in no
+    region are left out, so there are no such borders. An edge of three or more faces is
+    counted once for each pair of regions at the edge, with the mean of the angles between the faces
+    of these two regions.
+
+    Examples
+    --------
+    A square of two triangles is folded along its diagonal by 90 degrees, to a valley:
+
+    >>> from superfacets import Mesh
+    >>> valley = Mesh([[0, 0, 0], [1, 0, 0], [0, 0, 1], [0, 1, 0]], [[2, 1, 0], [3, 2, 0]])
+    >>> graph = region_graph(valley, [0, 1])
+    >>> graph.n_regions, graph.areas.tolist(), graph.edge_index.tolist()
+    (2, [0.5, 0.5], [[0], [1]])
+    >>> graph.border_lengths.tolist(), graph.concavities.round(3).tolist()
+    ([1.0], [1.571])
+    """
+    known = as_known(cells)
+    n_vertices = getattr(cells, "n_vertices", None)
+    array, n_regions = checked_regions(labels, known.n_cells, n_vertices)
+    surface = as_surface(known, weld=weld, n_threads=n_threads, is_kept=array >= 0)
+    given = None if centers is None else checked_region_centers(centers, array, n_regions)
+    return region_graph_of(surface, array, n_regions, given)
+
+
+def region_graph_of(
+    surface: Surface, labels: Ints, n_regions: int, centers: Ints | None = None
+) -> RegionGraph:
+    """Return the result of `region_graph` for labels and centers that are already checked."""
+    handle, n_threads = surface.handle, surface.n_threads
+    measures, centroids, squares, products, normal_sums, lows, highs, open_lengths, nearest = (
+        _core.measure_regions(handle, labels, n_regions, n_threads)
+    )
+    low, high, border_lengths, mean_angles, concavities, max_angles, edge_counts = (
+        _core.region_arcs(handle, labels, n_threads)
+    )
+    normals = _unit_normals(normal_sums, measures)
+    variances, axes = _principal_axes(squares, products)
+    arrays: dict[str, Array] = {
+        "labels": labels,
+        "measures": measures,
+        "centroids": centroids,
+        "normals": normals,
+        "normal_lengths": _normal_lengths(normal_sums, measures, surface),
+        "plane_normals": _plane_normals(variances, axes[:, 2], normals),
+        "deviations": np.sqrt(variances),
+        "bounds": np.stack([lows, highs], axis=1),
+        "perimeters": _core.region_perimeters(handle, labels, n_regions, n_threads),
+        "open_lengths": open_lengths,
+        "cell_counts": np.bincount(labels + np.int32(1), minlength=n_regions + 1)[1:],
+        "centers": nearest if centers is None else centers,
+        "edge_index": np.stack([low, high]),
+        "border_lengths": border_lengths,
+        "mean_angles": mean_angles,
+        "max_angles": max_angles,
+        "concavities": concavities,
+        "edge_counts": edge_counts,
+    }
+    graph = RegionGraph(**arrays, dimension=surface.dimension)
+    freeze(graph, **arrays)
+    return graph
+
+
+def _principal_axes(squares: Floats, products: Floats) -> tuple[Floats, Floats]:
+    """Return the eigenvalues, (K, 3) in descending order, and unit eigenvectors of K matrices.
+
+    The eigenvectors have shape (K, 3, 3): row i of matrix k is the eigenvector for eigenvalue i of
+    covariance matrix k. `squares` are the entries xx, yy and zz of each matrix, and `products` are
+    the entries xy, xz and yz.
+    """
+    xx, yy, zz = squares.T
+    xy, xz, yz = products.T
+    covariances = np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], axis=1).reshape(-1, 3, 3)
+    variances, axes = np.linalg.eigh(covariances)
+    variances = variances[:, ::-1]
+    is_real = variances > _ROUNDING * variances[:, :1]
+    return np.where(is_real, variances, 0.0), axes[:, :, ::-1].transpose(0, 2, 1)
+
+
+def _plane_normals(variances: Floats, axes: Floats, normals: Floats) -> Floats:
+    """Turn the `axes` of the smallest variances, (K, 3), to the sides of `normals`.
+
+    Axes become NaN where the two smaller `variances` are equal. Where `normals` are NaN, the
+    component of largest absolute value becomes positive.
+    """
+    largest = np.take_along_axis(axes, np.abs(axes).argmax(axis=1)[:, np.newaxis], axis=1)[:, 0]
+    toward = np.einsum("ij,ij->i", axes, normals)
+    signs = np.where(np.where(np.isnan(toward), largest, toward) < 0.0, -1.0, 1.0)
+    first, second, third = variances.T
+    signs[second - third <= _ROUNDING * first] = np.nan
+    turned: Floats = axes * signs[:, np.newaxis]
+    return turned
+
+
+def _unit_normals(sums: Floats, measures: Floats) -> Floats:
+    """Scale sums of area vectors to unit length, and replace sums that are zero by NaN."""
+    lengths = np.sqrt(np.einsum("ij,ij->i", sums, sums))
+    lengths[lengths <= _NO_NORMAL * measures] = np.nan
+    normals: Floats = sums / lengths[:, np.newaxis]
+    return normals
+
+
+def _normal_lengths(sums: Floats, measures: Floats, surface: Surface) -> Floats:
+    """Divide the lengths of sums of area vectors by areas; NaN where cells have no normals."""
+    if surface.mesh is None and not sums.any():  # only faces always have normals
+        return np.full(len(sums), np.nan)
+    return np.minimum(_ratio(np.sqrt(np.einsum("ij,ij->i", sums, sums)), measures), 1.0)
+
+
+def _ratio(above: Floats, below: Floats) -> Floats:
+    """Return `above` / `below`, or NaN where `below` is 0."""
+    quotients: Floats = np.full(len(below), np.nan)
+    np.divide(above, below, out=quotients, where=below > 0)
+    return quotients
+
+
+def _float32(values: Array) -> Singles:
+    with np.errstate(over="ignore"):
+        return values.astype(np.float32)
+
+
+def _rows(columns: dict[str, Array]) -> list[dict[str, Any]]:
+    """Convert a table from a dict of columns to a list of rows; a row maps names to numbers."""
+    values = zip(*(column.tolist() for column in columns.values()), strict=True)
+    return [dict(zip(columns, row, strict=True)) for row in values]

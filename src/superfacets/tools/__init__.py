@@ -1,0 +1,1 @@
+"""Subdivision, facts about meshes, nearest cells, the sample mesh, and whole files."""

@@ -1,0 +1,304 @@
+"""Compute counts and sizes of meshes and point clouds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .. import _core
+from ..base.checks import checked_threads
+from ..base.errors import MeshError
+from ..base.types import Floats
+from ..graph.cell_graph import BaseGraph
+from ..graph.face_graph import FaceGraph, graph_and_shapes
+from ..graph.kinds import kind_of
+from ..graph.point_graph import find_point_graph
+from ..graph.size import checked_n_segments, radius_of, sliver_share
+from ..graph.surface import is_inside_out
+from ..graph.tet_graph import build_tet_graph
+from ..mesh.base import Cells
+from ..mesh.convert import CloudLike, MeshLike, as_cells, as_cloud
+from ..mesh.faces import FaceMesh, count_degenerate, cut_into_triangles
+from ..mesh.point_cloud import PointCloud
+from ..mesh.tet_mesh import TetMesh, signed_volumes
+
+_VOLUME_NOISE = 4e-16
+"""A tetrahedron is flat if its volume is at most this fraction of the cube of its longest edge at
+corner 0. Smaller volumes are treated as rounding errors."""
+
+
+@dataclass(frozen=True)
+class MeshInfo:
+    """Counts and sizes of a mesh of faces, from `mesh_info`."""
+
+    n_faces: int
+    """Number of faces."""
+    n_vertices: int
+    """Number of vertices, including vertices that no face uses."""
+    n_positions: int
+    """Number of different positions of vertices."""
+    n_components: int
+    """Number of connected components of the graph of faces."""
+    n_edges: int
+    """Number of edges. An edge that several faces share is counted once."""
+    n_boundary_edges: int
+    """Number of edges that belong to exactly one face."""
+    n_nonmanifold_edges: int
+    """Number of edges that belong to three or more faces."""
+    n_inconsistent_edges: int
+    """Number of edges whose two faces traverse the edge in the same direction."""
+    n_degenerate_faces: int
+    """Number of faces whose normal is undefined, such as faces with all corners on a line."""
+    is_inside_out: bool
+    """Whether the mesh is closed and its normals point inwards."""
+    faces_down: bool
+    """Whether the mesh looks like terrain that faces down if z is up: it is open, at most half as
+    high as wide, and the z component of its mean normal is below -1/2."""
+    area: float
+    """Total area, in the squared unit of the vertices."""
+    bounds: tuple[tuple[float, float, float], tuple[float, float, float]]
+    """Minimum and maximum corner of the bounding box of all vertices of faces."""
+    diagonal: float
+    """Length of the diagonal of the bounding box."""
+    sliver_share: float
+    """Fraction of the area, 0 to 1, in faces that are long and thin compared with the regions of a
+    default segmentation; see `Segmentation`."""
+
+
+@dataclass(frozen=True)
+class TetInfo:
+    """Counts and sizes of a tetrahedral mesh, from `mesh_info`."""
+
+    n_tets: int
+    """Number of tetrahedra."""
+    n_vertices: int
+    """Number of vertices, including vertices that no tetrahedron uses."""
+    n_positions: int
+    """Number of different positions of vertices."""
+    n_components: int
+    """Number of connected components of the graph of tetrahedra."""
+    n_triangles: int
+    """Number of triangles. A triangle that several tetrahedra share is counted once."""
+    n_boundary_triangles: int
+    """Number of triangles that belong to exactly one tetrahedron."""
+    n_nonmanifold_triangles: int
+    """Number of triangles that belong to three or more tetrahedra."""
+    n_flat_tets: int
+    """Number of tetrahedra whose volume is 0, up to rounding errors."""
+    n_turned_tets: int
+    """Number of inverted tetrahedra: their signed volume is negative."""
+    volume: float
+    """Total volume, in the cubed unit of the vertices."""
+    bounds: tuple[tuple[float, float, float], tuple[float, float, float]]
+    """Minimum and maximum corner of the bounding box of all vertices of tetrahedra."""
+    diagonal: float
+    """Length of the diagonal of the bounding box."""
+
+
+@dataclass(frozen=True)
+class CloudInfo:
+    """Counts and sizes of a point cloud, from `cloud_info`."""
+
+    n_points: int
+    """Number of points."""
+    n_positions: int
+    """Number of different positions of points."""
+    n_components: int
+    """Number of connected components of the graph of points; see `build_point_graph`."""
+    n_isolated: int
+    """Number of points that have no arcs in the graph of points."""
+    has_normals: bool
+    """Whether the cloud has normals."""
+    knows_turns: bool
+    """Whether concave and convex creases can be distinguished. This is possible if the cloud has
+    normals or viewpoints, or if the cloud is closed, because estimated normals then point
+    outward."""
+    has_axes: bool
+    """Whether the cloud has axes: normals of unknown sign."""
+    has_viewpoints: bool
+    """Whether the cloud has viewpoints: positions of the scanner."""
+    has_colors: bool
+    """Whether the cloud has colors that are not all black. Many files store black for no color."""
+    are_colors_zero: bool
+    """Whether the cloud has colors that are all black."""
+    colors_differ: bool
+    """Whether the points have different colors."""
+    spacing: float
+    """Typical distance between neighbors: the square root of the median area around one point."""
+    area: float
+    """Sum of the areas around the points, in the squared unit of the points.
+
+    For uniformly random points on a surface, the sum is its area. It is 15% too large for evenly
+    spaced points, and up to 40% too large or 60% too small for scan lines; see
+    `build_point_graph`.
+    """
+    bounds: tuple[tuple[float, float, float], tuple[float, float, float]]
+    """Minimum and maximum corner of the bounding box of all points."""
+    diagonal: float
+    """Length of the diagonal of the bounding box."""
+
+
+def mesh_info(mesh: MeshLike, *, weld: bool = True) -> MeshInfo | TetInfo:
+    """Return counts and sizes of a mesh: a `TetInfo` for tetrahedra, a `MeshInfo` otherwise.
+
+    Raises a MeshError for a point cloud; use `cloud_info` instead.
+
+    Parameters
+    ----------
+    mesh : Mesh, PolygonMesh, TetMesh or mesh-like
+        Same as in `segment`.
+    weld : bool, default True
+        Whether vertices at exactly the same position are treated as one vertex when edges,
+        triangles of tetrahedra, and components are counted.
+
+    Examples
+    --------
+    >>> square = ([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> info = mesh_info(square)
+    >>> info.n_components, info.n_boundary_edges, info.area
+    (1, 4, 1.0)
+    """
+    cells = as_cells(mesh)
+    if kind_of(cells).are_points:
+        raise MeshError("mesh_info needs a mesh, got a point cloud: use cloud_info instead")
+    found: MeshInfo | TetInfo = facts_of(cells, weld=weld)
+    return found
+
+
+def cloud_info(cloud: CloudLike) -> CloudInfo:
+    """Return counts and sizes of a point cloud.
+
+    Parameters
+    ----------
+    cloud : PointCloud or cloud-like
+        Same as in `segment`.
+
+    Examples
+    --------
+    >>> info = cloud_info([[0, 0, 0], [1, 0, 0], [2, 0, 0], [2, 0, 0]])
+    >>> info.n_points, info.n_positions, info.n_components, info.n_isolated
+    (4, 3, 1, 0)
+    """
+    return _cloud_info(as_cloud(cloud))
+
+
+def facts_of(cells: Cells, *, weld: bool = True) -> Any:
+    """Return counts and sizes of a mesh or a point cloud, as `mesh_info` or `cloud_info` does.
+
+    Raises a MeshError for cells of a kind without such a function.
+    """
+    kind = kind_of(cells)
+    if kind.name not in _FACTS:
+        raise MeshError(f"counts and sizes are not available for {kind.plural}")
+    return _FACTS[kind.name](cells, weld)
+
+
+def _face_info(mesh: FaceMesh, weld: bool) -> MeshInfo:
+    n_threads = checked_threads(None)
+    graph, shapes = graph_and_shapes(mesh, weld=weld, n_threads=n_threads)
+    edges, boundary, non_manifold, inconsistent = graph.edge_counts
+    low, high = graph.bounds.tolist()
+    area = _core.sum_of(graph.measures, n_threads)
+    return MeshInfo(
+        n_faces=mesh.n_faces,
+        n_vertices=mesh.n_vertices,
+        n_positions=_count_positions(mesh.vertices),
+        n_components=_count_components(graph),
+        n_edges=edges,
+        n_boundary_edges=boundary,
+        n_nonmanifold_edges=non_manifold,
+        n_inconsistent_edges=inconsistent,
+        n_degenerate_faces=count_degenerate(mesh, n_threads),
+        is_inside_out=is_inside_out(mesh, graph),
+        faces_down=_faces_down(mesh, graph, area),
+        area=area,
+        bounds=(tuple(low), tuple(high)),
+        diagonal=graph.diagonal,
+        sliver_share=sliver_share(
+            mesh, graph.measures, shapes.longest, _default_radius(graph, n_threads), n_threads
+        ),
+    )
+
+
+def _faces_down(mesh: FaceMesh, graph: FaceGraph, area: float) -> bool:
+    """Return the value of `MeshInfo.faces_down` for a mesh with the total `area`."""
+    *widths, height = np.ptp(graph.bounds, axis=0)
+    if not graph.edge_counts.boundary or height > min(widths) / 2:
+        return False
+    triangles, _ = cut_into_triangles(mesh)
+    first, second, third = (mesh.vertices[corner, :2] for corner in triangles.T)
+    (x, y), (other_x, other_y) = (second - first).T, (third - first).T
+    shadow = np.sum(x * other_y - y * other_x) / 2.0  # signed area of the projection to the plane
+    return bool(shadow < -area / 2.0)
+
+
+def _default_radius(graph: FaceGraph, n_threads: int) -> float:
+    """Return the expected radius for the default number of regions of `segment`."""
+    n_segments = checked_n_segments(None, graph.n_cells)
+    return radius_of(graph.measures, n_segments, n_threads)
+
+
+def _tet_info(mesh: TetMesh, weld: bool) -> TetInfo:
+    graph = build_tet_graph(mesh, weld=weld)
+    low, high = graph.bounds.tolist()
+    edges = mesh.vertices[mesh.tets[:, 1:]] - mesh.vertices[mesh.tets[:, :1]]
+    noise = _VOLUME_NOISE * np.linalg.norm(edges, axis=2).max(axis=1) ** 3
+    return TetInfo(
+        n_tets=mesh.n_tets,
+        n_vertices=mesh.n_vertices,
+        n_positions=_count_positions(mesh.vertices),
+        n_components=_count_components(graph),
+        n_triangles=graph.triangle_counts.triangles,
+        n_boundary_triangles=graph.triangle_counts.boundary,
+        n_nonmanifold_triangles=graph.triangle_counts.non_manifold,
+        n_flat_tets=int(np.count_nonzero(graph.measures <= noise)),
+        n_turned_tets=int(np.count_nonzero(signed_volumes(mesh) < -noise)),
+        volume=_core.sum_of(graph.measures, checked_threads(None)),
+        bounds=(tuple(low), tuple(high)),
+        diagonal=graph.diagonal,
+    )
+
+
+def _cloud_info(cloud: PointCloud, weld: bool = True) -> CloudInfo:
+    threads = checked_threads(None)
+    graph = find_point_graph(cloud, threads)
+    low, high = cloud.bounds.tolist()
+    return CloudInfo(
+        n_points=cloud.n_points,
+        n_positions=_count_positions(cloud.points),
+        n_components=_count_components(graph),
+        n_isolated=int(np.count_nonzero(np.diff(graph.offsets) == 0)),
+        has_normals=cloud.normals is not None,
+        knows_turns=graph.knows_turns,
+        has_axes=cloud.axes is not None,
+        has_viewpoints=cloud.viewpoints is not None,
+        has_colors=cloud.colors is not None and bool(cloud.colors.any()),
+        are_colors_zero=cloud.colors is not None and not cloud.colors.any(),
+        colors_differ=cloud.colors is not None and bool(np.any(cloud.colors != cloud.colors[0])),
+        spacing=float(np.sqrt(np.median(graph.measures))),
+        area=_core.sum_of(graph.measures, threads),
+        bounds=(tuple(low), tuple(high)),
+        diagonal=graph.diagonal,
+    )
+
+
+_FACTS: dict[str, Callable[[Any, bool], Any]] = {
+    "triangles": _face_info,
+    "polygons": _face_info,
+    "tetrahedra": _tet_info,
+    "points": _cloud_info,
+}
+"""Functions that compute counts and sizes, keyed by `Kind.name`."""
+
+
+def _count_positions(points: Floats) -> int:
+    return len(np.unique(_core.weld_vertices(points, checked_threads(None))))
+
+
+def _count_components(graph: BaseGraph) -> int:
+    same_label = np.zeros(graph.n_cells, np.int32)
+    _, n_components = _core.find_components(graph.offsets, graph.neighbors, same_label)
+    return n_components

@@ -1,0 +1,282 @@
+"""Check the options that apply to each file, and segment one file."""
+
+from __future__ import annotations
+
+import inspect
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+
+from superfacets_textures.ply_texture import OF_TEXTURE
+from superfacets_textures.texels import subdivided_texture
+
+from ..base.checks import (
+    checked_count,
+    checked_flag,
+    checked_fraction,
+    checked_number,
+    checked_threads,
+)
+from ..base.errors import (
+    BalanceWarning,
+    FeatureWarning,
+    IslandWarning,
+    MeshError,
+    RadiusWarning,
+    SliverWarning,
+)
+from ..base.options import Progress, SizeOptions
+from ..base.timing import OnStage, timed
+from ..base.types import Array, Floats, Longs
+from ..clustering.result import Segmentation
+from ..files.attributes import MeshAttributes
+from ..files.named_features import features_of
+from ..files.writers.cells import FormatOptions
+from ..graph.constraints import sharp_edges, sharp_edges_inside
+from ..graph.kinds import kind_of
+from ..graph.point_graph import checked_viewpoint
+from ..graph.size import advised_max_edge
+from ..mesh.base import Cells
+from ..mesh.convert import as_mesh
+from ..mesh.point_cloud import PointCloud
+from ..pipeline import Options, segment
+from .subdivision import Subdivision, subdivide
+
+Load = Callable[[bool], tuple[Cells, MeshAttributes | None, dict[str, Array]]]
+"""Function that reads a file. Its argument says whether to read attributes in addition to cells. It
+returns the cells, the attributes, and arguments of `segment`: ``mask`` and ``barriers``, if any."""
+
+_NOT_OF_FILES = {"mesh", "features", "mask", "barriers", "cell_weights", "progress", "on_stage"}
+"""Parameters of `segment` that are not in `FileOptions.keywords`, mostly because they are arrays.
+The feature names in `FileOptions.features` replace the parameter `features`."""
+
+_DEFAULTS = {
+    name: parameter.default for name, parameter in inspect.signature(segment).parameters.items()
+}
+_OF_FILES = sorted(_DEFAULTS.keys() - _NOT_OF_FILES)
+"""Parameters of `segment` that are options for files."""
+
+
+@dataclass(frozen=True)
+class FileOptions:
+    """Checked options that apply to each file; they are parameters of `batch`."""
+
+    keywords: Mapping[str, Any]  # keyword arguments of `segment` that are not None
+    features: Sequence[str] = ()
+    subdivide: bool = False
+    max_edge: float | None = None
+    drop_attributes: bool = False
+    ascii: bool = False
+    label_name: str = "label"
+    vertex_labels: bool = False
+    force: bool = False
+    viewpoint: Sequence[float] | None = None
+    min_opacity: float = 0.0
+    mask_values: Sequence[int] = ()  # empty if there is no mask
+    labels_named: str = "label"
+
+    def __post_init__(self) -> None:
+        given = {name: value for name, value in self.keywords.items() if value is not None}
+        _check_keywords(given)
+        max_edge, viewpoint = self.max_edge, self.viewpoint
+        if max_edge is not None:
+            max_edge = checked_number(max_edge, "max_edge", zero=False)
+        checked: dict[str, Any] = {
+            "keywords": given,
+            "features": tuple(self.features),
+            "max_edge": max_edge,
+            "viewpoint": None if viewpoint is None else checked_viewpoint(viewpoint),
+            "min_opacity": checked_fraction(self.min_opacity, "min_opacity"),
+            "mask_values": tuple(
+                checked_count(value, "each of mask_values", low=0) for value in self.mask_values
+            ),
+        }
+        for name in ("subdivide", "drop_attributes", "ascii", "vertex_labels", "force"):
+            checked[name] = checked_flag(getattr(self, name), name)
+        checked["subdivide"] |= max_edge is not None
+        for name, value in checked.items():
+            object.__setattr__(self, name, value)
+
+    def form(self, endings: Sequence[str]) -> FormatOptions:
+        """Return options for output formats; raise an error if one has no effect on `endings`."""
+        return FormatOptions.checked(
+            endings, ascii=self.ascii, label_name=self.label_name,
+            vertex_labels=self.vertex_labels, force=self.force,
+        )  # fmt: skip
+
+    @property
+    def arguments(self) -> dict[str, Any]:
+        """Options as keyword arguments of `batch`, where tuples are converted to lists for JSON."""
+        own = {field.name: getattr(self, field.name) for field in fields(self)[1:]}
+        return {
+            name: list(value) if isinstance(value, tuple) else value
+            for name, value in {**self.keywords, **own}.items()
+        }
+
+    @property
+    def params(self) -> dict[str, Any]:
+        """Options that affect results and differ from their defaults, as JSON values."""
+        usual = {**_DEFAULTS, **FileOptions({}).arguments}
+        return {
+            name: value.item() if isinstance(value, np.generic) else value
+            for name, value in sorted(self.arguments.items())
+            if name not in ("n_threads", "force") and value != usual[name]
+        }
+
+
+def _check_keywords(keywords: Mapping[str, Any]) -> None:
+    """Raise an error if an argument of `segment` is unknown, invalid or an array."""
+    unknown = sorted(keywords.keys() - _OF_FILES)
+    if unknown:
+        names = ", ".join(_OF_FILES)
+        raise TypeError(f"{unknown[0]} is not an option for files; the options are {names}")
+    for name in ("weights", "init"):
+        given = keywords.get(name, _DEFAULTS[name])
+        if not isinstance(given, str) and given is not _DEFAULTS[name]:
+            raise TypeError(f"{name} must be a string, because an array would fit only one file")
+    Options.checked({**_DEFAULTS, **keywords})
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Result for one file: the data to write to its output files."""
+
+    mesh: Cells
+    attributes: MeshAttributes | None
+    result: Segmentation
+    listed: Longs | None = None  # labels of the input faces; None if the mesh was not subdivided
+    listed_mesh: Cells | None = None  # input mesh; None if the mesh was not subdivided
+    sharp_inside: Floats | None = None
+    """For each region, the fraction of the length of barrier edges that is inside the region, (K,).
+    None if there are no barrier edges, or if no `barrier_angle` was given."""
+    notes: tuple[str, ...] = ()  # warnings about features
+
+
+def segment_file(
+    load: Load,
+    options: FileOptions,
+    *,
+    holds_attributes: bool,
+    timings: dict[str, float],
+    barrier_angle: float | None = None,
+    progress: Progress | None = None,
+    on_stage: OnStage | None = None,
+) -> Outcome:
+    """Read, subdivide and segment one file, without writing results.
+
+    `holds_attributes` is True if an output file can store attributes of vertices and faces. The
+    times of the stages "mesh" and "subdivide" are added to `timings`. If `barrier_angle` is given,
+    all edges with at least this angle between the face normals, in degrees, are barriers.
+    """
+    keeps = not options.drop_attributes and holds_attributes
+    with timed(timings, "mesh", on_stage):
+        mesh, attributes, constraints = load(
+            keeps or bool(options.features) or options.min_opacity > 0
+        )
+        threads = checked_threads(options.keywords.get("n_threads"))
+        of_cells: dict[str, Any] = {**constraints}
+        if options.min_opacity > 0:
+            is_opaque = _opacities(attributes) >= options.min_opacity
+            if not is_opaque.any():
+                raise MeshError(
+                    f"no splat has an opacity >= {options.min_opacity:g}: lower min_opacity"
+                )
+            of_cells["mask"] = is_opaque & of_cells.get("mask", True)
+        is_kept = of_cells.get("mask")
+        features = features_of(options.features, mesh, attributes, threads, is_kept)
+        if features is not None:
+            of_cells["features"] = features
+        attributes = attributes if keeps else None
+    parts, given = None, mesh
+    if options.subdivide:
+        with timed(timings, "subdivide"):
+            parts = _subdivided(mesh, options)
+        mesh = parts.mesh
+        of_cells = {name: values[parts.sources] for name, values in of_cells.items()}
+        attributes = None if attributes is None else attributes_of_parts(attributes, given, parts)
+    if barrier_angle is not None:
+        of_cells["barriers"] = sharp_edges(as_mesh(mesh), barrier_angle, n_threads=threads)
+    seen = mesh if options.viewpoint is None else seen_from(options.viewpoint, mesh)
+    result, notes = _segmented(seen, of_cells, options, progress, on_stage)
+    outcome = Outcome(mesh, attributes, replace(result, cells=mesh), notes=notes)
+    if barrier_angle is not None and len(of_cells["barriers"]):
+        inside = sharp_edges_inside(as_mesh(mesh), result.labels, barrier_angle, n_threads=threads)
+        outcome = replace(outcome, sharp_inside=inside)
+    if parts is None:
+        return outcome
+    return replace(outcome, listed=parts.labels_back(result.labels), listed_mesh=given)
+
+
+def _opacities(attributes: MeshAttributes | None) -> Floats:
+    """Return the opacity of each splat, 0 to 1; raise a MeshError if an opacity is missing."""
+    stored = {} if attributes is None else attributes.vertex
+    if "opacity" not in stored:
+        raise MeshError("min_opacity needs Gaussian splats, but the file has no property opacity")
+    if np.isnan(stored["opacity"]).any():
+        first = np.flatnonzero(np.isnan(stored["opacity"]))[0]
+        raise MeshError(f"opacity[{first}] is nan: min_opacity needs the opacity of all splats")
+    with np.errstate(over="ignore"):  # converts logits to opacities
+        return np.asarray(1.0 / (1.0 + np.exp(-stored["opacity"].astype(np.float64))))
+
+
+def seen_from(viewpoint: Sequence[float], cells: Any) -> PointCloud:
+    """Return a cloud with `viewpoint`; raise a MeshError if the viewpoint would have no effect."""
+    if not kind_of(cells).are_points or cells.normals is not None:
+        raise MeshError("omit viewpoint: it is only for point clouds without normals")
+    return PointCloud(cells.points, None, cells.colors, cells.axes, np.array(viewpoint))
+
+
+def _subdivided(source: Cells, options: FileOptions) -> Subdivision:
+    """Subdivide a mesh to edges of at most `max_edge`, or of the advised length if it is None."""
+    mesh = as_mesh(source)
+    get = options.keywords.get
+    max_edge = options.max_edge
+    if max_edge is None:
+        asked = (get("n_segments"), get("radius"), get("expected_radius"))
+        max_edge = advised_max_edge(mesh, SizeOptions.checked(*asked, None))
+    return subdivide(mesh, max_edge, n_threads=get("n_threads"))
+
+
+def _segmented(
+    mesh: Cells, of_cells: Mapping[str, Any], options: FileOptions, progress: Progress | None,
+    on_stage: OnStage | None,
+) -> tuple[Segmentation, tuple[str, ...]]:  # fmt: skip
+    """Segment a mesh, and return warnings about features.
+
+    `n_segments` is reduced if there are fewer cells inside the mask.
+    """
+    keywords = dict(options.keywords)
+    if keywords.get("n_segments") is not None:
+        n_kept = int(of_cells["mask"].sum()) if "mask" in of_cells else mesh.n_cells
+        keywords["n_segments"] = min(keywords["n_segments"], max(n_kept, 1))  # 0 is for `segment`
+    with warnings.catch_warnings(record=True) as caught:
+        for kind in (IslandWarning, SliverWarning, BalanceWarning, RadiusWarning):
+            warnings.simplefilter("ignore", kind)  # `Segmentation` contains the same information
+        warnings.simplefilter("always", FeatureWarning)
+        result = segment(mesh, progress=progress, on_stage=on_stage, **keywords, **of_cells)
+    return result, tuple(str(warning.message) for warning in caught)
+
+
+def attributes_of_parts(
+    attributes: MeshAttributes, source: Cells, parts: Subdivision
+) -> MeshAttributes:
+    """Return the attributes of a mesh for the faces after subdivision.
+
+    `MeshAttributes.left_out` lists the attributes that cannot be converted.
+    """
+    left_out = [
+        *attributes.left_out,
+        *(f"vertex property {name}, which new vertices do not have" for name in attributes.vertex),
+    ]
+    face = {name: values[parts.sources] for name, values in attributes.face.items()}
+    texture = attributes.texture
+    if texture is not None:
+        face = {name: values for name, values in face.items() if name not in OF_TEXTURE}
+        texture = subdivided_texture(texture, as_mesh(source), parts.mesh, parts.sources)
+        if texture is None:
+            left_out.append("the texture, because subdivision replaces polygons by triangles")
+    return MeshAttributes(face=face, comments=attributes.comments, left_out=tuple(left_out),
+                          texture=texture)  # fmt: skip

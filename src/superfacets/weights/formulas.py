@@ -1,0 +1,550 @@
+"""Compute the weight of each arc from the distance and the angle between its two cells."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Literal, NamedTuple, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from ..base.checks import checked_choice, checked_number, checked_threads
+from ..base.types import Bytes, Floats
+from ..graph.cell_graph import BaseGraph
+from ..graph.face_graph import FaceGraph
+from ..graph.surface import Surface
+from ..mesh.convert import MeshLike, as_mesh
+
+SOLID = 0.3
+"""Shapes with at least this roundness y (defined in `crease_weights`) are not treated as hollow."""
+
+HOLLOW = 0.15
+"""Closed shapes with at most this roundness y (see `SOLID`) are treated as fully hollow."""
+
+MAX_EVENED = 0.25
+"""Cost of smooth convex edges on fully hollow shapes, relative to sharp concave edges."""
+
+STEPS = 1 << 16
+"""Number of steps between 0 and `MAX_EVENED`. `convex_share_of` rounds its result to one of these
+steps, so that small rounding errors in sums do not change the result."""
+
+TURN_BITS = 31
+"""`EdgeSums.turn` is an integer in units of about diagonal / 2**TURN_BITS."""
+
+
+def convex_share_of(turn: int, volume: float, area: float, diagonal: float) -> float:
+    """Return the relative cost of smooth convex edges, called s in `crease_weights`.
+
+    The cost is 0 for solid shapes and open meshes, and up to `MAX_EVENED` for hollow shapes.
+    `turn` is `EdgeSums.turn`. `volume` is the enclosed volume, or 0 for an open mesh.
+    """
+    if not volume or not area:
+        return 0.0
+    unit = math.ldexp(1.0, math.frexp(diagonal)[1] - 1 - TURN_BITS)
+    roundness = 3.0 * volume * (turn * unit / 2.0) / area**2
+    hollowness = min(max((SOLID - roundness) / (SOLID - HOLLOW), 0.0), 1.0)
+    return MAX_EVENED * round(STEPS * hollowness) / STEPS
+
+
+UNKNOWN_TURN = 0.5
+"""Cost of convex creases, relative to concave creases, for point clouds on which convex and concave
+creases cannot be distinguished. In a synthetic room without normals, 1.5 % of the points are in a
+region that mainly covers another wall. With a cost of 0, this fraction is 8.5 %, and with a cost of
+1, it is 1.4 %."""
+
+NO_NORMALS = np.empty((0, 3))
+"""Empty array in place of normals. If `_core` gets this array, it computes the normals of triangles
+itself."""
+
+MAX_SOFT = 2
+"""Maximum ratio `EdgeSums.n_soft` / `EdgeSums.n_sharp` of a machine part. In the benchmark, the
+ratio is at most 1.3 for machine parts, and at least 3.4 for other models that have sharp edges."""
+
+MACHINE_PART_FACTOR = 2.0
+"""Factor by which `EdgeFactors.ridges` is multiplied on machine parts. With a factor of 1, up to
+2 % of the ridges are not borders of regions."""
+
+CREASE_LIMIT_TURN = 59 / 180
+"""Minimum angle, divided by pi, of ridges that coarse cells must not cross on machine parts. If a
+coarse cell crossed a ridge, a side of the part that is narrower than the coarse cell would get no
+region of its own. The limit is 59 degrees, so that the ridges of a hexagonal prism (60 degrees) are
+included."""
+
+ALL_COUNT = np.empty(0, np.uint8)
+"""Value of the argument `counted` of `weights_and_sums` for sums over the edges of all faces."""
+
+
+WeightName = Literal["parts", "creases", "superfacets"]
+
+Weights: TypeAlias = Sequence[float] | npt.NDArray[np.floating[Any] | np.integer[Any]]
+"""Weights given by the caller, one per arc."""
+
+CellArrays = tuple[Floats, Floats, Floats]
+"""Three arrays: positions of all cells (N, 3), their areas (N,), and their unit normals (N, 3). The
+last array may be `NO_NORMALS`."""
+
+
+class EdgeFactors(NamedTuple):
+    """Parameters of the formulas for the weights of arcs."""
+
+    alpha: float  # cost of a concave edge with angle pi, as a multiple of `crease_length`
+    eta_convex: float  # cost of convex edges, relative to concave edges
+    crease_length: float  # length to which costs are proportional; 0 to use each edge's own length
+    ridges: float = 0.0  # cost of ridges (sharp convex edges), relative to concave edges
+    is_straight: bool = False  # whether distances are straight lines from centroid to centroid
+    convex_share: float = 0.0  # s in `crease_weights`: relative cost of smooth convex edges
+    all_sharp: bool = False  # whether all sharp convex edges are treated as ridges
+    slack: float = 0.0  # radians by which each angle is reduced, but not below 0
+
+    @classmethod
+    def of_radius(
+        cls, radius: float, alpha: float, eta_convex: float, ridges: float = 0.0
+    ) -> EdgeFactors:
+        """Return factors with `radius` as `crease_length`. If `radius` is 0, `alpha` becomes 0."""
+        return cls(alpha if radius else 0.0, eta_convex, radius, ridges)
+
+    def for_core(self, diagonal: float) -> _core.EdgeFactors:
+        """Convert the factors to a `_core` object. `diagonal` is d in `superfacet_weights`."""
+        return _core.EdgeFactors(diagonal=diagonal, **self._asdict())
+
+    def of_machine_part(self) -> EdgeFactors:
+        """Return the factors for machine parts: all sharp convex edges are ridges and cost more."""
+        return self._replace(all_sharp=True, ridges=MACHINE_PART_FACTOR * self.ridges)
+
+
+class EdgeSums(NamedTuple):
+    """Sums over the edges of a mesh, or of a part of a mesh. Boundary edges are not included.
+
+    The three counts are 0 unless ridges cost more than other convex edges.
+    """
+
+    # sum of length times angle of all edges except ridges, in the unit that `TURN_BITS` defines;
+    # angles of concave edges are negative
+    turn: int
+    n_edges: int  # number of edges
+    n_soft: int  # number of edges with an angle from 10.4 to less than 40 degrees
+    n_sharp: int  # number of convex edges with an angle of at least 40 degrees
+
+    @classmethod
+    def total(cls, parts: Iterable[EdgeSums]) -> EdgeSums:
+        """Add the sums over several parts of a mesh."""
+        return cls(*map(sum, zip(*parts, strict=True)))
+
+    @property
+    def are_of_machine_part(self) -> bool:
+        """Whether the mesh looks like a machine part.
+
+        This is the case if there are sharp edges, at most `MAX_SOFT` times as many soft edges, and
+        if both together are at most half of all edges.
+        """
+        is_sharp = self.n_sharp > 0 and self.n_soft <= MAX_SOFT * self.n_sharp
+        return is_sharp and 2 * (self.n_soft + self.n_sharp) <= self.n_edges
+
+
+class Weighed(NamedTuple):
+    """Weights of all arcs of a graph."""
+
+    weights: npt.ArrayLike  # (M,) weight of each arc
+    of_machine_part: bool = False  # whether the factors of `EdgeFactors.of_machine_part` were used
+
+
+def superfacet_weights(
+    mesh: MeshLike,
+    graph: FaceGraph,
+    *,
+    alpha: float = 200.0,
+    eta_convex: float = 0.2,
+    crease_length: float | None = None,
+    n_threads: int | None = None,
+) -> Floats:
+    r"""Return the weight of each arc: the distance on the surface plus a cost for creases.
+
+    For faces i and j with centroids c and a common edge e with midpoint m,
+
+    .. math:: w_{ij} = \frac{|c_i - m| + |m - c_j| + \alpha\,\eta\,|e|\,\theta / \pi}{d}
+
+    where theta is the angle between the normals, eta is 1 on a concave edge and `eta_convex` on a
+    convex edge, and d is the diagonal of the bounding box. To classify an edge, the signed height
+    of each centroid above the plane of the other face is computed. The edge is concave if the sum
+    of both heights is positive, and convex otherwise. With the default `crease_length`, the weights
+    do not change under rigid motion and uniform scaling. Time is linear in the number of arcs.
+
+    If two neighbors are inconsistently oriented, the normal of one face is flipped when the weight
+    of their arc is computed: the normal of the smaller face or, if the areas are equal, of the face
+    with the higher index. If a mesh is closed and its normals point inward, concave and convex are
+    swapped. If one of the faces has no normal, theta is 0.
+
+    Parameters
+    ----------
+    mesh : Mesh, PolygonMesh or mesh-like
+        Same as in `segment`.
+    graph : FaceGraph
+        The graph of the same mesh, from `build_face_graph`.
+    alpha : float, default 200.0
+        Weight of the angular term, >= 0. With 0, weights are distances.
+    eta_convex : float, default 0.2
+        Cost of convex edges relative to concave edges, >= 0.
+    crease_length : float, optional
+        Length that replaces \|e\| for all edges, > 0, in the unit of the vertices. By default,
+        \|e\| is the length of the edge, as in the paper. Creases then cost less in finer meshes,
+        although distances do not change. With the same length for all edges, such as the radius of
+        a region, the cost does not depend on the resolution, and `alpha` can be smaller.
+    n_threads : int, optional
+        Same as in `segment`.
+
+    Returns
+    -------
+    ndarray of float64, shape (M,)
+        Weight of each arc in units of d, finite and >= 0. An arc and its reverse arc have the same
+        weight. theta is from 0 (a flat edge) to pi radians (a surface that folds back on itself).
+
+    Raises
+    ------
+    MeshError
+        If the mesh is not valid or has no faces.
+    ValueError, TypeError
+        If a number is out of range, not finite or of the wrong type, or if the graph does not fit
+        the mesh, because it was built from another mesh.
+
+    References
+    ----------
+    Simari, Picciau and De Floriani, "Fast and Scalable Mesh Superfacets", 2014, equations 1 to 3.
+
+    Examples
+    --------
+    A square of side 1 is folded along its diagonal by 90 degrees, to a ridge and to a valley:
+
+    >>> from superfacets import Mesh, build_face_graph
+    >>> vertices = [[0, 0, 0], [1, 0, 0], [0, 0, 1], [0, 1, 0]]
+    >>> for faces in ([0, 1, 2], [0, 2, 3]), ([2, 1, 0], [3, 2, 0]):
+    ...     mesh = Mesh(vertices, faces)
+    ...     superfacet_weights(mesh, build_face_graph(mesh), alpha=10).round(3).tolist()
+    [1.008, 1.008]
+    [3.317, 3.317]
+    """
+    mesh = as_mesh(mesh)
+    threads = checked_threads(n_threads)
+    alpha = checked_number(alpha, "alpha", zero=True)
+    eta_convex = checked_number(eta_convex, "eta_convex", zero=True)
+    if crease_length is not None:
+        crease_length = checked_number(crease_length, "crease_length", zero=False)
+    surface = Surface.of_faces(mesh, graph, threads)
+    cells = (graph.positions, graph.measures, NO_NORMALS)
+    return weights_of(surface, cells, EdgeFactors(alpha, eta_convex, crease_length or 0.0))
+
+
+def crease_weights(
+    mesh: MeshLike,
+    graph: FaceGraph,
+    expected_radius: float,
+    *,
+    alpha: float = 20.0,
+    eta_convex: float = 0.0,
+    ridges: float = 0.35,
+    hollows: bool = True,
+    n_threads: int | None = None,
+) -> Floats:
+    r"""Return the weight of each arc, with a cost for creases that does not depend on resolution.
+
+    .. math:: w_{ij} = \frac{|c_i - m| + |m - c_j| + \alpha\,\eta\,r\,\theta / \pi}{d}
+
+    The expected radius r of a region replaces the length of the edge in `superfacet_weights`. When
+    a mesh is refined, its edges get shorter, so costs that are proportional to edge lengths
+    decrease relative to distances. With r, a path whose angles sum to theta costs the same on fine
+    and coarse meshes. All other rules are the same as in `superfacet_weights`.
+
+    By default, convex edges have no cost, except ridges: the sharp edges of machine parts. A ridge
+    is a convex edge with an angle of at least 40 degrees that satisfies two rules. First, all other
+    edges of its two faces have less than 0.3 times this angle. As an exception, for box corners, a
+    triangle may have one other edge of at least 40 degrees, and a polygon any number of them, if
+    the smaller angle is at least 0.7 times the larger angle. Second, the ridge continues: at each
+    end, it meets another edge that satisfies the first rule, an edge of three or more faces, or the
+    boundary of an open mesh.
+
+    On hollow shapes, such as a cup or a ring, the costs of smooth edges (of less than 40 degrees)
+    are changed, because the surface is about as concave as convex. If only concave edges had a
+    cost, all smooth edges on the inside would have a cost, and none on the outside. Let V be the
+    volume of a closed mesh, A its area, and M its total mean curvature. M is half the sum of length
+    times angle over all edges except ridges; angles of concave edges are negative. The roundness
+    :math:`y = 3 V M / A^2` is 1 for a ball, less for any other convex body, 3/4 for a long rod,
+    below 0.2 for cups, and about 0 or less for rings. If y is less than 0.3, smooth convex edges
+    have the relative cost s = min(2 - y / 0.15, 1) / 4 (or `eta_convex`, if this is larger), and
+    smooth concave edges have the relative cost 1 - s. Open and inconsistently oriented meshes are
+    never treated as hollow.
+
+    Parameters
+    ----------
+    mesh, graph, n_threads
+        Same as in `superfacet_weights`.
+    expected_radius : float
+        Expected radius r = sqrt(A / (pi k)) of regions, >= 0, in the unit of the vertices. In a
+        `Segmentation`, it is ``params["expected_radius"]``. With 0, weights are distances.
+    alpha : float, default 20.0
+        Cost of a concave edge with angle pi, in units of r, >= 0.
+    eta_convex : float, default 0.0
+        Cost of convex edges relative to concave edges, >= 0.
+    ridges : float, default 0.35
+        Cost of ridges relative to concave edges, >= 0. A cost below `eta_convex` has no effect.
+    hollows : bool, default True
+        Whether the costs of smooth edges are changed on hollow shapes.
+
+    Returns
+    -------
+    ndarray of float64, shape (M,)
+        Weight of each arc in units of d, finite and >= 0. An arc and its reverse arc have the same
+        weight.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is not valid or has no faces.
+    ValueError, TypeError
+        If a number is negative, not finite or of the wrong type, or if the graph does not fit the
+        mesh, because it was built from another mesh.
+
+    Examples
+    --------
+    >>> from superfacets import Mesh, build_face_graph
+    >>> valley = Mesh([[0, 0, 0], [1, 0, 0], [0, 0, 1], [0, 1, 0]], [[2, 1, 0], [3, 2, 0]])
+    >>> crease_weights(valley, build_face_graph(valley), 0.5, alpha=10).round(3).tolist()
+    [1.874, 1.874]
+
+    A ridge with the same angle costs about a third as much, and nothing with ``ridges=0``:
+
+    >>> ridge = Mesh(valley.vertices, [[0, 1, 2], [0, 2, 3]])
+    >>> crease_weights(ridge, build_face_graph(ridge), 0.5, alpha=10).round(3).tolist()
+    [0.936, 0.936]
+    >>> crease_weights(ridge, build_face_graph(ridge), 0.5, alpha=10, ridges=0).round(3).tolist()
+    [0.43, 0.43]
+    """
+    mesh = as_mesh(mesh)
+    threads = checked_threads(n_threads)
+    radius = checked_number(expected_radius, "expected_radius", zero=True)
+    factors = EdgeFactors.of_radius(
+        radius,
+        checked_number(alpha, "alpha", zero=True),
+        checked_number(eta_convex, "eta_convex", zero=True),
+        checked_number(ridges, "ridges", zero=True),
+    )
+    surface = Surface.of_faces(mesh, graph, threads)
+    cells = (graph.positions, graph.measures, NO_NORMALS)
+    if not hollows:
+        return weights_of(surface, cells, factors)
+    return np.asarray(_adapted_weights(surface, cells, factors).weights)
+
+
+def _crease_factors(radius: float, params: Mapping[str, float]) -> EdgeFactors:
+    factors = (params[name] for name in ("alpha", "eta_convex", "ridges"))
+    return EdgeFactors.of_radius(radius, *factors)._replace(slack=params.get("slack", 0.0))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Weight:
+    """A formula for arc weights, with its parameters and documentation."""
+
+    about: str
+    """Description of the formula in the documentation of `segment`."""
+    defaults: Mapping[str, float]
+    """Default values of parameters, keyed by the names of arguments of `segment`."""
+    compute: Callable[[Surface, CellArrays, float, Mapping[str, float]], Weighed]
+    """Function that computes the weights from a `Surface`, the `CellArrays` of its cells, the
+    expected radius of regions, and the parameters of the formula, keyed by name."""
+    has_parts: bool = False
+    """Whether `PartCosts` adds costs of arcs between parts of the shape to the weights."""
+    has_other_unit: bool = False
+    """Whether the weights have another unit than ``"creases"``. If so, the clean-up of regions does
+    not use these weights but recomputes the costs of borders, and the formula is not available for
+    cells without angles."""
+
+
+WEIGHTS: Mapping[WeightName, Weight] = {
+    "parts": Weight(
+        about='like ``"creases"``, but with straight lines between cells, arcs to cells two or'
+        " three arcs away, and a cost of arcs between parts of the shape, such as a finger and the"
+        " palm; this cost is proportional to distances in the `spectral_embedding`, 0 in volumes",
+        defaults={"alpha": 17.0, "eta_convex": 0.0, "ridges": 1.0, "gamma": 2.1},
+        compute=lambda surface, cells, radius, params: _adapted_weights(
+            surface, cells, _crease_factors(radius, params)._replace(is_straight=True)
+        ),
+        has_parts=True,
+    ),
+    "creases": Weight(
+        about="`crease_weights`, with costs of creases that do not depend on the resolution",
+        defaults={"alpha": 20.0, "eta_convex": 0.0, "ridges": 0.35},
+        compute=lambda surface, cells, radius, params: _adapted_weights(
+            surface, cells, _crease_factors(radius, params)
+        ),
+    ),
+    "superfacets": Weight(
+        about="`superfacet_weights`, the formula of the paper",
+        defaults={"alpha": 200.0, "eta_convex": 0.2},
+        compute=lambda surface, cells, _, params: Weighed(
+            weights_of(surface, cells, EdgeFactors(params["alpha"], params["eta_convex"], 0.0))
+        ),
+        has_other_unit=True,
+    ),
+}
+"""All formulas for weights, keyed by the values of the argument `weights` of `segment`."""
+
+
+@dataclass(frozen=True)
+class WeightOptions:
+    """Options for weights: a formula with parameters, or weights given by the caller."""
+
+    params: dict[str, Any]  # name and parameters of the formula, as in `Segmentation.params`
+    given: npt.ArrayLike | None  # (M,) weights given by the caller, or None to use a formula
+    usual: frozenset[str] = frozenset()  # names of parameters that the caller did not set
+    slack: float = 0.0  # see `EdgeFactors.slack`
+
+    @classmethod
+    def checked(
+        cls, weights: WeightName | Weights, alpha: float | None, eta_convex: float | None,
+        ridges: float | None = None,
+    ) -> WeightOptions:  # fmt: skip
+        """Check the arguments of `segment`, and ignore parameters that the formula does not use."""
+        given = {"alpha": alpha, "eta_convex": eta_convex, "ridges": ridges}
+        checked = {
+            name: checked_number(value, name, zero=True)
+            for name, value in given.items()
+            if value is not None
+        }
+        if not isinstance(weights, str):
+            return cls({"weights": "given"}, weights)
+        checked_choice(weights, "weights", tuple(WEIGHTS))
+        weight = WEIGHTS[weights]
+        params = {name: checked.get(name, usual) for name, usual in weight.defaults.items()}
+        return cls({"weights": weights, **params}, None, frozenset(params) - frozenset(checked))
+
+    def counting_both_turns(self) -> WeightOptions:
+        """Return options for clouds on which convex and concave creases cannot be distinguished.
+
+        The cost of convex creases becomes at least `UNKNOWN_TURN`, unless the caller has set
+        `eta_convex`, or the formula has no such parameter.
+        """
+        if "eta_convex" not in self.usual:
+            return self
+        eta = max(self.params["eta_convex"], UNKNOWN_TURN)
+        return replace(self, params={**self.params, "eta_convex": eta})
+
+    @property
+    def weight(self) -> Weight | None:
+        """The formula, or None if the caller gave weights."""
+        return WEIGHTS.get(self.params["weights"])
+
+    @property
+    def has_parts(self) -> bool:
+        """Value of `Weight.has_parts`; False if the caller gave weights."""
+        return self.weight is not None and self.weight.has_parts
+
+    @property
+    def has_other_unit(self) -> bool:
+        """Value of `Weight.has_other_unit`; False if the caller gave weights."""
+        return self.weight is not None and self.weight.has_other_unit
+
+    def crease_cost(self, radius: float) -> float:
+        """Return the length that a concave crease with angle pi adds to an arc, for this radius."""
+        return float(self.params["alpha"]) * radius
+
+    def crease_limit(self, radius: float) -> float:
+        """Return the minimum crease cost of arcs that coarse cells of machine parts never cross."""
+        ridges = MACHINE_PART_FACTOR * float(self.params["ridges"])
+        return CREASE_LIMIT_TURN * ridges * self.crease_cost(radius)
+
+
+def arc_weights(
+    surface: Surface,
+    faces: BaseGraph | Surface,
+    radius: float,
+    options: WeightOptions,
+    normals: Floats | None = None,
+) -> Weighed:
+    """Return one weight per arc of a mesh or cloud, for regions with the expected radius `radius`.
+
+    `faces` provides the positions and measures of the cells. The cells may also be points.
+    `normals` are the unit normals of faces, or None to let `_core` compute the normals.
+    """
+    if options.given is not None:
+        return Weighed(options.given)
+    cells = (faces.positions, faces.measures, NO_NORMALS if normals is None else normals)
+    assert options.weight is not None
+    params = {**options.params, "slack": options.slack}
+    return options.weight.compute(surface, cells, radius, params)
+
+
+def step_weights(surface: Surface, options: WeightOptions, plural: str) -> Weighed:
+    """Return the weights that the caller gave or, if there are none, the weights of `surface`.
+
+    The weights of `surface` are distances, or the weights of a `CellGraph`. `plural` is the noun
+    for the cells in messages. Raises a ValueError if the options ask for a formula that needs
+    angles.
+    """
+    if options.given is not None:
+        return Weighed(options.given)
+    if options.has_other_unit:
+        name = options.params["weights"]
+        raise ValueError(
+            f"weights={name!r} needs the angles between faces: leave weights out for {plural}"
+        )
+    assert surface.weights is not None
+    return Weighed(surface.weights)
+
+
+def creases_of(surface: Surface, radius: float, ridges: float | None = None) -> Floats:
+    """Return `crease_weights` with default parameters (except `ridges`) and ``hollows=False``."""
+    factors = _crease_factors(radius, WEIGHTS["creases"].defaults)
+    if ridges is not None:
+        factors = factors._replace(ridges=ridges)
+    return weights_of(surface, (surface.positions, surface.measures, NO_NORMALS), factors)
+
+
+def weights_of(surface: Surface, cells: CellArrays, factors: EdgeFactors) -> Floats:
+    """Return one weight per arc, computed with equations 1 to 3 of the paper and these factors."""
+    if isinstance(surface.handle, _core.PointSurface):
+        core_factors = factors.for_core(surface.diagonal)
+        return _core.point_weights(surface.handle, core_factors, surface.n_threads)
+    return weights_and_sums(surface, cells, factors, None)[0]
+
+
+def weights_and_sums(
+    surface: Surface, cells: CellArrays, factors: EdgeFactors, counted: Bytes | None
+) -> tuple[Floats, EdgeSums]:
+    """Return the weights of arcs between faces, and the `EdgeSums` of the edges.
+
+    An edge is included in the sums if its face with the lower index has a nonzero entry in
+    `counted`, shape (N,). If `counted` is `ALL_COUNT` or None, all edges are included. For None,
+    `EdgeSums.turn` is not computed, and is 0.
+    """
+    handle, n_threads = surface.handle, surface.n_threads
+    costs, wants_turn = factors.for_core(surface.diagonal), counted is not None
+    is_counted = ALL_COUNT if counted is None else counted
+    if isinstance(handle, _core.TriangleSurface):
+        found = _core.triangle_weights(handle, *cells, costs, wants_turn, is_counted, n_threads)
+    else:
+        found = _core.surface_weights(handle, costs, wants_turn, is_counted, n_threads)
+    weights, sums = found
+    return weights, EdgeSums(*sums)
+
+
+def _adapted_weights(surface: Surface, cells: CellArrays, factors: EdgeFactors) -> Weighed:
+    """Return the result of `weights_of`, with costs adapted to hollow shapes and machine parts.
+
+    On hollow shapes, smooth convex edges also have a cost, and smooth concave edges cost less. If
+    `factors.is_straight` is true, all sharp convex edges of machine parts are ridges. The weights
+    of point clouds are not adapted.
+    """
+    if isinstance(surface.handle, _core.PointSurface) or not factors.alpha:
+        return Weighed(weights_of(surface, cells, factors))
+    is_closed = surface.volume > 0.0
+    weights, sums = weights_and_sums(surface, cells, factors, ALL_COUNT if is_closed else None)
+    of_machine_part = factors.is_straight and sums.are_of_machine_part
+    adapted = factors.of_machine_part() if of_machine_part else factors
+    if is_closed:
+        area = _core.sum_of(cells[1], surface.n_threads)
+        convex_share = convex_share_of(sums.turn, surface.volume, area, surface.diagonal)
+        adapted = adapted._replace(convex_share=convex_share)
+    if adapted != factors:
+        weights, _ = weights_and_sums(surface, cells, adapted, None)
+    return Weighed(weights, of_machine_part)

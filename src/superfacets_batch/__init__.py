@@ -1,0 +1,1 @@
+"""Segment many files, one after the other or on Dask workers."""

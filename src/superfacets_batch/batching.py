@@ -1,0 +1,431 @@
+"""The function `batch`, which finds files, segments each file, and records the results."""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+import time
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from superfacets import __version__
+from superfacets.base.checks import checked_callable, checked_count, checked_number, checked_threads
+from superfacets.base.errors import MissingExtraError, is_installed
+from superfacets.files.atomic import StrPath, locked, remove_leftovers
+from superfacets.files.writers.write import ENDING_OF_FORMAT
+from superfacets.tools.segment_file import FileOptions
+from superfacets.tools.sources import (
+    Source,
+    check_outputs_differ,
+    find_sources,
+    output_names,
+    result_ending,
+)
+
+from .cluster import Crew, local_crew, remote_crew
+from .jobs import BatchJob, Record, cells_of, failed, hash_of, memory_of, run_job
+from .manifest import Manifest
+
+MANIFEST = "manifest.jsonl"
+"""Name of the manifest in the output folder."""
+
+MEMORY_SHARE = 0.8
+"""A file is large if its estimated memory exceeds this fraction of `Crew.share`, the memory per
+thread of a worker. The fraction is below 1, because estimates may be too low."""
+
+MOST_ENDS = 2
+"""A file is not processed again after this number of processes ended while processing it."""
+
+START_CELLS = 2_000
+"""Fixed time per file, as the number of cells that can be processed in the same time."""
+
+
+@dataclass(frozen=True)
+class BatchResult:
+    """Result of `batch`: one record per file, and counts.
+
+    Parameters
+    ----------
+    records : tuple of dict
+        Record of each input file, as in `manifest.jsonl`, in the order of the inputs. A record has
+        ``name``, ``input``, ``version``, ``params`` and ``sha256``. It also has ``error`` if the
+        file failed, and otherwise ``cells``, ``regions``, ``seconds`` and ``outputs``.
+    n_done : int
+        Number of files that were segmented by this call.
+    n_kept : int
+        Number of files that were skipped because they had valid results.
+    n_failed : int
+        Number of files that failed, in this call or in an earlier call.
+    n_cells : int
+        Number of cells of the files that were segmented by this call.
+    seconds : float
+        Wall time in seconds.
+    notes : tuple of str
+        Messages about ignored lines of `manifest.jsonl`, and about the number of workers.
+    """
+
+    records: tuple[Record, ...]
+    n_done: int
+    n_kept: int
+    n_failed: int
+    n_cells: int
+    seconds: float
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class BatchProgress:
+    """Progress of a batch, reported after each file.
+
+    Parameters
+    ----------
+    record : dict
+        Record of the file, as in `BatchResult`.
+    n_ended : int
+        Number of files processed so far, including failed files.
+    n_files : int
+        Number of files that this call must process.
+    n_cells : int
+        Total number of cells of the files segmented so far.
+    seconds : float
+        Wall time since the start, in seconds.
+    seconds_left : float
+        Remaining time in seconds, estimated from the sizes of the files.
+    """
+
+    record: Record
+    n_ended: int
+    n_files: int
+    n_cells: int
+    seconds: float
+    seconds_left: float
+
+
+def batch(
+    inputs: StrPath | Iterable[StrPath],
+    output_folder: StrPath,
+    *,
+    formats: Sequence[str] = (),
+    scheduler: str | None = None,
+    workers: int | None = None,
+    timeout: float | None = None,
+    retry_failed: bool = False,
+    progress: Callable[[BatchProgress], object] | None = None,
+    features: Sequence[str] = (),
+    subdivide: bool = False,
+    max_edge: float | None = None,
+    drop_attributes: bool = False,
+    ascii: bool = False,
+    label_name: str = "label",
+    vertex_labels: bool = False,
+    force: bool = False,
+    viewpoint: Sequence[float] | None = None,
+    min_opacity: float = 0.0,
+    mask_values: Sequence[int] = (),
+    labels_named: str = "label",
+    **options: Any,
+) -> BatchResult:
+    """Segment many files, on all cores or on a cluster, and write their labels to a folder.
+
+    If a file fails, the batch continues. A second call skips files that are already processed,
+    unless the input file, the parameters or the version of the package have changed, or results are
+    missing or damaged. Files that failed are skipped, too, unless `retry_failed` is true.
+
+    Parameters
+    ----------
+    inputs : path-like, or iterable of these
+        One or several inputs. An input is a file, a folder, a pattern or a list. A folder is
+        searched recursively for files other than ``.csv``, ``.txt`` and ``.npy``.
+        ``"scans/**/*.ply"`` is a pattern. ``"@list.txt"`` is a list, a text file with one path per
+        line, relative to the folder of this file.
+    output_folder : path-like
+        Folder of the results, which is created if it is missing. ``manifest.jsonl`` has one record
+        per file. Results have names such as ``NAME.superfacets.ply``, and are in the same subfolder
+        as their input.
+    formats : sequence of str, optional
+        Formats of the results, for example ``"ply"`` or ``"npy"``. The name of a format is its file
+        ending in `write_mesh` or `write_labels`, without the leading dot or underscore. The default
+        is PLY, or VTU for tetrahedra.
+    scheduler : str, optional
+        Address of a Dask scheduler, for example ``"tcp://10.0.0.1:8786"``. Its workers must have
+        the same version of the package, and access to all files at the same paths.
+    workers : int, optional
+        Number of worker processes on this machine, by default one per core if Dask is installed and
+        there are several files to process, else 1. Each worker processes one file at a time, on one
+        thread unless ``n_threads`` is given. With 1, files are processed in this process, one after
+        the other, on all cores: a file that crashes this process or does not end stops the batch,
+        and the next call continues with the files after it. Cannot be combined with `scheduler`.
+    timeout : float, optional
+        Maximum time for a file in seconds. A file that takes longer is recorded as failed, and its
+        worker restarts. By default, there is no maximum. Needs several workers or a scheduler.
+    retry_failed : bool, default False
+        Whether to process failed files again even if nothing has changed.
+    progress : callable, optional
+        Function called with a `BatchProgress` after each file.
+    features : sequence of str, optional
+        Features that borders follow in addition to creases: ``"color"``, ``"normals"``,
+        ``"height"``, or properties of the cells or vertices in the files.
+    subdivide : bool, default False
+        Whether to bisect edges longer than a quarter of the radius of a region before segmentation.
+        Label files still have one label for each face of the input file.
+    max_edge : float, optional
+        Maximum edge length after subdivision, in the unit of the file. Implies `subdivide`.
+    drop_attributes : bool, default False
+        Whether to omit attributes of the input files, such as normals, from the results.
+    ascii : bool, default False
+        Whether to write text instead of binary data, in formats that support both.
+    label_name, vertex_labels, force
+        Same as in `write_mesh`.
+    viewpoint : sequence of float, length 3, optional
+        Position of the sensor for point clouds without normals, as in `estimate_normals`.
+    min_opacity : float, default 0.0
+        Minimum opacity of Gaussian splats, 0 to 1. Splats with a lower opacity get the label -1.
+        The property ``opacity`` of the file contains opacities as logits.
+    mask_values : sequence of int, optional
+        Values >= 0 of cells to segment, such as a class of lidar points. Cells with other values
+        get the label -1. By default, all cells are segmented.
+    labels_named : str, default "label"
+        Property of the files that contains the values, such as ``"classification"``.
+    **options
+        Other options of `segment`, except arrays, `progress` and `on_stage`.
+
+    Returns
+    -------
+    BatchResult
+        Record of each file, and counts.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If a parameter is invalid, if two files would have the same result, or if another process
+        writes to the folder.
+    OSError
+        If no file is found, if a folder cannot be read or written, or if the disk is full. A
+        ConnectionError if there is no scheduler or no worker, or if a worker has another version of
+        the package or cannot access the folder. Results that are already complete are kept.
+    MissingExtraError
+        If Dask is missing for several workers or for a scheduler.
+
+    Notes
+    -----
+    Large files, and files whose worker ended, for example because it ran out of memory, are
+    processed last, one at a time, with all memory of this machine or, on a cluster, of one worker.
+    A file is large if its estimated memory exceeds 80% of the memory of a worker per thread. If the
+    worker of a file ends again, the file is recorded as failed.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> import superfacets
+    >>> with TemporaryDirectory() as folder:
+    ...     path = Path(folder, "bear.ply")
+    ...     superfacets.write_mesh(path, superfacets.sample_mesh(5_000))
+    ...     result = superfacets.batch(path, Path(folder, "out"), formats=["npy"], n_segments=20)
+    ...     again = superfacets.batch(path, Path(folder, "out"), formats=["npy"], n_segments=20)
+    ...     sorted(found.name for found in Path(folder, "out").glob("[!.]*"))
+    ['bear.superfacets.npy', 'manifest.jsonl']
+    >>> result.records[0]["regions"], result.n_done, again.n_done, again.n_kept
+    (20, 1, 0, 1)
+    """
+    for name, value in (("formats", formats), ("features", features)):
+        if isinstance(value, str):
+            raise TypeError(f"{name} must be a sequence of names, got {value!r}")
+    file_options = FileOptions(
+        options, features, subdivide, max_edge, drop_attributes, ascii, label_name, vertex_labels,
+        force, viewpoint, min_opacity, mask_values, labels_named,
+    )  # fmt: skip
+    notes: list[str] = []
+    n_workers = _checked_workers(workers, scheduler, timeout, notes)
+    if timeout is not None:
+        timeout = checked_number(timeout, "timeout", zero=False)
+    checked_callable(progress, "progress")
+    began = time.perf_counter()
+    folder = Path(output_folder).absolute()
+    jobs = _plan(inputs, folder, formats, file_options)
+    with locked(folder), Manifest(folder / MANIFEST) as manifest, _tidied(jobs):
+        todo = _todo(jobs, manifest, retry_failed=retry_failed)
+        tally = _Tally(todo)
+        if scheduler is not None:
+            at = partial(remote_crew, scheduler, str(folder))
+            work = _in_crews(todo, at, at, timeout)
+        elif min(n_workers, len(todo)) > 1 or timeout is not None:
+            many = partial(local_crew, min(n_workers, len(todo)))
+            work = _in_crews(todo, many, partial(local_crew, 1, checked_threads(None)), timeout)
+        else:
+            work = _in_turn(todo, manifest)
+        with contextlib.closing(work) as ends:
+            for job, record in ends:
+                manifest.append(record)
+                tally.count(job, record)
+                if progress is not None:
+                    progress(tally.seen(record))
+        records = tuple(manifest.records[job.name] for job in jobs)
+    n_failed = sum("error" in record for record in records)
+    return BatchResult(
+        records, tally.n_done, len(jobs) - n_failed - tally.n_done, n_failed, tally.n_cells,
+        time.perf_counter() - began, (*manifest.notes, *notes),
+    )  # fmt: skip
+
+
+def _checked_workers(
+    workers: int | None, scheduler: object, timeout: float | None, notes: list[str]
+) -> int:
+    """Return the number of workers on this machine; without Dask, 1, with a note."""
+    if workers is not None:
+        if scheduler is not None:
+            raise ValueError("pass scheduler or workers, not both: a scheduler has its own workers")
+        checked_count(workers, "workers")
+    elif scheduler is None:
+        workers = checked_threads(None)
+        if workers > 1 and not is_installed("distributed"):
+            workers = 1
+            advice = str(MissingExtraError("several workers", "batch"))
+            notes.append(f"files are processed one after the other: {advice}")
+    if timeout is not None and scheduler is None and workers == 1:
+        raise ValueError("timeout needs several workers or a scheduler")
+    return workers or 1
+
+
+def _plan(
+    inputs: StrPath | Iterable[StrPath], folder: Path, formats: Sequence[str], options: FileOptions
+) -> list[BatchJob]:
+    """Return a job for each file, even if it has results."""
+    for name in formats:
+        if name not in ENDING_OF_FORMAT or formats.count(name) > 1:
+            known = ", ".join(ENDING_OF_FORMAT)
+            what = "an unknown name" if name not in ENDING_OF_FORMAT else "a repeated name"
+            raise ValueError(f"formats has {what}, {name!r}: use distinct names from {known}")
+    endings = tuple(ENDING_OF_FORMAT[name] for name in formats)
+    sources = find_sources(inputs)
+    options.form(endings or [result_ending(source.name) for source in sources])
+    check_outputs_differ(sources, endings)
+    params = {**options.params, "formats": list(formats)}
+
+    def job_of(source: Source) -> BatchJob:
+        head = {
+            "name": source.name, "input": source.input, "version": __version__, "params": params,
+        }  # fmt: skip
+        names = output_names(source.name, endings)
+        path = str(Path(source.input).absolute())
+        return BatchJob(head, path, str(folder), names, options)
+
+    return [job_of(source) for source in sources]
+
+
+@contextlib.contextmanager
+def _tidied(jobs: Sequence[BatchJob]) -> Iterator[None]:
+    """Remove temporary files of killed processes, before and after the `with` block."""
+    files = [path for job in jobs for path in job.files]
+    remove_leftovers(files, older_than=0.0)
+    try:
+        yield
+    finally:
+        remove_leftovers(files, older_than=0.0)
+
+
+def _todo(jobs: Sequence[BatchJob], manifest: Manifest, *, retry_failed: bool) -> list[BatchJob]:
+    """Return the jobs that must run; see `batch` for the rules.
+
+    Hashes show whether results and input files have changed.
+    """
+    if not manifest.records:
+        return list(jobs)
+    from concurrent.futures import ThreadPoolExecutor
+
+    stop = threading.Event()
+
+    def is_done(job: BatchJob) -> bool:
+        record = manifest.records.get(job.name)
+        if record is None or (retry_failed and "error" in record):
+            return False
+        if any(record.get(key) != job.head[key] for key in ("version", "params")):
+            return False
+        outputs = record.get("outputs", {})
+        hashes = {} if "error" in record else {name: outputs.get(name) for name in job.outputs}
+        if any(
+            known is None or hash_of(Path(job.folder, name), stop) != known
+            for name, known in hashes.items()
+        ):
+            return False
+        return hash_of(job.path, stop) == record.get("sha256")
+
+    pool = ThreadPoolExecutor()
+    try:
+        return [job for job, done in zip(jobs, pool.map(is_done, jobs), strict=True) if not done]
+    finally:  # also after Ctrl-C, so that threads stop hashing
+        stop.set()
+        pool.shutdown(cancel_futures=True)
+
+
+def _in_turn(jobs: Sequence[BatchJob], manifest: Manifest) -> Generator[tuple[BatchJob, Record]]:
+    """Run jobs in this process, and yield each job with its record.
+
+    Jobs during which an earlier process ended come last. If it happened twice, the job has failed.
+    """
+    for job in sorted(jobs, key=lambda job: manifest.n_begun(job.name)):
+        if manifest.n_begun(job.name) >= MOST_ENDS:
+            yield job, failed(job, "the process ended twice while it processed this file")
+            continue
+        manifest.begin(job.name)
+        try:
+            record = run_job(job)
+        except BaseException:  # such as Ctrl-C, which is not an error of the file
+            manifest.take_back(job.name)
+            raise
+        yield job, record
+
+
+OpenCrew = Callable[[], contextlib.AbstractContextManager[Crew]]
+
+
+def _in_crews(
+    jobs: Sequence[BatchJob], open_many: OpenCrew, open_one: OpenCrew, timeout: float | None
+) -> Generator[tuple[BatchJob, Record]]:
+    """Run all jobs that fit in the memory of a worker, then all other jobs one at a time.
+
+    Jobs whose worker ended are repeated together with these other jobs.
+    """
+    needs = {job.name: memory_of(job.path) for job in jobs}
+    with open_many() as crew:
+        room = MEMORY_SHARE * crew.share
+        fitting = sorted(
+            (job for job in jobs if needs[job.name] <= room), key=lambda job: -needs[job.name]
+        )
+        alone = [job for job in jobs if needs[job.name] > room]
+        for job, record in crew.run(fitting, timeout=timeout):
+            if record is None:
+                alone.append(job)
+            else:
+                yield job, record
+    if not alone:
+        return
+    with open_one() as crew:
+        for job, record in crew.run(alone, timeout=timeout, is_alone=True):
+            yield job, record or failed(job, "a worker ended during this file (out of memory?)")
+
+
+class _Tally:
+    """Counts finished files, and estimates the remaining time from the sizes of files."""
+
+    def __init__(self, jobs: Sequence[BatchJob]) -> None:
+        self.n_done = self.n_cells = 0
+        self._n_ended, self._n_files = 0, len(jobs)
+        self._work = {job.name: START_CELLS + cells_of(job.path) for job in jobs}
+        self._left = self._all = sum(self._work.values())
+        self._began = time.perf_counter()
+
+    def count(self, job: BatchJob, record: Record) -> None:
+        self._n_ended += 1
+        self._left -= self._work[job.name]
+        if "error" not in record:
+            self.n_done += 1
+            self.n_cells += record["cells"]
+
+    def seen(self, record: Record) -> BatchProgress:
+        spent = time.perf_counter() - self._began
+        left = spent * self._left / (self._all - self._left)
+        return BatchProgress(record, self._n_ended, self._n_files, self.n_cells, spent, left)

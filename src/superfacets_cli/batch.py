@@ -1,0 +1,122 @@
+"""The command ``superfacets batch``."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import click
+
+from superfacets.base.checks import counted
+from superfacets.files.writers.write import ENDING_OF_FORMAT
+from superfacets_batch.batching import MANIFEST, BatchProgress, BatchResult, batch
+
+from .failures import EXIT_DATA, print_error, print_notes
+from .inputs import mask_values_option
+from .interrupts import soon_ended
+from .options import (
+    COUNT,
+    FLAG,
+    FOLDER,
+    POSITIVE,
+    json_option,
+    labels_named_option,
+    option,
+    options,
+    quiet_option,
+)
+from .outputs import check_mask, listed_formats
+from .progress import FileBar
+from .segment_options import SegmentCommand, file_options, options_of, segment_options
+
+
+@click.command("batch", cls=SegmentCommand)
+@click.argument("inputs", metavar="IN...", nargs=-1, required=True)
+@options(
+    option("-o --output DIR", FOLDER,
+           "Folder for the results and the manifest. Its subfolders mirror the folders of IN.",
+           required=True),
+    option("--to --format formats LIST", None,
+           "Comma-separated formats of the results, such as npy,ply.  [default: ply; vtu for"
+           " tetrahedra]",
+           multiple=True, callback=listed_formats),
+    option("--workers", COUNT,
+           "Number of worker processes on this machine; with 1, files are processed one after the"
+           " other in this process.  [default: one per core if Dask is installed, else 1]"),
+    option("--scheduler ADDRESS", None,
+           "Address of a Dask scheduler, such as tcp://10.0.0.1:8786."),
+    option("--timeout SECONDS", POSITIVE,
+           "Maximum time per file: a file that takes longer fails, and its worker restarts."
+           "  [default: no maximum]"),
+    option("--retry-failed", FLAG, "Retry files that failed in an earlier run."),
+    segment_options,
+    mask_values_option,
+    labels_named_option,
+    file_options,
+    quiet_option,
+    json_option("the summary as a JSON object"),
+)  # fmt: skip
+@click.pass_context
+def batch_command(
+    ctx: click.Context, /, inputs: tuple[str, ...], output: Path, formats: tuple[str, ...],
+    workers: int | None, scheduler: str | None, timeout: float | None, retry_failed: bool,
+    is_quiet: bool, as_json: bool, **given: Any,
+) -> None:  # fmt: skip
+    """Segment thousands of files on all cores, or on a cluster.
+
+    Each IN is a file, a folder, a quoted pattern ("scans/**/*.ply"), or @LIST, a text file with one
+    path per line. DIR/manifest.jsonl gets one line per file. A second run segments only files that
+    have no valid result yet. If a file fails, the remaining files are still processed, and the exit
+    status is 1.
+    """
+    arguments = options_of(**given).arguments
+    endings = [ENDING_OF_FORMAT[name] for name in formats]
+    check_mask(endings, has_mask=bool(arguments["mask_values"]))
+    tried: list[str] = []
+    with FileBar(is_quiet=is_quiet) as bar, soon_ended():
+
+        def progress(state: BatchProgress) -> None:
+            bar.draw(state)
+            if "error" in state.record:
+                tried.append(state.record["name"])
+                with bar.paused():
+                    print_error(_failure(state.record))
+
+        result = batch(
+            inputs, output, formats=formats, scheduler=scheduler, workers=workers,
+            timeout=timeout, retry_failed=retry_failed, progress=progress, **arguments,
+        )  # fmt: skip
+    print_notes(result.notes)
+    if as_json:
+        click.echo(json.dumps(_facts(result, output)))
+    elif not is_quiet:
+        click.echo(_summary(result))
+    if result.n_failed:
+        failed = f"{result.n_failed} of {counted(len(result.records), 'file')} failed"
+        if not tried:
+            failed += " in an earlier run: retry with --retry-failed"
+        print_error(failed)
+        ctx.exit(EXIT_DATA)
+
+
+def _failure(record: dict[str, Any]) -> str:
+    """Return the error message of a failed file; add the file name if the message lacks it."""
+    name, error = record["input"], record["error"]
+    return error if name in error else f"{name}: {error}"
+
+
+def _facts(result: BatchResult, output: Path) -> dict[str, Any]:
+    counts = {name: getattr(result, name) for name in ("n_done", "n_kept", "n_failed", "n_cells")}
+    failed = {record["name"]: record["error"] for record in result.records if "error" in record}
+    facts = {"n_files": len(result.records), **counts, "seconds": result.seconds}
+    return {**facts, "manifest": str(output / MANIFEST), "failed": failed}
+
+
+def _summary(result: BatchResult) -> str:
+    pace = result.n_cells / result.seconds
+    kept = f", {result.n_kept} done before" if result.n_kept else ""
+    return (
+        f"{counted(result.n_done, 'file')} done{kept}; {counted(result.n_cells, 'cell')} in"
+        f" {result.seconds:.1f} s, {pace:,.0f} cells/s"
+    )

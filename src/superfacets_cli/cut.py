@@ -1,0 +1,85 @@
+"""The command ``superfacets cut``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+
+from superfacets.base.checks import counted, ranked_labels
+from superfacets.base.errors import MeshError
+from superfacets.base.types import Ints
+from superfacets.files.writers.write import check_fit
+from superfacets.graph.kinds import kind_of
+from superfacets.graph.size import DEFAULT_N_SEGMENTS
+from superfacets.mesh.convert import as_mesh
+from superfacets.mesh.faces import FaceMesh
+from superfacets.pipeline import segment
+from superfacets.regions.border_cut import BorderCut, cut_borders
+
+from .inputs import Input, labels_beside, read_input
+from .interrupts import run_in_background
+from .options import COUNT, FILE, format_option, option
+from .outputs import OneRun, one_output_options
+
+
+@click.command("cut")
+@click.argument("mesh", metavar="IN", type=FILE)
+@option(
+    "-n --n-segments", COUNT,
+    "Segment the mesh into this many regions first.  [default: use the labels in IN; if IN has no"
+    f" labels, {DEFAULT_N_SEGMENTS}]",
+)  # fmt: skip
+@option(
+    "--labels L", FILE,
+    "Label file with the regions of IN, instead of -n: .npy, .seg, .txt, or labeled .ply or .vtp.",
+)  # fmt: skip
+@one_output_options("the cut mesh with its labels, or the labels of its faces alone", "IN")
+@format_option("IN")
+def cut_command(
+    mesh: Path, n_segments: int | None, labels: Path | None, format: str | None, **given: Any
+) -> None:
+    """Cut a mesh along smooth borders of its regions.
+
+    Borders between regions zigzag along mesh edges. This command replaces the borders by smooth
+    curves, and cuts faces along these curves. Borders that follow creases do not change, and closed
+    meshes stay closed.
+    """
+    if n_segments is not None and labels is not None:
+        raise click.UsageError("give -n or --labels, not both")
+    run = OneRun(mesh, [] if labels is None else [labels], given)
+
+    def compute() -> tuple[BorderCut, Ints]:
+        source = read_input(str(mesh), format)
+        surface = _surface_of(source)
+        check_fit(surface, None, run.job.endings, run.form)
+        found = None
+        if n_segments is None:
+            found = labels_beside(source, labels, surface, run.labels_named, is_quiet=run.is_quiet)
+        if found is None:
+            found = segment(surface, n_segments, n_threads=run.n_threads).labels
+        compact, names = ranked_labels(found)  # label numbers in a file may have gaps
+        if not len(names):
+            raise MeshError(f"{labels or mesh}: no face is in a region: all labels are -1")
+        return cut_borders(surface, compact, n_threads=run.n_threads), names
+
+    cut, names = run_in_background(compute)
+    run.write(cut.mesh, np.append(names, -1)[cut.labels].astype(np.int32))
+    n_regions, n_kept = len(cut.is_kept), int(np.count_nonzero(cut.is_kept))
+    n_new = cut.mesh.n_faces
+    facts = {
+        "n_faces": cut.n_sources, "n_regions": n_regions, "n_new_faces": n_new, "n_kept": n_kept,
+    }  # fmt: skip
+    kept = f" ({n_kept} kept their old borders)" if n_kept else ""
+    faces = f"{counted(cut.n_sources, 'face')} cut into {n_new}"
+    run.report(facts, f"{faces}, {counted(n_regions, 'region')}{kept}")
+
+
+def _surface_of(source: Input) -> FaceMesh:
+    cells = source.cells()
+    kind = kind_of(cells)
+    if not kind.has_faces:
+        raise MeshError(f"{source.text}: expected a mesh of faces to cut, got {kind.plural}")
+    return as_mesh(cells)

@@ -1,0 +1,41 @@
+"""The command ``superfacets demo``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from superfacets.base.timing import timed
+from superfacets.files.atomic import output_folder
+from superfacets.files.writers.write import write_outputs
+from superfacets.pipeline import segment
+
+from .options import FOLDER, option
+from .progress import RunBar
+from .report import summary_of
+
+
+@click.command("demo")
+@option("-o --output DIR", FOLDER, "Folder for the results.", default=Path("superfacets-demo"))
+def demo_command(output: Path) -> None:
+    """Segment the sample mesh of the package.
+
+    The labeled mesh and a picture of the mesh are written to DIR.
+    """
+    from superfacets.tools.sample import sample_mesh
+    from superfacets_show.rendering import check_rendering, render
+
+    check_rendering()
+    click.get_current_context().with_resource(output_folder(output))
+    labeled, picture = output / "bear.superfacets.ply", output / "bear.superfacets.png"
+    timings: dict[str, float] = {}
+    with RunBar("bear") as bar:
+        with timed(timings, "mesh", bar.on_stage):
+            surface = sample_mesh()
+        result = segment(surface, progress=bar.on_iteration, on_stage=bar.on_stage)
+        with timed(timings, "export", bar.on_stage):
+            write_outputs([labeled], surface, result.labels)
+    click.echo(f"wrote {labeled}\nbear: {summary_of(result, {**result.timings, **timings})}")
+    render(surface, result.labels, output=picture)
+    click.echo(f"wrote {picture}")

@@ -1,0 +1,81 @@
+"""Print error messages and notes on stderr, and define exit statuses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+
+import click
+
+from superfacets.base.errors import MeshError, MissingExtraError, RenderError
+
+EXIT_DATA, EXIT_USAGE = 1, 2
+
+FAILURES = (OSError, MeshError, MissingExtraError, RenderError, MemoryError)
+"""Errors caused by files or by the machine. Any other ValueError means a wrong parameter."""
+
+
+def message_of(error: BaseException) -> str:
+    """Return the text of an error.
+
+    Errors of the operating system begin with the file name, or with "standard output" if there is
+    no file name.
+    """
+    if isinstance(error, MemoryError):
+        return "not enough memory"
+    if isinstance(error, OSError) and error.strerror is not None:
+        return f"{error.filename or 'standard output'}: {error.strerror}"
+    return str(error)
+
+
+def count_failures(
+    names: Sequence[str],
+    do: Callable[[int], object],
+    failed: Callable[[int, str], object] = lambda _, message: None,
+) -> int:
+    """Call `do` with the index of each input, print all failures, and return their number.
+
+    `failed` is called with the index and the error message of each failed input. If there is only
+    one input, a ValueError that is not in `FAILURES` is raised again, because it means a wrong
+    parameter on the command line. A BrokenPipeError is raised again, too: click then ends the
+    process silently, as is usual in a pipe.
+    """
+    n_failed = 0
+    is_one_of_many = len(names) > 1
+    for index, name in enumerate(names):
+        try:
+            do(index)
+        except BrokenPipeError:
+            raise
+        except (*FAILURES, ValueError) as error:
+            if not (is_one_of_many or isinstance(error, FAILURES)):
+                raise
+            message = message_of(error)
+            if is_one_of_many and name not in message:
+                message = f"{name}: {message}"
+            print_error(message)
+            failed(index, message)
+            n_failed += 1
+    if n_failed and is_one_of_many:
+        print_error(f"{n_failed} of {len(names)} files failed")
+    return n_failed
+
+
+def print_error(message: str) -> None:
+    """Print an error as one line on stderr."""
+    _print("error", message)
+
+
+def print_note(message: str) -> None:
+    """Print a note as one line on stderr."""
+    _print("note", message)
+
+
+def print_notes(messages: Iterable[str]) -> None:
+    """Print each note as one line on stderr."""
+    for message in messages:
+        print_note(message)
+
+
+def _print(kind: str, message: str) -> None:
+    one_line = " ".join(message.split())
+    click.echo(f"superfacets: {kind}: {one_line}", err=True)

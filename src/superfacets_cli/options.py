@@ -1,0 +1,207 @@
+"""Define option types, grouped help texts, and options that several commands share."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import click
+
+from superfacets.files.readers.read import CELL_ENDINGS
+
+
+class CountOr(click.ParamType):  # type: ignore[type-arg]  # generic in new versions of click
+    """Type of options whose value is an integer of at least `low`, or the text `word`."""
+
+    name = "count or word"
+
+    def __init__(self, word: str, low: int) -> None:
+        self.word = word
+        self.count = Count(low)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the word, or the number."""
+        return value if value == self.word else self.count.convert(value, param, ctx)
+
+
+class Count(click.IntRange):
+    """Type of options whose value is an integer of at least `lowest`."""
+
+    name = "count"
+
+    def __init__(self, lowest: int) -> None:
+        super().__init__(min=lowest)
+        self._lowest = lowest
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
+        """Return the number, or raise a usage error that names the lower bound."""
+        try:
+            number = int(value)
+        except ValueError:
+            number = None
+        if number is None or number < self._lowest:
+            self.fail(f"{str(value)!r} is not a whole number of {self._lowest} or more", param, ctx)
+        return number
+
+
+class Real(click.FloatRange):
+    """Type of options with a finite number in a range. FloatRange also accepts NaN and infinity."""
+
+    name = "number"
+
+    def _describe_range(self) -> str:
+        """Return the range for the help text, or "" without bounds: click would print "x<=None"."""
+        return "" if self.min is None and self.max is None else super()._describe_range()
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float:
+        """Return the number, or raise a usage error that names the allowed range."""
+        try:
+            number = float(value)
+        except ValueError:
+            number = math.nan
+        if not math.isfinite(number):
+            if param is not None and param.nargs == 3:
+                self.fail(f"three numbers are needed, got {str(value)!r}", param, ctx)
+            self.fail(f"{str(value)!r} is not a finite number", param, ctx)
+        return float(super().convert(number, param, ctx))
+
+
+class GroupedCommand(click.Command):
+    """A command whose help lists options in groups; options without a group come last."""
+
+    groups: Mapping[str, tuple[str, ...]] = {}
+    """Parameter names of each group; the keys are the titles of the groups."""
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the options group by group."""
+        rows = {param.name: param.get_help_record(ctx) for param in self.get_params(ctx)}
+        listed = {
+            title: [rows.pop(name, None) for name in names] for title, names in self.groups.items()
+        }
+        for title, records in {**listed, "Other options": [*rows.values()]}.items():
+            shown = [record for record in records if record is not None]
+            if shown:
+                with formatter.section(title):
+                    formatter.write_dl(shown)
+
+
+FILE = click.Path(path_type=Path)
+FOLDER = FILE  # type of an output folder, which `output_folder` creates
+
+INPUT = click.Path(allow_dash=True)  # type of a file, or - for standard input
+
+EXISTING_FOLDER = click.Path(path_type=Path, file_okay=False, exists=True)
+COUNT = Count(1)
+POSITIVE = Real(min=0, min_open=True)
+NOT_NEGATIVE = Real(min=0)
+FLAG = object()  # the `kind` of an option without a value, see `option`
+
+STANDARD_STREAM = "-"  # name of standard input and standard output
+
+INPUT_FORMATS = tuple(ending.lstrip(".") for ending in CELL_ENDINGS)
+"""Input formats: formats of meshes first, then formats of point clouds."""
+
+Decorator = Callable[[Any], Any]  # a function that adds options to a command
+
+
+def option(words: str, kind: Any, help: str, **settings: Any) -> Decorator:
+    """Add an option to a command.
+
+    `words` are separated by spaces: the names of the option, the name of the parameter if it
+    differs from these names, and the metavar in capitals. `kind` is a click type, a tuple of
+    choices, `FLAG`, or None for text. `settings` are further arguments of `click.option`.
+    """
+    names = words.split()
+    if not names[-1].startswith("-") and not names[-1].islower():
+        settings.setdefault("metavar", names.pop())
+    if kind is FLAG:
+        settings["is_flag"] = True
+    else:
+        settings["type"] = click.Choice(kind) if isinstance(kind, tuple) else kind
+    settings.setdefault("show_default", settings.get("default") is not None)
+    return click.option(*names, help=help, **settings)
+
+
+def options(*given: Decorator) -> Decorator:
+    """Add several options to a command; its help text lists the options in this order."""
+
+    def decorate(command: Any) -> Any:
+        for add in reversed(given):  # click lists the last added option first
+            command = add(command)
+        return command
+
+    return decorate
+
+
+def format_option(what: str, *, name: str = "--format", of_stream: bool = False) -> Decorator:
+    """Add the option for the format of an input, which may be standard input if `of_stream`."""
+    stream = ", or from the content of standard input" if of_stream else ""
+    listed = ", ".join(INPUT_FORMATS)
+    text = f"Format of {what}: {listed}.  [default: from the file ending{stream}]"
+    return option(f"{name} FORMAT", INPUT_FORMATS, text)
+
+
+def drop_attributes_option(what: str, listed: str = "") -> Decorator:
+    """Add the option that drops all data of an input except the mesh."""
+    text = f"Do not copy data of {what} besides the mesh or points to the output{listed}."
+    return option("--drop-attributes", FLAG, text)
+
+
+def json_option(what: str = "the results as JSON") -> Decorator:
+    """Add the option ``--json``, for output that programs read."""
+    return option("--json as_json", FLAG, f"Print {what}.")
+
+
+def numbers(
+    ctx: click.Context, parameter: click.Parameter, text: str | None, *, least: int = 1
+) -> tuple[int, ...] | None:
+    """Parse a comma-separated list into distinct, sorted integers >= `least` (a click callback)."""
+    if text is None:
+        return None
+    wanted = [number.strip() for number in text.split(",")]
+    for number in wanted:
+        if not number.isdecimal() or not least <= int(number[:12]) < 2**31:
+            raise click.BadParameter(
+                f"expected whole numbers from {least} to {2**31 - 1}, got {number!r}",
+                ctx,
+                parameter,
+            )
+    return tuple(sorted({int(number) for number in wanted}))
+
+
+ascii_option = option("--ascii", FLAG, "Write .ply, .pcd, .stl, .vtp, .vtu and .vtk as text.")
+quiet_option = option("-q --quiet is_quiet", FLAG, "Print only errors.")
+threads_option = option("--threads n_threads", COUNT, "Number of threads.  [default: one per core]")
+viewpoint_option = option(
+    "--viewpoint", Real(),
+    "Position of the scanner, for point clouds without normals: estimated normals point toward this"
+    " position.", nargs=3, metavar="X Y Z",
+)  # fmt: skip
+force_option = option(
+    "--force", FLAG,
+    "Overwrite ground truth: an .aggregation.json of another tool, or the .segs.json named in it.",
+)  # fmt: skip
+labels_named_option = option(
+    "--labels-named NAME", None,
+    "Name of the labels in input files with other data, such as .ply, .vtp, .vtu, .csv and .las.",
+    default="label",
+)  # fmt: skip
+label_options = options(
+    option("--label-name", None,
+           "Name of the label array in .vtp, .vtu and .vtk outputs; dental tools expect Label.",
+           default="label"),
+    option("--vertex-labels", FLAG, "Also store a label for each vertex in .ply files."),
+)  # fmt: skip
+camera_options = options(
+    option("--up", ("auto", "x", "y", "z"),
+           "Axis that points up; auto is z for LAS and E57, and otherwise a guess, y or z.",
+           default="auto"),
+    option("--azimuth", Real(), "Direction of the camera around the up axis, in degrees.",
+           default=30.0),
+    option("--elevation", Real(-90, 90), "Angle of the camera above the horizon, in degrees.",
+           default=15.0),
+)  # fmt: skip

@@ -1,0 +1,193 @@
+"""The command ``superfacets regions``."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+
+from superfacets.base.checks import counted, ranked_labels
+from superfacets.base.errors import MeshError
+from superfacets.base.types import Array, Floats, Ints
+from superfacets.files.atomic import checked_targets
+from superfacets.files.attributes import MeshAttributes
+from superfacets.files.guards import known_ending
+from superfacets.files.named_features import property_of
+from superfacets.files.writers.tables import (
+    LINE_ENDINGS,
+    TABLE_ENDINGS,
+    Line,
+    print_csv,
+    write_lines,
+    write_tables,
+)
+from superfacets.graph.kinds import kind_of
+from superfacets.graph.sums import weighted_majority
+from superfacets.mesh.base import Cells
+from superfacets.regions.lines import BorderLines, border_lines
+from superfacets.regions.pooling import pool
+from superfacets.regions.region_graph import RegionGraph, region_graph
+from superfacets.tools.segment_file import seen_from
+
+from . import options as opts
+from .inputs import check_inputs, labels_beside, name_of, read_input
+from .interrupts import run_in_background
+from .options import FILE, option, options
+from .outputs import Job, check_files
+
+Drawn = tuple[Floats, list[Line]]
+"""Vertices of a mesh, and its border lines."""
+
+
+@click.command("regions")
+@click.argument("cells", metavar="IN", type=opts.INPUT)
+@click.argument("labels", metavar="[LABELS]", type=FILE, required=False)
+@options(
+    option("-o --output", click.Path(path_type=Path, allow_dash=True),
+           "Write the table of regions to this .csv, .json or .parquet file, or as CSV to standard"
+           " output (-).  [default: -]"),
+    option("--arcs", FILE,
+           "Write a table of all pairs of adjacent regions to this .csv, .json or .parquet file."),
+    option("--borders", FILE,
+           "Write the borders of regions of a mesh as polylines to this .obj or .vtp file."),
+    option("--majority NAME", None,
+           "Add a column majority_NAME with the most frequent value of this integer property of IN,"
+           " such as classification, in each region; may be given several times.", multiple=True),
+    option("--mean NAME", None,
+           "Add a column mean_NAME with the mean of this property of IN, such as intensity, over"
+           " the faces or points of each region; may be given several times.", multiple=True),
+    opts.viewpoint_option,
+    opts.format_option("IN", of_stream=True),
+    opts.labels_named_option,
+    option("-q --quiet is_quiet", opts.FLAG, "Print only the table and errors."),
+    opts.json_option(),
+)  # fmt: skip
+def regions_command(
+    cells: str, labels: Path | None, output: Path | None, arcs: Path | None, borders: Path | None,
+    majority: tuple[str, ...], mean: tuple[str, ...], viewpoint: tuple[float, ...] | None,
+    format: str | None, labels_named: str, is_quiet: bool, as_json: bool,
+) -> None:  # fmt: skip
+    """Measure regions: areas, shapes, neighbors.
+
+    IN may be a point cloud, or - for standard input. The table has one row per region with area,
+    perimeter, centroid, normal, shape, neighbors and more. LABELS is a .npy, .seg or .txt file, or
+    a labeled mesh or point cloud. If LABELS is not given, the labels in IN are used.
+    """
+    check_inputs((cells,))
+    output = None if str(output) == opts.STANDARD_STREAM else output
+    files = _checked_outputs(output, arcs, borders)
+    check_files([Job(cells, files)], also_read=[str(labels)] if labels else [])
+    checked_targets(files)
+
+    def compute() -> tuple[RegionGraph, dict[str, Array], Drawn | None]:
+        whole, given, integers, reals = _read(
+            cells, format, labels, labels_named, majority, mean, is_quiet=is_quiet
+        )
+        if borders is not None and not kind_of(whole).has_faces:
+            raise click.UsageError(f"--borders needs a mesh with faces: {cells} has none")
+        if viewpoint is not None:
+            whole = seen_from(viewpoint, whole)
+        compact, names = ranked_labels(given)  # label numbers in a file may have gaps
+        if not len(names):
+            raise MeshError(f"{labels or cells}: no cell is in a region: all labels are -1")
+        graph = region_graph(whole, compact)
+        columns = graph.table() | {"region": names}
+        for name, values in integers.items():
+            columns[f"majority_{name}"] = _most_frequent(compact, values, len(names))
+        for name, numbers in reals.items():
+            columns[f"mean_{name}"] = pool(numbers, compact)
+        if borders is None:
+            return graph, columns, None
+        return graph, columns, (whole.vertices, [*_named(border_lines(whole, compact), names)])
+
+    graph, columns, drawn = run_in_background(compute)
+    _write(graph, columns, drawn, output, arcs, borders)
+    if as_json:
+        names_written = [opts.STANDARD_STREAM] * (output is None) + [str(path) for path in files]
+        facts = {"file": cells, "n_regions": graph.n_regions, "n_pairs": graph.n_arcs}
+        click.echo(json.dumps({**facts, "outputs": names_written}), err=output is None)
+    elif not is_quiet:
+        pairs = f"{counted(graph.n_arcs, 'pair')} of neighbors"
+        lines = [f"wrote {path}" for path in files]
+        lines.append(f"{cells}: {counted(graph.n_regions, 'region')}, {pairs}")
+        click.echo("\n".join(lines), err=output is None)
+
+
+def _read(
+    text: str, format: str | None, labels: Path | None, name: str, majority: tuple[str, ...],
+    mean: tuple[str, ...], *, is_quiet: bool,
+) -> tuple[Any, Ints, dict[str, Ints], dict[str, Floats]]:  # fmt: skip
+    """Read the cells, their labels `name`, and the properties named in `majority` and `mean`."""
+    source = read_input(text, format)
+    cells, attributes = source.cells_and_attributes(keep=bool(mean))
+    given = labels_beside(source, labels, cells, name, is_quiet=is_quiet)
+    if given is None:
+        raise MeshError(f"{name_of(text)} has no labels: give a label file as LABELS")
+    integers = {key: source.integers(cells.n_cells, key) for key in majority}
+    return cells, given, integers, {key: _values_of(key, text, cells, attributes) for key in mean}
+
+
+def _write(
+    graph: RegionGraph, columns: dict[str, Array], drawn: Drawn | None, output: Path | None,
+    arcs: Path | None, borders: Path | None,
+) -> None:  # fmt: skip
+    """Write the tables and the borders; print the table of regions if `output` is None."""
+    low, high = columns["region"][graph.edge_index]
+    of_arcs = {"low": low, "high": high}
+    of_arcs |= {name: graph.arc_values(name) for name in graph.ARC_VALUES}
+    tables = [(output, columns), (arcs, of_arcs)]
+    write_tables([(path, table) for path, table in tables if path is not None])
+    if borders is not None and drawn is not None:
+        write_lines(borders, *drawn)
+    if output is None:
+        if sys.stdout is None:
+            raise OSError("standard output is closed")
+        print_csv(sys.stdout, columns)
+
+
+def _most_frequent(regions: Ints, values: Ints, n_regions: int) -> Ints:
+    """Return the most frequent value in each region; the lowest value if there is a tie."""
+    kept = regions >= 0
+    weights = np.ones(np.count_nonzero(kept))
+    return weighted_majority(regions[kept], values[kept], weights, n_regions).winners
+
+
+def _values_of(name: str, path: str, cells: Cells, attributes: MeshAttributes | None) -> Floats:
+    """Return the property `name`, one value per cell.
+
+    If it does not exist, a MeshError lists all properties.
+    """
+    values = property_of(name, cells, attributes)
+    if values is None:
+        stored = () if attributes is None else (*attributes.face, *attributes.vertex)
+        listed = f"the properties are {', '.join(stored)}" if stored else "it has no properties"
+        raise MeshError(f"{name_of(path)} has no property {name}: {listed}")
+    return values
+
+
+def _checked_outputs(
+    output: Path | None, arcs: Path | None, borders: Path | None
+) -> tuple[Path, ...]:
+    """Return the paths of all given outputs; raise a usage error if a file ending is wrong."""
+    try:
+        for path in (output, arcs):
+            if path is not None:
+                known_ending(path, TABLE_ENDINGS)
+        if borders is not None:
+            known_ending(borders, LINE_ENDINGS)
+    except ValueError as error:
+        raise click.UsageError(str(error)) from None
+    return tuple(path for path in (output, arcs, borders) if path is not None)
+
+
+def _named(lines: BorderLines, names: Ints) -> Iterator[Line]:
+    """Yield each border line, with the numbers of its regions in the label file."""
+    for i, (low, high) in enumerate(lines.regions.tolist()):
+        line = lines.line(i)
+        closed = np.append(line, line[0]) if lines.is_closed[i] else line
+        yield Line(int(names[low]), high if high < 0 else int(names[high]), closed)

@@ -1,0 +1,221 @@
+"""The commands ``superfacets studio`` and ``agree``."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import signal
+import sys
+import webbrowser
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NoReturn
+
+import click
+
+from superfacets.base.errors import MissingExtraError
+from superfacets.files.atomic import output_folder
+
+from .failures import EXIT_DATA, count_failures, print_note, print_notes
+from .options import COUNT, FILE, FLAG, FOLDER, json_option, option, options
+
+if TYPE_CHECKING:
+    from superfacets_studio.documents.files import Files
+    from superfacets_studio.labels.classes import ClassList
+
+
+@click.command("studio")
+@click.argument("path", metavar="IN|FOLDER", type=click.Path(path_type=Path, exists=True))
+@options(
+    option("-n --n-segments", COUNT, "Number of regions for new work.  [default: 150]"),
+    option("--work FILE", FILE,
+           "File in which the work is saved.  [default: IN.studio.jsonl, beside IN]"),
+    option("--classes FILE", FILE,
+           "Classes for new work: a .txt file with one class name per line, a .json list of"
+           " classes, or an .objects.json file exported by the studio. All files of a folder share"
+           " them."),
+    option("--port", click.IntRange(1, 65_535),
+           "Port that the server listens on.  [default: a free port]"),
+    option("--list is_list", FLAG, "Print the labeled percentage of each file, and exit."),
+    option("--export exports KIND", None,
+           "Write the saved labels of all files that have a work file, and exit: classes,"
+           " vertex-classes, instances, objects, region-classes or superfacets, optionally with a"
+           " format, such as objects.npz. May be given several times.", multiple=True),
+    option("-o --output FOLDER", FOLDER, "Folder of exports.  [default: the folder of each input]"),
+    option("--no-browser", FLAG, "Print the address without opening a browser."),
+)  # fmt: skip
+@click.pass_context
+def studio_command(
+    ctx: click.Context, /, path: Path, n_segments: int | None, work: Path | None,
+    classes: Path | None, port: int | None, is_list: bool, exports: tuple[str, ...],
+    output: Path | None, no_browser: bool,
+) -> None:  # fmt: skip
+    """Label a mesh or point cloud, or all files of a folder, in a browser.
+
+    Only browsers on this machine can open the page. Every change is saved immediately.
+    """
+    _check_extra()
+    from superfacets_studio.documents.files import Files
+
+    if is_list and exports:
+        raise click.UsageError("--list and --export exclude each other: run the command twice")
+    if output is not None and not exports:
+        raise click.UsageError("-o is the folder of exports: say what to export with --export")
+    files = Files.of(path, work, n_segments, () if classes is None else _read_new(classes, path))
+    if exports:
+        if _export(files, exports, output):
+            ctx.exit(EXIT_DATA)
+        return
+    if is_list:
+        for entry in files.listed():
+            reviewed = "  reviewed" if entry.get("reviewed") else ""
+            if entry.get("changed_since_review"):
+                reviewed = "  changed since review"
+            click.echo(f"{100 * entry['done']:5.1f} %  {entry['name']}{reviewed}")
+        return
+    _serve(files, port, is_shown=not no_browser)
+
+
+def _read_new(file: Path, path: Path) -> ClassList:
+    """Read classes for new work; raise a ValueError if the folder `path` stores other classes."""
+    from superfacets_studio.labels.classes import CLASSES_FILE, read_classes
+
+    given, stored = read_classes(file), path / CLASSES_FILE
+    if stored.is_file() and read_classes(stored) != given:
+        raise ValueError(
+            f"{stored} stores other classes than {file}: omit --classes, or edit the stored classes"
+        )
+    return given
+
+
+def _serve(files: Files, port: int | None, *, is_shown: bool) -> None:
+    """Run the server until the user stops it, and open the page if `is_shown`."""
+    from superfacets_studio.web.address import address_file, open_again, redirection, stored_address
+    from superfacets_studio.web.server import serve
+
+    opened, address = open_again(port, stored_address(address_file(files.home)))
+    with opened, contextlib.ExitStack() as stack:
+        for name in {"SIGTERM", "SIGHUP"} & set(dir(signal)):  # remove the address file, then exit
+            number = getattr(signal, name)
+            stack.callback(signal.signal, number, signal.signal(number, _end))
+
+        def show(page: str) -> None:
+            click.echo(f"superfacets studio: {page} (press Ctrl-C to stop)")
+            sys.stdout.flush()
+            if is_shown:
+                with contextlib.suppress(OSError):  # the user can still open the printed address
+                    webbrowser.open(stack.enter_context(redirection(page)))
+
+        if files.folder is None:
+            with files.document(0) as document:
+                print_notes(document.notes)
+                if files.classes and document.class_list != files.classes:
+                    print_note("the work has other classes than --classes, which is for new work")
+        serve(files, opened, address, show)
+
+
+def _export(files: Files, exports: tuple[str, ...], output: Path | None) -> int:
+    """Write exports of all files that have a work file, and return the number of failed files."""
+    from superfacets_studio.export.write import export, parsed_export
+
+    wanted = [parsed_export(name) for name in exports]
+    started = [i for i in range(len(files.paths)) if files.work_of(i).exists()]
+    if not started:
+        raise FileNotFoundError(f"{files.home}: there is no work file, so there are no labels yet")
+    root = files.folder or files.paths[0].parent
+    inputs = [files.path(i) for i in started]
+    targets = [(output or root) / path.relative_to(root).with_suffix("") for path in inputs]
+
+    def write(index: int) -> None:
+        target = targets[index]  # folder and first part of the names of exports
+        if targets.count(target) > 1:
+            raise FileExistsError(
+                f"{inputs[index]}: inputs that differ only in the ending have the same exports:"
+                " export one input at a time, each to another folder with -o"
+            )
+        document = files.read(started[index])
+        try:
+            print_notes(document.notes)
+            exported = wanted
+            if not document.progress:
+                exported = [(what, format) for what, format in wanted if what == "regions"]
+            if len(exported) < len(wanted):
+                print_note(f"{inputs[index]}: no labels are exported, because nothing is labeled")
+            with output_folder(target.parent):
+                for what, format in exported:
+                    click.echo(f"wrote {export(document, what, format, folder=target.parent)}")
+        finally:
+            document.close()
+
+    return count_failures([str(path) for path in inputs], write)
+
+
+def _end(number: int, _: object) -> NoReturn:
+    sys.exit(128 + number)
+
+
+@click.command("agree")
+@click.argument("mesh", metavar="IN", type=FILE)
+@click.argument("mine", metavar="MINE", type=FILE)
+@click.argument("theirs", metavar="THEIRS", type=FILE)
+@options(
+    option("-o --output FILE", FILE, "Write the merged work to this new file."),
+    option("--prefer", ("mine", "theirs"),
+           "Whose labels to keep where the two differ.", default="mine"),
+    json_option(),
+)  # fmt: skip
+def agree_command(
+    mesh: Path, mine: Path, theirs: Path, output: Path | None, prefer: str, as_json: bool
+) -> None:
+    """Compare two people's work in the studio, and merge it.
+
+    MINE and THEIRS are work files of the mesh or point cloud in the file IN. The command prints the
+    percentage of the area that both have labeled, the percentage of this area on which class and
+    object agree, and a table with the IoU of each class and object. Cells that only one person has
+    labeled do not change the agreement or the IoU. Classes are matched by name, and objects by
+    their overlap; "-" means that only the other person has the object, or that no cell of it is
+    labeled by both. The merged work keeps labels of cells that only one person has labeled, and
+    objects that only THEIRS has get new numbers.
+    """
+    _check_extra()
+    from superfacets_studio.documents.document import merged_work
+
+    for path in (mesh, mine, theirs):
+        if path.is_dir():
+            raise click.UsageError(
+                f"{path} is a folder: give a mesh and two work files of it, and run agree once per"
+                " mesh of a folder"
+            )
+    if output is not None and output.exists():
+        raise FileExistsError(f"{output} exists already: choose another file name")
+    found = merged_work(mesh, mine, theirs, output, prefer_theirs=prefer == "theirs")
+    click.echo(json.dumps(found, indent=1) if as_json else _text(found))
+    if output is not None:
+        click.echo(f"wrote {output}", err=as_json)
+
+
+def _text(found: dict[str, Any]) -> str:
+    lines = [
+        f"both labeled {100 * found['labeled']:.1f} % of the area",
+        f"both agree on {100 * found['share']:.1f} % of the area that both have labeled",
+    ]
+    rows = [("IoU", "class", "object in MINE", "object in THEIRS", "object when merged")]
+    for row in found["classes"]:
+        rows.append((_iou(row), row["name"], "", "", ""))
+        for one in row["objects"]:
+            mine, theirs = ("-" if one[who] is None else one[who] for who in ("mine", "theirs"))
+            rows.append((_iou(one), row["name"], str(mine), str(theirs), str(one["object"])))
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    for cells in rows:
+        padded = (cell.ljust(width) for cell, width in zip(cells, widths, strict=True))
+        lines.append("  ".join(padded).rstrip())
+    return "\n".join(lines)
+
+
+def _iou(row: dict[str, Any]) -> str:
+    return "-" if row["iou"] is None else f"{row['iou']:.3f}"
+
+
+def _check_extra() -> None:
+    if not all(find_spec(name) for name in ("scipy", "starlette", "uvicorn")):
+        raise MissingExtraError("the studio", "studio")

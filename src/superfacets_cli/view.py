@@ -1,0 +1,115 @@
+"""The command ``superfacets view``."""
+
+from __future__ import annotations
+
+import webbrowser
+from functools import partial
+from pathlib import Path
+from tempfile import mkdtemp
+from typing import TYPE_CHECKING
+
+import click
+
+from superfacets.base.errors import MeshError, MissingExtraError
+from superfacets.base.types import Array
+from superfacets.files.guards import read_content
+from superfacets.files.named_features import stored_colors
+from superfacets.files.readers.npy import npz_array
+from superfacets.mesh.base import Cells
+
+from .failures import print_note
+from .inputs import Input, labels_beside, labels_for, read_input, read_values
+from .options import FILE, camera_options, labels_named_option, option, options
+from .report import note_on_up
+
+if TYPE_CHECKING:
+    from superfacets_show.camera import Up
+    from superfacets_show.page.document import Page
+
+
+@click.command("view")
+@click.argument("mesh", metavar="IN", type=FILE)
+@options(
+    option("--html output OUT", FILE,
+           "Write the page to this .html file.  [default: open it in the browser]"),
+    option("--labels L", FILE,
+           "Label file: .npy, .seg, .txt, a labeled mesh, or an .npz from superfacets levels."
+           "  [default: labels in IN]"),
+    labels_named_option,
+    option("--gt SEG", FILE, "Label file with the ground truth."),
+    option("--feature features FILE", FILE,
+           "A .npy or .txt file with one value per cell, per region of the first level, or per"
+           " vertex of a mesh; may be given several times.", multiple=True),
+    option("--title TEXT", None, "Title of the page.  [default: the name of IN]"),
+    camera_options,
+)  # fmt: skip
+def view_command(
+    mesh: Path, output: Path | None, labels: Path | None, labels_named: str, gt: Path | None,
+    features: tuple[Path, ...], title: str | None, up: Up, azimuth: float, elevation: float,
+) -> None:  # fmt: skip
+    """Show a mesh or point cloud with its regions in a browser.
+
+    The page is a single file, which any browser can open offline. If IN has a texture or colors,
+    the page shows them, too. Without --html, the page is a temporary file, and the browser opens
+    it.
+    """
+    from superfacets_show.camera import View
+    from superfacets_show.page.document import checked_page_path, view
+
+    try:
+        target = None if output is None else checked_page_path(output)
+    except ValueError as error:
+        raise click.UsageError(str(error)) from None
+    names = [path.stem for path in features]
+    if len(set(names)) < len(names):
+        raise click.UsageError("two features have the same name: rename their files")
+    source = read_input(str(mesh))
+    cells, attributes = source.cells_and_attributes()
+    texture = None if attributes is None else attributes.texture
+    colors = stored_colors(cells, attributes)
+    shown = _levels_of(source, labels, cells, labels_named)
+    if shown is None:
+        print_note(f"{mesh} has no labels: give a label file with --labels")
+    truth = None if gt is None else labels_for(source, cells, gt, labels_named, is_quiet=True)
+    values = {path.stem: read_values(path) for path in features}
+    up = source.up_axis(up)
+    camera = View(azimuth=azimuth, elevation=elevation, up=up)
+    name = mesh.name if title is None else title
+    page = None
+    show = partial(
+        view, cells, shown, ground_truth=truth, features=values, colors=colors, title=name,
+        camera=camera,
+    )  # fmt: skip
+    if texture is not None:
+        try:
+            page = show(texture=texture)
+        except (MeshError, MissingExtraError) as error:
+            print_note(f"the texture is not shown: {error}")
+    try:
+        page = page or show()
+    except (ValueError, TypeError) as error:  # an input file has wrong values
+        raise MeshError(f"{mesh}: {error}") from None
+    if target is not None:
+        page.save(target)
+        click.echo(f"wrote {output}{note_on_up(up, page.up)}")
+    else:
+        _open(page, mesh.stem, note_on_up(up, page.up))
+
+
+def _open(page: Page, name: str, note: str) -> None:
+    """Open the page in the browser. The file is kept, because the browser may read it later."""
+    path = page.save(Path(mkdtemp(prefix="superfacets-"), f"{name}.html"))
+    click.echo(f"wrote {path}{note}")
+    if not webbrowser.open(path.as_uri()):
+        print_note("no browser was found: open the file yourself, or name a file with --html")
+
+
+def _levels_of(source: Input, path: Path | None, cells: Cells, name: str) -> Array | None:
+    """Return labels of one level, shape (N,), or of all L levels in an .npz, shape (L, N)."""
+    if path is None or path.suffix.lower() != ".npz":
+        return labels_beside(source, path, cells, name, is_quiet=True)
+    content = read_content(path)
+    try:
+        return npz_array(content, "labels")
+    except Exception:  # zipfile and zlib raise many kinds of errors for damaged files
+        raise MeshError(f"{path}: is not a .npz of superfacets levels, or is damaged") from None

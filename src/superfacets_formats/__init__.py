@@ -1,0 +1,1 @@
+"""Formats of lidar, scanners, VTK, Gmsh, Medit, the cortex, and compressed glTF."""

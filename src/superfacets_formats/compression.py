@@ -1,0 +1,112 @@
+"""Decode glTF buffers that are compressed by meshopt or Draco.
+
+Sizes in Draco data are compared with the sizes declared in the glTF document before DracoPy
+allocates memory.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from superfacets.base.checks import counted
+from superfacets.base.errors import MeshError, import_extra
+from superfacets.base.types import Array
+from superfacets.files.guards import shortened
+
+MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
+DRACO = "KHR_draco_mesh_compression"
+
+_DRACO_HEADER = 11
+"""Size in bytes of signature, version, geometry type, encoding method and flags."""
+_HAS_METADATA = 0x80  # bit mask for the upper byte of the flags
+
+
+def decode_meshopt(
+    content: memoryview, n_rows: int, row_size: int, mode: str, filter: str
+) -> memoryview:
+    """Decode a buffer view of vertex attributes or indices that is compressed by meshopt."""
+    library = import_extra("meshopt", "reading glTF that is compressed by meshopt", "compressed")
+    if not n_rows:
+        return memoryview(b"")
+    try:
+        rows = library.decode_gltf_buffer(content, n_rows, row_size, mode, filter)
+    except Exception as error:  # the library raises exceptions of many classes
+        raise MeshError(f"the meshopt data is damaged: {shortened(str(error))}") from None
+    return np.ascontiguousarray(rows).view(np.uint8).reshape(-1).data
+
+
+def decode_draco(content: bytes, n_faces: int, n_vertices: int) -> tuple[Array, dict[int, Array]]:
+    """Decode a Draco mesh; return corners, (3F,) uint32, and attributes, (V, n), keyed by id.
+
+    Raises a MeshError if the data is damaged, or if the number of faces or vertices is not the
+    declared number.
+    """
+    library = import_extra("DracoPy", "reading glTF that is compressed by Draco", "compressed")
+    _check_draco_size(content, n_faces, n_vertices)
+    try:
+        mesh = library.decode(content)
+        found = {each["unique_id"]: np.asarray(each["data"]) for each in mesh.attributes}
+        corners = np.asarray(mesh.faces, np.uint32).ravel()
+    except Exception as error:  # the library raises exceptions of many classes
+        raise MeshError(f"the Draco data is damaged: {shortened(str(error))}") from None
+    if len(corners) != 3 * n_faces or any(len(rows) != n_vertices for rows in found.values()):
+        raise MeshError("broken glTF: the sizes of the Draco data differ from the declared sizes")
+    return corners, found
+
+
+def _check_draco_size(content: bytes, n_faces: int, n_vertices: int) -> None:
+    """Raise a MeshError if Draco's counts contradict the accessors, before memory is allocated."""
+    if content[:5] != b"DRACO" or content[5:8] != b"\x02\x02\x01" or len(content) < _DRACO_HEADER:
+        raise MeshError("the Draco data is damaged or does not have the version 2.2")
+    try:
+        place = _DRACO_HEADER
+        if content[10] & _HAS_METADATA:
+            place = _after_metadata(content, place)
+        is_sequential = content[8] == 0
+        one, place = _varint(content, place + (not is_sequential))  # skip the traversal type
+        other, _ = _varint(content, place)
+    except IndexError:
+        raise MeshError("the Draco data is truncated") from None
+    faces, vertices = (one, other) if is_sequential else (other, one)
+    if faces != n_faces or vertices > n_vertices:
+        raise MeshError(
+            f"the Draco data has {counted(faces, 'face')} and {counted(vertices, 'vertex')}, but"
+            f" the accessors declare {counted(n_faces, 'face')} and"
+            f" {counted(n_vertices, 'vertex')}"
+        )
+
+
+def _after_metadata(content: bytes, place: int) -> int:
+    n_attributes, place = _varint(content, place)
+    for _ in range(n_attributes):
+        _, place = _varint(content, place)
+        place = _after_elements(content, place)
+    return _after_elements(content, place)
+
+
+def _after_elements(content: bytes, place: int) -> int:
+    """Return the offset after a metadata element, which has named values and nested elements."""
+    n_left = 1
+    while n_left:
+        n_left -= 1
+        n_values, place = _varint(content, place)
+        for _ in range(n_values):
+            size, place = _varint(content, place + 1 + content[place])
+            place += size
+        n_below, place = _varint(content, place)
+        n_left += n_below
+        if n_left:  # skip the name of the next element
+            place += 1 + content[place]
+    return place
+
+
+def _varint(content: bytes, place: int) -> tuple[int, int]:
+    """Decode an integer in groups of seven bits, lowest first; return it with the next offset."""
+    value = 0
+    for shift in range(0, 64, 7):
+        byte = content[place]
+        value |= (byte & 0x7F) << shift
+        place += 1
+        if byte < 0x80:
+            break
+    return value, place

@@ -1,0 +1,183 @@
+"""Read surfaces, labels and values of brain cortex meshes: GIFTI and FreeSurfer files.
+
+Sizes that a file declares are compared with its content before memory is allocated.
+"""
+
+from __future__ import annotations
+
+import binascii
+import math
+import zlib
+from pathlib import Path
+from typing import Literal
+from xml.etree.ElementTree import Element, ParseError, fromstring
+
+import numpy as np
+
+from superfacets.base.checks import counted
+from superfacets.base.errors import MeshError
+from superfacets.base.types import Array
+from superfacets.files.attributes import MeshAttributes
+from superfacets.files.guards import Arrays, BinaryReader, Content, as_doubles, most_bytes_of
+from superfacets.files.readers.text import as_count, as_integers, shown, split_lines
+
+from .vtk_xml import NUMBER_TYPES
+
+SURFACE_ENDINGS = (".white", ".pial", ".inflated", ".smoothwm", ".orig", ".sphere")
+"""Endings of FreeSurfer surfaces, for example ``lh.white``."""
+
+GIFTI_VALUES = (".shape.gii", ".func.gii")
+"""Endings of GIFTI files with a number per vertex."""
+
+CURVE_ENDINGS = (".curv", ".thickness", ".sulc", ".area")
+"""Endings of FreeSurfer files with a number per vertex, for example ``lh.thickness``."""
+
+CORTEX_VALUES = (*GIFTI_VALUES, *CURVE_ENDINGS)
+
+TRIANGLES = b"\xff\xff\xfe"
+"""First bytes of FreeSurfer files with a surface of triangles."""
+
+_CURVE = b"\xff\xff\xff"
+"""First bytes of FreeSurfer files with a number per vertex."""
+
+STRUCTURE = "comment AnatomicalStructurePrimary "
+"""Begin of the comment that stores the anatomical structure of a surface."""
+
+_TYPES = {f"NIFTI_TYPE_{word.upper()}": code for word, code in NUMBER_TYPES.items()}
+
+
+def read_gifti(data: Content) -> Arrays:
+    """Return vertices and triangles of a GIFTI surface; its transforms are not applied."""
+    points, triangles = (
+        _gifti_array(data, Intent=f"NIFTI_INTENT_{intent}") for intent in ("POINTSET", "TRIANGLE")
+    )
+    if points is None or triangles is None:
+        raise MeshError("the GIFTI file has no surface: points or triangles are missing")
+    if points.shape[1:] != (3,) or triangles.shape[1:] != (3,):
+        raise MeshError("points and triangles of a GIFTI file must have 3 numbers each")
+    return as_doubles(points), as_integers(triangles, "vertex indices")
+
+
+def read_gifti_with_attributes(data: Content, folder: Path | None) -> tuple[Arrays, MeshAttributes]:
+    """Return a surface, and a comment with its anatomical structure, such as CortexLeft."""
+    pairs = {pair.findtext("Name"): pair.findtext("Value") for pair in _parsed(data).iter("MD")}
+    found = pairs.get(STRUCTURE.split()[1])
+    comments = (f"{STRUCTURE}{found.strip()}",) if found else ()
+    return read_gifti(data), MeshAttributes(comments=comments)
+
+
+def gifti_labels(data: Content) -> Array:
+    """Return the label of each vertex: its key minus 1. Key 0 means no region and becomes -1."""
+    keys = _gifti_array(data, Intent="NIFTI_INTENT_LABEL")
+    if keys is None or keys.ndim != 1:
+        raise MeshError("the GIFTI file has no labels of vertices")
+    return np.maximum(as_integers(keys, "labels").astype(np.int64), 0) - 1
+
+
+def _parsed(data: Content) -> Element:
+    """Parse the XML of a GIFTI file; own entities are refused, because they can be endless."""
+    if data.find(b"<!ENTITY") >= 0:
+        raise MeshError("the GIFTI file must not define entities")
+    if data.find(b"ExternalFileBinary") >= 0:  # for security, refuse names of other files
+        raise MeshError("the GIFTI file refers to another file: save all arrays in one file")
+    try:
+        root = fromstring(data[:])
+    except (ParseError, LookupError, ValueError) as error:  # LookupError: unknown encoding
+        raise MeshError(f"the GIFTI file is damaged: {error}") from None
+    if root.tag != "GIFTI":
+        raise MeshError(f"not a GIFTI file: the XML begins with {shown(root.tag)}")
+    return root
+
+
+def _gifti_array(data: Content, **wanted: str) -> Array | None:
+    """Return the first array whose XML element has the attributes `wanted`, or None."""
+    arrays = (
+        one for one in _parsed(data).iter("DataArray") if wanted.items() <= one.attrib.items()
+    )
+    array = next(arrays, None)
+    if array is None:
+        return None
+    word, text = array.get("DataType", ""), array.findtext("Data", "")
+    if word not in _TYPES:
+        raise MeshError(f"expected a DataType such as NIFTI_TYPE_FLOAT32, got {shown(word)}")
+    stored = np.dtype(_TYPES[word])
+    n_axes = as_count(array.get("Dimensionality", ""), "Dimensionality")
+    shape = [as_count(array.get(f"Dim{axis}", ""), f"Dim{axis}") for axis in range(n_axes)]
+    n_bytes = math.prod(shape) * stored.itemsize
+    if n_bytes > most_bytes_of(len(data)):
+        raise MeshError(f"an array declares {counted(n_bytes, 'byte')}, too many for the file size")
+    if array.get("Encoding") == "ASCII":
+        lines = split_lines(text.encode())
+        values = lines.parse(np.float64 if stored.kind == "f" else np.int64).astype(stored)
+    else:
+        order: Literal["<", ">"] = "<" if array.get("Endian") == "LittleEndian" else ">"
+        content = _decoded(text, n_bytes, is_packed=array.get("Encoding") == "GZipBase64Binary")
+        values = np.frombuffer(content, stored.newbyteorder(order)).astype(stored)
+    if len(values) != math.prod(shape):
+        raise MeshError(f"an array of shape {tuple(shape)} has {counted(len(values), 'number')}")
+    is_column_major = array.get("ArrayIndexingOrder") == "ColumnMajorOrder"
+    return values.reshape(shape, order="F" if is_column_major else "C")
+
+
+def _decoded(text: str, n_bytes: int, *, is_packed: bool) -> bytes:
+    """Return at most `n_bytes` + 1 bytes of base64, decompressed if `is_packed`."""
+    try:
+        content = binascii.a2b_base64(text.encode())
+        if is_packed:
+            content = zlib.decompressobj().decompress(content, n_bytes + 1)
+    except (binascii.Error, zlib.error) as error:
+        raise MeshError(f"the GIFTI file is damaged: {error}") from None
+    if len(content) != n_bytes:
+        raise MeshError(f"an array declares {n_bytes} bytes, but its data has {len(content)}")
+    return content
+
+
+def read_surface(data: Content) -> Arrays:
+    """Return vertices and triangles of a FreeSurfer surface."""
+    if data[:3] != TRIANGLES:
+        raise MeshError("not a FreeSurfer surface of triangles: the magic number is missing")
+    reader = BinaryReader(data, ">", 3)
+    for _ in range(2):  # when and by whom the file was created, and an empty line
+        reader.text(b"\n")
+    n_vertices, n_faces = reader.take("2i")
+    vertices = reader.numbers(3 * n_vertices, "f4").reshape(-1, 3)
+    return as_doubles(vertices), reader.numbers(3 * n_faces, "i4").reshape(-1, 3)
+
+
+def values_of_vertices(data: Content, ending: str) -> Array:
+    """Return the number of each vertex in a file with an ending in `CORTEX_VALUES`."""
+    if ending in GIFTI_VALUES:
+        values = _gifti_array(data, Dimensionality="1")
+        if values is None:
+            raise MeshError("the GIFTI file has no array with one number per vertex")
+        return values
+    if data[:3] != _CURVE:
+        raise MeshError("not a FreeSurfer file of values: the magic number is missing")
+    reader = BinaryReader(data, ">", 3)
+    n_vertices, _, n_numbers = reader.take("3i")  # the second number is that of the faces
+    if n_numbers != 1:
+        raise MeshError(f"expected one number per vertex, got {n_numbers}")
+    return reader.numbers(n_vertices, "f4")
+
+
+def annot_labels(data: Content) -> Array:
+    """Return the label of each vertex: its row in the color table minus 1; -1 means no region."""
+    reader = BinaryReader(data, ">")
+    pairs = reader.numbers(2 * reader.take("i")[0], "i4").reshape(-1, 2)  # vertex and color
+    rows = {0: 0}  # row of each color
+    has_table, n_rows = reader.take("2i")
+    if is_sparse := n_rows < 0:  # rows are numbered; in older files they are consecutive
+        reader.take("i")  # one above the highest number
+    reader.skip(reader.take("i")[0])  # name of the table
+    if is_sparse:
+        (n_rows,) = reader.take("i")
+    if not has_table or n_rows < 1:
+        raise MeshError("the FreeSurfer file has no color table")
+    for row in range(n_rows):
+        (number,) = reader.take("i") if is_sparse else (row,)
+        reader.skip(reader.take("i")[0])  # name of the region
+        red, green, blue, _ = reader.take("4i")
+        rows.setdefault(red | green << 8 | blue << 16, number)
+    colors, places = np.unique(pairs[:, 1], return_inverse=True)
+    found = np.array([rows.get(color, 0) for color in colors.tolist()], np.int64)
+    return np.maximum(found, 0)[places.ravel()] - 1

@@ -1,0 +1,113 @@
+"""Write vertex labels of brain cortex meshes as GIFTI or FreeSurfer annotation files."""
+
+from __future__ import annotations
+
+import base64
+import zlib
+from collections.abc import Iterator, Sequence
+from typing import IO
+from xml.sax.saxutils import escape
+
+import numpy as np
+
+from superfacets.base.types import Array, Bytes
+from superfacets_show.colors import PALETTE
+
+from .cortex import STRUCTURE
+
+_UNKNOWN = (25, 5, 25)
+"""Color of vertices in no region, as in FreeSurfer."""
+
+_GIFTI = """\
+<?xml version="1.0" encoding="UTF-8"?>
+<!DOCTYPE GIFTI SYSTEM "http://www.nitrc.org/frs/download.php/115/gifti.dtd">
+<GIFTI Version="1.0" NumberOfDataArrays="1">
+<MetaData>{structure}</MetaData>
+<LabelTable>
+{table}
+</LabelTable>
+<DataArray Intent="NIFTI_INTENT_LABEL" DataType="NIFTI_TYPE_INT32" \
+ArrayIndexingOrder="RowMajorOrder" Dimensionality="1" Dim0="{n}" \
+Encoding="GZipBase64Binary" Endian="LittleEndian" ExternalFileName="" ExternalFileOffset="">
+<MetaData/>
+<Data>{data}</Data>
+</DataArray>
+</GIFTI>
+"""
+
+
+def write_cortex(
+    file: IO[bytes], ending: str, labels: Array, colors: Bytes | None = None, *,
+    comments: Sequence[str] = (),
+) -> None:  # fmt: skip
+    """Write the label of each vertex, or -1 for no region, as ``.label.gii`` or ``.annot``.
+
+    `colors`, (K, 3), has the color of each region, in ascending order of the labels. By default the
+    colors of `PALETTE` are repeated. GIFTI stores the anatomical
+    structure of the surface, if one of the `comments` has it.
+    """
+    regions = np.unique(labels[labels >= 0])
+    if colors is None:
+        colors = PALETTE[np.arange(len(regions)) % len(PALETTE)]
+    if ending == ".label.gii":
+        _write_gifti(file, labels, regions, colors, comments)
+    else:
+        _write_annot(file, labels, regions, colors)
+
+
+def _write_gifti(
+    file: IO[bytes], labels: Array, regions: Array, colors: Bytes, comments: Sequence[str]
+) -> None:
+    """Write GIFTI. The key of a region is its label + 1. Key 0, named ``???``, means no region."""
+    row = '<Label Key="{}" Red="{:.6g}" Green="{:.6g}" Blue="{:.6g}" Alpha="{}">{}</Label>'
+    rows = [row.format(0, 1, 1, 1, 0, "???")]
+    for region, color in zip(regions.tolist(), (colors / 255).tolist(), strict=True):
+        rows.append(row.format(region + 1, *color, 1, f"region_{region}"))
+    packed = zlib.compress((labels.astype("<i4") + 1).tobytes())
+    data = base64.b64encode(packed).decode("ascii")
+    pair = "<MD><Name>AnatomicalStructurePrimary</Name><Value>{}</Value></MD>"
+    names = [line.removeprefix(STRUCTURE) for line in comments if line.startswith(STRUCTURE)]
+    stored = "".join(pair.format(escape(name)) for name in names[:1])
+    file.write(
+        _GIFTI.format(table="\n".join(rows), n=len(labels), data=data, structure=stored).encode(
+            "ascii", "xmlcharrefreplace"
+        )
+    )
+
+
+def _write_annot(file: IO[bytes], labels: Array, regions: Array, colors: Bytes) -> None:
+    """Write an annotation file. Its color table has a row for no region, and a row per region."""
+    # The colors of regions must differ, because the file stores the region of a vertex as a color.
+    table = np.array([_UNKNOWN, *_distinct(colors)], np.int64)
+    packed = table @ [1, 1 << 8, 1 << 16]
+    places = np.where(labels < 0, 0, np.searchsorted(regions, labels) + 1)
+    pairs = np.stack([np.arange(len(labels)), packed[places]], axis=1)
+    names = ["unknown", *(f"region_{region}" for region in regions.tolist())]
+    file.write(_integers(len(labels)) + pairs.astype(">i4").tobytes())
+    file.write(_integers(1, -2, len(names)) + _text("superfacets") + _integers(len(names)))
+    for row, (name, color) in enumerate(zip(names, table.tolist(), strict=True)):
+        file.write(_integers(row) + _text(name) + _integers(*color, 0))
+
+
+def _distinct(colors: Bytes) -> Iterator[tuple[int, ...]]:
+    """Yield each color. If it is black, `_UNKNOWN` or already in use, its low bits are changed."""
+    taken, tried = {_UNKNOWN, (0, 0, 0)}, dict[tuple[int, ...], int]()
+    for color in map(tuple, colors.tolist()):
+        changed = color
+        while changed in taken:
+            tried[color] = tried.get(color, 0) + 1
+            changed = tuple(
+                channel ^ sum((tried[color] >> 3 * bit + place & 1) << bit for bit in range(8))
+                for place, channel in enumerate(color)
+            )
+        taken.add(changed)
+        yield changed
+
+
+def _integers(*numbers: int) -> bytes:
+    return np.array(numbers, ">i4").tobytes()
+
+
+def _text(text: str) -> bytes:
+    content = text.encode("ascii") + b"\0"
+    return _integers(len(content)) + content

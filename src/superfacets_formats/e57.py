@@ -1,0 +1,216 @@
+"""Read E57 files with pye57. All scans are transformed by their poses and form one cloud."""
+
+from __future__ import annotations
+
+import re
+import struct
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from superfacets.base.checks import counted
+from superfacets.base.errors import MeshError, import_extra, reason_of
+from superfacets.base.types import Array, Floats, Ints, Singles
+from superfacets.files.attributes import MeshAttributes
+from superfacets.files.guards import Content, most_bytes_of, rotation_of, shortened, temporary_file
+from superfacets.mesh.point_cloud import PointCloud
+
+_CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ")
+_SPHERICAL = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
+_COLORS = ("colorRed", "colorGreen", "colorBlue")
+
+_KINDS = {
+    **dict.fromkeys((*_CARTESIAN, *_SPHERICAL), np.float64),
+    **dict.fromkeys((*_COLORS, "intensity"), np.float32),
+    **dict.fromkeys(("cartesianInvalidState", "sphericalInvalidState"), np.int8),
+}
+"""NumPy type of each field of a point. Other fields are not read."""
+
+_AT_REST = np.concatenate([np.zeros((1, 3)), np.eye(3)])
+"""Position of the scanner, and its three axes, in the coordinate system of the scan."""
+
+_PAGE = 1024
+"""Size of a page of the file, in bytes."""
+_CHECKSUM = 4
+"""Size of the checksum at the end of each page, in bytes."""
+
+
+class _Scan(NamedTuple):
+    """Valid points of a scan."""
+
+    points: Floats  # (n, 3) positions
+    colors: Singles | None  # (n, 3) red, green and blue, 0 to 1
+    intensity: Singles | None  # (n,) intensity of each point
+    records: Ints  # (n,) index of each point's record in the scan
+    frame: Floats | None  # (4, 3) `_AT_REST` transformed by the pose; None if there is no pose
+
+
+def read_e57(data: Content) -> tuple[PointCloud, MeshAttributes]:
+    """Read the points of all scans, in the order of the file, except points declared invalid.
+
+    Invalid points have no position, and are common in scans on a grid. The attributes ``scan`` and
+    ``record`` are the index of each point's scan, and the index of its record in this scan. Colors
+    and intensities are kept only if all scans have them, and viewpoints only if all have poses,
+    of which at least one is not the identity.
+    """
+    pye57 = import_extra("pye57", "an .e57 file", "e57")
+    _check_description(data)
+    with temporary_file(data, "scans.e57") as path:
+        try:
+            with pye57.E57(path) as file:
+                _check_counts(file, len(data))
+                scans = [_read_scan(pye57, file, i) for i in range(file.scan_count)]
+        except (MemoryError, MeshError):
+            raise
+        except Exception as error:  # pye57 raises exceptions of many classes
+            raise MeshError(f"the E57 file cannot be read: {shortened(reason_of(error))}") from None
+    if not scans:
+        raise MeshError("the E57 file has no scans")
+    return _joined(scans)
+
+
+def _check_description(data: Content) -> None:
+    """Refuse XML with a DOCTYPE, because libE57 would expand its entities without limit."""
+    begin, n_bytes = struct.unpack_from("<QQ", data[24:40].ljust(16, b"\0"))
+    at = begin // _PAGE * _PAGE
+    n_pages = n_bytes // (_PAGE - _CHECKSUM) + 3
+    pages = data[at : at + n_pages * _PAGE]
+    text = b"".join(
+        pages[place : place + _PAGE - _CHECKSUM] for place in range(0, len(pages), _PAGE)
+    )[begin - at :]
+    text = text.removeprefix(b"\xef\xbb\xbf")
+    declared = re.match(rb"<\?xml[^>]*encoding\s*=\s*.([\w-]+)", text)
+    is_utf_8 = not declared or declared[1].lower() == b"utf-8"
+    if not re.match(rb"<[^\0]", text) or not is_utf_8 or b"<!DOCTYPE" in text:
+        raise MeshError("the E57 file cannot be read: its XML must be UTF-8 without a DOCTYPE")
+
+
+def _check_counts(file: Any, n_bytes: int) -> None:
+    """Compare the size of the positions of all scans with the size of the file."""
+    counts = [file.get_header(place).point_count for place in range(file.scan_count)]
+    if sum(counts) * _AT_REST[0].nbytes > most_bytes_of(n_bytes):
+        raise MeshError(
+            f"the scans declare {counted(sum(counts), 'point')}, too many for {n_bytes} bytes"
+        )
+
+
+def _joined(scans: list[_Scan]) -> tuple[PointCloud, MeshAttributes]:
+    places = np.repeat(np.arange(len(scans), dtype=np.int32), [len(scan.points) for scan in scans])
+    stored: dict[str, Array] = {
+        "scan": places,
+        "record": np.concatenate([scan.records for scan in scans]),
+    }
+    intensities = [scan.intensity for scan in scans if scan.intensity is not None]
+    if len(intensities) == len(scans):
+        stored["intensity"] = np.concatenate(intensities)
+    shades = [scan.colors for scan in scans if scan.colors is not None]
+    colors = np.concatenate(shades) if len(shades) == len(scans) else None
+    points = np.concatenate([scan.points for scan in scans])
+    cloud = PointCloud(points, colors=colors, viewpoints=_viewpoints_of(scans))
+    return cloud, MeshAttributes(vertex=stored)
+
+
+def _viewpoints_of(scans: list[_Scan]) -> Floats | None:
+    """Return the scanner position: (3,) for one scan, else per point, (N, 3); None if unknown."""
+    found = [scan.frame for scan in scans if scan.frame is not None]
+    # Merged clouds often have an identity pose, although the scanner was not at the origin.
+    if len(found) < len(scans) or np.array_equal(found, [_AT_REST] * len(scans)):
+        return None
+    if len(found) == 1:
+        return np.asarray(found[0][0])
+    places = [frame[0] for frame in found]
+    return np.repeat(places, [len(scan.points) for scan in scans], axis=0)
+
+
+def _read_scan(pye57: Any, file: Any, place: int) -> _Scan:
+    header = file.get_header(place)
+    axes = next((axes for axes in (_CARTESIAN, _SPHERICAL) if _has(header, axes)), None)
+    if axes is None:
+        raise MeshError(f"scan {place} has neither cartesian nor spherical coordinates")
+    columns = _read_columns(pye57, file, place)
+    states = columns.get("cartesianInvalidState" if axes == _CARTESIAN else "sphericalInvalidState")
+    records = np.arange(len(columns[axes[0]]), dtype=np.int32)
+    if states is not None:
+        records = records[states == 0]
+        columns = {name: values[records] for name, values in columns.items()}
+    points = np.column_stack([columns[axis] for axis in axes])
+    if axes == _SPHERICAL:
+        points = _from_spherical(points)
+    colors = _colors_of(pye57, header, columns) if _has(header, _COLORS) else None
+    moved = _moved(points, header, place)
+    frame = _moved(_AT_REST, header, place) if header.has_pose() else None
+    return _Scan(moved, colors, columns.get("intensity"), records, frame)
+
+
+def _has(header: Any, names: tuple[str, ...]) -> bool:
+    return all(name in header.point_fields for name in names)
+
+
+def _read_columns(pye57: Any, file: Any, place: int) -> dict[str, Array]:
+    header = file.get_header(place)
+    n_records = header.point_count
+    names = [name for name in header.point_fields if name in _KINDS]
+    columns = {name: np.empty(n_records, _KINDS[name]) for name in names}
+    if not n_records:
+        return columns
+    buffers = pye57.libe57.VectorSourceDestBuffer()
+    for name, values in columns.items():
+        buffers.append(
+            pye57.libe57.SourceDestBuffer(file.image_file, name, values, n_records, True, True)
+        )
+    reader = header.points.reader(buffers)
+    n_read = reader.read()
+    reader.close()
+    if n_read != n_records:
+        raise MeshError(f"scan {place} declares {counted(n_records, 'point')} but has {n_read}")
+    return columns
+
+
+def _from_spherical(points: Floats) -> Floats:
+    """Convert range, azimuth and elevation (in radians) to x, y and z."""
+    range_, azimuth, elevation = points.T
+    across = range_ * np.cos(elevation)
+    return np.column_stack(
+        [across * np.cos(azimuth), across * np.sin(azimuth), range_ * np.sin(elevation)]
+    )
+
+
+def _moved(points: Floats, header: Any, place: int) -> Floats:
+    """Transform points by the pose of a scan: first the rotation, then the translation."""
+    if not header.has_pose():
+        return points
+    pose = header.node["pose"]
+    if pose.isDefined("rotation"):
+        quaternion = np.array([_number_in(pose["rotation"][axis]) for axis in "wxyz"])
+        length = np.linalg.norm(quaternion)
+        if not (np.isfinite(length) and length > 0):
+            raise MeshError(f"scan {place} has an invalid rotation: {quaternion.tolist()}")
+        points = np.einsum("ij,kj->ik", points, rotation_of(quaternion / length))
+    if pose.isDefined("translation"):
+        points = points + [_number_in(pose["translation"][axis]) for axis in "xyz"]
+    return points
+
+
+def _colors_of(pye57: Any, header: Any, columns: dict[str, Array]) -> Singles | None:
+    """Scale colors to [0, 1], or return None if their limits are infinite or not ascending."""
+    shades = np.empty((len(columns[_COLORS[0]]), 3), np.float32)
+    for place, name in enumerate(_COLORS):
+        low, high = _limits_of(pye57, header, name)
+        if not (np.isfinite(high - low) and high > low):
+            return None
+        shades[:, place] = (columns[name] - np.float32(low)) / np.float32(high - low)
+    return np.clip(shades, 0, 1)
+
+
+def _limits_of(pye57: Any, header: Any, name: str) -> tuple[float, float]:
+    """Return the limits of a color field from the header of the scan, or else from its type."""
+    if header.node.isDefined("colorLimits"):
+        limits = header.node["colorLimits"]
+        return _number_in(limits[f"{name}Minimum"]), _number_in(limits[f"{name}Maximum"])
+    kind = pye57.libe57.StructureNode(header.points.prototype())[name]
+    return kind.minimum(), kind.maximum()
+
+
+def _number_in(node: Any) -> float:
+    is_scaled = hasattr(node, "scaledValue")
+    return float(node.scaledValue() if is_scaled else node.value())

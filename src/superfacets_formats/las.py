@@ -1,0 +1,400 @@
+"""Read LAS and LAZ files, which have one record per point. lazrs decompresses LAZ.
+
+lazrs aborts the process if a file declares more chunks, or larger layers, than fit in memory.
+Therefore all numbers from which lazrs computes sizes of arrays are first compared with the size of
+the file: number and sizes of chunks, sizes of layers, and items of a record. `tools/fuzz` tests
+these checks with damaged files.
+"""
+
+from __future__ import annotations
+
+import io
+import struct
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from superfacets.base.checks import counted
+from superfacets.base.errors import MeshError, import_extra, reason_of
+from superfacets.base.types import Array, Bytes
+from superfacets.files.attributes import PROJECTION, LasDimension, LasFrame, is_word
+from superfacets.files.guards import Content, shortened
+
+_MAX_COMPRESSED = 1000
+"""Maximum ratio of decompressed bytes to bytes of the file. The usual ratio is 5 to 20. Only files
+whose points are almost all equal exceed the maximum."""
+_SMALL = 64 << 20
+"""Size of decompressed points in bytes that is accepted even if `_MAX_COMPRESSED` is exceeded."""
+
+_Field = tuple[str, str | dict[str, int]]
+"""Type and name of a field. A field of packed bits has a dict of names and numbers of bits instead,
+from the lowest to the highest bits."""
+
+_POINT_0: tuple[_Field, ...] = (
+    ("<i4", "X"), ("<i4", "Y"), ("<i4", "Z"), ("<u2", "intensity"),
+    ("u1", {"return_number": 3, "number_of_returns": 3, "scan_direction_flag": 1,
+            "edge_of_flight_line": 1}),
+    ("u1", {"classification": 5, "synthetic": 1, "key_point": 1, "withheld": 1}),
+    ("i1", "scan_angle_rank"), ("u1", "user_data"), ("<u2", "point_source_id"),
+)  # fmt: skip
+_POINT_6: tuple[_Field, ...] = (
+    *_POINT_0[:4],
+    ("u1", {"return_number": 4, "number_of_returns": 4}),
+    ("u1", {"synthetic": 1, "key_point": 1, "withheld": 1, "overlap": 1, "scanner_channel": 2,
+            "scan_direction_flag": 1, "edge_of_flight_line": 1}),
+    ("u1", "classification"), ("u1", "user_data"), ("<i2", "scan_angle"),
+    ("<u2", "point_source_id"), ("<f8", "gps_time"),
+)  # fmt: skip
+_TIME: tuple[_Field, ...] = (("<f8", "gps_time"),)
+_COLORS: tuple[_Field, ...] = (("<u2", "red"), ("<u2", "green"), ("<u2", "blue"))
+_NIR: tuple[_Field, ...] = (*_COLORS, ("<u2", "nir"))
+_WAVE: tuple[_Field, ...] = (("V29", {}),)  # reference to a wave packet, which is not read
+
+
+class _Part(NamedTuple):
+    """An item of a LAZ record: fields that are compressed together, in `n_layers` layers."""
+
+    fields: tuple[_Field, ...]
+    n_layers: int
+
+
+_PARTS = {
+    6: _Part(_POINT_0, 0), 7: _Part(_TIME, 0), 8: _Part(_COLORS, 0), 9: _Part(_WAVE, 0),
+    10: _Part(_POINT_6, 9), 11: _Part(_COLORS, 1), 12: _Part(_NIR, 2), 13: _Part(_WAVE, 1),
+}  # fmt: skip
+"""Items of LAZ, keyed by type number."""
+
+_FORMATS = (
+    (6,), (6, 7), (6, 8), (6, 7, 8), (6, 7, 9), (6, 7, 8, 9),
+    (10,), (10, 11), (10, 12), (10, 13), (10, 12, 13),
+)  # fmt: skip
+"""Type numbers of the items of a record, for each point format."""
+
+_EXTRA = {6: 0, 10: 14}
+"""Type number of the item with extra bytes, keyed by the type number of a record's first item."""
+
+_EXTRA_TYPES = ("", "u1", "i1", "<u2", "<i2", "<u4", "<i4", "<u8", "<i8", "<f4", "<f8")
+
+
+class _Header(NamedTuple):
+    minor: int  # minor version: LAS 1.minor
+    is_wkt: bool  # whether the coordinate reference system is WKT
+    n_points: int
+    point_format: int
+    size: int  # size of a point record in bytes
+    begin: int  # offset of the first point in the file
+    is_compressed: bool
+    scales: tuple[float, float, float]
+    offsets: tuple[float, float, float]
+    records: dict[tuple[bytes, int], bytes]  # variable length records, keyed by (user, id)
+    projection: tuple[tuple[int, bytes], ...]  # as in `LasFrame`
+    source_id: int  # as in `LasFrame`
+    has_standard_time: bool  # as in `LasFrame`
+
+
+class LasContent(NamedTuple):
+    """Content of a LAS file."""
+
+    points: dict[str, Array]  # columns x, y and z, in the unit of the file
+    fields: dict[str, Array]
+    """All other fields, with the same names as in laspy, except that underscores replace spaces."""
+    frame: LasFrame
+    left_out: tuple[str, ...]  # descriptions of data that was not read
+
+
+def read_las(data: Content) -> LasContent:
+    """Return the points of a LAS or LAZ file, without wave packets."""
+    header = _header_of(data)
+    n_bytes = header.n_points * header.size
+    if header.is_compressed:
+        records = _decompressed(data, header)
+    elif n_bytes > len(data) - header.begin:
+        raise MeshError(
+            f"the header declares {counted(header.n_points, 'point')} of {header.size} bytes, but"
+            f" the file has only {counted(len(data) - header.begin, 'byte')} of points: it may be"
+            " truncated"
+        )
+    else:
+        records = np.frombuffer(data, np.uint8, n_bytes, header.begin)
+    columns = dict(_columns(records, header))
+    extra, left_out = _add_extra_columns(columns, records, header)
+    if {9, 13} & {*_FORMATS[header.point_format]}:
+        left_out += ("wave packets",)
+    points = {}
+    for axis, scale, offset in zip("xyz", header.scales, header.offsets, strict=True):
+        with np.errstate(over="ignore", invalid="ignore"):  # `PointCloud` refuses infinite results
+            points[axis] = columns.pop(axis.upper()) * scale + offset
+    frame = LasFrame(
+        header.minor,
+        header.point_format,
+        header.scales,
+        header.offsets,
+        header.projection,
+        header.is_wkt,
+        extra,
+        header.source_id,
+        header.has_standard_time,
+    )
+    return LasContent(points, columns, frame, left_out)
+
+
+def las_steps(data: Content) -> tuple[float, float, float]:
+    """Return the quantization steps of x, y and z in a LAS or LAZ file, in the unit of the file."""
+    return _header_of(data).scales
+
+
+def _header_of(data: Content) -> _Header:
+    if data[:4] != b"LASF" or len(data) < 227:
+        raise MeshError("not a LAS file: the header is missing or truncated")
+    minor = data[25]
+    begin, n_records, point_format, size, n_points = struct.unpack_from("<IIBHI", data, 96)
+    if minor >= 4:
+        if len(data) < 375:
+            raise MeshError("the file ends within its header: it may be truncated")
+        (n_points,) = struct.unpack_from("<Q", data, 247)
+    is_compressed, point_format = point_format >= 128, point_format & 63
+    if point_format >= len(_FORMATS):
+        raise MeshError(f"expected point format 0 to {len(_FORMATS) - 1}, got {point_format}")
+    least = sum(_size_of(_PARTS[part].fields) for part in _FORMATS[point_format])
+    if size < least:
+        raise MeshError(f"points of format {point_format} need {least} or more bytes, got {size}")
+    if not n_points:
+        raise MeshError("the file has no points")
+    (header_size,) = struct.unpack_from("<H", data, 94)
+    numbers = struct.unpack_from("<6d", data, 131)
+    records = _records(data[header_size:begin], n_records)
+    projection = {
+        number: content
+        for (user, number), content in records.items()
+        if user == PROJECTION.encode()
+    }
+    if minor >= 4:
+        projection = _extended_projection(data) | projection
+    return _Header(
+        minor, bool(data[6] & 16), n_points, point_format, size, begin, is_compressed, numbers[:3],
+        numbers[3:], records, tuple(projection.items()), int.from_bytes(data[4:6], "little"),
+        bool(data[6] & 1),
+    )  # fmt: skip
+
+
+def _size_of(fields: tuple[_Field, ...]) -> int:
+    return sum(np.dtype(kind).itemsize for kind, _ in fields)
+
+
+def _records(content: bytes, n_records: int) -> dict[tuple[bytes, int], bytes]:
+    found = {}
+    place = 0
+    for record in range(n_records):
+        if place + 54 > len(content):
+            raise MeshError(f"variable length record {record} of {n_records} overlaps the points")
+        user, number, size = struct.unpack_from("<2x16sHH", content, place)
+        found[user.rstrip(b"\0"), number] = content[place + 54 : place + 54 + size]
+        place += 54 + size
+    return found
+
+
+def _extended_projection(data: Content) -> dict[int, bytes]:
+    """Return the extended records of the coordinate reference system, keyed by id.
+
+    The file stores them after the points.
+    """
+    found = {}
+    place, n_records = struct.unpack_from("<QI", data, 235)
+    for record in range(n_records):
+        size = 0
+        if place + 60 <= len(data):
+            user, number, size = struct.unpack_from("<2x16sHQ", data, place)
+        if place + 60 + size > len(data):
+            raise MeshError(
+                f"extended record {record} of {n_records} exceeds the file: the file may be"
+                " truncated"
+            )
+        if user.rstrip(b"\0") == PROJECTION.encode():
+            found[number] = bytes(data[place + 60 : place + 60 + size])
+        place += 60 + size
+    return found
+
+
+def _columns(records: Bytes, header: _Header) -> Iterator[tuple[str, Array]]:
+    fields = [field for part in _FORMATS[header.point_format] for field in _PARTS[part].fields]
+    place = 0
+    for kind, name in fields:
+        column: Array = np.ndarray(header.n_points, kind, records, place, header.size)
+        place += column.itemsize
+        if isinstance(name, str):
+            yield name, column
+            continue
+        shift = 0
+        for part, n_bits in name.items():
+            yield part, (column >> shift) & ((1 << n_bits) - 1)
+            shift += n_bits
+
+
+def _add_extra_columns(
+    columns: dict[str, Array], records: Bytes, header: _Header
+) -> tuple[tuple[LasDimension, ...], tuple[str, ...]]:
+    """Add the extra dimensions of the points to `columns`.
+
+    Returns the added dimensions, and descriptions of the data that was left out.
+    """
+    added, left_out = [], []
+    place = sum(_size_of(_PARTS[part].fields) for part in _FORMATS[header.point_format])
+    described = header.records.get((b"LASF_Spec", 4), b"")
+    for begin in range(0, len(described) - 191 if place < header.size else 0, 192):
+        dimension, n_bytes = _dimension_of(described[begin : begin + 192])
+        if place + n_bytes > header.size:
+            raise MeshError(f"the extra dimensions of a point do not fit in {header.size} bytes")
+        name, n_numbers = dimension.attribute, dimension.n_numbers
+        if dimension.kind and is_word(name) and name not in columns:
+            shape = (header.n_points, n_numbers) if n_numbers > 1 else (header.n_points,)
+            strides = (header.size, n_bytes // n_numbers)[: len(shape)]
+            stored: Array = np.ndarray(shape, dimension.kind, records, place, strides)
+            columns[name] = dimension.decoded(stored)
+            added.append(dimension)
+            if not dimension.scales and _is_rounded(stored):
+                left_out.append(f"last digits of {name}, which are rounded above 2^53")
+        else:
+            left_out.append(f"extra dimension {dimension.name!r}")
+        place += n_bytes
+    return tuple(added), tuple(left_out)
+
+
+def _is_rounded(stored: Array) -> bool:
+    """Return whether an integer is beyond ±2**53, where float64 does not represent all integers."""
+    is_long = stored.dtype.kind in "iu" and stored.itemsize == 8
+    return is_long and max(int(stored.max()), -int(stored.min())) > 2**53
+
+
+def _dimension_of(description: bytes) -> tuple[LasDimension, int]:
+    """Return an extra dimension, and its size in bytes per point.
+
+    For undocumented bytes, `kind` is empty. The types 11 to 30 are deprecated pairs and triples of
+    the types 1 to 10.
+    """
+    kind, options, name = struct.unpack_from("<2xBB32s", description)
+    if kind > 30:
+        raise MeshError(f"an extra dimension of the points has the unknown type {kind}")
+    n = (kind - 1) // 10 + 1 if kind else 1
+    scales = struct.unpack_from(f"<{n}d", description, 112) if options & 8 else (1.0,) * n
+    offsets = struct.unpack_from(f"<{n}d", description, 136) if options & 16 else (0.0,) * n
+    is_scaled = kind > 0 and options & 24
+    dimension = LasDimension(
+        _text(name).decode("utf-8", "replace"),
+        _EXTRA_TYPES[(kind - 1) % 10 + 1] if kind else "",
+        n,
+        _text(description[160:192]).decode("ascii", "ignore"),
+        *((scales, offsets) if is_scaled else ()),
+    )
+    return dimension, n * np.dtype(dimension.kind).itemsize if kind else options
+
+
+def _text(content: bytes) -> bytes:
+    """Return the content before the first zero byte."""
+    return content.split(b"\0")[0]
+
+
+def _decompressed(data: Content, header: _Header) -> Bytes:
+    lazrs = import_extra("lazrs", "a .laz file", "las")
+    n_bytes = header.n_points * header.size
+    if n_bytes > max(_SMALL, _MAX_COMPRESSED * len(data)):
+        raise MeshError(
+            f"the header declares {counted(header.n_points, 'point')} of {header.size} bytes, more"
+            f" than {_MAX_COMPRESSED} times the size of the file, {len(data)} bytes"
+        )
+    description = header.records.get((b"laszip encoded", 22204), b"")
+    n_layers = _n_layers(description, header)
+    begin, end = header.begin + 8, _begin_of_table(data, header)
+    try:
+        table = _chunks(lazrs, data[end:], description, header, end - begin)
+        content = data[begin:end]
+        if n_layers:
+            _check_layers(content, table, header.size, n_layers)
+        records = np.empty(n_bytes, np.uint8)
+        lazrs.decompress_points_with_chunk_table(content, description, records, table)
+    except BaseException as error:  # PanicException is not an Exception and cannot be imported
+        if isinstance(error, lazrs.LazrsError) or type(error).__name__ == "PanicException":
+            raise MeshError(f"the LAZ file cannot be read: {shortened(reason_of(error))}") from None
+        raise
+    return records
+
+
+def _n_layers(description: bytes, header: _Header) -> int:
+    """Check the items of a record; return the number of layers per chunk, 0 for formats 0 to 5."""
+    parts = _FORMATS[header.point_format]
+    expected = [(part, _size_of(_PARTS[part].fields)) for part in parts]
+    n_extra = header.size - sum(size for _, size in expected)
+    if n_extra:
+        expected.append((_EXTRA[parts[0]], n_extra))
+    is_layered = parts[0] == 10
+    fits = False
+    if len(description) == 34 + 6 * len(expected):
+        compressor, n_items = struct.unpack_from("<H30xH", description)
+        items = list(struct.iter_unpack("<HHH", description[34:]))
+        versions = {version for *_, version in items}
+        fits = (
+            (compressor, n_items) == (2 + is_layered, len(expected))
+            and [(part, size) for part, size, _ in items] == expected
+            and versions <= ({3, 4} if is_layered else {1, 2})
+        )
+    if not fits:
+        raise MeshError("the description of the compressed points does not match their format")
+    return sum(_PARTS[part].n_layers for part in parts) + n_extra if is_layered else 0
+
+
+def _begin_of_table(data: Content, header: _Header) -> int:
+    """Return the offset of the chunk table.
+
+    The file stores this offset before the points, or in its last 8 bytes.
+    """
+    begin = header.begin + 8
+    if begin <= len(data):
+        for at in (header.begin, len(data) - 8):
+            (place,) = struct.unpack_from("<q", data, at)
+            if begin <= place <= len(data) - 8:
+                return int(place)
+    raise MeshError(
+        "the chunk table of the compressed points is outside the file: the file may be truncated"
+    )
+
+
+def _chunks(
+    lazrs: Any, table: bytes, description: bytes, header: _Header, n_bytes: int
+) -> list[tuple[int, int]]:
+    (n_chunks,) = struct.unpack_from("<I", table, 4)
+    if n_chunks > n_bytes // header.size + 1:  # each chunk begins with an uncompressed point
+        raise MeshError(
+            f"the file declares {counted(n_chunks, 'chunk')} of points, too many for its size"
+        )
+    vlr = lazrs.LazVlr(description)
+    chunks = lazrs.read_chunk_table_only(io.BytesIO(table), vlr)
+    if any(size > n_bytes for _, size in chunks):  # so that the sum of sizes cannot overflow
+        raise MeshError(f"a chunk declares more than the {counted(n_bytes, 'byte')} of all chunks")
+    counts, largest = np.array(chunks, dtype=np.int64).reshape(-1, 2), header.n_points
+    if n_chunks and not vlr.uses_variable_size_chunks():  # the last chunk may have fewer points
+        largest = counts[:-1, 0] = vlr.chunk_size()
+        counts[-1, 0] = header.n_points - counts[:-1, 0].sum()
+    counts = counts[counts.any(axis=1)]  # some programs write an empty chunk at the end
+    n_points, n_used = counts.sum(axis=0)
+    sizes_fit = counts.min(initial=1) > 0 and counts[:, 0].max(initial=0) <= largest
+    if not sizes_fit or n_points != header.n_points or n_used > n_bytes:
+        raise MeshError(
+            f"the chunk table does not match the {counted(header.n_points, 'point')} in"
+            f" {n_bytes} bytes that the header declares: the file may be damaged"
+        )
+    return [(int(points), int(size)) for points, size in counts]
+
+
+def _check_layers(content: bytes, chunks: list[tuple[int, int]], size: int, n_layers: int) -> None:
+    """Raise a MeshError if the layers of a chunk are larger than the chunk."""
+    # A chunk has one point, the number of points, the sizes of the layers, and the layers.
+    place = 0  # offset of the current chunk
+    for chunk, (_, n_bytes) in enumerate(chunks):
+        left = n_bytes - size - 4 - 4 * n_layers
+        if left >= 0:
+            left -= sum(struct.unpack_from(f"<{n_layers}I", content, place + size + 4))
+        if left < 0:
+            raise MeshError(
+                f"the layers of chunk {chunk} are larger than its {counted(n_bytes, 'byte')}"
+            )
+        place += n_bytes

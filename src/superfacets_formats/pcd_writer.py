@@ -1,0 +1,84 @@
+"""Write point clouds as PCD, for the Point Cloud Library and Open3D."""
+
+from __future__ import annotations
+
+from typing import IO
+
+import numpy as np
+
+from superfacets.base.types import Array
+from superfacets.files.writers.content import Content
+from superfacets.files.writers.text import ROWS_AT_ONCE, fits_single, write_rows
+
+_NAMES = {"nx": "normal_x", "ny": "normal_y", "nz": "normal_z"}
+
+_FORMATS = {"f4": "%.9g", "f8": "%.17g"}
+
+
+def write_pcd(file: IO[bytes], content: Content) -> None:
+    """Write positions, normals, packed colors, labels and attributes as binary or text PCD.
+
+    Coordinates are float32 if float32 is exact, otherwise float64. Labels are unsigned integers, or
+    signed integers if a label is -1.
+    """
+    columns = _columns_of(content)
+    kinds = [values.dtype.str[1:].upper() for values in columns.values()]
+    counts = [1 if values.ndim == 1 else values.shape[1] for values in columns.values()]
+    n_points = content.cells.n_points
+    view = content.cells.viewpoints
+    place = view if view is not None and view.ndim == 1 else (0, 0, 0)
+    lines = [
+        "# .PCD v0.7 - Point Cloud Data file format",
+        "VERSION 0.7",
+        f"FIELDS {' '.join(columns)}",
+        f"SIZE {' '.join(kind[1:] for kind in kinds)}",
+        f"TYPE {' '.join(kind[0] for kind in kinds)}",
+        f"COUNT {' '.join(map(str, counts))}",
+        f"WIDTH {n_points}",
+        "HEIGHT 1",
+        "VIEWPOINT {:.17g} {:.17g} {:.17g} 1 0 0 0".format(*place),
+        f"POINTS {n_points}",
+        f"DATA {'ascii' if content.ascii else 'binary'}\n",
+    ]
+    file.write("\n".join(lines).encode("ascii"))
+    if content.ascii:
+        flat = [column for values in columns.values() for column in np.atleast_2d(values.T)]
+        row = " ".join(_FORMATS.get(column.dtype.str[1:], "%d") for column in flat)
+        write_rows(file, f"{row}\n", flat)
+        return
+    record = np.dtype(
+        [(name, values.dtype, values.shape[1:]) for name, values in columns.items()]
+    ).newbyteorder("<")
+    for begin in range(0, n_points, ROWS_AT_ONCE):
+        rows = np.empty(min(ROWS_AT_ONCE, n_points - begin), record)
+        for name, values in columns.items():
+            rows[name] = values[begin : begin + ROWS_AT_ONCE]
+        file.write(rows.tobytes())
+
+
+def _columns_of(content: Content) -> dict[str, Array]:
+    """Return the PCD fields, keyed by name.
+
+    An attribute is skipped if another field has its name, or if it stores colors that are already
+    packed in the field ``rgb``.
+    """
+    cloud, labels, colors = content.cells, content.labels, content.colors
+    dtype = np.float32 if fits_single(cloud.points) else np.float64
+    columns: dict[str, Array] = dict(zip("xyz", cloud.points.T.astype(dtype), strict=True))
+    if cloud.normals is not None:
+        columns |= zip(_NAMES.values(), cloud.normals.T.astype(np.float32), strict=True)
+    if colors is None and cloud.colors is not None:
+        colors = np.rint(cloud.colors * 255).astype(np.uint8)
+    taken = set()
+    if colors is not None:
+        packed = colors.astype(np.uint32) @ np.array([1 << 16, 1 << 8, 1], np.uint32)
+        # Other programs expect these bits as a float in binary files, and as an integer in text.
+        columns["rgb"] = packed if content.ascii else packed.view(np.float32)
+        taken = {"red", "green", "blue"}
+    if labels is not None:
+        columns["label"] = labels if labels.min() < 0 else labels.astype(np.uint32)
+    stored = {} if content.attributes is None else content.attributes.vertex
+    for name, values in stored.items():
+        if name not in taken:
+            columns.setdefault(_NAMES.get(name, name), values)
+    return columns

@@ -1,0 +1,147 @@
+"""Write VTP, VTU and legacy VTK, with labels as cell data."""
+
+from __future__ import annotations
+
+import binascii
+import html
+import string
+import sys
+import zlib
+from collections.abc import Mapping
+from typing import IO
+from urllib.parse import quote
+
+import numpy as np
+
+from superfacets.base.types import Array
+from superfacets.files.writers.content import Content
+from superfacets.files.writers.text import write_rows
+from superfacets.mesh.faces import corners_in_a_row, face_sizes
+
+Arrays = Mapping[str, Array]
+"""Arrays of shape (N,) or (N, n), by name."""
+
+_BLOCK = 1 << 20
+"""Number of bytes per block before compression; the last block may be shorter."""
+
+
+def write_vtk_xml(
+    file: IO[bytes],
+    kind: str,
+    counts: Mapping[str, int],
+    sections: Mapping[str, Arrays],
+    *,
+    ascii: bool,
+) -> None:
+    """Write a VTK XML file with a single ``Piece`` element. Names of arrays are escaped."""
+    order = f"{sys.byteorder.capitalize()}Endian"
+    numbers = " ".join(f'{name}="{count}"' for name, count in counts.items())
+    file.write(
+        f'<?xml version="1.0"?>\n<VTKFile type="{kind}" version="1.0" byte_order="{order}"'
+        f' header_type="UInt64" compressor="vtkZLibDataCompressor">\n'
+        f"<{kind}>\n<Piece {numbers}>\n".encode()
+    )
+    for section, arrays in sections.items():
+        file.write(f"<{section}>\n".encode())
+        for name, values in arrays.items():
+            _write_array(file, name, values, ascii=ascii)
+        file.write(f"</{section}>\n".encode())
+    file.write(f"</Piece>\n</{kind}>\n</VTKFile>\n".encode())
+
+
+def _write_array(file: IO[bytes], name: str, values: Array, *, ascii: bool) -> None:
+    word = {"i": "Int", "u": "UInt", "f": "Float"}[values.dtype.kind]
+    table = values if values.ndim > 1 else values[:, np.newaxis]
+    form = "ascii" if ascii else "binary"
+    # If NumberOfComponents is missing, meshio reads an (N,) array; if it is 1, an (N, 1) array.
+    width = f' NumberOfComponents="{table.shape[1]}"' if values.ndim > 1 else ""
+    file.write(
+        f'<DataArray type="{word}{8 * values.dtype.itemsize}" Name="{html.escape(name)}"{width}'
+        f' format="{form}">\n'.encode()
+    )
+    if ascii:
+        row = " ".join([number_format(values)] * table.shape[1]) + "\n"
+        write_rows(file, row, list(table.T))
+    else:
+        content = np.ascontiguousarray(table, table.dtype.newbyteorder("=")).tobytes()
+        blocks = [zlib.compress(content[i : i + _BLOCK]) for i in range(0, len(content), _BLOCK)]
+        sizes = [len(blocks), _BLOCK, len(content) % _BLOCK, *map(len, blocks)]
+        for part in (np.array(sizes, np.uint64).tobytes(), b"".join(blocks)):
+            file.write(binascii.b2a_base64(part, newline=False))
+        file.write(b"\n")
+    file.write(b"</DataArray>\n")
+
+
+def number_format(values: Array) -> str:
+    """Return a format string with enough digits to restore values of this type exactly."""
+    return "%d" if values.dtype.kind in "iu" else "%.9g" if values.dtype.itemsize == 4 else "%.17g"
+
+
+def write_vtp(file: IO[bytes], content: Content) -> None:
+    """Write VTP, with labels and ``colors`` as cell data."""
+    mesh, attributes = content.cells, content.attributes
+    of_faces: dict[str, Array] = dict(attributes.face if attributes else {})
+    if content.labels is not None:
+        of_faces[content.label_name] = content.labels
+    if content.colors is not None:
+        of_faces["colors"] = content.colors
+    polygons = {
+        "connectivity": corners_in_a_row(mesh).astype(np.int64),
+        "offsets": np.cumsum(face_sizes(mesh), dtype=np.int64),
+    }
+    sections = {
+        "PointData": attributes.vertex if attributes else {},
+        "CellData": of_faces,
+        "Points": {"Points": mesh.vertices},
+        "Polys": polygons,
+    }
+    counts = {"NumberOfPoints": len(mesh.vertices), "NumberOfPolys": mesh.n_faces}
+    write_vtk_xml(file, "PolyData", counts, sections, ascii=content.ascii)
+
+
+_TETRA = 10
+"""VTK's code for tetrahedra."""
+
+
+def write_vtu(file: IO[bytes], content: Content) -> None:
+    """Write tetrahedra as VTU, with labels as cell data."""
+    mesh, labels = content.cells, content.labels
+    cells: Arrays = {
+        "connectivity": mesh.tets.astype(np.int64).ravel(),
+        "offsets": np.arange(4, 4 * mesh.n_tets + 1, 4, dtype=np.int64),
+        "types": np.full(mesh.n_tets, _TETRA, np.uint8),
+    }
+    sections: dict[str, Arrays] = {
+        "CellData": {} if labels is None else {content.label_name: labels},
+        "Points": {"Points": mesh.vertices},
+        "Cells": cells,
+    }
+    counts = {"NumberOfPoints": mesh.n_vertices, "NumberOfCells": mesh.n_tets}
+    write_vtk_xml(file, "UnstructuredGrid", counts, sections, ascii=content.ascii)
+
+
+def write_vtk(file: IO[bytes], content: Content) -> None:
+    """Write tetrahedra as legacy VTK, with labels as a field of cell data."""
+    mesh, labels, ascii = content.cells, content.labels, content.ascii
+    n = mesh.n_tets
+    cells = np.column_stack([np.full(n, 4, np.int32), mesh.tets])
+    parts: list[tuple[str, Array]] = [
+        (f"POINTS {mesh.n_vertices} double", mesh.vertices),
+        (f"CELLS {n} {5 * n}", cells),
+        (f"CELL_TYPES {n}", np.full((n, 1), _TETRA, np.int32)),
+    ]
+    if labels is not None:
+        name = quote(content.label_name, safe=string.punctuation.replace("%", "").replace('"', ""))
+        head = f"CELL_DATA {n}\nFIELD FieldData 1\n{name} 1 {n} int"
+        parts.append((head, labels.reshape(n, 1)))
+    form = "ASCII" if ascii else "BINARY"
+    file.write(
+        f"# vtk DataFile Version 3.0\nsuperfacets\n{form}\nDATASET UNSTRUCTURED_GRID\n".encode()
+    )
+    for head, values in parts:
+        file.write(f"{head}\n".encode())
+        if ascii:
+            row = " ".join([number_format(values)] * values.shape[1]) + "\n"
+            write_rows(file, row, list(values.T))
+        else:
+            file.write(values.astype(values.dtype.newbyteorder(">")).tobytes() + b"\n")

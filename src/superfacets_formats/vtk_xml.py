@@ -1,0 +1,295 @@
+"""Read VTK XML files with inline or appended arrays, and the polygons of VTP files."""
+
+from __future__ import annotations
+
+import binascii
+import lzma
+import zlib
+from collections.abc import Sequence
+from typing import Any, Literal
+from xml.etree.ElementTree import Element, ParseError, fromstring
+
+import numpy as np
+
+from superfacets.base.checks import counted
+from superfacets.base.errors import MeshError
+from superfacets.base.types import Array, Floats
+from superfacets.files.guards import (
+    Arrays,
+    Content,
+    as_doubles,
+    checked_faces,
+    most_bytes_of,
+    named_errors,
+)
+from superfacets.files.readers.text import as_count, as_integers, shown, split_lines
+
+from .grids import sizes_between
+
+NUMBER_TYPES = {
+    **{f"Int{8 * n}": f"i{n}" for n in (1, 2, 4, 8)},
+    **{f"UInt{8 * n}": f"u{n}" for n in (1, 2, 4, 8)},
+    "Float32": "f4",
+    "Float64": "f8",
+}
+"""NumPy type codes, keyed by VTK type names."""
+
+_NONE = np.empty(0, np.uint8)
+"""Empty array; arrays of integers that are concatenated with it remain integers."""
+
+_UNNAMED = "without a name"
+
+_ORDERS: dict[str, Literal["<", ">"]] = {"LittleEndian": "<", "BigEndian": ">"}
+
+
+def is_vtp(data: Content) -> bool:
+    """Return whether the file is a VTK XML file of surfaces."""
+    head = data[:1000]
+    return b"<VTKFile" in head and b"PolyData" in head
+
+
+def read_vtp(data: Content) -> Arrays:
+    """Return vertices and polygons of a VTP file; single points and lines are skipped."""
+    points, sizes, corners = _open(data).cells("Polys", "NumberOfPolys")
+    if not len(sizes):
+        raise MeshError("the VTP file has no polygons")
+    return points, checked_faces(sizes, corners)
+
+
+def vtp_labels(data: Content, name: str) -> Array | None:
+    """Return the cell data `name` of the polygons, or None if the file has no such data."""
+    before = ("NumberOfVerts", "NumberOfLines")
+    labels = _open(data).cell_data(name, "NumberOfPolys", before)
+    if labels is not None and labels.dtype.kind not in "iu":
+        raise MeshError(f"labels must be integers, got {labels.dtype} in the VTP file")
+    return labels
+
+
+def _open(data: Content) -> XmlFile:
+    if not is_vtp(data):
+        raise MeshError("not a VTP file: it does not begin with a VTKFile of type PolyData")
+    file = XmlFile(data, "PolyData")
+    if any(_count(piece, "NumberOfStrips") for piece in file.pieces):
+        raise MeshError("triangle strips in VTP are not supported: save the file with polygons")
+    return file
+
+
+def _count(piece: Element, name: str) -> int:
+    """Return a count in the attributes of a Piece element; 0 if it is missing."""
+    return as_count(piece.get(name, "0"), name)
+
+
+class XmlFile:
+    """A VTK XML file of one type, whose arrays are decoded on demand."""
+
+    def __init__(self, data: Content, kind: str) -> None:
+        self._left = most_bytes_of(len(data))
+        self._appended = memoryview(b"")
+        begin = data.find(b"<AppendedData")
+        text = data[:]
+        if begin >= 0:
+            tag_end = data.find(b">", begin) + 1
+            body, end = data.find(b"_", tag_end), data.rfind(b"</AppendedData")
+            if not 0 < tag_end <= body < end:
+                raise MeshError("the appended data has no end: the file may be truncated")
+            text = data[:tag_end] + data[end:]
+            self._appended = memoryview(data[body + 1 : end])
+        root = _parsed_xml(text)
+        if root.get("type") != kind or root.find(kind) is None:
+            raise MeshError(f"expected a VTKFile of type {kind}, got {root.get('type')!s:.40}")
+        self.pieces = root.findall(f"{kind}/Piece")
+        self._order = _ORDERS.get(root.get("byte_order", ""))
+        self._header = np.dtype(NUMBER_TYPES.get(root.get("header_type", "UInt32"), "u4"))
+        self._compressor = root.get("compressor", "")
+        appended = root.find("AppendedData")
+        self._encoding = "" if appended is None else appended.get("encoding", "")
+
+    def cells(self, section: str, count: str) -> tuple[Floats, Array, Array]:
+        """Return vertices, (V, 3), sizes of cells, and flat corners of cells, of all pieces."""
+        parts: list[tuple[Floats, Array, Array]] = [(np.empty((0, 3)), _NONE, _NONE)]
+        n_points = 0
+        for piece in self.pieces:
+            points = self._points(piece)
+            ends = self._integers(piece, section, "offsets", _count(piece, count))
+            sizes = sizes_between(ends, section)
+            corners = self._integers(piece, section, "connectivity", int(sizes.sum()))
+            parts.append((points, sizes, corners + n_points if n_points else corners))
+            n_points += len(points)
+        points, sizes, corners = map(np.concatenate, zip(*parts, strict=True))
+        return points, sizes, corners
+
+    def kinds(self) -> Array:
+        """Return the VTK type of each cell of all pieces."""
+        found = [
+            self._integers(piece, "Cells", "types", _count(piece, "NumberOfCells"))
+            for piece in self.pieces
+        ]
+        return np.concatenate([_NONE, *found])
+
+    def cell_data(self, name: str, count: str, before: Sequence[str] = ()) -> Array | None:
+        """Return the cell data `name` of the cells of one kind, or None if it is missing.
+
+        `count` and `before` are attributes of the XML element Piece: the number of these cells, and
+        the numbers of the cells of other kinds that precede them.
+        """
+        parts = []
+        for piece in self.pieces:
+            n_before = sum(_count(piece, name) for name in before)
+            n_cells = n_before + _count(piece, count)
+            values = self._array(piece, "CellData", name, n_cells) if n_cells else _NONE
+            if values is None:
+                return None
+            parts.append(values[n_before:])
+        return np.concatenate(parts) if parts else None
+
+    def _points(self, piece: Element) -> Floats:
+        n_points = _count(piece, "NumberOfPoints")
+        array = piece.find("Points/DataArray")
+        if not n_points:
+            return np.empty((0, 3))
+        if array is None or array.get("NumberOfComponents") != "3":
+            raise MeshError("the Points of the file must have 3 components")
+        return as_doubles(self._values(array, 3 * n_points)).reshape(-1, 3)
+
+    def _integers(self, piece: Element, section: str, name: str, n: int) -> Array:
+        """Return the named array of `n` integers, or raise a MeshError if it is missing."""
+        found = self._array(piece, section, name, n) if n else _NONE
+        if found is None:
+            raise MeshError(f"{section} in the file must have an array {name}")
+        if found.dtype.kind not in "iu":
+            raise MeshError(f"the array {name} must have an integer type, got {found.dtype}")
+        return found
+
+    def _array(self, piece: Element, section: str, name: str, n: int) -> Array | None:
+        """Return the named array, which must have `n` values, or None if it is missing."""
+        arrays = piece.findall(f"{section}/DataArray")
+        array = next((one for one in arrays if one.get("Name", _UNNAMED) == name), None)
+        if array is None:
+            return None
+        if array.get("NumberOfComponents", "1") not in ("0", "1"):
+            raise MeshError(f"the array {shown(name)} must have one number per cell")
+        return self._values(array, n)
+
+    def _values(self, array: Element, n: int) -> Array:
+        """Return the `n` numbers of an array, or raise a MeshError if it has another size."""
+        with named_errors(f"the array {shown(array.get('Name', _UNNAMED))}"):
+            self._left -= 8 * n
+            if self._left < 0:
+                raise MeshError(f"it declares {counted(n, 'number')}, too many for the file size")
+            return self._decoded(array, n)
+
+    def _decoded(self, array: Element, n: int) -> Array:
+        word = array.get("type", "")
+        if word not in NUMBER_TYPES:
+            raise MeshError(f"expected a type such as Float64, got {shown(word)}")
+        stored = np.dtype(NUMBER_TYPES[word])
+        form = array.get("format", "ascii")
+        if form == "ascii":
+            values = _parsed((array.text or "").encode(), stored)
+            if len(values) != n:
+                n_found = len(values)
+                raise MeshError(
+                    f"expected {counted(n, 'number')}, got {n_found}: the file may be truncated"
+                )
+            return values
+        if form == "binary":
+            data: Any = "".join((array.text or "").split()).encode()
+            is_base64 = True
+        elif form == "appended":
+            offset = as_count(array.get("offset", ""), "offsets of appended data")
+            data = self._appended[offset:]
+            is_base64 = self._encoding != "raw"
+        else:
+            raise MeshError(f"expected the format ascii, binary or appended, got {shown(form)}")
+        if self._order is None:
+            raise MeshError("the byte_order of the VTKFile must be LittleEndian or BigEndian")
+        content = self._content(data, is_base64, n * stored.itemsize)
+        return np.frombuffer(content, stored.newbyteorder(self._order)).astype(stored)
+
+    def _content(self, data: Any, is_base64: bool, n_bytes: int) -> bytes | bytearray:
+        """Return the decompressed bytes of an array, which must be `n_bytes` bytes."""
+        assert self._order is not None
+        header, size = self._header.newbyteorder(self._order), self._header.itemsize
+        first = int(np.frombuffer(_first_bytes(data, size, is_base64), header)[0])
+        if not self._compressor:
+            _check_size(first, n_bytes)
+            return _first_bytes(data, size + first, is_base64)[size:]
+        if not first:
+            _check_size(0, n_bytes)
+            return b""
+        head = size * (3 + first)  # the header is encoded separately from the blocks
+        sizes = np.frombuffer(_first_bytes(data, head, is_base64), header)[1:].tolist()
+        full, last, packed = sizes[0], sizes[1] or sizes[0], sizes[2:]
+        _check_size(full * (first - 1) + last, n_bytes)
+        rest = data[_stored_size(head, is_base64) :]
+        blocks = memoryview(_first_bytes(rest, sum(packed), is_base64))
+        content = bytearray()
+        for place, n_packed in enumerate(packed):
+            block, blocks = blocks[:n_packed], blocks[n_packed:]
+            content += self._unpacked(block, last if place == first - 1 else full)
+        return content
+
+    def _unpacked(self, block: memoryview, size: int) -> bytes:
+        try:
+            if self._compressor == "vtkZLibDataCompressor":
+                content = zlib.decompressobj().decompress(block, size + 1)
+            elif self._compressor == "vtkLZMADataCompressor":
+                content = lzma.LZMADecompressor(memlimit=1 << 28).decompress(block, size + 1)
+            else:
+                raise MeshError(
+                    f"the compressor {shown(self._compressor)} is not supported:"
+                    " save the file with vtkZLibDataCompressor"
+                )
+        except (zlib.error, lzma.LZMAError, EOFError):
+            raise MeshError("a compressed block is damaged") from None
+        _check_size(len(content), size)
+        return content
+
+
+def _stored_size(n: int, is_base64: bool) -> int:
+    return 4 * -(-n // 3) if is_base64 else n
+
+
+def _first_bytes(data: bytes | memoryview, n: int, is_base64: bool) -> bytes:
+    """Return the first `n` bytes; the size is checked before memory is allocated."""
+    size = _stored_size(n, is_base64)
+    if size > len(data):
+        raise MeshError(
+            f"expected {counted(size, 'byte')}, got {len(data)}: the file may be truncated"
+        )
+    if not is_base64:
+        return bytes(data[:n])
+    try:  # the last group of 4 characters may encode more than `n` bytes
+        found = binascii.a2b_base64(data[:size], strict_mode=True)[:n]
+    except binascii.Error:
+        found = b""
+    if len(found) < n:
+        raise MeshError("the data is not valid base64: the file may be damaged")
+    return found
+
+
+def _parsed_xml(text: bytes) -> Element:
+    """Parse VTK XML; a document type is refused, because it can define entities."""
+    if b"<!DOCTYPE" in text:
+        raise MeshError("the XML must not have a DOCTYPE, which VTK files never have")
+    try:
+        root = fromstring(text)
+    except (ParseError, LookupError, ValueError) as error:  # LookupError: unknown encoding
+        raise MeshError(f"the XML is truncated or damaged: {error}") from None
+    return root if root.tag == "VTKFile" else Element("")
+
+
+def _parsed(text: bytes, stored: np.dtype[Any]) -> Array:
+    """Parse all numbers in a text, and convert them to the type `stored`."""
+    lines = split_lines(text)
+    if stored.kind != "f":
+        return as_integers(lines.parse_integers_or_floats(), "values")
+    with np.errstate(over="ignore", invalid="ignore"):
+        return lines.parse(np.float64).astype(stored)
+
+
+def _check_size(found: int, n_bytes: int) -> None:
+    if found != n_bytes:
+        raise MeshError(
+            f"expected {counted(n_bytes, 'byte')}, got {found}: the file may be damaged"
+        )

@@ -1,0 +1,1 @@
+"""Superpoints for networks, files of ScanNet, and labels from masks of images."""

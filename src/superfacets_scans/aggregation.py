@@ -1,0 +1,284 @@
+"""Group segments into objects, as in ScanNet, and transfer objects to new segments."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from superfacets.base.checks import check_length, checked_classes, counted, ranked_labels
+from superfacets.base.errors import MeshError
+from superfacets.base.types import Ints, Longs
+from superfacets.files.atomic import StrPath, atomic_outputs
+from superfacets.files.guards import known_ending, read_json
+from superfacets.files.readers.labels import read_labels
+from superfacets.files.writers.cells import FormatOptions
+from superfacets.graph.sums import weighted_majority
+
+from .scannet import (
+    GROUPS,
+    SEGMENTS,
+    check_truth_stays,
+    name_in_groups,
+    scene_of,
+    write_aggregation,
+)
+
+
+class RegroupedObject(NamedTuple):
+    """Numbers of vertices that an object loses and gains in `regroup_segments`.
+
+    Attributes
+    ----------
+    object_id : int
+        Id of the object in the file.
+    label : str
+        Class of the object, or an empty string.
+    n_vertices : int
+        Number of vertices of the object with the old segments.
+    n_lost : int
+        Number of vertices that are in the object with the old, but not with the new segments.
+    n_gained : int
+        Number of vertices that are in the object with the new, but not with the old segments.
+    """
+
+    object_id: int
+    label: str
+    n_vertices: int
+    n_lost: int
+    n_gained: int
+
+
+def group_segments(
+    segments: StrPath,
+    objects: npt.ArrayLike,
+    output: StrPath,
+    *,
+    classes: Sequence[str] | Sequence[int] | None = None,
+    scores: npt.ArrayLike | None = None,
+    force: bool = False,
+) -> None:
+    """Write an ``.aggregation.json`` file, in which each object is a group of segments.
+
+    Parameters
+    ----------
+    segments : path-like
+        File ``.segs.json`` with the segment of each vertex.
+    objects : array_like of int, shape (K,)
+        Object of each of the K segments, in ascending order of their ids, or -1 for no object.
+        Numbers may have gaps. An example is ``lift(...).region_labels``. In files written by this
+        package, a vertex without a face is a segment of its own, and has the highest ids.
+    output : path-like
+        New file ``.aggregation.json``. ``segmentsFile`` becomes ``scannet.`` plus the name of
+        `segments`.
+    classes, scores, force
+        Same as in `write_mesh`, with one class and one score per object, in ascending order.
+
+    Raises
+    ------
+    MeshError
+        If a file has another ending, if `segments` is damaged, or if the number of classes or
+        scores is wrong.
+    ValueError, TypeError
+        If `objects` are not one integer >= -1 per segment, or if classes or scores are not valid.
+    OSError
+        If a file cannot be read or written. The error is a FileExistsError if `force` is needed.
+
+    See Also
+    --------
+    regroup_segments : Transfers objects to other segments of the same mesh.
+
+    Examples
+    --------
+    >>> import json
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from superfacets import write_labels
+    >>> with TemporaryDirectory() as folder:
+    ...     segments, output = Path(folder, "room.segs.json"), Path(folder, "room.aggregation.json")
+    ...     write_labels(segments, [0, 0, 3, 4, 4])
+    ...     group_segments(segments, [1, 1, -1], output)
+    ...     [group["segments"] for group in json.loads(output.read_text())["segGroups"]]
+    [[0, 3]]
+    """
+    for path, ending in ((segments, SEGMENTS), (output, GROUPS)):
+        known_ending(Path(path), (ending,))
+    if not force:
+        check_truth_stays([output])
+    options = FormatOptions.checked([GROUPS], classes=classes, scores=scores)
+    ids = ranked_labels(read_labels(segments))[1]
+    check_length(np.atleast_1d(objects), len(ids), "objects", "segment")
+    of_segments = checked_classes(objects, len(ids), "objects")
+    options.check_classes(of_segments, "object")
+    with atomic_outputs([output]) as (temporary,), temporary.open("wb") as file:
+        write_aggregation(
+            file, ids, of_segments, scene_of(Path(output), GROUPS), classes=options.classes,
+            scores=options.scores, segments_file=name_in_groups(Path(segments)),
+        )  # fmt: skip
+
+
+def regroup_segments(
+    aggregation: StrPath,
+    new_segments: StrPath,
+    output: StrPath,
+    *,
+    segments: StrPath | None = None,
+    force: bool = False,
+) -> list[RegroupedObject]:
+    """Write an ``.aggregation.json`` file with the same objects, but with new segments.
+
+    Each new segment is assigned to the object that contains the largest number of its vertices, or
+    to no object if even more of its vertices are in no object. Where a new segment crosses the
+    border of an object, the border moves to the border of the segment.
+
+    Parameters
+    ----------
+    aggregation : path-like
+        File ``.aggregation.json`` with objects, which are groups of old segments.
+    new_segments : path-like
+        File ``.segs.json`` with the new segments.
+    output : path-like
+        New file ``.aggregation.json``. ``segmentsFile`` becomes ``scannet.`` plus the name of
+        `new_segments`, a missing ``sceneId`` is added, and objects without a segment are left out.
+        All other data are copied from `aggregation`.
+    segments : path-like, optional
+        File ``.segs.json`` with the old segments. By default, it is the ``segmentsFile`` of
+        `aggregation`, with or without the prefix ``scannet.``, in the folder of `aggregation`.
+    force : bool, default False
+        Whether an existing `output` is overwritten. `aggregation` itself is never overwritten.
+
+    Returns
+    -------
+    list of RegroupedObject
+        Changes of the objects, in the order of `aggregation`.
+
+    Raises
+    ------
+    MeshError
+        If a file is damaged or has another ending, if the files belong to different meshes, or if
+        the ``segmentsFile`` is not found.
+    ValueError
+        If `output` and `aggregation` are the same file.
+    FileExistsError
+        If `output` exists and `force` is False.
+    OSError
+        If a file cannot be read or written.
+
+    Notes
+    -----
+    Time is O(V log V) for V vertices. If a segment is in several objects, the first object is used.
+    """
+    for path, ending in ((aggregation, GROUPS), (new_segments, SEGMENTS), (output, GROUPS)):
+        known_ending(Path(path), (ending,))
+    if Path(output).resolve() == Path(aggregation).resolve():
+        raise ValueError(f"{output}: output must differ from aggregation, which is never replaced")
+    if not force:
+        check_truth_stays([output])
+    groups = _Groups.read(Path(aggregation))
+    source = groups.named_segments() if segments is None else Path(segments)
+    known_ending(source, (SEGMENTS,))
+    old, new = read_labels(source), read_labels(new_segments)
+    if len(old) != len(new):
+        raise MeshError(
+            f"{new_segments}: must have {counted(len(old), 'vertex')} like {source}, got {len(new)}"
+        )
+    before = groups.objects_of(old, source)
+    ids, of_vertices = np.unique(new, return_inverse=True)
+    votes = np.ones(len(before))
+    of_segments = weighted_majority(of_vertices, before.astype(np.int32), votes, len(ids)).winners
+    after = of_segments[of_vertices]
+    groups.write(Path(output), ids, of_segments, Path(new_segments))
+    return [
+        RegroupedObject(
+            int(entry["objectId"]), str(entry.get("label", "")), int((before == i).sum()),
+            int(((before == i) & (after != i)).sum()), int(((before != i) & (after == i)).sum()),
+        )
+        for i, entry in enumerate(groups.entries)
+    ]  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Groups:
+    """Content of an ``.aggregation.json`` file."""
+
+    path: Path
+    document: dict[str, Any]  # the whole file
+    entries: list[dict[str, Any]]  # the list "segGroups", with one entry per object
+
+    @classmethod
+    def read(cls, path: Path) -> _Groups:
+        document = read_json(path)
+        entries = document.get("segGroups") if isinstance(document, dict) else None
+        if not isinstance(entries, list) or not all(map(_is_group, entries)):
+            raise MeshError(
+                f"{path}: must have a list segGroups, whose entries have objectId and segments"
+            )
+        return cls(path, document, entries)
+
+    def named_segments(self) -> Path:
+        """Return the path of the ``segmentsFile``, with or without its prefix ``scannet.``.
+
+        Raises a MeshError if it is not in the folder of the ``.aggregation.json`` file.
+        """
+        name = self.document.get("segmentsFile")
+        if not isinstance(name, str) or not name:
+            raise MeshError(
+                f"{self.path}: has no segmentsFile: give the path of the file of old segments"
+                " (segments=, --segments)"
+            )
+        for text in (name, name.removeprefix("scannet.")):
+            path = self.path.with_name(Path(text).name)
+            if path.exists():
+                return path
+        raise MeshError(
+            f"{self.path}: the segmentsFile {name} is not in the same folder: give its path"
+            " (segments=, --segments)"
+        )
+
+    def objects_of(self, segments: Ints, source: Path) -> Longs:
+        """Return the index of the object of each vertex, or -1 for vertices without an object.
+
+        Raises a MeshError if an object has a segment that is not in `segments`.
+        """
+        ids, of_vertices = np.unique(segments, return_inverse=True)
+        objects = np.full(len(ids), -1, np.int64)
+        for i in range(len(self.entries) - 1, -1, -1):
+            wanted = np.array(self.entries[i]["segments"], np.int64)
+            at = np.minimum(np.searchsorted(ids, wanted), len(ids) - 1)
+            is_missing = ids[at] != wanted
+            if is_missing.any():
+                raise MeshError(
+                    f"{self.path}: has segment {wanted[np.argmax(is_missing)]}, which is not in"
+                    f" {source.name}: use the files of the same mesh"
+                )
+            objects[at] = i
+        return objects[of_vertices]
+
+    def write(self, path: Path, ids: Ints, of_segments: Ints, segments: Path) -> None:
+        """Write the objects with the new segments `ids`.
+
+        `of_segments` is the index of the object of each segment, or -1 for no object.
+        """
+        entries = []
+        for i, entry in enumerate(self.entries):
+            own = ids[of_segments == i].tolist()
+            if own:
+                entries.append({**entry, "segments": own})
+        name = name_in_groups(segments)
+        document = {**self.document, "segGroups": entries, "segmentsFile": name}
+        if "sceneId" not in document:
+            document["sceneId"] = f"scannet.{scene_of(path, GROUPS)}"
+        with atomic_outputs([path]) as (temporary,):
+            temporary.write_text(json.dumps(document, separators=(",", ":")), encoding="ascii")
+
+
+def _is_group(entry: object) -> bool:
+    if not isinstance(entry, dict) or not isinstance(entry.get("segments"), list):
+        return False
+    numbers = [entry.get("objectId"), *entry["segments"]]
+    return all(type(number) is int and 0 <= number < 2**62 for number in numbers)

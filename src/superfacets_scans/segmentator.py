@@ -1,0 +1,313 @@
+"""Replacement of the package `segmentator`, with the same function names.
+
+Neural networks such as SPFormer, MAFT and OneFormer3D come with scripts that prepare scans, such as
+ScanNet. These scripts import ``segmentator``, an extension that must be compiled against torch.
+To use this module instead, change the import line to
+
+    from superfacets import segmentator
+
+The number of regions is about the same as with the original package. Regions are connected and
+compact, and their borders follow creases.
+"""
+
+from __future__ import annotations
+
+import warnings
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from superfacets import _core
+from superfacets.base.checks import (
+    check_spread,
+    checked_count,
+    checked_number,
+    checked_threads,
+    owned,
+    ranked_labels,
+    refuse_first,
+)
+from superfacets.base.errors import IslandWarning, MeshError
+from superfacets.base.types import Array, Floats, Ints, Longs
+from superfacets.clustering.run import segment_graph
+from superfacets.graph.cell_graph import CellGraph
+from superfacets.graph.point_graph import PointGraph, point_surface
+from superfacets.mesh.convert import MeshLike, as_mesh
+from superfacets.mesh.faces import mean_normals
+from superfacets.mesh.point_cloud import PointCloud
+from superfacets.mesh.triangle_mesh import Mesh
+from superfacets.mesh.weld import lowest_vertices
+from superfacets.pipeline import segment
+from superfacets.regions.crease_labels import VertexEdges, crease_labels, large_regions
+from superfacets.regions.vertices import with_unused
+from superfacets.weights.formulas import NO_NORMALS, WEIGHTS, EdgeFactors, weights_of
+
+__all__ = ["compute_vn", "segment_mesh", "segment_point"]
+
+
+def segment_mesh(
+    vertices: Any,
+    faces: Any,
+    kThresh: float = 0.01,  # noqa: N803  # the original's name
+    segMinVerts: int = 20,  # noqa: N803
+    *,
+    n_segments: int | None = None,
+) -> Any:
+    r"""Segment the vertices of a mesh: a replacement of ``segmentator.segment_mesh``.
+
+    The mesh is segmented with `superfacets.segment`, and the labels are converted to vertices with
+    `superfacets.vertex_labels` and ``method="creases"``. Regions with fewer than `segMinVerts`
+    vertices take vertices from their neighbors, or are merged with a neighbor if this is not
+    possible.
+
+    The number of regions equals the number of segments that the original package finds with the
+    same parameters. The original package uses the method of Felzenszwalb and Huttenlocher on the
+    edges of the mesh. The weight of an edge from vertex i to vertex j is 1 - n_i . n_j, where the
+    normal n of a vertex is the mean of the unit normals of its faces. The weight is squared if n_j
+    points forward along the edge, as on a convex surface. At first, each vertex is a segment. In
+    the order of ascending weight, an edge joins the segments at its ends if its weight is at most
+    the threshold of both segments. The threshold of a segment is `kThresh` divided by its number of
+    vertices, plus the weight of the last edge that was used to join it. Then segments with fewer
+    than `segMinVerts` vertices are joined to neighboring segments. Connected components with fewer
+    than `segMinVerts` vertices are not counted, and become additional regions. Vertices at the same
+    position are treated as one vertex.
+
+    Parameters
+    ----------
+    vertices : array_like or torch tensor, shape (V, 3)
+        Positions of vertices.
+    faces : array_like or torch tensor of integers, shape (F, 3)
+        Vertex indices of triangles.
+    kThresh : float, default 0.01
+        Threshold of the method, >= 0. Larger values give fewer and larger regions.
+    segMinVerts : int, default 20
+        Minimum number of vertices of a region, >= 1, except for smaller components and vertices
+        without faces.
+    n_segments : int, optional
+        Number of regions. By default, it is computed from `kThresh` and `segMinVerts`. If you pass
+        a number, small regions can still take vertices from their neighbors, but are not merged.
+
+    Returns
+    -------
+    ndarray of int64, shape (V,), or torch tensor on the device of `faces` if `faces` is a tensor
+        Region of each vertex. Regions are numbered from 0 without gaps, and are connected by edges.
+        As in the original package, each vertex without faces is a region. These regions have the
+        highest numbers.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is not valid.
+    ValueError, TypeError
+        If a parameter is out of range or of the wrong type.
+
+    Notes
+    -----
+    Time is nearly linear in the number of faces.
+
+    References
+    ----------
+    Felzenszwalb and Huttenlocher, "Efficient Graph-Based Image Segmentation", 2004.
+
+    Examples
+    --------
+    >>> from superfacets import segmentator
+    >>> from superfacets import sample_mesh
+    >>> bear = sample_mesh(3000)
+    >>> ids = segmentator.segment_mesh(bear.vertices, bear.faces, n_segments=40)
+    >>> ids.shape == (bear.n_vertices,), len(np.unique(ids))
+    (True, 40)
+    """
+    threshold, least = _checked(kThresh, segMinVerts)
+    mesh = Mesh(_array_of(vertices), _array_of(faces))
+    threads = checked_threads(None)
+    if n_segments is None:
+        number = _number_in_mesh(mesh, threshold, least, threads)
+    else:
+        number = checked_count(n_segments, "n_segments", mesh.n_faces, "faces")
+    with warnings.catch_warnings():  # additional regions for small components are expected
+        warnings.simplefilter("ignore", IslandWarning)
+        of_faces = segment(mesh, min(number, mesh.n_faces)).labels
+    names = np.arange(of_faces.max() + 1)
+    labels = crease_labels(
+        mesh, of_faces, len(names), threads, least=least, merge=n_segments is None
+    )
+    return _like(with_unused(labels, names), faces)
+
+
+def segment_point(
+    points: Any,
+    normals: Any,
+    edges: Any,
+    kThresh: float = 0.01,  # noqa: N803
+    segMinVerts: int = 20,  # noqa: N803
+    *,
+    n_segments: int | None = None,
+) -> Any:
+    r"""Segment the points of a cloud: a replacement of ``segmentator.segment_point``.
+
+    The graph of points and edges is segmented with `superfacets.segment_graph`. The weight of an
+    edge is its length plus a cost of creases, which is computed from the angle between the normals
+    as in `superfacets.crease_weights`. The area of a point is computed from the lengths of its
+    edges, as in `superfacets.build_point_graph`.
+
+    Parameters
+    ----------
+    points, normals : array_like or torch tensor, shape (N, 3)
+        Positions of points, and normals of any length that point to the same side of the surface.
+    edges : array_like or torch tensor of integers, shape (E, 2)
+        Pairs of neighboring points, in one direction or in both directions.
+    kThresh, segMinVerts, n_segments
+        Same as in `segment_mesh`, with `edges` and `normals` in place of the edges and the normals
+        of a mesh.
+
+    Returns
+    -------
+    ndarray of int64, shape (N,), or torch tensor on the device of `edges` if `edges` is a tensor
+        Region of each point. Regions are numbered from 0 without gaps, and are connected by edges.
+        Each point without an edge is a region.
+
+    Raises
+    ------
+    MeshError
+        If the points are not valid, or if an index in `edges` is out of range.
+    ValueError, TypeError
+        If a parameter is out of range or of the wrong type.
+
+    Examples
+    --------
+    A row of points has a corner in the middle:
+
+    >>> from superfacets import segmentator
+    >>> points = [[x, 0, 0] for x in range(4)] + [[4, 0, z] for z in range(1, 5)]
+    >>> normals = [[0, 0, 1]] * 4 + [[-1, 0, 0]] * 4
+    >>> edges = [[i, i + 1] for i in range(7)]
+    >>> segmentator.segment_point(points, normals, edges, n_segments=2)
+    array([0, 0, 0, 0, 1, 1, 1, 1])
+    """
+    threshold, least = _checked(kThresh, segMinVerts)
+    cloud = PointCloud(_array_of(points), _array_of(normals))
+    assert cloud.normals is not None
+    steps = _checked_edges(_array_of(edges), cloud.n_points)
+    threads = checked_threads(None)
+    if n_segments is None:
+        number = _core.count_graph_segments(
+            cloud.points, cloud.normals, steps.ravel(), threshold, least, threads
+        )
+        number = max(number, 1)
+    else:
+        number = checked_count(n_segments, "n_segments", cloud.n_points, "points")
+    graph = _graph_of_points(cloud, steps, number)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", IslandWarning)
+        labels = segment_graph(graph, number).labels
+    joined = VertexEdges(graph.offsets, graph.neighbors, cloud.points, cloud.normals)
+    counts = np.ones(cloud.n_points, np.int32)
+    labels = large_regions(joined, labels, counts, least, merge=n_segments is None)
+    return _like(labels, edges)
+
+
+def compute_vn(mesh: MeshLike) -> Floats:
+    """Compute vertex normals for `segment_point`: a replacement of ``segmentator.compute_vn``.
+
+    Parameters
+    ----------
+    mesh : Mesh, trimesh.Trimesh or other mesh-like
+        A triangle mesh.
+
+    Returns
+    -------
+    ndarray of float64, shape (V, 3)
+        Mean of the unit normals of the faces around each vertex, or zero for a vertex without
+        faces. As in the original package, the mean is not normalized, and vertices are not welded.
+        Faces without area have a zero normal here, and NaN in the original package.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is not a valid triangle mesh.
+
+    Examples
+    --------
+    >>> from superfacets import Mesh, segmentator
+    >>> fold = Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 1, 2], [1, 0, 3]])
+    >>> segmentator.compute_vn(fold)[:2]
+    array([[0. , 0.5, 0.5],
+           [0. , 0.5, 0.5]])
+    """
+    checked = as_mesh(mesh)
+    return mean_normals(checked, lowest_vertices(checked.vertices, False, checked_threads(None)))
+
+
+def _checked(threshold: Any, least: Any) -> tuple[float, int]:
+    return checked_number(threshold, "kThresh", zero=True), checked_count(least, "segMinVerts")
+
+
+def _array_of(values: Any) -> Array:
+    """Convert values to an array; a tensor on another device is copied to the CPU."""
+    return np.asarray(values.detach().cpu().numpy() if _is_tensor(values) else values)
+
+
+def _is_tensor(values: Any) -> bool:
+    """Return whether a value is a torch tensor, without importing torch."""
+    return all(hasattr(values, name) for name in ("detach", "cpu", "new_tensor"))
+
+
+def _like(labels: npt.NDArray[np.integer[Any]], indices: Any) -> Any:
+    """Return labels renumbered without gaps, as a tensor if `indices` is one, else as an array."""
+    ids = ranked_labels(labels)[0].astype(np.int64)
+    return indices.new_tensor(ids).long() if _is_tensor(indices) else ids
+
+
+def _checked_edges(edges: Array, n_points: int) -> Ints:
+    if edges.ndim != 2 or edges.shape[1] != 2:
+        raise ValueError(f"edges must have shape (E, 2), got {edges.shape}")
+    if edges.dtype.kind not in "iu":
+        raise TypeError(f"edges must contain integers, got {edges.dtype}")
+    is_wrong = np.any((edges < 0) | (edges >= n_points), axis=1, keepdims=True)[:, 0]
+    refuse_first(is_wrong, "edges", edges, f"points from 0 to {n_points - 1}", MeshError)
+    return owned(edges, np.int32)
+
+
+def _distinct(steps: Ints, n_nodes: int) -> Longs:
+    """Return directed pairs of different nodes, sorted and without duplicates, shape (E, 2)."""
+    first, second = steps.T.astype(np.int64)
+    keys = np.unique((first * n_nodes + second)[first != second])
+    return np.stack([keys // n_nodes, keys % n_nodes], axis=1)
+
+
+def _number_in_mesh(mesh: Mesh, threshold: float, least: int, n_threads: int) -> int:
+    """Return the number of segments of `least` or more vertices in the original; at least 1."""
+    lowest = lowest_vertices(mesh.vertices, True, n_threads)
+    normals = mean_normals(mesh, lowest)
+    number = _core.count_mesh_segments(
+        mesh.vertices, normals, mesh.faces, lowest, threshold, least, n_threads
+    )
+    return max(number, 1)
+
+
+def _graph_of_points(cloud: PointCloud, edges: Ints, number: int) -> CellGraph:
+    """Build a graph with two arcs per edge. Crease costs are scaled for `number` regions."""
+    check_spread(cloud.bounds)
+    n = cloud.n_points
+    sources, targets = _distinct(np.concatenate([edges, edges[:, ::-1]]), n).T
+    counts = np.bincount(sources, minlength=n)
+    offsets = np.concatenate([[0], np.cumsum(counts)])
+    steps = cloud.points[targets] - cloud.points[sources]
+    squares = np.bincount(sources, np.einsum("ij,ij->i", steps, steps), n)
+    areas = 2 * np.pi * squares / np.maximum(counts * (counts + 1), 1)
+    assert cloud.normals is not None
+    graph = PointGraph(
+        cloud.points, areas, cloud.normals, offsets.astype(np.int64), targets.astype(np.int32),
+        np.arange(n, dtype=np.int32), cloud.bounds,
+    )  # fmt: skip
+    surface = point_surface(graph, checked_threads(None))
+    creases = WEIGHTS["creases"].defaults
+    radius = float(np.sqrt(areas.sum() / (np.pi * number)))
+    factors = EdgeFactors.of_radius(radius, creases["alpha"], creases["eta_convex"])
+    weights = weights_of(surface, (graph.positions, graph.measures, NO_NORMALS), factors)
+    return CellGraph(
+        graph.positions, areas, graph.offsets, graph.neighbors, weights, graph.bounds,
+        weight_unit=graph.diagonal,
+    )  # fmt: skip

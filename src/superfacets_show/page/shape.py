@@ -1,0 +1,222 @@
+"""Encode the surface that a page shows: quantized positions, triangles, and border edges."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from superfacets import _core
+from superfacets.base.checks import checked_threads
+from superfacets.base.types import Array, Floats, Ints, Longs
+from superfacets.graph.cell_graph import CsrArcs
+from superfacets.graph.face_graph import FaceGraph, build_face_graph
+from superfacets.graph.kinds import kind_of
+from superfacets.graph.point_graph import PointGraph, find_point_graph
+from superfacets.mesh.base import Cells
+from superfacets.mesh.faces import FaceMesh, cut_into_triangles, ends_of_sides, measure_faces
+from superfacets.mesh.point_cloud import PointCloud
+
+from ..camera import View, view_axes
+from ..scene import upright
+from .coding import Coding
+
+STEPS = 65535
+"""Number of quantization steps along each axis of the bounding box. The rounding error of a
+position is at most half a step."""
+
+# Diameter of a drawn point, as a multiple of the square root of the point's area. This diameter
+# leaves few gaps between points.
+_POINT_SIZE = 2.0
+
+
+@dataclass(frozen=True)
+class DrawnSurface:
+    """Surface that a page draws for cells: triangles, or the points of a cloud.
+
+    Vertices of a mesh at the same position are merged. The remaining vertices are sorted by their
+    first use in `triangles`.
+    """
+
+    points: Floats  # (P, 3) vertices, or points of a cloud
+    triangles: npt.NDArray[np.uint32] | None  # (T, 3) indices into `points`; None for a cloud
+    # Index of the cell of each triangle, (T,); None if each triangle is a cell, or for a cloud.
+    sources: npt.NDArray[np.uint32] | None
+    normals: Floats | None  # (P, 3) normal of each point of a cloud; None for a mesh
+    measures: Floats  # (N,) area or volume of each cell
+    areas: Floats  # area of each drawn face or point
+    graph: CsrArcs  # neighbors of all cells
+    outline: _Outline | None  # edges that can be borders; None for a cloud
+
+    @cached_property
+    def bounds(self) -> Floats:
+        """Bounding box, (2, 3): lower and upper corner."""
+        return np.array([self.points.min(axis=0), self.points.max(axis=0)])
+
+    @property
+    def diagonal(self) -> float:
+        """Diagonal of the bounding box; 1 if all points are equal."""
+        low, high = self.bounds
+        return float(np.linalg.norm(high - low)) or 1.0
+
+    @property
+    def point_size(self) -> float:
+        """Diameter of drawn points, as a fraction of the diagonal; 0 for a mesh."""
+        if self.triangles is not None:
+            return 0.0
+        known = self.areas[self.areas > 0]
+        area = float(np.median(known)) if len(known) else 0.0
+        return _POINT_SIZE * float(np.sqrt(area)) / self.diagonal
+
+    def quantized(self) -> npt.NDArray[np.uint16]:
+        """Return `points` as integers, (P, 3): 0 to `STEPS` along each axis of the bounding box."""
+        low, high = self.bounds
+        extent = np.where(high > low, high - low, 1.0)
+        return np.asarray(np.rint((self.points - low) / extent * STEPS), np.uint16)
+
+    def parts(self, positions: Array) -> dict[str, tuple[Array, Coding]]:
+        """Return the arrays for the JavaScript viewer by name, each with its most compact coding.
+
+        `positions` is `points` or the result of `quantized`.
+        """
+        found: dict[str, tuple[Array, Coding]] = {"positions": (positions, "difference")}
+        if self.triangles is not None:
+            found["triangles"] = self.triangles, "newest"
+        if self.sources is not None:
+            found["sources"] = self.sources, "difference"
+        if self.normals is not None:
+            found["normals"] = _packed(self.normals), "planes"
+        return found
+
+
+@dataclass(frozen=True)
+class _Outline:
+    """Edges between drawn faces. An edge is a border if the labels of its two faces differ."""
+
+    mesh: FaceMesh
+    graph: FaceGraph
+    cells: npt.NDArray[np.uint32] | None  # (F,) cell of each face; None if faces are cells
+    places: npt.NDArray[np.uint32]  # (V,) index of each vertex in `DrawnSurface.points`
+
+    def edges(self, labelings: Sequence[Ints]) -> npt.NDArray[np.uint32]:
+        """Return the edges that are borders in at least one of the labelings, (B, 4).
+
+        Each row contains the two vertices of an edge, as indices into `DrawnSurface.points`, and
+        the two cells of the edge.
+        """
+        sources = np.repeat(
+            np.arange(self.mesh.n_faces, dtype=np.int32), np.diff(self.graph.offsets)
+        )
+        targets = self.graph.neighbors
+        is_border = np.zeros(len(targets), dtype=bool)
+        for labels in labelings:
+            of_face = labels if self.cells is None else labels[self.cells]
+            is_border |= of_face[sources] != of_face[targets]
+        kept = np.flatnonzero(is_border & (sources < targets))
+        faces, others = sources[kept], targets[kept]
+        ends = self.places[ends_of_sides(self.mesh, faces, self.graph.sides[kept])]
+        cells = np.stack([faces, others], axis=1).astype(np.uint32)
+        if self.cells is not None:
+            cells = self.cells[cells]
+        return np.concatenate([ends, cells], axis=1)
+
+
+def view_facts(shape: DrawnSurface, camera: View) -> dict[str, Any]:
+    """Return the initial view: its angles and zoom, and three axes.
+
+    The axes are the directions right, up, and toward the viewer, at azimuth 0 and elevation 0.
+    """
+    up = upright(camera, shape.points, shape.triangles).up
+    right, toward, upward = view_axes(View(azimuth=0, elevation=0, up=up))
+    return {
+        "axes": np.stack([right, upward, toward]).tolist(),
+        "view": {
+            "azimuth": camera.azimuth, "elevation": camera.elevation, "zoom": camera.zoom,
+        },
+    }  # fmt: skip
+
+
+def shape_of(cells: Cells) -> DrawnSurface:
+    """Return the `DrawnSurface` of a mesh or a cloud; of tetrahedra, only the outer surface."""
+    kind = kind_of(cells)
+    drawn = kind.drawn_faces(cells)
+    if drawn is None:
+        return _cloud_shape(kind.cloud(cells))
+    surface, sources = drawn
+    if sources is None:
+        return _surface_shape(surface, None, None, None)
+    threads = checked_threads(None)
+    graph, _ = kind.build_graph(cells, True, threads)
+    return _surface_shape(surface, sources.astype(np.uint32), graph.measures, graph)
+
+
+def _surface_shape(
+    mesh: FaceMesh,
+    cells: npt.NDArray[np.uint32] | None,
+    measures: Floats | None,
+    cell_graph: CsrArcs | None,
+) -> DrawnSurface:
+    """Return the `DrawnSurface` of a mesh whose faces are either cells or sides of tetrahedra.
+
+    `cells`, `measures` and `cell_graph` are the tetrahedron of each face, and the volumes and the
+    graph of all tetrahedra. They are None if the faces are cells.
+    """
+    threads = checked_threads(None)
+    graph = build_face_graph(mesh)
+    areas = measure_faces(mesh, threads)[1]
+    drawn, sources = cut_into_triangles(mesh)
+    corners = _core.weld_vertices(mesh.vertices, threads)
+    used, triangles, places = _numbered_by_use(corners[drawn], mesh.n_vertices)
+    outline = _Outline(mesh, graph, cells, places[corners])
+    if sources is not None:
+        cells = sources.astype(np.uint32)
+    return DrawnSurface(
+        mesh.vertices[used], triangles, cells, None,
+        areas if measures is None else measures, areas, cell_graph or graph, outline,
+    )  # fmt: skip
+
+
+def _numbered_by_use(
+    corners: Ints, n_vertices: int
+) -> tuple[Longs, npt.NDArray[np.uint32], npt.NDArray[np.uint32]]:
+    """Renumber the vertices of triangles in the order of their first use in `corners`.
+
+    Returns the used vertices in the new order, the corners with new numbers, and the new number of
+    each vertex (0 for unused vertices).
+    """
+    flat = corners.ravel()
+    first = np.full(n_vertices, len(flat), dtype=np.int64)  # first corner that uses each vertex
+    first[flat[::-1]] = np.arange(len(flat) - 1, -1, -1)  # the lowest corner is written last
+    is_first = np.zeros(len(flat), dtype=bool)
+    is_first[first[first < len(flat)]] = True
+    used = flat[is_first].astype(np.int64)
+    places = np.zeros(n_vertices, dtype=np.uint32)
+    places[used] = np.arange(len(used), dtype=np.uint32)
+    return used, places[corners], places
+
+
+def _cloud_shape(cloud: PointCloud) -> DrawnSurface:
+    graph: PointGraph = find_point_graph(cloud, checked_threads(None))
+    return DrawnSurface(
+        graph.positions, None, None, graph.normals, graph.measures, graph.measures, graph, None
+    )
+
+
+def _packed(directions: Floats) -> npt.NDArray[np.uint16]:
+    """Encode unit vectors in two bytes with octahedral encoding; a zero vector becomes 0."""
+    sums = np.abs(directions).sum(axis=1, keepdims=True)
+    folded = directions / np.where(sums > 0, sums, 1)
+    x, y = folded[:, 0], folded[:, 1]
+    signs = np.where(folded[:, :2] < 0, -1.0, 1.0)
+    is_below = folded[:, 2] < 0
+    x, y = (
+        np.where(is_below, (1 - np.abs(y)) * signs[:, 0], x),
+        np.where(is_below, (1 - np.abs(x)) * signs[:, 1], y),
+    )
+    low, high = (np.rint((part + 1) * 127).astype(np.uint16) for part in (x, y))
+    codes = np.maximum(low | (high << 8), 1)  # 0 is reserved; 1 decodes to nearly the same vector
+    return np.where(sums[:, 0] > 0, codes, 0).astype(np.uint16)

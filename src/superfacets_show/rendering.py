@@ -1,0 +1,341 @@
+"""Draw pictures of meshes and their regions, without a display."""
+
+from __future__ import annotations
+
+import io
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from superfacets.base.checks import (
+    checked_choice,
+    checked_count,
+    checked_flag,
+    checked_number,
+    compact_partial_labels,
+)
+from superfacets.base.types import Bools, Ints
+from superfacets.files.atomic import atomic_outputs, checked_targets
+from superfacets.graph.kinds import kind_of
+from superfacets.mesh.base import Cells
+from superfacets.mesh.convert import CloudLike, MeshLike, as_cells
+from superfacets.mesh.faces import FaceMesh
+from superfacets.regions.border_cut import BorderCut, cut_borders
+
+from .backend import ensure_gl, import_pillow, import_vtk
+from .camera import CLIPS, Camera, Clip, View, place_camera
+from .colors import face_colors
+from .drawing import MAX_SIDE, draw
+from .scene import (
+    Picture,
+    Scene,
+    build_cloud_scene,
+    build_scene,
+    checked_colors,
+    default_border_width,
+    given_labels,
+    surface_of,
+    upright,
+)
+
+_PNG_RUNS = 3  # the strategy Z_RLE of zlib, which is fast: it compresses only runs of equal bytes
+
+
+def render(
+    mesh: MeshLike | CloudLike,
+    labels: npt.ArrayLike | None = None,
+    *,
+    output: str | os.PathLike[str] | None = None,
+    colors: npt.ArrayLike | None = None,
+    size: tuple[int, int] = (1200, 900),
+    view: View | str | None = None,
+    border_width: float | None = None,
+    background: str = "white",
+    clip: Clip | None = None,
+    smooth_borders: bool = False,
+    numbers: bool = False,
+    see_inside: bool = False,
+) -> Picture:
+    """Return a shaded picture of a mesh with colored and outlined regions.
+
+    No display is needed: on Linux, Mesa's EGL or OSMesa is sufficient. Shading is smooth except
+    across edges sharper than 40 degrees. A border is drawn on each edge between two faces with
+    different labels. Vertices at exactly the same position are treated as one vertex. A file is
+    written atomically. Time is linear in the number of faces and of pixels.
+
+    Parameters
+    ----------
+    mesh : Mesh or mesh-like, PointCloud or cloud-like
+        Same as in `segment`. Points are drawn as small hexagons on the surface, without borders.
+    labels : array_like of integers, shape (F,), optional
+        Region of each face, tetrahedron or point. Labels may be any integers; cells with label -1
+        are gray. If labels are omitted, a cloud with colors is drawn in its own colors. Other
+        clouds and all meshes are drawn in a single color.
+    output : path, optional
+        PNG file to write.
+    colors : array_like of uint8, shape (F, 3), optional
+        Color of each face, tetrahedron or point, sRGB. If labels are given, the default is
+        `face_colors`.
+    size : (int, int), default (1200, 900)
+        Width and height in pixels, at most 8192 each.
+    view : View or str, optional
+        Viewpoint, or the name of a view for `View.named`, such as "front", "top" or "iso". The
+        default is from the right and slightly above.
+    border_width : float, optional
+        Width of borders in pixels; 0 draws no borders. The default is 2 % of the diameter of an
+        average region in the picture, but at least 0.6 pixels, and at most 1/250 of the picture's
+        height or 1 pixel, whichever is larger.
+    background : str, default "white"
+        Name of a CSS color, or "#rrggbb".
+    clip : {"x", "-x", "y", "-y", "z", "-z"}, optional
+        Half of a `TetMesh` to show. ``"x"`` shows the tetrahedra whose centroids have a larger x
+        than the center of the bounding box, and ``"-x"`` shows the tetrahedra whose centroids have
+        a smaller x. By default, the outer surface of the whole mesh is shown.
+    smooth_borders : bool, default False
+        Whether borders are drawn as smooth curves across faces, computed by `cut_borders`, instead
+        of as lines along edges. This has no effect on clouds, which are drawn without borders.
+    numbers : bool, default False
+        Whether the label of each visible region is written on it, near the center of its visible
+        part. The label -1 is not written. Labels do not overlap: if there is no room, labels of
+        small regions are left out.
+    see_inside : bool, default False
+        Whether surfaces seen from behind are hidden, with the borders on them, so that the inside
+        of a room that was scanned from inside is visible. The corners of a face are
+        counterclockwise as seen from its front. Of a cloud, points whose normals face away are
+        hidden; a cloud must have normals, or viewpoints, which estimated normals face.
+
+    Returns
+    -------
+    ndarray of uint8, shape (height, width, 3)
+        Red, green and blue, sRGB. Row 0 is at the top.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is not valid.
+    ValueError, TypeError
+        If another argument is invalid.
+    MissingExtraError
+        If VTK or Pillow is not installed. PyVista installs these two packages.
+    RenderError
+        If VTK cannot be loaded, or if this machine has no OpenGL. The message says what to install.
+    OSError
+        If the file cannot be written.
+    """
+    cells = as_cells(mesh)
+    is_smooth = checked_flag(smooth_borders, "smooth_borders")
+    style = checked_style(
+        size, view, border_width, background, numbers=numbers,
+        hides_backs=checked_see_inside(see_inside, cells),
+    )  # fmt: skip
+    path = None if output is None else checked_picture_path(output, (".png",))
+    import_vtk()
+    scene = scene_of(cells, labels, colors, clip, is_smooth=is_smooth)
+    view = upright(style.view, *surface_of(cells))
+    camera = place_camera(scene.points, view, style.aspect)
+    (picture,) = draw_scene(scene, [camera], style)
+    if path is not None:
+        with atomic_outputs([path]) as (partial,):
+            partial.write_bytes(png_of_picture(picture))
+    return picture
+
+
+@dataclass(frozen=True)
+class Style:
+    """Size, viewpoint and style of a picture."""
+
+    frame: tuple[int, int]  # width and height in pixels
+    view: View
+    border_width: float | None  # in pixels; None for the width from `default_border_width`
+    background: tuple[int, int, int]
+    has_numbers: bool  # whether labels are written on regions
+    hides_backs: bool  # whether triangles seen from behind are hidden
+
+    @property
+    def aspect(self) -> float:
+        """Width of the picture divided by its height."""
+        return self.frame[0] / self.frame[1]
+
+
+def checked_style(
+    size: tuple[int, int], view: View | str | None, border_width: float | None, background: str,
+    *, numbers: bool, hides_backs: bool,
+) -> Style:  # fmt: skip
+    """Check arguments of `render`, and return them as a `Style`."""
+    frame = (_checked_side(size, 0), _checked_side(size, 1))
+    view = _checked_view(view)
+    if border_width is not None:
+        border_width = checked_number(border_width, "border_width", zero=True)
+    has_numbers = checked_flag(numbers, "numbers")
+    color = _checked_background(background)
+    return Style(frame, view, border_width, color, has_numbers, hides_backs)
+
+
+def checked_see_inside(see_inside: bool, cells: Cells) -> bool:
+    """Check `see_inside` (see `render`), and return it."""
+    if not checked_flag(see_inside, "see_inside"):
+        return False
+    if not kind_of(cells).has_fronts(cells):
+        raise ValueError(
+            "see_inside needs a cloud with normals or viewpoints, but this cloud has neither"
+        )
+    return True
+
+
+def scene_of(
+    cells: Cells,
+    labels: npt.ArrayLike | None,
+    colors: npt.ArrayLike | None,
+    clip: Clip | None,
+    *,
+    is_smooth: bool = False,
+) -> Scene:
+    """Build the scene of a mesh or a cloud; see `render` for the parameters."""
+    kind = kind_of(cells)
+    keep = None if clip is None else _half(cells, clip)
+    drawn = kind.drawn_faces(cells, keep)
+    if drawn is None:
+        return build_cloud_scene(kind.cloud(cells), labels, colors)
+    surface, sources = drawn
+    if sources is None:
+        return _surface_scene(surface, labels, colors, is_smooth=is_smooth)
+    if labels is not None:
+        labels, ids = compact_partial_labels(
+            labels, cells.n_cells, getattr(cells, "n_vertices", None)
+        )
+        # Colors are chosen for the whole volume, so that they do not depend on `clip`.
+        colors = face_colors(cells, labels) if colors is None else colors
+        labels = given_labels(labels[sources], ids)
+    if colors is not None:
+        colors = checked_colors(colors, cells.n_cells)[sources]
+    return _surface_scene(surface, labels, colors, is_smooth=is_smooth)
+
+
+def _surface_scene(
+    surface: FaceMesh,
+    labels: npt.ArrayLike | None,
+    colors: npt.ArrayLike | None,
+    *,
+    is_smooth: bool,
+) -> Scene:
+    """Build the scene of a surface; if `is_smooth`, faces are cut along smooth borders."""
+    if labels is None or not is_smooth:
+        return build_scene(surface, labels, colors)
+    compact, ids = compact_partial_labels(labels, surface.n_faces, surface.n_vertices)
+    if not len(ids):
+        return build_scene(surface, labels, colors)
+    given = face_colors(surface, compact) if colors is None else colors
+    shades = checked_colors(given, surface.n_faces)
+    cut = cut_borders(surface, compact)
+    colors = _colors_of_parts(cut, compact, shades)
+    return build_scene(cut.mesh, given_labels(cut.labels, ids), colors)
+
+
+def _colors_of_parts(cut: BorderCut, labels: Ints, shades: Picture) -> Picture:
+    """Return the color of each face after the cut, (F', 3), given the colors of the old faces.
+
+    If all old faces of a region have the same color, its new faces get this color. Otherwise, each
+    new face gets the color of the old face that contains it.
+    """
+    old, new = labels + 1, cut.labels + 1  # 0: the face is in no region
+    firsts = np.zeros(old.max() + 1, dtype=np.int64)
+    firsts[old[::-1]] = np.arange(len(old))[::-1]
+    is_plain = np.ones(len(firsts), dtype=bool)
+    is_plain[old[(shades != shades[firsts[old]]).any(axis=1)]] = False
+    return shades[np.where(is_plain[new], firsts[new], cut.sources)]
+
+
+def _half(cells: Any, clip: Clip) -> Bools:
+    """Return whether the centroid of each cell is in the half of the bounding box named `clip`."""
+    checked_choice(clip, "clip", CLIPS)
+    kind = kind_of(cells)
+    if kind.dimension != 3:
+        noun = "a surface has" if kind.has_faces else f"{kind.plural} have"
+        raise ValueError(f"omit clip: it is only for tetrahedra, and {noun} no interior")
+    axis = "xyz".index(clip[-1])
+    heights = kind.positions(cells)[:, axis] - cells.bounds[:, axis].mean()
+    return np.asarray(heights < 0 if clip.startswith("-") else heights >= 0)
+
+
+def draw_scene(scene: Scene, cameras: list[Camera], style: Style) -> list[Picture]:
+    """Return a picture of the scene for each camera.
+
+    All cameras must have the same distance from their targets, because border lines have the same
+    width in all pictures. Raises a ValueError if the style has numbers, but the scene no labels.
+    """
+    if style.has_numbers and scene.labels is None:
+        raise ValueError(
+            "numbers shows the label of each region, but no labels are given: give labels too"
+        )
+    width = style.border_width
+    if width is None:
+        width = default_border_width(scene.mean_region_area, cameras[0], style.frame[1])
+    return draw(
+        scene, cameras, style.frame, width, style.background, has_numbers=style.has_numbers,
+        hides_backs=style.hides_backs,
+    )  # fmt: skip
+
+
+def png_of_picture(picture: Picture) -> bytes:
+    """Encode a picture as PNG.
+
+    The strategy `_PNG_RUNS` is three times as fast as the default strategy of zlib.
+    """
+    file = io.BytesIO()
+    image = import_pillow("Image").fromarray(picture)
+    image.save(file, format="PNG", compress_level=4, compress_type=_PNG_RUNS)
+    return file.getvalue()
+
+
+def check_rendering() -> None:
+    """Raise the same error as `render` if VTK, Pillow or OpenGL is missing."""
+    import_vtk()
+    import_pillow("Image")
+    ensure_gl()
+
+
+def _checked_view(view: View | str | None) -> View:
+    if isinstance(view, str):
+        return View.named(view)
+    if view is not None and not isinstance(view, View):
+        raise TypeError(f"view must be a superfacets.View or the name of a view, got {view!r}")
+    return view or View()
+
+
+def _checked_side(size: tuple[int, int], side: int) -> int:
+    """Check and return the width (`side` 0) or the height (`side` 1) in pixels."""
+    if not isinstance(size, (tuple, list)) or len(size) != 2:
+        raise ValueError(f"size must be (width, height), got {size!r}")
+    count = checked_count(size[side], "size")
+    if count > MAX_SIDE:
+        raise ValueError(f"width and height in size must be at most {MAX_SIDE}, got {count}")
+    return count
+
+
+def checked_picture_path(output: str | os.PathLike[str], endings: Sequence[str]) -> Path:
+    """Return `output` as a path.
+
+    Raises a ValueError if its ending is not in `endings`, or an OSError if the file cannot be
+    written.
+    """
+    path = Path(output)
+    if path.suffix.lower() not in endings:
+        raise ValueError(f"output must end in {' or '.join(endings)}, got {path.name!r}")
+    checked_targets([path])
+    return path
+
+
+def _checked_background(background: str) -> tuple[int, int, int]:
+    """Return red, green and blue, 0 to 255, of a color, which is a CSS name or "#rrggbb"."""
+    try:
+        red, green, blue, *_ = import_pillow("ImageColor").getrgb(background)
+    except (ValueError, TypeError, AttributeError):
+        raise ValueError(
+            f'background must be the name of a color or "#rrggbb", got {background!r}'
+        ) from None
+    return red, green, blue

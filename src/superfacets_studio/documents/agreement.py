@@ -1,0 +1,167 @@
+"""Compare and merge the labels that two people have given to the same mesh.
+
+"My" labels are in the open document, and "their" labels are in another person's work file. Classes
+are matched by name, and objects by their overlap.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from superfacets.base.types import Array, Bools, Floats, Longs
+from superfacets.graph.sums import sums_by_label
+
+from ..labels.classes import INSTANCES, ClassList, Paint, class_of, names_of, paint_of, with_named
+from .changes import State
+from .history import History
+from .journal import JournalError, parsed_work
+from .source import Source
+
+Side = Literal["mine", "theirs"]
+
+
+@dataclass
+class Theirs:
+    """Labels from another person's work file, converted to my class and object numbers."""
+
+    name: str
+    paint: Paint  # class and object of each cell, (N,), encoded by `paint_of`
+    class_list: ClassList  # my classes, followed by classes that only they use
+    objects: dict[int, int]  # from each value in `paint` to the object number in their file
+
+    def differs(self, mine: Paint) -> Bools:
+        """Return a mask of cells that both people have labeled, but with different labels."""
+        return np.asarray((self.paint != mine) & (self.paint > 0) & (mine > 0))
+
+
+def read_theirs(name: str, data: bytes, source: Source, mine: State, areas: Floats) -> Theirs:
+    """Read another person's work file, and convert its labels to my class and object numbers.
+
+    `data` is the content of the file, and `name` is its name for messages. Raises JournalError if
+    the data is not a work file, is damaged, or belongs to another mesh, or if a class would have
+    more than 999 objects.
+    """
+    journal = parsed_work(Path(name), data)
+    journal.check_source(source.path, source.digest, source.n_cells)
+    is_shared = journal.header.get("classes", ()) is None  # None if a folder shares its classes
+    state = History.replayed(journal, source.n_cells, mine.class_list if is_shared else None).state
+    numbers, class_list = _matched_classes(state, mine.class_list)
+    classes, objects = numbers[state.classes], state.objects
+    own = mine.classes.astype(np.int64) * INSTANCES + mine.objects
+    given = _matched_objects(own, classes * INSTANCES + objects, areas)
+    paint = paint_of(classes, given)
+    found, first = np.unique(paint, return_index=True)
+    numbers_of_objects = dict(zip(found.tolist(), state.objects[first].tolist(), strict=True))
+    return Theirs(name, paint, class_list, numbers_of_objects)
+
+
+def _matched_classes(theirs: State, known: ClassList) -> tuple[Longs, ClassList]:
+    """Return an array that maps their class numbers to mine, and the extended list of my classes.
+
+    A class that they use is added to my list if I have no class with the same name.
+    """
+    numbers = np.zeros(1 + max(1, int(theirs.classes.max(initial=0))), np.int64)
+    names = names_of(theirs.class_list)
+    for class_id in np.unique(theirs.classes[theirs.classes > 0]).tolist():
+        numbers[class_id], known = with_named(known, names.get(class_id, f"class {class_id}"))
+    return numbers, known
+
+
+def _matched_objects(mine: Longs, theirs: Longs, areas: Floats) -> Longs:
+    """Renumber the objects in `theirs` so that matching objects have the same number as in `mine`.
+
+    Both arrays contain ``class * 1000 + object`` for each cell. Returns the new object number of
+    each cell, or 0 for cells that are in no object of `theirs`. Objects of the same class are
+    matched one to one, greedily in descending order of IoU. Unmatched objects of a class get
+    numbers above all object numbers of this class in `mine`.
+    """
+    pairs = sorted(_overlaps(mine, theirs, areas), key=lambda pair: (-pair[2], pair[0], pair[1]))
+    number_of: dict[int, int] = {}
+    taken: set[int] = set()
+    for own, other, _ in pairs:
+        is_object = own % INSTANCES and other % INSTANCES and own // INSTANCES == other // INSTANCES
+        if is_object and own not in taken and other not in number_of:
+            number_of[other] = own % INSTANCES
+            taken.add(own)
+    highest: dict[int, int] = {}
+    for own in np.unique(mine).tolist():
+        highest[own // INSTANCES] = own % INSTANCES
+    found, ranks = np.unique(theirs, return_inverse=True)
+    numbers = np.zeros(len(found), np.int64)
+    for rank, other in enumerate(found.tolist()):
+        class_id, object_id = divmod(other, INSTANCES)
+        if object_id and other not in number_of:
+            number_of[other] = highest[class_id] = highest.get(class_id, 0) + 1
+            if highest[class_id] >= INSTANCES:
+                raise JournalError(
+                    f"the two work files together have {INSTANCES} or more objects of a class"
+                )
+        numbers[rank] = number_of[other] if object_id else 0
+    return numbers[ranks]
+
+
+def _overlaps(mine: Array, theirs: Array, areas: Floats) -> list[tuple[int, int, float]]:
+    """Return triples (my value, their value, IoU) for all pairs of values that share a cell.
+
+    The IoU is the area with both values, divided by the area with at least one of the two values.
+    It is 0 if the divisor is 0.
+    """
+    (own, a), (other, b) = (np.unique(one, return_inverse=True) for one in (mine, theirs))
+    keys, pairs = np.unique(a * len(other) + b, return_inverse=True)
+    common = sums_by_label(pairs, areas, len(keys))
+    of_own, of_other = sums_by_label(a, areas, len(own)), sums_by_label(b, areas, len(other))
+    i, j = np.divmod(keys, len(other))
+    union = of_own[i] + of_other[j] - common
+    shares = np.divide(common, union, out=np.zeros(len(keys)), where=union > 0)
+    return list(zip(own[i].tolist(), other[j].tolist(), shares.tolist(), strict=True))
+
+
+def agreement(mine: State, theirs: Theirs, areas: Floats) -> dict[str, Any]:
+    """Return a dict that says how well my labels and their labels agree.
+
+    ``labeled`` is the fraction of the whole area that both people have labeled, and ``share`` is
+    the fraction of this part with equal class and object. ``classes`` is a list with the IoU, in
+    this part, of each class and of its objects; the IoU is None if the class or object has no cell
+    in this part. ``mine`` and ``theirs`` are the numbers of an object in the two files, or None,
+    and ``object`` is its number in merged work: my number, or a new one if only they have it.
+    """
+    paint = np.where(mine.objects > 0, mine.paint, mine.classes.astype(np.uint32))
+    both = (paint > 0) & (theirs.paint > 0)
+    whole, total = float(areas.sum()), float(areas[both].sum())
+    agreed = float(areas[both & (paint == theirs.paint)].sum())
+    return {
+        "name": theirs.name,
+        "labeled": total / whole if whole else 0.0,
+        "share": agreed / total if total else 0.0,
+        "classes": _rows(paint, theirs, both, areas[both]),
+    }
+
+
+def _rows(mine: Paint, theirs: Theirs, both: Bools, areas: Floats) -> list[dict[str, Any]]:
+    """Return the ``classes`` of `agreement`; `areas` are those of the cells in the mask `both`."""
+    paint, other = mine[both], theirs.paint[both]
+    of_classes, of_objects = (
+        _ious(class_of(paint), class_of(other), areas), _ious(paint, other, areas)
+    )  # fmt: skip
+    names, own = names_of(theirs.class_list), {*np.unique(mine).tolist()}
+    rows: dict[int, dict[str, Any]] = {}
+    for one in sorted({*own, *theirs.objects} - {0}):
+        object_id, class_id = divmod(one, 1 << 16)
+        name, iou = names.get(class_id, f"class {class_id}"), of_classes.get(class_id)
+        new = {"class": class_id, "name": name, "iou": iou, "objects": []}
+        objects = rows.setdefault(class_id, new)["objects"]
+        if object_id:
+            numbers = {"mine": object_id if one in own else None, "theirs": theirs.objects.get(one)}
+            objects.append({"object": object_id, **numbers, "iou": of_objects.get(one)})
+    return [rows[class_id] for class_id in sorted(rows)]
+
+
+def _ious(mine: Array, theirs: Array, areas: Floats) -> dict[int, float]:
+    """Return a dict from each positive value to the IoU of its areas, rounded to 6 digits."""
+    overlaps = _overlaps(mine, theirs, areas)
+    same = {own: round(iou, 6) for own, other, iou in overlaps if own == other}
+    return {value: same.get(value, 0.0) for value in np.union1d(mine, theirs).tolist() if value}

@@ -1,0 +1,164 @@
+"""Manage the input files of the studio, and keep a few recently used documents in memory."""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+from collections import Counter, OrderedDict
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from superfacets.base.checks import counted
+from superfacets.tools.sources import find_sources
+
+from ..labels.classes import CLASSES_FILE, ClassList, default_classes, read_classes, write_classes
+from .changes import REVIEW_MARKS
+from .document import Document, work_file_of
+from .journal import JournalError, Line, summary
+
+MAX_OPEN = 3  # maximum number of documents in memory, unless more are in use at the same time
+EXPORTED = ".classes"  # suffix in names of exported files, which are not listed as inputs
+
+
+@dataclass
+class Files:
+    """Input files of the studio, each identified by its index in `paths`."""
+
+    paths: list[Path]
+    work: Path | None = None  # work file of a single input; None means the default path
+    n_segments: int | None = None  # number of regions in a new work file
+    classes: ClassList = ()  # classes for a new work file, or for all files of a folder
+    folder: Path | None = None
+    _must_store: bool = False  # whether `classes` must be stored when the first document is opened
+    # Open documents by index in `paths`, least recently used first, and the number of `with` blocks
+    # that use each document.
+    _open: OrderedDict[int, Document] = field(default_factory=OrderedDict)
+    _users: Counter[int] = field(default_factory=Counter)
+    _lock: threading.RLock = field(default_factory=threading.RLock)
+
+    @classmethod
+    def of(cls, path: Path, work: Path | None, n_segments: int | None, classes: ClassList) -> Files:
+        """Return the input files at a path, which is a file or a folder.
+
+        Raises ValueError if a work file is given for a folder, or if the folder's list of classes
+        is damaged. Raises OSError if no input file is found.
+        """
+        if not path.is_dir():
+            return cls([path], work, n_segments, classes)
+        if work is not None:
+            raise ValueError("--work is for one file: each mesh of a folder has its own work file")
+        found = [Path(source.input) for source in find_sources(path)]
+        paths = [file for file in found if EXPORTED not in file.suffixes]
+        if not paths:
+            raise FileNotFoundError(f"{path}: contains only exported files, no mesh to label")
+        if classes:
+            return cls(paths, None, n_segments, classes, path, _must_store=True)
+        shared = path / CLASSES_FILE
+        classes = read_classes(shared) if shared.is_file() else default_classes()
+        return cls(paths, None, n_segments, classes, path)
+
+    @property
+    def home(self) -> Path:
+        """The work file of a single input, or the input folder."""
+        return self.folder or self.work_of(0)
+
+    def work_of(self, number: int) -> Path:
+        """Return the path of the work file of a file; the work file may not exist."""
+        return self.work or work_file_of(self.path(number))
+
+    def read(self, number: int) -> Document:
+        """Read a file and its work file with `Document.read`."""
+        shared = None if self.folder is None else self.classes
+        return Document.read(self.path(number), self.work_of(number), shared)
+
+    def path(self, number: int) -> Path:
+        """Return the path of a file; raise an IndexError if there is no such file."""
+        if not 0 <= number < len(self.paths):
+            n_files = counted(len(self.paths), "file")
+            raise IndexError(f"file {number} does not exist: the studio has {n_files}")
+        return self.paths[number]
+
+    def listed(self) -> list[dict[str, Any]]:
+        """List all files and their progress, without opening them."""
+        return [self._entry(number) for number in range(len(self.paths))]
+
+    @contextlib.contextmanager
+    def document(self, number: int) -> Iterator[Document]:
+        """Open a file as a document, which stays open at least until the `with` block ends.
+
+        Raises IndexError if the number is invalid, and MeshError, JournalError or OSError if the
+        file or its work file cannot be opened.
+        """
+        with self._lock:
+            document = self._open.get(number) or self._opened(number)
+            self._open.move_to_end(number)
+            self._users[number] += 1
+        try:
+            yield document
+        finally:
+            with self._lock:
+                self._users[number] -= 1
+                self._close_surplus()
+
+    def close(self) -> None:
+        """Close all documents."""
+        with self._lock:
+            documents = list(self._open.values())
+            self._open.clear()
+        for document in documents:  # without `_lock`, which threads that use a document may need
+            document.close()
+
+    def _opened(self, number: int) -> Document:
+        share = None if self.folder is None else self._share
+        if self._must_store:  # later runs then have the same classes without --classes
+            self._share(self.classes)
+        document = self._open[number] = Document.open(
+            self.path(number), self.work, self.n_segments, self.classes, share
+        )
+        return document
+
+    def _close_surplus(self) -> None:
+        """Close unused documents, least recently used first, until `MAX_OPEN` documents are open.
+
+        More documents stay open if `with` blocks use them. The caller has acquired `_lock`, so no
+        thread can open a work file again before it is closed. Closing does not wait for locks,
+        because no thread uses these documents.
+        """
+        idle = [number for number in self._open if not self._users[number]]
+        for number in idle[: max(0, len(self._open) - MAX_OPEN)]:
+            self._open.pop(number).close()
+
+    def _entry(self, number: int) -> dict[str, Any]:
+        path, folder = self.paths[number], self.folder
+        name = path.name if folder is None else path.relative_to(folder).as_posix()
+        entry: dict[str, Any] = {"id": number, "name": name}
+        document = self._open.get(number)
+        if document is not None:
+            marks = document.state.review_marks
+            return {**entry, "done": document.progress, "n_cells": document.n_cells, **marks}
+        try:
+            return {**entry, **_progress_of(summary(self.work_of(number)))}
+        except JournalError as error:
+            return {**entry, "done": 0.0, "n_cells": None, "error": str(error)}
+
+    def _share(self, classes: ClassList) -> None:
+        assert self.folder is not None
+        with self._lock:
+            write_classes(self.folder / CLASSES_FILE, classes)
+            self._must_store = False
+            self.classes = classes
+            for document in self._open.values():
+                document.state.class_list = classes
+
+
+def _progress_of(found: tuple[Line, Line] | None) -> dict[str, Any]:
+    """Check the `summary` of a work file, and return the progress and the number of cells in it."""
+    if found is None:
+        return {"done": 0.0, "n_cells": None}
+    done, n_cells = found[1].get("done", 0.0), found[0].get("n_cells")
+    if not isinstance(done, (int, float)) or not 0 <= done <= 1 or not isinstance(n_cells, int):
+        raise JournalError("the work file is damaged: its progress or number of cells is missing")
+    marks = {name: True for name in REVIEW_MARKS if found[1].get(name) is True}
+    return {"done": done, "n_cells": n_cells, **marks}

@@ -1,0 +1,89 @@
+"""Read the input file of a document, and detect later changes of the file."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from superfacets.base.errors import MeshError
+from superfacets.base.types import Bytes
+from superfacets.files.guards import read_content
+from superfacets.files.named_features import stored_colors
+from superfacets.files.readers.read import cell_ending, parse_cells_and_attributes
+from superfacets.graph.kinds import kind_of
+from superfacets.mesh.base import Cells
+from superfacets_textures.textures import Texture
+
+
+class ChangedError(RuntimeError):
+    """Error raised if the input file has changed since the studio read it."""
+
+
+@dataclass
+class Source:
+    """Content of an input file, and data to detect changes of the file."""
+
+    path: Path
+    cells: Cells
+    size: int  # size of the file in bytes
+    digest: str  # SHA-256 hash of the file
+    _seen: tuple[int, int] | None  # time and size from `_stamp` when the file was read
+    texture: Texture | None = None
+    colors: Bytes | None = None  # red, green and blue of each cell or each vertex
+
+    @classmethod
+    def read(cls, path: Path) -> Source:
+        """Read an input file; raise a MeshError or OSError if this fails."""
+        seen = _stamp(path)
+        content = read_content(path)
+        try:
+            cells, attributes = parse_cells_and_attributes(content, cell_ending(path), path.parent)
+        except MeshError as error:
+            raise MeshError(f"{path}: {str(error).removeprefix(f'{path}: ')}") from None
+        texture = None if attributes is None else attributes.texture
+        colors = stored_colors(cells, attributes)
+        digest = hashlib.sha256(content).hexdigest()
+        return cls(path, cells, len(content), digest, seen, texture, colors)
+
+    @property
+    def n_cells(self) -> int:
+        """Number of cells, N."""
+        return self.cells.n_cells
+
+    @property
+    def kind(self) -> str:
+        """Name of the kind of cells in the front end, which calls tetrahedra "tets"."""
+        name = kind_of(self.cells).name
+        return "tets" if name == "tetrahedra" else name
+
+    @property
+    def facts(self) -> dict[str, Any]:
+        """Entries that identify the input in the first line of a work file."""
+        return {
+            "file": {"name": self.path.name, "size": self.size, "sha256": self.digest},
+            "kind": self.kind,
+            "n_cells": self.n_cells,
+        }
+
+    def check(self) -> None:
+        """Raise a ChangedError if the content of the file has changed since it was read."""
+        stamp = _stamp(self.path)
+        if stamp == self._seen:
+            return
+        if stamp is None or hashlib.sha256(read_content(self.path)).hexdigest() != self.digest:
+            raise ChangedError(
+                f"{self.path.name} has changed since the studio read it: restore the old file, or"
+                " start the studio again and give --work a new file (all work is saved)"
+            )
+        self._seen = stamp
+
+
+def _stamp(path: Path) -> tuple[int, int] | None:
+    """Return the modification time and the size of a file, or None if it does not exist."""
+    try:
+        status = path.stat()
+    except OSError:
+        return None
+    return status.st_mtime_ns, status.st_size

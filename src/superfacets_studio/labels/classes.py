@@ -1,0 +1,321 @@
+"""Encode classes and objects of cells, and edit the list of classes."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import re
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from superfacets.files.atomic import atomic_outputs
+from superfacets.files.attributes import is_encodable
+from superfacets.files.guards import parsed_json
+from superfacets_show.colors import color_distances
+
+CLASSES_FILE = "superfacets-classes.json"  # file in a folder that lists the classes of its meshes
+MAX_CLASS = 65_535  # highest class number that fits uint16; 0 means no class
+MAX_OBJECT = 999
+"""Highest object number in a class; 0 means no object. An instance is the number ``class *
+INSTANCES + object``, as in the ground truth of the ScanNet benchmark."""
+
+INSTANCES = 1000
+_MAX_NAME = 200
+_EXPECTED = 'expected a JSON list of classes, or an object with a list "categories"'
+
+_STUFF = ("wall", "floor", "ceiling", "ground", "sky", "water")
+"""Names of classes that have no objects by default."""
+
+_CODES = """
+    e69f00 56b4e9 009e73 f0e442 0072b2 d55e00 cc79a7 8c6bb1 8c510a 1b9e9e c51b8a 66a61e 2b3fb0
+    a1140f 5a5a00 00ff00 ff00ff eecc99 ff8877 ff0000 771133 7700bb ff1155 aadd99 225533 eeccff
+    00eedd 998855 996666 554466 9999ff 005566 aaeeff ffcccc 227700 5566ff cc9977 88bbaa bbaa33
+    007766 00ffaa aa33ff cc88ee bb1144 99aa77 00cc55 bbccff 00ccdd bb7700 cc9999 aadd33 668855
+    774433 ff8822 885577 3388ff 881177 ff2299 556699 ffaacc bbeedd cc6655 0088aa 00cc99 dddd99
+    888800 ff7799 886600 bb5577 5533ff aa99cc aa4411 9944aa aa7755 ffcc44 ffbb99 7788bb ff88dd
+    cc3333 cc55bb bbaa77 667722 ff6633 115588 009933 117744 335500 66aabb 664499 aa8800 997799
+    773300 669988 66aa66 9977ee aabb55 00bbaa 77aaff 886644 eeaa66
+"""
+
+_COLORS = tuple(f"#{code}" for code in _CODES.split())
+"""Default colors of classes 1, 2, 3 and so on. The first seven are the palette of Okabe and Ito,
+which color-blind people can distinguish. Each of the others has a large distance (CIEDE2000) from
+all before it, and from gray, because unlabeled cells are gray: at least 13 up to color 40, and at
+least 9 up to the last. A difference of 6 is clear on two separate surfaces."""
+
+_MIN_DISTANCE = 0.046
+"""Minimum OKLab distance of a new color to the colors in use: the minimum between two `_COLORS`."""
+
+_N_DEFAULT = 6
+
+_COLOR = re.compile(r"#[0-9a-f]{6}")
+
+ClassList = tuple[dict[str, Any], ...]
+"""List of classes, as dicts with ``id``, ``name``, ``color`` and ``key``. The key is a shortcut, or
+empty. A class without objects, such as walls, also has ``stuff``, which is True."""
+
+Colors = tuple[str, ...]
+"""Colors like "#e69f00"."""
+
+ObjectNames = tuple[dict[str, Any], ...]
+"""Objects that the user has named, as dicts with ``class``, ``object`` and ``name``."""
+
+Paint = npt.NDArray[np.uint32]
+"""Class and object of each cell, encoded as one number by `paint_of`."""
+
+
+def paint_of(classes: npt.ArrayLike, objects: npt.ArrayLike = 0) -> Paint:
+    """Encode class and object of each cell as one number; cells without a class get no object."""
+    of_class = np.asarray(classes).astype(np.uint32)
+    of_object = np.asarray(objects).astype(np.uint32)
+    return of_class | np.where(of_class > 0, of_object << np.uint32(16), np.uint32(0))
+
+
+def class_of(paint: Paint) -> npt.NDArray[np.uint16]:
+    """Return the class of each cell; 0 means no class."""
+    return (paint & np.uint32(0xFFFF)).astype(np.uint16)
+
+
+def object_of(paint: Paint) -> npt.NDArray[np.uint16]:
+    """Return the object number of each cell within its class; 0 means no object."""
+    return (paint >> np.uint32(16)).astype(np.uint16)
+
+
+def new_class(class_id: int, name: str | None = None, color: str | None = None) -> dict[str, Any]:
+    """Return a new class with a default color and, for numbers 1 to 9, a shortcut key.
+
+    `color` replaces the default color of this number.
+    """
+    entry = {
+        "id": class_id,
+        "name": f"class {class_id}" if name is None else name,
+        "color": color or _COLORS[_index_of_color(class_id)],
+        "key": str(class_id) if class_id < 10 else "",
+    }
+    is_stuff = str(entry["name"]).strip().casefold() in _STUFF
+    return {**entry, "stuff": True} if is_stuff else entry
+
+
+def with_new(classes: ClassList, names: Mapping[int, str | None]) -> ClassList:
+    """Return the list extended by new classes, which have no shortcut key if it is in use.
+
+    `names` maps the numbers of the new classes to their names; None means a name like "class 7".
+    """
+    colors = _free_colors(names, colors_of(classes))
+    keys = {entry["key"] for entry in classes}
+    new = [new_class(*named, color) for named, color in zip(names.items(), colors, strict=True)]
+    for entry in new:
+        entry["key"] = "" if entry["key"] in keys else entry["key"]
+    return (*classes, *new)
+
+
+def _index_of_color(class_id: int) -> int:
+    return (class_id - 1) % len(_COLORS)
+
+
+def _free_colors(class_ids: Collection[int], used: Colors) -> list[str]:
+    """Return a default color for each new class, given the colors in use.
+
+    It is the first default color that differs clearly from the colors in `used` and of the classes
+    before it. The search begins with the default color of the class number, which is the result if
+    there is no such color.
+    """
+    is_free = np.ones(len(_COLORS), bool)
+    if used and class_ids:
+        given, others = (
+            np.array([[*bytes.fromhex(c[1:])] for c in some]) for some in (_COLORS, {*used})
+        )
+        is_free = color_distances(given, others, ("normal",)).min(axis=1) >= _MIN_DISTANCE
+    colors = []
+    for class_id in class_ids:
+        first = _index_of_color(class_id)
+        index = (first + int(np.argmax(np.roll(is_free, -first)))) % len(_COLORS)
+        is_free[index] = False  # all other default colors differ clearly from this color
+        colors.append(_COLORS[index])
+    return colors
+
+
+def with_named(classes: ClassList, name: str) -> tuple[int, ClassList]:
+    """Return the number of the class with this name, ignoring case, and the list of classes.
+
+    If there is no such class, a new class is added to the list.
+    """
+    for entry in classes:
+        if entry["name"].casefold() == name.casefold():
+            return int(entry["id"]), classes
+    class_id = max((entry["id"] for entry in classes), default=0) + 1
+    return class_id, with_new(classes, {class_id: name})
+
+
+def names_of(classes: ClassList) -> dict[int, str]:
+    """Return a dict from class numbers to names."""
+    return {entry["id"]: entry["name"] for entry in classes}
+
+
+def colors_of(classes: Iterable[Mapping[str, Any]]) -> Colors:
+    """Return the colors of classes, except classes without a color."""
+    return tuple(entry["color"] for entry in classes if entry["color"] is not None)
+
+
+def stuff_of(classes: ClassList) -> set[int]:
+    """Return the numbers of all classes that have no objects."""
+    return {entry["id"] for entry in classes if entry.get("stuff")}
+
+
+def default_classes(names: Sequence[str] = ()) -> ClassList:
+    """Return new classes with these names or, by default, six classes named "class 1" and so on."""
+    if names:
+        return checked_class_list([new_class(i, name) for i, name in enumerate(names, 1)])
+    return tuple(new_class(number) for number in range(1, _N_DEFAULT + 1))
+
+
+def with_missing(classes: ClassList, used: Iterable[int]) -> ClassList:
+    """Return the list, extended by new classes for numbers in `used` (except 0) that it lacks."""
+    lacking = sorted({*used} - {0, *names_of(classes)})
+    new = with_new(classes, dict.fromkeys(lacking))[len(classes) :]
+    return (*classes, *({**entry, "key": ""} for entry in new))
+
+
+def checked_class_list(value: object) -> ClassList:
+    """Return a checked copy of a list of classes; classes without a color get a free default color.
+
+    Raises ValueError if an entry is invalid, or if two classes have the same number or key.
+    """
+    if not isinstance(value, (list, tuple)):
+        raise ValueError("classes must be a list")
+    checked = tuple(_checked(entry, index) for index, entry in enumerate(value))
+    bare = [entry for entry in checked if entry["color"] is None]
+    colors = _free_colors([entry["id"] for entry in bare], colors_of(checked))
+    for entry, color in zip(bare, colors, strict=True):
+        entry["color"] = color
+    for name in ("id", "key"):
+        seen: set[Any] = set()
+        for entry in checked:
+            if entry[name] in seen:
+                raise ValueError(f"two classes have the same {name}: {entry[name]}")
+            seen |= {entry[name]} - {""}
+    return checked
+
+
+def _checked(entry: Any, index: int) -> dict[str, Any]:
+    if not isinstance(entry, dict):
+        raise ValueError(f"classes[{index}] must have an id, a name and a color")
+    class_id, name, color, key = (entry.get(part) for part in ("id", "name", "color", "key"))
+    if (
+        isinstance(class_id, bool)
+        or not isinstance(class_id, int)
+        or not 1 <= class_id <= MAX_CLASS
+    ):
+        raise ValueError(f"classes[{index}]: id must be a whole number from 1 to {MAX_CLASS}")
+    if not isinstance(name, str) or not name.strip() or len(name) > _MAX_NAME:
+        raise ValueError(
+            f"classes[{index}]: name must have 1 to {_MAX_NAME} characters, not only spaces"
+        )
+    is_color = isinstance(color, str) and _COLOR.fullmatch(color.lower())
+    if color is not None and not is_color:
+        raise ValueError(f"classes[{index}]: color must be #rrggbb, such as #e69f00")
+    key = "" if key is None else key
+    if not isinstance(key, str) or len(key) > 1:
+        raise ValueError(f"classes[{index}]: key must be one character, or empty")
+    for part, text in (("name", name), ("key", key)):
+        if not is_encodable(text):
+            raise ValueError(f"classes[{index}]: {part} is not valid Unicode: lone surrogate")
+    is_stuff = entry.get("stuff", False)
+    if not isinstance(is_stuff, bool):
+        raise ValueError(f"classes[{index}]: stuff must be true or false")
+    checked = {"id": class_id, "name": name.strip(), "color": color and color.lower(), "key": key}
+    return {**checked, "stuff": True} if is_stuff else checked
+
+
+def with_object_name(
+    names: ObjectNames, class_id: int, object_id: int, name: object
+) -> ObjectNames:
+    """Return the list of names with a new name for one object; an empty name removes the entry.
+
+    Raises ValueError if the name is too long, is not a string, or is not valid Unicode.
+    """
+    if not isinstance(name, str) or not is_encodable(name):
+        raise ValueError("the name of an object must be a string of valid Unicode")
+    if len(name) > _MAX_NAME:
+        raise ValueError(f"the name of an object must have at most {_MAX_NAME} characters")
+    others = [
+        entry for entry in names if (entry["class"], entry["object"]) != (class_id, object_id)
+    ]
+    if name.strip():
+        others.append({"class": class_id, "object": object_id, "name": name.strip()})
+    return tuple(sorted(others, key=lambda entry: (entry["class"], entry["object"])))
+
+
+def checked_object(value: object) -> int:
+    """Return an object number from 0 (no object) to `MAX_OBJECT`, or raise a ValueError."""
+    if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= MAX_OBJECT:
+        raise ValueError(f"object must be a whole number from 0 to {MAX_OBJECT}")
+    return value
+
+
+def read_classes(path: Path) -> ClassList:
+    """Read classes from a JSON file, or from a text file with one name per line.
+
+    A JSON file contains a list of classes, as written by `write_classes`, a list of names, or COCO
+    categories, as in an exported ``.objects.json`` file.
+
+    Raises ValueError if the file contains no list of classes, and OSError if it cannot be read.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+        if path.suffix.lower() == ".json":
+            return checked_class_list(_listed(parsed_json(text)))
+        names = [line.strip() for line in text.splitlines() if line.strip()]
+        if not names:
+            raise ValueError("no line has a name")
+        return default_classes(names)
+    except ValueError as error:
+        raise ValueError(f"{path}: not a list of classes: {error}") from None
+
+
+def _listed(content: Any) -> list[Any]:
+    """Return the classes in the content of a JSON file: a list, or a dict with COCO categories.
+
+    Strings in a list are the names of new classes.
+    """
+    if isinstance(content, list):
+        return [
+            {**new_class(i, entry), "color": None} if isinstance(entry, str) else entry
+            for i, entry in enumerate(content, 1)
+        ]
+    if not isinstance(content, dict):
+        raise ValueError(f"{_EXPECTED}, found {json.dumps(content)[:_MAX_NAME]}")
+    if not isinstance(content.get("categories"), list):
+        keys = ", ".join(map(json.dumps, content))[:_MAX_NAME]
+        found = f"with the keys {keys}" if keys else "without keys"
+        raise ValueError(f"{_EXPECTED}, found an object {found}")
+    return [_of_category(entry) for entry in content["categories"]]
+
+
+def _of_category(entry: Any) -> Any:
+    """Convert a COCO category to a class; ``isthing`` = 0 means a class without objects.
+
+    A ``color`` is a list of red, green and blue, 0 to 255, as in panoptic categories.
+    """
+    if not isinstance(entry, dict):
+        return entry
+    key, color = str(entry.get("id")), entry.get("color")
+    with contextlib.suppress(TypeError, ValueError):  # an invalid color is reported by `_checked`
+        color = "#" + bytes(color).hex() if isinstance(color, list) else color
+    return {
+        "id": entry.get("id"),
+        "name": entry.get("name"),
+        "color": color,
+        "key": key if len(key) == 1 else "",
+        "stuff": not entry.get("isthing", True),
+    }
+
+
+def write_classes(path: Path, classes: ClassList) -> None:
+    """Write classes to a JSON file; if writing fails, an existing file stays unchanged."""
+    with atomic_outputs([path]) as (temporary,):
+        temporary.write_text(json.dumps(list(classes), indent=1) + "\n", encoding="utf-8")

@@ -1,0 +1,259 @@
+"""Segment a mesh in a thread, with cached results so that sliders react fast; check parameters."""
+
+from __future__ import annotations
+
+import hashlib
+import threading
+import warnings
+from collections import OrderedDict
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+from superfacets import _core
+from superfacets.base.checks import (
+    checked_count,
+    checked_flag,
+    checked_number,
+    checked_threads,
+    counted,
+)
+from superfacets.base.errors import IslandWarning, SliverWarning
+from superfacets.base.types import Ints
+from superfacets.cleanup.edit import read_regions
+from superfacets.clustering.result import Segmentation
+from superfacets.graph.kinds import graph_and_surface
+from superfacets.graph.size import DEFAULT_N_SEGMENTS
+from superfacets.graph.surface import Surface
+from superfacets.mesh.base import Cells
+from superfacets.pipeline import Prepared, segment
+from superfacets.regions.hierarchy import MergeTree, checked_cut, merge_neighbors
+from superfacets.weights.formulas import WEIGHTS
+
+MAX_KEPT = 4  # number of cached segmentations, and of cached merge trees
+LEVEL_STEP = 2  # ratio of the numbers of regions of two successive levels
+FEWEST_OFFERED = 4  # minimum number of regions on any level except the finest
+MAX_REGIONS = 20_000  # maximum of the slider; with more, regions would be too small for labeling
+MAX_ALPHA, MAX_RIDGES = 100.0, 1.0
+
+Parameters = dict[str, Any]
+
+
+def default_parameters(n_cells: int, n_segments: int | None = None) -> Parameters:
+    """Return default parameters, with `n_segments` regions if given, but at most `n_cells`."""
+    n = DEFAULT_N_SEGMENTS if n_segments is None else n_segments
+    weights = {name: WEIGHTS["parts"].defaults[name] for name in ("alpha", "ridges")}
+    return {"n_segments": min(n, n_cells), **weights, "smooth": True, "level": None}
+
+
+def ranges(n_cells: int) -> dict[str, list[float]]:
+    """Return the minimum and maximum of each slider."""
+    return {
+        "n_segments": [1, min(n_cells, MAX_REGIONS)],
+        "alpha": [0.0, MAX_ALPHA],
+        "ridges": [0.0, MAX_RIDGES],
+    }
+
+
+def checked_parameters(given: Mapping[str, Any], usual: Parameters, n_cells: int) -> Parameters:
+    """Check parameters from a client, and take missing parameters from `usual`.
+
+    `level` is the number of regions after merging. It becomes None (no merging) if it equals
+    `n_segments`, or if a new `n_segments` is given without a level.
+    Raises ValueError or TypeError if a parameter is unknown, out of range or of the wrong type.
+    """
+    unknown = sorted(set(given) - set(usual))
+    if unknown:
+        raise ValueError(f"unknown parameter {unknown[0]}")
+    merged = {**usual, **given}
+    if "level" not in given and given.get("n_segments") not in (None, usual["n_segments"]):
+        merged["level"] = None  # the level in `usual` is for another number of regions
+    n_segments = checked_count(merged["n_segments"], "n_segments", n_cells, "cells")
+    level = merged["level"]
+    if level is not None:
+        level = checked_count(level, "level", n_segments, "regions on the finest level")
+    return {
+        "n_segments": n_segments,
+        "alpha": checked_number(merged["alpha"], "alpha", zero=True),
+        "ridges": checked_number(merged["ridges"], "ridges", zero=True),
+        "smooth": checked_flag(merged["smooth"], "smooth"),
+        "level": None if level == n_segments else level,
+    }
+
+
+def levels_of(n_segments: int) -> list[int]:
+    """Return the number of regions on each level that the page offers, in descending order."""
+    levels = [n_segments]
+    while levels[-1] // LEVEL_STEP >= FEWEST_OFFERED:
+        levels.append(levels[-1] // LEVEL_STEP)
+    return levels
+
+
+class Cancelled(Exception):  # noqa: N818  # not an error
+    """Raised in a segmentation if a newer one replaces it, or if its client has disconnected."""
+
+
+@dataclass
+class SegmentationTask:
+    """Handle of a segmentation: other threads can cancel it, and `tell` receives its progress."""
+
+    tell: Callable[[dict[str, Any]], object] = lambda _: None
+    _is_cancelled: threading.Event = field(default_factory=threading.Event)
+
+    def cancel(self) -> None:
+        """Make the segmentation end at its next stage or iteration."""
+        self._is_cancelled.set()
+
+    def check(self) -> None:
+        """Raise `Cancelled` if the segmentation was cancelled."""
+        if self._is_cancelled.is_set():
+            raise Cancelled
+
+    def on_stage(self, stage: str) -> None:
+        """Report that a stage begins."""
+        self.check()
+        self.tell({"stage": stage})
+
+    def on_iteration(self, iteration: int, n_moved: int) -> None:
+        """Report how many centers have moved in an iteration."""
+        self.check()
+        self.tell({"iteration": iteration, "moved": n_moved})
+
+
+@dataclass(frozen=True, eq=False)
+class UnsplitRegions:
+    """Regions computed by `segment`, merged if a level is set, but not yet split by the user."""
+
+    labels: Ints
+    n_regions: int
+    digest: str  # hash of the labels
+    notes: tuple[str, ...]  # warnings to show to the user
+
+
+@dataclass
+class Segmenter:
+    """Segments one mesh with any parameters in a separate thread, one segmentation at a time.
+
+    The cell graph is built once, because it does not depend on the parameters. Regions and merge
+    trees for the `MAX_KEPT` most recently used parameters are cached.
+    """
+
+    source: Cells
+    _kept: OrderedDict[tuple[Any, ...], UnsplitRegions] = field(default_factory=OrderedDict)
+    _trees: OrderedDict[tuple[Any, ...], MergeTree] = field(default_factory=OrderedDict)
+    _worker: ThreadPoolExecutor = field(
+        default_factory=lambda: ThreadPoolExecutor(1, thread_name_prefix="superfacets-studio")
+    )
+    _latest: SegmentationTask | None = None
+    _lock: threading.Lock = field(default_factory=threading.Lock)
+
+    @cached_property
+    def prepared(self) -> Prepared:
+        """Mesh as prepared for `segment`, with its cell graph."""
+        return Prepared.of(self.source, weld=True, n_threads=checked_threads(None))
+
+    @cached_property
+    def surface(self) -> Surface:
+        """Graph and geometry for borders, merging and splits, with cells in input order."""
+        prepared, n_threads = self.prepared, checked_threads(None)
+        if prepared.order is not None or prepared.n_steps:
+            return graph_and_surface(self.source, True, n_threads)[1]
+        return prepared.kind.surface(self.source, prepared.graph, n_threads)
+
+    def run(self, parameters: Parameters, task: SegmentationTask | None = None) -> UnsplitRegions:
+        """Segment with checked parameters; this call cancels the previous call of `run`.
+
+        Raises Cancelled if a later call or `task` cancels this call, and ValueError if merging
+        cannot reach the number of regions in `level`.
+        """
+        task = SegmentationTask() if task is None else task
+        with self._lock:
+            if self._latest is not None:
+                self._latest.cancel()
+            self._latest = task
+        return self._worker.submit(self._base, parameters, task).result()
+
+    def base(self, parameters: Parameters) -> UnsplitRegions:
+        """Segment like `run`, but without cancelling a call of `run` or being cancelled by it."""
+        return self._worker.submit(self._base, parameters, SegmentationTask()).result()
+
+    def close(self) -> None:
+        """Cancel the current segmentation, and end the thread."""
+        if self._latest is not None:
+            self._latest.cancel()
+        self._worker.shutdown(wait=True, cancel_futures=True)
+
+    def _base(self, parameters: Parameters, task: SegmentationTask) -> UnsplitRegions:
+        task.check()
+        finest = self._finest(parameters, task)
+        level = parameters["level"]
+        if level is None:
+            return finest
+        tree = self._tree(parameters, finest, task)
+        ranks = tree.regions_at(checked_cut(level, "level", tree))
+        return _base_of(ranks[finest.labels], finest.notes)
+
+    def _finest(self, parameters: Parameters, task: SegmentationTask) -> UnsplitRegions:
+        key = _key(parameters)
+        if key in self._kept:
+            self._kept.move_to_end(key)
+            return self._kept[key]
+        options = {name: value for name, value in parameters.items() if name != "level"}
+        if "prepared" not in self.__dict__:
+            task.on_stage("face_graph")
+        with warnings.catch_warnings(record=True) as found:
+            warnings.simplefilter("always")
+            result = segment(
+                self.prepared, **options, progress=task.on_iteration, on_stage=task.on_stage
+            )
+        self._kept[key] = base = _base_of(result.labels, _notes_of(found, result))
+        _trim(self._kept)
+        return base
+
+    def _tree(
+        self, parameters: Parameters, finest: UnsplitRegions, task: SegmentationTask
+    ) -> MergeTree:
+        key = _key(parameters)
+        if key not in self._trees:
+            task.on_stage("merging")
+            with _core.Workspace():
+                costs, labels, n_regions = read_regions(self.surface, finest.labels)
+                self._trees[key] = merge_neighbors(costs, labels, n_regions, None, "keep")
+            _trim(self._trees)
+        self._trees.move_to_end(key)
+        return self._trees[key]
+
+
+def _notes_of(found: list[warnings.WarningMessage], result: Segmentation) -> tuple[str, ...]:
+    """Return a text for the page for each warning.
+
+    Messages of `SliverWarning` and `IslandWarning` are replaced, because they mention parameters of
+    Python functions.
+    """
+    notes = []
+    for warning in found:
+        if warning.category is SliverWarning:
+            notes.append("Triangles are long and thin, so regions are stripes: subdivide first.")
+        elif warning.category is IslandWarning:
+            n_pieces = counted(result.n_unreached, "small disconnected piece")
+            became = "an additional region" if result.n_unreached == 1 else "additional regions"
+            notes.append(f"{n_pieces} of the mesh became {became}.")
+        else:
+            notes.append(str(warning.message))
+    return tuple(notes)
+
+
+def _key(parameters: Parameters) -> tuple[Any, ...]:
+    return tuple(value for name, value in sorted(parameters.items()) if name != "level")
+
+
+def _trim(kept: OrderedDict[Any, Any]) -> None:
+    while len(kept) > MAX_KEPT:
+        kept.popitem(last=False)
+
+
+def _base_of(labels: Ints, notes: tuple[str, ...]) -> UnsplitRegions:
+    digest = hashlib.blake2b(labels.tobytes(), digest_size=8).hexdigest()
+    return UnsplitRegions(labels, int(labels.max()) + 1, digest, notes)

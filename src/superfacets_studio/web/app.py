@@ -1,0 +1,182 @@
+"""Define the HTTP routes of the server, and stream the progress of a segmentation."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import time
+from collections.abc import AsyncIterator, Callable
+from dataclasses import dataclass, field
+from importlib.resources import files
+
+from starlette.applications import Starlette
+from starlette.concurrency import run_in_threadpool
+from starlette.requests import Request
+from starlette.responses import HTMLResponse, Response, StreamingResponse
+from starlette.routing import BaseRoute, Mount, Route
+from starlette.staticfiles import StaticFiles
+from starlette.types import ASGIApp
+
+from superfacets.base.errors import RenderError
+
+from ..documents.document import Document
+from ..documents.files import Files
+from ..regions.revisions import Partition
+from ..regions.segmenting import Cancelled, SegmentationTask, checked_parameters
+from .messages import Body, JsonReply, answered, body_of, failure, message_of
+from .operations import OPERATIONS, READS, Operation, progress_of
+from .security import Guard
+from .thumbnails import Thumbnails
+
+NO_BUNDLE = """<!DOCTYPE html>
+<html lang="en"><meta charset="utf-8"><title>superfacets studio</title>
+<p>The server runs, but this installation has no front end: <code>static/index.html</code> is
+missing. Wheels contain this file; in a source checkout, run <code>make frontend</code>.</p></html>
+"""
+
+_FILE = "/api/files/{id:int}"
+
+
+@dataclass
+class Studio:
+    """Open files of the server, and the HTTP endpoints that use them."""
+
+    files: Files
+    quit: Callable[[], object]  # function that stops the server
+    thumbnails: Thumbnails = field(default_factory=Thumbnails)
+
+    async def list_files(self, request: Request) -> Response:
+        """Reply with the list of all files and their progress."""
+        return await answered(self.files.listed)
+
+    async def quit_server(self, request: Request) -> Response:
+        """Stop the server."""
+        self.quit()
+        return JsonReply({"quits": True})
+
+    async def thumbnail(self, request: Request) -> Response:
+        """Reply with a small picture of a file, as PNG."""
+
+        def drawn() -> Response:
+            path = self.files.path(request.path_params["id"])
+            try:
+                return Response(self.thumbnails.png(path), media_type="image/png")
+            except RenderError as error:
+                return JsonReply({"error": message_of(error)}, 404)
+
+        return await answered(drawn)
+
+    async def segment(self, request: Request) -> Response:
+        """Segment a file and stream the progress; reply with an error if a parameter is invalid."""
+        number = request.path_params["id"]
+
+        def checked(body: Body) -> Body:
+            with self.files.document(number) as document:
+                now = document.state.partition.parameters
+                return checked_parameters(body, now, document.n_cells)
+
+        try:
+            body = await body_of(request)
+            is_preview = bool(body.pop("preview", False))
+            parameters = await run_in_threadpool(checked, body)
+        except Exception as error:
+            return failure(error)
+        lines = _progress_lines(self.files, number, parameters, is_preview=is_preview)
+        return StreamingResponse(lines, media_type="application/x-ndjson")
+
+    def route(self, name: str, work: Operation, method: str) -> Route:
+        """Return the route of an operation, which gets the query (GET) or the JSON body (POST)."""
+
+        async def endpoint(request: Request) -> Response:
+            try:
+                is_read = method == "GET"
+                given = dict(request.query_params) if is_read else await body_of(request)
+            except Exception as error:
+                return failure(error)
+
+            def done() -> object:
+                with self.files.document(request.path_params["id"]) as document, document.lock:
+                    return work(document, given)
+
+            return await answered(done)
+
+        return Route(f"{_FILE}/{name}", endpoint, methods=[method])
+
+
+def studio_app(studio: Studio, token: str, port: int) -> ASGIApp:
+    """Return the ASGI application: all routes, protected by the access control of `Guard`."""
+    static = files("superfacets_studio").joinpath("static")
+    routes: list[BaseRoute] = [
+        Route("/", _page),
+        Route("/api/files", studio.list_files),
+        Route("/api/quit", studio.quit_server, methods=["POST"]),
+        Route(f"{_FILE}/thumbnail", studio.thumbnail),
+        Route(f"{_FILE}/segment", studio.segment, methods=["POST"]),
+        *(studio.route(name, read, "GET") for name, read in READS.items()),
+        *(studio.route(name, do, "POST") for name, do in OPERATIONS.items()),
+    ]
+    if static.is_dir():
+        routes.append(Mount("/static", StaticFiles(directory=str(static))))
+    app = Starlette(routes=routes, exception_handlers={404: _not_found, 405: _not_found})
+    return Guard(app, token, port)
+
+
+async def _page(request: Request) -> Response:
+    index = files("superfacets_studio").joinpath("static", "index.html")
+    return HTMLResponse(index.read_text(encoding="utf-8") if index.is_file() else NO_BUNDLE)
+
+
+async def _not_found(request: Request, error: Exception) -> Response:
+    message = f"unknown route: {request.method} {request.url.path}"
+    return JsonReply({"error": message}, getattr(error, "status_code", 404))
+
+
+async def _progress_lines(
+    files: Files, number: int, parameters: Body, *, is_preview: bool
+) -> AsyncIterator[str]:
+    """Segment a file; yield lines of JSON with the progress, and finally a line with the result."""
+    loop = asyncio.get_running_loop()
+    queue: asyncio.Queue[Body | None] = asyncio.Queue()
+    task = SegmentationTask(lambda fact: loop.call_soon_threadsafe(queue.put_nowait, fact))
+    work = asyncio.ensure_future(
+        run_in_threadpool(_segment_file, files, number, parameters, task, is_preview)
+    )
+    work.add_done_callback(lambda _: queue.put_nowait(None))
+    try:
+        while (fact := await queue.get()) is not None:
+            yield _line(fact)
+        yield _line(await work)
+    finally:  # runs also if the client disconnects
+        task.cancel()
+
+
+def _segment_file(
+    files: Files, number: int, parameters: Body, task: SegmentationTask, is_preview: bool
+) -> Body:
+    try:
+        with files.document(number) as document:
+            return _segment(document, parameters, task, is_preview)
+    except Cancelled:
+        return {"cancelled": True}
+    except Exception as error:
+        return {"error": message_of(error)}
+
+
+def _segment(
+    document: Document, parameters: Body, task: SegmentationTask, is_preview: bool
+) -> Body:
+    start = time.perf_counter()
+    base = document.segmenter.run(parameters, task)
+    task.check()
+    if is_preview:
+        partition = Partition(parameters, base.digest)
+        revision = document.revisions.add(partition, base.labels, base.n_regions)
+    else:
+        revision = document.set_base(parameters, base)
+    seconds = round(time.perf_counter() - start, 3)
+    found = {"revision": revision.number, "n_regions": revision.n_regions, "seconds": seconds}
+    return {**found, "parameters": parameters, "notes": list(base.notes), **progress_of(document)}
+
+
+def _line(fact: Body) -> str:
+    return json.dumps(fact, separators=(",", ":")) + "\n"

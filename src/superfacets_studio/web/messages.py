@@ -1,0 +1,118 @@
+"""Parse requests, and create replies with results or errors."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from typing import Any
+
+from starlette.concurrency import run_in_threadpool
+from starlette.requests import ClientDisconnect, Request
+from starlette.responses import JSONResponse, Response
+
+from superfacets.base.errors import MissingExtraError, RenderError
+from superfacets.files.attributes import is_encodable
+from superfacets.files.guards import parsed_json
+
+from ..documents.history import NothingError
+from ..documents.journal import JournalError, WriteError
+from ..documents.source import ChangedError
+from ..regions.revisions import GoneError
+
+Body = dict[str, Any]
+
+BYTES = "application/octet-stream"
+
+MAX_BODY = 1 << 29  # maximum size of a request in bytes; browsers cannot make longer strings
+
+
+class TooLargeError(ValueError):
+    """Error raised if the body of a request is too large."""
+
+
+class JsonReply(JSONResponse):
+    """JSON reply in ASCII, which can contain any file name, including invalid Unicode."""
+
+    def render(self, content: Any) -> bytes:
+        """Encode the content as JSON."""
+        return json.dumps(content, separators=(",", ":")).encode("ascii")
+
+
+STATUS_OF = (
+    (NothingError, 409),
+    (GoneError, 410),
+    (ChangedError, 409),
+    (WriteError, 507),
+    (JournalError, 409),
+    (FileExistsError, 409),
+    (MissingExtraError, 501),
+    (RenderError, 501),
+    (TooLargeError, 413),
+    (ValueError, 400),
+    (TypeError, 400),
+    (IndexError, 404),
+    (OSError, 500),
+    (MemoryError, 507),
+    (ClientDisconnect, 400),  # status is arbitrary: nobody receives it
+)
+"""HTTP status of each class of errors. The first class that an error belongs to is used."""
+
+
+async def answered(work: Callable[[], Any]) -> Response:
+    """Call `work` in a thread, and reply with its result (response, bytes or JSON) or its error."""
+    try:
+        result = await run_in_threadpool(work)
+    except Exception as error:
+        return failure(error)
+    if isinstance(result, bytes):
+        return Response(result, media_type=BYTES)
+    return result if isinstance(result, Response) else JsonReply(result)
+
+
+async def body_of(request: Request) -> Body:
+    """Read the JSON object in the body of a request.
+
+    Raises TooLargeError if the body has more than `MAX_BODY` bytes, and ValueError if it is not a
+    JSON object or contains text that is not valid Unicode.
+    """
+    text = await _content(request)
+    body = parsed_json(text or b"{}", "the request")
+    if b"\\u" in text and not is_encodable(json.dumps(body, ensure_ascii=False)):
+        raise ValueError("the request contains text that is not valid Unicode: lone surrogate")
+    if not isinstance(body, dict):
+        raise ValueError("the request is not a JSON object")
+    return body
+
+
+async def _content(request: Request) -> bytearray:
+    """Read the body of a request; raise a TooLargeError if it exceeds `MAX_BODY`.
+
+    If the header of the request already announces a larger body, nothing is read.
+    """
+    data = bytearray()
+    announced = request.headers.get("content-length", "0")
+    if not announced.isdecimal() or int(announced) <= MAX_BODY:
+        async for part in request.stream():
+            data += part
+            if len(data) > MAX_BODY:
+                break
+        else:
+            return data
+    raise TooLargeError(f"the request is larger than {MAX_BODY} bytes")
+
+
+def failure(error: Exception) -> Response:
+    """Return the reply for an error; an error that is not in `STATUS_OF` is raised again."""
+    for kind, status in STATUS_OF:
+        if isinstance(error, kind):
+            return JsonReply({"error": message_of(error)}, status)
+    raise error
+
+
+def message_of(error: Exception) -> str:
+    """Return the message of an error in one line; messages of system errors name the file."""
+    if isinstance(error, MemoryError):
+        return "not enough memory"
+    if isinstance(error, OSError) and error.strerror is not None:
+        return f"{error.filename or 'system error'}: {error.strerror}"
+    return " ".join(str(error).split()) or type(error).__name__

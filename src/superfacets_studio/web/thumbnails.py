@@ -1,0 +1,93 @@
+"""Draw small pictures of meshes (thumbnails) for the list of files.
+
+A separate process draws each picture, so that a crash of a graphics driver does not end the server.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+import threading
+from pathlib import Path
+
+from superfacets.base.errors import RenderError
+
+SIZE = (320, 240)
+
+SECONDS = 120.0  # time limit for drawing a thumbnail, in seconds
+
+
+class Thumbnails:
+    """Draws thumbnails one at a time, and caches each until its file changes."""
+
+    def __init__(self) -> None:
+        self._kept: dict[Path, tuple[tuple[int, int], bytes]] = {}
+        self._lock = threading.Lock()
+        self._drawing: subprocess.Popen[str] | None = None
+        self._is_closed = False
+
+    def png(self, path: Path) -> bytes:
+        """Return the thumbnail of a file as PNG.
+
+        Raises RenderError or OSError if the thumbnail cannot be drawn.
+        """
+        status = path.stat()
+        stamp = (status.st_mtime_ns, status.st_size)
+        with self._lock:
+            kept = self._kept.get(path)
+            if kept is None or kept[0] != stamp:
+                kept = self._kept[path] = (stamp, self._drawn(path))
+        return kept[1]
+
+    def close(self) -> None:
+        """Kill the drawing process, and prevent new ones; waiting threads get a RenderError."""
+        self._is_closed = True
+        drawing = self._drawing
+        if drawing is not None:
+            drawing.kill()
+
+    def _drawn(self, path: Path) -> bytes:
+        with tempfile.TemporaryDirectory(prefix="superfacets-") as folder:
+            target = Path(folder, "picture.png")
+            # Without -P, Python could import modules from the current folder.
+            command = [sys.executable, "-P", "-m", __name__, str(path), str(target)]
+            status, errors = self._run(command)
+            if status or not target.exists():
+                lines = errors.strip().splitlines()
+                raise RenderError(lines[-1] if lines else f"drawing failed with status {status}")
+            return target.read_bytes()
+
+    def _run(self, command: list[str]) -> tuple[int, str]:
+        """Run a command that `close` can kill; return its exit status and stderr."""
+        with subprocess.Popen(
+            command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+            text=True,
+        ) as process:  # fmt: skip
+            self._drawing = process
+            if self._is_closed:  # `close` ran before the process started
+                process.kill()
+            try:
+                _, errors = process.communicate(timeout=SECONDS)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                raise RenderError(f"drawing took more than {SECONDS:g} seconds") from None
+            finally:
+                self._drawing = None
+        return process.returncode, errors
+
+
+def main() -> None:
+    """Draw the file in the first argument, and write a PNG to the path in the second argument."""
+    from superfacets.files.readers.read import read_cells
+    from superfacets_show.rendering import render
+
+    source, target = map(Path, sys.argv[1:3])
+    try:
+        render(read_cells(source), output=target, size=SIZE)
+    except Exception as error:
+        sys.exit(f"{type(error).__name__}: {error}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""Materials, images, colors of faces, and images of labels."""

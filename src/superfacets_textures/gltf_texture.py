@@ -1,0 +1,252 @@
+"""Read texture coordinates and materials of a glTF file."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote
+
+import numpy as np
+
+from superfacets.base.checks import counted
+from superfacets.base.errors import MeshError
+from superfacets.base.types import Array, Floats, Ints
+from superfacets.files.attributes import MeshAttributes
+from superfacets.files.guards import as_doubles, most_bytes_of
+from superfacets.files.readers.gltf import (
+    Scene,
+    is_mirrored,
+    positions_of,
+    read_corners,
+    triangle_primitives,
+)
+from superfacets.files.readers.gltf_file import (
+    Gltf,
+    decoded,
+    numbers,
+    read_accessor,
+    view_content,
+    whole,
+)
+
+from .images import ENDING_OF_IMAGE, UNKNOWN, TextureImage, image_beside, kind_of_image, problems_of
+from .textures import Material, MaterialSource, Texture, with_textures
+
+WRAP_OF_CODE = {10497: "repeat", 33071: "clamp", 33648: "mirror"}
+
+_TRANSFORM = "KHR_texture_transform"
+_WEBP, _BASIS = "EXT_texture_webp", "KHR_texture_basisu"
+
+
+def read_texture(scene: Scene, folder: Path | None) -> MeshAttributes:
+    """Return the texture of a scene, or if it cannot be read, the reason in `left_out`."""
+    reader = _Reader(scene.gltf, folder)
+    try:
+        texture = reader.texture(scene)
+    except MeshError as error:
+        return MeshAttributes(left_out=(f"texture: {error}",))
+    return MeshAttributes(left_out=(*reader.left_out,), texture=texture)
+
+
+@dataclass(frozen=True)
+class _Use:
+    """Set of texture coordinates that a material uses, and an affine map of the coordinates."""
+
+    coordinates: int = 0  # index of the set: TEXCOORD_0, TEXCOORD_1, ...
+    offset: tuple[float, ...] = (0.0, 0.0)
+    rotation: float = 0.0
+    scale: tuple[float, ...] = (1.0, 1.0)
+
+    def moved(self, pairs: Floats) -> Floats:
+        """Apply the affine map to texture coordinates, (n, 2), with v pointing down."""
+        if (self.offset, self.rotation, self.scale) == ((0.0, 0.0), 0.0, (1.0, 1.0)):
+            return pairs
+        cosine, sine = np.cos(self.rotation), np.sin(self.rotation)
+        u, v = (pairs * self.scale).T  # v points down, so the rotation is counterclockwise
+        turned = np.stack([cosine * u + sine * v, cosine * v - sine * u], axis=1)
+        return np.asarray(turned + self.offset)
+
+
+@dataclass
+class _Reader:
+    """Reader that reads each material, image and array of texture coordinates only once."""
+
+    gltf: Gltf
+    folder: Path | None
+    left_out: list[str] = field(default_factory=list)
+    materials: list[Material] = field(default_factory=list)
+    uses: list[_Use] = field(default_factory=list)  # coordinates for each material's color image
+    coordinates: list[Floats] = field(default_factory=list)
+    n_coordinates: int = 0
+    n_image_bytes: int = 0
+    _material_of: dict[int, int] = field(default_factory=dict)  # keyed by index in the document
+    _image_of: dict[int, TextureImage] = field(default_factory=dict)
+    _first_of: dict[tuple[int, _Use], int] = field(default_factory=dict)
+
+    def texture(self, scene: Scene) -> Texture | None:
+        """Return the texture of a scene, or None if it has neither coordinates nor materials."""
+        parts = {index: self._parts(index) for index in dict(scene.visits)}
+        corners: list[Array] = []
+        face_materials: list[Ints] = []
+        for index, matrix in scene.visits:
+            for indices, material in parts[index]:
+                corners.append(indices[:, [0, 2, 1]] if is_mirrored(matrix) else indices)
+                face_materials.append(np.full(len(indices), material, np.int32))
+        if not self.coordinates and not self.materials:
+            return None
+        pairs = np.concatenate([np.empty((0, 2)), *self.coordinates])
+        pairs[:, 1] = 1.0 - pairs[:, 1]
+        self.left_out += problems_of([*self._image_of.values()])
+        return Texture(
+            pairs, np.concatenate(corners).ravel(), self.materials, np.concatenate(face_materials)
+        )
+
+    def _parts(self, index: int) -> list[tuple[Array, int]]:
+        """Return texture coordinate indices, (n, 3), and material index of each mesh primitive.
+
+        An index is -1 if there are no coordinates or no material.
+        """
+        parts = []
+        for primitive in triangle_primitives(self.gltf, index):
+            positions = read_accessor(self.gltf, positions_of(primitive, index), "VEC3")
+            corners = read_corners(self.gltf, primitive, len(positions)).reshape(-1, 3)
+            material = self._material(primitive["material"]) if "material" in primitive else -1
+            use = self.uses[material] if material >= 0 else _Use()
+            accessor = primitive["attributes"].get(f"TEXCOORD_{use.coordinates}")
+            if accessor is None:
+                parts.append((np.full(corners.shape, -1), material))
+                continue
+            first = self._first_coordinate(accessor, use, len(positions))
+            parts.append((corners.astype(np.int64) + first, material))
+        return parts
+
+    def _first_coordinate(self, accessor: Any, use: _Use, n_vertices: int) -> int:
+        """Return the index of an accessor's first coordinate; add the coordinates if new."""
+        key = (whole({"accessor": accessor}, "accessor"), use)
+        if key not in self._first_of:
+            stored = read_accessor(self.gltf, accessor, "VEC2")
+            if len(stored) != n_vertices:
+                expected = counted(n_vertices, "texture coordinate")
+                raise MeshError(f"expected {expected}, got {len(stored)}")
+            pairs = as_doubles(stored)
+            if stored.dtype.kind != "f" and self.gltf.item("accessors", accessor).get("normalized"):
+                pairs = np.maximum(pairs / np.iinfo(stored.dtype).max, -1.0)
+            self._first_of[key] = self.n_coordinates
+            self.n_coordinates += len(pairs)
+            if pairs.itemsize * 2 * self.n_coordinates > most_bytes_of(self.gltf.n_bytes):
+                raise MeshError("the file uses its texture coordinates too many times")
+            self.coordinates.append(use.moved(pairs))
+        return self._first_of[key]
+
+    def _material(self, index: Any) -> int:
+        document = self.gltf.item("materials", index)
+        if index not in self._material_of:
+            self._material_of[index] = len(self.materials)
+            material, use = self._read_material(document, index)
+            self.materials.append(material)
+            self.uses.append(use)
+        return self._material_of[index]
+
+    def _read_material(self, document: dict[str, Any], index: int) -> tuple[Material, _Use]:
+        name = document.get("name")
+        name = name if isinstance(name, str) else f"material_{index}"
+        shading = document.get("pbrMetallicRoughness", {})
+        if not isinstance(shading, dict):
+            raise MeshError(f"materials[{index}].pbrMetallicRoughness must be a JSON object")
+        red, green, blue, _ = numbers(shading, "baseColorFactor", [1.0] * 4).tolist()
+        info = shading.get("baseColorTexture")
+        use = _use_of(info) if isinstance(info, dict) else _Use()
+        source = _SourceReader(self, use)
+        try:
+            text = json.dumps(with_textures(document, source.reference))
+        except RecursionError:
+            raise MeshError(f"broken glTF: materials[{index}] is nested too deeply") from None
+        self.left_out += [f"{what} of material {name!r}" for what in source.left_out]
+        kept = MaterialSource("gltf", text, tuple(source.images), tuple(source.samplers))
+        if not isinstance(info, dict):
+            return Material(name, (red, green, blue), source=kept), use
+        image, sampler = self.image_and_sampler(info.get("index"))
+        codes = [whole(sampler, key, 10497) for key in ("wrapS", "wrapT")]
+        wrap_u, wrap_v = (WRAP_OF_CODE.get(code, "repeat") for code in codes)
+        return Material(name, (red, green, blue), image, (wrap_u, wrap_v), kept), use
+
+    def image_and_sampler(self, index: Any) -> tuple[TextureImage, dict[str, Any]]:
+        """Return the image and the sampler of a texture of the document."""
+        texture = self.gltf.item("textures", index)
+        sampler = self.gltf.item("samplers", texture["sampler"]) if "sampler" in texture else {}
+        extensions = texture.get("extensions")
+        listed = extensions if isinstance(extensions, dict) else {}
+        others = [listed[name] for name in (_WEBP, _BASIS) if isinstance(listed.get(name), dict)]
+        sources = [each["source"] for each in (texture, *others) if "source" in each]
+        if not sources:
+            raise MeshError(f"broken glTF: textures[{index}] has no image")
+        return self._image(sources[0]), sampler
+
+    def _image(self, index: Any) -> TextureImage:
+        document = self.gltf.item("images", index)
+        if index not in self._image_of:
+            self._image_of[index] = self._read_image(document, index)
+        return self._image_of[index]
+
+    def _read_image(self, document: dict[str, Any], index: int) -> TextureImage:
+        address = document.get("uri")
+        if isinstance(address, str) and not address.startswith("data:"):
+            return image_beside(unquote(address), self.folder)
+        if isinstance(address, str):
+            content = decoded(address)
+        else:
+            self.gltf.item("bufferViews", document.get("bufferView"))
+            content = bytes(view_content(self.gltf, document["bufferView"]))
+            self.n_image_bytes += len(content)
+            if self.n_image_bytes > self.gltf.n_bytes:  # otherwise, a small file could fill memory
+                raise MeshError("broken glTF: the images in the file overlap")
+        name = document.get("name")
+        name = name if isinstance(name, str) and name else f"image_{index}"
+        kind = kind_of_image(content)
+        ending = ENDING_OF_IMAGE.get(kind or "", "")
+        name = name if name.lower().endswith(ending) else name + ending
+        return TextureImage(name, None, content, None if kind else UNKNOWN)
+
+
+@dataclass
+class _SourceReader:
+    """Replaces the textures of a material by indices into `images` and `samplers`."""
+
+    reader: _Reader
+    use: _Use  # texture coordinates of the color image, which other images must use, too
+    images: list[TextureImage] = field(default_factory=list)
+    samplers: list[str] = field(default_factory=list)
+    left_out: list[str] = field(default_factory=list)
+
+    def reference(self, key: str, info: dict[str, Any]) -> dict[str, Any] | None:
+        """Convert a texture reference; return None if it needs other coordinates than the color."""
+        if _use_of(info) != self.use:
+            self.left_out.append(f"{key}, which needs other coordinates than the color,")
+            return None
+        image, sampler = self.reader.image_and_sampler(info["index"])
+        self.images.append(image)
+        self.samplers.append(json.dumps(sampler))
+        extensions = {
+            name: value for name, value in info.get("extensions", {}).items() if name != _TRANSFORM
+        }
+        rest = {
+            name: value for name, value in info.items() if name not in ("extensions", "texCoord")
+        }
+        new = {**rest, "index": len(self.images) - 1}
+        return {**new, "extensions": extensions} if extensions else new
+
+
+def _use_of(info: dict[str, Any]) -> _Use:
+    extensions = info.get("extensions", {})
+    transform = extensions.get(_TRANSFORM, {}) if isinstance(extensions, dict) else None
+    if not isinstance(transform, dict):
+        raise MeshError("broken glTF: extensions of a texture reference must be objects")
+    offset = tuple(numbers(transform, "offset", [0.0, 0.0]).tolist())
+    scale = tuple(numbers(transform, "scale", [1.0, 1.0]).tolist())
+    rotation = transform.get("rotation", 0.0)
+    if type(rotation) not in (int, float) or not np.isfinite(rotation):
+        raise MeshError("broken glTF: the rotation of a texture must be a finite number")
+    place = whole(transform, "texCoord", whole(info, "texCoord", 0))
+    return _Use(place, offset, float(rotation), scale)

@@ -1,0 +1,82 @@
+"""Write texture images that store region ids, and a table of the ids."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import IO
+
+import numpy as np
+
+from superfacets.base.errors import MeshError
+from superfacets.base.types import Array, Bools, Bytes, Ints
+from superfacets.files.atomic import atomic_outputs
+from superfacets.files.writers.content import Content
+from superfacets.graph.kinds import kind_of
+
+from .images import import_pillow
+from .texels import ids_in_layout
+from .textures import Material, Texture
+from .writing import write_beside
+
+PLAIN_SIZE = (2048, 2048)
+"""Width and height of an id image if the texture has no color image, or if it cannot be read."""
+
+
+def write_ids(file: IO[bytes], content: Content) -> None:
+    """Write an image with the region id of each texel, and a table of ids in the same folder.
+
+    The texture coordinates of the mesh apply to this image. The id of a region is its label + 1,
+    encoded as red + 256 green + 65,536 blue; 0 means no region. If the texture has several images,
+    one id image is written for each of them. If the output is a stream, only the first id image is
+    written, and no table.
+    """
+    texture, labels = content.texture, content.labels
+    if texture is None or labels is None:
+        raise MeshError("a .ids.png file needs faces with labels and texture coordinates")
+    if labels.max(initial=0) >= 2**24 - 1:
+        raise MeshError(f".ids.png needs labels below 2**24 - 1, got {labels.max()}: renumber them")
+    n_texels = np.zeros(int(labels.max(initial=-1)) + 1, np.int64)
+    for number, (material, is_here, size) in enumerate(_layouts(texture)):
+        ids = ids_in_layout(content.cells, texture, labels, is_here, material.wrap, size)
+        n_texels += np.bincount(ids[ids >= 0], minlength=len(n_texels))
+        image = import_pillow("Image").fromarray(_as_colors(ids))
+        if number == 0:
+            image.save(file, "png")
+        elif content.path is not None:
+            stem = content.path.name[: -len(content.ending)]
+            with atomic_outputs([content.path.with_name(f"{stem}.{number}.ids.png")]) as (beside,):
+                image.save(beside, "png")
+    if content.path is not None:
+        stem = content.path.name[: -len(content.ending)]
+        write_beside(content.path, f"{stem}.ids.csv", _table_of_ids(content, labels, n_texels))
+
+
+def _layouts(texture: Texture) -> Iterator[tuple[Material, Bools, tuple[int, int]]]:
+    """For each texture image, yield a material that uses it, a mask of its faces, and its size.
+
+    If the texture has no images, yield one material with all faces.
+    """
+    if not texture.images:
+        yield Material(), np.ones(len(texture.face_materials), np.bool_), PLAIN_SIZE
+    for image in texture.images:
+        numbers = [n for n, each in enumerate(texture.materials) if each.image is image]
+        is_here = np.isin(texture.face_materials, numbers)
+        size = PLAIN_SIZE if image.problem is not None else image.size()
+        yield texture.materials[numbers[0]], is_here, size
+
+
+def _as_colors(ids: Ints) -> Bytes:
+    numbers = ids.astype(np.int64) + 1
+    return np.stack([numbers & 255, numbers >> 8 & 255, numbers >> 16], axis=2).astype(np.uint8)
+
+
+def _table_of_ids(content: Content, labels: Ints, n_texels: Array) -> bytes:
+    """Return a CSV table with id, label, number of texels and area of each region."""
+    measures = kind_of(content.cells).measures(content.cells, 1)
+    kept = labels >= 0
+    areas = np.bincount(labels[kept], measures[kept], len(n_texels))
+    rows = [
+        f"{label + 1},{label},{n_texels[label]},{areas[label]:.9g}"
+        for label in np.unique(labels[kept]).tolist()
+    ]
+    return ("\n".join(["id,label,texels,area", *rows]) + "\n").encode("ascii")

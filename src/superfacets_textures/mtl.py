@@ -1,0 +1,163 @@
+"""Read MTL files, which contain the materials of OBJ files."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from superfacets.base.errors import MeshError
+from superfacets.files.guards import read_content
+from superfacets.files.light import linear_of_srgb
+from superfacets.files.readers.text import split_word
+
+from .images import TextureImage, file_beside, image_beside
+from .textures import Material, MaterialSource
+
+_WIDTHS = {"-blendu": 1, "-blendv": 1, "-bm": 1, "-boost": 1, "-cc": 1, "-clamp": 1,
+           "-imfchan": 1, "-mm": 2, "-texres": 1, "-type": 1}  # fmt: skip
+"""Number of values of each texture map option."""
+
+_VECTORS = ("-o", "-s", "-t")
+"""Texture map options that have one to three numbers."""
+
+
+@dataclass
+class _Block:
+    """Lines of a material, in which indices replace the names of images."""
+
+    name: str
+    lines: list[str] = field(default_factory=list)
+    images: list[TextureImage] = field(default_factory=list)
+    color: tuple[float, float, float] = (1.0, 1.0, 1.0)  # in linear light, from ``Kd``
+    map: TextureImage | None = None  # color image, from ``map_Kd``
+    is_clamped: bool = False  # whether the color image has the option ``-clamp on``
+
+    def material(self) -> Material:
+        """Return the material. If it has a color image, ``Kd`` is replaced by white."""
+        color = self.color if self.map is None else (1.0, 1.0, 1.0)
+        wrap = "clamp" if self.is_clamped else "repeat"
+        source = MaterialSource("mtl", "\n".join(self.lines), tuple(self.images))
+        return Material(self.name, color, self.map, (wrap, wrap), source)
+
+
+def read_mtl(path: Path, folder: Path) -> dict[str, Material]:
+    """Return the materials of an MTL file by name; images must be in `folder` or its subfolders.
+
+    ``map_Kd`` is the image, and ``Kd`` is the sRGB color of a material without an image. All lines
+    of a material are stored, so that `write_mesh` can write them again.
+    """
+    text = read_content(path)[:].decode("utf-8", "surrogateescape")
+    beside = path.parent.relative_to(folder) if path.parent.is_relative_to(folder) else Path()
+    materials: dict[str, Material] = {}
+    known: dict[str, TextureImage] = {}
+    block: _Block | None = None
+    for line in text.replace("\\\n", " ").splitlines():
+        keyword, rest = split_word(line)
+        if keyword == "newmtl":
+            _finish(block, materials)
+            block = _Block(rest)
+        elif block is not None and keyword and not keyword.startswith("#") and "\0" not in line:
+            _add_line(block, keyword, rest, partial(_image, beside, folder, known))
+    _finish(block, materials)
+    return materials
+
+
+def _finish(block: _Block | None, materials: dict[str, Material]) -> None:
+    if block is not None:
+        materials.setdefault(block.name, block.material())
+
+
+def _image(beside: Path, folder: Path, known: dict[str, TextureImage], name: str) -> TextureImage:
+    """Return the image at the path `name` relative to `beside`, the folder of the MTL file.
+
+    Equal paths give the same object.
+    """
+    path = str(Path(beside, name.replace("\\", "/")))
+    if path not in known:
+        known[path] = image_beside(path, folder)
+    return known[path]
+
+
+def _add_line(
+    block: _Block, keyword: str, rest: str, image_of: Callable[[str], TextureImage]
+) -> None:
+    if keyword == "Kd":
+        block.color = _linear_color(rest) or block.color
+    if not keyword.lower().startswith(("map_", "bump", "disp", "decal", "refl", "norm")):
+        block.lines.append(f"{keyword} {rest}")
+        return
+    options, name = _split_options(rest)
+    image = image_of(name)
+    if image not in block.images:
+        block.images.append(image)
+    block.lines.append(" ".join([keyword, *options, f"\0{block.images.index(image)}\0"]))
+    if keyword.lower() == "map_kd":
+        block.map = image
+        block.is_clamped = "-clamp on" in " ".join(options)
+
+
+def _split_options(text: str) -> tuple[list[str], str]:
+    """Split the text of a texture map into options and the image name, which may have spaces."""
+    options: list[str] = []
+    rest = text
+    while rest.startswith("-"):
+        word, after = split_word(rest)
+        if word not in _WIDTHS and word not in _VECTORS:
+            break
+        options.append(word)
+        rest = after
+        for place in range(3 if word in _VECTORS else _WIDTHS[word]):
+            value, after = split_word(rest)
+            if word in _VECTORS and place and not _is_number(value):
+                break
+            options.append(value)
+            rest = after
+    return options, rest
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _linear_color(text: str) -> tuple[float, float, float] | None:
+    """Convert an sRGB color to linear light.
+
+    Returns None if `text` does not begin with 3 numbers.
+    """
+    words = text.split()
+    if len(words) < 3 or not all(map(_is_number, words[:3])):
+        return None
+    shares = np.clip(np.nan_to_num([float(word) for word in words[:3]]), 0.0, 1.0)
+    red, green, blue = linear_of_srgb(shares).tolist()
+    return red, green, blue
+
+
+def read_libraries(
+    names: list[str], folder: Path | None
+) -> tuple[dict[str, Material], list[Path], list[str]]:
+    """Return materials by name, the MTL files that were read, and notes about unreadable files."""
+    materials: dict[str, Material] = {}
+    found: list[Path] = []
+    left_out: list[str] = []
+    for name in dict.fromkeys(names):
+        path = file_beside(name.replace("\\", "/"), folder)
+        try:
+            if path is None or folder is None:
+                raise FileNotFoundError(name)
+            read = read_mtl(path, Path(os.path.realpath(folder)))
+        except (OSError, MeshError):
+            left_out.append(f"materials: {name!r} cannot be read in the mesh's folder")
+            continue
+        found.append(path)
+        for key, material in read.items():
+            materials.setdefault(key, material)
+    return materials, found, left_out

@@ -1,0 +1,181 @@
+"""Write textures: copy images, write MTL files, and add texture coordinates to PLY files."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from superfacets.base.checks import counted
+from superfacets.base.types import Array
+from superfacets.files.atomic import atomic_outputs
+from superfacets.files.light import srgb_of_linear
+from superfacets.files.writers.text import finite_singles
+
+from .images import ENDING_OF_IMAGE, TextureImage, kind_of_image
+from .textures import Texture
+
+
+def notes_on_texture(
+    texture: Texture, endings: Collection[str], *, has_polygons: bool = False
+) -> list[str]:
+    """Return notes on parts of the texture that files with these endings cannot store."""
+    notes = []
+    lacking = sorted({ending for ending in endings if ending in (".off", ".vtp")})
+    if ".ply" in endings and has_polygons and not texture.is_of_ply:
+        lacking.append(".ply of polygons")
+    if lacking:
+        notes.append(f"no texture in {' and '.join(lacking)}: the format cannot store textures")
+    for ending, format in ((".obj", "mtl"), (".glb", "gltf"), (".ply", "none")):
+        others = [
+            material.name for material in texture.materials
+            if material.source is not None and material.source.format != format
+            and {*material.source.images} - {material.image}
+        ]  # fmt: skip
+        if ending in endings and others:
+            materials = counted(len(others), "material")
+            notes.append(f"{ending} can store only the color and color image of {materials}")
+    if ".obj" in endings and any("mirror" in material.wrap for material in texture.materials):
+        notes.append("OBJ cannot store mirrored images: images are repeated instead")
+    return notes
+
+
+@dataclass
+class Placer:
+    """Copies images to the folder of an output file, and chooses the names of the copies."""
+
+    path: Path | None  # output file; None for standard output, in which case no image is copied
+    names: dict[TextureImage, str | None] = field(default_factory=dict)
+
+    def name_of(self, image: TextureImage) -> str | None:
+        """Return the name of an image in the output, or None if the output cannot refer to it.
+
+        Images in the folder of the output, or in its subfolders, are not copied. Other images are
+        copied to the folder of the output. A missing image keeps its name.
+        """
+        if image not in self.names:
+            self.names[image] = self._placed(image)
+        return self.names[image]
+
+    def relative(self, path: Path) -> str | None:
+        """Return `path` relative to the folder of the output file, or None if it is not inside.
+
+        If the output is a stream, return the file name.
+        """
+        if self.path is None:
+            return path.name
+        folder, real = Path(os.path.realpath(self.path.parent)), Path(os.path.realpath(path))
+        return real.relative_to(folder).as_posix() if real.is_relative_to(folder) else None
+
+    def _placed(self, image: TextureImage) -> str | None:
+        if image.problem is not None:
+            return image.name
+        found = None if image.path is None else self.relative(image.path)
+        if found is not None or self.path is None:
+            return found
+        content = image.encoded()
+        name = f"{self.path.stem}_{_plain(Path(image.name).name)}"
+        ending = ENDING_OF_IMAGE.get(kind_of_image(content) or "", "")
+        stem = Path(name).stem if Path(name).suffix else name
+        name, number = f"{stem}{Path(name).suffix or ending}", 1
+        while name in self.names.values():
+            name, number = f"{stem}_{number}{Path(name).suffix}", number + 1
+        write_beside(self.path, name, content)
+        return name
+
+
+def write_beside(path: Path, name: str, content: bytes) -> None:
+    """Write a file to the folder of an output file."""
+    with atomic_outputs([path.with_name(name)]) as (temporary,):
+        temporary.write_bytes(content)
+
+
+def _plain(name: str) -> str:
+    """Replace all characters except letters, digits, dots and dashes by underscores."""
+    return re.sub(r"[^\w.-]+", "_", name).lstrip(".") or "image"
+
+
+def material_names(texture: Texture) -> list[str]:
+    """Return unique material names for an OBJ file; names from an MTL file are not changed."""
+    names: list[str] = []
+    for number, material in enumerate(texture.materials):
+        name = material.name
+        if material.source is None or material.source.format != "mtl":
+            name = _plain(name) if name else f"material_{number}"
+            while name in names:
+                name = f"{name}_{number}"
+        names.append(name)
+    return names
+
+
+def library_lines(texture: Texture, path: Path | None) -> bytes:
+    """Return the ``mtllib`` lines of an OBJ file.
+
+    If the MTL files of the texture cannot be reused, an MTL file is written, and its images are
+    copied if necessary.
+    """
+    placer = Placer(path)
+    known = [placer.relative(library) for library in texture.libraries]
+    # MTL files are reused only if they are in the folder of the OBJ file. For other folders,
+    # programs disagree on the folder to which image names are relative.
+    if known and all(name is not None and "/" not in name for name in known):
+        names = [name for name in known if name is not None]
+    elif path is not None and texture.materials:
+        names = [f"{path.stem}.mtl"]
+        text = "\n".join(_mtl_lines(texture, placer)) + "\n"
+        write_beside(path, names[0], text.encode("utf-8", "surrogateescape"))
+    else:
+        names = []
+    return "".join(f"mtllib {name}\n" for name in names).encode("utf-8", "surrogateescape")
+
+
+def _mtl_lines(texture: Texture, placer: Placer) -> Iterator[str]:
+    for name, material in zip(material_names(texture), texture.materials, strict=True):
+        yield f"newmtl {name}"
+        if material.source is not None and material.source.format == "mtl":
+            yield _with_names(material.source.text, material.source.images, placer)
+            continue
+        yield "Kd " + " ".join(f"{value / 255:.6g}" for value in srgb_of_linear(material.color))
+        image = None if material.image is None else placer.name_of(material.image)
+        if image is not None:
+            clamp = "-clamp on " if material.wrap == ("clamp", "clamp") else ""
+            yield f"map_Kd {clamp}{image}"
+
+
+def _with_names(text: str, images: tuple[TextureImage, ...], placer: Placer) -> str:
+    """Return the MTL text of a material, with its indices into `images` replaced by image names."""
+    pieces = text.split("\0")
+    for place in range(1, len(pieces), 2):
+        image = images[int(pieces[place])]
+        pieces[place] = placer.name_of(image) or image.name
+    return "".join(pieces)
+
+
+def ply_texture(
+    texture: Texture, placer: Placer, *, has_triangles: bool
+) -> tuple[list[str], dict[str, Array]]:
+    """Return the comments that name the images in a PLY file, and additional face properties.
+
+    The properties are texture coordinates and image numbers. If the texture comes from a PLY file,
+    there are none, because the attributes of faces already include them. All other textures are
+    written only for meshes of triangles.
+    """
+    names = [(image, placer.name_of(image)) for image in texture.images]
+    comments = [f"comment TextureFile {name}" for _, name in names if name is not None]
+    if texture.is_of_ply or not has_triangles or not comments:
+        return comments if texture.is_of_ply else [], {}
+    numbers = {image: n for n, (image, name) in enumerate(names) if name is not None}
+    of_materials = [
+        -1 if material.image is None else numbers.get(material.image, -1)
+        for material in texture.materials
+    ] + [-1]
+    corners = texture.corners.reshape(-1, 3)
+    pairs = np.concatenate([texture.coordinates, [[0.0, 0.0]]])[corners].reshape(-1, 6)
+    fields: dict[str, Array] = {"texcoord": finite_singles(pairs)}
+    if len(comments) > 1 or -1 in of_materials:
+        fields["texnumber"] = np.array(of_materials, np.int32)[texture.face_materials]
+    return comments, fields
