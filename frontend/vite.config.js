@@ -2,14 +2,14 @@
 // committed: their names carry no hash, and the same sources give the same bytes.
 import { defineConfig } from "vite";
 
-const PACKAGE = "../src/superfacets";
+const SRC = "../src";
 const COMMON = { target: "es2022", modulePreload: false, reportCompressedSize: false };
 
 const studio = {
   base: "/static/",
   build: {
     ...COMMON,
-    outDir: `${PACKAGE}/studio/static`,
+    outDir: `${SRC}/superfacets_studio/static`,
     emptyOutDir: true,
     rollupOptions: {
       input: { studio: "index.html" },
@@ -21,7 +21,7 @@ const studio = {
 const page = {
   build: {
     ...COMMON,
-    outDir: `${PACKAGE}/pictures/page`,
+    outDir: `${SRC}/superfacets_show/page`,
     emptyOutDir: false,
     lib: { entry: "src/page/main.ts", formats: ["iife"], name: "viewer", fileName: () => "viewer.js" },
   },

@@ -24,7 +24,7 @@ from superfacets.base.checks import (
 )
 from superfacets.base.errors import MeshError
 from superfacets.base.types import Bools, Floats, Ints
-from superfacets.cells.corner_labels import labels_of_corners
+from superfacets.graph.corner_labels import labels_of_corners
 from superfacets.graph.sums import sums_by_label, weighted_majority
 from superfacets.mesh.convert import MeshLike, as_cells
 

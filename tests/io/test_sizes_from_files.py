@@ -21,50 +21,60 @@ from superfacets.files.readers.labels import VERTEX_ENDINGS
 from superfacets.files.readers.npy import npz_array
 from superfacets.files.readers.read import read_cells
 
-SOURCE = Path(superfacets.__file__).parent
+SOURCE = Path(superfacets.__file__).parents[1]
 
-PLACES = ("io", "export", "mesh", "regions/lifting.py", "regions/mask_votes.py", "interop/masks.py")
+TEXTURES = (
+    "gltf_materials", "gltf_texture", "ids_image", "images", "mtl", "obj_texture", "ply_texture",
+    "textures", "writing",
+)  # fmt: skip
+PLACES = (
+    "superfacets/files", "superfacets/mesh/faces.py", "superfacets/mesh/polygon_mesh.py",
+    "superfacets/mesh/tet_mesh.py", "superfacets_formats",
+    "superfacets_scans/label_images.py", "superfacets_scans/pinhole_camera.py",
+    *(f"superfacets_textures/{name}.py" for name in TEXTURES),
+    "superfacets_scans/lifting.py", "superfacets_scans/mask_votes.py", "superfacets_scans/masks.py",
+)  # fmt: skip
 
 GUARDS = {
-    "export/gltf_materials.py": {
+    "superfacets_textures/gltf_materials.py": {
         ("_image", "frombuffer"): "a view of an encoded image in memory",
     },
-    "export/ids_image.py": {
+    "superfacets_textures/ids_image.py": {
         ("_table_of_ids", "bincount"): "labels are below 2**24, checked in `write_ids`",
         ("write_ids", "bincount"): "labels are below 2**24, checked before",
         ("write_ids", "zeros"): "labels are below 2**24, checked before",
     },
-    "export/obj.py": {
+    "superfacets/files/writers/obj.py": {
         ("_lines_of", "repeat"): "sizes of faces in memory",
     },
-    "export/pcd.py": {
+    "superfacets_formats/pcd_writer.py": {
         ("write_pcd", "empty"): "at most ROWS_AT_ONCE rows of points in memory",
     },
-    "export/ply.py": {
+    "superfacets/files/writers/ply.py": {
         ("_fill_rows", "empty"): "rows of cells in memory",
         ("of", "arange"): "the size of faces in memory",
     },
-    "export/vtk.py": {
+    "superfacets_formats/vtk_writer.py": {
         ("write_vtk", "full"): "one entry per tetrahedron in memory",
     },
-    "io/guards.py": {
+    "superfacets/files/guards.py": {
         ("numbers", "frombuffer"): "`skip` compares the size with the bytes that are left",
     },
-    "io/images.py": {
+    "superfacets_textures/images.py": {
         ("_open", "reader"): "`check_pixels` compares the pixels with the file",
     },
-    "interop/masks.py": {
+    "superfacets_scans/masks.py": {
         ("_picture", "reader"): "`check_pixels` compares the pixels with the file",
     },
-    "io/readers/compression.py": {
+    "superfacets_formats/compression.py": {
         ("decode_draco", "decode"): "counts of the data must equal those of accessors",
         ("decode_meshopt", "decode_gltf_buffer"): "`Gltf.take` limits the sum of sizes",
     },
-    "io/readers/cortex.py": {
+    "superfacets_formats/cortex.py": {
         ("_decoded", "decompress"): "at most one byte more than declared, which is limited",
         ("_gifti_array", "frombuffer"): "a view of decoded bytes, whose number is checked",
     },
-    "io/readers/e57.py": {
+    "superfacets_formats/e57.py": {
         ("_read_columns", "reader"): "`_check_counts` compares all scans with the file",
         ("_joined", "repeat"): "lengths of points in memory",
         ("_read_columns", "SourceDestBuffer"): "`_check_counts` compares all scans with the file",
@@ -72,18 +82,18 @@ GUARDS = {
         ("_viewpoints_of", "repeat"): "lengths of points in memory",
         ("read_e57", "E57"): "reads only the XML, which is in the file",
     },
-    "io/readers/gltf.py": {
+    "superfacets/files/readers/gltf.py": {
         ("read_corners", "arange"): "vertices of an accessor in memory",
     },
-    "io/readers/gltf_file.py": {
+    "superfacets/files/readers/gltf_file.py": {
         ("read_accessor", "empty"): "only with 0 rows",
         ("read_accessor", "ndarray"): "the end of the rows is compared with the view",
     },
-    "io/readers/grids.py": {
+    "superfacets_formats/grids.py": {
         ("numbers", "frombuffer"): "the count is compared with the bytes that are left",
         ("tets", "full"): "cells in memory",
     },
-    "io/readers/las.py": {
+    "superfacets_formats/las.py": {
         ("_add_extra_columns", "ndarray"): "a view of the records in memory",
         ("_chunks", "read_chunk_table_only"): "the number of chunks is compared with the file",
         (
@@ -93,28 +103,28 @@ GUARDS = {
         ("_decompressed", "empty"): "at most _MAX_COMPRESSED times the file",
         ("read_las", "frombuffer"): "the size is compared with the file",
     },
-    "io/readers/msh.py": {
+    "superfacets_formats/msh.py": {
         ("_read_element_blocks", "full"): "`_sizes` has read as many rows",
     },
-    "io/readers/npy.py": {
+    "superfacets/files/readers/npy.py": {
         ("npy_array", "frombuffer"): "the declared size must be the size that follows",
     },
-    "io/readers/obj.py": {
+    "superfacets/files/readers/obj.py": {
         ("read_blocks", "repeat"): "numbers of tokens in the text",
     },
-    "io/readers/obj_texture.py": {
+    "superfacets_textures/obj_texture.py": {
         ("_add_coordinates", "repeat"): "numbers of tokens in the text",
         ("_add_materials", "empty"): "lines of the text",
     },
-    "io/readers/parts.py": {
+    "superfacets/files/readers/parts.py": {
         ("_labels_by_part", "arange"): "names in the text",
     },
-    "io/readers/pcd.py": {
+    "superfacets_formats/pcd.py": {
         ("_read_compressed", "frombuffer"): "8 bytes, and a view of the file",
         ("_read_compressed", "unpack_lzf"): "at most _MAX_COMPRESSED times the packed bytes",
         ("_read_records", "frombuffer"): "`_check_points` compares the count with the file",
     },
-    "io/readers/ply_body.py": {
+    "superfacets/files/readers/ply_body.py": {
         ("_gather", "arange"): "rows that `_walk` has found in the file",
         ("_gather", "copy_runs"): "rows that `_walk` has found in the file",
         ("_gather", "frombuffer"): "a view of the whole file",
@@ -123,44 +133,44 @@ GUARDS = {
         ("_walk_whole", "frombuffer"): "a view of the whole file",
         ("_walk_whole", "walk_rows"): "`_least_size` compares the rows with the file",
     },
-    "io/readers/ply_texture.py": {
+    "superfacets_textures/ply_texture.py": {
         ("_pairs_of_faces", "arange"): "corners in memory",
         ("_pairs_of_faces", "repeat"): "sizes of faces in memory",
     },
-    "io/readers/stl.py": {
+    "superfacets/files/readers/stl.py": {
         ("_read_binary", "frombuffer"): "the count must give the size of the file",
     },
-    "io/readers/text.py": {
+    "superfacets/files/readers/text.py": {
         ("_as_text", "frombuffer"): "a view of the whole file",
         ("runs", "arange"): "callers compare lengths with the file",
         ("runs", "repeat"): "callers compare lengths with the file",
         ("table", "arange"): "the width is a constant, or compared with the lines",
     },
-    "io/readers/vtk_legacy.py": {
+    "superfacets_formats/vtk_legacy.py": {
         ("_split_rows", "full"): "at most as many rows as numbers in memory",
     },
-    "io/readers/vtk_xml.py": {
+    "superfacets_formats/vtk_xml.py": {
         ("_content", "frombuffer"): "`_first_bytes` compares the size with the data",
         ("_decoded", "frombuffer"): "a view of decoded bytes, whose number is checked",
         ("_unpacked", "decompress"): "at most one byte more than declared, which is limited",
     },
-    "mesh/faces.py": {
+    "superfacets/mesh/faces.py": {
         ("corner_triangles", "repeat"): "sizes of faces in memory",
         ("of", "arange"): "sizes of faces in memory",
         ("of", "repeat"): "sizes of faces in memory",
         ("sample_surface", "repeat"): "numbers of samples that the caller asks for",
         ("spread_indices", "arange"): "numbers of samples that the caller asks for",
     },
-    "mesh/label_images.py": {
+    "superfacets_scans/label_images.py": {
         ("_as_array", "zeros"): "only for an image without masks; the size is the camera's",
     },
-    "mesh/polygon_mesh.py": {
+    "superfacets/mesh/polygon_mesh.py": {
         ("triangulate", "repeat"): "sizes of faces in memory",
     },
-    "mesh/tet_mesh.py": {
+    "superfacets/mesh/tet_mesh.py": {
         ("boundary", "repeat"): "tetrahedra in memory",
     },
-    "regions/lifting.py": {
+    "superfacets_scans/lifting.py": {
         ("_by_image", "arange"): "images that were read",
         ("_objects_of_masks", "arange"): "regions, of which each has a cell",
         ("_objects_of_masks", "bincount"): "masks, of which each has a pixel",
@@ -168,7 +178,7 @@ GUARDS = {
         ("lift", "bincount"): "ranks of labels of regions",
         ("lift", "zeros"): "regions, of which each has a cell",
     },
-    "regions/mask_votes.py": {
+    "superfacets_scans/mask_votes.py": {
         ("_visible_regions_of", "see_surface"): "cameras have the sizes of their masks",
         ("collect_votes", "repeat"): "numbers of masks that were read",
     },

@@ -12,7 +12,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 import shapes
-import superfacets.interop
 
 import superfacets_studio
 from superfacets import write_mesh
@@ -34,61 +33,62 @@ OWN = "sizes are numbers of cells, regions or objects of the open mesh, not numb
 CLASSES = "class numbers are at most MAX_CLASS: uint16 in `State.paint`, or `checked_class_list`"
 
 GUARDS = {
-    "interop.aggregation.objects_of": "as many as the file lists; ids are found by searchsorted",
-    "interop.aggregation.regroup_segments": "as many as the files list; they must be equally many",
-    "interop.segmentator._graph_of_points": "`_checked_edges` refuses ends outside of the points",
-    "interop.segmentator._number_in_mesh": "`Mesh` refuses corners outside of the vertices",
-    "interop.segmentator.segment_mesh": OWN,
-    "interop.segmentator.segment_point": "`_checked_edges` refuses ends outside of the points",
-    "studio.documents.agreement._matched_classes": CLASSES,
-    "studio.documents.agreement._matched_objects": OWN,
-    "studio.documents.agreement._overlaps": OWN,
-    "studio.documents.changes.cells": "constant",
-    "studio.documents.changes.objects": "constant; `checked_class_list` limits class numbers",
-    "studio.documents.changes.painting": "cells are checked; as many values as cells, or an error",
-    "studio.documents.changes.unpacked": "compressed by `Painted.of`, not read from a file",
-    "studio.documents.document._paint_suggestions": OWN,
-    "studio.documents.document.apply_import": "constant; classes are uint16",
-    "studio.documents.document.class_list": CLASSES,
-    "studio.documents.document.set_classes": CLASSES,
-    "studio.documents.document.split_object": OWN,
-    "studio.documents.journal_lines._read_numbers": "`inflated` stops at two bytes per cell",
-    "studio.documents.journal_lines.first_state": "`check_source` compares n_cells with the mesh",
-    "studio.export.objects._write_table": OWN,
-    "studio.export.write._colors_of": CLASSES,
-    "studio.export.write._write_region_classes": OWN,
-    "studio.export.write.class_of_regions": OWN,
-    "studio.labels.classes._free_colors": "constant",
-    "studio.labels.coding.cells_from": "as many as the request has; each must be a cell",
-    "studio.labels.coding.pack_cells": OWN,
-    "studio.labels.coding.unpack_cells": "`inflated` stops at five bytes per cell; the sum of all "
+    "superfacets_scans.aggregation.objects_of": "as many as the file lists; ids are found by searchsorted",
+    "superfacets_scans.aggregation.regroup_segments": "as many as the files list; they must be equally many",
+    "superfacets_scans.segmentator._graph_of_points": "`_checked_edges` refuses ends outside of the points",
+    "superfacets_scans.segmentator._number_in_mesh": "`Mesh` refuses corners outside of the vertices",
+    "superfacets_scans.segmentator.segment_mesh": OWN,
+    "superfacets_scans.segmentator.segment_point": "`_checked_edges` refuses ends outside of the points",
+    "superfacets_studio.documents.agreement._matched_classes": CLASSES,
+    "superfacets_studio.documents.agreement._matched_objects": OWN,
+    "superfacets_studio.documents.agreement._overlaps": OWN,
+    "superfacets_studio.documents.changes.cells": "constant",
+    "superfacets_studio.documents.changes.objects": "constant; `checked_class_list` limits class numbers",
+    "superfacets_studio.documents.changes.painting": "cells are checked; as many values as cells, or an error",
+    "superfacets_studio.documents.changes.unpacked": "compressed by `Painted.of`, not read from a file",
+    "superfacets_studio.documents.document._paint_suggestions": OWN,
+    "superfacets_studio.documents.document.apply_import": "constant; classes are uint16",
+    "superfacets_studio.documents.document.class_list": CLASSES,
+    "superfacets_studio.documents.document.set_classes": CLASSES,
+    "superfacets_studio.documents.document.split_object": OWN,
+    "superfacets_studio.documents.journal_lines._read_numbers": "`inflated` stops at two bytes per cell",
+    "superfacets_studio.documents.journal_lines.first_state": "`check_source` compares n_cells with the mesh",
+    "superfacets_studio.export.objects._write_table": OWN,
+    "superfacets_studio.export.write._colors_of": CLASSES,
+    "superfacets_studio.export.write._write_region_classes": OWN,
+    "superfacets_studio.export.write.class_of_regions": OWN,
+    "superfacets_studio.labels.classes._free_colors": "constant",
+    "superfacets_studio.labels.coding.cells_from": "as many as the request has; each must be a cell",
+    "superfacets_studio.labels.coding.pack_cells": OWN,
+    "superfacets_studio.labels.coding.unpack_cells": "`inflated` stops at five bytes per cell; the sum of all "
     "differences is compared with the number of cells in float64, where it cannot wrap",
-    "studio.labels.imports.__init__": OWN,
-    "studio.labels.imports._by_annotation": "no run above the number of cells, so no sum wraps",
-    "studio.labels.imports._by_number": OWN,
-    "studio.labels.suggestions._pieces": OWN,
-    "studio.labels.suggestions.suggestions_of": OWN,
-    "studio.regions.revisions._beyond_steps": OWN,
-    "studio.regions.revisions._by_region": OWN,
-    "studio.regions.revisions._shapes": OWN,
-    "studio.regions.revisions.is_reached": OWN,
-    "studio.regions.splitting._cut": OWN,
-    "studio.regions.splitting._region_graph": OWN,
-    "studio.regions.splitting._without_stroke": OWN,
-    "studio.web.operations._suggestion_packet": OWN,
+    "superfacets_studio.labels.imports.__init__": OWN,
+    "superfacets_studio.labels.imports._by_annotation": "no run above the number of cells, so no sum wraps",
+    "superfacets_studio.labels.imports._by_number": OWN,
+    "superfacets_studio.labels.suggestions._pieces": OWN,
+    "superfacets_studio.labels.suggestions.suggestions_of": OWN,
+    "superfacets_studio.regions.revisions._beyond_steps": OWN,
+    "superfacets_studio.regions.revisions._by_region": OWN,
+    "superfacets_studio.regions.revisions._shapes": OWN,
+    "superfacets_studio.regions.revisions.is_reached": OWN,
+    "superfacets_studio.regions.splitting._cut": OWN,
+    "superfacets_studio.regions.splitting._region_graph": OWN,
+    "superfacets_studio.regions.splitting._without_stroke": OWN,
+    "superfacets_studio.web.operations._suggestion_packet": OWN,
 }
 """What bounds the sizes in each function that calls one of `SIZED`."""
 
 
 def sized_functions():
-    for package in (superfacets_studio, superfacets.interop):
-        for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
-            path = importlib.util.find_spec(module.name).origin
-            for function in ast.walk(ast.parse(Path(path).read_text(encoding="utf-8"))):
-                calls = [node for node in ast.walk(function) if isinstance(node, ast.Call)]
-                names = {getattr(call.func, "attr", "") for call in calls}
-                if isinstance(function, ast.FunctionDef) and names & SIZED:
-                    yield f"{module.name.removeprefix('superfacets.')}.{function.name}"
+    scans = ("superfacets_scans.aggregation", "superfacets_scans.segmentator")
+    studio = pkgutil.walk_packages(superfacets_studio.__path__, "superfacets_studio.")
+    for module in (*scans, *(found.name for found in studio)):
+        path = importlib.util.find_spec(module).origin
+        for function in ast.walk(ast.parse(Path(path).read_text(encoding="utf-8"))):
+            calls = [node for node in ast.walk(function) if isinstance(node, ast.Call)]
+            names = {getattr(call.func, "attr", "") for call in calls}
+            if isinstance(function, ast.FunctionDef) and names & SIZED:
+                yield f"{module}.{function.name}"
 
 
 def test_the_guard_of_each_sized_call_is_listed():

@@ -1,5 +1,5 @@
 // Basic types of the core. Kernels take arrays and return arrays. Kernels print nothing and do not
-// depend on Python. The Python package checks the arguments (superfacets/_validate.py).
+// depend on Python. The Python package checks the arguments (superfacets/base/checks.py).
 #pragma once
 
 #include <cmath>

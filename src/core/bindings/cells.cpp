@@ -1,6 +1,6 @@
 // Bindings of stages 1 and 2: graphs of cells, surfaces, weights of arcs, and colors of textures.
 // The functions are documented in the headers of cells/. Their preconditions are checked by
-// superfacets/_validate.py.
+// superfacets/base/checks.py.
 
 #include "bindings/bindings.hpp"
 #include "cells/components.hpp"

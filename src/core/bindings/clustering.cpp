@@ -1,5 +1,5 @@
 // Bindings of stages 3 and 4. The functions are documented in the headers of clustering/. Their
-// preconditions are checked by superfacets/_validate.py.
+// preconditions are checked by superfacets/base/checks.py.
 #include "clustering/clustering.hpp"
 
 #include "bindings/bindings.hpp"

@@ -1,5 +1,5 @@
 // Bindings of stage 0. The functions are documented in the headers of mesh/. Their preconditions
-// are checked by superfacets/_validate.py.
+// are checked by superfacets/base/checks.py.
 #include "bindings/bindings.hpp"
 #include "mesh/checks.hpp"
 #include "mesh/geometry.hpp"

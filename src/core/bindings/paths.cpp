@@ -1,5 +1,5 @@
 // Bindings of shortest paths. The functions are documented in the headers of paths/. Graphs of
-// users are checked by superfacets/_validate.py.
+// users are checked by superfacets/base/checks.py.
 #include "bindings/bindings.hpp"
 #include "paths/path_lengths.hpp"
 

@@ -1,5 +1,5 @@
 // Bindings of stage 5. The functions are documented in the headers of regions/. Their preconditions
-// are checked by superfacets/_validate.py.
+// are checked by superfacets/base/checks.py.
 #include "bindings/bindings.hpp"
 #include "regions/bridges.hpp"
 #include "regions/cut_borders.hpp"

@@ -1,5 +1,5 @@
 // Bindings of spatial search and sorting. The functions are documented in the headers of spatial/.
-// Their preconditions are checked by superfacets/_validate.py.
+// Their preconditions are checked by superfacets/base/checks.py.
 #include "bindings/bindings.hpp"
 #include "spatial/nearest_cell.hpp"
 #include "spatial/sorted_mesh.hpp"

@@ -1,5 +1,5 @@
 // Bindings of eigenvectors. The functions are documented in the headers of spectral/.
-// Their preconditions are checked by superfacets/_validate.py.
+// Their preconditions are checked by superfacets/base/checks.py.
 #include "bindings/bindings.hpp"
 #include "spectral/diffusion.hpp"
 #include "spectral/eigenvectors.hpp"

@@ -1,5 +1,5 @@
 // Bindings of the kernels that read files. The functions are documented in the headers of text/.
-// Their preconditions are checked by superfacets/io/guards.py and superfacets/io/readers.
+// Their preconditions are checked by superfacets/files/guards.py and superfacets/files/readers.
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 

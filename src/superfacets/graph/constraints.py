@@ -21,11 +21,11 @@ from ..base.checks import (
 )
 from ..base.errors import MeshError
 from ..base.types import Array, Bools, Floats, Ints, Longs
-from ..cells.corner_labels import of_cells
 from ..mesh.base import Cells
 from ..mesh.convert import MeshLike, as_mesh
 from ..mesh.faces import FaceMesh, ends_of_sides, face_sizes
 from ..mesh.weld import lowest_vertices
+from .corner_labels import of_cells
 from .face_graph import FaceGraph, build_face_graph
 from .kinds import kind_of
 from .surface import Surface, arc_measures

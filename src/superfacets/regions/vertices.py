@@ -16,7 +16,7 @@ from ..base.checks import (
     ranked_labels,
 )
 from ..base.types import Ints, Longs
-from ..cells.corner_labels import labels_of_corners
+from ..graph.corner_labels import labels_of_corners
 from ..graph.kinds import kind_of, measures_of
 from ..graph.sums import weighted_majority
 from ..mesh.convert import CloudLike, MeshLike, as_cells

@@ -15,9 +15,9 @@ import numpy.typing as npt
 from superfacets.base.checks import check_length, counted
 from superfacets.base.errors import MeshError
 from superfacets.base.types import Bools, Longs
-from superfacets.cells.corner_labels import labels_of_corners
 from superfacets.files.guards import known_ending, parsed_json, shortened
 from superfacets.files.readers.labels import NO_REGION, read_labels
+from superfacets.graph.corner_labels import labels_of_corners
 from superfacets.graph.kinds import kind_of
 from superfacets.mesh.base import Cells
 from superfacets_scans.scannet import NO_CLASS
