@@ -8,8 +8,8 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 FRONTEND = ROOT / "frontend"
-PACKAGE = ROOT / "src" / "superfacets"
-STUDIO, PAGE = PACKAGE / "studio" / "static", PACKAGE / "pictures" / "page"
+SOURCES = ROOT / "src"
+STUDIO, PAGE = SOURCES / "superfacets_studio" / "static", SOURCES / "superfacets_show" / "page"
 COMMON = ["package.json", "package-lock.json", "tsconfig.json", "vite.config.js", "stamp.mjs"]
 
 

@@ -76,10 +76,11 @@ export class OwnColors {
     const { texture } = shape.facts;
     this.wanted = shape;
     if (texture) {
+      const kept = { ...arrays }; // the caller removes arrays that are drawn
       const blob = new Blob([arrays.atlas as Uint8Array<ArrayBuffer>], { type: "image/jpeg" });
       const image = await createImageBitmap(blob, { colorSpaceConversion: "none" });
       if (this.wanted !== shape) return;
-      this.texture.show(shape, texture, arrays, image);
+      this.texture.show(shape, texture, kept, image);
     } else if (vertex_colors || cell_colors) {
       this.areOfVertices = vertex_colors !== undefined;
       this.colors.fill("rgba8", opaque((vertex_colors ?? cell_colors)!));
