@@ -123,7 +123,7 @@ def loaded_by(*arguments):
     code = (
         "import atexit, sys\n"
         "from superfacets_cli.main import main\n"
-        "atexit.register(lambda: print(*(m for m in sys.modules if 'superfacets.' in m)))\n"
+        "atexit.register(lambda: print(*(m for m in sys.modules if m.startswith('superfacets'))))\n"
         "main()"
     )
     command = [sys.executable, "-c", code, *map(str, arguments)]
