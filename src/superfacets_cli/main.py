@@ -7,12 +7,12 @@ import os
 import re
 import sys
 import warnings
-from importlib import import_module
 from typing import NoReturn
 
 import click
 
 from superfacets import __version__
+from superfacets.base.lazy import Table, added
 
 from .failures import EXIT_DATA, EXIT_USAGE, FAILURES, message_of, print_error, print_note
 from .interrupts import EXIT_INTERRUPTED, INTERRUPTED, hear_signals, is_busy, while_importing
@@ -42,10 +42,21 @@ GROUPS = {
 }
 """Summaries of all commands, so that the main help text needs no imports."""
 
-COMMANDS = tuple(name for group in GROUPS.values() for name in group)
-
 _MODULES = {"agree": "studio"}
 """Module of each command whose module has a different name."""
+
+COMMANDS = Table({
+    name: f"superfacets_cli.{_MODULES.get(name, name)}:{name}_command"
+    for group in GROUPS.values() for name in group
+})  # fmt: skip
+"""Commands by name. Other packages add commands by entry points of `superfacets.commands`, whose
+value is a `click.Command`; they replace no command."""
+
+for _name, _target in added("superfacets.commands").items():
+    if _name not in COMMANDS:
+        COMMANDS[_name] = _target
+        package = _target.partition(":")[0].partition(".")[0]
+        GROUPS.setdefault("Other packages", {})[_name] = f"Command of the package {package}."
 
 
 def main() -> NoReturn:
@@ -89,8 +100,7 @@ class LazyGroup(click.Group):
         if cmd_name not in COMMANDS:
             return None
         with while_importing():
-            module = import_module(f".{_MODULES.get(cmd_name, cmd_name)}", __package__)
-        command: click.Command = getattr(module, f"{cmd_name}_command")
+            command: click.Command = COMMANDS[cmd_name]
         return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:

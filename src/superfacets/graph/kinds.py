@@ -1,8 +1,9 @@
 """Define the operations that depend on the kind of cells, for example triangles or points.
 
-To add a kind, derive a class from `Cells` and another class from `Kind`, and call `register`. To
-also support file formats and counts, add functions to the tables in `export.cells` and
-`cells.info`, with `Kind.name` as key.
+To add a kind, derive a class from `Cells` and another class from `Kind`, and name both by an entry
+point of the group ``superfacets.kinds``: its name is the class of the cells, for example
+``package.module.Class``, and its value is a `Kind`. File formats of the kind are entry points, too
+(see `files.formats`).
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import numpy as np
 from .. import _core
 from ..base.checks import checked_threads
 from ..base.errors import MeshError
+from ..base.lazy import added, load
 from ..base.types import ArcLists, Bools, Floats, Ints, Longs
 from ..mesh.base import Cells
 from ..mesh.convert import CloudLike, MeshLike, as_cells
@@ -362,13 +364,16 @@ register(PointCloud, _Points())
 
 def kind_of(cells: object) -> Kind:
     """Return the kind that is registered for the class of `cells`."""
-    try:
-        return _KINDS[type(cells)]
-    except KeyError:
-        raise TypeError(
-            f"{type(cells).__name__} is not a registered class of cells: call"
-            " cells.kinds.register first"
-        ) from None
+    found = type(cells)
+    if found not in _KINDS:
+        target = added("superfacets.kinds").get(f"{found.__module__}.{found.__qualname__}")
+        if target is None:
+            raise TypeError(
+                f"{found.__name__} is not a registered class of cells: add an entry point of the"
+                " group superfacets.kinds"
+            )
+        register(found, load(target))
+    return _KINDS[found]
 
 
 def as_known(source: MeshLike | CloudLike | CellGraph) -> Any:

@@ -8,9 +8,8 @@ import numpy as np
 import numpy.typing as npt
 import pyvista
 
-from superfacets_show.scene import border_edges
-
 from ..base.checks import compact_partial_labels
+from ..base.lazy import load
 from ..clustering.result import Segmentation
 from ..graph.face_graph import build_face_graph
 from ..pipeline import segment
@@ -94,7 +93,7 @@ class SuperfacetsAccessor:
         first = first_face(self._dataset)
         stored = np.asarray(self._dataset.cell_data[name])
         labels, _ = compact_partial_labels(stored[first : first + mesh.n_faces], mesh.n_faces)
-        ends = border_edges(mesh, build_face_graph(mesh), labels)
+        ends = load("superfacets_show.scene:border_edges")(mesh, build_face_graph(mesh), labels)
         used, lines = np.unique(ends, return_inverse=True)
         lines = np.insert(lines.reshape(-1, 2), 0, 2, axis=1)
         return pyvista.PolyData(mesh.vertices[used], lines=lines.ravel())

@@ -18,13 +18,11 @@ from urllib.parse import unquote
 
 import numpy as np
 
-from superfacets_formats.compression import MESHOPT, decode_meshopt
-from superfacets_textures.images import file_beside
-
 from ...base.checks import counted
 from ...base.errors import MeshError
+from ...base.lazy import load
 from ...base.types import Array, Floats
-from ..guards import MAX_GROWTH, Content, most_bytes_of, named_errors, read_content
+from ..guards import MAX_GROWTH, Content, file_beside, most_bytes_of, named_errors, read_content
 
 COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 
@@ -34,6 +32,8 @@ WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3}
 LARGEST = sys.float_info.max
 
 CHUNK_JSON, CHUNK_BINARY = 0x4E4F534A, 0x004E4942
+
+MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
 
 UNSUPPORTED = ("EXT_mesh_gpu_instancing",)
 """Extensions that are not supported. Files that require them are refused."""
@@ -218,7 +218,9 @@ def _unpacked_view(gltf: Gltf, index: int, packed: dict[str, Any]) -> memoryview
         raise MeshError(f"broken glTF: bufferViews[{index}] has an unknown compression mode")
     content = _range(gltf, packed)
     with named_errors(f"bufferViews[{index}]"):
-        return decode_meshopt(content, n_rows, row_size, mode, filter)
+        decode = load("superfacets_formats.compression:decode_meshopt")
+        unpacked: memoryview = decode(content, n_rows, row_size, mode, filter)
+    return unpacked
 
 
 def _range(gltf: Gltf, view: dict[str, Any]) -> memoryview:
