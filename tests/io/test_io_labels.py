@@ -270,8 +270,8 @@ def test_an_empty_file_is_refused(refuse, name):
 @pytest.mark.parametrize(("name", "ending"), [("a.json", ".json"), ("a", "none")])
 def test_an_unknown_ending_is_refused(refuse, name, ending):
     endings = (
-        ".npy, .ply, .seg, .txt, .stl, .obj, .vtp, .csv, .e57, .las, .laz, .pcd, .xyz, .mesh, .msh"
-        ", .vtk, .vtu, .segs.json, .label.gii, .annot, .shape.gii, .func.gii"
+        ".npy, .ply, .seg, .txt, .stl, .obj, .vtp, .mesh, .msh, .vtk, .vtu, .csv, .e57, .las"
+        ", .laz, .pcd, .xyz, .segs.json, .label.gii, .annot, .shape.gii, .func.gii"
         ", .curv, .thickness, .sulc, .area"
     )
     refuse(name, b"1\n", f"expected the ending {endings}, got {ending}")

@@ -12,8 +12,8 @@ from ..base.types import Floats
 class Cells:
     """Base class of meshes and point clouds. Their cells are faces, tetrahedra or points.
 
-    To support another kind of cells, derive a dataclass that has `n_cells` and `bounds`, and
-    register the dataclass with `cells.kinds.register`.
+    To support another kind of cells, derive a dataclass that has `n_cells` and `bounds`, and name
+    it by an entry point (see `graph.kinds`).
     """
 
     bounds: Floats

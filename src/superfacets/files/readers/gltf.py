@@ -227,8 +227,8 @@ def _unpack_draco(gltf: Gltf, primitive: dict[str, Any], mesh: int) -> None:
     gltf.take(BYTES_PER_VERTEX * n_vertices + BYTES_PER_FACE * (n_corners // 3), f"meshes[{mesh}]")
     with named_errors(f"meshes[{mesh}]"):
         content = bytes(view_content(gltf, view))
-        decode = load("superfacets_formats.compression:decode_draco")
-        corners, attributes = decode(content, n_corners // 3, n_vertices)
+        decode_draco = load("superfacets_formats.compression:decode_draco")
+        corners, attributes = decode_draco(content, n_corners // 3, n_vertices)
         _keep_rows(gltf, primitive["indices"], view, corners, of_any_type=True)
         for name in ids:
             if name in primitive["attributes"] and name.startswith(("POSITION", "TEXCOORD")):

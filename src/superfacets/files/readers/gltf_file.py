@@ -218,8 +218,8 @@ def _unpacked_view(gltf: Gltf, index: int, packed: dict[str, Any]) -> memoryview
         raise MeshError(f"broken glTF: bufferViews[{index}] has an unknown compression mode")
     content = _range(gltf, packed)
     with named_errors(f"bufferViews[{index}]"):
-        decode = load("superfacets_formats.compression:decode_meshopt")
-        unpacked: memoryview = decode(content, n_rows, row_size, mode, filter)
+        decode_meshopt = load("superfacets_formats.compression:decode_meshopt")
+        unpacked: memoryview = decode_meshopt(content, n_rows, row_size, mode, filter)
     return unpacked
 
 
