@@ -87,10 +87,10 @@ def taken_names():
                 if module.split(".")[0] != "superfacets":
                     continue
                 is_public = module in ("superfacets", "superfacets.kit") and name in documented
-                if is_module(f"{module}.{name}"):
-                    module, name = f"{module}.{name}", "-"
+                whole = is_module(f"{module}.{name}")
+                taken = f"{module}.{name} -" if whole else f"{module} {name or '-'}"
                 if not is_public:
-                    found.add(f"{app} {module} {name or '-'}")
+                    found.add(f"{app} {taken}")
     return found
 
 

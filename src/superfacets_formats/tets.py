@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
-from superfacets import TetMesh
 from superfacets.base.checks import check_length, counted
 from superfacets.base.errors import MeshError
 from superfacets.base.types import Array
@@ -15,6 +14,7 @@ from superfacets.files.readers.text import as_integers
 from .grids import Grid
 from .medit import read_medit
 from .msh import read_msh
+from .tet_mesh import TetMesh
 from .vtk_legacy import read_vtk
 from .vtk_xml import XmlFile
 

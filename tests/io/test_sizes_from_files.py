@@ -29,7 +29,7 @@ TEXTURES = (
 )  # fmt: skip
 PLACES = (
     "superfacets/files", "superfacets/mesh/faces.py", "superfacets/mesh/polygon_mesh.py",
-    "superfacets/mesh/tet_mesh.py", "superfacets_formats",
+    "superfacets_formats",
     "superfacets_scans/label_images.py", "superfacets_scans/pinhole_camera.py",
     *(f"superfacets_textures/{name}.py" for name in TEXTURES),
     "superfacets_scans/lifting.py", "superfacets_scans/mask_votes.py", "superfacets_scans/masks.py",
@@ -167,7 +167,7 @@ GUARDS = {
     "superfacets/mesh/polygon_mesh.py": {
         ("triangulate", "repeat"): "sizes of faces in memory",
     },
-    "superfacets/mesh/tet_mesh.py": {
+    "superfacets_formats/tet_mesh.py": {
         ("boundary", "repeat"): "tetrahedra in memory",
     },
     "superfacets_scans/lifting.py": {

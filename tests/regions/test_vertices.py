@@ -7,8 +7,8 @@ from numpy.testing import assert_array_equal
 
 import superfacets as sf
 from superfacets.graph.sums import weighted_majority
-from superfacets.mesh.tet_mesh import signed_volumes
 from superfacets.regions.vertices import MIN_IN_FILES, vertex_ids
+from superfacets_formats.tet_mesh import signed_volumes
 
 SQUARE = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
 

@@ -30,7 +30,6 @@ from ..mesh.faces import (
 )
 from ..mesh.point_cloud import PointCloud
 from ..mesh.polygon_mesh import PolygonMesh
-from ..mesh.tet_mesh import TetMesh, signed_volumes
 from ..mesh.triangle_mesh import Mesh
 from ..weights.formulas import Weighed, WeightOptions, arc_weights, step_weights
 from .cell_graph import CellGraph
@@ -45,7 +44,6 @@ from .point_graph import (
 from .size import sliver_share
 from .sorting import is_scattered, sorted_corners
 from .surface import Surface
-from .tet_graph import TetGraph, build_tet_graph, tet_surface
 
 Nearest: TypeAlias = tuple[Ints, Floats, Floats]
 """Three arrays, each with one entry per query point: index of the nearest cell, distance to this
@@ -266,36 +264,6 @@ class _Polygons(_Faces):
     name = "polygons"
 
 
-class _Tets(Kind):
-    name = "tetrahedra"
-    noun = "tet"
-    plural = "tetrahedra"
-    dimension = 3
-
-    def build_graph(self, cells: TetMesh, weld: bool, n_threads: int) -> tuple[TetGraph, None]:
-        return build_tet_graph(cells, weld=weld, n_threads=n_threads), None
-
-    def surface(self, cells: TetMesh, graph: TetGraph, n_threads: int) -> Surface:
-        return tet_surface(cells, graph, n_threads)
-
-    def measures(self, cells: TetMesh, n_threads: int) -> Floats:
-        return np.abs(signed_volumes(cells))
-
-    def positions(self, cells: TetMesh) -> Floats:
-        return np.asarray(cells.vertices[cells.tets].mean(axis=1))
-
-    def nearest(
-        self, cells: TetMesh, queries: Floats, max_distance: float, n_threads: int
-    ) -> Nearest:
-        return _core.nearest_tets(cells.vertices, cells.tets, queries, max_distance, n_threads)
-
-    def corners(self, cells: TetMesh) -> Corners:
-        return corners_of(cells)
-
-    def drawn_faces(self, cells: TetMesh, keep: Bools | None = None) -> DrawnFaces:
-        return DrawnFaces(*cells.boundary(keep))
-
-
 class _Points(Kind):
     name = "points"
     noun = "point"
@@ -349,6 +317,9 @@ class _Points(Kind):
 
 _KINDS: dict[type, Kind] = {}
 
+_NAMED = {"superfacets_formats.tet_mesh.TetMesh": "superfacets_formats.tet_graph:TETS"}
+"""Kinds that are registered when they are needed, keyed by the name of the class of cells."""
+
 
 def register(cells: type, kind: Kind) -> None:
     """Register a kind for a class of cells, so that `segment` accepts objects of this class."""
@@ -358,7 +329,6 @@ def register(cells: type, kind: Kind) -> None:
 register(CellGraph, Kind())
 register(Mesh, _Triangles())
 register(PolygonMesh, _Polygons())
-register(TetMesh, _Tets())
 register(PointCloud, _Points())
 
 
@@ -366,7 +336,8 @@ def kind_of(cells: object) -> Kind:
     """Return the kind that is registered for the class of `cells`."""
     found = type(cells)
     if found not in _KINDS:
-        target = added("superfacets.kinds").get(f"{found.__module__}.{found.__qualname__}")
+        name = f"{found.__module__}.{found.__qualname__}"
+        target = _NAMED.get(name) or added("superfacets.kinds").get(name)
         if target is None:
             raise TypeError(
                 f"{found.__name__} is not a registered class of cells: add an entry point of the"

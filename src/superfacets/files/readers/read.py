@@ -299,7 +299,7 @@ def parse_cells_and_attributes(
 def _mesh_of(read: Any) -> AnyMesh:
     """Return the mesh of vertices and faces; cells of other kinds are returned unchanged."""
     if isinstance(read, Cells):
-        return cast(AnyMesh, read)
+        return cast("AnyMesh", read)
     vertices, faces = read
     if isinstance(faces, Polygons):
         return PolygonMesh._of_new(vertices, *faces)
