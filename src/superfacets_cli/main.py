@@ -49,14 +49,13 @@ COMMANDS = Table({
     name: f"superfacets_cli.{_MODULES.get(name, name)}:{name}_command"
     for group in GROUPS.values() for name in group
 })  # fmt: skip
-"""Commands by name. Other packages add commands by entry points of `superfacets.commands`, whose
-value is a `click.Command`; they replace no command."""
+"""Commands of this package, by name."""
 
-for _name, _target in added("superfacets.commands").items():
-    if _name not in COMMANDS:
-        COMMANDS[_name] = _target
-        package = _target.partition(":")[0].partition(".")[0]
-        GROUPS.setdefault("Other packages", {})[_name] = f"Command of the package {package}."
+
+def _other_commands() -> Table:
+    """Return commands that other packages add by entry points of `superfacets.commands`."""
+    found = added("superfacets.commands").items()
+    return Table({name: target for name, target in found if name not in COMMANDS})
 
 
 def main() -> NoReturn:
@@ -93,19 +92,22 @@ class LazyGroup(click.Group):
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the names of all commands."""
-        return list(COMMANDS)
+        return [*COMMANDS, *_other_commands()]
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Return the command with this name, or None if the name is unknown."""
-        if cmd_name not in COMMANDS:
+        table = COMMANDS if cmd_name in COMMANDS else _other_commands()
+        if cmd_name not in table:
             return None
         with while_importing():
-            command: click.Command = COMMANDS[cmd_name]
+            command: click.Command = table[cmd_name]
         return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the list of commands."""
-        for title, summaries in GROUPS.items():
+        others = {name: f"From {target!r}." for name, target in _other_commands().items()}
+        sections = {**GROUPS, "Other packages": others} if others else GROUPS
+        for title, summaries in sections.items():
             with formatter.section(title):
                 formatter.write_dl(list(summaries.items()))
 

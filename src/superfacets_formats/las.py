@@ -15,17 +15,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from superfacets import MeshAttributes
 from superfacets.base.checks import counted
 from superfacets.base.errors import MeshError, import_extra, reason_of
 from superfacets.base.types import Array, Bytes
-from superfacets.files.attributes import (
-    COLORS,
-    PROJECTION,
-    LasDimension,
-    LasFrame,
-    MeshAttributes,
-    is_word,
-)
+from superfacets.files.attributes import COLORS, PROJECTION, LasDimension, LasFrame, is_word
 from superfacets.files.guards import Content, shortened
 from superfacets.files.readers.clouds import CloudFile, cloud_of
 

@@ -12,10 +12,10 @@ import numpy as np
 
 from superfacets.base.errors import MeshError
 from superfacets.files.guards import file_beside, read_content
-from superfacets.files.light import linear_of_srgb
 from superfacets.files.readers.text import split_word
 
 from .images import TextureImage, image_beside
+from .light import linear_of_srgb
 from .textures import Material, MaterialSource
 
 _WIDTHS = {"-blendu": 1, "-blendv": 1, "-bm": 1, "-boost": 1, "-cc": 1, "-clamp": 1,

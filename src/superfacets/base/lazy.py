@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from functools import cache
 from importlib import import_module
-from importlib.metadata import entry_points
 from operator import attrgetter
 from typing import Any
 
@@ -37,4 +36,6 @@ class Table(dict[str, Any]):
 @cache
 def added(group: str) -> dict[str, str]:
     """Return the names and targets that installed packages add by entry points of a group."""
+    from importlib.metadata import entry_points  # slow to import
+
     return {point.name: point.value for point in entry_points(group=group)}

@@ -26,12 +26,7 @@ _READ, _WRITE = "superfacets.files.readers.", "superfacets.files.writers."
 _SURFACES = (".white", ".pial", ".inflated", ".smoothwm", ".orig", ".sphere")
 _GIFTI_VALUES = (".shape.gii", ".func.gii")
 _CURVES = (".curv", ".thickness", ".sulc", ".area")
-_TETS = {
-    ".mesh": "superfacets_formats.tets:MEDIT",
-    ".msh": "superfacets_formats.tets:MSH",
-    ".vtk": "superfacets_formats.tets:VTK",
-    ".vtu": "superfacets_formats.tets:VTU",
-}
+_TETS = {".mesh": "MEDIT", ".msh": "MSH", ".vtk": "VTK", ".vtu": "VTU"}
 
 _ROLES: dict[str, dict[str, str]] = {
     "scenes": dict.fromkeys((".glb", ".gltf"), f"{_READ}gltf:read_gltf"),
@@ -45,7 +40,9 @@ _ROLES: dict[str, dict[str, str]] = {
         ".gii": "superfacets_formats.cortex:read_gifti",
         **dict.fromkeys(_SURFACES, "superfacets_formats.cortex:read_surface"),
     },
-    "read_tetrahedra": {ending: f"{target}.mesh" for ending, target in _TETS.items()},
+    "read_tetrahedra": {
+        ending: f"superfacets_formats.tets:{name}.mesh" for ending, name in _TETS.items()
+    },
     "read_points": {
         ".ply": f"{_READ}clouds:read_ply_cloud",
         ".xyz": f"{_READ}clouds:read_text_cloud",
@@ -75,7 +72,7 @@ _ROLES: dict[str, dict[str, str]] = {
     },
     "found_labels": {
         ".vtp": "superfacets_formats.vtk_xml:vtp_labels",
-        **{ending: f"{target}.labels" for ending, target in _TETS.items()},
+        **{ending: f"superfacets_formats.tets:{name}.labels" for ending, name in _TETS.items()},
     },
     "vertex_labels": {
         ".segs.json": f"{_READ}labels:read_segments",
