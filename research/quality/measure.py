@@ -16,7 +16,8 @@ from superfacets.base.types import Bools, Floats, Ints
 from superfacets.graph.face_graph import build_face_graph
 from superfacets.graph.surface import arc_measures
 from superfacets.mesh.triangle_mesh import Mesh, split_in_four
-from superfacets.pipeline import PAPER, segment
+from superfacets.pipeline import segment
+from superfacets.stages.presets import PAPER
 
 from ..sources import Source, load_model
 from ..tasks import Record, WorkItem

@@ -63,7 +63,6 @@ from .graph.constraints import sharp_edges as sharp_edges
 from .graph.face_graph import EdgeCounts as EdgeCounts
 from .graph.face_graph import FaceGraph as FaceGraph
 from .graph.face_graph import build_face_graph as build_face_graph
-from .graph.point_graph import build_point_graph as build_point_graph
 from .graph.point_graph import estimate_normals as estimate_normals
 from .graph.surface import arc_measures as arc_measures
 from .graph.tet_graph import TetGraph as TetGraph
@@ -76,9 +75,6 @@ from .mesh.polygon_mesh import Triangulation as Triangulation
 from .mesh.tet_mesh import TetBoundary as TetBoundary
 from .mesh.tet_mesh import TetMesh as TetMesh
 from .mesh.triangle_mesh import Mesh as Mesh
-from .pipeline import PAPER as PAPER
-from .pipeline import PARTS as PARTS
-from .pipeline import SCANS as SCANS
 from .pipeline import segment as segment
 from .regions.border_cut import BorderCut as BorderCut
 from .regions.border_cut import cut_borders as cut_borders
@@ -98,6 +94,9 @@ from .regions.submeshes import split_regions as split_regions
 from .regions.submeshes import submesh as submesh
 from .regions.vertices import face_labels as face_labels
 from .regions.vertices import vertex_labels as vertex_labels
+from .stages.presets import PAPER as PAPER
+from .stages.presets import PARTS as PARTS
+from .stages.presets import SCANS as SCANS
 from .tools.info import CloudInfo as CloudInfo
 from .tools.info import MeshInfo as MeshInfo
 from .tools.info import TetInfo as TetInfo
@@ -108,6 +107,7 @@ from .tools.nearest import nearest_faces as nearest_faces
 from .tools.sample import sample_mesh as sample_mesh
 from .tools.subdivision import Subdivision as Subdivision
 from .tools.subdivision import subdivide as subdivide
+from .weights.clouds import build_point_graph as build_point_graph
 from .weights.formulas import crease_weights as crease_weights
 from .weights.formulas import superfacet_weights as superfacet_weights
 from .weights.parts import spectral_embedding as spectral_embedding

@@ -10,16 +10,18 @@ import numpy as np
 
 from .. import _core
 from ..base.checks import counted
+from ..base.lazy import load
 from ..base.types import Array, Ints
 from ..graph.cell_graph import CellGraph
 from ..graph.kinds import as_surface
 from ..graph.surface import Surface
 from ..mesh.base import Cells
-from ..regions.region_graph import RegionGraph, region_graph_of
 
 if TYPE_CHECKING:
     from superfacets_show.page.document import Page
     from superfacets_show.plotting import Plot
+
+    from ..regions.region_graph import RegionGraph
 
 StopReason = Literal["converged", "settled", "max_num_iter", "cancelled"]
 
@@ -171,7 +173,11 @@ class Segmentation:
         ValueError
             If ``cells`` is None, or a `CellGraph` without `ArcMeasures`.
         """
-        return region_graph_of(self._surface, self.labels, self.n_segments, self.centers)
+        region_graph_of = load("superfacets.regions.region_graph:region_graph_of")
+        graph: RegionGraph = region_graph_of(
+            self._surface, self.labels, self.n_segments, self.centers
+        )
+        return graph
 
     def plot(self, **options: Any) -> Plot:
         """Return ``superfacets.plot(cells, labels, **options)``, a picture of the regions.

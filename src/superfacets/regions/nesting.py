@@ -22,7 +22,8 @@ from ..clustering.run import segment_graph
 from ..graph.cell_graph import CellGraph
 from ..graph.constraints import ANY_GROUP, ConstraintOptions
 from ..mesh.convert import CloudLike, MeshLike
-from ..pipeline import read_with_features, segment
+from ..pipeline import segment
+from ..stages.prepare import read_with_features
 from ..weights.features import FeatureOptions
 from .hierarchy import Hierarchy, checked_cut, merge_neighbors
 

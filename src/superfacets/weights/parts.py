@@ -21,10 +21,10 @@ from ..graph.constraints import NO_GROUPS
 from ..graph.kinds import kind_of
 from ..graph.size import DEFAULT_N_SEGMENTS, radius_of
 from ..mesh.convert import CloudLike, MeshLike, as_cells
-from .formulas import WeightOptions
+from .formulas import WeightOptions, weights_of_kind
 
 PART_CREASE_SCALE = 7.0
-"""Value that replaces `regions.edit.CREASE_SCALE` for weights ``"parts"``. With a value of 6, the
+"""Value that replaces `cleanup.edit.CREASE_SCALE` for weights ``"parts"``. With a value of 6, the
 compactness is 0.01 higher (worse)."""
 
 UNIT_FACTOR = 4.0
@@ -279,7 +279,8 @@ def spectral_embedding(
     n_regions = min(DEFAULT_N_SEGMENTS, surface.n_cells)
     radius = radius_of(graph.measures, n_regions, threads, kind.dimension)
     options = WeightOptions.checked("parts", None, None)
-    weights = kind.weights(surface, graph, shapes, radius, options)
+    normals = None if shapes is None else shapes.normals
+    weights = weights_of_kind(kind, surface, graph, radius, options, normals)
     lengths, unit = graph.quantized(weights.weights, threads)
     placed = _core.PlacedCells(graph.positions, graph.measures, threads)
     unit *= surface.weight_unit
