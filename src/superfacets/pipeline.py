@@ -18,9 +18,10 @@ from .mesh.convert import CloudLike, MeshLike
 from .mesh.denoising import Denoise
 from .stages.cluster import clean, cluster, finish
 from .stages.options import SegmentOptions
+from .stages.part_costs import add_parts
 from .stages.prepare import Prepared, plan_regions, prepare
 from .stages.presets import OTHER_NAMES
-from .stages.weigh import add_features, add_parts, ordered_graph, place, round_weights, weigh
+from .stages.weigh import add_features, ordered_graph, place, round_weights, weigh
 from .weights.features import FEATURE_WEIGHT
 from .weights.formulas import WEIGHTS, WeightName, Weights
 

@@ -27,8 +27,8 @@ from ..graph.size import sliver_note
 from ..mesh.base import Cells
 from ..weights.features import FeatureSteps
 from ..weights.formulas import creases_of
-from ..weights.parts import PART_CREASE_SCALE, PartCosts
 from .notes import radius_note, sliver_advice, warn_of_islands
+from .part_costs import PART_CREASE_SCALE, PartCosts
 from .prepare import Planned
 from .weigh import Lengths, Weighed
 

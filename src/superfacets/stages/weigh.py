@@ -10,15 +10,18 @@ import numpy.typing as npt
 from .. import _core
 from ..base.timing import Clock
 from ..base.types import Singles
-from ..clustering.coarsening import Coarsening, has_small_regions
 from ..clustering.plan import ArcLengths, Plan
 from ..graph.cell_graph import BaseGraph, checked_weights
 from ..graph.surface import Surface
 from ..weights.features import FeatureSteps
 from ..weights.formulas import weights_of_kind
-from ..weights.parts import FAR_STEPS, SHORT_STEPS, UNIT_FACTOR, PartCosts, groups_to_embed
 from .options import SegmentOptions
 from .prepare import Prepared
+
+UNIT_FACTOR = 4.0
+"""Factor by which the unit of integer path lengths is increased if there are costs between parts.
+These costs increase the total length of all arcs by a factor of up to 1 + gamma. With the larger
+unit, path lengths stay within the range of integers."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,30 +127,3 @@ def ordered_graph(
             limit = options.crease_limit(weighed.plan.size.radius)
             ordered.crease_limit = limit / straight_unit
     return ordered
-
-
-def add_parts(
-    graph: _core.OrderedGraph, coarsening: Coarsening, weighed: Weighed, clock: Clock
-) -> PartCosts | None:
-    """Add costs between parts of the shape, and far arcs, if `Weighed.has_parts` is true.
-
-    They are added to the graphs on which the loop runs. Far arcs join faces that are two or more
-    arcs apart.
-    """
-    if not weighed.has_parts:
-        return None
-    options, size, n_threads = weighed.options.weights, weighed.plan.size, weighed.surface.n_threads
-    with clock.timed("weights", begins=False):
-        factors = (options.params["gamma"], options.crease_cost(size.radius))
-        if coarsening.on_all:
-            groups = groups_to_embed(graph, n_threads)
-            costs = PartCosts.of(graph, groups, factors, n_threads)
-            far_steps = FAR_STEPS if has_small_regions(graph, size.n_segments) else 1
-            if coarsening.is_short or groups:
-                far_steps = min(far_steps, SHORT_STEPS)
-            costs.add_to_all(graph, coarsening.graphs, n_threads, far_steps=far_steps)
-        else:
-            groups = coarsening.graphs[: coarsening.n_finer + 1]
-            costs = PartCosts.of(graph, groups, factors, n_threads)
-            costs.add_to_coarse(coarsening.graphs[coarsening.n_finer :], n_threads)
-        return costs
