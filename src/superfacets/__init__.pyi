@@ -44,7 +44,7 @@ from .cleanup.merge import merge_small_regions as merge_small_regions
 from .cleanup.smooth import smooth_borders as smooth_borders
 from .clustering.classification import Classification as Classification
 from .clustering.classification import classify as classify
-from .clustering.result import Level as Level
+from .clustering.result import LoopLevel as LoopLevel
 from .clustering.result import Segmentation as Segmentation
 from .clustering.run import segment_graph as segment_graph
 from .clustering.seeding import place_seeds as place_seeds
@@ -79,11 +79,11 @@ from .pipeline import segment as segment
 from .regions.border_cut import BorderCut as BorderCut
 from .regions.border_cut import cut_borders as cut_borders
 from .regions.hierarchy import Hierarchy as Hierarchy
+from .regions.hierarchy import hierarchy as hierarchy
 from .regions.lines import BorderLines as BorderLines
 from .regions.lines import border_lines as border_lines
 from .regions.lines import find_boundaries as find_boundaries
 from .regions.nearest_labels import transfer as transfer
-from .regions.nesting import hierarchy as hierarchy
 from .regions.pooling import pool as pool
 from .regions.pooling import snap as snap
 from .regions.pooling import unpool as unpool

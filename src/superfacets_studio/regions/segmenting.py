@@ -29,7 +29,7 @@ from superfacets.graph.size import DEFAULT_N_SEGMENTS
 from superfacets.graph.surface import Surface
 from superfacets.mesh.base import Cells
 from superfacets.pipeline import segment
-from superfacets.regions.hierarchy import MergeTree, checked_cut, merge_neighbors
+from superfacets.regions.merge_tree import MergeTree, checked_cut, merge_neighbors
 from superfacets.stages.prepare import Prepared
 from superfacets.weights.formulas import WEIGHTS
 
