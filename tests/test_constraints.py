@@ -32,8 +32,8 @@ from superfacets.cleanup.smooth import SmoothOptions, straighten
 from superfacets.graph.constraints import ConstraintOptions
 from superfacets.graph.kinds import as_surface
 from superfacets.graph.point_graph import find_point_graph
-from superfacets.pipeline import Prepared
 from superfacets.regions.region_graph import region_graph_of
+from superfacets.stages.prepare import Prepared
 
 
 def grid(n):

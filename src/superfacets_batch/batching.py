@@ -18,7 +18,7 @@ from superfacets.files.atomic import StrPath, locked, remove_leftovers
 from superfacets.files.writers.write import ENDING_OF_FORMAT
 from superfacets.tools.segment_file import FileOptions
 from superfacets.tools.sources import (
-    Source,
+    InputFile,
     check_outputs_differ,
     find_sources,
     output_names,
@@ -305,7 +305,7 @@ def _plan(
     check_outputs_differ(sources, endings)
     params = {**options.params, "formats": list(formats)}
 
-    def job_of(source: Source) -> BatchJob:
+    def job_of(source: InputFile) -> BatchJob:
         head = {
             "name": source.name, "input": source.input, "version": __version__, "params": params,
         }  # fmt: skip

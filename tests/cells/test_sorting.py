@@ -12,7 +12,7 @@ from superfacets.base.checks import checked_threads
 from superfacets.graph import sorting
 from superfacets.graph.kinds import kind_of
 from superfacets.mesh.faces import corners_of
-from superfacets.pipeline import Prepared
+from superfacets.stages.prepare import Prepared
 
 
 @pytest.fixture(autouse=True)
