@@ -12,7 +12,7 @@ import sys
 import time
 import types
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import metadata
 from queue import Empty, SimpleQueue
@@ -43,13 +43,14 @@ _ENVIRONMENT = {**_PER_THREAD, "PYTHONSAFEPATH": "1"}
 use all cores, and the current folder is not in the search path of modules."""
 
 
-@dataclass(frozen=True)
+@dataclass
 class _Started:
-    """A job that a worker has received."""
+    """A job that was sent to the scheduler."""
 
     future: Any
     job: BatchJob
-    since: float  # `time.monotonic`, in seconds
+    place: str | None = None  # address of the worker that runs the job
+    since: float = 0.0  # `time.monotonic` when the job was first seen there, in seconds
 
 
 class Crew:
@@ -70,24 +71,25 @@ class Crew:
 
         Each thread of a worker gets one job at a time. No job waits at a worker, because Dask
         counts a failure for all jobs at a worker that ends. If `is_alone` is true, there is one job
-        at a time, with all threads of a worker. A job that takes longer than `timeout` seconds
-        fails, and its worker restarts. Raises a ConnectionError if no worker is left or the
+        at a time, with all threads of a worker. A job that runs longer than `timeout` seconds at a
+        worker fails, and the worker restarts. Raises a ConnectionError if no worker is left or the
         scheduler has ended, and the OSError of a job that must stop the batch.
         """
         waiting = deque(jobs)
         started: dict[str, _Started] = {}
         ended: SimpleQueue[Any] = SimpleQueue()
+        tick = TICK if timeout is None else min(TICK, timeout / 4)
         try:
             while waiting or started:
-                room = 1 if is_alone else self._threads_now()
-                while waiting and len(started) < room:
+                self._look(tick, started if timeout is not None else {})
+                while waiting and len(started) < (1 if is_alone else self._count):
                     job = waiting.popleft()
                     sent = job.with_threads(self.n_threads if is_alone else 1)
                     future = self._client.submit(run_job, sent, pure=False)
-                    started[future.key] = _Started(future, job, time.monotonic())
+                    started[future.key] = _Started(future, job)
                     future.add_done_callback(ended.put)
                 with contextlib.suppress(Empty):
-                    future = ended.get(timeout=TICK if timeout is None else min(TICK, timeout / 4))
+                    future = ended.get(timeout=tick)
                     if future.key in started:
                         try:
                             record = _record_of(future, started[future.key].job)
@@ -95,41 +97,56 @@ class Crew:
                             future.add_done_callback(ended.put)
                             continue
                         yield started.pop(future.key).job, record
-                for key in [key for key, one in started.items() if _is_late(one, timeout)]:
-                    late = started.pop(key)
+                for late in [one for one in started.values() if _is_late(one, timeout)]:
+                    del started[late.future.key]
                     self._end_worker_of(late)
                     yield late.job, failed(late.job, f"TimeoutError: no result in {timeout:g} s")
         finally:
             with contextlib.suppress(Exception):  # the scheduler may have ended
                 self._client.cancel([one.future for one in started.values()])
 
-    def _threads_now(self) -> int:
-        """Return the number of threads; raise a ConnectionError after `PATIENCE` s without any."""
+    def _look(self, tick: float, started: Mapping[str, _Started]) -> None:
+        """Once per tick, count threads and find the workers of jobs that have started.
+
+        The time of a job starts again if Dask repeats the job at another worker. Raises a
+        ConnectionError if there is no worker for `PATIENCE` seconds.
+        """
         now = time.monotonic()
-        if now < self._looked + TICK:
-            return self._count
+        if now < self._looked + tick:
+            return
         try:
             self._count = sum(self._client.nthreads().values())
+            working = self._client.processing() if started else {}
         except OSError:
             raise _scheduler_lost() from None
         self._looked = now
+        places = {key: place for place, keys in working.items() for key in keys}
+        for key, one in started.items():
+            if places.get(key) != one.place:
+                one.place, one.since = places.get(key), now
         if self._count:
             self._seen = now
         elif now > self._seen + PATIENCE:
             seconds = counted(round(PATIENCE), "second")
             raise ConnectionError(f"there were no workers for {seconds}: start one")
-        return self._count
 
     def _end_worker_of(self, late: _Started) -> None:
-        """Cancel a job, and restart its worker; a worker without a nanny finishes the job."""
-        at = [name for name, keys in self._client.processing().items() if late.future.key in keys]
-        self._client.cancel([late.future], force=True)
-        with contextlib.suppress(ValueError, TimeoutError):
-            self._client.restart_workers(at, timeout=PATIENCE, raise_for_error=False)
+        """Cancel a job, and restart its worker. A worker without a nanny gets no more jobs."""
+        try:
+            self._client.cancel([late.future], force=True)
+            try:
+                self._client.restart_workers([late.place], timeout=PATIENCE, raise_for_error=False)
+            except ValueError:
+                self._client.retire_workers([late.place], close_workers=True)
+        except (KeyError, TimeoutError):
+            pass  # the worker has already ended, or restarts later
+        except OSError:
+            raise _scheduler_lost() from None
 
 
 def _is_late(one: _Started, timeout: float | None) -> bool:
-    return timeout is not None and time.monotonic() > one.since + timeout
+    is_running = timeout is not None and one.place is not None
+    return is_running and time.monotonic() > one.since + timeout
 
 
 def _record_of(future: Any, job: BatchJob) -> Record | None:
