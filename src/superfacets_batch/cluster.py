@@ -16,7 +16,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import metadata
 from queue import Empty, SimpleQueue
-from typing import Any
+from typing import Any, cast
 
 from superfacets import __version__
 from superfacets.base.checks import counted
@@ -29,16 +29,16 @@ PATIENCE = 60.0
 but a job scheduler may need longer to start a worker."""
 
 TICK = 1.0
-"""Interval between updates of the number of workers, in seconds."""
+"""Interval between looks at the workers, in seconds."""
 
 GATHER_TIMEOUT = 10.0
-"""Maximum time to receive a record from a worker, in seconds. Records have a few kilobytes."""
+"""Maximum time to receive a record of a few kilobytes from a worker, in seconds."""
 
 CONNECT_TIMEOUT = 10.0
 """Maximum time to connect to a scheduler, in seconds."""
 
-_PER_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-_ENVIRONMENT = {**_PER_THREAD, "PYTHONSAFEPATH": "1"}
+_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+_ENVIRONMENT = {**dict.fromkeys(_THREADS, "1"), "PYTHONSAFEPATH": "1"}
 """Environment of workers on this machine: numeric libraries start no threads, because other workers
 use all cores, and the current folder is not in the search path of modules."""
 
@@ -96,6 +96,8 @@ class Crew:
                         except TimeoutError:  # the record was lost: Dask repeats the job
                             future.add_done_callback(ended.put)
                             continue
+                        if record is None:
+                            self._looked = -math.inf  # there is one worker less now
                         yield started.pop(future.key).job, record
                 for late in [one for one in started.values() if _is_late(one, timeout)]:
                     del started[late.future.key]
@@ -145,8 +147,8 @@ class Crew:
 
 
 def _is_late(one: _Started, timeout: float | None) -> bool:
-    is_running = timeout is not None and one.place is not None
-    return is_running and time.monotonic() > one.since + timeout
+    is_timed = timeout is not None and one.place is not None
+    return is_timed and time.monotonic() > one.since + (timeout or 0)
 
 
 def _record_of(future: Any, job: BatchJob) -> Record | None:
@@ -159,18 +161,15 @@ def _record_of(future: Any, job: BatchJob) -> Record | None:
     if future.cancelled():
         raise _scheduler_lost()
     try:
-        record: Record = future.result(timeout=GATHER_TIMEOUT)
+        return cast("Record", future.result(timeout=GATHER_TIMEOUT))
     except KilledWorker:
         return None
-    except TimeoutError:
-        raise
-    except OSError:
-        if future.status == "error":
+    except OSError as error:
+        if isinstance(error, TimeoutError) or future.status == "error":
             raise
         raise _scheduler_lost() from None
     except Exception as error:  # for example, the record cannot be pickled
         return failed(job, reason_of(error))
-    return record
 
 
 def _scheduler_lost() -> ConnectionError:
@@ -183,13 +182,6 @@ def _scheduler_lost() -> ConnectionError:
 def _facts_of(dask_worker: Any) -> tuple[int, float]:
     """Return the number of threads of the calling worker, and its memory limit in bytes."""
     return dask_worker.state.nthreads, dask_worker.memory_manager.memory_limit or math.inf
-
-
-@contextlib.contextmanager
-def local_crew(n_workers: int, n_threads: int = 1) -> Iterator[Crew]:
-    """Start worker processes on this machine, and yield them."""
-    with local_client(n_workers, n_threads) as client:
-        yield Crew(client)
 
 
 @contextlib.contextmanager
@@ -236,7 +228,7 @@ async def _block_ctrl_c() -> None:
 def _own_settings() -> Iterator[None]:
     """Let workers start with `_ENVIRONMENT`, and without the main script.
 
-    The main script may lack ``if __name__ == "__main__":``. The environment is restored at the end.
+    The main script may lack ``if __name__ == "__main__":``. Both are restored at the end.
     """
     main, environment = sys.modules["__main__"], os.environ.copy()
     sys.modules["__main__"] = types.ModuleType("__main__")
@@ -250,8 +242,8 @@ def _own_settings() -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def remote_crew(address: str, folder: str) -> Iterator[Crew]:
-    """Connect to the Dask scheduler at `address`, and yield its workers.
+def remote_client(address: str, folder: str) -> Iterator[Any]:
+    """Connect to the Dask scheduler at `address`, and yield the client.
 
     Raises a ConnectionError if there is no scheduler or no worker, or if a worker cannot access
     `folder` or has another version of the package.
@@ -264,9 +256,8 @@ def remote_crew(address: str, folder: str) -> Iterator[Crew]:
             client.wait_for_workers(1, timeout=PATIENCE)
         except TimeoutError:
             raise ConnectionError(f"the scheduler at {address} has no workers: start one") from None
-        _check_versions(client)
-        _check_sees(client, folder)
-        yield Crew(client)
+        _check_workers(client, folder)
+        yield client
 
 
 def _connected(distributed: Any, address: str) -> Any:
@@ -280,40 +271,37 @@ def _connected(distributed: Any, address: str) -> Any:
     raise ConnectionError(f"cannot connect to a Dask scheduler at {address}: {reason}")
 
 
-def _check_versions(client: Any) -> None:
-    # Workers may lack this package, so they run a function of the standard library.
-    found = client.run(metadata.version, "superfacets", on_error="return")
-    for address, version in sorted(found.items()):
+def _check_workers(client: Any, folder: str) -> None:
+    # Workers may lack this package, so they run functions of the standard library.
+    versions = client.run(metadata.version, "superfacets", on_error="return")
+    seen = client.run(os.path.isdir, folder)
+    for address, version in sorted(versions.items()):
         if isinstance(version, BaseException):
-            raise ConnectionError(f"the worker at {address} has no superfacets: install it there")
-        if version != __version__:
-            raise ConnectionError(
-                f"the worker at {address} has superfacets {version}, but this process has"
-                f" {__version__}: install the same version on both"
+            problem = "has no superfacets: install it there"
+        elif version != __version__:
+            problem = (
+                f"has superfacets {version}, but this process has {__version__}: install the same"
+                " version on both"
             )
-
-
-def _check_sees(client: Any, folder: str) -> None:
-    for address, is_seen in sorted(client.run(os.path.isdir, folder).items()):
-        if not is_seen:
-            raise ConnectionError(
-                f"the worker at {address} cannot access the folder {folder}: use a shared folder"
-                " that has the same path on all machines"
+        elif not seen.get(address, True):  # a worker may have ended in between
+            problem = (
+                f"cannot access the folder {folder}: use a shared folder that has the same path on"
+                " all machines"
             )
+        else:
+            continue
+        raise ConnectionError(f"the worker at {address} {problem}")
 
 
 @contextlib.contextmanager
 def _silenced() -> Iterator[None]:
     """Suppress log messages of Dask, because Dask also raises its errors as exceptions."""
-    names = [
-        name for name in logging.root.manager.loggerDict if name.split(".")[0] == "distributed"
-    ]
-    loggers = [logging.getLogger(name) for name in names]  # each logger has its own level
-    levels = [logger.level for logger in loggers]
-    for logger in loggers:
-        logger.setLevel(logging.CRITICAL + 1)
+    names = [name for name in logging.root.manager.loggerDict if name.startswith("distributed")]
+    levels = {name: logging.getLogger(name).level for name in names}  # each has its own level
+    for name in names:
+        logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     try:
         yield
     finally:
-        for logger, level in zip(loggers, levels, strict=True):
-            logger.setLevel(level)
+        for name, level in levels.items():
+            logging.getLogger(name).setLevel(level)

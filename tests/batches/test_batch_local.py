@@ -13,7 +13,8 @@ from distributed.system import MEMORY_LIMIT
 from local_workers import worker_processes
 
 import superfacets as sf
-from superfacets_batch import batching, cluster, jobs
+from superfacets.tools import segment_to_files
+from superfacets_batch import batching, cluster
 from superfacets_batch.jobs import run_job
 
 OPTIONS = {"n_segments": 20, "formats": ["npy", "ply"]}
@@ -92,8 +93,10 @@ def test_a_file_too_large_for_a_share_of_the_memory_is_done_alone(scans, tmp_pat
 
     asked = []
     monkeypatch.setattr(batching, "memory_of", need)
-    crew = batching.local_crew
-    monkeypatch.setattr(batching, "local_crew", lambda *sizes: asked.append(sizes) or crew(*sizes))
+    client = batching.local_client
+    monkeypatch.setattr(
+        batching, "local_client", lambda *sizes: asked.append(sizes) or client(*sizes)
+    )
     seen = []
     result = sf.batch(scans, tmp_path / "out", workers=2, progress=seen.append, **OPTIONS)
     assert result.n_done == 4
@@ -284,6 +287,9 @@ def test_the_estimated_memory_grows_with_the_file_and_its_cells(tmp_path):
     for ending, n_cells in ((".ply", 100), (".stl", 36), (".unknown", 150)):
         path = tmp_path / f"a{ending}"
         path.write_bytes(bytes(1800))
-        assert jobs.cells_of(str(path)) == n_cells
-        assert jobs.memory_of(str(path)) == jobs.BASE + 3 * 1800 + 200 * n_cells
-    assert jobs.memory_of(str(tmp_path / "missing.ply")) == jobs.BASE
+        assert segment_to_files.cells_of(str(path)) == n_cells
+        assert (
+            segment_to_files.memory_of(str(path))
+            == segment_to_files.BASE + 3 * 1800 + 200 * n_cells
+        )
+    assert segment_to_files.memory_of(str(tmp_path / "missing.ply")) == segment_to_files.BASE

@@ -33,7 +33,8 @@ def test_a_batch_runs_by_address_alone(there, scans, tmp_path, monkeypatch):
 
 
 def test_workers_may_differ_in_threads(there, tmp_path):
-    with cluster.remote_crew(there.address, str(tmp_path)) as crew:
+    with cluster.remote_client(there.address, str(tmp_path)) as client:
+        crew = cluster.Crew(client)
         assert crew.n_threads == 1
         assert 0 < crew.share < np.inf
 
@@ -75,7 +76,7 @@ def test_a_folder_that_workers_do_not_see_is_named(there, tmp_path):
             match="cannot access the folder /nowhere: use a shared folder that has the same"
             " path on all machines",
         ),
-        cluster.remote_crew(there.address, "/nowhere"),
+        cluster.remote_client(there.address, "/nowhere"),
     ):
         pass
 
@@ -96,7 +97,7 @@ def test_a_client_that_failed_does_not_wait_for_the_garbage_collector(monkeypatc
     monkeypatch.setattr(cluster, "CONNECT_TIMEOUT", 0.3)
     gc.disable()
     try:
-        with pytest.raises(ConnectionError), cluster.remote_crew("tcp://127.0.0.1:1", "."):
+        with pytest.raises(ConnectionError), cluster.remote_client("tcp://127.0.0.1:1", "."):
             pass
         assert not [one for one in gc.get_objects() if isinstance(one, Client)]
     finally:

@@ -17,6 +17,7 @@ from batch_folders import lines_of, records_of, results_in
 import superfacets as sf
 from superfacets.files.atomic import locked
 from superfacets.tools import segment_file as files
+from superfacets.tools import segment_to_files
 from superfacets_batch import batching, jobs
 
 
@@ -107,15 +108,15 @@ def test_an_output_that_became_a_pipe_is_told(scan, out):
 ENDLESS = """
 import sys, threading
 from superfacets_batch import jobs
-jobs._CHUNK = 1
 class Endless:
     def __enter__(self): return self
     def __exit__(self, *_): pass
-    def read(self, n):
+    def readinto(self, room):
         if not shown.is_set():
             shown.set()
             print("at work", flush=True)
-        return b"x"
+        return 1
+    def readable(self): return True
 shown = threading.Event()
 jobs.open_regular = lambda path: Endless()
 """
@@ -347,7 +348,7 @@ def test_a_full_disk_stops_the_batch_and_blames_no_file(scan, out, monkeypatch):
     def fill(*_, **__):
         raise OSError(errno.ENOSPC, "No space left on device", "x.npy")
 
-    monkeypatch.setattr(jobs, "write_outputs", fill)
+    monkeypatch.setattr(segment_to_files, "write_outputs", fill)
     with pytest.raises(OSError, match=r"No space left on device: 'x.npy'"):
         sf.batch(scan, out)
     assert records_of(out) == {}
