@@ -136,7 +136,7 @@ def stored(bear, labels):
     return {
         "meshes": {
             BEAR: {"mesh": checks.hash_mesh(bear), "labels": {"run": checks.hash_labels(labels)}}
-        },
+        }
     }
 
 

@@ -273,27 +273,14 @@ def test_more_regions_than_cells_are_as_many(tmp_path, out):
     ("keywords", "error", "message"),
     [
         ({"n_segments": 0}, ValueError, "n_segments must be at least 1"),
-        (
-            {"n_segments": 5, "radius": 0.1},
-            ValueError,
-            "n_segments is 5 and radius is 0.1: give only one of them",
-        ),
+        ({"n_segments": 5, "radius": 0.1}, ValueError,
+         "n_segments is 5 and radius is 0.1: give only one of them"),
         ({"init": "best"}, ValueError, "init must be one of"),
-        (
-            {"init": [1, 2]},
-            TypeError,
-            "init must be a string, because an array would fit only one file",
-        ),
-        (
-            {"weights": np.ones(3)},
-            TypeError,
-            "weights must be a string, because an array would fit only one file",
-        ),
-        (
-            {"segments": 5},
-            TypeError,
-            "segments is not an option for files; the options are al",
-        ),
+        ({"init": [1, 2]}, TypeError,
+         "init must be a string, because an array would fit only one file"),
+        ({"weights": np.ones(3)}, TypeError,
+         "weights must be a string, because an array would fit only one file"),
+        ({"segments": 5}, TypeError, "segments is not an option for files; the options are al"),
         ({"on_stage": print}, TypeError, "on_stage is not an option"),
         ({"max_edge": -1}, ValueError, "max_edge must be"),
         ({"subdivide": 1}, TypeError, "subdivide must be True or False"),
@@ -303,21 +290,15 @@ def test_more_regions_than_cells_are_as_many(tmp_path, out):
         ({"ascii": 1}, TypeError, "ascii must be True or False"),
         ({"formats": "npy"}, TypeError, "formats must be a sequence of names, got 'npy'"),
         ({"features": "color"}, TypeError, "features must be a sequence of names, got 'color'"),
-        (
-            {"formats": ["npy", "png"]},
-            ValueError,
-            "formats has an unknown name, 'png': use distinct names from ply, ",
-        ),
+        ({"formats": ["npy", "png"]}, ValueError,
+         "formats has an unknown name, 'png': use distinct names from ply, "),
         ({"formats": ["npy", "npy"]}, ValueError, "formats has a repeated name, 'npy'"),
         ({"workers": 0}, ValueError, "workers must be at least 1"),
-        (
-            {"workers": 2, "scheduler": "tcp://a:1"},
-            ValueError,
-            "pass scheduler or workers, not both: a scheduler has its own workers",
-        ),
+        ({"workers": 2, "scheduler": "tcp://a:1"}, ValueError,
+         "pass scheduler or workers, not both: a scheduler has its own workers"),
         ({"progress": 1}, TypeError, "progress"),
     ],
-)
+)  # fmt: skip
 def test_wrong_parameters_are_found_before_anything_is_made(scan, out, keywords, error, message):
     with pytest.raises(error, match=message):
         sf.batch(scan, out, **keywords)

@@ -153,11 +153,7 @@ def test_a_mask_tells_how_many_points_it_leaves_out(folder):
 def test_info_has_the_digits_of_coordinates_far_from_the_origin(folder):
     corners = [[400000, 5600000, 117.796], [400999.5, 5600000, 118], [400000, 5600999, 120]]
     points = np.vstack([corners, corners])
-    for color, said in (
-        (None, "no"),
-        (0, "no: all values are 0"),
-        (9, "yes, all equal"),
-    ):
+    for color, said in ((None, "no"), (0, "no: all values are 0"), (9, "yes, all equal")):
         colors = None if color is None else np.full((6, 3), color, np.uint8)
         sf.write_mesh("far.ply", sf.PointCloud(points, colors=colors))
         output = run("info", "far.ply")

@@ -298,20 +298,15 @@ def test_ascii_writes_text(run, sheet):
         (["--tol", -1], "Invalid value for '--tol'"),
         (["--threads", 0], "Invalid value for '--threads'"),
         (["--smoother"], "No such option"),
-        (
-            ["--paper", "--weights", "creases"],
-            "--paper sets --weights superfacets: leave --weights out",
-        ),
+        (["--paper", "--weights", "creases"],
+         "--paper sets --weights superfacets: leave --weights out"),
         (["--paper", "--parts"], "give --paper or --parts, not both"),
         (["--paper", "--relocate"], "give --paper or --relocate, not both"),
-        (
-            ["--parts", "--weights", "creases"],
-            "--parts sets --weights parts: leave --weights out",
-        ),
+        (["--parts", "--weights", "creases"], "--parts sets --weights parts: leave --weights out"),
         (["--paper", "--init", "grid"], "--paper sets --init farthest: leave --init out"),
         (["-o", "labels.xyz"], "labels.xyz"),
     ],
-)
+)  # fmt: skip
 def test_wrong_options_are_one_line_and_status_2(run, sheet, arguments, message):
     status, out, err = run("segment", sheet, *arguments)
     assert status == 2
@@ -429,9 +424,7 @@ def test_an_error_that_names_no_file_gets_its_name(run, three, monkeypatch):
 
 
 def test_wrong_parameters_are_found_before_any_file_is_read(run, three):
-    for arguments, message in [
-        (["-n", 5, "-r", 0.1], "give only one of -n, -r and -R"),
-    ]:
+    for arguments, message in [(["-n", 5, "-r", 0.1], "give only one of -n, -r and -R")]:
         status, out, err = run("segment", *three, *arguments)
         assert (status, out, err.count("\n")) == (2, "", 1), arguments
         assert message in err

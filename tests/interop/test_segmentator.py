@@ -264,28 +264,16 @@ def test_points_of_a_mesh_are_counted_as_the_mesh(monkeypatch):
     [
         (2, {"kThresh": -1}, ValueError, "kThresh must be finite and not negative"),
         (2, {"segMinVerts": 0}, ValueError, "segMinVerts must be at least 1"),
-        (
-            2,
-            {"n_segments": 3},
-            ValueError,
-            "n_segments must be at most 2, the number of faces, got 3",
-        ),
-        (
-            3,
-            {"n_segments": 12},
-            ValueError,
-            "n_segments must be at most 11, the number of points, got 12",
-        ),
-        (
-            3,
-            {"edges": [[0, 11]]},
-            sf.MeshError,
-            r"edges\[0\] must be points from 0 to 10, got \[0, 11\]",
-        ),
+        (2, {"n_segments": 3}, ValueError,
+         "n_segments must be at most 2, the number of faces, got 3"),
+        (3, {"n_segments": 12}, ValueError,
+         "n_segments must be at most 11, the number of points, got 12"),
+        (3, {"edges": [[0, 11]]}, sf.MeshError,
+         r"edges\[0\] must be points from 0 to 10, got \[0, 11\]"),
         (3, {"edges": [0, 1]}, ValueError, r"edges must have shape \(E, 2\), got \(2,\)"),
         (3, {"edges": [[0.5, 1]]}, TypeError, "edges must contain integers, got float64"),
     ],
-)
+)  # fmt: skip
 def test_what_is_wrong_is_refused(arguments, keywords, error, message):
     if arguments == 2:
         fold = shapes.fold(30)

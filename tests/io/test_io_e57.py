@@ -300,8 +300,7 @@ def test_messages_of_the_library_are_short(write, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("old", "new"),
-    [(b"<e57Root ", b"<!DOCTYPE"), (b'"UTF-8"', b"'UTF-7'"), (b"<?xml", b"<\0?xm")],
+    ("old", "new"), [(b"<e57Root ", b"<!DOCTYPE"), (b'"UTF-8"', b"'UTF-7'"), (b"<?xml", b"<\0?xm")]
 )
 def test_xml_that_e57_does_not_know_is_refused(write, tmp_path, old, new):
     content = write((scan(), {})).read_bytes()

@@ -292,18 +292,12 @@ class TestPyTorchGeometric:
             ),
             ({**GRAPH, "pos": [["a"]]}, "pos must be an array of numbers, got <U1"),
             ({**GRAPH, "super_index": [0.5]}, "super_index must be integers, got float64"),
-            (
-                {**GRAPH, "edge_index": [[0, 1]]},
-                r"edge_index must have shape \(2, E\), got",
-            ),
+            ({**GRAPH, "edge_index": [[0, 1]]}, r"edge_index must have shape \(2, E\), got"),
             (
                 {**GRAPH, "edge_attr": [[1]]},
                 r"edge_attr must have one row per edge \(4\), got 1 row",
             ),
-            (
-                {**GRAPH, "super_index": [3]},
-                "super_index must be regions from -1 to 2, got 3 to 3",
-            ),
+            ({**GRAPH, "super_index": [3]}, "super_index must be regions from -1 to 2, got 3 to 3"),
             (
                 {**GRAPH, "edge_index": [[-1], [0]], "edge_attr": [1]},
                 "edge_index must be regions from 0 to 2, got -1 to 0",

@@ -19,8 +19,7 @@ def test_an_empty_file_is_refused(refuse, ending):
 
 
 @pytest.mark.parametrize(
-    ("name", "got"),
-    [("a.dwg", ".dwg: convert the file first"), ("a", "none"), (".ply", "none")],
+    ("name", "got"), [("a.dwg", ".dwg: convert the file first"), ("a", "none"), (".ply", "none")]
 )
 def test_an_unknown_ending_is_refused(refuse, name, got):
     endings = ".glb, .gltf, .obj, .off, .ply, .stl, .tri, .vtp, .gii, .white, .pial"

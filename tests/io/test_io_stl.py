@@ -93,10 +93,6 @@ def test_ascii_files_of_another_structure_are_refused(refuse, old, new, message)
 
 
 def test_foreign_content_is_refused(refuse):
-    refuse(
-        "a.stl",
-        b"hello\n",
-        "not an STL file: it has only 6 bytes and no word solid",
-    )
+    refuse("a.stl", b"hello\n", "not an STL file: it has only 6 bytes and no word solid")
     refuse("a.stl", b"\xff\xd8\xff\xe0\0\x10JFIF\0" * 20, "not an STL file, or damaged")
     refuse("a.stl", b"solid\0" + b"x" * 200, "not an STL file, or damaged")

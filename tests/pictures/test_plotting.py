@@ -286,43 +286,22 @@ def test_without_the_encoder_a_video_is_refused_before_anything_is_drawn(tmp_pat
     ("arguments", "error", "message"),
     [
         ({"output": "a.jpg"}, ValueError, "output must end in .png or .gif or .mp4, got 'a.jpg'"),
-        (
-            {"output": "a.gif", "n_frames": 1},
-            ValueError,
-            r"'a\.gif' needs several pictures: n_frames must be > 1, got 1",
-        ),
-        (
-            {"output": "a.png", "n_frames": 2},
-            ValueError,
-            r"'a\.png' can store only one picture: write a \.gif or \.mp4 file",
-        ),
+        ({"output": "a.gif", "n_frames": 1}, ValueError,
+         r"'a\.gif' needs several pictures: n_frames must be > 1, got 1"),
+        ({"output": "a.png", "n_frames": 2}, ValueError,
+         r"'a\.png' can store only one picture: write a \.gif or \.mp4 file"),
         ({"n_frames": 0}, ValueError, "n_frames must be at least 1"),
-        (
-            {"titles": ["a", "b"]},
-            ValueError,
-            r"titles must be a list of one title per labeling \(1\), got \['a', 'b'\]",
-        ),
-        (
-            {"titles": "a"},
-            ValueError,
-            r"titles must be a list of one title per labeling \(1\), got 'a'",
-        ),
+        ({"titles": ["a", "b"]}, ValueError,
+         r"titles must be a list of one title per labeling \(1\), got \['a', 'b'\]"),
+        ({"titles": "a"}, ValueError,
+         r"titles must be a list of one title per labeling \(1\), got 'a'"),
         ({"color_by": [1, 2], "colors": [[0] * 3] * 2}, ValueError, "give colors or color_by"),
-        (
-            {"color_by": "area"},
-            ValueError,
-            "color_by='area' is the name of a region property: pass labels too",
-        ),
-        (
-            {"color_by": "curvature", "labels": [0, 1]},
-            ValueError,
-            "color_by must be one of region, cell_count, area",
-        ),
-        (
-            {"color_by": "curvature"},
-            ValueError,
-            "color_by must be one of region, cell_count, area, .*, high_z, got 'curvature'",
-        ),
+        ({"color_by": "area"}, ValueError,
+         "color_by='area' is the name of a region property: pass labels too"),
+        ({"color_by": "curvature", "labels": [0, 1]}, ValueError,
+         "color_by must be one of region, cell_count, area"),
+        ({"color_by": "curvature"}, ValueError,
+         "color_by must be one of region, cell_count, area, .*, high_z, got 'curvature'"),
         (
             {"color_by": [1, 2, 3]},
             ValueError,
@@ -330,13 +309,10 @@ def test_without_the_encoder_a_video_is_refused_before_anything_is_drawn(tmp_pat
             r" got shape \(3,\)",
         ),
         ({"view": "above"}, ValueError, "view must be one of front"),
-        (
-            {"compare": [[0, 1, 2]]},
-            ValueError,
-            r"labels must have one value per cell \(2\), got 3 values",
-        ),
+        ({"compare": [[0, 1, 2]]}, ValueError,
+         r"labels must have one value per cell \(2\), got 3 values"),
     ],
-)
+)  # fmt: skip
 def test_wrong_arguments_are_named(gl, tmp_path, monkeypatch, arguments, error, message):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(error, match=message):

@@ -9,17 +9,7 @@ from unittest.mock import MagicMock
 import numpy as np
 import pytest
 from models import read_off
-from shapes import (
-    bumpy_sheet,
-    cube,
-    fins,
-    inside_out_cube,
-    moebius,
-    slivers,
-    soup,
-    strip,
-    table,
-)
+from shapes import bumpy_sheet, cube, fins, inside_out_cube, moebius, slivers, soup, strip, table
 from tools.sample_bear import parts_of
 
 from superfacets import (
@@ -527,16 +517,10 @@ def test_a_failed_write_leaves_an_existing_file_as_it_was(gl, tmp_path, monkeypa
 @pytest.mark.parametrize(
     ("arguments", "error", "message"),
     [
-        (
-            {"labels": [0, 1, 2]},
-            ValueError,
-            r"labels must have one value per cell \(2\), got 3 values",
-        ),
-        (
-            {"labels": [[0, 1], None]},
-            ValueError,
-            r"^labels must be one-dimensional, got items of different shapes$",
-        ),
+        ({"labels": [0, 1, 2]}, ValueError,
+         r"labels must have one value per cell \(2\), got 3 values"),
+        ({"labels": [[0, 1], None]}, ValueError,
+         r"^labels must be one-dimensional, got items of different shapes$"),
         ({"labels": [0.5, 1.0]}, TypeError, "labels must contain integers, got float64"),
         ({"colors": [[1, 2, 3]]}, ValueError, r"colors must have shape \(2, 3\), got \(1, 3\)"),
         ({"colors": np.zeros((2, 3))}, TypeError, "colors must be uint8"),
@@ -552,7 +536,7 @@ def test_a_failed_write_leaves_an_existing_file_as_it_was(gl, tmp_path, monkeypa
         ({"background": "no color"}, ValueError, "background must be .*'no color'"),
         ({"background": None, "labels": [0]}, ValueError, "labels|background"),
     ],
-)
+)  # fmt: skip
 def test_wrong_arguments_are_named_and_leave_no_file(gl, tmp_path, arguments, error, message):
     arguments = {"output": tmp_path / "picture.png", **arguments}
     with pytest.raises(error, match=message):

@@ -16,13 +16,7 @@ import pytest
 import shapes
 from research.__main__ import commands
 from research.reproduce import figures, gallery, measure, methods, page, plan, reproduction
-from research.reproduce.gallery import (
-    Drawing,
-    is_drawn,
-    picture_path,
-    pictures_of,
-    view_of,
-)
+from research.reproduce.gallery import Drawing, is_drawn, picture_path, pictures_of, view_of
 from research.reproduce.measure import Run, pack_labels, unpack_labels
 from research.reproduce.plan import Choice, make_plan
 from research.reproduce.results import Curve, Results, collect, compare

@@ -150,15 +150,12 @@ def test_names_of_objects_are_kept_and_taken_away(client):
         ("split-object", {"class": 0, "object": 0}, "there is no object 0 of class 0"),
         ("review", {"reviewed": 1}, "reviewed must be True or False"),
         ("compare", {"files": [{"name": "a", "data": "eA=="}]}, "is not a work file"),
-        (
-            "compare",
-            {"files": [{"name": str(i), "data": ""} for i in (1, 2)]},
-            "a single work file",
-        ),
+        ("compare", {"files": [{"name": str(i), "data": ""} for i in (1, 2)]},
+         "a single work file"),
         ("accept", {"cells": "", "side": "mine"}, "there is nothing to compare with"),
         ("accept", {"cells": "", "side": "ours"}, "side must be one of mine, theirs"),
     ],
-)
+)  # fmt: skip
 def test_wrong_requests_about_objects_say_what_is_wrong(client, name, body, message):
     client.done("paint", **{"class": 1}, object=1, cells=_coded_cells([1, 2]))
     answer = client.post(name, **({"cells": _coded_cells([3])} | body))
