@@ -60,11 +60,8 @@ def test_another_version_on_a_worker_that_comes_later_is_named(there, scans, tmp
     assert results_in(tmp_path / "out") == {}
 
 
-def test_a_worker_without_the_package_is_named(there, scans, tmp_path, monkeypatch):
-    def missing(name):
-        raise ModuleNotFoundError(name)
-
-    monkeypatch.setattr(cluster.metadata, "version", missing)
+def test_a_worker_without_the_package_is_named(there, scans, tmp_path, broken):
+    broken("superfacets_batch.cluster.metadata.version", ModuleNotFoundError("superfacets"))
     with pytest.raises(ConnectionError, match=r"127.0.0.1:\d+ has no superfacets: install it"):
         sf.batch(scans, tmp_path / "out", scheduler=there.address, **OPTIONS)
 
@@ -82,8 +79,8 @@ def test_a_folder_that_workers_do_not_see_is_named(there, tmp_path):
 
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:{port}", "nonsense://a:1"])
-def test_a_scheduler_that_is_not_there_is_one_line(scans, tmp_path, monkeypatch, address):
-    monkeypatch.setattr(cluster, "CONNECT_TIMEOUT", 0.3)
+def test_a_scheduler_that_is_not_there_is_one_line(scans, tmp_path, limit, address):
+    limit("wait for a scheduler", 0.3)
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         address = address.format(port=free.getsockname()[1])
@@ -91,10 +88,10 @@ def test_a_scheduler_that_is_not_there_is_one_line(scans, tmp_path, monkeypatch,
         sf.batch(scans, tmp_path / "out", scheduler=address, **OPTIONS)
 
 
-def test_a_client_that_failed_does_not_wait_for_the_garbage_collector(monkeypatch):
+def test_a_client_that_failed_does_not_wait_for_the_garbage_collector(limit):
     # Garbage collection closes a client that failed to connect. If this happens while another
     # client starts, both wait forever.
-    monkeypatch.setattr(cluster, "CONNECT_TIMEOUT", 0.3)
+    limit("wait for a scheduler", 0.3)
     gc.disable()
     try:
         with pytest.raises(ConnectionError), cluster.remote_client("tcp://127.0.0.1:1", "."):

@@ -16,8 +16,6 @@ from batch_folders import lines_of, records_of, results_in
 
 import superfacets as sf
 from superfacets.files.atomic import locked
-from superfacets.tools import segment_file as files
-from superfacets.tools import segment_to_files
 from superfacets_batch import batching, jobs
 
 
@@ -325,11 +323,11 @@ def test_the_time_left_is_that_of_equal_files(scan, out):
     assert ratios == pytest.approx([3, 1, 1 / 3, 0])
 
 
-def test_a_full_disk_stops_the_batch_and_blames_no_file(scan, out, monkeypatch):
-    def fill(*_, **__):
-        raise OSError(errno.ENOSPC, "No space left on device", "x.npy")
-
-    monkeypatch.setattr(segment_to_files, "write_outputs", fill)
+def test_a_full_disk_stops_the_batch_and_blames_no_file(scan, out, monkeypatch, broken):
+    broken(
+        "superfacets.tools.segment_to_files.write_outputs",
+        OSError(errno.ENOSPC, "No space left on device", "x.npy"),
+    )
     with pytest.raises(OSError, match=r"No space left on device: 'x.npy'"):
         sf.batch(scan, out)
     assert records_of(out) == {}
@@ -337,11 +335,8 @@ def test_a_full_disk_stops_the_batch_and_blames_no_file(scan, out, monkeypatch):
     assert sf.batch(scan, out).n_done == 1
 
 
-def test_an_error_of_any_class_is_recorded(scan, out, monkeypatch):
-    def fail(*_, **__):
-        raise MemoryError
-
-    monkeypatch.setattr(files, "segment", fail)
+def test_an_error_of_any_class_is_recorded(scan, out, broken):
+    broken("superfacets.tools.segment_file.segment", MemoryError)
     assert sf.batch(scan, out).records[0]["error"] == "MemoryError"
 
 
@@ -374,11 +369,8 @@ def test_relative_paths_are_those_of_the_caller(scans, monkeypatch):
     assert list(results_in(scans / "out")) == ["one.superfacets.npy"]
 
 
-def test_cells_that_the_format_cannot_hold_are_refused_before_the_work(tmp_path, out, monkeypatch):
-    def fail(*_, **__):
-        raise AssertionError("it was segmented")
-
-    monkeypatch.setattr(files, "segment", fail)
+def test_cells_that_the_format_cannot_hold_are_refused_before_the_work(tmp_path, out, broken):
+    broken("superfacets.tools.segment_file.segment")
     house = sf.PolygonMesh.of_faces([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]])
     sf.write_mesh(tmp_path / "house.ply", house)
     result = sf.batch(tmp_path / "house.ply", out, formats=["sstk.json"], n_segments=1)

@@ -119,12 +119,12 @@ def test_what_is_not_there_is_one_line(run, tmp_path, out):
     )  # fmt: skip
 
 
-def test_a_terminal_shows_how_far_it_is(run, sheet, out, monkeypatch):
+def test_a_terminal_shows_how_far_it_is(run, sheet, out, terminal):
     pytest.importorskip("distributed")
     for place in range(3):
         sheet.with_name(f"copy{place}.ply").write_bytes(sheet.read_bytes())
     (sheet.parent / "bad.ply").write_text("nothing")
-    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    terminal(sys.stderr)
     status, _, err = run("batch", sheet.parent / "*.ply", "-o", out, "--to", "npy", "--workers", 1)
     assert status == 1
     assert "5/5 files" in err

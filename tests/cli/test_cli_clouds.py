@@ -184,8 +184,8 @@ def test_commands_refuse_a_height_grid(folder, command):
     assert "got (301, 301): if this is a height grid, convert it to a mesh first" in output
 
 
-def test_attributes_of_large_files_are_not_read_for_info(run, folder, monkeypatch):
+def test_attributes_of_large_files_are_not_read_for_info(run, folder, limit):
     Path("far.csv").write_text("x,y,z,flat\n0,0,0,1\n1,0,0,1\n")
     assert "the same value everywhere" in run("info", "far.csv")[2]
-    monkeypatch.setattr("superfacets_cli.info.MAX_BYTES_OF_ATTRIBUTES", 10)
+    limit("attributes for info", 10)
     assert "the same value everywhere" not in run("info", "far.csv")[2]

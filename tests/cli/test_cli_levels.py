@@ -118,10 +118,10 @@ def test_levels_writes_all_files_or_none(run, sheet, tmp_path, monkeypatch):
     assert files_in(tmp_path) == ["sheet.ply"]
 
 
-def test_levels_finds_out_before_the_work_what_cannot_be_written(run, tmp_path, monkeypatch):
+def test_levels_finds_out_before_the_work_what_cannot_be_written(run, tmp_path, broken):
     sf.write_mesh(tmp_path / "cloud.ply", sf.PointCloud(np.random.default_rng(0).random((99, 3))))
     np.save(tmp_path / "l.npy", np.arange(99) // 10 - 1)
-    monkeypatch.setattr("superfacets_cli.levels.hierarchy", None)
+    broken("superfacets_cli.levels.hierarchy")
     given = ("levels", tmp_path / "cloud.ply", "-n", 3, "--labels", tmp_path / "l.npy", "-o")
     for name, message in [
         ("a.sstk.json", ".sstk.json needs labels of triangles, but the cells are points"),

@@ -105,16 +105,16 @@ def test_an_output_never_replaces_an_input(run, folder):
     assert not Path("b.superfacets.ply").exists()
 
 
-def test_binary_data_is_not_shown_on_a_terminal(run, folder, monkeypatch):
-    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
+def test_binary_data_is_not_shown_on_a_terminal(run, folder, terminal):
+    terminal(sys.stdout)
     for arguments in (["-"], ["a.ply", "-o", "-"], ["a.ply", "-o", "-", "--to", "npy"]):
         status, _, err = run("segment", *arguments)
         assert status == 2
         assert "standard output is a terminal, which cannot show binary data" in err
-    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
+    terminal(sys.stdout)
     status, out, _ = run("segment", "a.ply", "-n", 1, "-o", "-", "--to", "seg")
     assert (status, out) == (0, "0\n" * 32)
-    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
+    terminal(sys.stdout)
     assert run("segment", "a.ply", "-n", 1, "-o", "-", "--ascii")[1].startswith("ply\nformat ascii")
 
 

@@ -18,8 +18,8 @@ from superfacets_cli.interrupts import is_busy, run_in_background
 from superfacets_cli.progress import SHARES, Estimate, RunBar, WaitBar
 
 
-def test_a_terminal_shows_progress(run, sheet, monkeypatch):
-    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+def test_a_terminal_shows_progress(run, sheet, terminal):
+    terminal(sys.stderr)
     status, out, err = run("segment", sheet)
     assert status == 0
     for stage in ("reading", "face graph", "seeding", "iterations", "regions", "writing"):
@@ -101,8 +101,8 @@ def test_work_in_the_background_returns_or_raises():
     assert not is_busy()
 
 
-def test_a_terminal_shows_that_silent_work_goes_on(monkeypatch, capsys):
-    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+def test_a_terminal_shows_that_silent_work_goes_on(monkeypatch, capsys, terminal):
+    terminal(sys.stderr)
     monkeypatch.setattr(WaitBar, "DELAY", 0.1)
     run_in_background(lambda: time.sleep(0.3))
     assert "working, 0 s" in capsys.readouterr().err

@@ -145,10 +145,10 @@ def test_titles_tell_label_files_apart():
     assert _titles([Path("a/scan.npy")] * 2) == ["scan"] * 2
 
 
-def test_a_mesh_turns(run, sheet, labeled, tmp_path, monkeypatch):
+def test_a_mesh_turns(run, sheet, labeled, tmp_path, limit):
     if not can_render():
         pytest.skip("no OpenGL to draw with")
-    monkeypatch.setattr("superfacets_show.plotting._N_FRAMES", 3)
+    limit("frames of a turn", 3)
     turn, still = tmp_path / "turn.gif", tmp_path / "still.png"
     more = ["--labels", labeled[0], "--size", "64x48"]
     status, out, err = run("render", sheet, "-o", still, "--turntable", turn, *more)

@@ -412,11 +412,8 @@ def test_json_is_one_line_per_input_of_those_that_fail_too(run, three):
     assert "not a PLY file" in objects[1]["error"]
 
 
-def test_an_error_that_names_no_file_gets_its_name(run, three, monkeypatch):
-    def fail(*_, **__):
-        raise MemoryError
-
-    monkeypatch.setattr("superfacets.tools.segment_file.segment", fail)
+def test_an_error_that_names_no_file_gets_its_name(run, three, broken):
+    broken("superfacets.tools.segment_file.segment", MemoryError)
     _, _, err = run("segment", *three)
     assert f"superfacets: error: {three[0]}: not enough memory\n" in err
     _, _, err = run("segment", three[0])
@@ -443,8 +440,8 @@ def test_a_count_larger_than_the_mesh_gives_every_face_a_region(run, three):
     assert run("segment", three[2], "-n", 72, "-o", output)[2] == ""
 
 
-def test_quiet_prints_errors_alone(run, three, monkeypatch):
-    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+def test_quiet_prints_errors_alone(run, three, terminal):
+    terminal(sys.stderr)
     arguments = ["-n", 2000, "--islands", "nearest", "-q"]
     status, out, err = run("segment", *three, *arguments)
     assert (status, out) == (1, "")

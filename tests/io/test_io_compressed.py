@@ -119,8 +119,8 @@ def test_quantized_positions_of_meshopt_are_scaled(read):
     assert_array_equal(mesh.faces, FACES)
 
 
-def test_uncompressed_copies_are_read_without_a_decoder(read, monkeypatch):
-    monkeypatch.setattr(compression, "import_extra", None)
+def test_uncompressed_copies_are_read_without_a_decoder(read, broken):
+    broken("superfacets_formats.compression.import_extra")
     how = {"buffer": 0, "byteLength": 3, "count": 5, "byteStride": 12, "mode": "ATTRIBUTES"}
     document = gltf_document()
     document["bufferViews"][0]["extensions"] = {"EXT_meshopt_compression": how}

@@ -263,13 +263,10 @@ def test_a_damaged_or_cut_file_is_refused(write, tmp_path):
             read_cloud(tmp_path / "b.e57")
 
 
-def test_memory_that_runs_out_is_no_fault_of_the_file(write, monkeypatch, pye57):
+def test_memory_that_runs_out_is_no_fault_of_the_file(write, broken, pye57):
     path = write((scan(), {}))
 
-    def fail(*_):
-        raise MemoryError
-
-    monkeypatch.setattr(pye57.E57, "get_header", fail)
+    broken("pye57.E57.get_header", MemoryError)
     with pytest.raises(MemoryError):
         read_cloud(path)
 

@@ -32,7 +32,7 @@ from superfacets import (
     write_mesh,
     write_regions,
 )
-from superfacets.files.writers import glb, obj, text
+from superfacets.files.writers import obj, text
 from superfacets.files.writers.cells import FACE_WRITERS, FormatOptions
 from superfacets.files.writers.write import write_outputs
 from superfacets_scans.scannet import scene_of
@@ -633,19 +633,19 @@ class TestNamesAndVertices:
             write_mesh(tmp_path / "a.obj", TETS)
 
 
-def test_a_glb_of_more_than_4_gib_is_refused(tmp_path, square, monkeypatch):
+def test_a_glb_of_more_than_4_gib_is_refused(tmp_path, square, limit):
     path = tmp_path / "a.glb"
     write_mesh(path, square, [0, 1])
     size = path.stat().st_size
-    for limit in (size - 1, 100):  # the file, and what is in it
-        monkeypatch.setattr(glb, "MAX_BYTES", limit)
+    for n_bytes in (size - 1, 100):  # the file, and what is in it
+        limit("bytes of a GLB file", n_bytes)
         with pytest.raises(
             MeshError,
             match=r"the mesh needs more than 4 GiB, the limit of GLB: write \.ply or \.obj",
         ):
             write_mesh(tmp_path / "b.glb", square, [0, 1])
         assert [*tmp_path.iterdir()] == [path]
-    monkeypatch.setattr(glb, "MAX_BYTES", size)
+    limit("bytes of a GLB file", size)
     write_mesh(tmp_path / "b.glb", square, [0, 1])
 
 

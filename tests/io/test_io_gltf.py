@@ -350,18 +350,18 @@ def test_a_file_that_many_buffers_name_is_read_once(read, tmp_path, monkeypatch)
 
 
 @pytest.mark.parametrize("repeats", ["nodes", "primitives", "both"])
-def test_a_scene_that_repeats_its_meshes_without_end_is_refused(refuse, monkeypatch, repeats):
-    monkeypatch.setattr("superfacets.files.guards.ALWAYS_ALLOWED", 100_000)
-    monkeypatch.setattr("superfacets.files.guards.MAX_GROWTH", 2)
+def test_a_scene_that_repeats_its_meshes_without_end_is_refused(refuse, limit, repeats):
+    limit("bytes of a small scene", 100_000)
+    limit("growth of a scene", 2)
     document = gltf_document()
     if repeats != "primitives":
         document["nodes"] *= 100
         document["scenes"] = [{"nodes": list(range(100))}]
     if repeats != "nodes":
         document["meshes"][0]["primitives"] *= 5000 if repeats == "primitives" else 60
-        monkeypatch.setattr("superfacets.files.guards.MAX_GROWTH", 0)
+        limit("growth of a scene", 0)
     else:
-        monkeypatch.setattr("superfacets.files.guards.ALWAYS_ALLOWED", 1000)
+        limit("bytes of a small scene", 1000)
     refuse("a.glb", glb(document), "with all copies of meshes, the scene has")
 
 

@@ -5,7 +5,6 @@ import pytest
 from mesh_files import FACES, VERTICES, off, tri
 from numpy.testing import assert_array_equal
 
-from superfacets.files.readers import text
 from superfacets.files.readers.read import read_mesh
 
 V4 = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n"
@@ -32,8 +31,8 @@ def test_decimals_are_rounded_to_the_nearest_double(read, name, make):
 
 @pytest.mark.parametrize(("name", "data"), [("a.off", off()), ("a.tri", tri())])
 @pytest.mark.parametrize("block", [1, 30])
-def test_the_size_of_blocks_does_not_matter(read, monkeypatch, name, data, block):
-    monkeypatch.setattr(text, "BLOCK", block)
+def test_the_size_of_blocks_does_not_matter(read, limit, name, data, block):
+    limit("block of text", block)
     mesh = read(name, data)
     assert_array_equal(mesh.vertices, VERTICES)
     assert_array_equal(mesh.faces, FACES)

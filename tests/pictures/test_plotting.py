@@ -235,8 +235,8 @@ def test_a_turn_goes_around_and_shows_itself(gl, tmp_path):
     assert plotted._repr_png_() is None
 
 
-def test_the_ending_asks_for_a_turn(gl, tmp_path, monkeypatch):
-    monkeypatch.setattr("superfacets_show.plotting._N_FRAMES", 3)
+def test_the_ending_asks_for_a_turn(gl, tmp_path, monkeypatch, limit):
+    limit("frames of a turn", 3)
     monkeypatch.setattr("superfacets_show.plotting._MOVING_SIZE", (32, 24))
     plotted = plot(SHEET, LABELS, output=tmp_path / "turn.gif")
     assert [frame.shape for frame in plotted.frames] == [(24, 32, 3)] * 3

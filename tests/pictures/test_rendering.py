@@ -1,10 +1,8 @@
 """Pictures: framing, shading, borders, complete files, and the error without OpenGL."""
 
-import ctypes
 import os
 import subprocess
 import sys
-from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
@@ -22,7 +20,7 @@ from superfacets import (
     render,
     sample_mesh,
 )
-from superfacets_show import drawing, rendering
+from superfacets_show import drawing
 from superfacets_show.backend import RenderError
 from superfacets_show.colors import face_colors
 from superfacets_show.rendering import View
@@ -489,10 +487,10 @@ def test_an_existing_file_is_replaced(gl, tmp_path):
 
 
 @pytest.mark.parametrize("failing", ["draw", "build_scene", "place_camera"])
-def test_a_failed_picture_leaves_an_existing_file_as_it_was(gl, tmp_path, monkeypatch, failing):
+def test_a_failed_picture_leaves_an_existing_file_as_it_was(gl, tmp_path, broken, failing):
     path = tmp_path / "picture.png"
     path.write_bytes(b"old")
-    monkeypatch.setattr(rendering, failing, MagicMock(side_effect=RenderError("no")))
+    broken(f"superfacets_show.rendering.{failing}", RenderError("no"))
     with pytest.raises(RenderError, match="no"):
         render(square(), output=path)
     assert path.read_bytes() == b"old"
@@ -624,8 +622,8 @@ def test_a_driver_that_makes_too_few_pixels_is_an_error_and_no_file(gl, monkeypa
     assert not names_in(tmp_path)
 
 
-def test_a_picture_without_opengl_is_an_error_and_no_file(gl, monkeypatch, no_display, tmp_path):
-    monkeypatch.setattr(ctypes, "CDLL", MagicMock(side_effect=OSError("no such library")))
+def test_a_picture_without_opengl_is_an_error_and_no_file(gl, broken, no_display, tmp_path):
+    broken("ctypes.CDLL", OSError("no such library"))
     with pytest.raises(RenderError, match="apt install"):
         render(square(), output=tmp_path / "picture.png")
     assert not names_in(tmp_path)

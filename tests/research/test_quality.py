@@ -209,7 +209,8 @@ def test_a_benchmark_that_nobody_has_cut_is_refused(folder, tmp_path):
 
 
 def test_what_is_not_installed_is_named(folder, tmp_path, monkeypatch):
-    monkeypatch.setattr(quality_study.importlib.util, "find_spec", lambda _: None)
+    for name in ("tabulate", "pyvista", "scipy"):
+        monkeypatch.setitem(sys.modules, name, None)
     with pytest.raises(sf.MissingExtraError, match="quality without tabulate"):
         study(Options(benchmark=folder, output=tmp_path / "out"))
     assert not (tmp_path / "out").exists()

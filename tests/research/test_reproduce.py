@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 import shapes
 from research.__main__ import commands
-from research.reproduce import figures, gallery, measure, methods, page, plan, reproduction
+from research.reproduce import figures, gallery, measure, methods, page, plan
 from research.reproduce.gallery import Drawing, is_drawn, picture_path, pictures_of, view_of
 from research.reproduce.measure import Run, pack_labels, unpack_labels
 from research.reproduce.plan import Choice, make_plan
@@ -172,7 +172,7 @@ def test_records_of_a_model_that_changed_are_made_again(run, benchmark, tmp_path
     assert changed == {name for name in before if "/21/" in name}
 
 
-def test_killed_in_the_middle_it_goes_on_to_the_same_numbers(run, benchmark, tmp_path):
+def test_killed_in_the_middle_it_goes_on_to_the_same_numbers(run, benchmark, tmp_path, broken):
     options = ("--ks", "5,20", "--methods", "superfacets,stk02,vsa-l2-r", "--figures", "6,7")
     whole, broken = tmp_path / "whole", tmp_path / "broken"
     assert run(benchmark, "-o", whole, *options)[0] == 0
@@ -402,7 +402,8 @@ def test_a_folder_that_is_no_benchmark_is_one_line(run, tmp_path):
 
 
 def test_what_is_not_installed_is_named_before_anything_runs(run, benchmark, tmp_path, monkeypatch):
-    monkeypatch.setattr(reproduction.importlib.util, "find_spec", lambda name: None)
+    for name in ("jinja2", "matplotlib", "scipy", "vsa_core"):
+        monkeypatch.setitem(sys.modules, name, None)
     status, _, stderr = run(benchmark, "-o", tmp_path / "out", *FAST)
     assert status == 1
     assert stderr == (

@@ -354,15 +354,12 @@ def test_the_server_is_asked_to_end(client):
     assert client.quits == 1
 
 
-def test_a_full_disk_is_told_and_leaves_the_state(client, monkeypatch):
+def test_a_full_disk_is_told_and_leaves_the_state(client, monkeypatch, broken):
     import errno
     import os
 
-    def fail(*_):
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
     before = client.state()
-    monkeypatch.setattr(os, "fsync", fail)
+    broken("os.fsync", OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)))
     answer = client.post("paint", **{"class": 1}, cells=encoded([1]))
     monkeypatch.undo()
     assert answer.status_code == 507

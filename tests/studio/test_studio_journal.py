@@ -172,12 +172,9 @@ def test_on_a_full_disk_nothing_changes_until_there_is_room(document, full_disk,
     assert document.state.classes[:4].tolist() == [0, 1, 2, 2]
 
 
-def test_a_file_that_can_not_be_mended_is_not_written_to_any_more(document, monkeypatch):
-    def fail(*_):
-        raise OSError(errno.EIO, os.strerror(errno.EIO))
-
-    monkeypatch.setattr(os, "write", fail)
-    monkeypatch.setattr(os, "ftruncate", fail)
+def test_a_file_that_can_not_be_mended_is_not_written_to_any_more(document, monkeypatch, broken):
+    broken("os.write", OSError(errno.EIO, os.strerror(errno.EIO)))
+    broken("os.ftruncate", OSError(errno.EIO, os.strerror(errno.EIO)))
     with pytest.raises(JournalError, match="Input/output error"):
         document.paint(cells(1), 1)
     monkeypatch.undo()
