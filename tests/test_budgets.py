@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
-ENGINE = "base mesh graph weights cleanup clustering pipeline.py".split()
+ENGINE = ["base", "mesh", "graph", "weights", "cleanup", "clustering", "pipeline.py"]
 
 BUDGETS = [
     ("the engine", 10_500, [f"src/superfacets/{part}" for part in ENGINE]),

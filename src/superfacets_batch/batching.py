@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import time
-from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -35,11 +35,8 @@ MEMORY_SHARE = 0.8
 """A file is large if its estimated memory exceeds this fraction of the memory per worker thread.
 The fraction is below 1, because estimates may be too low."""
 
-MOST_ENDS = 2
-"""A file is not processed again after this number of processes ended while processing it."""
-
-START_CELLS = 2_000
-"""Fixed time per file, as the number of cells that can be processed in the same time."""
+MOST_ENDS = 2  # a file is not processed again after so many processes ended with it
+START_CELLS = 2_000  # fixed time per file, as the number of cells processed in the same time
 
 
 @dataclass(frozen=True)
@@ -222,7 +219,12 @@ def batch(
     began = time.perf_counter()
     folder = Path(output_folder).absolute()
     jobs = _plan(inputs, folder, formats, file_options)
-    with locked(folder), Manifest(folder / MANIFEST) as manifest, _tidied(jobs):
+    with (
+        locked(folder), Manifest(folder / MANIFEST) as manifest, contextlib.ExitStack() as stack
+    ):  # fmt: skip
+        results = [path for job in jobs for path in job.files]
+        remove_leftovers(results, older_than=0.0)  # of processes that were killed
+        stack.callback(remove_leftovers, results, older_than=0.0)
         todo = _todo(jobs, manifest, retry_failed=retry_failed)
         tally = _Tally(todo)
         n_workers = min(n_workers, len(todo))
@@ -234,12 +236,11 @@ def batch(
             work = _on_workers(todo, partial(local_client, n_workers), one, timeout)
         else:
             work = _in_turn(todo, manifest)
-        with contextlib.closing(work) as ends:
-            for job, record in ends:
-                manifest.append(record)
-                state = tally.count(job, record)
-                if progress is not None:
-                    progress(state)
+        for job, record in stack.enter_context(contextlib.closing(work)):
+            manifest.append(record)
+            state = tally.count(job, record)
+            if progress is not None:
+                progress(state)
         records = tuple(manifest.records[job.name] for job in jobs)
     n_failed = sum("error" in record for record in records)
     return BatchResult(
@@ -294,22 +295,8 @@ def _plan(
     ]  # fmt: skip
 
 
-@contextlib.contextmanager
-def _tidied(jobs: Sequence[BatchJob]) -> Iterator[None]:
-    """Remove temporary files of killed processes, before and after the `with` block."""
-    files = [path for job in jobs for path in job.files]
-    remove_leftovers(files, older_than=0.0)
-    try:
-        yield
-    finally:
-        remove_leftovers(files, older_than=0.0)
-
-
 def _todo(jobs: Sequence[BatchJob], manifest: Manifest, *, retry_failed: bool) -> list[BatchJob]:
-    """Return the jobs that must run; see `batch` for the rules.
-
-    Hashes show whether results and input files have changed.
-    """
+    """Return the jobs that must run, by the hashes of inputs and results; see `batch`."""
     if not manifest.records:
         return list(jobs)
     from concurrent.futures import ThreadPoolExecutor

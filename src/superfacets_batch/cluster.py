@@ -25,17 +25,12 @@ from superfacets.base.errors import import_extra, reason_of
 from .jobs import BatchJob, Record, failed, run_job
 
 PATIENCE = 60.0
-"""Maximum time in seconds to wait while there is no worker. A worker restarts in about 2 seconds,
-but a job scheduler may need longer to start a worker."""
+"""Maximum time in seconds without a worker. Restarting one takes 2 seconds, but a job scheduler may
+need longer."""
 
-TICK = 1.0
-"""Interval between looks at the workers, in seconds."""
-
-GATHER_TIMEOUT = 10.0
-"""Maximum time to receive a record of a few kilobytes from a worker, in seconds."""
-
-CONNECT_TIMEOUT = 10.0
-"""Maximum time to connect to a scheduler, in seconds."""
+TICK = 1.0  # seconds between looks at the workers
+GATHER_TIMEOUT = 10.0  # maximum seconds to receive a record of a few kilobytes
+CONNECT_TIMEOUT = 10.0  # maximum seconds to connect to a scheduler
 
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 _ENVIRONMENT = {**dict.fromkeys(_THREADS, "1"), "PYTHONSAFEPATH": "1"}
@@ -50,11 +45,11 @@ class _Started:
     future: Any
     job: BatchJob
     place: str | None = None  # address of the worker that runs the job
-    since: float = 0.0  # `time.monotonic` when the job was first seen there, in seconds
+    since: float = math.inf  # `time.monotonic` when the job was first seen there
 
 
 class Crew:
-    """All workers of a Dask scheduler."""
+    """All workers of a Dask scheduler. `share` is the least memory per thread, in bytes."""
 
     def __init__(self, client: Any) -> None:
         self._client = client
@@ -62,18 +57,17 @@ class Crew:
         facts = list(client.run(_facts_of).values())
         self.n_threads = min(n_threads for n_threads, _ in facts)
         self.share = min(memory / n_threads for n_threads, memory in facts)
-        """Memory in bytes for each thread of a worker: the minimum over all workers."""
 
     def run(
         self, jobs: Sequence[BatchJob], *, timeout: float | None, is_alone: bool = False
     ) -> Iterator[tuple[BatchJob, Record | None]]:
         """Yield each job with its record, or None if its worker ended.
 
-        Each thread of a worker gets one job at a time. No job waits at a worker, because Dask
-        counts a failure for all jobs at a worker that ends. If `is_alone` is true, there is one job
-        at a time, with all threads of a worker. A job that runs longer than `timeout` seconds at a
-        worker fails, and the worker restarts. Raises a ConnectionError if no worker is left or the
-        scheduler has ended, and the OSError of a job that must stop the batch.
+        Each thread of a worker gets one job at a time, so that no job waits at a worker, because
+        Dask counts a failure for all jobs at a worker that ends. If `is_alone` is true, there is
+        one job at a time, with all threads. A job that runs longer than `timeout` seconds fails,
+        and its worker restarts. Raises a ConnectionError if no worker is left or the scheduler has
+        ended, and the OSError of a job that must stop the batch.
         """
         waiting = deque(jobs)
         started: dict[str, _Started] = {}
@@ -99,7 +93,8 @@ class Crew:
                         if record is None:
                             self._looked = -math.inf  # there is one worker less now
                         yield started.pop(future.key).job, record
-                for late in [one for one in started.values() if _is_late(one, timeout)]:
+                latest = time.monotonic() - (math.inf if timeout is None else timeout)
+                for late in [one for one in started.values() if one.since < latest]:
                     del started[late.future.key]
                     self._end_worker_of(late)
                     yield late.job, failed(late.job, f"TimeoutError: no result in {timeout:g} s")
@@ -108,10 +103,10 @@ class Crew:
                 self._client.cancel([one.future for one in started.values()])
 
     def _look(self, tick: float, started: Mapping[str, _Started]) -> None:
-        """Once per tick, count threads and find the workers of jobs that have started.
+        """Once per tick, count threads and find the workers that run jobs.
 
-        The time of a job starts again if Dask repeats the job at another worker. Raises a
-        ConnectionError if there is no worker for `PATIENCE` seconds.
+        The time of a job starts again if Dask repeats it at another worker. Raises a
+        ConnectionError after `PATIENCE` seconds without a worker.
         """
         now = time.monotonic()
         if now < self._looked + tick:
@@ -125,7 +120,8 @@ class Crew:
         places = {key: place for place, keys in working.items() for key in keys}
         for key, one in started.items():
             if places.get(key) != one.place:
-                one.place, one.since = places.get(key), now
+                one.place = places.get(key)
+                one.since = now if one.place else math.inf
         if self._count:
             self._seen = now
         elif now > self._seen + PATIENCE:
@@ -144,11 +140,6 @@ class Crew:
             pass  # the worker has already ended, or restarts later
         except OSError:
             raise _scheduler_lost() from None
-
-
-def _is_late(one: _Started, timeout: float | None) -> bool:
-    is_timed = timeout is not None and one.place is not None
-    return is_timed and time.monotonic() > one.since + (timeout or 0)
 
 
 def _record_of(future: Any, job: BatchJob) -> Record | None:
@@ -198,16 +189,12 @@ def local_client(n_workers: int, n_threads: int = 1) -> Iterator[Any]:
         stack.enter_context(_own_settings())
         cluster = stack.enter_context(
             distributed.LocalCluster(
-                n_workers=0,
-                threads_per_worker=n_threads,
-                memory_limit=MEMORY_LIMIT // n_workers,
-                host="127.0.0.1",
-                dashboard_address="127.0.0.1:0",
-                worker_dashboard_address="127.0.0.1:0",
-                silence_logs=logging.CRITICAL + 1,
+                n_workers=0, threads_per_worker=n_threads, memory_limit=MEMORY_LIMIT // n_workers,
+                host="127.0.0.1", dashboard_address="127.0.0.1:0",
+                worker_dashboard_address="127.0.0.1:0", silence_logs=logging.CRITICAL + 1,
                 scheduler_kwargs={"allowed_failures": 0},
             )
-        )
+        )  # fmt: skip
         cluster.sync(_block_ctrl_c)
         cluster.scale(n_workers)
         client = stack.enter_context(distributed.Client(cluster, set_as_default=False))
@@ -243,10 +230,9 @@ def _own_settings() -> Iterator[None]:
 
 @contextlib.contextmanager
 def remote_client(address: str, folder: str) -> Iterator[Any]:
-    """Connect to the Dask scheduler at `address`, and yield the client.
+    """Connect to a Dask scheduler, and yield the client; check its workers.
 
-    Raises a ConnectionError if there is no scheduler or no worker, or if a worker cannot access
-    `folder` or has another version of the package.
+    Raises a ConnectionError if there is no scheduler or worker, or as `_check_workers`.
     """
     distributed = import_extra("distributed", "a Dask scheduler", "batch")
     with contextlib.ExitStack() as stack:
@@ -272,10 +258,12 @@ def _connected(distributed: Any, address: str) -> Any:
 
 
 def _check_workers(client: Any, folder: str) -> None:
+    """Raise a ConnectionError if a worker has no or another superfacets, or no such folder."""
     # Workers may lack this package, so they run functions of the standard library.
     versions = client.run(metadata.version, "superfacets", on_error="return")
     seen = client.run(os.path.isdir, folder)
     for address, version in sorted(versions.items()):
+        problem = ""
         if isinstance(version, BaseException):
             problem = "has no superfacets: install it there"
         elif version != __version__:
@@ -288,9 +276,8 @@ def _check_workers(client: Any, folder: str) -> None:
                 f"cannot access the folder {folder}: use a shared folder that has the same path on"
                 " all machines"
             )
-        else:
-            continue
-        raise ConnectionError(f"the worker at {address} {problem}")
+        if problem:
+            raise ConnectionError(f"the worker at {address} {problem}")
 
 
 @contextlib.contextmanager
