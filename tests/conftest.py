@@ -101,6 +101,23 @@ LIMITS = {
     "growth of a scene": ["superfacets.files.guards.MAX_GROWTH"],
     "bytes of a GLB file": ["superfacets.files.writers.glb.MAX_BYTES"],
     "wait for a request": ["superfacets_studio.web.server.SECONDS"],
+    "rows written at once": [
+        "superfacets.files.writers.ply.ROWS_AT_ONCE", "superfacets.files.writers.obj.ROWS_AT_ONCE",
+        "superfacets.files.writers.text.ROWS_AT_ONCE",
+    ],
+    "rows pooled at once": ["superfacets.regions.pooling._ROWS_AT_ONCE"],
+    "ids in a GLB file": ["superfacets.files.writers.glb.MAX_IDS"],
+    "cells of a scene": ["superfacets.files.readers.gltf.MAX_CELLS"],
+    "pairs of regions in masks": ["superfacets_scans.lifting.MAX_PAIRS"],
+    "many regions": ["superfacets.clustering.coarsening.MANY_REGIONS"],
+    "faces that show what is up": ["superfacets_show.scene._MAX_SAMPLES"],
+    "size of a turn": ["superfacets_show.plotting._MOVING_SIZE"],
+    "delay of the bar": ["superfacets_cli.progress.WaitBar.DELAY"],
+    "numbers of objects": ["superfacets_studio.documents.document.MAX_OBJECT"],
+    "bytes of a request": ["superfacets_studio.web.messages.MAX_BODY"],
+    "time for a thumbnail": ["superfacets_studio.web.thumbnails.SECONDS"],
+    "wait for a worker": ["superfacets_batch.cluster.PATIENCE"],
+    "memory of a worker process": ["superfacets.tools.segment_to_files.BASE"],
     "wait for a scheduler": ["superfacets_batch.cluster.CONNECT_TIMEOUT"],
 }  # fmt: skip
 """Limits that tests change, because reaching the real ones would take too long."""
@@ -134,6 +151,12 @@ def broken(monkeypatch):
 def forbid(monkeypatch):
     """Return a function that takes permissions away, because root may read and write everything."""
     return lambda is_allowed=lambda *_: False: monkeypatch.setattr(os, "access", is_allowed)
+
+
+@pytest.fixture
+def temporary(monkeypatch):
+    """Return a function that sets the folder of temporary files."""
+    return lambda folder: monkeypatch.setattr("tempfile.tempdir", str(folder))
 
 
 @pytest.fixture

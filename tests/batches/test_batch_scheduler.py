@@ -39,8 +39,8 @@ def test_workers_may_differ_in_threads(there, tmp_path):
         assert 0 < crew.share < np.inf
 
 
-def test_a_large_file_runs_alone_on_a_cluster_too(there, scans, tmp_path, monkeypatch):
-    monkeypatch.setattr("superfacets_batch.batching.memory_of", lambda path: 1e15)
+def test_a_large_file_runs_alone_on_a_cluster_too(there, scans, tmp_path, limit):
+    limit("memory of a worker process", 1e15)
     assert sf.batch(scans, tmp_path / "out", scheduler=there.address, **OPTIONS).n_done == 4
 
 
@@ -109,8 +109,8 @@ def many(scans):
     return scans
 
 
-def test_workers_that_end_for_good_end_the_batch_when_none_is_left(many, tmp_path, monkeypatch):
-    monkeypatch.setattr(cluster, "PATIENCE", 1.0)
+def test_workers_that_end_for_good_end_the_batch_when_none_is_left(many, tmp_path, limit):
+    limit("wait for a worker", 1.0)
     seen = []
 
     def kill(state):

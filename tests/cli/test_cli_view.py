@@ -140,10 +140,12 @@ def test_labels_of_another_name_are_shown(run, tmp_path):
 
 
 @pytest.mark.parametrize("has_browser", [True, False])
-def test_without_a_file_the_browser_opens_the_page(run, sheet, tmp_path, monkeypatch, has_browser):
+def test_without_a_file_the_browser_opens_the_page(
+    run, sheet, tmp_path, monkeypatch, temporary, has_browser
+):
     opened = []
     monkeypatch.setattr("webbrowser.open", lambda page: opened.append(page) or has_browser)
-    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    temporary(tmp_path)
     status, out, err = run("view", sheet)
     assert status == 0
     path, guess = out.removeprefix("wrote ").rstrip().split(" (", 1)

@@ -140,10 +140,9 @@ FINE = sf.sample_mesh(60_000)
 
 
 @pytest.fixture
-def few_are_many(monkeypatch, limit):
+def few_are_many(limit):
     """Lower the number of faces from which groups of cells are embedded."""
     limit("cells that are grouped", 20_000)
-    monkeypatch.setattr("superfacets.clustering.loop.MIN_GROUPED", 20_000)
 
 
 @pytest.mark.usefixtures("few_are_many")

@@ -2,7 +2,6 @@
 
 import os
 import sys
-import tempfile
 
 import numpy as np
 import pytest
@@ -272,7 +271,9 @@ def test_memory_that_runs_out_is_no_fault_of_the_file(write, broken, pye57):
 
 
 @pytest.mark.skipif(os.name != "posix", reason="Windows opens files by name alone")
-def test_no_file_is_left_by_a_process_that_is_killed(write, tmp_path, monkeypatch, pye57):
+def test_no_file_is_left_by_a_process_that_is_killed(
+    write, tmp_path, monkeypatch, temporary, pye57
+):
     path = write((scan(), {}))
     seen = []
 
@@ -281,7 +282,7 @@ def test_no_file_is_left_by_a_process_that_is_killed(write, tmp_path, monkeypatc
         raise MemoryError  # in place of the signal
 
     (tmp_path / "temporary").mkdir()
-    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
+    temporary(tmp_path / "temporary")
     monkeypatch.setattr(pye57.E57, "get_header", look)
     with pytest.raises(MemoryError):
         read_cloud(path)

@@ -407,8 +407,8 @@ def test_coordinates_that_are_not_finite_are_refused(refuse, value):
     )
 
 
-def test_more_faces_than_labels_can_count_are_refused_before_they_are_made(refuse, monkeypatch):
-    monkeypatch.setattr("superfacets.files.readers.gltf.MAX_CELLS", 9)
+def test_more_faces_than_labels_can_count_are_refused_before_they_are_made(refuse, limit):
+    limit("cells of a scene", 9)
     document = gltf_document([{"mesh": 0}, {"mesh": 0}])
     refuse("a.glb", glb(document), "the scene has 4 faces and 10 vertices; at most 9 are supported")
 

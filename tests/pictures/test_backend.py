@@ -1,7 +1,6 @@
 """Detection of OpenGL, and the message about what to install if it is missing."""
 
 import ctypes
-import sys
 from unittest.mock import MagicMock
 
 import pytest
@@ -121,8 +120,7 @@ def test_a_window_that_the_user_has_set_is_not_replaced(installed, monkeypatch):
         ensure_gl()
 
 
-@pytest.mark.parametrize("platform", ["darwin", "win32"])
-def test_other_systems_always_have_opengl(installed, monkeypatch, platform):
-    monkeypatch.setattr(sys, "platform", platform)
+@pytest.mark.parametrize("no_display", ["darwin", "win32"], indirect=True)
+def test_other_systems_always_have_opengl(no_display, installed):
     installed({})
     assert ensure_gl() is None

@@ -235,9 +235,9 @@ def test_a_turn_goes_around_and_shows_itself(gl, tmp_path):
     assert plotted._repr_png_() is None
 
 
-def test_the_ending_asks_for_a_turn(gl, tmp_path, monkeypatch, limit):
+def test_the_ending_asks_for_a_turn(gl, tmp_path, limit):
     limit("frames of a turn", 3)
-    monkeypatch.setattr("superfacets_show.plotting._MOVING_SIZE", (32, 24))
+    limit("size of a turn", (32, 24))
     plotted = plot(SHEET, LABELS, output=tmp_path / "turn.gif")
     assert [frame.shape for frame in plotted.frames] == [(24, 32, 3)] * 3
 
@@ -339,13 +339,10 @@ def test_what_is_no_value_per_cell_or_region_is_refused(values, error, message):
         checked_values(values, "given", TWO, 5)
 
 
-def test_a_failed_write_leaves_an_existing_file_as_it_was(gl, tmp_path, monkeypatch):
+def test_a_failed_write_leaves_an_existing_file_as_it_was(gl, tmp_path, broken):
     path = tmp_path / "turn.gif"
     path.write_bytes(b"old")
-    monkeypatch.setattr(
-        "superfacets_show.plotting.gif_of",
-        lambda _: (_ for _ in ()).throw(OSError(28, "No space left on device")),
-    )
+    broken("superfacets_show.plotting.gif_of", OSError(28, "No space left on device"))
     with pytest.raises(OSError, match="No space"):
         Plot([np.zeros((2, 2, 3), np.uint8)] * 2, "y").save(path)
     assert path.read_bytes() == b"old"

@@ -159,10 +159,10 @@ def test_agreement_decides_between_wholes_and_parts():
     assert len(np.unique(strict.region_labels)) > 1
 
 
-def test_too_many_regions_for_objects_are_refused(monkeypatch):
+def test_too_many_regions_for_objects_are_refused(limit):
     mesh, sides, cameras = box_views()
     masks = masks_of(mesh, 0 * sides, cameras)
-    monkeypatch.setattr("superfacets_scans.lifting.MAX_PAIRS", 50)
+    limit("pairs of regions in masks", 50)
     with pytest.raises(
         sf.MeshError,
         match="masks contain up to 3 regions, which is too many to find objects: make"

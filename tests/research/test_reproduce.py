@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -33,7 +34,7 @@ FAST = ("--ks", "5,20", "--methods", "superfacets,stk02", "--figures", "6", "--j
 
 
 @pytest.fixture
-def run(monkeypatch, capsys):
+def run(monkeypatch, run_main):
     """Run the command in this process; return exit status, stdout and stderr.
 
     Plots take most of the time, so they are empty files unless a test requests them.
@@ -44,10 +45,8 @@ def run(monkeypatch, capsys):
     def _run(*arguments, plots=False):
         if not plots:
             monkeypatch.setattr(figures, "_save", lambda path, *_: path.write_text("<svg/>"))
-        monkeypatch.setattr(sys, "argv", ["research", "reproduce", *map(str, arguments)])
-        with pytest.raises(SystemExit) as stop:
-            run_group(commands, "python -m research")
-        return stop.value.code, *capsys.readouterr()
+        main = partial(run_group, commands, "python -m research")
+        return run_main(main, "research", "reproduce", *arguments)
 
     return _run
 

@@ -418,12 +418,12 @@ pathlib.Path(sys.argv[2]).write_bytes(b"PNG")
     assert len(calls) == 2
 
 
-def test_a_thumbnail_that_takes_too_long_is_given_up(sheet, monkeypatch):
+def test_a_thumbnail_that_takes_too_long_is_given_up(sheet, monkeypatch, limit):
     from superfacets.base.errors import RenderError
     from superfacets_studio.web import thumbnails
 
     stand_in(monkeypatch, "import time; time.sleep(60)")
-    monkeypatch.setattr(thumbnails, "SECONDS", 0.5)
+    limit("time for a thumbnail", 0.5)
     with pytest.raises(RenderError, match=r"drawing took more than 0\.5 seconds"):
         thumbnails.Thumbnails().png(sheet)
 

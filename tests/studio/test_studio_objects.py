@@ -511,7 +511,7 @@ def test_agree_names_the_work_file_on_another_mesh(two, sheet, tmp_path, wrong):
         merged_work(*paths)
 
 
-def test_more_objects_than_fit_are_refused(two, monkeypatch):
+def test_more_objects_than_fit_are_refused(two, limit):
     path, mine, theirs = two
     document = Document.open(path, mine)
     document.paint(_range(110, 112), 1, objects=999)
@@ -519,7 +519,7 @@ def test_more_objects_than_fit_are_refused(two, monkeypatch):
         ValueError, match="the two work files together have 1000 or more objects of a class"
     ):
         document.compare("theirs", theirs.read_bytes())
-    monkeypatch.setattr("superfacets_studio.documents.document.MAX_OBJECT", 9)
+    limit("numbers of objects", 9)
     document.paint(np.arange(0, 128, 2, dtype=np.uint32), 1, objects=1)
     with pytest.raises(
         ValueError, match="41 pieces are too many: object numbers must be at most 9"
