@@ -116,15 +116,15 @@ class Crew:
             working = self._client.processing() if started else {}
         except OSError:
             raise _scheduler_lost() from None
+        if self._count or now > self._looked + 5 * TICK:  # it waited for something else
+            self._seen = now
         self._looked = now
         places = {key: place for place, keys in working.items() for key in keys}
         for key, one in started.items():
             if places.get(key) != one.place:
                 one.place = places.get(key)
                 one.since = now if one.place else math.inf
-        if self._count:
-            self._seen = now
-        elif now > self._seen + PATIENCE:
+        if now > self._seen + PATIENCE:
             seconds = counted(round(PATIENCE), "second")
             raise ConnectionError(f"there were no workers for {seconds}: start one")
 
@@ -182,10 +182,13 @@ def local_client(n_workers: int, n_threads: int = 1) -> Iterator[Any]:
     A worker that ends restarts, and the call that it ran ends with a ``KilledWorker``.
     """
     distributed = import_extra("distributed", "several workers", "batch")
+    from dask import config
     from distributed.system import MEMORY_LIMIT
 
     with contextlib.ExitStack() as stack:
         stack.enter_context(_silenced())
+        # By default, a worker that takes 15 seconds to restart is removed for good.
+        stack.enter_context(config.set({"distributed.deploy.lost-worker-timeout": "1 day"}))
         stack.enter_context(_own_settings())
         cluster = stack.enter_context(
             distributed.LocalCluster(
