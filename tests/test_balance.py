@@ -638,3 +638,22 @@ def test_fewer_regions_than_requested_because_of_a_minimum_area_are_explained():
         "2 regions instead of 3: some components are too small for more regions of at least"
         f" min_measure={least:g}"
     )
+
+
+@pytest.mark.parametrize("seed", [497, 802])
+@pytest.mark.filterwarnings("ignore::UserWarning")
+def test_no_region_of_random_faces_loses_its_last_cell(seed):
+    rng = np.random.default_rng(seed)
+    vertices = rng.random((int(rng.integers(6, 30)), 3))
+    faces = rng.integers(0, len(vertices), (int(rng.integers(4, 30)), 3))
+    k = int(rng.integers(2, len(faces)))
+    labels = sf.segment((vertices, faces), k, balance=1, islands="nearest", n_threads=1).labels
+    assert np.bincount(labels, minlength=k).all()
+
+
+@pytest.mark.filterwarnings("ignore::UserWarning")
+def test_a_part_without_a_seed_does_not_change_the_balance_of_the_others():
+    sheet = flat(20)
+    both = apart(sheet, sf.Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]))
+    found = sf.segment(both, 8, balance=1, smooth=False, islands="nearest")
+    assert spread(areas_of(sheet, found.labels[:-1])) < 0.02

@@ -520,7 +520,8 @@ def test_any_white_space_separates_the_words_of_obj_and_mtl(square):
     tabs = (
         MTL.replace("Kd ", "Kd\t").replace("newmtl ", "newmtl\t").replace("-clamp on", "-clamp\ton")
     )
-    square.with_name("square.mtl").write_text(tabs.replace("-s 1 1 1 ", "\t-s\t1\t1 1\t"))
+    tabs = tabs.replace("-s 1 1 1 ", "\t-s\f1 \\\n\t1 1\v")
+    square.with_name("square.mtl").write_bytes(tabs.replace("\n", "\r\n").encode("utf-8-sig"))
     found = read_attributes(square)
     assert [material.image.name for material in found.texture.materials] == [
         "images/wall of brick.png",

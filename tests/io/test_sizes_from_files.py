@@ -155,7 +155,7 @@ GUARDS = {
         ("spread_indices", "arange"): "numbers of samples that the caller asks for",
     },
     "superfacets_scans/label_images.py": {
-        ("_as_array", "zeros"): "only for an image without masks; the size is the camera's"
+        ("_as_array", "zeros"): "at most the `MAX_PIXELS` of a camera"
     },
     "superfacets/mesh/polygon_mesh.py": {("triangulate", "repeat"): "sizes of faces in memory"},
     "superfacets_formats/tet_mesh.py": {("boundary", "repeat"): "tetrahedra in memory"},

@@ -310,6 +310,7 @@ def test_cameras_that_see_nothing_are_named():
          "the skew of intrinsics must be 0, got 1"),
         ({"size": 640}, TypeError, "width and height"),
         ({"size": (640, 0)}, ValueError, "size must be at least 1"),
+        ({"size": (65536, 65536)}, ValueError, "at most 536870912 pixels, got 65536 x 65536"),
     ],
 )  # fmt: skip
 def test_wrong_cameras_are_refused(values, error, words):
@@ -375,7 +376,7 @@ def test_memory_grows_with_the_pixels_and_not_with_masks_times_regions():
 
 
 def test_a_camera_much_larger_than_its_masks_is_refused_before_pixels_are_computed():
-    cameras = [above(), sf.PinholeCamera(above().pose, (10, 10, 2, 2), (65536, 65536))]
+    cameras = [above(), sf.PinholeCamera(above().pose, (10, 10, 2, 2), (65536, 8192))]
     with pytest.raises(
         sf.MeshError, match="image 1: masks must have the size of the camera, 65536"
     ):
