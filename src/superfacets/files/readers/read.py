@@ -298,7 +298,7 @@ def parse_cells_and_attributes(
 
 def _mesh_of(read: Any) -> AnyMesh:
     """Return the mesh of vertices and faces; cells of other kinds are returned unchanged."""
-    if isinstance(read, Cells):
+    if not isinstance(read, tuple):
         return cast("AnyMesh", read)
     vertices, faces = read
     if isinstance(faces, Polygons):
