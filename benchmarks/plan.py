@@ -37,7 +37,7 @@ QUICK_FACES = 500_000
 
 
 @dataclass(frozen=True)
-class Plan:
+class BenchmarkPlan:
     """The runs of a benchmark."""
 
     meshes: dict[str, int]
@@ -107,7 +107,7 @@ def make_plan(
     repeats: int | None = None,
     quick: bool = False,
     data: Path | None = None,
-) -> Plan:
+) -> BenchmarkPlan:
     """Return the plan for the given names of meshes, without meshes that are too large.
 
     By default, the meshes are `CATALOG`, or `SAMPLES` if there is no data folder. A mesh is too
@@ -128,4 +128,4 @@ def make_plan(
         raise ValueError(f"no mesh has at most {limit} faces")
     races = tuple((mesh, 150) for mesh in kept) if meshes else RACES
     races = tuple((mesh, min(k, kept[mesh])) for mesh, k in races if mesh in kept)
-    return Plan(kept, data, races, repeats, quick)
+    return BenchmarkPlan(kept, data, races, repeats, quick)

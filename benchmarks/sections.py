@@ -14,7 +14,7 @@ from . import memory, passes, processes, races, runs
 from .checks import Expected, check_against_reference, hash_labels, require
 from .machine import facts, usable_cores
 from .meshes import Arrays, build, file_of
-from .plan import N_SEGMENTS, Plan
+from .plan import N_SEGMENTS, BenchmarkPlan
 
 SECTIONS = ("stages", "scaling", "passes", "orders", "rivals", "memory", "processes")
 
@@ -26,7 +26,7 @@ Results = dict[str, Any]
 Say = Callable[[str], None]
 
 
-def measure(plan: Plan, sections: frozenset[str], expected: Expected, say: Say) -> Results:
+def measure(plan: BenchmarkPlan, sections: frozenset[str], expected: Expected, say: Say) -> Results:
     """Return the rows of the given sections, and facts about the machine.
 
     Raises
@@ -55,7 +55,7 @@ def measure(plan: Plan, sections: frozenset[str], expected: Expected, say: Say) 
 
 
 def _measure_mesh(
-    plan: Plan, mesh: str, sections: frozenset[str], expected: Expected, results: Results
+    plan: BenchmarkPlan, mesh: str, sections: frozenset[str], expected: Expected, results: Results
 ) -> None:
     """Add the rows of one mesh to `results`."""
     arrays = build(mesh, plan.data)
@@ -76,7 +76,7 @@ def _measure_mesh(
             results["pass_races"] += races.race_for_one_pass(mesh, arrays, n_segments, repeats)
 
 
-def _measure_passes(plan: Plan, mesh: str, arrays: Arrays) -> list[dict[str, Any]]:
+def _measure_passes(plan: BenchmarkPlan, mesh: str, arrays: Arrays) -> list[dict[str, Any]]:
     threads = dict.fromkeys([1, usable_cores()])
     keys = [(k, n) for k in N_SEGMENTS if k <= plan.meshes[mesh] for n in threads]
     return passes.measure(mesh, arrays, keys, plan.repeats(mesh))
@@ -90,7 +90,7 @@ def _measure_memory(mesh: str, arrays: Arrays) -> dict[str, Any]:
     return row
 
 
-def _measure_processes(plan: Plan) -> Results:
+def _measure_processes(plan: BenchmarkPlan) -> Results:
     """Time imports and the command. The command segments the bunny or, without data, the bear."""
     repeats = plan.wanted_repeats or 11
     results = {"imports": processes.measure_imports(repeats)}

@@ -14,7 +14,7 @@ from superfacets_cli.main import run
 from superfacets_cli.options import COUNT, FILE, numbers, option, options
 
 if TYPE_CHECKING:
-    from .reproduce.reproduction import Report
+    from .reproduce.reproduction import ReproductionReport
 
 _results_option = option("-o --output OUT", opts.FOLDER, "Folder for the results.", required=True)
 _jobs_option = option("--jobs n_jobs", COUNT, "Number of processes.  [default: one per core]")
@@ -56,7 +56,7 @@ def reproduce_command(
     """
     from .reproduce.methods import METHODS
     from .reproduce.plan import FIGURES, KS, SUBSET_KS, Choice
-    from .reproduce.reproduction import Options, reproduce
+    from .reproduce.reproduction import ReproductionOptions, reproduce
 
     choice = Choice(
         figures=_names(figures, FIGURES, "figures"),
@@ -65,7 +65,7 @@ def reproduce_command(
         is_subset=is_subset,
     )
     budget = None if budget_minutes is None else 60 * budget_minutes
-    chosen = Options(
+    chosen = ReproductionOptions(
         benchmark=benchmark, output=output, meshes=meshes, choice=choice, budget_seconds=budget,
         n_jobs=checked_threads(n_jobs),
     )  # fmt: skip
@@ -92,9 +92,9 @@ def quality_command(ks: tuple[int, ...] | None, n_jobs: int | None, **given: Any
     written to OUT/tables.md. OUT/runs.csv has one row per run.
     """
     from .quality.measure import KS
-    from .quality.study import Options, study
+    from .quality.study import StudyOptions, study
 
-    report = study(Options(ks=ks or KS, n_jobs=checked_threads(n_jobs), **given))
+    report = study(StudyOptions(ks=ks or KS, n_jobs=checked_threads(n_jobs), **given))
     print_notes(report.problems)
     click.echo(report.tables)
 
@@ -135,7 +135,7 @@ def _names(text: str | None, known: tuple[str, ...], what: str) -> tuple[str, ..
     return tuple(name for name in known if name in wanted)
 
 
-def _print_report(report: Report) -> None:
+def _print_report(report: ReproductionReport) -> None:
     """Print problems on stderr and results on stdout."""
     results: Any = report.results
     print_notes(results.plan.problems)

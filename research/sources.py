@@ -22,7 +22,7 @@ from .princeton import Benchmark, Model
 
 
 @dataclass(frozen=True)
-class Source:
+class StudyMesh:
     """A model of the benchmark or a mesh file of the user. The mesh is read by `load`."""
 
     name: str  # number of the model as text, or name of the file
@@ -40,14 +40,14 @@ class Source:
 
 
 @dataclass(frozen=True)
-class Sources:
+class StudyMeshes:
     """Meshes sorted by number of faces, and messages about files that are missing or not used."""
 
-    found: tuple[Source, ...]
+    found: tuple[StudyMesh, ...]
     problems: tuple[str, ...]
 
 
-def find_models(root: Path, numbers: Iterable[int] | None = None) -> Sources:
+def find_models(root: Path, numbers: Iterable[int] | None = None) -> StudyMeshes:
     """Return the models of a benchmark that have ground truths: all, or only those in `numbers`.
 
     Raises MeshError if no model can be used, and ValueError if a model in `numbers` does not exist.
@@ -70,14 +70,16 @@ def find_models(root: Path, numbers: Iterable[int] | None = None) -> Sources:
         digest = _digest(model.mesh, model.ground_truths)
         n_truths = len(model.ground_truths)
         found.append(
-            Source(str(number), root, model.category, model.mesh.n_faces, n_truths, digest, number)
+            StudyMesh(
+                str(number), root, model.category, model.mesh.n_faces, n_truths, digest, number
+            )
         )
     if not found:
         raise MeshError(f"{root}: no model can be used: {problems[0]}")
-    return Sources(_by_size(found), tuple(problems))
+    return StudyMeshes(_by_size(found), tuple(problems))
 
 
-def find_meshes(folder: Path) -> Sources:
+def find_meshes(folder: Path) -> StudyMeshes:
     """Return the readable mesh files of a folder, and messages about unreadable mesh files."""
     found, problems = [], []
     for path in sorted(folder.iterdir()):
@@ -88,12 +90,12 @@ def find_meshes(folder: Path) -> Sources:
         except (MeshError, OSError) as error:
             problems.append(f"{path.name} is left out: {error}")
         else:
-            found.append(Source(path.name, path, "", mesh.n_faces, 0, _digest(mesh, ())))
-    return Sources(_by_size(found), tuple(problems))
+            found.append(StudyMesh(path.name, path, "", mesh.n_faces, 0, _digest(mesh, ())))
+    return StudyMeshes(_by_size(found), tuple(problems))
 
 
 @lru_cache(maxsize=1)  # consecutive tasks mostly use the same mesh
-def load(source: Source) -> tuple[FaceMesh, GroundTruths]:
+def load(source: StudyMesh) -> tuple[FaceMesh, GroundTruths]:
     """Return the mesh of a source and its ground truths, which only models have.
 
     Raises a MeshError if the files of a model have changed since `find_models`.
@@ -105,7 +107,7 @@ def load(source: Source) -> tuple[FaceMesh, GroundTruths]:
     return model.mesh, GroundTruths(model.mesh, model.ground_truths, n_threads=1)
 
 
-def load_model(source: Source) -> Model:
+def load_model(source: StudyMesh) -> Model:
     """Return a model; raise a MeshError if its files have changed since `find_models`."""
     model = Benchmark(source.path).load(source.number)
     if _digest(model.mesh, model.ground_truths) != source.digest:
@@ -113,7 +115,7 @@ def load_model(source: Source) -> Model:
     return model
 
 
-def _by_size(sources: list[Source]) -> tuple[Source, ...]:
+def _by_size(sources: list[StudyMesh]) -> tuple[StudyMesh, ...]:
     return tuple(sorted(sources, key=lambda source: (source.n_faces, source.number, source.name)))
 
 

@@ -29,8 +29,9 @@ from superfacets.mesh.faces import vertex_graph
 from superfacets.mesh.triangle_mesh import Mesh
 from superfacets.mesh.weld import lowest_vertices
 from superfacets.metrics.overlap import achievable_accuracy, achievable_iou, overlap_of
-from superfacets.pipeline import SCANS, segment
+from superfacets.pipeline import segment
 from superfacets.regions.vertices import vertex_labels
+from superfacets.stages.presets import SCANS
 
 from .baselines.felzenszwalb import felzenszwalb_segments
 from .table_writer import markdown_table, write_csv

@@ -32,7 +32,7 @@ _MEMORY_SHARE = 0.8
 """Fraction of the free memory that tasks may use. The remaining memory is for other programs."""
 
 
-class Job(Protocol):
+class WorkerJob(Protocol):
     """A job for a worker process. The job and its result are sent between processes by pickle."""
 
     @property
@@ -169,21 +169,21 @@ class Killed:
 
 
 def run_shown(
-    title: str, jobs: Sequence[Job], n_workers: int, *, memory: int
+    title: str, jobs: Sequence[WorkerJob], n_workers: int, *, memory: int
 ) -> Generator[tuple[Any, Any], None, None]:
     """Run jobs, and yield (job, result) when a job ends.
 
     A progress bar with `title` is shown in a terminal. With one worker, jobs run in this process.
     With more, they run in worker processes of Dask: if the worker of a job ended, the result is a
-    `Killed`. An error of a job is raised again. The estimates `Job.memory` of all running jobs add
-    up to at most `memory` bytes, except that a job that needs more may run alone. Jobs start in
+    `Killed`. An error of a job is raised again. The estimates of memory of all running jobs add up
+    to at most `memory` bytes, except that a job that needs more may run alone. Jobs start in
     order, but later jobs that fit may overtake a job that waits for memory.
     """
     from tqdm import tqdm
 
     with tqdm(total=len(jobs), desc=title, unit="task", disable=None, leave=False) as bar:
         if n_workers == 1:
-            ends: Iterator[tuple[Job, Any]] = ((job, job.run()) for job in jobs)
+            ends: Iterator[tuple[WorkerJob, Any]] = ((job, job.run()) for job in jobs)
         else:
             ends = _on_workers(jobs, n_workers, memory)
         for end in ends:
@@ -191,15 +191,17 @@ def run_shown(
             bar.update()
 
 
-def _on_workers(jobs: Sequence[Job], n_workers: int, memory: int) -> Iterator[tuple[Job, Any]]:
+def _on_workers(
+    jobs: Sequence[WorkerJob], n_workers: int, memory: int
+) -> Iterator[tuple[WorkerJob, Any]]:
     """Run jobs in worker processes; repeat a job whose worker ended once, alone, at the end."""
     from distributed import KilledWorker
 
     ended: SimpleQueue[Any] = SimpleQueue()
-    waiting, again, running = list(jobs), list[Job](), dict[str, Job]()
+    waiting, again, running = list(jobs), list[WorkerJob](), dict[str, WorkerJob]()
     with local_client(n_workers) as client:
 
-        def submit(job: Job) -> None:
+        def submit(job: WorkerJob) -> None:
             future = client.submit(job.run, pure=False)
             running[future.key] = job
             future.add_done_callback(ended.put)

@@ -1,53 +1,35 @@
 """A folder is a layer: imports and includes point down the lists below, never up."""
 
 import ast
+import functools
 import os
 import re
 from pathlib import Path
 
-import pytest
-
 ROOT = Path(__file__).resolve().parents[1]
-PACKAGE = ROOT / "src" / "superfacets"
-CORE = ROOT / "src" / "core"
+SOURCE = ROOT / "src"
+CORE = SOURCE / "core"
 STUDIO_PAGE = ROOT / "frontend" / "src" / "studio"
 
-# Lowest first. A module belongs to the longest matching entry; entries on one line may import
-# each other only within a folder.
-PYTHON_LAYERS = [
-    "_core",
-    "errors",
-    "_types",
-    "_timing",
-    "_validate",
-    "_options",
+# Lowest first. Each entry is a folder or a module of `superfacets`.
+LIBRARY_LAYERS = [
+    "base",
     "mesh",
-    "io",
-    "io.readers",
-    "adapters",
-    "cells",
-    "pictures",  # needs cells and labels only; results of the clustering call it
+    "graph",
+    "weights",
+    "cleanup",
     "clustering",
+    "stages",
+    "pipeline",  # up to here, the engine
     "regions",
     "metrics",
-    "export",
-    "pipeline",
-    "interop",
-    "nesting",
+    "files",
+    "tools",
     "segmentator",
-    "sample",
-    "batches",
-    "studio",
-    "studio.labels",
-    "studio.regions",
-    "studio.documents",
-    "studio.export",
-    "studio.web",
     "__init__",
-    "cli",
     "__main__",
 ]
-
+STUDIO_LAYERS = ["labels", "regions", "documents", "export", "web"]
 CORE_LAYERS = [
     "base",
     "text",
@@ -60,118 +42,132 @@ CORE_LAYERS = [
     "regions",
     "bindings",
 ]
-
-# Highest folder of the core whose functions a Python folder may call; others may call any.
-HIGHEST_CORE_LAYERS = {
-    "_validate": "mesh",
-    "io": "mesh",
-    "mesh": "mesh",
-    "adapters": "mesh",
-    "cells": "spectral",
-    "pictures": "spectral",
-    "clustering": "clustering",
-    "regions": "regions",
-}
-
-# Exceptions: functions of higher folders of the core that a module may call.
-CORE_EXCEPTIONS = {
-    # `TetMesh.boundary` needs the neighbors across triangles.
-    "mesh.tet_mesh": {"build_tet_graph"},
-    # `pictures` and `clustering` show and return region graphs, so they cannot be in `regions`.
-    "cells.region_adjacency": {"measure_regions", "region_arcs", "region_perimeters"},
-    # `pictures` draws cut borders.
-    "cells.border_cut": {"cut_borders"},
-}
-
-# Folders and top-level files of `frontend/src/studio`.
 STUDIO_PAGE_LAYERS = ["data", "session", "view", "workbench", "panels", "input", "main"]
 
+# Highest folder of the core whose functions a layer of the library may call; others may call any.
+HIGHEST_CORE_LAYERS = {
+    "base": "mesh",
+    "mesh": "mesh",
+    "graph": "cells",
+    "weights": "spectral",
+    "clustering": "clustering",
+    "stages": "clustering",
+    "pipeline": "base",
+    "files": "text",
+    "tools": "cells",
+}
 
-def layer_of(module: str) -> str:
-    """Return the layer of a module, named from the package on: ``cells.weights``."""
-    parts = module.split(".")
-    for n in range(len(parts), 0, -1):
-        if ".".join(parts[:n]) in PYTHON_LAYERS:
-            return ".".join(parts[:n])
-    raise AssertionError(f"superfacets.{module} is in no layer")
+EXCEPTIONS = {
+    # The boundary of tetrahedra needs the neighbors across triangles.
+    ("mesh/tet_mesh.py", "_core.build_tet_graph"),
+    # Eigenvectors are computed on groups of cells.
+    ("weights/parts.py", "_core.CoarseGraph"),
+}
+"""Pairs (file, name of `_core`) that break a rule. This list may only shrink, and no list of
+exceptions exists for imports and includes."""
+
+CELL_CLASSES = {"Cells", "Mesh", "PolygonMesh", "TetMesh", "PointCloud", "FaceMesh", "AnyMesh"}
+CELL_ROOMS = ("mesh", "graph.kinds")
+"""Modules that may ask for the class of cells; all others ask `graph.kinds.kind_of`."""
+
+LONGEST_TUPLE = 4
 
 
-def name_of(path: Path) -> str:
-    parts = path.relative_to(PACKAGE).with_suffix("").parts
-    return ".".join(parts[:-1] if len(parts) > 1 and parts[-1] == "__init__" else parts)
+@functools.cache
+def parsed(path):
+    return ast.parse(path.read_text(encoding="utf-8"))
 
 
-def imported_modules(path: Path) -> set[str]:
-    """Return the modules of the package that a file imports, at the top or within functions."""
-    package = path.relative_to(PACKAGE).parts[:-1]
-    found = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+def modules_of(package):
+    """Return the files of a package, keyed by the name within the package, ``graph.kinds``."""
+    return {
+        ".".join(path.relative_to(package).with_suffix("").parts).removesuffix(".__init__"): path
+        for path in sorted(package.rglob("*.py"))
+    }
+
+
+def is_for_types(node):
+    """Return whether a node is a block of imports that only type checkers execute."""
+    return isinstance(node, ast.If) and getattr(node.test, "id", None) == "TYPE_CHECKING"
+
+
+def walk(node):
+    """Yield all nodes below a node, also within functions, but not those for type checkers."""
+    for child in ast.iter_child_nodes(node):
+        if not is_for_types(child):
+            yield child
+            yield from walk(child)
+
+
+def imported_modules(path, package):
+    """Return the modules of a package that a file imports, at the top or within functions."""
+    above, found = path.relative_to(package).parts[:-1], set()
+    for node in walk(parsed(path)):
         if isinstance(node, ast.Import):
-            names = [alias.name for alias in node.names]
-            found |= {name[12:] for name in names if name.startswith("superfacets.")}
+            names = [alias.name.split(".") for alias in node.names]
+            found |= {".".join(name[1:]) or "__init__" for name in names if name[0] == package.name}
         if not isinstance(node, ast.ImportFrom):
             continue
-        if node.level:
-            base = [*package[: len(package) - node.level + 1]]
-        elif (node.module or "").split(".")[0] == "superfacets":
-            base = []
-        else:
-            continue
-        target = (node.module or "").removeprefix("superfacets").strip(".")
-        base += target.split(".") if target else []
-        found |= {resolve([*base, alias.name]) for alias in node.names}
-    return found
+        base = list(above[: len(above) - node.level + 1]) if node.level else []
+        target = (node.module or "").split(".") if node.module else []
+        if not node.level:
+            if target[:1] != [package.name]:
+                continue
+            target = target[1:]
+        found |= {resolved([*base, *target, alias.name], package) for alias in node.names}
+    return found - {"_core"}
 
 
-def resolve(parts: list[str]) -> str:
+def resolved(parts, package):
     """Return the module that ``from a.b import c`` imports: a.b.c if that is a module, else a.b."""
-    path = PACKAGE.joinpath(*parts)
+    path = package.joinpath(*parts)
     if path.is_dir() or path.with_suffix(".py").exists() or parts == ["_core"]:
         return ".".join(parts)
     return ".".join(parts[:-1]) or "__init__"
 
 
-MODULES = sorted(PACKAGE.rglob("*.py"))
-CORE_FILES = sorted(CORE.rglob("*.[ch]pp"))
-STUDIO_PAGE_FILES = sorted(STUDIO_PAGE.rglob("*.ts"))  # empty in a source distribution
-
-
-@pytest.mark.parametrize("path", MODULES, ids=name_of)
-def test_imports_point_down(path):
-    own = PYTHON_LAYERS.index(layer_of(name_of(path)))
-    if name_of(path) == "__init__":
-        return  # the public names of all layers
-    for module in imported_modules(path):
-        # The package itself provides only the version.
-        if module == "__init__":
-            assert own > PYTHON_LAYERS.index("sample"), module
+def imports_up(package, layers):
+    """Return pairs (file, module) of imports that do not point down the list of layers."""
+    found = set()
+    for name, path in modules_of(package).items():
+        if name == "__init__":  # lists the public names of all layers
             continue
-        assert PYTHON_LAYERS.index(layer_of(module)) <= own, module
+        for module in imported_modules(path, package):
+            own, other = (layers.index(each.split(".")[0]) for each in (name, module))
+            if other > own:
+                found.add((path.relative_to(package).as_posix(), module))
+    return found
 
 
-@pytest.mark.parametrize("path", CORE_FILES, ids=lambda path: str(path.relative_to(CORE)))
-def test_includes_point_down(path):
-    own = CORE_LAYERS.index(path.relative_to(CORE).parts[0])
-    for included in re.findall(r'#include "([^"]+)"', path.read_text(encoding="utf-8")):
-        assert (CORE / included).exists(), included
-        assert CORE_LAYERS.index(included.split("/")[0]) <= own, included
+def includes_up(core, layers):
+    found = set()
+    for path in sorted(core.rglob("*.[ch]pp")):
+        own = layers.index(path.relative_to(core).parts[0])
+        for included in re.findall(r'#include "([^"]+)"', path.read_text(encoding="utf-8")):
+            assert (core / included).exists(), included
+            if layers.index(included.split("/")[0]) > own:
+                found.add((path.relative_to(core).as_posix(), included))
+    return found
 
 
-@pytest.mark.parametrize(
-    "path", STUDIO_PAGE_FILES, ids=lambda path: str(path.relative_to(STUDIO_PAGE))
-)
-def test_imports_of_the_page_of_the_studio_point_down(path):
-    def layer(file: Path) -> int:
-        return STUDIO_PAGE_LAYERS.index(file.relative_to(STUDIO_PAGE).with_suffix("").parts[0])
+def page_imports_up(page, layers):
+    found = set()
+    for path in sorted(page.rglob("*.ts")):  # none in a source distribution
+        for name in re.findall(r'from "(\.[^"]+)"', path.read_text(encoding="utf-8")):
+            target = Path(os.path.normpath(path.parent / f"{name}.ts"))
+            assert target.exists(), name
+            if not target.is_relative_to(page):  # it is shared with other pages
+                continue
+            own, other = (
+                layers.index(each.relative_to(page).with_suffix("").parts[0])
+                for each in (path, target)
+            )
+            if other > own:
+                found.add((path.relative_to(page).as_posix(), name))
+    return found
 
-    for name in re.findall(r'from "(\.[^"]+)"', path.read_text(encoding="utf-8")):
-        target = Path(os.path.normpath(path.parent / f"{name}.ts"))
-        assert target.exists(), name
-        if target.is_relative_to(STUDIO_PAGE):  # else, it is shared with other pages
-            assert layer(target) <= layer(path), name
 
-
-def layers_of_core_names() -> dict[str, str]:
+def layers_of_core_names():
     """Return the folder of the core of each name in `_core`, read from the files of bindings."""
     layers = {}
     for file in sorted((CORE / "bindings").glob("*.cpp")):
@@ -180,118 +176,28 @@ def layers_of_core_names() -> dict[str, str]:
     return layers
 
 
-def names_of_core(path: Path) -> set[str]:
-    """Return the names of `_core` that a file uses."""
-    names = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Attribute) and getattr(node.value, "id", None) == "_core":
-            names.add(node.attr)
-        if isinstance(node, ast.ImportFrom) and node.module == "_core":
-            names |= {alias.name for alias in node.names}
-    return names
+def core_names_up(package, highest):
+    """Return pairs (file, name of `_core`) of names above the highest folder for their layer."""
+    found, layers = set(), layers_of_core_names()
+    for module, path in modules_of(package).items():
+        limit = CORE_LAYERS.index(highest.get(module.split(".")[0], CORE_LAYERS[-1]))
+        for node in ast.walk(parsed(path)):
+            names = []
+            if isinstance(node, ast.Attribute) and getattr(node.value, "id", None) == "_core":
+                names = [node.attr]
+            elif isinstance(node, ast.ImportFrom) and node.module == "_core":
+                names = [alias.name for alias in node.names]
+            for name in names:
+                if CORE_LAYERS.index(layers[name]) > limit:
+                    found.add((path.relative_to(package).as_posix(), f"_core.{name}"))
+    return found
 
 
-CORE_NAMES = layers_of_core_names()
-
-
-def test_each_name_of_the_core_has_a_layer():
-    stub = ast.parse((PACKAGE / "_core.pyi").read_text(encoding="utf-8"))
-    defined = (ast.ClassDef, ast.FunctionDef)
-    assert {node.name for node in stub.body if isinstance(node, defined)} == CORE_NAMES.keys()
-
-
-@pytest.mark.parametrize("path", MODULES, ids=name_of)
-def test_modules_call_no_higher_layer_of_the_core(path):
-    highest = HIGHEST_CORE_LAYERS.get(layer_of(name_of(path)), CORE_LAYERS[-1])
-    found = {
-        name
-        for name in names_of_core(path)
-        if CORE_LAYERS.index(CORE_NAMES[name]) > CORE_LAYERS.index(highest)
-    }
-    assert found == CORE_EXCEPTIONS.get(name_of(path), set())
-
-
-def test_a_call_of_a_higher_layer_of_the_core_is_found(tmp_path, monkeypatch):
-    monkeypatch.setattr("test_layering.PACKAGE", tmp_path)
-    (tmp_path / "mesh").mkdir()
-    (tmp_path / "mesh" / "wrong.py").write_text("from .. import _core\n_core.update_centers\n")
-    with pytest.raises(AssertionError, match="update_centers"):
-        test_modules_call_no_higher_layer_of_the_core(tmp_path / "mesh" / "wrong.py")
-
-
-def test_an_import_against_the_order_is_found(tmp_path, monkeypatch):
-    monkeypatch.setattr("test_layering.PACKAGE", tmp_path)
-    (tmp_path / "mesh").mkdir()
-    (tmp_path / "pictures").mkdir()
-    (tmp_path / "mesh" / "wrong.py").write_text("def f():\n    from ..pictures import colors\n")
-    (tmp_path / "pictures" / "colors.py").write_text("")
-    with pytest.raises(AssertionError, match=r"pictures\.colors"):
-        test_imports_point_down(tmp_path / "mesh" / "wrong.py")
-
-
-def test_an_include_against_the_order_is_found(tmp_path, monkeypatch):
-    monkeypatch.setattr("test_layering.CORE", tmp_path)
-    for folder in ("mesh", "cells"):
-        (tmp_path / folder).mkdir()
-    (tmp_path / "mesh" / "wrong.cpp").write_text('#include "cells/arcs.hpp"\n')
-    (tmp_path / "cells" / "arcs.hpp").write_text("")
-    with pytest.raises(AssertionError, match=r"cells/arcs\.hpp"):
-        test_includes_point_down(tmp_path / "mesh" / "wrong.cpp")
-
-
-def test_an_import_of_the_page_against_the_order_is_found(tmp_path, monkeypatch):
-    monkeypatch.setattr("test_layering.STUDIO_PAGE", tmp_path)
-    for folder in ("data", "session"):
-        (tmp_path / folder).mkdir()
-    (tmp_path / "data" / "wrong.ts").write_text('import { Api } from "../session/api";\n')
-    (tmp_path / "session" / "api.ts").write_text("")
-    with pytest.raises(AssertionError, match=r"session/api"):
-        test_imports_of_the_page_of_the_studio_point_down(tmp_path / "data" / "wrong.ts")
-
-
-def test_no_public_function_has_the_name_of_its_module():
-    from superfacets import _MODULES
-
-    assert not [name for name, module in _MODULES.items() if module.split(".")[-1] == name]
-
-
-def test_no_module_imports_itself_in_a_circle():
-    graph = {
-        name_of(path): {m for m in imported_modules(path) if m != "__init__"} for path in MODULES
-    }
-    done: set[str] = set()
-
-    def visit(module: str, above: tuple[str, ...]) -> None:
-        assert module not in above, " -> ".join([*above, module])
-        if module in done or module not in graph:
-            return
-        for target in graph[module]:
-            # Modules of a package may import what the file of the package lists.
-            visit(target, (*above, module))
-        done.add(module)
-
-    for module in graph:
-        if module != "__init__":
-            visit(module, ())
-
-
-CELL_CLASSES = {
-    "Cells",
-    "Mesh",
-    "PolygonMesh",
-    "TetMesh",
-    "PointCloud",
-    "FaceMesh",
-    "AnyMesh",
-}
-CELL_ROOMS = ("mesh", "adapters", "cells.kinds")
-
-
-def cell_tests(tree: ast.AST) -> list[int]:
+def cell_tests(tree):
     """Return lines that test for a class of cells: by isinstance, type or match."""
     lines = []
     for node in ast.walk(tree):
-        asked: list[ast.AST] = []
+        asked = []
         if isinstance(node, ast.Call) and getattr(node.func, "id", None) in (
             "isinstance",
             "issubclass",
@@ -307,41 +213,11 @@ def cell_tests(tree: ast.AST) -> list[int]:
     return lines
 
 
-def is_call_of_type(node: ast.AST) -> bool:
+def is_call_of_type(node):
     return isinstance(node, ast.Call) and getattr(node.func, "id", None) == "type"
 
 
-@pytest.mark.parametrize("path", MODULES, ids=name_of)
-def test_only_kinds_ask_for_the_class_of_cells(path):
-    name = name_of(path)
-    if name.startswith(CELL_ROOMS):
-        return
-    found = cell_tests(ast.parse(path.read_text(encoding="utf-8")))
-    assert not found, f"lines {found}: ask cells.kinds.kind_of"
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "isinstance(x, Mesh)",
-        "isinstance(x, (int, PointCloud))",
-        "isinstance(x, Mesh | TetMesh)",
-        "type(x) is PolygonMesh",
-        "type(x) in (Mesh, TetMesh)",
-        "match x:\n    case TetMesh():\n        pass",
-    ],
-)
-def test_a_test_of_the_class_of_cells_is_found(text):
-    assert cell_tests(ast.parse(text))
-    assert not cell_tests(ast.parse("isinstance(x, CellGraph) and type(x) is int"))
-
-
-LONGEST_TUPLE = 4
-LONG_TUPLES: set[str] = set()
-"""Modules that still have functions with longer tuples."""
-
-
-def long_tuples(tree: ast.AST) -> list[str]:
+def long_tuples(tree):
     """Return functions that return a tuple of too many values to tell apart by place."""
     found = []
     for node in ast.walk(tree):
@@ -354,12 +230,108 @@ def long_tuples(tree: ast.AST) -> list[str]:
     return found
 
 
-@pytest.mark.parametrize("path", MODULES, ids=name_of)
-def test_no_function_returns_a_long_tuple(path):
-    found = long_tuples(ast.parse(path.read_text(encoding="utf-8")))
-    assert bool(found) == (name_of(path) in LONG_TUPLES), found
+PACKAGE = SOURCE / "superfacets"
 
 
-def test_a_long_tuple_is_found():
+def test_layers_of_the_library_import_only_lower_layers():
+    assert imports_up(PACKAGE, LIBRARY_LAYERS) == set()
+
+
+def test_folders_of_the_studio_import_only_lower_folders():
+    package = SOURCE / "superfacets_studio"
+    top = [path.stem for path in sorted(package.glob("*.py")) if path.stem != "__init__"]
+    assert imports_up(package, [*STUDIO_LAYERS, *top, "__init__"]) == set()
+
+
+def test_folders_of_the_core_include_only_lower_folders():
+    assert includes_up(CORE, CORE_LAYERS) == set()
+
+
+def test_folders_of_the_page_of_the_studio_import_only_lower_folders():
+    assert page_imports_up(STUDIO_PAGE, STUDIO_PAGE_LAYERS) == set()
+
+
+def test_layers_of_the_library_call_no_higher_layer_of_the_core():
+    assert core_names_up(PACKAGE, HIGHEST_CORE_LAYERS) == EXCEPTIONS
+
+
+def test_each_name_of_the_core_has_a_layer():
+    stub = parsed(PACKAGE / "_core.pyi")
+    defined = {node.name for node in stub.body if isinstance(node, (ast.ClassDef, ast.FunctionDef))}
+    assert defined == layers_of_core_names().keys()
+
+
+def test_no_public_function_has_the_name_of_a_module_beside_it():
+    from superfacets import _MODULES
+
+    assert not [name for name, module in _MODULES.items() if module == f".{name}"]
+
+
+def test_no_module_imports_itself_in_a_circle():
+    for package in sorted(SOURCE.glob("superfacets*")):
+        modules = modules_of(package)
+        graph = {
+            name: imported_modules(path, package) - {"__init__"} for name, path in modules.items()
+        }
+        while leaves := [name for name, targets in graph.items() if not targets & graph.keys()]:
+            graph = {name: targets for name, targets in graph.items() if name not in leaves}
+        assert graph.keys() <= {"__init__"}, f"among {sorted(graph)}"
+
+
+def test_only_kinds_ask_for_the_class_of_cells():
+    found = {
+        name: lines
+        for name, path in modules_of(PACKAGE).items()
+        if not name.startswith(CELL_ROOMS) and (lines := cell_tests(parsed(path)))
+    }
+    assert not found, "ask graph.kinds.kind_of"
+
+
+def test_no_function_returns_a_long_tuple():
+    for package in sorted(SOURCE.glob("superfacets*")):
+        found = {name: long_tuples(parsed(path)) for name, path in modules_of(package).items()}
+        assert not {name: names for name, names in found.items() if names}
+
+
+def written(folder, **files):
+    """Write files whose names have ``__`` for ``/`` and ``_dot_`` for ``.``; return the folder."""
+    for name, text in files.items():
+        path = folder / name.replace("__", "/").replace("_dot_", ".")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+    return folder
+
+
+def test_an_import_include_or_call_against_the_order_is_found(tmp_path):
+    upward = "def f():\n    from ..regions.region_graph import colors\n"
+    package = written(
+        tmp_path / "superfacets", mesh__wrong_dot_py=upward, regions__region_graph_dot_py="",
+        mesh__core_dot_py="from .. import _core\n_core.update_centers\n",
+    )  # fmt: skip
+    wrong = {("mesh/wrong.py", "regions.region_graph")}
+    assert imports_up(package, LIBRARY_LAYERS) == wrong
+    assert core_names_up(package, {"mesh": "mesh"}) == {("mesh/core.py", "_core.update_centers")}
+    core = written(
+        tmp_path / "core", mesh__wrong_dot_cpp='#include "cells/arcs.hpp"\n', cells__arcs_dot_hpp=""
+    )
+    assert includes_up(core, CORE_LAYERS) == {("mesh/wrong.cpp", "cells/arcs.hpp")}
+    page = written(
+        tmp_path / "page", data__wrong_dot_ts='import { Api } from "../session/api";\n',
+        session__api_dot_ts="",
+    )  # fmt: skip
+    assert page_imports_up(page, STUDIO_PAGE_LAYERS) == {("data/wrong.ts", "../session/api")}
+
+
+def test_a_test_of_the_class_of_cells_and_a_long_tuple_are_found():
+    for text in (
+        "isinstance(x, Mesh)",
+        "isinstance(x, (int, PointCloud))",
+        "isinstance(x, Mesh | TetMesh)",
+        "type(x) is PolygonMesh",
+        "type(x) in (Mesh, TetMesh)",
+        "match x:\n    case TetMesh():\n        pass",
+    ):
+        assert cell_tests(ast.parse(text))
+    assert not cell_tests(ast.parse("isinstance(x, CellGraph) and type(x) is int"))
     assert long_tuples(ast.parse("def f() -> tuple[int, int, int, int, str]: ..."))
     assert not long_tuples(ast.parse("def f() -> tuple[int, int, int, str]: ..."))

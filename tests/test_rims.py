@@ -8,7 +8,7 @@ import superfacets as sf
 from superfacets import _core
 from superfacets.graph.kinds import kind_of
 from superfacets.mesh.triangle_mesh import split_in_four
-from superfacets.weights.formulas import WeightOptions
+from superfacets.weights.formulas import WeightOptions, weights_of_kind
 
 pytestmark = pytest.mark.filterwarnings("ignore::superfacets.SliverWarning")
 
@@ -97,7 +97,7 @@ def weighed(mesh, n_threads=1, **options):
     graph, found = kind.build_graph(mesh, True, n_threads)
     surface = kind.surface(mesh, graph, n_threads)
     options = WeightOptions.checked("parts", None, None, **options)
-    return graph, kind.weights(surface, graph, found, 0.3, options)
+    return graph, weights_of_kind(kind, surface, graph, 0.3, options, found.normals)
 
 
 def weights_of_parts(mesh, n_threads=1, **options):

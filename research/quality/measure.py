@@ -16,9 +16,10 @@ from superfacets.base.types import Bools, Floats, Ints
 from superfacets.graph.face_graph import build_face_graph
 from superfacets.graph.surface import arc_measures
 from superfacets.mesh.triangle_mesh import Mesh, split_in_four
-from superfacets.pipeline import PAPER, segment
+from superfacets.pipeline import segment
+from superfacets.stages.presets import PAPER
 
-from ..sources import Source, load_model
+from ..sources import StudyMesh, load_model
 from ..tasks import Record, WorkItem
 
 KS = (50, 100, 150, 200, 300)
@@ -148,7 +149,7 @@ _RECORD_VERSION = 2  # version of the content of records; other versions are not
 class Case(NamedTuple):
     """A run of one variant on one model at one scale, with k regions. Gives one row of results."""
 
-    source: Source
+    source: StudyMesh
     scale: str
     variant: str
     k: int
@@ -179,7 +180,7 @@ class Case(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Task:
+class CaseTask:
     """Task of a worker process: measure several cases on one model at one scale."""
 
     items: tuple[WorkItem, ...]

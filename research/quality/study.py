@@ -13,17 +13,17 @@ from superfacets.files.atomic import atomic_outputs, locked, remove_leftovers
 
 from ..checks import MissingGroupError
 from ..princeton import Benchmark
-from ..sources import Source, find_models
+from ..sources import StudyMesh, find_models
 from ..table_writer import write_csv
 from ..tasks import memory_of_tasks, outcome_of, read_item, run_tasks
-from .measure import KS, RESOLUTION_VARIANTS, SCALES, VARIANTS, Case, Task
+from .measure import KS, RESOLUTION_VARIANTS, SCALES, VARIANTS, Case, CaseTask
 from .tables import Row, render_quality
 
 _RUN = ("model", "scale", "variant", "k")  # columns that identify the run that a row describes
 
 
 @dataclass(frozen=True, kw_only=True)
-class Options:
+class StudyOptions:
     """Options of the quality study."""
 
     benchmark: Path
@@ -36,7 +36,7 @@ class Options:
 
 
 @dataclass(frozen=True)
-class Report:
+class StudyReport:
     """Results of the quality study."""
 
     rows: list[Row]  # results at the original resolution
@@ -45,7 +45,7 @@ class Report:
     problems: tuple[str, ...]  # messages about unused files, missing packages and failed runs
 
 
-def study(options: Options) -> Report:
+def study(options: StudyOptions) -> StudyReport:
     """Measure all variants on all models, and some variants on some models at all resolutions.
 
     Rows are written to ``runs.csv`` in the output folder, and tables to ``tables.md``. If a run
@@ -68,7 +68,7 @@ def study(options: Options) -> Report:
         none = {"reason": "no record"}
         left = [[item for item in task.items if "reason" in (read_item(item) or none)]
                 for task in finer + main]  # fmt: skip
-        todo = [Task(tuple(items)) for items in left if items]
+        todo = [CaseTask(tuple(items)) for items in left if items]
         lost = run_tasks("tasks", todo, options.n_jobs, memory=memory_of_tasks())
         rows, failures = _collect(main, lost)
         resolution, more_failures = _collect(finer, lost)
@@ -80,7 +80,7 @@ def study(options: Options) -> Report:
         with atomic_outputs([files[1]]) as (partial,):
             partial.write_text(tables + "\n", encoding="utf-8")
     said = (*sources.problems, *problems, *failures, *more_failures)
-    return Report(rows, resolution, tables, said)
+    return StudyReport(rows, resolution, tables, said)
 
 
 def _usable_scales() -> tuple[list[str], tuple[str, ...]]:
@@ -92,8 +92,8 @@ def _usable_scales() -> tuple[list[str], tuple[str, ...]]:
 
 
 def _tasks(
-    models: Sequence[Source], scales: Sequence[str], options: Options
-) -> tuple[list[Task], list[Task]]:
+    models: Sequence[StudyMesh], scales: Sequence[str], options: StudyOptions
+) -> tuple[list[CaseTask], list[CaseTask]]:
     """Return two lists of tasks, with one task per model and scale.
 
     The first list is for `RESOLUTION_VARIANTS` on some models at all `scales`, with the middle k.
@@ -102,9 +102,9 @@ def _tasks(
     some = models[:: max(1, len(models) // options.n_finer)] if options.n_finer else []
     ks = sorted(set(options.ks))
 
-    def task(model: Source, scale: str, variants: Iterable[str], ks: Sequence[int]) -> Task:
+    def task(model: StudyMesh, scale: str, variants: Iterable[str], ks: Sequence[int]) -> CaseTask:
         cases = [Case(model, scale, name, k) for k, name in itertools.product(ks, variants)]
-        return Task(tuple(case.item(options.output / "records") for case in cases))
+        return CaseTask(tuple(case.item(options.output / "records") for case in cases))
 
     middle = [ks[len(ks) // 2]]
     finer = [
@@ -115,7 +115,7 @@ def _tasks(
     return finer, [task(model, "x1", VARIANTS, ks) for model in models]
 
 
-def _collect(tasks: Sequence[Task], lost: dict[Path, str]) -> tuple[list[Row], list[str]]:
+def _collect(tasks: Sequence[CaseTask], lost: dict[Path, str]) -> tuple[list[Row], list[str]]:
     """Return the rows of tasks without failures, and messages about the failures of all tasks."""
     rows: list[Row] = []
     failures: list[str] = []

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any, Literal
 from superfacets.files.atomic import atomic_outputs
 
 from ..princeton import CATEGORIES
-from ..sources import Source
+from ..sources import StudyMesh
 from .measure import Run
 from .methods import METHODS
-from .results import Comparison, Curve, Results
+from .results import Comparison, Curve, RunResults
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -38,7 +38,7 @@ _STYLE: dict[Any, Any] = {
 _LIGHTEST = 0.62  # fraction of white in the color of the smallest alpha of a method
 
 
-def plot_curves(path: Path, results: Results, comparison: Comparison) -> None:
+def plot_curves(path: Path, results: RunResults, comparison: Comparison) -> None:
     """Plot undersegmentation error and compactness against k, and the error against compactness."""
 
     def draw(figure: Figure) -> None:
@@ -53,7 +53,7 @@ def plot_curves(path: Path, results: Results, comparison: Comparison) -> None:
     _save(path, (11.5, 3.5 + 0.19 * n_rows), draw)
 
 
-def plot_times(path: Path, results: Results, curves: Sequence[Curve]) -> None:
+def plot_times(path: Path, results: RunResults, curves: Sequence[Curve]) -> None:
     """Plot times against numbers of faces on logarithmic axes; each dot is one run."""
 
     def draw(figure: Figure) -> None:
@@ -81,7 +81,7 @@ def plot_times(path: Path, results: Results, curves: Sequence[Curve]) -> None:
     _save(path, (9.5, 4.6), draw)
 
 
-def plot_categories(path: Path, results: Results, comparison: Comparison, quantity: str) -> None:
+def plot_categories(path: Path, results: RunResults, comparison: Comparison, quantity: str) -> None:
     """Plot a metric against k, with one panel per category and one curve per method.
 
     Each method is shown with its usual alpha.
@@ -111,7 +111,11 @@ def plot_categories(path: Path, results: Results, comparison: Comparison, quanti
 
 
 def _add_curves(
-    axis: Axes, results: Results, curves: Sequence[Curve], quantity: str, models: Sequence[Source]
+    axis: Axes,
+    results: RunResults,
+    curves: Sequence[Curve],
+    quantity: str,
+    models: Sequence[StudyMesh],
 ) -> None:
     ks = results.plan.choice.ks
     for curve, look in _looks(curves).items():
@@ -120,7 +124,7 @@ def _add_curves(
     axis.set_xticks(ks)
 
 
-def _add_tradeoff(axis: Axes, results: Results, comparison: Comparison) -> None:
+def _add_tradeoff(axis: Axes, results: RunResults, comparison: Comparison) -> None:
     """Plot the error against compactness at one k: one dot per alpha, and one line per method."""
     k, looks = results.plan.choice.k, _looks(comparison.curves)
     for method in dict.fromkeys(curve.method for curve in comparison.curves):

@@ -15,7 +15,7 @@ from superfacets.mesh.faces import FaceMesh
 from superfacets_show.camera import View
 from superfacets_show.rendering import render
 
-from ..sources import Source, load
+from ..sources import StudyMesh, load
 from ..tasks import Key
 from .measure import Run, unpack_labels
 from .methods import METHODS
@@ -63,7 +63,7 @@ def view_of(mesh: FaceMesh) -> View:
     return View(azimuth=25, up="y")
 
 
-def table_runs(meshes: tuple[Source, ...], k: int) -> list[Run]:
+def table_runs(meshes: tuple[StudyMesh, ...], k: int) -> list[Run]:
     """Return the runs whose times are listed in Table 1."""
     return [
         Run(mesh, method, METHODS[method].usual_alpha, k)
@@ -72,12 +72,12 @@ def table_runs(meshes: tuple[Source, ...], k: int) -> list[Run]:
     ]
 
 
-def _shown(models: tuple[Source, ...], categories: tuple[str, ...]) -> list[Source]:
+def _shown(models: tuple[StudyMesh, ...], categories: tuple[str, ...]) -> list[StudyMesh]:
     """Return the smallest model of each category. `models` are sorted by size.
 
     A category without models is replaced by the category of the smallest other model.
     """
-    smallest: dict[str, Source] = {}
+    smallest: dict[str, StudyMesh] = {}
     for model in models:
         smallest.setdefault(model.category, model)
     wanted = [smallest.pop(name) for name in categories if name in smallest]
@@ -97,7 +97,7 @@ and 8 variants of VSA (variational shape approximation)."""
 
 
 def pictures_of(
-    figure: str, models: tuple[Source, ...], meshes: tuple[Source, ...], k: int
+    figure: str, models: tuple[StudyMesh, ...], meshes: tuple[StudyMesh, ...], k: int
 ) -> list[Picture]:
     """Return the pictures of a figure, row by row."""
     if figure == "1":

@@ -18,7 +18,7 @@ from superfacets.base.types import Ints
 from superfacets.clustering.result import Segmentation
 from superfacets.metrics import evaluate
 
-from ..sources import Source, load
+from ..sources import StudyMesh, load
 from ..tasks import Record, WorkItem
 from .methods import METHODS, Setting
 
@@ -29,7 +29,7 @@ _RECORD_VERSION = 2  # version of the content of records; other versions are not
 class Run:
     """An application of one method to one mesh, with one alpha and one number of regions k."""
 
-    source: Source
+    source: StudyMesh
     method: str
     alpha: float | None  # None if the method has no parameter alpha
     k: int
@@ -65,7 +65,7 @@ class Run:
 
 
 @dataclass(frozen=True)
-class Task:
+class RunTask:
     """Task of a worker process: runs that differ only in k, and share preparation."""
 
     items: tuple[WorkItem, ...]

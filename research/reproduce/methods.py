@@ -13,7 +13,8 @@ from typing import Any, Literal
 
 from superfacets.clustering.result import Segmentation
 from superfacets.mesh.faces import FaceMesh
-from superfacets.pipeline import PAPER, segment
+from superfacets.pipeline import segment
+from superfacets.stages.presets import PAPER
 
 Segmenter = Callable[[int], Segmentation]
 """Function that segments one mesh into a given number of regions."""

@@ -22,7 +22,7 @@ from .gallery import GALLERY, TABLE_METHODS, Picture, picture_path, table_runs
 from .measure import Run
 from .methods import METHODS
 from .plan import CURVES
-from .results import Comparison, Curve, Results
+from .results import Comparison, Curve, RunResults
 
 TITLE = "Superfacets: the paper's comparison, run again"
 
@@ -67,8 +67,8 @@ _COLUMNS = (
 
 
 @dataclass(frozen=True)
-class Files:
-    """Plots, times and messages that the page shows in addition to `Results`."""
+class PageFiles:
+    """Plots, times and messages that the page shows in addition to `RunResults`."""
 
     folder: Path
     plots: dict[str, list[Path]]  # for each figure, the main plot, then the plots by category
@@ -78,7 +78,7 @@ class Files:
     picture_problems: tuple[str, ...]
 
 
-def write_page(path: Path, results: Results, files: Files) -> None:
+def write_page(path: Path, results: RunResults, files: PageFiles) -> None:
     """Write the page of results as HTML. This function needs Jinja2."""
     sections = [
         _summary(results),
@@ -110,7 +110,7 @@ def _data_uri(path: Path) -> str:
     return f"data:{_MEDIA_TYPES[path.suffix]};base64,{data}"
 
 
-def _figure(figure: str, results: Results, files: Files) -> Section:
+def _figure(figure: str, results: RunResults, files: PageFiles) -> Section:
     if figure in GALLERY:
         return _picture_section(figure, results, files)
     if figure == "5":
@@ -118,7 +118,7 @@ def _figure(figure: str, results: Results, files: Files) -> Section:
     return _curve_section(figure, results, files)
 
 
-def _lead(results: Results) -> str:
+def _lead(results: RunResults) -> str:
     plan = results.plan
     categories = len({model.category for model in plan.models})
     kind = "the smallest model of each category" if plan.choice.is_subset else "all models found"
@@ -131,7 +131,7 @@ def _lead(results: Results) -> str:
     )
 
 
-def _summary(results: Results) -> Section:
+def _summary(results: RunResults) -> Section:
     """Return the section with the means over all models, for each method and alpha, at one k."""
     k = results.plan.choice.k
     curves = dict.fromkeys(
@@ -160,7 +160,7 @@ def _place(curve: Curve) -> tuple[int, float]:
     return list(METHODS).index(curve.method), -1.0 if curve.alpha is None else curve.alpha
 
 
-def _picture_section(figure: str, results: Results, files: Files) -> Section:
+def _picture_section(figure: str, results: RunResults, files: PageFiles) -> Section:
     pictures = [picture for picture in results.plan.pictures if picture.figure == figure]
     cells = {(picture.row, picture.column): _cell(picture, results, files) for picture in pictures}
     reason = None
@@ -181,14 +181,14 @@ def _picture_section(figure: str, results: Results, files: Files) -> Section:
     }
 
 
-def _cell(picture: Picture, results: Results, files: Files) -> dict[str, Any]:
+def _cell(picture: Picture, results: RunResults, files: PageFiles) -> dict[str, Any]:
     path = picture_path(files.folder / "pictures", picture)
     is_there = picture.run in results.done and path.exists()
     text = f"{picture.row}, {picture.column}".strip(", ")
     return {"path": path if is_there else None, "text": text}
 
 
-def _mesh_table(results: Results) -> dict[str, Any]:
+def _mesh_table(results: RunResults) -> dict[str, Any]:
     """Return Table 1: times of methods for the large meshes of the user."""
     rows = []
     for mesh in results.plan.meshes:
@@ -203,7 +203,7 @@ def _mesh_table(results: Results) -> dict[str, Any]:
     return {"head": ["mesh", "faces", *titles, "the paper, 2014"], "rows": rows}
 
 
-def _curve_section(figure: str, results: Results, files: Files) -> Section:
+def _curve_section(figure: str, results: RunResults, files: PageFiles) -> Section:
     comparison = files.comparisons[figure]
     n_all, n_shown = len(results.plan.models), len(comparison.models)
     return {
@@ -217,7 +217,7 @@ def _curve_section(figure: str, results: Results, files: Files) -> Section:
     }
 
 
-def _times_section(results: Results, files: Files) -> Section:
+def _times_section(results: RunResults, files: PageFiles) -> Section:
     head = ["method", "models", "median seconds", "time / superfacets' time (median over models)"]
     ours = METHODS["superfacets"].title
     return {
@@ -229,7 +229,7 @@ def _times_section(results: Results, files: Files) -> Section:
     }
 
 
-def _time_rows(results: Results) -> list[list[str]]:
+def _time_rows(results: RunResults) -> list[list[str]]:
     k = results.plan.choice.k
     seconds = {
         method: {
@@ -251,7 +251,7 @@ def _time_rows(results: Results) -> list[list[str]]:
     return rows
 
 
-def _missing_section(results: Results, files: Files) -> Section:
+def _missing_section(results: RunResults, files: PageFiles) -> Section:
     lists = (
         (f"Runs that were not started in time ({len(results.missing):,}):", results.not_started()),
         (f"Runs that failed ({len(results.failed):,}):", results.reasons()),
@@ -266,7 +266,7 @@ def _missing_section(results: Results, files: Files) -> Section:
     }
 
 
-def _too_large(results: Results) -> list[str]:
+def _too_large(results: RunResults) -> list[str]:
     """Return one line per method that leaves out large models, with the number of models."""
     lines = []
     for method in dict.fromkeys(run.method for run in results.plan.runs):
@@ -277,7 +277,7 @@ def _too_large(results: Results) -> list[str]:
     return lines
 
 
-def _method_section(results: Results, files: Files) -> Section:
+def _method_section(results: RunResults, files: PageFiles) -> Section:
     plan = results.plan
     tasks = {(r["model"], r["method"], r["alpha"]) for r in results.done.values()}
     busy = sum(r["seconds"]["total"] + r["seconds"]["metrics"] for r in results.done.values())
@@ -304,7 +304,7 @@ def _method_section(results: Results, files: Files) -> Section:
     }
 
 
-def _method_rows(results: Results) -> list[list[str]]:
+def _method_rows(results: RunResults) -> list[list[str]]:
     runs = results.plan.runs
     return [
         [

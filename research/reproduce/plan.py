@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from ..princeton import CATEGORIES
-from ..sources import Source, Sources
+from ..sources import StudyMesh, StudyMeshes
 from .gallery import GALLERY, Picture, pictures_of, table_runs
 from .measure import Run
 from .methods import METHODS
@@ -58,19 +58,19 @@ class Choice:
 
 
 @dataclass(frozen=True)
-class Plan:
+class RunPlan:
     """All runs and pictures that the chosen figures need."""
 
     choice: Choice
-    models: tuple[Source, ...]
-    meshes: tuple[Source, ...]
+    models: tuple[StudyMesh, ...]
+    meshes: tuple[StudyMesh, ...]
     runs: tuple[Run, ...]
     """Distinct runs, in order: meshes of the user, then models by rank in their category."""
     pictures: tuple[Picture, ...]
     problems: tuple[str, ...]  # one message per file that is missing or not used
 
 
-def make_plan(models: Sources, meshes: Sources, choice: Choice) -> Plan:
+def make_plan(models: StudyMeshes, meshes: StudyMeshes, choice: Choice) -> RunPlan:
     """Plan runs and pictures for the chosen figures; raise a ValueError if these need no run."""
     ranks = _ranks(models.found)
     chosen = tuple(m for m in models.found if not choice.is_subset or ranks[m] == 0)
@@ -90,10 +90,10 @@ def make_plan(models: Sources, meshes: Sources, choice: Choice) -> Plan:
         raise ValueError("nothing to run: no requested figure shows the requested methods")
     ordered = sorted(runs, key=lambda run: _place(run, ranks))
     problems = models.problems + meshes.problems
-    return Plan(choice, chosen, meshes.found, tuple(ordered), pictures, problems)
+    return RunPlan(choice, chosen, meshes.found, tuple(ordered), pictures, problems)
 
 
-def _ranks(models: tuple[Source, ...]) -> dict[Source, int]:
+def _ranks(models: tuple[StudyMesh, ...]) -> dict[StudyMesh, int]:
     """Return the rank of each model in its category, 0 for the smallest. `models` are sorted."""
     seen: Counter[str] = Counter()
     ranks = {}
@@ -103,7 +103,7 @@ def _ranks(models: tuple[Source, ...]) -> dict[Source, int]:
     return ranks
 
 
-def _curve_runs(models: tuple[Source, ...], choice: Choice) -> Iterator[Run]:
+def _curve_runs(models: tuple[StudyMesh, ...], choice: Choice) -> Iterator[Run]:
     """Yield the runs for all figures that are plots. The same run may occur several times."""
     for figure in set(choice.figures) - set(GALLERY):
         ks = (choice.k,) if figure == "5" else choice.ks
@@ -111,7 +111,7 @@ def _curve_runs(models: tuple[Source, ...], choice: Choice) -> Iterator[Run]:
             yield from (Run(model, *curve, k) for model in models for k in ks)
 
 
-def _accepts(run: Run, ranks: dict[Source, int], choice: Choice) -> bool:
+def _accepts(run: Run, ranks: dict[StudyMesh, int], choice: Choice) -> bool:
     """Return whether the mesh of a run is small enough for the method.
 
     The `least_models` smallest models of each category are always accepted, except in a subset.
@@ -123,7 +123,7 @@ def _accepts(run: Run, ranks: dict[Source, int], choice: Choice) -> bool:
     return run.source.is_model and not choice.is_subset and ranks[run.source] < row.least_models
 
 
-def _place(run: Run, ranks: dict[Source, int]) -> tuple[object, ...]:
+def _place(run: Run, ranks: dict[StudyMesh, int]) -> tuple[object, ...]:
     """Return the sort key of a run: meshes of the user, then models by rank in their category."""
     place = (
         (1, ranks[run.source], CATEGORIES.index(run.source.category))

@@ -14,17 +14,17 @@ from superfacets.files.atomic import locked, remove_leftovers
 from superfacets_show.rendering import check_rendering
 
 from ..checks import MissingGroupError
-from ..sources import Sources, find_meshes, find_models
+from ..sources import StudyMeshes, find_meshes, find_models
 from ..tasks import WorkItem, memory_of_tasks, run_shown, run_tasks
 from .gallery import GALLERY, Drawing, is_drawn, picture_path
-from .measure import Run, Task
+from .measure import Run, RunTask
 from .methods import METHODS
-from .page import Files, write_page
-from .plan import CURVES, Choice, Plan, make_plan
+from .page import PageFiles, write_page
+from .plan import CURVES, Choice, RunPlan, make_plan
 from .results import (
     Comparison,
     Curve,
-    Results,
+    RunResults,
     collect,
     compare,
     write_means,
@@ -37,7 +37,7 @@ _QUANTITIES = ("undersegmentation_error", "compactness")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Options:
+class ReproductionOptions:
     """Options of the reproduction."""
 
     benchmark: Path
@@ -50,16 +50,16 @@ class Options:
 
 
 @dataclass(frozen=True)
-class Report:
+class ReproductionReport:
     """Results of the reproduction."""
 
-    results: Results
+    results: RunResults
     page: Path
     picture_problems: tuple[str, ...]
     seconds: float
 
 
-def reproduce(options: Options) -> Report:
+def reproduce(options: ReproductionOptions) -> ReproductionReport:
     """Do all runs that have no results yet, and write tables, plots, pictures and the page.
 
     Raises MeshError if no run succeeded, and ValueError if the figures need no run or another
@@ -81,20 +81,20 @@ def reproduce(options: Options) -> Report:
         page = options.output / "index.html"
         plots, comparisons = _write_files(results, options.output)
         seconds = time.monotonic() - start
-        files = Files(options.output, plots, comparisons, seconds, n_before, problems)
+        files = PageFiles(options.output, plots, comparisons, seconds, n_before, problems)
         write_page(page, results, files)
-    return Report(results, page, problems, time.monotonic() - start)
+    return ReproductionReport(results, page, problems, time.monotonic() - start)
 
 
-def _plan(options: Options) -> Plan:
-    nothing = Sources((), ())
+def _plan(options: ReproductionOptions) -> RunPlan:
+    nothing = StudyMeshes((), ())
     meshes = nothing
     if options.meshes is not None and "1" in options.choice.figures:
         meshes = find_meshes(options.meshes)
     return make_plan(find_models(options.benchmark), meshes, options.choice)
 
 
-def _check_needs(plan: Plan) -> None:
+def _check_needs(plan: RunPlan) -> None:
     """Raise an error if a package that a run, a figure or the page needs is not installed.
 
     Raises a RenderError if pictures are needed but cannot be rendered.
@@ -113,8 +113,8 @@ def _check_needs(plan: Plan) -> None:
 
 
 def _measure(
-    plan: Plan, items: Mapping[Run, WorkItem], options: Options, start: float
-) -> tuple[Results, int]:
+    plan: RunPlan, items: Mapping[Run, WorkItem], options: ReproductionOptions, start: float
+) -> tuple[RunResults, int]:
     """Do all runs that have no results; return all results, and the number of earlier results."""
     pictured = frozenset(picture.run for picture in plan.pictures)
     before = collect(plan, items, pictured, {})
@@ -130,8 +130,8 @@ def _measure(
 
 
 def _tasks(
-    results: Results, items: Mapping[Run, WorkItem], pictured: frozenset[Run], memory: int
-) -> list[Task]:
+    results: RunResults, items: Mapping[Run, WorkItem], pictured: frozenset[Run], memory: int
+) -> list[RunTask]:
     """Return tasks for all runs in `results` that are not done, in the order of the plan."""
     groups: dict[tuple[Any, ...], list[Run]] = {}
     most_segments = max(results.plan.choice.ks)
@@ -139,7 +139,7 @@ def _tasks(
         if run not in results.done:
             groups.setdefault((run.source, run.method, run.alpha), []).append(run)
     return [
-        Task(
+        RunTask(
             tuple(items[run] for run in runs),
             pictured & frozenset(runs),
             runs[0].setting(most_segments, memory),
@@ -149,7 +149,7 @@ def _tasks(
 
 
 def _draw_pictures(
-    results: Results, items: Mapping[Run, WorkItem], options: Options
+    results: RunResults, items: Mapping[Run, WorkItem], options: ReproductionOptions
 ) -> tuple[str, ...]:
     """Draw the pictures that are missing or outdated; return a message for each failure."""
     folder = options.output / "pictures"
@@ -164,7 +164,7 @@ def _draw_pictures(
     return tuple(f"{drawing.picture.name}: {end}" for drawing, end in ends if end is not None)
 
 
-def _outputs(plan: Plan, items: Mapping[Run, WorkItem], folder: Path) -> list[Path]:
+def _outputs(plan: RunPlan, items: Mapping[Run, WorkItem], folder: Path) -> list[Path]:
     paths = [item.path for item in items.values()]
     paths += [picture_path(folder / "pictures", picture) for picture in plan.pictures]
     paths += [folder / name for name in ("runs.csv", "means.csv", "index.html")]
@@ -182,7 +182,7 @@ def _plots(folder: Path, figure: str) -> list[Path]:
 
 
 def _write_files(
-    results: Results, folder: Path
+    results: RunResults, folder: Path
 ) -> tuple[dict[str, list[Path]], dict[str, Comparison]]:
     write_runs(folder / "runs.csv", results)
     write_means(folder / "means.csv", results)
@@ -198,7 +198,9 @@ def _write_files(
     return plots, comparisons
 
 
-def _plot_curves(figure: str, results: Results, comparison: Comparison, folder: Path) -> list[Path]:
+def _plot_curves(
+    figure: str, results: RunResults, comparison: Comparison, folder: Path
+) -> list[Path]:
     """Plot the curves of a figure, also by category, and write their points as a CSV file.
 
     Returns the paths of the plots, or [] if the comparison has no models.
@@ -215,7 +217,7 @@ def _plot_curves(figure: str, results: Results, comparison: Comparison, folder: 
     return [main, *others]
 
 
-def _plot_times(results: Results, folder: Path) -> list[Path]:
+def _plot_times(results: RunResults, folder: Path) -> list[Path]:
     from .figures import plot_times
 
     k = results.plan.choice.k
@@ -228,7 +230,7 @@ def _plot_times(results: Results, folder: Path) -> list[Path]:
     return [path]
 
 
-def _why_nothing(results: Results) -> str:
+def _why_nothing(results: RunResults) -> str:
     if results.failed:
         return f"every run failed; the first failure: {results.reasons()[0]}"
     return "no run was started within --budget-minutes: allow more minutes"

@@ -12,12 +12,12 @@ import numpy as np
 
 from superfacets.base.checks import counted
 
-from ..sources import Source
+from ..sources import StudyMesh
 from ..table_writer import write_csv
 from ..tasks import Record, WorkItem, outcome_of
 from .measure import Run
 from .methods import METHODS
-from .plan import Plan
+from .plan import RunPlan
 
 
 @dataclass(frozen=True)
@@ -37,10 +37,10 @@ class Curve:
 
 
 @dataclass(frozen=True)
-class Results:
+class RunResults:
     """The runs of a plan, divided into runs that are done, have failed, or are missing."""
 
-    plan: Plan
+    plan: RunPlan
     done: dict[Run, Record] = field(default_factory=dict)
     failed: dict[Run, str] = field(default_factory=dict)  # reason of failure of each failed run
     missing: tuple[Run, ...] = ()  # runs without a valid record
@@ -52,7 +52,7 @@ class Results:
             return float(record["seconds"]["total"])
         return float(record["metrics"][quantity])
 
-    def models_with(self, curve: Curve, ks: Iterable[int]) -> set[Source]:
+    def models_with(self, curve: Curve, ks: Iterable[int]) -> set[StudyMesh]:
         """Return the models for which all runs of a curve with a k in `ks` are done."""
         ks = tuple(ks)
         return {
@@ -61,7 +61,7 @@ class Results:
             if all(Run(model, curve.method, curve.alpha, k) in self.done for k in ks)
         }
 
-    def mean(self, curve: Curve, k: int, quantity: str, models: Iterable[Source]) -> float:
+    def mean(self, curve: Curve, k: int, quantity: str, models: Iterable[StudyMesh]) -> float:
         """Return the mean of `value` over `models`, for runs of a curve with k regions."""
         values = [
             self.value(Run(model, curve.method, curve.alpha, k), quantity) for model in models
@@ -96,8 +96,8 @@ def _runs_of(method: str, runs: Sequence[Run]) -> str:
 
 
 def collect(
-    plan: Plan, items: Mapping[Run, WorkItem], pictured: frozenset[Run], lost: Mapping[Path, str]
-) -> Results:
+    plan: RunPlan, items: Mapping[Run, WorkItem], pictured: frozenset[Run], lost: Mapping[Path, str]
+) -> RunResults:
     """Read the records of all runs of a plan; `items` contains the path of each record.
 
     A run in `pictured` is missing if its record contains no labels. `lost` is the result of
@@ -112,7 +112,7 @@ def collect(
         elif record is not None and (run not in pictured or "labels" in record):
             done[run] = record
     missing = (run for run in plan.runs if run not in done and run not in failed)
-    return Results(plan, done, failed, tuple(missing))
+    return RunResults(plan, done, failed, tuple(missing))
 
 
 @dataclass(frozen=True)
@@ -120,11 +120,11 @@ class Comparison:
     """Curves that can be compared, because all of their points are means over the same models."""
 
     curves: tuple[Curve, ...]
-    models: tuple[Source, ...]  # models with results for all points of all curves
+    models: tuple[StudyMesh, ...]  # models with results for all points of all curves
     left_out: tuple[Curve, ...]  # curves that have no models in common with `curves`
 
 
-def compare(results: Results, figure: str) -> Comparison:
+def compare(results: RunResults, figure: str) -> Comparison:
     """Return the curves of a figure, and the models for which all curves have results.
 
     Curves are added one after another, the curves with the most models first. A curve is left out
@@ -150,12 +150,12 @@ Row = dict[str, Any]
 _FACTS = ("model", "category", "faces", "ground_truths", "method", "alpha", "k")
 
 
-def write_runs(path: Path, results: Results) -> None:
+def write_runs(path: Path, results: RunResults) -> None:
     """Write a CSV file with one row per run: its status, and its results or reason of failure."""
     write_csv(path, [_row_of_run(results, run) for run in results.plan.runs])
 
 
-def write_means(path: Path, results: Results) -> None:
+def write_means(path: Path, results: RunResults) -> None:
     """Write a CSV file with means over models and median seconds, for each method, alpha and k.
 
     Each combination has one row for all models, and one row for each category.
@@ -175,7 +175,7 @@ def write_means(path: Path, results: Results) -> None:
     write_csv(path, rows)
 
 
-def write_points(path: Path, results: Results, comparison: Comparison) -> None:
+def write_points(path: Path, results: RunResults, comparison: Comparison) -> None:
     """Write a CSV file with the points of all curves of a figure. Points are means over models."""
     rows = [
         _row_of_point(results, curve, k, comparison.models)
@@ -185,7 +185,7 @@ def write_points(path: Path, results: Results, comparison: Comparison) -> None:
     write_csv(path, rows)
 
 
-def _row_of_run(results: Results, run: Run) -> Row:
+def _row_of_run(results: RunResults, run: Run) -> Row:
     source = run.source
     facts = (source.name, source.category, source.n_faces, source.n_ground_truths)
     row: Row = dict(zip(_FACTS, (*facts, run.method, run.alpha, run.k), strict=True))
@@ -203,7 +203,7 @@ def _numbers(record: Record) -> Row:
     return row | {f"version_{name}": version for name, version in record["versions"].items()}
 
 
-def _row_of_point(results: Results, curve: Curve, k: int, models: Iterable[Source]) -> Row:
+def _row_of_point(results: RunResults, curve: Curve, k: int, models: Iterable[StudyMesh]) -> Row:
     records = [results.done[Run(model, curve.method, curve.alpha, k)] for model in models]
     row: Row = {"method": curve.method, "alpha": curve.alpha, "k": k, "models": len(records)}
     return row | _means([record["metrics"] for record in records])

@@ -50,7 +50,7 @@ from .cleanup.merge import merge_small_regions as merge_small_regions
 from .cleanup.smooth import smooth_borders as smooth_borders
 from .clustering.classification import Classification as Classification
 from .clustering.classification import classify as classify
-from .clustering.result import Level as Level
+from .clustering.result import LoopLevel as LoopLevel
 from .clustering.result import Segmentation as Segmentation
 from .clustering.run import segment_graph as segment_graph
 from .clustering.seeding import place_seeds as place_seeds
@@ -69,7 +69,6 @@ from .graph.constraints import sharp_edges as sharp_edges
 from .graph.face_graph import EdgeCounts as EdgeCounts
 from .graph.face_graph import FaceGraph as FaceGraph
 from .graph.face_graph import build_face_graph as build_face_graph
-from .graph.point_graph import build_point_graph as build_point_graph
 from .graph.point_graph import estimate_normals as estimate_normals
 from .graph.surface import arc_measures as arc_measures
 from .mesh.attach import attach_labels as attach_labels
@@ -77,18 +76,15 @@ from .mesh.point_cloud import PointCloud as PointCloud
 from .mesh.polygon_mesh import PolygonMesh as PolygonMesh
 from .mesh.polygon_mesh import Triangulation as Triangulation
 from .mesh.triangle_mesh import Mesh as Mesh
-from .pipeline import PAPER as PAPER
-from .pipeline import PARTS as PARTS
-from .pipeline import SCANS as SCANS
 from .pipeline import segment as segment
 from .regions.border_cut import BorderCut as BorderCut
 from .regions.border_cut import cut_borders as cut_borders
 from .regions.hierarchy import Hierarchy as Hierarchy
+from .regions.hierarchy import hierarchy as hierarchy
 from .regions.lines import BorderLines as BorderLines
 from .regions.lines import border_lines as border_lines
 from .regions.lines import find_boundaries as find_boundaries
 from .regions.nearest_labels import transfer as transfer
-from .regions.nesting import hierarchy as hierarchy
 from .regions.pooling import pool as pool
 from .regions.pooling import snap as snap
 from .regions.pooling import unpool as unpool
@@ -99,6 +95,9 @@ from .regions.submeshes import split_regions as split_regions
 from .regions.submeshes import submesh as submesh
 from .regions.vertices import face_labels as face_labels
 from .regions.vertices import vertex_labels as vertex_labels
+from .stages.presets import PAPER as PAPER
+from .stages.presets import PARTS as PARTS
+from .stages.presets import SCANS as SCANS
 from .tools.info import CloudInfo as CloudInfo
 from .tools.info import MeshInfo as MeshInfo
 from .tools.info import cloud_info as cloud_info
@@ -108,6 +107,7 @@ from .tools.nearest import nearest_faces as nearest_faces
 from .tools.sample import sample_mesh as sample_mesh
 from .tools.subdivision import Subdivision as Subdivision
 from .tools.subdivision import subdivide as subdivide
+from .weights.clouds import build_point_graph as build_point_graph
 from .weights.formulas import crease_weights as crease_weights
 from .weights.formulas import superfacet_weights as superfacet_weights
 from .weights.parts import spectral_embedding as spectral_embedding

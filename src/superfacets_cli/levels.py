@@ -23,8 +23,7 @@ from superfacets.files.writers.cells import FormatOptions
 from superfacets.files.writers.write import OUTPUT_ENDINGS, check_fit, writer_of
 from superfacets.graph.kinds import kind_of
 from superfacets.mesh.base import Cells
-from superfacets.regions.hierarchy import Hierarchy
-from superfacets.regions.nesting import hierarchy
+from superfacets.regions.hierarchy import Hierarchy, hierarchy
 from superfacets_scans.scannet import write_sstk
 
 from . import options as opts

@@ -133,7 +133,7 @@ def _text_of(error: click.UsageError) -> str:
     """Return the message of a usage error; if another tool has the option, suggest ours."""
     if not isinstance(error, click.NoSuchOption):
         return error.format_message()
-    from superfacets.pipeline import OTHER_NAMES
+    from superfacets.stages.presets import OTHER_NAMES
 
     hint = OTHER_NAMES.get(error.option_name.lstrip("-").replace("-", "_"), "")
     ours = {p.name: p.opts for p in error.ctx.command.params} if error.ctx else {}

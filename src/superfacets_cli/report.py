@@ -17,8 +17,8 @@ from superfacets.files.writers.ply import names_replaced
 from superfacets.graph.kinds import kind_of
 from superfacets.graph.size import sliver_note
 from superfacets.mesh.base import Cells
-from superfacets.pipeline import BARRIERS_NOTE, fewer_note, radius_note
 from superfacets.regions.vertices import MIN_IN_FILES
+from superfacets.stages.notes import BARRIERS_NOTE, fewer_note, radius_note
 from superfacets.tools.segment_file import Outcome
 from superfacets_textures.writing import notes_on_texture
 

@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from superfacets.base.options import INITS, ISLANDS
-from superfacets.pipeline import PAPER, PARTS, SCANS
+from superfacets.stages.presets import PAPER, PARTS, SCANS
 from superfacets.tools.segment_file import FileOptions
 from superfacets.weights.formulas import WEIGHTS
 

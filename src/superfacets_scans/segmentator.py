@@ -33,6 +33,7 @@ from superfacets.base.types import Array, Floats, Ints, Longs
 from superfacets.clustering.run import segment_graph
 from superfacets.graph.cell_graph import CellGraph
 from superfacets.graph.point_graph import PointGraph, point_surface
+from superfacets.graph.surface import NO_NORMALS
 from superfacets.mesh.convert import MeshLike, as_mesh
 from superfacets.mesh.faces import mean_normals
 from superfacets.mesh.point_cloud import PointCloud
@@ -41,7 +42,7 @@ from superfacets.mesh.weld import lowest_vertices
 from superfacets.pipeline import segment
 from superfacets.regions.crease_labels import VertexEdges, crease_labels, large_regions
 from superfacets.regions.vertices import with_unused
-from superfacets.weights.formulas import NO_NORMALS, WEIGHTS, EdgeFactors, weights_of
+from superfacets.weights.formulas import WEIGHTS, EdgeFactors, weights_of
 
 __all__ = ["compute_vn", "segment_mesh", "segment_point"]
 

@@ -51,12 +51,13 @@ def read_mtl(path: Path, folder: Path) -> dict[str, Material]:
     ``map_Kd`` is the image, and ``Kd`` is the sRGB color of a material without an image. All lines
     of a material are stored, so that `write_mesh` can write them again.
     """
-    text = read_content(path)[:].decode("utf-8", "surrogateescape")
+    content = bytes(read_content(path)[:]).replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    text = content.replace(b"\\\n", b" ").decode("utf-8-sig", "surrogateescape")
     beside = path.parent.relative_to(folder) if path.parent.is_relative_to(folder) else Path()
     materials: dict[str, Material] = {}
     known: dict[str, TextureImage] = {}
     block: _Block | None = None
-    for line in text.replace("\\\n", " ").splitlines():
+    for line in text.split("\n"):
         keyword, rest = split_word(line)
         if keyword == "newmtl":
             _finish(block, materials)

@@ -20,13 +20,12 @@ from superfacets import (
     superfacet_weights,
 )
 from superfacets.graph.kinds import graph_and_surface
-from superfacets.graph.surface import Surface
+from superfacets.graph.surface import NO_NORMALS, Surface
 from superfacets.weights import formulas as weights_module
 from superfacets.weights.formulas import (
-    NO_NORMALS,
     WEIGHTS,
+    ArcWeights,
     EdgeFactors,
-    Weighed,
     WeightName,
     WeightOptions,
     arc_weights,
@@ -404,7 +403,7 @@ def test_one_entry_of_the_table_makes_a_weight_known_everywhere(monkeypatch):
         assert f"- ``{name!r}``: {weight.about.split()[0]}" in segment.__doc__
     paper = WEIGHTS["superfacets"]
     doubled = dataclasses.replace(
-        paper, compute=lambda *given: Weighed(2 * paper.compute(*given).weights)
+        paper, compute=lambda *given: ArcWeights(2 * paper.compute(*given).weights)
     )
     monkeypatch.setattr(weights_module, "WEIGHTS", {**WEIGHTS, "doubled": doubled})
     mesh = shapes.bumpy_sheet()

@@ -11,7 +11,7 @@ from superfacets.mesh.denoising import Roughness, sampled_faces, slack_of, smoot
 from superfacets.mesh.faces import vertex_graph
 from superfacets.mesh.triangle_mesh import split_in_four
 from superfacets.metrics import undersegmentation_error as error_of
-from superfacets.pipeline import Prepared
+from superfacets.stages.prepare import Prepared
 
 
 def noisy(mesh, noise, seed=0):

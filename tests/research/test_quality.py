@@ -3,6 +3,7 @@
 import csv
 import sys
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from research.quality.measure import (
     creases,
     refined,
 )
-from research.quality.study import Options, study
+from research.quality.study import StudyOptions, study
 from research.quality.tables import dominators, means
 from shapes import cube
 
@@ -57,7 +58,7 @@ def folder(subject, tmp_path_factory):
 @pytest.fixture(scope="module")
 def options(folder, tmp_path_factory):
     output = tmp_path_factory.mktemp("quality")
-    return Options(benchmark=folder, output=output, ks=(6, 12), n_finer=1, n_jobs=2)
+    return StudyOptions(benchmark=folder, output=output, ks=(6, 12), n_finer=1, n_jobs=2)
 
 
 @pytest.fixture(scope="module")
@@ -186,7 +187,7 @@ def test_a_second_start_does_only_what_is_missing(options, results):
 def test_a_model_of_which_a_run_failed_is_left_out_and_named(folder, tmp_path):
     blocked = tmp_path / "records" / "x1" / "7" / "default_k-6.json"
     blocked.mkdir(parents=True)
-    options = Options(benchmark=folder, output=tmp_path, ks=(6,), n_finer=0)
+    options = StudyOptions(benchmark=folder, output=tmp_path, ks=(6,), n_finer=0)
     report = study(options)
     assert {row["model"] for row in report.rows} == {3}
     assert report.problems[-1].startswith(
@@ -200,18 +201,19 @@ def test_a_model_of_which_a_run_failed_is_left_out_and_named(folder, tmp_path):
 
 def test_a_model_that_is_not_there_is_refused(folder, tmp_path):
     with pytest.raises(ValueError, match="has no model 4"):
-        study(Options(benchmark=folder, output=tmp_path, models=(3, 4), ks=(6,)))
+        study(StudyOptions(benchmark=folder, output=tmp_path, models=(3, 4), ks=(6,)))
 
 
 def test_a_benchmark_that_nobody_has_cut_is_refused(folder, tmp_path):
     with pytest.raises(sf.MeshError, match=r"no model can be used: .*there are no ground truths"):
-        study(Options(benchmark=folder, output=tmp_path, models=(9,), ks=(6,)))
+        study(StudyOptions(benchmark=folder, output=tmp_path, models=(9,), ks=(6,)))
 
 
 def test_what_is_not_installed_is_named(folder, tmp_path, monkeypatch):
-    monkeypatch.setattr(quality_study.importlib.util, "find_spec", lambda _: None)
+    for name in ("tabulate", "pyvista", "scipy"):
+        monkeypatch.setitem(sys.modules, name, None)
     with pytest.raises(sf.MissingExtraError, match="quality without tabulate"):
-        study(Options(benchmark=folder, output=tmp_path / "out"))
+        study(StudyOptions(benchmark=folder, output=tmp_path / "out"))
     assert not (tmp_path / "out").exists()
     assert quality_study._usable_scales() == (
         ["x1", "x4", "x16"],
@@ -220,16 +222,11 @@ def test_what_is_not_installed_is_named(folder, tmp_path, monkeypatch):
 
 
 @pytest.fixture
-def run(monkeypatch, capsys):
+def run(run_main):
     """Run the command in this process; return exit status, stdout and stderr."""
-
-    def _run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["research", "quality", *map(str, arguments)])
-        with pytest.raises(SystemExit) as stop:
-            run_group(commands, "python -m research")
-        return stop.value.code, *capsys.readouterr()
-
-    return _run
+    return partial(
+        run_main, partial(run_group, commands, "python -m research"), "research", "quality"
+    )
 
 
 def test_the_command_prints_tables_and_finds_the_same_numbers(run, folder, results, tmp_path):

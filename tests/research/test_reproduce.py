@@ -9,24 +9,19 @@ import subprocess
 import sys
 import time
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 import shapes
 from research.__main__ import commands
-from research.reproduce import figures, gallery, measure, methods, page, plan, reproduction
-from research.reproduce.gallery import (
-    Drawing,
-    is_drawn,
-    picture_path,
-    pictures_of,
-    view_of,
-)
+from research.reproduce import figures, gallery, measure, methods, page, plan
+from research.reproduce.gallery import Drawing, is_drawn, picture_path, pictures_of, view_of
 from research.reproduce.measure import Run, pack_labels, unpack_labels
 from research.reproduce.plan import Choice, make_plan
-from research.reproduce.results import Curve, Results, collect, compare
-from research.sources import Source, Sources, find_models, load
+from research.reproduce.results import Curve, RunResults, collect, compare
+from research.sources import StudyMesh, StudyMeshes, find_models, load
 from research.tasks import _TaskJob, read_item
 
 from superfacets import Mesh
@@ -39,7 +34,7 @@ FAST = ("--ks", "5,20", "--methods", "superfacets,stk02", "--figures", "6", "--j
 
 
 @pytest.fixture
-def run(monkeypatch, capsys):
+def run(monkeypatch, run_main):
     """Run the command in this process; return exit status, stdout and stderr.
 
     Plots take most of the time, so they are empty files unless a test requests them.
@@ -50,10 +45,8 @@ def run(monkeypatch, capsys):
     def _run(*arguments, plots=False):
         if not plots:
             monkeypatch.setattr(figures, "_save", lambda path, *_: path.write_text("<svg/>"))
-        monkeypatch.setattr(sys, "argv", ["research", "reproduce", *map(str, arguments)])
-        with pytest.raises(SystemExit) as stop:
-            run_group(commands, "python -m research")
-        return stop.value.code, *capsys.readouterr()
+        main = partial(run_group, commands, "python -m research")
+        return run_main(main, "research", "reproduce", *arguments)
 
     return _run
 
@@ -178,7 +171,7 @@ def test_records_of_a_model_that_changed_are_made_again(run, benchmark, tmp_path
     assert changed == {name for name in before if "/21/" in name}
 
 
-def test_killed_in_the_middle_it_goes_on_to_the_same_numbers(run, benchmark, tmp_path):
+def test_killed_in_the_middle_it_goes_on_to_the_same_numbers(run, benchmark, tmp_path, broken):
     options = ("--ks", "5,20", "--methods", "superfacets,stk02,vsa-l2-r", "--figures", "6,7")
     whole, broken = tmp_path / "whole", tmp_path / "broken"
     assert run(benchmark, "-o", whole, *options)[0] == 0
@@ -308,7 +301,7 @@ def test_the_page_holds_all_it_shows(run, benchmark, tmp_path):
 
 def test_only_what_the_figures_need_is_run(benchmark):
     models = find_models(benchmark)
-    nothing = Sources((), ())
+    nothing = StudyMeshes((), ())
 
     def runs_for(*figures, **choice):
         return make_plan(models, nothing, Choice(figures=figures, **choice)).runs
@@ -326,8 +319,10 @@ def test_only_what_the_figures_need_is_run(benchmark):
 
 
 def many_models(*sizes):
-    return Sources(
-        tuple(Source(str(n), Path(), "Human", faces, 1, "", n) for n, faces in enumerate(sizes, 1)),
+    return StudyMeshes(
+        tuple(
+            StudyMesh(str(n), Path(), "Human", faces, 1, "", n) for n, faces in enumerate(sizes, 1)
+        ),
         (),
     )
 
@@ -335,20 +330,20 @@ def many_models(*sizes):
 def test_large_models_are_left_out_of_normalized_cuts_but_for_two_of_a_category_with_the_sparse():
     limits = [methods.METHODS[name].max_faces for name in ("ncuts", "ncuts-sparse")]
     models = many_models(limits[0], limits[0] + 1, limits[1] + 1, limits[1] + 2)
-    runs = make_plan(models, Sources((), ()), Choice(figures=("4",), ks=(50,))).runs
+    runs = make_plan(models, StudyMeshes((), ()), Choice(figures=("4",), ks=(50,))).runs
     shown = {name: {r.source.name for r in runs if r.method == name} for name in methods.METHODS}
     assert shown["ncuts"] == {"1"}
     assert shown["ncuts-sparse"] == {"1", "2"}
     assert shown["superfacets"] == {"1", "2", "3", "4"}
     large = many_models(limits[1] + 1, limits[1] + 2, limits[1] + 3)
-    runs = make_plan(large, Sources((), ()), Choice(figures=("4",), ks=(50,))).runs
+    runs = make_plan(large, StudyMeshes((), ()), Choice(figures=("4",), ks=(50,))).runs
     assert {run.source.name for run in runs if run.method == "ncuts-sparse"} == {"1", "2"}
 
 
 def test_curves_are_compared_over_the_models_that_all_have():
     chosen = make_plan(
         many_models(10, 20, 30),
-        Sources((), ()),
+        StudyMeshes((), ()),
         Choice(figures=("6",), methods=("superfacets", "stk02"), ks=(5, 6), is_subset=True),
     )
     chosen = replace(chosen, models=many_models(10, 20, 30).found)
@@ -362,7 +357,7 @@ def test_curves_are_compared_over_the_models_that_all_have():
             for alpha in chosen.choice.alphas(method)
             for k in (5, 6)
         )
-        return Results(chosen, {run: {} for run in runs if not lacking(run)})
+        return RunResults(chosen, {run: {} for run in runs if not lacking(run)})
 
     one_less = compare(done(lambda r: (r.source, r.method, r.k) == (second, "stk02", 6)), "6")
     assert one_less.models == (first, third)
@@ -370,7 +365,7 @@ def test_curves_are_compared_over_the_models_that_all_have():
     no_alpha = compare(done(lambda run: run.alpha == 0.5), "6")
     assert no_alpha.models == chosen.models
     assert no_alpha.left_out == (Curve("stk02", 0.5),)
-    assert compare(Results(chosen), "6").models == ()
+    assert compare(RunResults(chosen), "6").models == ()
 
 
 @pytest.mark.parametrize(
@@ -408,7 +403,8 @@ def test_a_folder_that_is_no_benchmark_is_one_line(run, tmp_path):
 
 
 def test_what_is_not_installed_is_named_before_anything_runs(run, benchmark, tmp_path, monkeypatch):
-    monkeypatch.setattr(reproduction.importlib.util, "find_spec", lambda name: None)
+    for name in ("jinja2", "matplotlib", "scipy", "vsa_core"):
+        monkeypatch.setitem(sys.modules, name, None)
     status, _, stderr = run(benchmark, "-o", tmp_path / "out", *FAST)
     assert status == 1
     assert stderr == (
@@ -492,9 +488,9 @@ def test_figure_1_without_meshes_is_left_out_and_said(run, benchmark, tmp_path):
 
 
 def test_pictures_show_the_smallest_models_of_their_categories():
-    one = Source("9", Path(), "Human", 10, 1, "", 9)
-    other = Source("10", Path(), "Human", 20, 1, "", 10)
-    cat = Source("381", Path(), "Fourleg", 30, 1, "", 381)
+    one = StudyMesh("9", Path(), "Human", 10, 1, "", 9)
+    other = StudyMesh("10", Path(), "Human", 20, 1, "", 10)
+    cat = StudyMesh("381", Path(), "Fourleg", 30, 1, "", 381)
     shown = pictures_of("8", (one, other, cat), (), 150)
     assert {picture.run.source for picture in shown} == {one, cat}
     assert {picture.run.method for picture in shown} == {
@@ -533,7 +529,7 @@ def test_records_hold_what_they_were_made_with(benchmark, tmp_path):
     run = Run(source, "vsa-l2-r", None, 5)
     item = run.item(tmp_path, 5)
     assert item.key["settings"] == {"seed": 1}
-    (record,) = record_of(measure.Task((item,), frozenset([run]), run.setting(5, 0)))
+    (record,) = record_of(measure.RunTask((item,), frozenset([run]), run.setting(5, 0)))
     assert set(record["versions"]) == {"superfacets", "python", "numpy"}
     assert len(unpack_labels(record["labels"])) == source.n_faces
     assert {"params", "stop_reason", "n_iter", "faces", "category"} <= record.keys()
@@ -545,11 +541,11 @@ def test_a_mesh_that_cannot_be_loaded_any_more_fails_all_runs_of_its_task(benchm
     write_off(benchmark / "off" / f"{source.name}.off", shapes.bumpy_sheet(9))
     runs = tuple(Run(source, "superfacets", 200.0, k) for k in (5, 6))
     items = {run: run.item(tmp_path, 6) for run in runs}
-    task = measure.Task(tuple(items.values()), frozenset(), runs[0].setting(6, 0))
+    task = measure.RunTask(tuple(items.values()), frozenset(), runs[0].setting(6, 0))
     for record in record_of(task):
         assert record["reason"].startswith("MeshError: ")
     chosen = replace(
-        make_plan(find_models(benchmark), Sources((), ()), Choice(figures=("6",))), runs=runs
+        make_plan(find_models(benchmark), StudyMeshes((), ()), Choice(figures=("6",))), runs=runs
     )
     results = collect(replace(chosen, choice=Choice(ks=(5, 6))), items, frozenset(), {})
     assert set(results.failed) == set(runs)
@@ -608,7 +604,7 @@ def test_a_damaged_record_is_made_again(run, benchmark, tmp_path, damage):
 def test_damaged_labels_are_made_again(benchmark, tmp_path):
     run = Run(find_models(benchmark).found[0], "superfacets", 200.0, 5)
     item = run.item(tmp_path, 5)
-    task = measure.Task((item,), frozenset([run]), run.setting(5, 0))
+    task = measure.RunTask((item,), frozenset([run]), run.setting(5, 0))
     (record,) = record_of(task)
     changed(item.path, record["labels"], "A" * len(record["labels"]))
     assert read_item(item) is None

@@ -9,7 +9,7 @@ import shapes
 import superfacets
 from superfacets import PointCloud, crease_weights
 from superfacets.base.checks import checked_threads
-from superfacets.pipeline import Prepared
+from superfacets.stages.prepare import Prepared
 from superfacets_studio.regions.segmenting import (
     Cancelled,
     SegmentationTask,

@@ -11,7 +11,6 @@ from .. import _core
 from ..base.checks import counted
 from ..base.errors import MeshError
 from ..base.types import Floats, Ints
-from ..clustering.balance import Balancer
 from ..graph.sums import sums_by_label
 from .edit import BorderCosts
 from .smooth import MAX_DISTANCE, SmoothOptions, straighten
@@ -39,15 +38,6 @@ class Goals(NamedTuple):
         low, high = self.bounds
         lows, highs = (1.0 - SPREAD) * self.goals, (1.0 + SPREAD) * self.goals
         return np.clip(lows, low, high), np.clip(highs, low, high)
-
-    @classmethod
-    def of(cls, balancer: Balancer, labels: Ints, n_regions: int) -> Goals:
-        """Return the goals of a balancer; regions without a goal get their current size as goal."""
-        rules = balancer.rules
-        found = sums_by_label(labels, rules.sizes, n_regions)
-        goals = np.concatenate([balancer.goals, found[len(balancer.goals) :]])
-        is_exact = rules.options.cells_per_region is not None
-        return cls(rules.sizes, goals, rules.options.bounds, is_exact)
 
     def out_of_bounds(self, labels: Ints) -> Ints:
         """Return the regions whose size is not in `bounds` or, if `is_exact`, is not the goal."""

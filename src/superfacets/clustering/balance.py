@@ -3,7 +3,7 @@
 After the loop, centers of regions that are too small move into regions that are too large. Further
 rounds follow. In each round, every center moves to the centroid of its region. The offset of a
 center increases if its region is larger than the target size, and decreases if its region is
-smaller. Regions stay connected, and their borders stay in creases. Later, `regions.region_sizes`
+smaller. Regions stay connected, and their borders stay in creases. Later, `cleanup.region_sizes`
 moves single cells until regions have exactly their target sizes.
 """
 
@@ -23,6 +23,7 @@ from ..base.checks import counted, exact_array
 from ..base.errors import MeshError
 from ..base.options import BalanceOptions, LoopOptions, SizeOptions
 from ..base.types import Array, Bools, Floats, Ints, Longs
+from ..cleanup.region_sizes import Goals
 from ..graph.constraints import KeptCells, in_order
 from ..graph.sums import sums_by_label
 from .plan import Plan
@@ -312,6 +313,14 @@ class Balancer:
             n_rounds = ROUNDS
         self._move_offsets(clustering, cells, n_rounds)
         return clustering
+
+    def region_goals(self, labels: Ints, n_regions: int) -> Goals:
+        """Return target sizes for the clean-up; regions without a target keep their size."""
+        rules = self.rules
+        found = sums_by_label(labels, rules.sizes, n_regions)
+        goals = np.concatenate([self.goals, found[len(self.goals) :]])
+        is_exact = rules.options.cells_per_region is not None
+        return Goals(rules.sizes, goals, rules.options.bounds, is_exact)
 
     def path_offsets(self) -> Offsets:
         """Return `offsets` as unsigned integers, which `_core` expects."""

@@ -17,7 +17,7 @@ from ..base.types import Array, Ints
 from ..weights.parts import MIN_GROUPED
 from .balance import Balancer
 from .coarsening import Coarsening, is_straight
-from .result import Level, StopReason
+from .result import LoopLevel, StopReason
 from .seeding import CORE_ISLANDS
 
 RELOCATED_FRACTIONS: tuple[float, ...] = (0.13, 0.0975, 0.065, 0.0325)
@@ -49,7 +49,7 @@ class Loop:
     radius: float  # expected radius of a region, in the unit of the positions
     options: LoopOptions
     timings: dict[str, float]  # wall time in seconds, keyed by the name of the stage
-    levels: list[Level] = field(default_factory=list)  # one record per finished level
+    levels: list[LoopLevel] = field(default_factory=list)  # one record per finished level
     is_cancelled: bool = False  # whether the callback `progress` has returned False
     balancer: Balancer | None = None  # None if sizes of regions are neither balanced nor limited
     is_short: bool = False  # whether there are only a few iterations; see `SHORT_ITERATIONS`
@@ -116,7 +116,7 @@ class Loop:
             with timed(self.timings, "classify"):
                 paths = self._spread_once(level, paths, centers, is_last=not coarse)
             seconds = time.perf_counter() - start
-            self.levels.append(Level(len(paths[1]), 1, self.stop_reason, seconds))
+            self.levels.append(LoopLevel(len(paths[1]), 1, self.stop_reason, seconds))
             if coarse:
                 with timed(self.timings, "update"):
                     centers = coarse[-1].refine(paths[1], centers, self.options.n_threads)
@@ -163,7 +163,7 @@ class Loop:
         n_iter, reason = self._iterate(graph, clustering, must_stay=must_stay, max_num_iter=most)
         if relocates:
             n_iter, reason = self._relocate(graph, clustering, n_iter, reason)
-        self.levels.append(Level(graph.n_cells, n_iter, reason, time.perf_counter() - start))
+        self.levels.append(LoopLevel(graph.n_cells, n_iter, reason, time.perf_counter() - start))
         return clustering
 
     def _relocate(

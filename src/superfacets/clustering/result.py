@@ -16,17 +16,17 @@ from ..graph.cell_graph import CellGraph
 from ..graph.kinds import as_surface
 from ..graph.surface import Surface
 from ..mesh.base import Cells
-from ..regions.region_graph import RegionGraph, region_graph_of
 
 if TYPE_CHECKING:
     from .. import Page, Plot
+    from ..regions.region_graph import RegionGraph
 
 StopReason = Literal["converged", "settled", "max_num_iter", "cancelled"]
 
 
 @dataclass(frozen=True)
-class Level:
-    """Record of the clustering loop on one level. A level is all cells, or groups of cells.
+class LoopLevel:
+    """Record of the clustering loop on one of its levels: on all cells, or on groups of cells.
 
     Attributes
     ----------
@@ -98,8 +98,9 @@ class Segmentation:
         the expected radius. If a mask is given, only faces inside it count. If the fraction is
         above 0.1, regions become stripes, and `segment` warns. None for a `CellGraph`, because its
         cells have no shape.
-    levels : tuple of Level
-        One record of the loop per level, from the coarsest groups of faces to all faces.
+    levels : tuple of LoopLevel
+        One record of the loop per level, from the coarsest groups of faces to all faces. The nested
+        levels of `hierarchy` are something else.
     timings : dict of str to float
         Wall time of each stage, in seconds.
     params : dict
@@ -123,7 +124,7 @@ class Segmentation:
     n_islands: int = 0
     n_extra_pieces: int = 0
     sliver_share: float | None = None
-    levels: tuple[Level, ...] = field(default=(), repr=False)
+    levels: tuple[LoopLevel, ...] = field(default=(), repr=False)
     cells: Cells | CellGraph | None = field(default=None, repr=False)
 
     @property
@@ -171,7 +172,11 @@ class Segmentation:
         ValueError
             If ``cells`` is None, or a `CellGraph` without `ArcMeasures`.
         """
-        return region_graph_of(self._surface, self.labels, self.n_segments, self.centers)
+        region_graph_of = load("superfacets.regions.region_graph:region_graph_of")
+        graph: RegionGraph = region_graph_of(
+            self._surface, self.labels, self.n_segments, self.centers
+        )
+        return graph
 
     def plot(self, **options: Any) -> Plot:
         """Return ``superfacets.plot(cells, labels, **options)``, a picture of the regions.

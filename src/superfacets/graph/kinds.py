@@ -31,8 +31,7 @@ from ..mesh.faces import (
 from ..mesh.point_cloud import PointCloud
 from ..mesh.polygon_mesh import PolygonMesh
 from ..mesh.triangle_mesh import Mesh
-from ..weights.formulas import Weighed, WeightOptions, arc_weights, step_weights
-from .cell_graph import CellGraph
+from .cell_graph import BaseGraph, CellGraph
 from .face_graph import FaceGraph, FaceShapes, arcs_at_borders, graph_and_shapes
 from .point_graph import (
     PointGraph,
@@ -63,9 +62,9 @@ class OrderedCells(NamedTuple):
     For a point cloud, only the graph is sorted.
     """
 
-    cells: Any  # mesh or cloud of the same class as the input
-    graph: Any  # `BaseGraph` of the cells
-    shapes: Any  # second result of `Kind.build_graph`, for example `FaceShapes`, or None
+    cells: Cells  # mesh or cloud of the same class as the input
+    graph: BaseGraph
+    shapes: FaceShapes | None  # measures of faces for weights and `sliver_share`
     order: Ints | None  # (N,) index of each cell in the input; None if cells are not sorted
 
 
@@ -74,6 +73,7 @@ class Kind:
 
     The argument `cells` of the methods is an object of the class for which the kind is registered.
     If `build_graph` returns a `CellGraph` with `ArcMeasures`, all other methods can be inherited.
+    Its weights are then the weights of arcs, unless the caller of `segment` gives weights.
     """
 
     name: ClassVar[str] = "cells"
@@ -88,12 +88,13 @@ class Kind:
     """Whether cells are faces of a surface mesh."""
     are_points: ClassVar[bool] = False
     """Whether cells are points of a cloud."""
+    has_angles: ClassVar[bool] = False
+    """Whether arcs have angles, so that formulas can compute their weights."""
 
-    def build_graph(self, cells: Any, weld: bool, n_threads: int) -> tuple[Any, Any]:
-        """Return the graph of the cells, and additional measures for weights and `sliver_share`.
-
-        The graph is a `BaseGraph`. The second result is None if there are no additional measures.
-        """
+    def build_graph(
+        self, cells: Any, weld: bool, n_threads: int
+    ) -> tuple[BaseGraph, FaceShapes | None]:
+        """Return the graph of the cells, and additional measures of cells that are faces."""
         return cells, None
 
     def sorted_graph(self, cells: Any, weld: bool, n_threads: int) -> OrderedCells | None:
@@ -127,18 +128,9 @@ class Kind:
         """Return the surface without arrays that are only needed for weights, to save memory."""
         return surface
 
-    def weight_options(self, graph: Any, options: WeightOptions) -> WeightOptions:
-        """Return the options; default values are replaced if they do not suit the cells."""
-        return options
-
-    def weights(
-        self, surface: Surface, graph: Any, shapes: Any, radius: float, options: WeightOptions
-    ) -> Weighed:
-        """Return one weight per arc, for regions with the expected radius `radius`.
-
-        An arc and its reverse arc have the same weight, unless the caller gave weights that differ.
-        """
-        return step_weights(surface, options, self.plural)
+    def knows_turns(self, graph: Any) -> bool:
+        """Return whether concave and convex creases can be distinguished."""
+        return True
 
     def sliver_share(
         self, cells: Any, areas: Floats, shapes: Any, radius: float, n_threads: int
@@ -210,18 +202,15 @@ class _Faces(Kind):
     noun = "face"
     plural = "faces"
     has_faces = True
+    has_angles = True
 
-    def build_graph(self, cells: FaceMesh, weld: bool, n_threads: int) -> tuple[Any, FaceShapes]:
+    def build_graph(
+        self, cells: FaceMesh, weld: bool, n_threads: int
+    ) -> tuple[FaceGraph, FaceShapes]:
         return graph_and_shapes(cells, weld=weld, n_threads=n_threads)
 
     def surface(self, cells: FaceMesh, graph: FaceGraph, n_threads: int) -> Surface:
         return Surface.of_faces(cells, graph, n_threads)
-
-    def weights(
-        self, surface: Surface, graph: Any, shapes: FaceShapes, radius: float,
-        options: WeightOptions,
-    ) -> Weighed:  # fmt: skip
-        return arc_weights(surface, graph, radius, options, shapes.normals)
 
     def sliver_share(
         self, cells: FaceMesh, areas: Floats, shapes: FaceShapes, radius: float, n_threads: int
@@ -269,6 +258,7 @@ class _Points(Kind):
     noun = "point"
     plural = "points"
     are_points = True
+    has_angles = True
 
     def has_fronts(self, cells: PointCloud) -> bool:
         return cells.normals is not None or cells.viewpoints is not None
@@ -297,13 +287,8 @@ class _Points(Kind):
     ) -> Surface:
         return bare_point_surface(graph, n_threads)
 
-    def weight_options(self, graph: PointGraph, options: WeightOptions) -> WeightOptions:
-        return options if graph.knows_turns else options.counting_both_turns()
-
-    def weights(
-        self, surface: Surface, graph: Any, shapes: Any, radius: float, options: WeightOptions
-    ) -> Weighed:
-        return arc_weights(surface, graph, radius, options)
+    def knows_turns(self, graph: PointGraph) -> bool:
+        return graph.knows_turns
 
     def positions(self, cells: PointCloud) -> Floats:
         return cells.points
@@ -365,7 +350,7 @@ def as_surface(
 
 def graph_and_surface(
     cells: Cells | CellGraph, weld: bool, n_threads: int, is_kept: Bools | None = None
-) -> tuple[Any, Surface]:
+) -> tuple[BaseGraph, Surface]:
     """Return the graph and the `Surface` of cells. `cells` must be a result of `as_known`.
 
     If `is_kept` is given, (N,), points of a cloud that are not kept have no neighbors.

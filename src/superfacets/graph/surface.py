@@ -15,6 +15,10 @@ from ..mesh.faces import FaceMesh, signed_volume
 from .cell_graph import ArcMeasures, CellGraph, CsrArcs
 from .face_graph import FaceGraph, FoundArcs, surface_of_faces
 
+NO_NORMALS = np.empty((0, 3))
+"""Empty array in place of normals. If `_core` gets this array, it computes the normals of triangles
+itself."""
+
 VOLUME_NOISE = 1e-12
 """The enclosed volume of a mesh is treated as 0 if it is at most this fraction of the cube of the
 diagonal of the bounding box."""

@@ -10,9 +10,9 @@ import numpy.typing as npt
 from ..base.checks import checked_any_labels, checked_choice
 from ..base.lazy import load
 from ..base.types import Bytes, Ints
-from ..graph.kinds import kind_of
 from .base import Cells
 from .convert import as_cells
+from .point_cloud import PointCloud
 from .results import NO_COLOR, Results, put_results
 
 DEFAULT_NAME = "superfacets"
@@ -81,7 +81,7 @@ def attach_labels(
         raise TypeError(f"name must be a non-empty string, got {name!r}")
     checked_choice(location, "location", get_args(Location))
     cells: Any = as_cells(target)
-    are_points = kind_of(cells).are_points
+    are_points = isinstance(cells, PointCloud)
     n_rows, of_vertices = cells.n_cells, False
     if location == "points" and not are_points:
         n_rows, of_vertices = cells.n_vertices, True

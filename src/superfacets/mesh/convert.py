@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from ..base.checks import counted
 from ..base.errors import MeshError
+from ..base.lazy import load
 from ..base.types import Array
 from .base import Cells
 from .blocks import cell_blocks, has_blocks, mesh_of_blocks, tet_mesh
@@ -97,9 +98,8 @@ def as_cells(source: MeshLike | CloudLike) -> Cells:
     if isinstance(source, Cells):
         return source
     if isinstance(source, (str, os.PathLike)):
-        from ..files.readers.read import read_cells
-
-        return read_cells(source)
+        cells: Cells = load("superfacets.files.readers.read:read_cells")(source)
+        return cells
     if isinstance(source, (tuple, list)):
         if len(source) != 2:
             raise TypeError(
@@ -114,9 +114,7 @@ def as_cells(source: MeshLike | CloudLike) -> Cells:
 def as_mesh(source: MeshLike | PointCloud) -> FaceMesh:
     """Convert `source` to a mesh of faces; raise a MeshError for clouds and tetrahedral meshes."""
     if isinstance(source, (str, os.PathLike)):
-        from ..files.readers.read import read_mesh
-
-        source = read_mesh(source)
+        source = load("superfacets.files.readers.read:read_mesh")(source)
     cells = as_cells(source)
     if isinstance(cells, (Mesh, PolygonMesh)):
         return cells
@@ -229,9 +227,8 @@ def as_cloud(source: CloudLike) -> PointCloud:
     if isinstance(source, PointCloud):
         return source
     if isinstance(source, (str, os.PathLike)):
-        from ..files.readers.read import read_cloud
-
-        return read_cloud(source)
+        cloud: PointCloud = load("superfacets.files.readers.read:read_cloud")(source)
+        return cloud
     if isinstance(source, (np.ndarray, list, tuple)):
         return PointCloud(source)  # type: ignore[arg-type]
     if not is_foreign_cloud(source):

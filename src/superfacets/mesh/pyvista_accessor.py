@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -10,12 +10,12 @@ import pyvista
 
 from ..base.checks import compact_partial_labels
 from ..base.lazy import load
-from ..clustering.result import Segmentation
-from ..graph.face_graph import build_face_graph
-from ..pipeline import segment
 from .attach import DEFAULT_NAME, attach_labels
 from .convert import as_mesh
 from .results import first_face
+
+if TYPE_CHECKING:
+    from ..clustering.result import Segmentation
 
 
 class SuperfacetsAccessor:
@@ -64,7 +64,8 @@ class SuperfacetsAccessor:
         **options
             Further arguments of `superfacets.segment`.
         """
-        result = segment(self._dataset, n_segments, **options)
+        segment = load("superfacets.pipeline:segment")
+        result: Segmentation = segment(self._dataset, n_segments, **options)
         self.attach(result, name=name, colors=colors)
         return result
 
@@ -93,7 +94,8 @@ class SuperfacetsAccessor:
         first = first_face(self._dataset)
         stored = np.asarray(self._dataset.cell_data[name])
         labels, _ = compact_partial_labels(stored[first : first + mesh.n_faces], mesh.n_faces)
-        ends = load("superfacets_show.scene:border_edges")(mesh, build_face_graph(mesh), labels)
+        graph = load("superfacets.graph.face_graph:build_face_graph")(mesh)
+        ends = load("superfacets_show.scene:border_edges")(mesh, graph, labels)
         used, lines = np.unique(ends, return_inverse=True)
         lines = np.insert(lines.reshape(-1, 2), 0, 2, axis=1)
         return pyvista.PolyData(mesh.vertices[used], lines=lines.ravel())

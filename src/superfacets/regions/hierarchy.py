@@ -1,79 +1,33 @@
-"""Stage 5: compute nested levels of regions by merging neighboring regions."""
+"""The function `hierarchy`, which computes nested levels of regions, and its result."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+import reprlib
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from .. import _core
-from ..base.checks import checked_count, counted
+from ..base.checks import VALUE_RANGE, checked_choice, checked_count, checked_threads, counted
+from ..base.errors import IslandWarning
+from ..base.options import ISLANDS, Islands
 from ..base.types import Floats, Ints
-from ..cleanup.edit import BorderCosts
+from ..cleanup.edit import read_regions, surface_of_labeled
 from ..clustering.result import Segmentation
-from ..graph.sums import sums_by_label
-
-MERGE_CREASE_WEIGHT = 12.0
-"""Distance that a deep crease adds between two regions when their merge cost is computed, in units
-of the radius of the merged region. If 150 regions are merged to 50 on a third of the benchmark
-models, the undersegmentation error is 0.193, 0.188 and 0.184 with weights of 6, 12 and 16, and the
-compactness is 4.07, 4.15 and 4.20. For comparison, 50 regions of `segment` have 0.181 and 4.11. If
-distances are measured in the spectral embedding instead of in space, the error is higher by 0.01.
-"""
-
-MERGE_CREASE_SCALE = 1.6
-"""Crease cost, in units of the radius of a region, at which an edge adds only 1/e of its length to
-the open length of a border (see `Borders`). The scale is smaller than `edit.CREASE_SCALE`, so
-creases have more influence on merging than on `smooth_borders`. With a scale of 3, the
-undersegmentation error is higher at the same compactness."""
-
-Borders = tuple[Ints, Ints, Floats, Floats]
-"""Four arrays with one entry per border: the lower region, the higher region, the length and the
-open length. The open length is the sum of the edge lengths, where edges in creases count as
-shorter."""
-
-
-@dataclass(frozen=True, eq=False)
-class MergeTree:
-    """Binary tree of M merges of K regions. Merges are numbered in the order of execution.
-
-    Attributes
-    ----------
-    n_regions : int
-        Number of regions before the first merge, K.
-    children : ndarray of int32, shape (M, 2)
-        The two nodes that each merge joins, the lower node first. Nodes 0 to K - 1 are the regions.
-        Node K + m is the result of merge m.
-    costs : ndarray of float64, shape (M,)
-        Cost of each merge. A merge usually costs more than the merge before.
-    """
-
-    n_regions: int
-    children: Ints
-    costs: Floats
-
-    @property
-    def n_fewest(self) -> int:
-        """Number of regions after all merges."""
-        return self.n_regions - len(self.children)
-
-    def regions_at(self, n: int) -> Ints:
-        """Return the label, 0 to n - 1, of each of the K regions if they are merged to n regions.
-
-        The n regions are numbered in the order of their lowest regions among the K regions.
-        """
-        n_merges = self.n_regions - n
-        parents = np.arange(self.n_regions + n_merges)
-        merged = self.children[:n_merges]
-        parents[merged.ravel()] = self.n_regions + np.repeat(np.arange(n_merges), 2)
-        while not np.array_equal(above := parents[parents], parents):
-            parents = above  # pointer jumping: each pass halves the distance to the roots
-        roots = parents[: self.n_regions]
-        _, lowest, inverse = np.unique(roots, return_index=True, return_inverse=True)
-        ranks = np.empty(n, np.int32)
-        ranks[np.argsort(lowest)] = np.arange(n)
-        return ranks[inverse]
+from ..clustering.run import segment_graph
+from ..graph.cell_graph import CellGraph
+from ..graph.constraints import ANY_GROUP, ConstraintOptions
+from ..mesh.convert import CloudLike, MeshLike
+from ..pipeline import segment
+from ..stages.prepare import read_with_features
+from ..weights.features import FeatureOptions
+from .merge_tree import MergeTree, checked_cut, merge_neighbors
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,106 +123,203 @@ class Hierarchy:
         return f"Hierarchy({cells}, {regions}, levels of {counts})"
 
 
-def checked_cut(n: int, name: str, tree: MergeTree) -> int:
-    """Return n as an int; raise a ValueError if merges cannot result in n regions."""
-    count = checked_count(n, name, tree.n_regions, "regions on the finest level")
-    if count < tree.n_fewest:
-        raise ValueError(
-            f"{name} must be at least {tree.n_fewest} because the last regions have no neighbors,"
-            f" got {count}: without barriers, islands='nearest' also merges across gaps"
+def hierarchy(
+    cells: MeshLike | CloudLike | CellGraph,
+    counts: Sequence[int] | npt.NDArray[np.integer[Any]],
+    *,
+    labels: npt.ArrayLike | None = None,
+    features: npt.ArrayLike | str | Sequence[str] | None = None,
+    scale_features: bool = True,
+    islands: Islands = "keep",
+    barriers: npt.ArrayLike | None = None,
+    weld: bool = True,
+    n_threads: int | None = None,
+    **options: Any,
+) -> Hierarchy:
+    r"""Return nested levels of regions: each region is a union of regions of the finer levels.
+
+    The finest level comes from `segment`, or from `labels`. Then the two neighboring regions with
+    the lowest merge cost are merged repeatedly, until no neighbors are left. `Hierarchy.cut`
+    returns the level with any other number of regions. The cost of merging two regions with areas a
+    and b and centroids p and q is
+
+    .. math:: \frac{a b}{a + b} \cdot \frac{|p - q| + 12 r (1 - c)}{L}, \qquad
+              r = \sqrt{\frac{a + b}{\pi}}
+
+    where L is the length of the border between the two regions, and c is the openness of the
+    border: 1 if it is smooth, and 0 if all of it is in a deep crease. The first factor comes from
+    Ward's method and balances the sizes of regions. The second factor favors compact regions and
+    borders in creases. In a volume, r is the radius of a ball, and L is an area.
+
+    Parameters
+    ----------
+    cells : Mesh or mesh-like, cloud-like, or CellGraph with ArcMeasures
+        Same as `mesh` in `segment`, or a graph whose cells may be of any kind.
+    counts : sequence of int
+        Number of regions of each level. The numbers must differ and may be in any order.
+    labels : array_like of int, shape (N,), optional
+        Regions of the finest level. Each label from 0 to K - 1 must occur; -1 marks cells that are
+        in no region. By default, the labels come from ``segment(cells, max(counts), **options)``,
+        or from `segment_graph` if ``cells`` is a graph.
+    features : array_like, shape (N, F) or (V, F), or str, or list of str, optional
+        F numbers per cell or per vertex, or names of features as in `segment`, from which the cost
+        of merging is computed instead of from geometry. The cost is then ``a b / (a + b)`` times
+        the squared distance between the mean features of two regions (Ward's method). The formula
+        above is only used to break ties. If `labels` is not given, the finest regions also follow
+        the features, as in `segment`.
+    scale_features : bool, default True
+        Whether each feature is first divided by its area-weighted standard deviation.
+    islands : {"keep", "nearest"}
+        With ``"keep"``, only regions that touch are merged, so no level can have fewer regions than
+        there are connected components. With ``"nearest"``, a component may also be merged across
+        the gap to the nearest cell of a larger component. The cost of a gap is the cost of a border
+        of length r in a deep crease. `islands` is also passed to `segment`.
+    barriers : array_like of int, shape (N,) or (E, 2), optional
+        Same as in `segment`. Regions are never merged across barriers. Barriers cannot be combined
+        with ``islands="nearest"``, because a merge across a gap could bypass a barrier.
+    weld, n_threads
+        Same as in `segment`. The result does not depend on the number of threads.
+    **options
+        Further options of `segment` for the finest level. They cannot be combined with `labels`.
+        Faces that a `mask` leaves out have label -1 on all levels.
+
+    Returns
+    -------
+    Hierarchy
+        Levels with exactly the requested numbers of regions. If the finest regions are connected,
+        all regions are connected, except for regions that were merged across a gap. If several
+        pairs of regions have the same cost, the pair of the lowest nodes (see `Hierarchy`) is
+        merged first.
+
+    Warns
+    -----
+    SliverWarning
+        Same as in `segment`.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is not valid.
+    ValueError, TypeError
+        If a level has more regions than the finest level, or fewer regions than there are
+        components; if regions in `labels` extend across barriers; or if a parameter is out of range
+        or of the wrong type.
+
+    Notes
+    -----
+    For N cells, M arcs and K regions on the finest level, time is O(N + M) for the borders between
+    regions, and O(m log K) for each merge of two regions with m neighbors in total. The openness of
+    an edge is exp(-x), where x is the cost of the crease at the edge in `crease_weights`, in units
+    of 1.6 expected radii of the finest level. For a graph, x is computed from the weights of the
+    graph. The openness of a border is the mean of this value along the border.
+
+    References
+    ----------
+    Ward, "Hierarchical Grouping to Optimize an Objective Function", 1963.
+
+    Examples
+    --------
+    >>> import superfacets
+    >>> mesh = superfacets.sample_mesh(5_000)
+    >>> nested = superfacets.hierarchy(mesh, [200, 50, 10])
+    >>> [int(labels.max()) + 1 for labels in nested.levels], len(nested.parents)
+    ([200, 50, 10], 2)
+    >>> bool((nested.parents[0][nested.levels[0]] == nested.levels[1]).all())
+    True
+    >>> int(nested.cut(77).max()) + 1
+    77
+    """
+    wanted = _checked_counts(counts)
+    checked_choice(islands, "islands", ISLANDS)
+    threads = checked_threads(n_threads)
+    given = FeatureOptions.checked(features, 1.0, scale_features)
+    if labels is not None and options:
+        raise TypeError(
+            f"{', '.join(options)} would have no effect because labels are given: leave out either"
+            " labels or these options"
         )
-    return count
+    source, given = _read(cells, given, options.get("mask"), threads)
+    constraints = ConstraintOptions(None, barriers)
+    if islands == "nearest" and constraints.is_used:
+        raise ValueError(
+            "islands='nearest' cannot be combined with barriers, because a merge across a gap could"
+            " bypass a barrier: leave one of them out"
+        )
+    found = None
+    if labels is None:
+        if features is not None:
+            options = {**options, "features": given.given, "scale_features": scale_features}
+        options = {**options, "islands": islands, "barriers": barriers, "n_threads": threads}
+        found = _finest(source, wanted[0], weld, options)
+        labels = found.labels
+    with _core.Workspace():  # all steps share the threads of the workspace
+        graph, surface = surface_of_labeled(source, labels, weld, threads)
+        costs, regions, n_regions = read_regions(surface, labels)
+        table = _checked_features(given.table(source, surface.measures))
+        cut = constraints.cut(source, graph, weld=weld, n_threads=threads)
+        if cut is not None:
+            _check_sides(regions, cut.groups)
+            costs = costs.of_cut(cut)
+        tree = merge_neighbors(costs, regions, n_regions, table, islands)
+    for count in wanted:
+        checked_cut(count, "each number in counts", tree)
+    return Hierarchy(wanted, regions, tree.children, tree.costs, found)
 
 
-def merge_neighbors(
-    costs: BorderCosts, labels: Ints, n_regions: int, features: Floats | None, islands: str
-) -> MergeTree:
-    """Repeatedly merge the two neighbors with the lowest merge cost, until no neighbors are left.
+def _read(
+    cells: MeshLike | CloudLike | CellGraph, features: FeatureOptions, mask: Any, n_threads: int
+) -> tuple[Any, FeatureOptions]:
+    """Read the cells, and replace names of features by values; return a graph unchanged."""
+    if isinstance(cells, CellGraph):
+        return cells, features
+    return read_with_features(cells, features, ConstraintOptions(mask), n_threads)
 
-    If `islands` is "nearest", regions at the gaps of `_gaps_between` are neighbors, too.
-    """
-    surface = costs.surface
-    is_kept = labels >= 0
-    kept = labels[is_kept]
-    measures = surface.measures[is_kept]
-    positions = np.ascontiguousarray(surface.positions[is_kept])
-    areas = sums_by_label(kept, measures, n_regions)
-    weights = np.where(areas[kept] > 0, measures, 1.0)  # replaced by 1 in regions without area
-    borders = _borders_of(costs, labels, n_regions)
-    if islands == "nearest":
-        gaps = _gaps_between(borders, areas, kept, (positions, measures), surface.n_threads)
-        borders = _with_gaps(borders, *gaps)
-    table = np.empty(0)
-    if features is not None:
-        table = _means(kept, features[is_kept], weights, n_regions).ravel()
-    centroids = _means(kept, positions, weights, n_regions)
-    children, merge_costs = _core.merge_tree(
-        areas, centroids, table, *borders, MERGE_CREASE_WEIGHT, surface.dimension
+
+def _checked_features(table: Floats | None) -> Floats | None:
+    """Return `table`, or raise a ValueError if squares of unscaled features would overflow."""
+    largest = 0.0 if table is None else float(np.abs(table).max())
+    if largest > VALUE_RANGE[1] ** (2 / 3):
+        raise ValueError(
+            f"features are as large as {largest:.3g}, so their squares would overflow: rescale"
+            " them, or use scale_features=True"
+        )
+    return table
+
+
+def _checked_counts(counts: Any) -> tuple[int, ...]:
+    """Return checked numbers of regions in descending order; raise an error if two are equal."""
+    if not hasattr(counts, "__len__") or isinstance(counts, (str, bytes)):
+        raise TypeError(
+            f"counts must be a sequence of numbers of regions, got {reprlib.repr(counts)}"
+        )
+    checked = sorted(
+        (checked_count(count, "each number in counts") for count in counts), reverse=True
     )
-    return MergeTree(n_regions, children.reshape(-1, 2), merge_costs)
+    if not checked:
+        raise ValueError("counts must contain at least one number of regions, but it is empty")
+    for count, next_count in pairwise(checked):
+        if count == next_count:
+            raise ValueError(f"counts must contain distinct numbers, but {count} occurs repeatedly")
+    return tuple(checked)
 
 
-def _borders_of(costs: BorderCosts, labels: Ints, n_regions: int) -> Borders:
-    """Return the borders between regions. Borders to cells in no region are left out."""
-    named, n_threads = np.where(labels < 0, np.int32(n_regions), labels), costs.surface.n_threads
-    with_creases, without = (
-        replace(costs, crease_scale=scale).args for scale in (MERGE_CREASE_SCALE, np.inf)
-    )
-    low, high, open_lengths = _core.region_borders(*with_creases, named, n_threads)
-    *_, whole = _core.region_borders(*without, named, n_threads)
-    is_kept = high < n_regions
-    return low[is_kept], high[is_kept], whole[is_kept], open_lengths[is_kept]
+def _finest(source: Any, n: int, weld: bool, options: dict[str, Any]) -> Segmentation:
+    """Segment the cells into n regions, or more if some components get no seed."""
+    if isinstance(source, CellGraph):
+        return segment_graph(source, n, **options)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", IslandWarning)  # merging reduces the number to n later
+        return segment(source, n, weld=weld, **options)
 
 
-def _means(labels: Ints, values: Floats, weights: Floats, n_regions: int) -> Floats:
-    """Return the weighted mean of the values in each region, (K, F).
-
-    If all values in a region are equal, the mean is exactly this value.
-    """
-    lowest = np.empty(n_regions, np.int64)
-    lowest[labels[::-1]] = np.arange(len(labels))[::-1]
-    origins = values[lowest]
-    totals = sums_by_label(labels, weights, n_regions)
-    steps = values - origins[labels]
-    sums = [sums_by_label(labels, weights * column, n_regions) for column in steps.T]
-    return np.ascontiguousarray(origins + np.stack(sums, axis=1) / totals[:, np.newaxis])
-
-
-def _gaps_between(
-    borders: Borders, areas: Floats, labels: Ints, cells: tuple[Floats, Floats], n_threads: int
-) -> tuple[Ints, Ints]:
-    """Return the pairs of regions to connect across gaps, as arrays of lower and higher regions.
-
-    There is one pair for each connected component of regions except the largest. It contains the
-    regions of two cells: the cell of the component and the cell of any larger component that are
-    nearest to each other. Of components with equal areas, the component with the lowest region is
-    treated as larger. `cells` is a tuple of the positions and the measures of the labeled cells.
-    """
-    components, n_components = _components_of(borders, len(areas))
-    total = sums_by_label(components, areas, n_components)
-    ranks = np.empty(n_components, np.int32)
-    ranks[np.argsort(-total, kind="stable")] = np.arange(n_components)
-    placed = _core.PlacedCells(*cells, n_threads)
-    ends = _core.find_bridges(placed, ranks[components[labels]], n_components)
-    pairs = np.sort([labels[end] for end in ends], axis=0)
-    return pairs[0], pairs[1]
-
-
-def _components_of(borders: Borders, n_regions: int) -> tuple[Ints, int]:
-    """Return the connected component of each region, and the number of components.
-
-    Components are numbered in the order of their lowest regions.
-    """
-    low, high, *_ = borders
-    order = np.argsort(low, kind="stable")
-    offsets = np.searchsorted(low[order], np.arange(n_regions + 1)).astype(np.int64)
-    return _core.find_components(offsets, high[order], np.zeros(n_regions, np.int32))
-
-
-def _with_gaps(borders: Borders, low: Ints, high: Ints) -> Borders:
-    """Return the sorted borders, with a border of length 0 for each gap from `low` to `high`."""
-    lows, highs = np.append(borders[0], low), np.append(borders[1], high)
-    order = np.lexsort((highs, lows))
-    zeros = np.zeros(len(low))
-    lengths, open_lengths = np.append(borders[2], zeros), np.append(borders[3], zeros)
-    return lows[order], highs[order], lengths[order], open_lengths[order]
+def _check_sides(regions: Ints, groups: Ints) -> None:
+    """Raise a ValueError if a region has cells of different groups (see `KeptCells.groups`)."""
+    has_both = (regions >= 0) & (groups != ANY_GROUP)
+    group_of = np.full(int(regions.max()) + 1, ANY_GROUP, np.int32)
+    group_of[regions[has_both]] = groups[has_both]
+    is_wrong = has_both & (group_of[regions] != groups)
+    if is_wrong.any():
+        region = int(regions[np.argmax(is_wrong)])
+        raise ValueError(
+            f"labels must not cross barriers: region {region} has cells on both sides of a barrier"
+        )

@@ -16,7 +16,7 @@ from ..graph.kinds import as_known, kind_of
 from ..graph.sums import weighted_majority
 from ..mesh.convert import CloudLike, MeshLike
 from ..mesh.faces import sample_surface
-from ..tools.nearest import checked_distance, query_points
+from ..mesh.queries import checked_distance, query_points
 
 _ROUNDING = 8 * np.finfo(np.float64).eps
 """Upper bound of the rounding error of centroids, relative to the largest absolute coordinate."""

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-import numpy as np
-
-from ..base.checks import checked_number, checked_queries, checked_threads
+from ..base.checks import checked_threads
 from ..base.types import Floats, Ints
 from ..graph.kinds import kind_of
-from ..mesh.convert import CloudLike, MeshLike, as_cloud, as_mesh
+from ..mesh.convert import CloudLike, MeshLike, as_mesh
+from ..mesh.queries import checked_distance, query_points
 
 
 class NearestFaces(NamedTuple):
@@ -86,17 +84,3 @@ def nearest_faces(
     limit = checked_distance(max_distance)
     found = kind_of(surface).nearest(surface, queries, limit, checked_threads(n_threads))
     return NearestFaces(*found)
-
-
-def checked_distance(max_distance: Any) -> float:
-    """Return `max_distance` as float; infinity for None. Raise an error if it is not valid."""
-    if max_distance is None:
-        return math.inf
-    return checked_number(max_distance, "max_distance", zero=True)
-
-
-def query_points(points: Any) -> Floats:
-    """Return the positions (M, 3) of query points. `points` is an array or a cloud."""
-    if isinstance(points, (np.ndarray, list, tuple)):
-        return checked_queries(points)
-    return checked_queries(as_cloud(points).points)

@@ -40,19 +40,22 @@ from ..graph.size import advised_max_edge
 from ..mesh.base import Cells
 from ..mesh.convert import as_mesh
 from ..mesh.point_cloud import PointCloud
-from ..pipeline import Options, segment
+from ..pipeline import segment
+from ..stages.options import SegmentOptions
 from .subdivision import Subdivision, subdivide
 
 Load = Callable[[bool], tuple[Cells, MeshAttributes | None, dict[str, Array]]]
 """Function that reads a file. Its argument says whether to read attributes in addition to cells. It
 returns the cells, the attributes, and arguments of `segment`: ``mask`` and ``barriers``, if any."""
 
-_NOT_OF_FILES = {"mesh", "features", "mask", "barriers", "cell_weights", "progress", "on_stage"}
+_NOT_OF_FILES = {"features", "mask", "barriers", "cell_weights", "progress", "on_stage"}
 """Parameters of `segment` that are not in `FileOptions.keywords`, mostly because they are arrays.
 The feature names in `FileOptions.features` replace the parameter `features`."""
 
 _DEFAULTS = {
-    name: parameter.default for name, parameter in inspect.signature(segment).parameters.items()
+    name: parameter.default
+    for name, parameter in inspect.signature(segment).parameters.items()
+    if name != "mesh"
 }
 _OF_FILES = sorted(_DEFAULTS.keys() - _NOT_OF_FILES)
 """Parameters of `segment` that are options for files."""
@@ -135,7 +138,7 @@ def _check_keywords(keywords: Mapping[str, Any]) -> None:
         given = keywords.get(name, _DEFAULTS[name])
         if not isinstance(given, str) and given is not _DEFAULTS[name]:
             raise TypeError(f"{name} must be a string, because an array would fit only one file")
-    Options.checked({**_DEFAULTS, **keywords})
+    SegmentOptions.checked(**{**_DEFAULTS, **keywords})
 
 
 @dataclass(frozen=True)

@@ -22,14 +22,14 @@ MARK = ".superfacets"
 
 
 @dataclass(frozen=True)
-class Source:
+class InputFile:
     """An input file of a batch."""
 
     input: str  # path of the file, as given by the caller or found in a folder
     name: str  # path relative to the input folder, with forward slashes on all platforms
 
 
-def find_sources(inputs: StrPath | Iterable[StrPath]) -> list[Source]:
+def find_sources(inputs: StrPath | Iterable[StrPath]) -> list[InputFile]:
     """Return all files that the `inputs` of `batch` stand for, without duplicates.
 
     Links to folders are not followed. Empty lines of a list (``@LIST``) and lines that begin with
@@ -37,7 +37,7 @@ def find_sources(inputs: StrPath | Iterable[StrPath]) -> list[Source]:
     found. Raises a ValueError if no input is given, or if two files have the same relative path.
     """
     given = [inputs] if isinstance(inputs, (str, os.PathLike)) else list(inputs)
-    found: dict[str, Source] = {}
+    found: dict[str, InputFile] = {}
     for text in (os.fspath(path) for path in given):
         for source in _expanded(text):
             other = found.setdefault(source.name, source)
@@ -52,7 +52,7 @@ def find_sources(inputs: StrPath | Iterable[StrPath]) -> list[Source]:
     return list(found.values())
 
 
-def _expanded(text: str) -> Iterator[Source]:
+def _expanded(text: str) -> Iterator[InputFile]:
     path = Path(text)
     if not text:
         raise ValueError("inputs must not contain an empty path")
@@ -63,10 +63,10 @@ def _expanded(text: str) -> Iterator[Source]:
     elif path.is_dir():
         yield from _below(path)
     else:
-        yield Source(text, path.name)
+        yield InputFile(text, path.name)
 
 
-def _listed(path: Path) -> Iterator[Source]:
+def _listed(path: Path) -> Iterator[InputFile]:
     for line in path.read_text(encoding="utf-8").splitlines():
         text = line.strip()
         if not text or text.startswith("#"):
@@ -74,10 +74,10 @@ def _listed(path: Path) -> Iterator[Source]:
         name = os.path.normpath(text)
         is_below = not Path(name).is_absolute() and Path(name).parts[0] != os.pardir
         shown = Path(name if is_below else Path(name).name)
-        yield Source(str(path.parent / text), shown.as_posix())
+        yield InputFile(str(path.parent / text), shown.as_posix())
 
 
-def _below(folder: Path) -> Iterator[Source]:
+def _below(folder: Path) -> Iterator[InputFile]:
     """Yield the input files in a folder and its subfolders, sorted by path."""
     n_found = 0
     for parent, folders, names in os.walk(folder, onerror=_fail):
@@ -86,7 +86,7 @@ def _below(folder: Path) -> Iterator[Source]:
             if Path(name).suffix.lower() in FOUND_ENDINGS and MARK not in Path(name).suffixes:
                 path = Path(parent, name)
                 n_found += 1
-                yield Source(str(path), path.relative_to(folder).as_posix())
+                yield InputFile(str(path), path.relative_to(folder).as_posix())
     if not n_found:
         raise FileNotFoundError(f"{folder}: no file in it ends in {', '.join(FOUND_ENDINGS)}")
 
@@ -95,7 +95,7 @@ def _fail(error: OSError) -> None:
     raise error
 
 
-def _matching(pattern: str) -> Iterator[Source]:
+def _matching(pattern: str) -> Iterator[InputFile]:
     """Yield all files that match a pattern.
 
     Names are relative to the folder at the start of the pattern, before the first wildcard.
@@ -108,7 +108,7 @@ def _matching(pattern: str) -> Iterator[Source]:
     if not found:
         raise FileNotFoundError(f"{pattern}: no file matches this pattern")
     for path in found:
-        yield Source(str(path), path.relative_to(root).as_posix())
+        yield InputFile(str(path), path.relative_to(root).as_posix())
 
 
 def result_ending(name: str) -> str:
@@ -139,9 +139,9 @@ def _output_name(path: PurePosixPath, ending: str) -> str:
     return f"{path.stem}{MARK}{ending}"
 
 
-def check_outputs_differ(sources: Iterable[Source], endings: Sequence[str]) -> None:
+def check_outputs_differ(sources: Iterable[InputFile], endings: Sequence[str]) -> None:
     """Raise a ValueError if the results of two files would have the same path."""
-    writers: dict[str, Source] = {}
+    writers: dict[str, InputFile] = {}
     for source in sources:
         for output in output_names(source.name, endings):
             other = writers.setdefault(os.path.normcase(output), source)

@@ -15,7 +15,8 @@ from ..base.checks import checked_choice, checked_number, checked_threads
 from ..base.types import Bytes, Floats
 from ..graph.cell_graph import BaseGraph
 from ..graph.face_graph import FaceGraph
-from ..graph.surface import Surface
+from ..graph.kinds import Kind
+from ..graph.surface import NO_NORMALS, Surface
 from ..mesh.convert import MeshLike, as_mesh
 
 SOLID = 0.3
@@ -54,10 +55,6 @@ UNKNOWN_TURN = 0.5
 creases cannot be distinguished. In a synthetic room without normals, 1.5 % of the points are in a
 region that mainly covers another wall. With a cost of 0, this fraction is 8.5 %, and with a cost of
 1, it is 1.4 %."""
-
-NO_NORMALS = np.empty((0, 3))
-"""Empty array in place of normals. If `_core` gets this array, it computes the normals of triangles
-itself."""
 
 MAX_SOFT = 2
 """Maximum ratio `EdgeSums.n_soft` / `EdgeSums.n_sharp` of a machine part. In the benchmark, the
@@ -144,7 +141,7 @@ class EdgeSums(NamedTuple):
         return is_sharp and 2 * (self.n_soft + self.n_sharp) <= self.n_edges
 
 
-class Weighed(NamedTuple):
+class ArcWeights(NamedTuple):
     """Weights of all arcs of a graph."""
 
     weights: npt.ArrayLike  # (M,) weight of each arc
@@ -349,7 +346,7 @@ class Weight:
     """Description of the formula in the documentation of `segment`."""
     defaults: Mapping[str, float]
     """Default values of parameters, keyed by the names of arguments of `segment`."""
-    compute: Callable[[Surface, CellArrays, float, Mapping[str, float]], Weighed]
+    compute: Callable[[Surface, CellArrays, float, Mapping[str, float]], ArcWeights]
     """Function that computes the weights from a `Surface`, the `CellArrays` of its cells, the
     expected radius of regions, and the parameters of the formula, keyed by name."""
     has_parts: bool = False
@@ -381,7 +378,7 @@ WEIGHTS: Mapping[WeightName, Weight] = {
     "superfacets": Weight(
         about="`superfacet_weights`, the formula of the paper",
         defaults={"alpha": 200.0, "eta_convex": 0.2},
-        compute=lambda surface, cells, _, params: Weighed(
+        compute=lambda surface, cells, _, params: ArcWeights(
             weights_of(surface, cells, EdgeFactors(params["alpha"], params["eta_convex"], 0.0))
         ),
         has_other_unit=True,
@@ -454,27 +451,41 @@ class WeightOptions:
         return CREASE_LIMIT_TURN * ridges * self.crease_cost(radius)
 
 
+def weights_of_kind(
+    kind: Kind, surface: Surface, graph: BaseGraph, radius: float, options: WeightOptions,
+    normals: Floats | None,
+) -> ArcWeights:  # fmt: skip
+    """Return one weight per arc between cells of any kind, for regions with this expected radius.
+
+    An arc and its reverse arc have the same weight, unless the caller gave weights that differ.
+    `normals` is the same as in `arc_weights`.
+    """
+    if kind.has_angles:
+        return arc_weights(surface, graph, radius, options, normals)
+    return step_weights(surface, options, kind.plural)
+
+
 def arc_weights(
     surface: Surface,
     faces: BaseGraph | Surface,
     radius: float,
     options: WeightOptions,
     normals: Floats | None = None,
-) -> Weighed:
+) -> ArcWeights:
     """Return one weight per arc of a mesh or cloud, for regions with the expected radius `radius`.
 
     `faces` provides the positions and measures of the cells. The cells may also be points.
     `normals` are the unit normals of faces, or None to let `_core` compute the normals.
     """
     if options.given is not None:
-        return Weighed(options.given)
+        return ArcWeights(options.given)
     cells = (faces.positions, faces.measures, NO_NORMALS if normals is None else normals)
     assert options.weight is not None
     params = {**options.params, "slack": options.slack}
     return options.weight.compute(surface, cells, radius, params)
 
 
-def step_weights(surface: Surface, options: WeightOptions, plural: str) -> Weighed:
+def step_weights(surface: Surface, options: WeightOptions, plural: str) -> ArcWeights:
     """Return the weights that the caller gave or, if there are none, the weights of `surface`.
 
     The weights of `surface` are distances, or the weights of a `CellGraph`. `plural` is the noun
@@ -482,14 +493,14 @@ def step_weights(surface: Surface, options: WeightOptions, plural: str) -> Weigh
     angles.
     """
     if options.given is not None:
-        return Weighed(options.given)
+        return ArcWeights(options.given)
     if options.has_other_unit:
         name = options.params["weights"]
         raise ValueError(
             f"weights={name!r} needs the angles between faces: leave weights out for {plural}"
         )
     assert surface.weights is not None
-    return Weighed(surface.weights)
+    return ArcWeights(surface.weights)
 
 
 def creases_of(surface: Surface, radius: float, ridges: float | None = None) -> Floats:
@@ -528,7 +539,7 @@ def weights_and_sums(
     return weights, EdgeSums(*sums)
 
 
-def _adapted_weights(surface: Surface, cells: CellArrays, factors: EdgeFactors) -> Weighed:
+def _adapted_weights(surface: Surface, cells: CellArrays, factors: EdgeFactors) -> ArcWeights:
     """Return the result of `weights_of`, with costs adapted to hollow shapes and machine parts.
 
     On hollow shapes, smooth convex edges also have a cost, and smooth concave edges cost less. If
@@ -536,7 +547,7 @@ def _adapted_weights(surface: Surface, cells: CellArrays, factors: EdgeFactors) 
     of point clouds are not adapted.
     """
     if isinstance(surface.handle, _core.PointSurface) or not factors.alpha:
-        return Weighed(weights_of(surface, cells, factors))
+        return ArcWeights(weights_of(surface, cells, factors))
     is_closed = surface.volume > 0.0
     weights, sums = weights_and_sums(surface, cells, factors, ALL_COUNT if is_closed else None)
     of_machine_part = factors.is_straight and sums.are_of_machine_part
@@ -547,4 +558,4 @@ def _adapted_weights(surface: Surface, cells: CellArrays, factors: EdgeFactors) 
         adapted = adapted._replace(convex_share=convex_share)
     if adapted != factors:
         weights, _ = weights_and_sums(surface, cells, adapted, None)
-    return Weighed(weights, of_machine_part)
+    return ArcWeights(weights, of_machine_part)

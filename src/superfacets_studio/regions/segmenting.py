@@ -28,8 +28,9 @@ from superfacets.graph.kinds import graph_and_surface
 from superfacets.graph.size import DEFAULT_N_SEGMENTS
 from superfacets.graph.surface import Surface
 from superfacets.mesh.base import Cells
-from superfacets.pipeline import Prepared, segment
-from superfacets.regions.hierarchy import MergeTree, checked_cut, merge_neighbors
+from superfacets.pipeline import segment
+from superfacets.regions.merge_tree import MergeTree, checked_cut, merge_neighbors
+from superfacets.stages.prepare import Prepared
 from superfacets.weights.formulas import WEIGHTS
 
 MAX_KEPT = 4  # number of cached segmentations, and of cached merge trees

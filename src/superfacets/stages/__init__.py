@@ -1,0 +1,1 @@
+"""The stages of `segment`, and the values that each stage hands on to the next."""

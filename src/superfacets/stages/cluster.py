@@ -1,0 +1,190 @@
+"""Stages 3 to 5: run the clustering loop, clean up regions, and make the result."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .._core import OrderedGraph
+from ..base.checks import counted
+from ..base.errors import BalanceWarning, RadiusWarning, SliverWarning
+from ..base.options import CleanupOptions
+from ..base.timing import Clock
+from ..base.types import Ints
+from ..cleanup.connect import connect_regions
+from ..cleanup.edit import BorderCosts
+from ..cleanup.merge import merge_regions
+from ..cleanup.region_sizes import Goals, settle
+from ..cleanup.smooth import OF_PARTS, SmoothOptions, straighten
+from ..clustering.balance import Balancer
+from ..clustering.coarsening import Coarsening
+from ..clustering.plan import ArcLengths
+from ..clustering.result import Segmentation
+from ..clustering.run import joiner_of, segment_cells
+from ..graph.size import sliver_note
+from ..mesh.base import Cells
+from ..weights.features import FeatureSteps
+from ..weights.formulas import creases_of
+from .notes import radius_note, sliver_advice, warn_of_islands
+from .part_costs import PART_CREASE_SCALE, PartCosts
+from .prepare import Planned
+from .weigh import Lengths, Weighed
+
+
+@dataclass(frozen=True, eq=False)
+class Clustered:
+    """Regions of the cells inside the mask, and what decides about their borders."""
+
+    result: Segmentation
+    goals: Goals | None  # target sizes of regions; None if sizes are not restricted
+    part_costs: PartCosts | None
+
+
+def cluster(
+    ordered: OrderedGraph, coarsening: Coarsening, arcs: ArcLengths, weighed: Weighed,
+    planned: Planned, part_costs: PartCosts | None,
+) -> Clustered:  # fmt: skip
+    """Place seeds, and run the clustering loop, which labels cells and moves centers."""
+    options, plan = weighed.options, weighed.plan
+    note = sliver_note(planned.sliver_share, sliver_advice(plan.size.radius))
+    if note is not None:
+        warnings.warn(note, SliverWarning, stacklevel=5)
+    join_pieces = None
+    if weighed.has_parts:
+        join_pieces = joiner_of(arcs, ordered.crease_limit, options.loop.n_threads)
+    balancer = None
+    if planned.sizes is not None:
+        balancer = Balancer.of(planned.sizes, coarsening.graphs, plan, options.loop)
+    result = segment_cells(
+        ordered, coarsening, weighed.surface.bounds, plan, options.loop, join_pieces, balancer
+    )
+    warn_of_islands(replace(result, params=options.params(result)), 6)
+    goals = None if balancer is None else balancer.region_goals(result.labels, result.n_segments)
+    return Clustered(result, goals, part_costs)
+
+
+def clean(
+    clustered: Clustered, lengths: Lengths, steps: FeatureSteps | None, weighed: Weighed,
+    clock: Clock,
+) -> Segmentation:  # fmt: skip
+    """Clean up regions as requested: connect, merge, straighten borders, and adjust sizes."""
+    options, plan, part_costs = weighed.options, weighed.plan, clustered.part_costs
+    if not (options.cleanup.is_needed or options.balance.is_used):
+        return clustered.result
+    with clock.timed("regions"):
+        costs = _border_costs(lengths, steps, weighed)
+        costs = costs if plan.cut is None else costs.of_cut(plan.cut)
+        smoothing = SmoothOptions()
+        if part_costs is not None:
+            arcs, n_threads = costs.surface.arcs, weighed.surface.n_threads
+            on_borders = part_costs.border_lengths(arcs, costs.lengths, n_threads)
+            costs = replace(costs, lengths=on_borders, crease_scale=PART_CREASE_SCALE)
+            smoothing = OF_PARTS
+        cleanup, goals = options.cleanup, clustered.goals
+        result = _cleaned(costs, clustered.result, cleanup, plan.groups, smoothing, goals)
+        if goals is not None:
+            result = _sized(costs, result, goals, smoothing if cleanup.smooth else None)
+    return result
+
+
+def _sized(
+    costs: BorderCosts, result: Segmentation, goals: Goals, smoothing: SmoothOptions | None
+) -> Segmentation:
+    """Move cells between regions until the sizes of regions are within their limits.
+
+    Issues a BalanceWarning if sizes are exact and some regions are disconnected.
+    """
+    labels, centers = settle(costs, result.labels, result.centers, goals, smoothing)
+    n_extra = costs.surface.extra_pieces(labels, len(centers)) if goals.is_exact else 0
+    if n_extra > 0:
+        note = (
+            f"some regions are disconnected, with {counted(n_extra, 'extra piece')}: no connected"
+            " regions of the requested sizes were found"
+        )
+        warnings.warn(note, BalanceWarning, stacklevel=6)
+    return replace(result, labels=labels, centers=centers, n_extra_pieces=n_extra)
+
+
+def _cleaned(
+    costs: BorderCosts,
+    result: Segmentation,
+    options: CleanupOptions,
+    groups: Ints,
+    smoothing: SmoothOptions,
+    goals: Goals | None = None,
+) -> Segmentation:
+    """Clean up the regions of a result; cells of different `KeptCells.groups` stay separate."""
+    if options.enforce_connectivity:
+        edit = connect_regions(costs, result.labels, result.n_segments, result.centers)
+        # In `edit`, pieces that touch no other region are new regions. Here, they get their old
+        # labels again.
+        labels = edit.sources[edit.labels]
+        result = replace(result, labels=labels, n_joined=edit.n_joined)
+    if options.min_size > 0:
+        edit = merge_regions(
+            costs, result.labels, result.n_segments, options.min_size, options.islands, groups
+        )
+        result = replace(
+            result,
+            labels=edit.labels,
+            centers=result.centers[edit.sources],
+            n_merged=edit.n_joined,
+            n_islands=edit.n_islands,
+        )
+    if options.smooth:
+        sizes = None if goals is None else goals[:2]
+        labels = straighten(costs, result.labels, result.centers, smoothing, sizes)
+        result = replace(result, labels=labels)
+    return result
+
+
+def _border_costs(lengths: Lengths, steps: FeatureSteps | None, weighed: Weighed) -> BorderCosts:
+    """Return the costs of borders between regions.
+
+    The costs are computed from the weights of arcs if these have the same unit as the weights
+    ``"creases"``, and otherwise from the result of `creases_of`.
+    """
+    surface, radius = weighed.surface, weighed.plan.size.radius
+    scale = radius or surface.diagonal
+    if not weighed.options.weights.has_other_unit:
+        return BorderCosts(surface, lengths.values, lengths.unit, scale)
+    weights = creases_of(surface, radius, ridges=0.0)  # weights in other units have no ridge costs
+    if steps is not None:
+        weights = steps.added(weights, surface, radius)
+    return BorderCosts.of_weights(surface, weights, scale)
+
+
+def finish(
+    result: Segmentation, source: Cells, order: Ints | None, weighed: Weighed, planned: Planned,
+    clock: Clock,
+) -> Segmentation:  # fmt: skip
+    """Restore the input order of cells, and add timings and parameters to the result."""
+    result = weighed.plan.whole(result)
+    if order is not None:
+        result = _in_input_order(result, order)
+    result = replace(
+        result,
+        sliver_share=planned.sliver_share,
+        timings=_in_order(clock.timings | result.timings),
+        params=weighed.options.params(result),
+        cells=source,
+    )
+    note = radius_note(result)
+    if note is not None:
+        warnings.warn(note, RadiusWarning, stacklevel=5)
+    return result
+
+
+def _in_input_order(result: Segmentation, order: Ints) -> Segmentation:
+    """Convert a result for sorted cells to input order; `order` gives input indices."""
+    labels = np.empty_like(result.labels)
+    labels[order] = result.labels
+    return replace(result, labels=labels, centers=order[result.centers])
+
+
+def _in_order(timings: dict[str, float]) -> dict[str, float]:
+    """Return `timings` with the entry ``"regions"`` last, because this stage runs last."""
+    last = {"regions": timings.pop("regions")} if "regions" in timings else {}
+    return timings | last

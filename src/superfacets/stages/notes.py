@@ -1,0 +1,86 @@
+"""Notes and warnings about results: radius, number of regions, long and thin faces."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+
+from ..base.checks import counted
+from ..base.errors import IslandWarning
+from ..clustering.result import Segmentation
+from ..graph.kinds import kind_of
+from ..graph.size import EDGE_PER_RADIUS
+
+
+def sliver_advice(radius: float) -> str:
+    """Return advice on how to subdivide long and thin faces, for regions of the given radius."""
+    max_edge = EDGE_PER_RADIUS * radius
+    return f"subdivide first, mesh = superfacets.subdivide(mesh, max_edge={max_edge:.3g}).mesh"
+
+
+FEWEST_CELLS = 4
+"""Minimum mean number of cells of a region, below which `segment` doubts a radius."""
+
+
+def radius_note(result: Segmentation) -> str | None:
+    """Return a note if a radius led to regions of fewer than `FEWEST_CELLS` cells, or None."""
+    params = result.params
+    if params["n_segments"] is not None or params["init"] == "given":
+        return None
+    n_kept = result.n_unreached if params["islands"] == "keep" else 0
+    n_made = result.n_segments + result.n_merged - n_kept
+    mean = np.count_nonzero(result.labels >= 0) / max(1, n_made)
+    if mean >= FEWEST_CELLS:
+        return None
+    is_fraction = params["radius"] is not None
+    unit = "a fraction of the bounding box's diagonal" if is_fraction else "in the unit of the mesh"
+    things = "cells" if result.cells is None else kind_of(result.cells).plural
+    return f"regions have {mean:.1f} {things} on average: is the radius {unit}?"
+
+
+def fewer_note(result: Segmentation) -> str | None:
+    """Return a note if `min_measure` led to fewer regions than requested; otherwise None."""
+    asked, n_made = result.params["n_segments"], result.n_segments + result.n_merged
+    least = result.params.get("min_measure")
+    if asked is None or n_made >= asked or least is None:
+        return None
+    components = "components between barriers" if "barriers" in result.params else "components"
+    return (
+        f"{counted(n_made, 'region')} instead of {asked}: some {components} are too small for more"
+        f" regions of at least min_measure={least:g}"
+    )
+
+
+BARRIERS_NOTE = "barriers divide the cells into components, each of which has at least one region"
+"""Explains why barriers led to more regions than requested."""
+
+
+def warn_of_islands(result: Segmentation, stacklevel: int = 4) -> None:
+    """Issue an IslandWarning if components or `min_measure` changed the number of regions.
+
+    There is no warning if seeds, a radius or `radius_factor` are given, or if there are more
+    regions because barriers are given and one region was requested.
+    """
+    params = result.params
+    asked = params["n_segments"]  # None if `segment` was called with a radius
+    if asked is None or params["init"] == "given" or params["radius_factor"] is not None:
+        return
+    n_more, has_barriers = result.n_segments - asked, "barriers" in params
+    fewer = fewer_note(result)
+    if fewer is not None:
+        warnings.warn(fewer, IslandWarning, stacklevel=stacklevel)
+        return
+    if params["islands"] == "keep" and result.n_unreached:
+        if has_barriers and asked == 1:  # users request this to get one region per component
+            return
+        advice = "to join them to the nearest region, use islands='nearest'"
+        note = f"{counted(result.n_unreached, 'component')} got no seed; {advice}"
+        if has_barriers:
+            note = BARRIERS_NOTE
+    elif params["islands"] == "nearest" and n_more > 0 and params["init"] not in ("flood", "grid"):
+        note = f"{counted(n_more, 'part')} between barriers got no seed and cannot join a region"
+    else:
+        return
+    message = f"{counted(result.n_segments, 'region')} instead of {asked}: {note}"
+    warnings.warn(message, IslandWarning, stacklevel=stacklevel)

@@ -1,0 +1,203 @@
+"""Stages 0 and 1: read the mesh or cloud, smooth it, build its graph, and plan the regions."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, replace
+from typing import cast
+
+import numpy as np
+
+from ..base.errors import MeshError
+from ..base.lazy import load
+from ..base.timing import Clock
+from ..base.types import Bools, Floats, Ints
+from ..clustering.balance import SizeRules
+from ..clustering.plan import Plan
+from ..graph.cell_graph import BaseGraph
+from ..graph.constraints import ConstraintOptions
+from ..graph.face_graph import FaceShapes
+from ..graph.kinds import Kind, OrderedCells, kind_of
+from ..mesh.base import Cells
+from ..mesh.convert import CloudLike, MeshLike, as_cells
+from ..mesh.denoising import STEPS_WITH_SLACK, Denoise, Roughness, slack_of, smoothed
+from ..mesh.faces import FaceMesh
+from ..weights.features import FeatureOptions
+from .options import SegmentOptions
+
+_READER = "superfacets.files.readers.read:read_cells_and_attributes"
+_FEATURES = "superfacets.files.named_features:features_of"
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """A mesh or cloud and the graph of its cells, prepared once for several calls of `segment`.
+
+    `segment` accepts a `Prepared` in place of the mesh and returns the same labels. In this case,
+    `weld` has no effect, `denoise` must be ``"auto"`` or `n_steps`, and `features` must be numbers.
+    If the cells are sorted (`order` is not None), arrays of weights are not accepted, and
+    `radius_factor` only for points. `cells`, `graph`, `shapes` and `order` have the same meaning as
+    in `OrderedCells`.
+    """
+
+    source: Cells  # mesh or cloud given by the caller, in the order of the caller
+    denoised: Cells  # smoothed copy of `source`, or `source` itself if it was not smoothed
+    n_steps: int | None  # number of smoothing steps; None if cells are not faces
+    slack: float  # radians that are subtracted from the angle of each edge, see `slack_of`
+    kind: Kind
+    cells: Cells
+    graph: BaseGraph
+    shapes: FaceShapes | None
+    order: Ints | None
+
+    @classmethod
+    def of(
+        cls, source: Cells, *, weld: bool, n_threads: int, is_sorted: bool = True,
+        denoise: Denoise = "auto", is_kept: Bools | None = None,
+    ) -> Prepared:  # fmt: skip
+        """Smooth a mesh as `denoise` requires, and build the graph of the mesh or cloud.
+
+        Cells are sorted if `is_sorted` is true and sorting saves time. `is_kept` is the same as in
+        `graph_and_surface`. Raises a ValueError if `denoise` is a number of steps > 0 and the cells
+        are not faces.
+        """
+        kind = kind_of(source)
+
+        def ordered(cells: Cells, weld: bool) -> OrderedCells:
+            found = None
+            if is_kept is not None:
+                found = kind.kept_graph(cells, is_kept, n_threads, is_sorted=is_sorted)
+            elif is_sorted:
+                found = kind.sorted_graph(cells, weld, n_threads)
+            if found is None:
+                found = OrderedCells(cells, *kind.build_graph(cells, weld, n_threads), None)
+            return found
+
+        def smoothed_in(n_steps: int) -> tuple[Cells, OrderedCells]:
+            denoised = smoothed(cast(FaceMesh, source), n_steps, weld=weld, n_threads=n_threads)
+            return denoised, ordered(denoised, False)
+
+        if not kind.has_faces:
+            if denoise not in (None, 0, "auto"):
+                raise ValueError(
+                    f"denoise needs a mesh of faces, got {kind.plural}: leave denoise out"
+                )
+            return cls(source, source, None, 0.0, kind, *ordered(source, weld))
+        is_auto, slack = denoise == "auto", 0.0
+        n_steps = 0 if is_auto else int(denoise or 0)
+        denoised, made = smoothed_in(n_steps) if n_steps else (source, ordered(source, weld))
+        if is_auto or n_steps >= STEPS_WITH_SLACK:
+            roughness = Roughness.of_mesh(
+                cast(FaceMesh, made.cells), made.graph, made.order, n_threads
+            )
+            if is_auto and roughness.n_steps > 0:
+                n_steps = roughness.n_steps
+                denoised, made = smoothed_in(n_steps)
+            slack = slack_of(n_steps, is_regular=roughness.is_regular)
+        return cls(source, denoised, n_steps, slack, kind, *made)
+
+    def given_measures(self, n_threads: int) -> Floats:
+        """Return the areas or volumes of the cells before the mesh was smoothed, (N,)."""
+        if not self.n_steps:
+            return np.asarray(self.graph.measures)
+        measures = self.kind.measures(self.source, n_threads)
+        return measures if self.order is None else measures[self.order]
+
+
+def prepare(
+    mesh: MeshLike | CloudLike | Prepared, options: SegmentOptions, clock: Clock
+) -> tuple[Prepared, SegmentOptions]:
+    """Read the mesh or cloud and build the graph of its cells, unless a `Prepared` is given.
+
+    In the returned options, names of features are replaced by values, and `denoise` is the number
+    of smoothing steps.
+    """
+    constraints = options.constraints
+    if isinstance(mesh, Prepared) and constraints.kept_points(mesh.source) is not None:
+        mesh = mesh.source  # the mask changes the neighbors of points
+    if isinstance(mesh, Prepared):
+        _check_prepared(mesh, options)
+        prepared = mesh
+    else:
+        with clock.timed("mesh"):
+            n_threads = options.loop.n_threads
+            source, features = read_with_features(mesh, options.features, constraints, n_threads)
+            options = replace(options, features=features)
+        with clock.timed("face_graph"):
+            prepared = Prepared.of(
+                source, weld=options.weld, n_threads=n_threads,
+                is_sorted=not options.needs_order(kind_of(source)), denoise=options.denoise,
+                is_kept=constraints.kept_points(source),
+            )  # fmt: skip
+    return prepared, options.smoothed(prepared.n_steps, prepared.slack)
+
+
+def _check_prepared(prepared: Prepared, options: SegmentOptions) -> None:
+    """Raise a ValueError if the options do not fit cells that are already prepared."""
+    if prepared.order is not None and options.needs_order(prepared.kind):
+        raise ValueError(
+            "prepared cells are sorted, but radius_factor and arrays of weights need the input"
+            " order: pass the mesh instead, or leave these parameters out"
+        )
+    if options.denoise not in ("auto", prepared.n_steps):
+        raise ValueError("denoise needs the mesh: pass the mesh instead of prepared cells")
+
+
+def read_with_features(
+    mesh: MeshLike | CloudLike, features: FeatureOptions, constraints: ConstraintOptions,
+    n_threads: int,
+) -> tuple[Cells, FeatureOptions]:  # fmt: skip
+    """Read the mesh or cloud, and replace names of features by a table of their values."""
+    names = features.names
+    if not names:
+        return as_cells(mesh), features
+    if isinstance(mesh, (str, os.PathLike)):
+        source, attributes = load(_READER)(mesh)
+    else:
+        source, attributes = as_cells(mesh), None
+        if "color" in names and kind_of(source).has_faces:
+            raise MeshError(
+                "a Mesh has no colors, so features='color' is not available: pass the path of the"
+                " file instead, or an array of colors as features"
+            )
+    table = load(_FEATURES)(names, source, attributes, n_threads, constraints.kept_points(source))
+    return source, replace(features, given=table)
+
+
+@dataclass(frozen=True, eq=False)
+class Planned:
+    """The cells to segment, the regions to make, and whether cells are too long for them."""
+
+    plan: Plan
+    sizes: SizeRules | None  # rules for the sizes of regions; None if sizes are not restricted
+    sliver_share: float  # fraction of the area in long and thin faces
+
+
+def plan_regions(prepared: Prepared, options: SegmentOptions, clock: Clock) -> Planned:
+    """Determine the cells to segment, the expected size of regions, and the initial centers."""
+    n_threads = options.loop.n_threads
+    with clock.timed("face_graph", begins=False):
+        cut = options.constraints.cut(
+            prepared.denoised,
+            prepared.graph,
+            weld=options.weld,
+            n_threads=n_threads,
+            order=prepared.order,
+        )
+        measures = prepared.given_measures(n_threads)
+        sizes = SizeRules.of(options.balance, prepared.graph, cut, prepared.order, measures)
+        size = options.size if sizes is None else sizes.asked(options.size)
+        plan = Plan.of(
+            prepared.graph, cut, (size, options.init), n_threads,
+            dimension=prepared.kind.dimension, order=prepared.order,
+        )  # fmt: skip
+        if sizes is not None:
+            sizes.check(plan.size.n_segments)
+        areas = prepared.graph.measures
+        if cut is not None:
+            areas = np.zeros_like(areas)
+            areas[cut.cells] = prepared.graph.measures[cut.cells]
+        share = prepared.kind.sliver_share(
+            prepared.cells, areas, prepared.shapes, plan.size.radius, n_threads
+        )
+    return Planned(plan, sizes, share)

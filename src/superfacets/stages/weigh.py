@@ -1,0 +1,129 @@
+"""Stage 2: compute the weights of arcs, and build the graphs on which the loop runs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy.typing as npt
+
+from .. import _core
+from ..base.timing import Clock
+from ..base.types import Singles
+from ..clustering.plan import ArcLengths, Plan
+from ..graph.cell_graph import BaseGraph, checked_weights
+from ..graph.surface import Surface
+from ..weights.features import FeatureSteps
+from ..weights.formulas import weights_of_kind
+from .options import SegmentOptions
+from .prepare import Prepared
+
+UNIT_FACTOR = 4.0
+"""Factor by which the unit of integer path lengths is increased if there are costs between parts.
+These costs increase the total length of all arcs by a factor of up to 1 + gamma. With the larger
+unit, path lengths stay within the range of integers."""
+
+
+@dataclass(frozen=True, eq=False)
+class Weighed:
+    """Facts about the weights of arcs between cells."""
+
+    options: SegmentOptions  # options whose defaults fit the cells
+    plan: Plan
+    surface: Surface  # lengths and angles of the arcs between all cells
+    of_machine_part: bool  # see `ArcWeights.of_machine_part`
+    has_parts: bool
+    """Whether arcs between parts of the shape have an additional cost. This is the case for the
+    weights ``"parts"``, except for volumes, for graphs that have weights of their own, and if the
+    expected radius of regions is 0."""
+
+
+class Lengths(NamedTuple):
+    """Weights of arcs, rounded to integers so that sums of weights are exact."""
+
+    values: Singles  # (M,) weight of each arc as an integer multiple of `unit`
+    unit: float  # weight that corresponds to a value of 1
+
+
+class Placed(NamedTuple):
+    """Cells inside the mask, sorted so that neighboring cells are close together in memory."""
+
+    cells: _core.PlacedCells
+    arcs: ArcLengths  # arcs between these cells
+
+
+def weigh(
+    prepared: Prepared, plan: Plan, options: SegmentOptions, clock: Clock
+) -> tuple[Weighed, npt.ArrayLike]:
+    """Compute the weight of each arc, (M,), for the expected radius of regions."""
+    kind, graph, radius = prepared.kind, prepared.graph, plan.size.radius
+    if not kind.knows_turns(graph):
+        options = replace(options, weights=options.weights.counting_both_turns())
+    with clock.timed("weights"):
+        surface = kind.surface(prepared.cells, graph, options.loop.n_threads)
+        normals = None if prepared.shapes is None else prepared.shapes.normals
+        found = weights_of_kind(kind, surface, graph, radius, options.weights, normals)
+        if not options.weights.has_other_unit:  # otherwise, `clean` needs the full surface
+            surface = kind.bare_surface(surface, prepared.cells, graph, surface.n_threads)
+    has_creases = surface.weights is None and surface.dimension == 2
+    has_parts = options.weights.has_parts and has_creases and radius > 0.0
+    loop = options.loop
+    if loop.relocate is None:
+        relocates = has_parts and not plan.has_seeds and loop.radius_factor is None
+        options = replace(options, loop=replace(loop, relocate=relocates))
+    return Weighed(options, plan, surface, found.of_machine_part, has_parts), found.weights
+
+
+def add_features(
+    weights: npt.ArrayLike, weighed: Weighed, prepared: Prepared, clock: Clock
+) -> tuple[npt.ArrayLike, FeatureSteps | None]:
+    """Add the cost of feature differences to weights; also return the object that adds it.
+
+    If there are no features, the weights do not change, and the object is None.
+    """
+    surface, measures = weighed.surface, prepared.graph.measures
+    with clock.timed("weights", begins=False):
+        steps = weighed.options.features.steps(
+            prepared.source, measures, surface.n_threads, prepared.order
+        )
+        if steps is None:
+            return weights, None
+        checked = checked_weights(weights, surface.n_arcs, surface.n_threads)
+        return steps.added(checked, surface, weighed.plan.size.radius), steps
+
+
+def round_weights(
+    weights: npt.ArrayLike, graph: BaseGraph, weighed: Weighed, clock: Clock
+) -> Lengths:
+    """Round weights to integer multiples of a unit."""
+    with clock.timed("weights", begins=False):
+        unit_factor = UNIT_FACTOR if weighed.has_parts else 1.0
+        return Lengths(*graph.quantized(weights, weighed.surface.n_threads, unit_factor))
+
+
+def place(graph: BaseGraph, lengths: Lengths, weighed: Weighed, clock: Clock) -> Placed:
+    """Sort the cells inside the mask along a space-filling curve; see `Plan.placed_cells`.
+
+    The loop still returns labels in the order of the cells of `graph`, which `prepare` may already
+    have sorted.
+    """
+    with clock.timed("order"):
+        n_threads = weighed.surface.n_threads
+        return Placed(*weighed.plan.placed_cells(graph, lengths.values, n_threads))
+
+
+def ordered_graph(
+    placed: Placed, unit: float, weighed: Weighed, clock: Clock
+) -> _core.OrderedGraph:
+    """Build the graph for the loop. The arrays of `placed.cells` are moved to the graph."""
+    options = weighed.options.weights
+    with clock.timed("order", begins=False):
+        is_symmetric = options.given is None  # formulas give symmetric weights
+        straight_unit = unit * weighed.surface.weight_unit if weighed.has_parts else 0.0
+        ordered = _core.OrderedGraph(
+            placed.cells, *placed.arcs, weighed.surface.n_threads, is_symmetric, straight_unit
+        )
+        if weighed.of_machine_part:
+            limit = options.crease_limit(weighed.plan.size.radius)
+            ordered.crease_limit = limit / straight_unit
+    return ordered
