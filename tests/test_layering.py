@@ -58,7 +58,6 @@ HIGHEST_CORE_LAYERS = {
 }
 
 EXCEPTIONS = {
-    # The boundary of tetrahedra needs the neighbors across triangles.
     # Eigenvectors are computed on groups of cells.
     ("weights/parts.py", "_core.CoarseGraph"),
 }

@@ -10,7 +10,7 @@ from starlette.concurrency import run_in_threadpool
 from starlette.requests import ClientDisconnect, Request
 from starlette.responses import JSONResponse, Response
 
-from superfacets.base.errors import MissingExtraError, RenderError
+from superfacets.base.errors import RenderError
 from superfacets.files.attributes import is_encodable
 from superfacets.files.guards import parsed_json
 
@@ -45,7 +45,7 @@ STATUS_OF = (
     (WriteError, 507),
     (JournalError, 409),
     (FileExistsError, 409),
-    (MissingExtraError, 501),
+    (ImportError, 501),
     (RenderError, 501),
     (TooLargeError, 413),
     (ValueError, 400),

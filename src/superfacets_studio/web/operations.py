@@ -10,7 +10,7 @@ import numpy as np
 from starlette.responses import Response
 
 from superfacets.base.checks import checked_choice, checked_flag, counted
-from superfacets.base.errors import MeshError, MissingExtraError
+from superfacets.base.errors import MeshError
 from superfacets.files.readers.read import Z_UP_ENDINGS
 from superfacets.graph.kinds import kind_of
 from superfacets.mesh.convert import as_mesh
@@ -122,7 +122,7 @@ def _mesh_packet(document: Document, query: Body) -> bytes:
                 as_mesh(document.cells), document.source.texture
             )
             arrays |= {name: array for name, (array, _) in parts.items()}
-        except (MeshError, MissingExtraError) as error:
+        except (MeshError, ImportError) as error:
             header["texture_problem"] = str(error)
     if header["texture"] is None and document.source.colors is not None:
         parts = color_parts(document.cells, shape, document.source.colors)
