@@ -138,17 +138,8 @@ def test_a_full_disk_ends_the_batch_and_keeps_what_was_done(
 def start(scans, out):
     """Start the command, and wait for its first record."""
     command = [
-        *COMMAND,
-        str(scans),
-        "-o",
-        str(out),
-        "-n",
-        "20",
-        "--to",
-        "npy,ply",
-        "--workers",
-        "2",
-    ]
+        *COMMAND, str(scans), "-o", str(out), "-n", "20", "--to", "npy,ply", "--workers", "2",
+    ]  # fmt: skip
     process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True)
     deadline = time.monotonic() + 60
     while not (out / "manifest.jsonl").exists():

@@ -456,13 +456,8 @@ def test_two_works_are_merged_by_the_command(two, tmp_path, prefer):
     ]
     merged = Document.open(path, target)
     assert merged.instances[[0, 10, 60, 70, 90, 100]].tolist() == [
-        1001,
-        1001,
-        1002,
-        2001,
-        1005,
-        1006,
-    ]
+        1001, 1001, 1002, 2001, 1005, 1006,
+    ]  # fmt: skip
     assert merged.instances[40] == (2001 if prefer == "mine" else 1002)
     assert merged.instances[110] == 0
     merged.undo()
