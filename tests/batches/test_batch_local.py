@@ -9,6 +9,7 @@ import time
 import psutil
 import pytest
 from batch_folders import records_of, results_in
+from dask import config
 from distributed.system import MEMORY_LIMIT
 from local_workers import worker_processes
 
@@ -259,6 +260,12 @@ def test_a_file_that_takes_too_long_is_recorded_and_its_worker_restarts(
     monkeypatch.undo()
     again = sf.batch(scans, tmp_path / "out", workers=2, retry_failed=True, **OPTIONS)
     assert (again.n_done, again.n_failed) == (1, 1)
+    assert sf.batch(scans, tmp_path / "out", workers=2, timeout=3, **OPTIONS).n_kept == 4
+
+
+def test_a_worker_that_restarts_slowly_is_not_given_up():
+    with cluster.local_client(1):
+        assert config.get("distributed.deploy.lost-worker-timeout") == "1 day"
 
 
 def test_a_file_that_ends_this_process_comes_last_and_then_fails(scans, alone, tmp_path):
