@@ -300,12 +300,10 @@ def line_graph(weights, measures=None):
     n = len(weights) + 1
     arcs = [(i, i + step) for i in range(n) for step in (-1, 1) if 0 <= i + step < n]
     return CellGraph(
-        [[x, 0, 0] for x in range(n)],
-        np.ones(n) if measures is None else measures,
+        [[x, 0, 0] for x in range(n)], np.ones(n) if measures is None else measures,
         np.concatenate([[0], np.cumsum([sum(i == a for a, _ in arcs) for i in range(n)])]),
-        np.array([b for _, b in arcs], dtype=np.int32),
-        [weights[min(a, b)] for a, b in arcs],
-    )
+        np.array([b for _, b in arcs], dtype=np.int32), [weights[min(a, b)] for a, b in arcs],
+    )  # fmt: skip
 
 
 def random_graph(n, n_edges, seed, weight_values=None):

@@ -66,12 +66,9 @@ def points():
 
 
 CELLS = {
-    "triangles": lambda: shapes.bumpy_sheet(16),
-    "parts": lambda: shapes.gears(8),
-    "polygons": lambda: quads(16),
-    "points": points,
-    "tets": tets,
-}
+    "triangles": lambda: shapes.bumpy_sheet(16), "parts": lambda: shapes.gears(8),
+    "polygons": lambda: quads(16), "points": points, "tets": tets,
+}  # fmt: skip
 
 
 def graph_of(cells):
@@ -100,17 +97,11 @@ def run(cells, *arguments, **options):
 
 
 OPTIONS = [
-    {},
-    {"smooth": False},
-    {"islands": "nearest"},
-    {"min_size": 0.5},
-    {"min_size": 0.5, "islands": "nearest"},
-    {"radius_factor": 2.0, "enforce_connectivity": True},
-    {"init": "grid", "islands": "nearest"},
-    {"init": "flood"},
-    {"weights": "creases"},
+    {}, {"smooth": False}, {"islands": "nearest"}, {"min_size": 0.5},
+    {"min_size": 0.5, "islands": "nearest"}, {"radius_factor": 2.0, "enforce_connectivity": True},
+    {"init": "grid", "islands": "nearest"}, {"init": "flood"}, {"weights": "creases"},
     {"weights": "superfacets", "init": "farthest"},
-]
+]  # fmt: skip
 
 
 @pytest.mark.parametrize("options", OPTIONS, ids=str)
@@ -464,14 +455,11 @@ def scan():
 
 
 OF_POINTS = {
-    "defaults": {},
-    "radius": {"n_segments": None, "radius": 0.1},
-    "creases": {"weights": "creases", "min_size": 0.5},
-    "balance": {"balance": 1.0},
-    "ends": {"radius_factor": 2.0},
-    "normals": {"features": "normals"},
+    "defaults": {}, "radius": {"n_segments": None, "radius": 0.1},
+    "creases": {"weights": "creases", "min_size": 0.5}, "balance": {"balance": 1.0},
+    "ends": {"radius_factor": 2.0}, "normals": {"features": "normals"},
     "height": {"features": "height"},
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("options", OF_POINTS.values(), ids=OF_POINTS)

@@ -202,10 +202,8 @@ def test_masked_entries_are_refused(graph, tmp_path):
         lambda: sf.segment(mesh, weights=masked(np.ones(sf.build_face_graph(mesh).n_arcs))),
         lambda: sf.metrics.compactness(mesh, masked(ones)),
         lambda: sf.enforce_connectivity(mesh, masked(ones - 1)),
-        lambda: sf.pool(masked(ones), ones - 1),
-        lambda: sf.unpool(masked(ones), ones - 1),
-        lambda: sf.snap(masked(ones), ones - 1),
-        lambda: sf.vertex_labels(mesh, masked(ones)),
+        lambda: sf.pool(masked(ones), ones - 1), lambda: sf.unpool(masked(ones), ones - 1),
+        lambda: sf.snap(masked(ones), ones - 1), lambda: sf.vertex_labels(mesh, masked(ones)),
         lambda: sf.transfer(mesh, ones, masked(mesh.vertices)),
         lambda: sf.metrics.area_overlap(ones, ones, masked(ones * 1.0)),
         lambda: sf.write_labels(tmp_path / "a.npy", masked(ones)),
@@ -213,7 +211,7 @@ def test_masked_entries_are_refused(graph, tmp_path):
         lambda: CellGraph(**(arrays_of(graph) | {"weights": masked(graph.weights)})),
         lambda: CellGraph(**(arrays_of(graph) | {"measures": masked(graph.measures)})),
         lambda: CellGraph(**(arrays_of(graph) | {"neighbors": masked(graph.neighbors)})),
-    ]
+    ]  # fmt: skip
     for call in calls:
         with pytest.raises(
             ValueError, match="must not have masked entries: fill or remove these entries"

@@ -37,15 +37,13 @@ def bracket():
 
 
 PARTS = {
-    "cube": lambda: subdivided(box(1, 1, 1), 4),
-    "plate": lambda: subdivided(box(4, 4, 0.1), 5),
-    "bar": lambda: subdivided(box(10, 0.5, 0.5), 5),
-    "bracket": lambda: subdivided(bracket(), 4),
+    "cube": lambda: subdivided(box(1, 1, 1), 4), "plate": lambda: subdivided(box(4, 4, 0.1), 5),
+    "bar": lambda: subdivided(box(10, 0.5, 0.5), 5), "bracket": lambda: subdivided(bracket(), 4),
     "drilled block": lambda: subdivided(shapes.drilled_block(), 2),
     "table": lambda: subdivided(shapes.table(), 3),
     "gear": lambda: subdivided(shapes.gear(12, 1.0, 0.3, np.zeros(3)), 3),
     "coarse gear": lambda: shapes.gear(12, 1.0, 0.3, np.zeros(3)),
-}
+}  # fmt: skip
 
 SIDES_OF_TABLE = 30
 """With fewer regions, one of them must contain two sides, across a rim."""

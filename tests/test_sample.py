@@ -12,17 +12,10 @@ from superfacets import build_face_graph, sample_mesh
 @pytest.mark.parametrize(
     ("asked", "given"),
     [
-        (3_000, 4_892),
-        (9_700, 4_892),
-        (9_900, 19_568),
-        (20_000, 19_568),
-        (34_000, 19_568),
-        (35_000, 60_220),
-        (60_000, 60_220),
-        (250_000, 240_880),
-        (1_000_000, 963_520),
+        (3_000, 4_892), (9_700, 4_892), (9_900, 19_568), (20_000, 19_568), (34_000, 19_568),
+        (35_000, 60_220), (60_000, 60_220), (250_000, 240_880), (1_000_000, 963_520),
     ],
-)
+)  # fmt: skip
 def test_the_size_nearest_by_ratio_is_given(asked, given):
     assert sample_mesh(asked).n_faces == given
     assert 0.5 <= given / asked <= 2

@@ -22,17 +22,13 @@ sf.view(mesh, labels, title="A scan").save("scan.html")
 """
 
 WRONG = [
-    "sf.segment(42)",
-    "sf.segment('scan.ply', init='kmeans')",
-    "sf.segment('scan.ply', weights='heavy')",
-    "sf.segment('scan.ply', islands='drown')",
+    "sf.segment(42)", "sf.segment('scan.ply', init='kmeans')",
+    "sf.segment('scan.ply', weights='heavy')", "sf.segment('scan.ply', islands='drown')",
     "sf.segment('scan.ply', n_segments='many')",
-    "sf.segment('scan.ply', smooth=True, straight=True)",
-    "sf.segment_graph('scan.ply')",
-    "sf.place_seeds(sf.segment('scan.ply'))",
-    "sf.metrics.compactness(7, [0, 1])",
+    "sf.segment('scan.ply', smooth=True, straight=True)", "sf.segment_graph('scan.ply')",
+    "sf.place_seeds(sf.segment('scan.ply'))", "sf.metrics.compactness(7, [0, 1])",
     "sf.metrics.accuracy",
-]
+]  # fmt: skip
 
 
 def messages(checker: str, code: str, folder) -> list[str]:

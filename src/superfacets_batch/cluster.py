@@ -286,7 +286,9 @@ def _check_workers(client: Any, folder: str) -> None:
 @contextlib.contextmanager
 def _silenced() -> Iterator[None]:
     """Suppress log messages of Dask, because Dask also raises its errors as exceptions."""
-    names = [name for name in logging.root.manager.loggerDict if name.startswith("distributed")]
+    names = [
+        name for name in logging.root.manager.loggerDict if f"{name}.".startswith("distributed.")
+    ]
     levels = {name: logging.getLogger(name).level for name in names}  # each has its own level
     for name in names:
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)

@@ -74,28 +74,14 @@ def test_what_is_left_over_by_full_vectors_has_the_same_bits(n, version):
 @pytest.mark.parametrize(
     ("y", "x", "expected"),
     [
-        (0.0, 1.0, 0.0),
-        (0.0, TINY, 0.0),
-        (0.0, LARGEST, 0.0),
-        (0.0, 0.0, 0.0),
-        (0.0, -0.0, 0.0),
-        (0.0, -1.0, math.pi),
-        (0.0, -TINY, math.pi),
-        (TINY, -1.0, math.pi),
-        (1.0, 0.0, math.pi / 2),
-        (1.0, -0.0, math.pi / 2),
-        (TINY, 0.0, math.pi / 2),
-        (LARGEST, TINY, math.pi / 2),
-        (LARGEST, -TINY, math.pi / 2),
-        (1.0, 1.0, math.pi / 4),
-        (TINY, TINY, math.pi / 4),
-        (LARGEST, LARGEST, math.pi / 4),
-        (1.0, -1.0, 3 * math.pi / 4),
-        (TINY, 1.0, TINY),
-        (3 * TINY, 1.0, 3 * TINY),
-        (2.0**-1000, 2.0**-500, 2.0**-500),
+        (0.0, 1.0, 0.0), (0.0, TINY, 0.0), (0.0, LARGEST, 0.0), (0.0, 0.0, 0.0), (0.0, -0.0, 0.0),
+        (0.0, -1.0, math.pi), (0.0, -TINY, math.pi), (TINY, -1.0, math.pi), (1.0, 0.0, math.pi / 2),
+        (1.0, -0.0, math.pi / 2), (TINY, 0.0, math.pi / 2), (LARGEST, TINY, math.pi / 2),
+        (LARGEST, -TINY, math.pi / 2), (1.0, 1.0, math.pi / 4), (TINY, TINY, math.pi / 4),
+        (LARGEST, LARGEST, math.pi / 4), (1.0, -1.0, 3 * math.pi / 4), (TINY, 1.0, TINY),
+        (3 * TINY, 1.0, 3 * TINY), (2.0**-1000, 2.0**-500, 2.0**-500),
     ],
-)
+)  # fmt: skip
 def test_ends_and_corners_are_exact(y, x, expected, version):
     assert angles([y], [x], version).tolist() == [expected]
     with np.errstate(under="ignore"):

@@ -9,6 +9,7 @@ import time
 import psutil
 import pytest
 from batch_folders import records_of, results_in
+from dask import config
 from distributed.system import MEMORY_LIMIT
 from local_workers import worker_processes
 
@@ -138,17 +139,8 @@ def test_a_full_disk_ends_the_batch_and_keeps_what_was_done(
 def start(scans, out):
     """Start the command, and wait for its first record."""
     command = [
-        *COMMAND,
-        str(scans),
-        "-o",
-        str(out),
-        "-n",
-        "20",
-        "--to",
-        "npy,ply",
-        "--workers",
-        "2",
-    ]
+        *COMMAND, str(scans), "-o", str(out), "-n", "20", "--to", "npy,ply", "--workers", "2",
+    ]  # fmt: skip
     process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True)
     deadline = time.monotonic() + 60
     while not (out / "manifest.jsonl").exists():
@@ -268,6 +260,12 @@ def test_a_file_that_takes_too_long_is_recorded_and_its_worker_restarts(
     monkeypatch.undo()
     again = sf.batch(scans, tmp_path / "out", workers=2, retry_failed=True, **OPTIONS)
     assert (again.n_done, again.n_failed) == (1, 1)
+    assert sf.batch(scans, tmp_path / "out", workers=2, timeout=3, **OPTIONS).n_kept == 4
+
+
+def test_a_worker_that_restarts_slowly_is_not_given_up():
+    with cluster.local_client(1):
+        assert config.get("distributed.deploy.lost-worker-timeout") == "1 day"
 
 
 def test_a_file_that_ends_this_process_comes_last_and_then_fails(scans, alone, tmp_path):

@@ -45,17 +45,12 @@ def test_what_was_written_is_read_and_left_as_it_is(path):
 @pytest.mark.parametrize(
     ("rest", "is_noted"),
     [
-        ('{"name": "b", "ce', False),
-        ('{"name": "b"}', False),
-        ("\0\0\0\n", True),
-        ("[]\n", True),
-        ('{"cells": 3}\n', True),
-        ("[" * 200_000 + "\n", True),
-        ('{"name": "b", "outputs": []}\n', True),
-        ('{"name": "b", "outputs": null}\n', True),
+        ('{"name": "b", "ce', False), ('{"name": "b"}', False), ("\0\0\0\n", True), ("[]\n", True),
+        ('{"cells": 3}\n', True), ("[" * 200_000 + "\n", True),
+        ('{"name": "b", "outputs": []}\n', True), ('{"name": "b", "outputs": null}\n', True),
         ('{"name": "b", "outputs": 5}\n', True),
     ],
-)
+)  # fmt: skip
 def test_a_damaged_line_is_ignored_with_a_note_and_goes(path, rest, is_noted):
     path.write_text('{"name": "a"}\n' + rest)
     with Manifest(path) as manifest:

@@ -143,11 +143,9 @@ def test_a_closed_surface_stays_closed():
 def test_three_regions_meet_in_a_point_at_equal_angles():
     mesh = sheet()
     labels = labels_where(
-        mesh,
-        lambda x, y, z: (y > 12) & (np.abs(x - 12) < np.sqrt(3) * (y - 12)),
-        lambda x, y, z: x < 12,
-        lambda x, y, z: x > 0,
-    )
+        mesh, lambda x, y, z: (y > 12) & (np.abs(x - 12) < np.sqrt(3) * (y - 12)),
+        lambda x, y, z: x < 12, lambda x, y, z: x > 0,
+    )  # fmt: skip
     cut = cut_borders(mesh, labels)
     assert_sound(mesh, labels, cut)
     lines = border_lines(cut.mesh, cut.labels)

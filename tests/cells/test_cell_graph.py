@@ -9,12 +9,9 @@ import pytest
 from superfacets import CellGraph, classify
 
 PAIR = {
-    "positions": [[0, 0, 0], [3, 4, 0]],
-    "measures": [1, 1],
-    "offsets": [0, 1, 2],
-    "neighbors": [1, 0],
-    "weights": [1, 1],
-}
+    "positions": [[0, 0, 0], [3, 4, 0]], "measures": [1, 1], "offsets": [0, 1, 2],
+    "neighbors": [1, 0], "weights": [1, 1],
+}  # fmt: skip
 
 
 def test_lists_become_arrays_of_exact_types():

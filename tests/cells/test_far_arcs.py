@@ -38,11 +38,9 @@ GRAPHS = {
     "triangles": lambda: StraightGraph.of_mesh(sf.build_face_graph(shapes.bumpy_sheet(10))),
     "quads": lambda: StraightGraph.of_mesh(sf.build_face_graph(polygons())),
     "islands": lambda: StraightGraph.of_mesh(sf.build_face_graph(shapes.two_islands())),
-    "few arcs": lambda: random_graph(80, 60),
-    "some arcs": lambda: random_graph(80, 200),
-    "many arcs": lambda: random_graph(60, 400),
-    "star": star,
-}
+    "few arcs": lambda: random_graph(80, 60), "some arcs": lambda: random_graph(80, 200),
+    "many arcs": lambda: random_graph(60, 400), "star": star,
+}  # fmt: skip
 N_STEPS = {"triangles": 3, "quads": 2, "few arcs": 3, "some arcs": 2, "many arcs": 1}
 
 

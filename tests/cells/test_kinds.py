@@ -43,14 +43,11 @@ class Pixels(Kind):
         values = cells.values.ravel()
         y, x = np.divmod(np.arange(cells.n_cells), width)
         graph = CellGraph(
-            np.stack([x + 0.5, y + 0.5, np.zeros(cells.n_cells)], axis=1),
-            np.ones(cells.n_cells),
-            np.searchsorted(sources, np.arange(cells.n_cells + 1)),
-            targets,
-            1.0 + 20.0 * np.abs(values[sources] - values[targets]),
-            cells.bounds,
+            np.stack([x + 0.5, y + 0.5, np.zeros(cells.n_cells)], axis=1), np.ones(cells.n_cells),
+            np.searchsorted(sources, np.arange(cells.n_cells + 1)), targets,
+            1.0 + 20.0 * np.abs(values[sources] - values[targets]), cells.bounds,
             arc_measures=ArcMeasures(np.ones(len(sources))),
-        )
+        )  # fmt: skip
         return graph, None
 
 

@@ -309,13 +309,11 @@ def as_quads(n):
 
 
 TWINS = {
-    "triangles": shapes.bumpy_sheet(6),
-    "polygons": as_quads(5),
-    "tetrahedra": column(4),
+    "triangles": shapes.bumpy_sheet(6), "polygons": as_quads(5), "tetrahedra": column(4),
     "inconsistent": shapes.moebius(),
     "non-manifold": shapes.together([shapes.fins(5), shapes.cube(), shapes.cube()]),
     "inside out": shapes.inside_out_cube(),
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("seed", range(3))

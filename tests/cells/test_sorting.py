@@ -59,11 +59,9 @@ def tets(n=18):
 
 BEAR = shuffled(sf.sample_mesh(5_000))
 MESHES = {
-    "triangles": BEAR,
-    "soup": shuffled(shapes.soup(sf.sample_mesh(5_000))),
-    "polygons": shuffled(quads()),
-    "tets": shuffled(tets()),
-}
+    "triangles": BEAR, "soup": shuffled(shapes.soup(sf.sample_mesh(5_000))),
+    "polygons": shuffled(quads()), "tets": shuffled(tets()),
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("weld", [True, False])

@@ -15,16 +15,11 @@ from superfacets import Mesh, MeshError, Subdivision, build_face_graph, mesh_inf
 from superfacets import subdivide as bisect
 
 MESHES = {
-    "strip": lambda: shapes.strip(5),
-    "cube": shapes.cube,
-    "soup": lambda: shapes.soup(shapes.cube()),
-    "drilled block": lambda: shapes.drilled_block(16),
-    "fins": lambda: shapes.fins(4),
-    "moebius": shapes.moebius,
-    "slivers": shapes.slivers,
-    "sheet": lambda: shapes.bumpy_sheet(6),
-    "two islands": shapes.two_islands,
-}
+    "strip": lambda: shapes.strip(5), "cube": shapes.cube,
+    "soup": lambda: shapes.soup(shapes.cube()), "drilled block": lambda: shapes.drilled_block(16),
+    "fins": lambda: shapes.fins(4), "moebius": shapes.moebius, "slivers": shapes.slivers,
+    "sheet": lambda: shapes.bumpy_sheet(6), "two islands": shapes.two_islands,
+}  # fmt: skip
 
 
 def edge_lengths(mesh):

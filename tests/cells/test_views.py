@@ -93,14 +93,10 @@ def test_small_triangles_between_pixel_centers_are_seen():
 
 
 AWKWARD = {
-    "cube": shapes.cube,
-    "islands": shapes.two_islands,
-    "moebius": shapes.moebius,
-    "slivers": shapes.slivers,
-    "fins": lambda: shapes.fins(5),
-    "bowl": lambda: shapes.bowl(10),
+    "cube": shapes.cube, "islands": shapes.two_islands, "moebius": shapes.moebius,
+    "slivers": shapes.slivers, "fins": lambda: shapes.fins(5), "bowl": lambda: shapes.bowl(10),
     "sheet": lambda: shapes.bumpy_sheet(6),
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("name", AWKWARD)

@@ -251,12 +251,9 @@ def weights_one_way(mesh, graph):
             [[0], np.cumsum(np.bincount(sources[is_kept], None, mesh.n_faces))]
         )
         half = dataclasses.replace(
-            graph,
-            offsets=offsets,
-            neighbors=graph.neighbors[is_kept],
-            sides=graph.sides[is_kept],
+            graph, offsets=offsets, neighbors=graph.neighbors[is_kept], sides=graph.sides[is_kept],
             same_turn=graph.same_turn[is_kept],
-        )
+        )  # fmt: skip
         weights[is_kept] = superfacet_weights(mesh, half)
     return weights
 

@@ -323,11 +323,9 @@ def test_files_are_named_as_their_readers_look_for_them(run, tmp_path, monkeypat
     options = [text for name in formats for text in ("--to", name)]
     assert run("segment", "scene0000_00_vh_clean_2.ply", "-n", 3, "-o", "out/", *options)[0] == 0
     assert files_in(tmp_path / "out") == [
-        "scene0000_00.aggregation.json",
-        "scene0000_00_sp_label.npy",
-        "scene0000_00_vh_clean_2.0.010000.segs.json",
-        "scene0000_00_vh_clean_2.superfacets.obj",
-    ]
+        "scene0000_00.aggregation.json", "scene0000_00_sp_label.npy",
+        "scene0000_00_vh_clean_2.0.010000.segs.json", "scene0000_00_vh_clean_2.superfacets.obj",
+    ]  # fmt: skip
 
 
 def test_a_graph_beside_segments_has_the_node_of_each_vertex(run, tmp_path, monkeypatch):

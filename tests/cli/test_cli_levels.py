@@ -40,12 +40,9 @@ def test_levels_writes_a_file_for_each_level(run, sheet, tmp_path):
     status, out, _ = run("levels", sheet, "-n", "7,20", "-o", tmp_path / "out.seg", *options)
     assert status == 0
     assert json.loads(out) == {
-        "file": str(sheet),
-        "levels": [20, 7],
-        "n_finest": 30,
-        "n_fewest": 1,
+        "file": str(sheet), "levels": [20, 7], "n_finest": 30, "n_fewest": 1,
         "outputs": [str(tmp_path / "out.20.seg"), str(tmp_path / "out.7.seg")],
-    }
+    }  # fmt: skip
     nested = hierarchy(read_mesh(sheet), [20, 7], labels=labels)
     for count, expected in zip((20, 7), nested.levels, strict=True):
         assert np.array_equal(read_labels(tmp_path / f"out.{count}.seg"), expected)

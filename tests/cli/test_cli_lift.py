@@ -73,14 +73,9 @@ def test_poses_of_their_own_and_facts_as_json(run, folder):
     )
     assert status == 0
     assert json.loads(out) == {
-        "file": "cube.ply",
-        "n_images": 8,
-        "n_labels": 2,
-        "mean_score": 1.0,
-        "seen_area": 1.0,
-        "labeled_area": 1.0,
-        "outputs": ["a.aggregation.json"],
-    }
+        "file": "cube.ply", "n_images": 8, "n_labels": 2, "mean_score": 1.0, "seen_area": 1.0,
+        "labeled_area": 1.0, "outputs": ["a.aggregation.json"],
+    }  # fmt: skip
     groups = json.loads((folder / "a.aggregation.json").read_text())["segGroups"]
     assert [(group["label"], group["score"]) for group in groups] == [("object", 1.0)] * 2
     status, _, err = run(*LIFT[:-1], "poses")

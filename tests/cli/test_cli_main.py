@@ -61,14 +61,11 @@ main()
 @pytest.mark.parametrize(
     ("name", "sent"),
     [
-        ("superfacets_cli.main", "SIGINT"),
-        ("click", "SIGINT"),
-        ("superfacets_cli.segment", "SIGINT"),
-        ("superfacets_cli.segment", "SIGTERM"),
-        ("superfacets_cli.segment", "SIGHUP"),
-        ("numpy", "SIGINT"),
+        ("superfacets_cli.main", "SIGINT"), ("click", "SIGINT"),
+        ("superfacets_cli.segment", "SIGINT"), ("superfacets_cli.segment", "SIGTERM"),
+        ("superfacets_cli.segment", "SIGHUP"), ("numpy", "SIGINT"),
     ],
-)
+)  # fmt: skip
 def test_a_signal_while_the_command_is_imported_ends_it_as_later(sheet, name, sent):
     code = INTERRUPTED.replace("NAME", name).replace("SENT", sent)
     command = [sys.executable, "-c", code, "segment", str(sheet)]

@@ -247,12 +247,10 @@ def test_a_radius_with_regions_of_few_cells_is_a_note(run, sheet, option, unit):
 @pytest.mark.parametrize(
     ("name", "meant"),
     [
-        ("--compactness", "--alpha: with higher"),
-        ("--n-superpoints", "--n-segments"),
-        ("--kThresh", "--n-segments, or superfacets.segmentator"),
-        ("--sigma", "--denoise: steps"),
+        ("--compactness", "--alpha: with higher"), ("--n-superpoints", "--n-segments"),
+        ("--kThresh", "--n-segments, or superfacets.segmentator"), ("--sigma", "--denoise: steps"),
     ],
-)
+)  # fmt: skip
 def test_options_of_other_tools_are_told_what_is_meant(run, sheet, name, meant):
     status, _, error = run("segment", sheet, name, 1)
     assert status == 2

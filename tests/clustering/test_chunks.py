@@ -111,12 +111,9 @@ def test_many_components_each_get_a_center_in_the_order_of_their_lowest_cells(n_
     n = 20_000
     offsets = np.concatenate([np.arange(n), [n]])
     pairs = CellGraph(
-        np.random.default_rng(0).uniform(size=(n, 3)),
-        np.ones(n),
-        offsets,
-        np.arange(n).reshape(-1, 2)[:, ::-1].ravel(),
-        np.ones(n),
-    )
+        np.random.default_rng(0).uniform(size=(n, 3)), np.ones(n), offsets,
+        np.arange(n).reshape(-1, 2)[:, ::-1].ravel(), np.ones(n),
+    )  # fmt: skip
     for reach in (None, 0.5):
         result = sf.classify(pairs, [5], reach=reach, n_threads=n_threads)
         others = np.setdiff1d(np.arange(0, n, 2), [4])

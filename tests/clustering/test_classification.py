@@ -139,11 +139,9 @@ except MemoryError:
 @pytest.mark.skipif("san.so" in os.environ.get("LD_PRELOAD", ""), reason="a sanitizer aborts then")
 def test_running_out_of_memory_in_a_thread_is_a_memory_error():
     done = subprocess.run(
-        [sys.executable, "-c", OUT_OF_MEMORY_IN_THREADS],
-        capture_output=True,
-        text=True,
+        [sys.executable, "-c", OUT_OF_MEMORY_IN_THREADS], capture_output=True, text=True,
         check=False,
-    )
+    )  # fmt: skip
     assert (done.stdout, done.stderr, done.returncode) == ("MemoryError\n", "", 0)
 
 

@@ -44,16 +44,13 @@ def specks(n=60, seed=1):
 
 
 GRAPHS = {
-    "one cell": lambda: shapes.line_graph([]),
-    "line": lambda: shapes.line_graph([1.0] * 40),
+    "one cell": lambda: shapes.line_graph([]), "line": lambda: shapes.line_graph([1.0] * 40),
     "strip": lambda: unit_graph(shapes.strip(50)),
-    "sheet": lambda: weighted(shapes.bumpy_sheet(60)),
-    "fins": lambda: unit_graph(shapes.fins(9)),
-    "slivers": lambda: weighted(shapes.slivers()),
-    "specks": lambda: weighted(specks()),
+    "sheet": lambda: weighted(shapes.bumpy_sheet(60)), "fins": lambda: unit_graph(shapes.fins(9)),
+    "slivers": lambda: weighted(shapes.slivers()), "specks": lambda: weighted(specks()),
     "random": lambda: shapes.random_graph(300, 900, seed=5, weight_values=[1.0, 2.0, 1000.0]),
     "dense": lambda: shapes.random_graph(60, 1500, seed=6),
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("spacing", [1, 2, 4, 16, 5000])

@@ -80,18 +80,14 @@ def tets():
 
 
 SOURCES = {
-    "open": shapes.dumbbell,
-    "sheet": shapes.bumpy_sheet,
+    "open": shapes.dumbbell, "sheet": shapes.bumpy_sheet,
     "soup": lambda: shapes.soup(shapes.dumbbell()),
     "inside out": lambda: Mesh(BEAR.vertices, BEAR.faces[:, ::-1]),
     "components": lambda: shapes.together([shapes.cube(), shapes.table()]),
-    "moebius": shapes.moebius,
-    "non-manifold": shapes.fins,
-    "slivers": shapes.slivers,
-    "points": lambda: np.random.default_rng(0).random((400, 3)),
-    "tets": tets,
+    "moebius": shapes.moebius, "non-manifold": shapes.fins, "slivers": shapes.slivers,
+    "points": lambda: np.random.default_rng(0).random((400, 3)), "tets": tets,
     "flat": lambda: Mesh([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2], [0, 1, 1]]),
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("kind", SOURCES)

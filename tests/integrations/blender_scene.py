@@ -58,14 +58,10 @@ def monkey():
     starts = np.empty(len(mesh.polygons), np.int32)
     mesh.polygons.foreach_get("loop_start", starts)
     return {
-        "status": sorted(status),
-        "labels": labels.tolist(),
-        "sets": sets.tolist(),
-        "positions": positions.tolist(),
-        "offsets": [*starts.tolist(), n_loops],
-        "corners": corners.tolist(),
-        "n_seams": int(seams.sum()),
-    }
+        "status": sorted(status), "labels": labels.tolist(), "sets": sets.tolist(),
+        "positions": positions.tolist(), "offsets": [*starts.tolist(), n_loops],
+        "corners": corners.tolist(), "n_seams": int(seams.sum()),
+    }  # fmt: skip
 
 
 def modes():

@@ -185,15 +185,9 @@ def meshopt_glb(vertices=VERTICES, faces=FACES, pairs=None, name="EXT_meshopt_co
 def whole_files() -> dict[str, bytes]:
     """Return a file of each format, keyed by file name."""
     return {
-        "ascii.ply": ply_text(),
-        "little.ply": ply_binary(),
-        "big.ply": ply_binary("binary_big_endian", kind="double"),
-        "square.obj": obj(),
-        "square.off": off(),
-        "square.tri": tri(),
-        "binary.stl": stl_binary(),
-        "ascii.stl": stl_text(),
-        "square.glb": glb(),
-        "draco.glb": draco_glb(),
+        "ascii.ply": ply_text(), "little.ply": ply_binary(),
+        "big.ply": ply_binary("binary_big_endian", kind="double"), "square.obj": obj(),
+        "square.off": off(), "square.tri": tri(), "binary.stl": stl_binary(),
+        "ascii.stl": stl_text(), "square.glb": glb(), "draco.glb": draco_glb(),
         "meshopt.glb": meshopt_glb(),
-    }
+    }  # fmt: skip

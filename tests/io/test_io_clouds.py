@@ -434,13 +434,10 @@ def test_a_reference_system_after_the_points_goes_back_into_las(laspy, tmp_path,
 @pytest.mark.parametrize(
     ("numbers", "is_wkt", "expected"),
     [
-        ((), True, None),
-        ((2112,), False, "WKT"),
-        ((34735, 34736), True, "GeoTIFF"),
-        ((2112, 34735), True, "WKT"),
-        ((2112, 34735), False, "GeoTIFF"),
+        ((), True, None), ((2112,), False, "WKT"), ((34735, 34736), True, "GeoTIFF"),
+        ((2112, 34735), True, "WKT"), ((2112, 34735), False, "GeoTIFF"),
     ],
-)
+)  # fmt: skip
 def test_the_format_of_the_reference_system_is_known(numbers, is_wkt, expected):
     records = tuple((number, b"") for number in numbers)
     frame = LasFrame(4, 6, (1.0,) * 3, (0.0,) * 3, records, is_wkt)

@@ -33,12 +33,9 @@ def test_a_file_cut_at_any_byte_is_refused_or_complete(read, tmp_path, name):
     # A text is complete without its last newline, or without the name after `endsolid`. An OBJ
     # file declares no counts, so it is valid if it is cut after its first face.
     assert n_read == {
-        "ascii.ply": 1,
-        "square.obj": 3,
-        "square.off": 1,
-        "square.tri": 1,
+        "ascii.ply": 1, "square.obj": 3, "square.off": 1, "square.tri": 1,
         "ascii.stl": len(" square\n"),
-    }.get(name, 0)
+    }.get(name, 0)  # fmt: skip
 
 
 @pytest.mark.parametrize("make", [mesh_files.ply_text, mesh_files.off, mesh_files.tri])

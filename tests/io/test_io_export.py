@@ -285,29 +285,23 @@ class TestPyTorchGeometric:
             ({"pos": [[0, 0, 0]]}, "edge_index is missing"),
             ({"edge_index": [[], []]}, "pos is missing"),
             ([GRAPH, {"edge_index": [[], []], "super_index": []}], r"graphs\[1\]: pos is missing"),
-            (
-                [{"edge_index": [[], []], "pos": [[0]]}],
-                "super_index is missing: nested graphs need it",
-            ),
+            ([{"edge_index": [[], []], "pos": [[0]]}],
+             "super_index is missing: nested graphs need it"),
             ({**GRAPH, "pos": [["a"]]}, "pos must be an array of numbers, got <U1"),
             ({**GRAPH, "super_index": [0.5]}, "super_index must be integers, got float64"),
             ({**GRAPH, "edge_index": [[0, 1]]}, r"edge_index must have shape \(2, E\), got"),
-            (
-                {**GRAPH, "edge_attr": [[1]]},
-                r"edge_attr must have one row per edge \(4\), got 1 row",
-            ),
+            ({**GRAPH, "edge_attr": [[1]]},
+             r"edge_attr must have one row per edge \(4\), got 1 row"),
             ({**GRAPH, "super_index": [3]}, "super_index must be regions from -1 to 2, got 3 to 3"),
-            (
-                {**GRAPH, "edge_index": [[-1], [0]], "edge_attr": [1]},
-                "edge_index must be regions from 0 to 2, got -1 to 0",
-            ),
+            ({**GRAPH, "edge_index": [[-1], [0]], "edge_attr": [1]},
+             "edge_index must be regions from 0 to 2, got -1 to 0"),
             (
                 [GRAPH, {**COARSE, "super_index": [0]}],
                 r"graphs\[1\]: super_index must have one value per region of the previous"
                 r" graph \(3\), got 1 value",
             ),
         ],
-    )
+    )  # fmt: skip
     def test_graphs_that_do_not_fit_are_refused(self, tmp_path, graphs, message):
         with pytest.raises(MeshError, match=message):
             write_graphs(tmp_path / "a.npz", graphs)
@@ -550,30 +544,14 @@ class TestNamesAndVertices:
     @pytest.mark.parametrize(
         ("name", "keywords", "error", "message"),
         [
-            (
-                "a.ply",
-                {"label_name": "Label"},
-                ValueError,
-                r"label_name needs an output with the ending \.vtp or \.vtu or \.vtk",
-            ),
-            (
-                "a.vtp",
-                {"label_name": ""},
-                ValueError,
-                "label_name must be one line of printable text, got ''",
-            ),
-            (
-                "a.vtp",
-                {"label_name": 3},
-                ValueError,
-                "label_name must be one line of printable text, got 3",
-            ),
-            (
-                "a.vtp",
-                {"vertex_labels": True},
-                ValueError,
-                r"vertex_labels needs an output with the ending \.ply",
-            ),
+            ("a.ply", {"label_name": "Label"}, ValueError,
+             r"label_name needs an output with the ending \.vtp or \.vtu or \.vtk"),
+            ("a.vtp", {"label_name": ""}, ValueError,
+             "label_name must be one line of printable text, got ''"),
+            ("a.vtp", {"label_name": 3}, ValueError,
+             "label_name must be one line of printable text, got 3"),
+            ("a.vtp", {"vertex_labels": True}, ValueError,
+             r"vertex_labels needs an output with the ending \.ply"),
             (
                 "a.ply",
                 {"classes": ["a"]},
@@ -581,26 +559,14 @@ class TestNamesAndVertices:
                 r"classes needs an output with the ending"
                 r" \.glb or \.obj or \.stl or \.aggregation\.json",
             ),
-            (
-                "a.glb",
-                {"classes": [1.5, 2]},
-                TypeError,
-                r"classes must be strings or integers, got 1\.5",
-            ),
-            (
-                "a.glb",
-                {"classes": [1]},
-                MeshError,
-                r"classes must have one value per region \(2\), got 1 value",
-            ),
-            (
-                "a.aggregation.json",
-                {"classes": ["a"]},
-                MeshError,
-                r"classes must have one value per region \(2\), got 1 value",
-            ),
+            ("a.glb", {"classes": [1.5, 2]}, TypeError,
+             r"classes must be strings or integers, got 1\.5"),
+            ("a.glb", {"classes": [1]}, MeshError,
+             r"classes must have one value per region \(2\), got 1 value"),
+            ("a.aggregation.json", {"classes": ["a"]}, MeshError,
+             r"classes must have one value per region \(2\), got 1 value"),
         ],
-    )
+    )  # fmt: skip
     def test_options_without_a_use_are_refused(
         self, square, tmp_path, name, keywords, error, message
     ):

@@ -19,16 +19,10 @@ def header(fields, form, n_points=4, **others):
     """Return a header; fields are (name, type and size, count)."""
     names, kinds, counts = zip(*fields, strict=True)
     words = {
-        "VERSION": "0.7",
-        "FIELDS": " ".join(names),
-        "SIZE": " ".join(kind[1:] for kind in kinds),
-        "TYPE": " ".join(kind[0] for kind in kinds),
-        "COUNT": " ".join(map(str, counts)),
-        "WIDTH": n_points,
-        "HEIGHT": 1,
-        "VIEWPOINT": "0 0 0 1 0 0 0",
-        "POINTS": n_points,
-    } | others
+        "VERSION": "0.7", "FIELDS": " ".join(names), "SIZE": " ".join(kind[1:] for kind in kinds),
+        "TYPE": " ".join(kind[0] for kind in kinds), "COUNT": " ".join(map(str, counts)),
+        "WIDTH": n_points, "HEIGHT": 1, "VIEWPOINT": "0 0 0 1 0 0 0", "POINTS": n_points,
+    } | others  # fmt: skip
     lines = [f"{key} {value}" for key, value in words.items() if value is not None]
     return "\n".join(["# .PCD v0.7", *lines, f"DATA {form}\n"]).encode()
 

@@ -156,17 +156,13 @@ def test_what_other_parsers_take_for_numbers_is_refused(token):
 @pytest.mark.parametrize(
     ("token", "value", "dtype"),
     [
-        ("2147483647", 2**31 - 1, np.int32),
-        ("-2147483648", -(2**31), np.int32),
-        ("2147483648", 2**31, np.int64),
-        ("-2147483649", -(2**31) - 1, np.int64),
-        ("+9223372036854775807", 2**63 - 1, np.int64),
-        ("9223372036854775808", 2**63 - 1, np.int64),
-        ("-9223372036854775808", -(2**63), np.int64),
-        ("-" + "9" * 5000, -(2**63), np.int64),
+        ("2147483647", 2**31 - 1, np.int32), ("-2147483648", -(2**31), np.int32),
+        ("2147483648", 2**31, np.int64), ("-2147483649", -(2**31) - 1, np.int64),
+        ("+9223372036854775807", 2**63 - 1, np.int64), ("9223372036854775808", 2**63 - 1, np.int64),
+        ("-9223372036854775808", -(2**63), np.int64), ("-" + "9" * 5000, -(2**63), np.int64),
         ("0" * 5000 + "7", 7, np.int32),
     ],
-)
+)  # fmt: skip
 def test_integers_are_exact_or_the_nearest_that_fits(token, value, dtype):
     values = split_lines(f"9007199254740993 {token}\n1".encode()).parse(np.int64)
     assert values.tolist() == [9007199254740993, value, 1]
@@ -176,13 +172,11 @@ def test_integers_are_exact_or_the_nearest_that_fits(token, value, dtype):
 @pytest.mark.parametrize(
     ("text", "indices"),
     [
-        ("7 7/2 7//3 7/2/3 7/ 7//", [7] * 6),
-        ("-1/-2/-3 +4/5", [-1, 4]),
-        ("1/99999999999999999999 2", [1, 2]),
-        ("99999999999/1 1/2", [99999999999, 1]),
+        ("7 7/2 7//3 7/2/3 7/ 7//", [7] * 6), ("-1/-2/-3 +4/5", [-1, 4]),
+        ("1/99999999999999999999 2", [1, 2]), ("99999999999/1 1/2", [99999999999, 1]),
         ("99999999999999999999/1/", [2**63 - 1]),
     ],
-)
+)  # fmt: skip
 def test_corners_begin_with_their_vertex(text, indices):
     assert split_lines(text.encode()).parse_corners().tolist() == indices
 

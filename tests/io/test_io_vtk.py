@@ -129,15 +129,11 @@ def gmsh(path, format, is_binary):
 
 
 FLAVOURS = {
-    "ascii-4.vtk": (legacy, 42, False),
-    "binary-4.vtk": (legacy, 42, True),
-    "ascii-5.vtk": (legacy, 51, False),
-    "binary-5.vtk": (legacy, 51, True),
-    "ascii-2.msh": (gmsh, "gmsh22", False),
-    "binary-2.msh": (gmsh, "gmsh22", True),
-    "ascii-4.msh": (gmsh, "gmsh", False),
-    "binary-4.msh": (gmsh, "gmsh", True),
-}
+    "ascii-4.vtk": (legacy, 42, False), "binary-4.vtk": (legacy, 42, True),
+    "ascii-5.vtk": (legacy, 51, False), "binary-5.vtk": (legacy, 51, True),
+    "ascii-2.msh": (gmsh, "gmsh22", False), "binary-2.msh": (gmsh, "gmsh22", True),
+    "ascii-4.msh": (gmsh, "gmsh", False), "binary-4.msh": (gmsh, "gmsh", True),
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("name", FLAVOURS)

@@ -149,17 +149,11 @@ def test_noise_is_found_at_any_scale_and_rotation(noise):
 
 
 CLEAN = {
-    "smooth": lambda: sample_mesh(240_000),
-    "coarse": lambda: sample_mesh(3_000),
-    "refined": lambda: refined(3_000),
-    "refined twice": lambda: refined(12_000),
-    "machine part": shapes.drilled_block,
-    "dumbbell": shapes.dumbbell,
-    "cube": shapes.cube,
-    "strip": lambda: shapes.strip(200),
-    "assembly": shapes.gears,
-    "thin bowl": shapes.bowl,
-}
+    "smooth": lambda: sample_mesh(240_000), "coarse": lambda: sample_mesh(3_000),
+    "refined": lambda: refined(3_000), "refined twice": lambda: refined(12_000),
+    "machine part": shapes.drilled_block, "dumbbell": shapes.dumbbell, "cube": shapes.cube,
+    "strip": lambda: shapes.strip(200), "assembly": shapes.gears, "thin bowl": shapes.bowl,
+}  # fmt: skip
 
 
 @pytest.mark.filterwarnings("ignore::superfacets.SliverWarning")

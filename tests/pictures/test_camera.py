@@ -9,14 +9,9 @@ from superfacets import View
 from superfacets_show.camera import VIEW_NAMES, orbiting_cameras, place_camera, view_axes
 
 TOWARD = {
-    "front": [0, 0, 1],
-    "back": [0, 0, -1],
-    "left": [-1, 0, 0],
-    "right": [1, 0, 0],
-    "top": [0, 1, 0],
-    "bottom": [0, -1, 0],
-    "iso": np.full(3, 3**-0.5),
-}
+    "front": [0, 0, 1], "back": [0, 0, -1], "left": [-1, 0, 0], "right": [1, 0, 0],
+    "top": [0, 1, 0], "bottom": [0, -1, 0], "iso": np.full(3, 3**-0.5),
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("name", VIEW_NAMES)

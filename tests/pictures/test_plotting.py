@@ -210,13 +210,10 @@ def test_odd_values_have_colors_and_a_scale(values):
 @pytest.mark.parametrize(
     ("low", "high", "expected"),
     [
-        (0, 1, [0, 0.2, 0.4, 0.6, 0.8, 1]),
-        (0.13, 0.9, [0.2, 0.4, 0.6, 0.8]),
-        (-3, 12, [0, 5, 10]),
-        (1e-9, 6e-9, [1e-9, 2e-9, 3e-9, 4e-9, 5e-9, 6e-9]),
-        (5, 5, [5]),
+        (0, 1, [0, 0.2, 0.4, 0.6, 0.8, 1]), (0.13, 0.9, [0.2, 0.4, 0.6, 0.8]), (-3, 12, [0, 5, 10]),
+        (1e-9, 6e-9, [1e-9, 2e-9, 3e-9, 4e-9, 5e-9, 6e-9]), (5, 5, [5]),
     ],
-)
+)  # fmt: skip
 def test_ticks_are_round_numbers(low, high, expected):
     np.testing.assert_allclose(_ticks(low, high), expected)
 

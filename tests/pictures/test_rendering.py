@@ -658,12 +658,9 @@ assert "pyvista" not in sys.modules  # takes longer than the picture
 
 def run_python(code, **environment):
     return subprocess.run(
-        [sys.executable, "-W", "error", "-c", code],
-        capture_output=True,
-        text=True,
-        check=False,
+        [sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, check=False,
         env={**os.environ, **environment},
-    )
+    )  # fmt: skip
 
 
 def test_drawing_prints_nothing_and_leaves_the_environment_as_it_was(gl):

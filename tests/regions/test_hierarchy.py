@@ -210,13 +210,11 @@ def test_bridges_are_those_of_the_twin():
 
 
 KINDS = {
-    "triangles": lambda: shapes.bumpy_sheet(16),
-    "closed": shapes.dumbbell,
+    "triangles": lambda: shapes.bumpy_sheet(16), "closed": shapes.dumbbell,
     "polygons": lambda: row(*[0, 60] * 20),
     "points": lambda: PointCloud(np.random.default_rng(0).uniform(size=(800, 3)) * [1, 1, 0]),
-    "tets": lambda: cubes(30),
-    "non-manifold": lambda: shapes.fins(24),
-}
+    "tets": lambda: cubes(30), "non-manifold": lambda: shapes.fins(24),
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("name", KINDS)

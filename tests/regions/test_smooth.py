@@ -199,14 +199,11 @@ def steps_of(costs):
 
 
 MESHES = {
-    "sheet": lambda: shapes.bumpy_sheet(16),
-    "moebius": lambda: shapes.moebius(40),
-    "fins": lambda: shapes.fins(7),
-    "slivers": shapes.slivers,
-    "soup": lambda: shapes.soup(shapes.bumpy_sheet(9)),
-    "sample": lambda: sample_mesh(3000),
+    "sheet": lambda: shapes.bumpy_sheet(16), "moebius": lambda: shapes.moebius(40),
+    "fins": lambda: shapes.fins(7), "slivers": shapes.slivers,
+    "soup": lambda: shapes.soup(shapes.bumpy_sheet(9)), "sample": lambda: sample_mesh(3000),
     "two sheets as one": lambda: doubled(shapes.bumpy_sheet(8)),
-}
+}  # fmt: skip
 
 
 def doubled(mesh):

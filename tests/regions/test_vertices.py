@@ -65,11 +65,8 @@ def test_polygons_and_tetrahedra_vote_by_area_and_volume():
 
 def test_points_keep_their_labels():
     assert sf.vertex_labels(np.array(SQUARE, float), [3, -1, 3, 0], method="majority").tolist() == [
-        3,
-        -1,
-        3,
-        0,
-    ]
+        3, -1, 3, 0,
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -14,7 +14,14 @@ import shapes
 from superfacets import write_mesh
 from superfacets_studio.documents.document import Document
 from superfacets_studio.documents.history import History, NothingError
-from superfacets_studio.documents.journal import Journal, JournalError, _coded, summary
+from superfacets_studio.documents.journal import (
+    FORMAT,
+    VERSION,
+    Journal,
+    JournalError,
+    _coded,
+    summary,
+)
 from superfacets_studio.labels.classes import default_classes
 from superfacets_studio.labels.coding import base64_of, pack_cells
 
@@ -117,9 +124,8 @@ def test_damage_before_the_last_line_is_told_and_nothing_is_cut_off(tmp_path):
 
 
 def test_a_later_version_is_refused(tmp_path):
-    opened(tmp_path / "work").close()
-    written = (tmp_path / "work").read_text()
-    (tmp_path / "work").write_text(written.replace('"version":2', '"version":3', 1))
+    later = {"format": FORMAT, "version": VERSION + 1, "n_cells": 9}
+    (tmp_path / "work").write_bytes(_coded(later))
     with pytest.raises(JournalError, match="written by a later version"):
         opened(tmp_path / "work")
 

@@ -445,24 +445,17 @@ def test_two_works_are_merged_by_the_command(two, tmp_path, prefer):
     assert result.output.startswith("both labeled 56.2 % of the area\n")
     assert result.output.splitlines()[1:-1] == [
         "both agree on 88.9 % of the area that both have labeled",
-        "IoU    class  object in MINE  object in THEIRS  object when merged",
-        "0.857  chair",
+        "IoU    class  object in MINE  object in THEIRS  object when merged", "0.857  chair",
         "1.000  chair  1               9                 1",
         "0.750  chair  2               2                 2",
         "-      chair  5               -                 5",
-        "-      chair  -               5                 6",
-        "0.667  table",
+        "-      chair  -               5                 6", "0.667  table",
         "0.667  table  1               1                 1",
-    ]
+    ]  # fmt: skip
     merged = Document.open(path, target)
     assert merged.instances[[0, 10, 60, 70, 90, 100]].tolist() == [
-        1001,
-        1001,
-        1002,
-        2001,
-        1005,
-        1006,
-    ]
+        1001, 1001, 1002, 2001, 1005, 1006,
+    ]  # fmt: skip
     assert merged.instances[40] == (2001 if prefer == "mine" else 1002)
     assert merged.instances[110] == 0
     merged.undo()

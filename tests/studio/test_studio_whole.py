@@ -88,15 +88,11 @@ def foreign(document, tmp_path):
 
 
 OPERATIONS = {
-    "import": ([], do_import),
-    "suggest": ([], do_suggest),
-    "settle": ([do_suggest], do_settle),
-    "merge": ([compared], do_accept),
-    "split": ([foreign], do_split_of_another_version),
-    "undo": ([do_import], do_undo),
-    "undo of settle": ([do_suggest, do_settle], do_undo),
+    "import": ([], do_import), "suggest": ([], do_suggest), "settle": ([do_suggest], do_settle),
+    "merge": ([compared], do_accept), "split": ([foreign], do_split_of_another_version),
+    "undo": ([do_import], do_undo), "undo of settle": ([do_suggest, do_settle], do_undo),
     "redo": ([do_import, do_undo], do_redo),
-}
+}  # fmt: skip
 
 
 @pytest.fixture(params=OPERATIONS)
