@@ -1,6 +1,6 @@
 """Draw the pictures of quality.md: ``python docs/make_quality_figures.py out/runs.csv meshes``.
 
-``superfacets quality`` writes ``runs.csv``. ``meshes`` is a folder with bunny.ply, horse.ply and
+``python -m research quality`` writes ``runs.csv``. ``meshes`` is a folder with bunny.ply, horse.ply and
 fandisk.obj.
 """
 
