@@ -1,7 +1,7 @@
 """Draw the pictures of quality.md: ``python docs/make_quality_figures.py out/runs.csv meshes``.
 
-``superfacets quality`` writes ``runs.csv``. ``meshes`` is a folder with bunny.ply, horse.ply and
-fandisk.obj.
+``python -m research quality`` writes ``runs.csv``. ``meshes`` is a folder with bunny.ply, horse.ply
+and fandisk.obj.
 """
 
 import csv

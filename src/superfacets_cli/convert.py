@@ -30,6 +30,7 @@ from .inputs import GivenLabels, given_labels, labels_of_cells, read_input
 from .interrupts import run_in_background
 from .options import FILE, option, options
 from .outputs import Job, names_of_results, output_option, plan_jobs, to_option
+from .progress import WaitBar
 from .report import notes_on_numbers, notes_on_written
 
 _KEPT_IN_PARTS = (*ATTRIBUTE_OUTPUTS, ".csv")
@@ -143,9 +144,10 @@ class _Run:
                 " give a label file as LABELS, or the name of the labels with --labels-named"
             )
         parts = [] if labels is None else self._split(cells, labels, attributes)
-        sizes = job.write(
-            cells, labels, attributes=attributes, options=self.form, of_vertices=of_vertices
-        )
+        with WaitBar(is_quiet=self.is_quiet):
+            sizes = job.write(
+                cells, labels, attributes=attributes, options=self.form, of_vertices=of_vertices
+            )
         if not self.is_quiet:
             # Labels from the input itself replace nothing, and files of --split have no labels.
             replaces = self.labels is not None and bool(job.endings)

@@ -37,6 +37,7 @@ from . import options as opts
 from .failures import print_note, print_notes
 from .inputs import name_of
 from .options import option, options
+from .progress import WaitBar
 from .report import notes_on_numbers, notes_on_written
 
 OUTPUT_FORMATS = tuple(ENDING_OF_FORMAT)  # values of ``--to``
@@ -212,9 +213,10 @@ class OneRun:
         `of_vertices` are arguments of `write_outputs` for labels of vertices.
         """
         options = replace(self.form, **form)
-        sizes = self.job.write(
-            cells, labels, attributes=attributes, options=options, **(of_vertices or {})
-        )
+        with WaitBar(is_quiet=self.is_quiet):
+            sizes = self.job.write(
+                cells, labels, attributes=attributes, options=options, **(of_vertices or {})
+            )
         if not self.is_quiet:
             lacking = notes_on_written(cells, attributes, self.job.endings, sizes)
             numbers = notes_on_numbers(labels, self.job.endings, sizes)

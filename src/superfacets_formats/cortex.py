@@ -136,7 +136,8 @@ def _decoded(text: str, n_bytes: int, *, is_packed: bool) -> bytes:
     except (binascii.Error, zlib.error) as error:
         raise MeshError(f"the GIFTI file is damaged: {error}") from None
     if len(content) != n_bytes:
-        raise MeshError(f"an array declares {n_bytes} bytes, but its data has {len(content)}")
+        found = len(content) if len(content) < n_bytes else "more"
+        raise MeshError(f"an array declares {n_bytes} bytes, but its data has {found}")
     return content
 
 

@@ -15,7 +15,8 @@ from command_line import COMMAND
 
 from superfacets import segment
 from superfacets_cli.interrupts import is_busy, run_in_background
-from superfacets_cli.progress import SHARES, Estimate, RunBar
+from superfacets_cli.outputs import Job
+from superfacets_cli.progress import SHARES, Estimate, RunBar, WaitBar
 
 
 def test_a_terminal_shows_progress(run, sheet, terminal):
@@ -108,3 +109,21 @@ def test_a_terminal_shows_that_silent_work_goes_on(limit, capsys, terminal):
     assert "working, 0 s" in capsys.readouterr().err
     run_in_background(lambda: time.sleep(0.05))
     assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize("command", ["convert", "transfer"])
+def test_a_terminal_shows_that_long_writing_goes_on(run, sheet, monkeypatch, command):
+    write = Job.write
+
+    def write_slowly(*arguments, **options):
+        time.sleep(0.3)
+        return write(*arguments, **options)
+
+    np.save(sheet.with_name("a.npy"), np.zeros(1152, np.int32))
+    goal = [sheet] if command == "transfer" else []
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    monkeypatch.setattr(WaitBar, "DELAY", 0.2)
+    monkeypatch.setattr(Job, "write", write_slowly)
+    arguments = (command, sheet, sheet.with_name("a.npy"), *goal, "-o", sheet.with_name("b.ply"))
+    assert "working, 0 s" in run(*arguments)[2]
+    assert "working" not in run(*arguments, "--quiet")[2]

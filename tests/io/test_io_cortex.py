@@ -156,11 +156,11 @@ def test_annotations_of_others_are_read(tmp_path):
         ("a.gii", lambda data: data.replace(b'Dim0="8"', b'Dim0="9"'),
          "an array declares 108 bytes, but its data has 96"),
         ("a.gii", lambda data: data.replace(b'Dim0="8"', b'Dim0="7"'),
-         "an array declares 84 bytes, but its data has 85"),
+         "an array declares 84 bytes, but its data has more"),
         ("a.gii", lambda data: data.replace(b'Dim0="8"', b'Dim0="99999999"'),
          "1199999988 bytes, too many for the file size"),
         ("a.gii", lambda data: data.replace(b'Dim1="3"', b'Dim1="1"'),
-         "an array declares 32 bytes, but its data has 33"),
+         "an array declares 32 bytes, but its data has more"),
         ("a.gii", lambda data: data.replace(b"FLOAT32", b"COMPLEX"), "got 'NIFTI_TYPE_COMPLEX'"),
         ("a.gii", lambda data: data.replace(b"GZipBase64", b"ExternalFile"),
          "save all arrays in one file"),
@@ -253,7 +253,7 @@ def test_a_gifti_array_is_not_decompressed_beyond_its_declared_size(tmp_path):
     write_labels(path, np.zeros(10_000_000, int))
     path.write_bytes(path.read_bytes().replace(b'Dim0="10000000"', b'Dim0="9"'))
     tracemalloc.start()
-    with pytest.raises(MeshError, match="an array declares 36 bytes, but its data has 37"):
+    with pytest.raises(MeshError, match="an array declares 36 bytes, but its data has more"):
         read_labels(path)
     assert tracemalloc.get_traced_memory()[1] < 1 << 20
     tracemalloc.stop()
