@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from .. import _core
 from ..base.checks import checked_partial_labels, checked_seeds, counted, refuse_mask
 from ..base.options import Init, Seeds, SizeOptions
 from ..base.types import Array, Floats, Ints, Longs, Singles
+from ..graph.cell_graph import BaseGraph
 from ..graph.constraints import NO_GROUPS, KeptCells, in_order
 from ..graph.size import RegionSize, region_size
 from .result import Segmentation
@@ -35,8 +36,8 @@ class Plan:
 
     @classmethod
     def of(
-        cls, graph: Any, cut: KeptCells | None, start: tuple[SizeOptions, Init | Start | None],
-        n_threads: int, *, dimension: int, order: Ints | None = None,
+        cls, graph: BaseGraph, cut: KeptCells | None,
+        start: tuple[SizeOptions, Init | Start | None], n_threads: int, *, dimension: int, order: Ints | None = None,
     ) -> Plan:  # fmt: skip
         """Make the plan for a graph.
 
@@ -67,7 +68,11 @@ class Plan:
         return NO_GROUPS if self.cut is None else self.cut.groups
 
     def placed_cells(
-        self, graph: Any, lengths: Singles, n_threads: int, placed: _core.PlacedCells | None = None
+        self,
+        graph: BaseGraph,
+        lengths: Singles,
+        n_threads: int,
+        placed: _core.PlacedCells | None = None,
     ) -> tuple[_core.PlacedCells, ArcLengths]:
         """Return the cells inside the mask, sorted along a space-filling curve, and their arcs.
 
