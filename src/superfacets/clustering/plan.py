@@ -37,7 +37,8 @@ class Plan:
     @classmethod
     def of(
         cls, graph: BaseGraph, cut: KeptCells | None,
-        start: tuple[SizeOptions, Init | Start | None], n_threads: int, *, dimension: int, order: Ints | None = None,
+        start: tuple[SizeOptions, Init | Start | None], n_threads: int,
+        *, dimension: int, order: Ints | None = None,
     ) -> Plan:  # fmt: skip
         """Make the plan for a graph.
 

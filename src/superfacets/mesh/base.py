@@ -13,7 +13,7 @@ class Cells:
     """Base class of meshes and point clouds. Their cells are faces, tetrahedra or points.
 
     To support another kind of cells, derive a dataclass that has `n_cells` and `bounds`, and
-    register the dataclass with `cells.kinds.register`.
+    register the dataclass with `graph.kinds.register`.
     """
 
     bounds: Floats
