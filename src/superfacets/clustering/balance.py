@@ -289,7 +289,6 @@ class Balancer:
         may_move_centers = not plan.has_seeds
         sizes, components = [rules.sizes], [rules.components]
         for level in coarse:
-            assert isinstance(level, _core.CoarseGraph)  # graphs on disk are never balanced
             cells = level.coarse_cells(n_threads)
             sizes.append(sums_by_label(cells, sizes[-1], level.graph.n_cells))
             components.append(components[-1][level.centers()])

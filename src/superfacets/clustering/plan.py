@@ -69,22 +69,15 @@ class Plan:
         return NO_GROUPS if self.cut is None else self.cut.groups
 
     def placed_cells(
-        self,
-        graph: BaseGraph,
-        lengths: Singles,
-        n_threads: int,
-        placed: _core.PlacedCells | None = None,
+        self, graph: BaseGraph, lengths: Singles, n_threads: int
     ) -> tuple[_core.PlacedCells, ArcLengths]:
         """Return the cells inside the mask, sorted along a space-filling curve, and their arcs.
 
-        `lengths` is the length of each arc of `graph`. `placed` are all cells in sorted order, or
-        None if no earlier stage has sorted the cells. If there is a mask or a barrier, `placed` is
-        not used.
+        `lengths` is the length of each arc of `graph`.
         """
         cut = self.cut
         if cut is None:
-            if placed is None:
-                placed = _core.PlacedCells(graph.positions, graph.measures, n_threads)
+            placed = _core.PlacedCells(graph.positions, graph.measures, n_threads)
             return placed, (graph.offsets, graph.neighbors, lengths)
         cells = (graph.positions[cut.cells], graph.measures[cut.cells])
         return _core.PlacedCells(*cells, n_threads), (cut.offsets, cut.neighbors, lengths[cut.arcs])
