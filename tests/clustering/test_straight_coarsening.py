@@ -9,7 +9,7 @@ from straight_graphs import StraightGraph, all_paths, distances, far_arcs, paths
 
 import superfacets as sf
 from superfacets import _core
-from superfacets.weights.parts import NO_GROUPS
+from superfacets.graph.constraints import NO_GROUPS
 
 THREADS = (1, 3)
 

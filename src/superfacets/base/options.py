@@ -2,8 +2,9 @@
 
 The method ``checked`` of each class validates arguments before any work is done. The property
 ``params``, which most classes have, returns the options as entries of `Segmentation.params`. Other
-classes of options are next to the code that uses the options: `WeightOptions`, `FeatureOptions` and
-`ConstraintOptions` in `cells`, and `pipeline.Options`, which contains all options.
+classes of options are next to the code that uses the options: `WeightOptions` and `FeatureOptions`
+in `weights`, `ConstraintOptions` in `graph`, and `stages.options.SegmentOptions`, which contains
+all options.
 """
 
 from __future__ import annotations

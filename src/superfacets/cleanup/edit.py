@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -11,7 +11,7 @@ import numpy.typing as npt
 from .. import _core
 from ..base.checks import checked_regions, checked_threads
 from ..base.types import Floats, Ints, Singles
-from ..graph.cell_graph import CellGraph, checked_weights
+from ..graph.cell_graph import BaseGraph, CellGraph, checked_weights
 from ..graph.constraints import NO_GROUPS, KeptCells
 from ..graph.kinds import as_known, graph_and_surface
 from ..graph.size import radius_of
@@ -77,7 +77,7 @@ class RegionEdit(NamedTuple):
 
 def surface_of_labeled(
     cells: Cells | CellGraph, labels: npt.ArrayLike, weld: bool, n_threads: int
-) -> tuple[Any, Surface]:
+) -> tuple[BaseGraph, Surface]:
     """Return the graph and the `Surface` of cells; points labeled -1 have no neighbors."""
     array, _ = checked_regions(labels, cells.n_cells)
     return graph_and_surface(cells, weld, n_threads, array >= 0)

@@ -12,7 +12,7 @@ from __future__ import annotations
 import heapq
 import math
 from dataclasses import dataclass, field, replace
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -24,6 +24,7 @@ from ..base.errors import MeshError
 from ..base.options import BalanceOptions, LoopOptions, SizeOptions
 from ..base.types import Array, Bools, Floats, Ints, Longs
 from ..cleanup.region_sizes import Goals
+from ..graph.cell_graph import BaseGraph
 from ..graph.constraints import KeptCells, in_order
 from ..graph.sums import sums_by_label
 from .plan import Plan
@@ -90,8 +91,8 @@ class SizeRules:
 
     @classmethod
     def of(
-        cls, options: BalanceOptions, graph: Any, cut: KeptCells | None, order: Ints | None,
-        measures: Floats,
+        cls, options: BalanceOptions, graph: BaseGraph, cut: KeptCells | None,
+        order: Ints | None, measures: Floats,
     ) -> SizeRules | None:  # fmt: skip
         """Return the rules for the cells inside the mask, or None if `options` restrict no sizes.
 
@@ -108,7 +109,7 @@ class SizeRules:
         elif options.cell_weights is not None:
             sizes = in_order(options.checked_cell_weights(graph.n_cells), order)
         sizes = sizes if cut is None else sizes[cut.cells]
-        arcs = graph if cut is None else cut
+        arcs: BaseGraph | KeptCells = graph if cut is None else cut
         one_label = np.zeros(len(sizes), np.int32)
         components, _ = _core.find_components(arcs.offsets, arcs.neighbors, one_label)
         with np.errstate(over="ignore"):
@@ -288,7 +289,6 @@ class Balancer:
         may_move_centers = not plan.has_seeds
         sizes, components = [rules.sizes], [rules.components]
         for level in coarse:
-            assert isinstance(level, _core.CoarseGraph)  # graphs on disk are never balanced
             cells = level.coarse_cells(n_threads)
             sizes.append(sums_by_label(cells, sizes[-1], level.graph.n_cells))
             components.append(components[-1][level.centers()])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from .. import _core
 from ..base.checks import checked_partial_labels, checked_seeds, counted, refuse_mask
 from ..base.options import Init, Seeds, SizeOptions
 from ..base.types import Array, Floats, Ints, Longs, Singles
+from ..graph.cell_graph import BaseGraph
 from ..graph.constraints import NO_GROUPS, KeptCells, in_order
 from ..graph.size import RegionSize, region_size
 from .result import Segmentation
@@ -35,8 +36,9 @@ class Plan:
 
     @classmethod
     def of(
-        cls, graph: Any, cut: KeptCells | None, start: tuple[SizeOptions, Init | Start | None],
-        n_threads: int, *, dimension: int, order: Ints | None = None,
+        cls, graph: BaseGraph, cut: KeptCells | None,
+        start: tuple[SizeOptions, Init | Start | None], n_threads: int,
+        *, dimension: int, order: Ints | None = None,
     ) -> Plan:  # fmt: skip
         """Make the plan for a graph.
 
@@ -67,18 +69,15 @@ class Plan:
         return NO_GROUPS if self.cut is None else self.cut.groups
 
     def placed_cells(
-        self, graph: Any, lengths: Singles, n_threads: int, placed: _core.PlacedCells | None = None
+        self, graph: BaseGraph, lengths: Singles, n_threads: int
     ) -> tuple[_core.PlacedCells, ArcLengths]:
         """Return the cells inside the mask, sorted along a space-filling curve, and their arcs.
 
-        `lengths` is the length of each arc of `graph`. `placed` are all cells in sorted order, or
-        None if no earlier stage has sorted the cells. If there is a mask or a barrier, `placed` is
-        not used.
+        `lengths` is the length of each arc of `graph`.
         """
         cut = self.cut
         if cut is None:
-            if placed is None:
-                placed = _core.PlacedCells(graph.positions, graph.measures, n_threads)
+            placed = _core.PlacedCells(graph.positions, graph.measures, n_threads)
             return placed, (graph.offsets, graph.neighbors, lengths)
         cells = (graph.positions[cut.cells], graph.measures[cut.cells])
         return _core.PlacedCells(*cells, n_threads), (cut.offsets, cut.neighbors, lengths[cut.arcs])

@@ -25,6 +25,7 @@ from ..mesh.base import Cells
 from ..mesh.convert import MeshLike, as_mesh
 from ..mesh.faces import FaceMesh, ends_of_sides, face_sizes
 from ..mesh.weld import lowest_vertices
+from .cell_graph import CellGraph, CsrArcs
 from .corner_labels import of_cells
 from .face_graph import FaceGraph, build_face_graph
 from .kinds import kind_of
@@ -61,7 +62,7 @@ class ConstraintOptions:
         given = {"mask": self.mask, "barriers": self.barriers}
         return {name: "given" for name, value in given.items() if value is not None}
 
-    def kept_points(self, cells: Any) -> Bools | None:
+    def kept_points(self, cells: Cells) -> Bools | None:
         """Return which points of a cloud to keep; None without a mask, or for other cells.
 
         Raises a ValueError or TypeError if the mask is not valid.
@@ -71,7 +72,13 @@ class ConstraintOptions:
         return _checked_kept(self.mask, cells.n_cells)
 
     def cut(
-        self, source: object, graph: Any, *, weld: bool, n_threads: int, order: Ints | None = None
+        self,
+        source: Cells | CellGraph,
+        graph: CsrArcs,
+        *,
+        weld: bool,
+        n_threads: int,
+        order: Ints | None = None,
     ) -> KeptCells | None:
         """Return the cells and arcs to keep, or None if there is neither a mask nor barriers.
 
@@ -116,7 +123,7 @@ class KeptCells:
 
     @classmethod
     def of(
-        cls, graph: Any, is_kept: Bools, keeps_arc: Bools, sources: Ints, groups: Ints
+        cls, graph: CsrArcs, is_kept: Bools, keeps_arc: Bools, sources: Ints, groups: Ints
     ) -> KeptCells:
         """Make an instance from the cells and arcs to keep; kept arcs must join kept cells."""
         cells = np.flatnonzero(is_kept).astype(np.int32)
@@ -295,7 +302,7 @@ def _checked_sides(barriers: Any, n_cells: int) -> Ints:
 
 
 def _crossed_by(
-    barriers: Any, source: Any, arcs: tuple[Any, Ints], weld: bool, n_threads: int,
+    barriers: Any, source: Any, arcs: tuple[CsrArcs, Ints], weld: bool, n_threads: int,
     order: Ints | None,
 ) -> Bools:  # fmt: skip
     """Return whether each arc crosses an edge in `barriers`.
@@ -345,7 +352,7 @@ def _lengths_of(mesh: FaceMesh, keys: Longs) -> Floats:
     return lengths
 
 
-def _groups_apart(graph: Any, before: Bools, after: Bools, sources: Ints) -> Ints:
+def _groups_apart(graph: CsrArcs, before: Bools, after: Bools, sources: Ints) -> Ints:
     """Return the group of each cell: its connected component after barriers cut the graph.
 
     The group is `ANY_GROUP` if barriers do not divide the component that the cell was in before.
@@ -360,7 +367,7 @@ def _groups_apart(graph: Any, before: Bools, after: Bools, sources: Ints) -> Int
     return np.where(is_cut[whole], pieces, np.int32(ANY_GROUP))
 
 
-def _components_of(graph: Any, keeps_arc: Bools, sources: Ints) -> tuple[Ints, int]:
+def _components_of(graph: CsrArcs, keeps_arc: Bools, sources: Ints) -> tuple[Ints, int]:
     counts = np.bincount(sources[keeps_arc], minlength=graph.n_cells)
     offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
     one_label = np.zeros(graph.n_cells, np.int32)

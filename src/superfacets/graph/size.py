@@ -35,14 +35,7 @@ def region_size(
     Regions are modeled as disks if measures are areas (`dimension` is 2), and as balls if measures
     are volumes (`dimension` is 3). `diagonal` is the diagonal of the bounding box.
     """
-    total = _core.sum_of(measures, n_threads)
-    return size_of_total(options, len(measures), total, diagonal, dimension)
-
-
-def size_of_total(
-    options: SizeOptions, n_cells: int, total: float, diagonal: float, dimension: int = 2
-) -> RegionSize:
-    """Return the result of `region_size` for `n_cells` cells whose measures sum to `total`."""
+    total, n_cells = _core.sum_of(measures, n_threads), len(measures)
     r = options.radius_in(diagonal)
     if r is not None:
         k = _regions_of_radius(total, r, dimension)

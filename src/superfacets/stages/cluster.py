@@ -113,7 +113,7 @@ def _cleaned(
     options: CleanupOptions,
     groups: Ints,
     smoothing: SmoothOptions,
-    goals: Goals | None = None,
+    goals: Goals | None,
 ) -> Segmentation:
     """Clean up the regions of a result; cells of different `KeptCells.groups` stay separate."""
     if options.enforce_connectivity:

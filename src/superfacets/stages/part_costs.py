@@ -13,7 +13,8 @@ from ..base.timing import Clock
 from ..base.types import ArcLists, Ints, Singles
 from ..clustering.coarsening import Coarsening, has_small_regions
 from ..graph.constraints import NO_GROUPS
-from ..weights.parts import MIN_GROUPED, conducting_graph, embedding, scale
+from ..weights import parts
+from ..weights.parts import conducting_graph, embedding, scale
 from .weigh import Weighed
 
 PART_CREASE_SCALE = 7.0
@@ -177,10 +178,10 @@ def _group_of(groups: list[_core.CoarseGraph], n_threads: int) -> Ints:
 def groups_to_embed(graph: _core.OrderedGraph, n_threads: int) -> list[_core.CoarseGraph]:
     """Group the cells of a large graph; return the graph of the groups in a list of one graph.
 
-    The list is empty if the graph has fewer than `MIN_GROUPED` cells, and for triangle soup, in
-    which most cells have no neighbors.
+    The list is empty if the graph has fewer than `parts.MIN_GROUPED` cells, and for triangle soup,
+    in which most cells have no neighbors.
     """
-    if graph.n_cells < MIN_GROUPED:
+    if graph.n_cells < parts.MIN_GROUPED:
         return []
     groups = _core.CoarseGraph(graph, GROUP_SIZE, n_threads)
     return [groups] if 2 * groups.graph.n_cells <= graph.n_cells else []

@@ -16,6 +16,7 @@ from ..base.types import Floats, Ints
 from ..graph.cell_graph import CellGraph
 from ..graph.kinds import kind_of
 from ..graph.surface import Surface
+from ..mesh.base import Cells
 
 FEATURE_WEIGHT = 5.0
 """Default cost of a feature difference of one standard deviation, as a multiple of the expected
@@ -87,7 +88,7 @@ class FeatureOptions:
         return {"feature_weight": self.weight, "scale_features": self.is_scaled}
 
     def steps(
-        self, source: Any, measures: Floats, n_threads: int, order: Ints | None = None
+        self, source: Cells | CellGraph, measures: Floats, n_threads: int, order: Ints | None = None
     ) -> FeatureSteps | None:
         """Return an object that adds costs of feature differences to the weights of arcs.
 
@@ -101,7 +102,9 @@ class FeatureOptions:
         _warn_if_constant(table, self.given.names if isinstance(self.given, FeatureTable) else ())
         return FeatureSteps(table, self.weight, n_threads)
 
-    def table(self, source: Any, measures: Floats, order: Ints | None = None) -> Floats | None:
+    def table(
+        self, source: Cells | CellGraph, measures: Floats, order: Ints | None = None
+    ) -> Floats | None:
         """Return features of all cells, (N, F), scaled if `is_scaled`; None without features."""
         if self.given is None:
             return None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal, NamedTuple, TypeAlias
 
@@ -113,7 +113,7 @@ class EdgeFactors(NamedTuple):
 
 
 class EdgeSums(NamedTuple):
-    """Sums over the edges of a mesh, or of a part of a mesh. Boundary edges are not included.
+    """Sums over the edges of a mesh. Boundary edges are not included.
 
     The three counts are 0 unless ridges cost more than other convex edges.
     """
@@ -124,11 +124,6 @@ class EdgeSums(NamedTuple):
     n_edges: int  # number of edges
     n_soft: int  # number of edges with an angle from 10.4 to less than 40 degrees
     n_sharp: int  # number of convex edges with an angle of at least 40 degrees
-
-    @classmethod
-    def total(cls, parts: Iterable[EdgeSums]) -> EdgeSums:
-        """Add the sums over several parts of a mesh."""
-        return cls(*map(sum, zip(*parts, strict=True)))
 
     @property
     def are_of_machine_part(self) -> bool:
