@@ -15,10 +15,6 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from notebooks import write_notebook
 
-# Autosummary imports modules by their public names.
-for name in ("baselines", "princeton"):
-    sys.modules[f"superfacets.{name}"] = getattr(superfacets, name)
-
 project = "superfacets"
 author = copyright = "The superfacets developers"
 release = superfacets.__version__
@@ -38,6 +34,7 @@ templates_path = ["_templates"]
 nitpicky = True
 # Types of other projects and words of numpydoc's type descriptions have no page to link to.
 nitpick_ignore_regex = [
+    (r"py:obj", r"weights"),  # a parameter, and a package without a page
     (r"py:.*", r"(numpy|np|npt|collections|os|pathlib|types)\..*"),
     (r"py:.*", r"(array_like|ndarray|optional|default|callable|path|float64|float32|int32|int64)"),
     (r"py:.*", r"(uint16|uint8|Path|PathLike|StopReason|Progress|npt|NDArray|ArrayLike|Any|shape)"),

@@ -12,7 +12,8 @@ import numpy as np
 
 from superfacets.base.errors import MeshError
 from superfacets.base.types import Array, Ints
-from superfacets.files.readers.read import MESH_ENDINGS, read_mesh
+from superfacets.files.formats import MESH_ENDINGS
+from superfacets.files.readers.read import read_mesh
 from superfacets.mesh.convert import as_mesh
 from superfacets.mesh.faces import FaceMesh, corners_in_a_row, face_sizes
 from superfacets.metrics import GroundTruths

@@ -175,9 +175,9 @@ def run_shown(
 
     A progress bar with `title` is shown in a terminal. With one worker, jobs run in this process.
     With more, they run in worker processes of Dask: if the worker of a job ended, the result is a
-    `Killed`. An error of a job is raised again. The estimates `WorkerJob.memory` of all running
-    jobs add up to at most `memory` bytes, except that a job that needs more may run alone. Jobs
-    start in order, but later jobs that fit may overtake a job that waits for memory.
+    `Killed`. An error of a job is raised again. The estimates of memory of all running jobs add up
+    to at most `memory` bytes, except that a job that needs more may run alone. Jobs start in
+    order, but later jobs that fit may overtake a job that waits for memory.
     """
     from tqdm import tqdm
 

@@ -3,6 +3,7 @@
 import os
 import shutil
 import signal
+import sys
 from collections import Counter
 from pathlib import Path
 
@@ -84,3 +85,94 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     if reasons:
         parts = [f"{n} test{'s' * (n > 1)} ({why})" for why, n in reasons.most_common()]
         terminalreporter.write_line(f"not tested: {', '.join(parts)}")
+
+
+LIMITS = {
+    "block of text": ["superfacets.files.readers.text.BLOCK"],
+    "cells that are sorted": ["superfacets.graph.sorting.MIN_CELLS"],
+    "cells that are grouped": [
+        "superfacets.weights.parts.MIN_GROUPED", "superfacets.clustering.loop.MIN_GROUPED",
+    ],
+    "faces drawn": ["superfacets_show.notebook.MAX_DRAWN"],
+    "points drawn": ["superfacets_show.notebook.MAX_DRAWN_POINTS"],
+    "frames of a turn": ["superfacets_show.plotting._N_FRAMES"],
+    "attributes for info": ["superfacets_cli.info.MAX_BYTES_OF_ATTRIBUTES"],
+    "bytes of a small scene": ["superfacets.files.guards.ALWAYS_ALLOWED"],
+    "growth of a scene": ["superfacets.files.guards.MAX_GROWTH"],
+    "bytes of a GLB file": ["superfacets.files.writers.glb.MAX_BYTES"],
+    "wait for a request": ["superfacets_studio.web.server.SECONDS"],
+    "rows written at once": [
+        "superfacets.files.writers.ply.ROWS_AT_ONCE", "superfacets.files.writers.obj.ROWS_AT_ONCE",
+        "superfacets.files.writers.text.ROWS_AT_ONCE",
+    ],
+    "rows pooled at once": ["superfacets.regions.pooling._ROWS_AT_ONCE"],
+    "ids in a GLB file": ["superfacets.files.writers.glb.MAX_IDS"],
+    "cells of a scene": ["superfacets.files.readers.gltf.MAX_CELLS"],
+    "pairs of regions in masks": ["superfacets_scans.lifting.MAX_PAIRS"],
+    "many regions": ["superfacets.clustering.coarsening.MANY_REGIONS"],
+    "faces that show what is up": ["superfacets_show.scene._MAX_SAMPLES"],
+    "size of a turn": ["superfacets_show.plotting._MOVING_SIZE"],
+    "delay of the bar": ["superfacets_cli.progress.WaitBar.DELAY"],
+    "numbers of objects": ["superfacets_studio.documents.document.MAX_OBJECT"],
+    "bytes of a request": ["superfacets_studio.web.messages.MAX_BODY"],
+    "time for a thumbnail": ["superfacets_studio.web.thumbnails.SECONDS"],
+    "wait for a worker": ["superfacets_batch.cluster.PATIENCE"],
+    "memory of a worker process": ["superfacets.tools.segment_to_files.BASE"],
+    "wait for a scheduler": ["superfacets_batch.cluster.CONNECT_TIMEOUT"],
+}  # fmt: skip
+"""Limits that tests change, because reaching the real ones would take too long."""
+
+
+@pytest.fixture
+def limit(monkeypatch):
+    """Return a function that sets one of `LIMITS` during the test."""
+
+    def set_limit(name, value):
+        for target in LIMITS[name]:
+            monkeypatch.setattr(target, value)
+
+    return set_limit
+
+
+@pytest.fixture
+def broken(monkeypatch):
+    """Return a function that makes a function raise an error, or fail the test if it is called."""
+
+    def break_function(target, error=None):
+        def fail(*_, **__):
+            raise error or AssertionError(f"{target} must not be called")
+
+        monkeypatch.setattr(target, fail)
+
+    return break_function
+
+
+@pytest.fixture
+def forbid(monkeypatch):
+    """Return a function that takes permissions away, because root may read and write everything."""
+    return lambda is_allowed=lambda *_: False: monkeypatch.setattr(os, "access", is_allowed)
+
+
+@pytest.fixture
+def temporary(monkeypatch):
+    """Return a function that sets the folder of temporary files."""
+    return lambda folder: monkeypatch.setattr("tempfile.tempdir", str(folder))
+
+
+@pytest.fixture
+def terminal(monkeypatch):
+    """Return a function that makes standard output or standard error a terminal."""
+    return lambda stream: monkeypatch.setattr(stream, "isatty", lambda: True)
+
+
+@pytest.fixture
+def run_main(monkeypatch, capsys):
+    """Return a function that runs a command, and returns its exit status, stdout and stderr."""
+
+    def run(main, *arguments):
+        monkeypatch.setattr(sys, "argv", [*map(str, arguments)])
+        with pytest.raises(SystemExit) as stop:
+            main()
+        return stop.value.code, *capsys.readouterr()
+
+    return run

@@ -255,41 +255,27 @@ def test_islands_that_are_too_small_are_told():
         ({"balance": 1.5}, "balance must be from 0 to 1, got 1.5"),
         ({"balance": True}, "balance must be a number"),
         ({"max_measure": -1.0}, "max_measure must be finite and positive"),
-        (
-            {"max_measure": 1.0, "min_measure": 2.0},
-            "min_measure must be at most max_measure, 1, got 2",
-        ),
-        (
-            {"max_measure": 20.0, "n_segments": 3},
-            "max_measure=20 allows 3 regions to cover only 60 of 800: use at least 40 regions",
-        ),
+        ({"max_measure": 1.0, "min_measure": 2.0},
+         "min_measure must be at most max_measure, 1, got 2"),
+        ({"max_measure": 20.0, "n_segments": 3},
+         "max_measure=20 allows 3 regions to cover only 60 of 800: use at least 40 regions"),
         (
             {"min_measure": 300.0, "n_segments": 3},
             "3 regions of at least min_measure=300 need 900, but the total size of all cells is"
             " 800: use at most 2 regions",
         ),
-        (
-            {"min_measure": 900.0, "n_segments": 3},
-            "min_measure must be at most 800, the total size of all cells, got 900",
-        ),
-        (
-            {"max_measure": 0.1, "n_segments": 3},
-            r"max_measure must be at least 0\.5, the size of the largest cell, got 0\.1",
-        ),
+        ({"min_measure": 900.0, "n_segments": 3},
+         "min_measure must be at most 800, the total size of all cells, got 900"),
+        ({"max_measure": 0.1, "n_segments": 3},
+         r"max_measure must be at least 0\.5, the size of the largest cell, got 0\.1"),
         ({"cell_weights": np.ones(1600)}, "cell_weights have no effect"),
         ({"balance": 1.0, "cell_weights": np.ones(7)}, r"cell_weights must have shape \(1600,\)"),
-        (
-            {"balance": 1.0, "cell_weights": -np.ones(1600)},
-            r"cell_weights\[0\] must be finite and not negative, got -1.0",
-        ),
-        (
-            {"balance": 1.0, "cell_weights": ["a"] * 1600},
-            "cell_weights must contain numbers, got <U1",
-        ),
-        (
-            {"balance": 1.0, "cell_weights": np.zeros(1600)},
-            "at least one cell must have a size above 0, but all sizes are 0",
-        ),
+        ({"balance": 1.0, "cell_weights": -np.ones(1600)},
+         r"cell_weights\[0\] must be finite and not negative, got -1.0"),
+        ({"balance": 1.0, "cell_weights": ["a"] * 1600},
+         "cell_weights must contain numbers, got <U1"),
+        ({"balance": 1.0, "cell_weights": np.zeros(1600)},
+         "at least one cell must have a size above 0, but all sizes are 0"),
         (
             {"balance": 1.0, "radius_factor": 2.0},
             "balance cannot be combined with radius_factor, which limits the paths from"
@@ -305,12 +291,10 @@ def test_islands_that_are_too_small_are_told():
             "cells_per_region already sets the number of regions: leave out n_segments,"
             " radius and expected_radius, and do not pass seeds as init",
         ),
-        (
-            {"cells_per_region": 64, "islands": "nearest"},
-            "cells_per_region keeps each region in one component: leave islands='nearest' out",
-        ),
+        ({"cells_per_region": 64, "islands": "nearest"},
+         "cells_per_region keeps each region in one component: leave islands='nearest' out"),
     ],
-)
+)  # fmt: skip
 def test_wrong_options_are_told(options, message):
     with pytest.raises((ValueError, TypeError), match=message):
         sf.segment(sf.Mesh(*_grid(41, 21)), **options)
@@ -654,3 +638,22 @@ def test_fewer_regions_than_requested_because_of_a_minimum_area_are_explained():
         "2 regions instead of 3: some components are too small for more regions of at least"
         f" min_measure={least:g}"
     )
+
+
+@pytest.mark.parametrize("seed", [497, 802])
+@pytest.mark.filterwarnings("ignore::UserWarning")
+def test_no_region_of_random_faces_loses_its_last_cell(seed):
+    rng = np.random.default_rng(seed)
+    vertices = rng.random((int(rng.integers(6, 30)), 3))
+    faces = rng.integers(0, len(vertices), (int(rng.integers(4, 30)), 3))
+    k = int(rng.integers(2, len(faces)))
+    labels = sf.segment((vertices, faces), k, balance=1, islands="nearest", n_threads=1).labels
+    assert np.bincount(labels, minlength=k).all()
+
+
+@pytest.mark.filterwarnings("ignore::UserWarning")
+def test_a_part_without_a_seed_does_not_change_the_balance_of_the_others():
+    sheet = flat(20)
+    both = apart(sheet, sf.Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]))
+    found = sf.segment(both, 8, balance=1, smooth=False, islands="nearest")
+    assert spread(areas_of(sheet, found.labels[:-1])) < 0.02

@@ -136,7 +136,7 @@ def stored(bear, labels):
     return {
         "meshes": {
             BEAR: {"mesh": checks.hash_mesh(bear), "labels": {"run": checks.hash_labels(labels)}}
-        },
+        }
     }
 
 
@@ -426,11 +426,17 @@ def test_tables_without_rows_stay():
     assert report.fill(document, results_of()) == document
 
 
-def test_hashes_that_expect_stores_are_found_by_later_runs(no_data, tmp_path, monkeypatch):
+@pytest.fixture
+def expected(monkeypatch):
+    """Return a function that replaces the stored hashes."""
+    return lambda hashes: monkeypatch.setattr("benchmarks.cli.load_expected", lambda: hashes)
+
+
+def test_hashes_that_expect_stores_are_found_by_later_runs(no_data, tmp_path, expected):
     path = tmp_path / "expected.json"
     done = run("expect", "--meshes", "sphere-x64", "--output", str(path))
     assert done.exit_code == 0, done.output
-    monkeypatch.setattr("benchmarks.cli.load_expected", lambda: checks.load_expected(path))
+    expected(checks.load_expected(path))
     output = tmp_path / "bench.json"
     done = run("stages", "--meshes", "sphere-x64", "--repeats", "1", "--json", str(output))
     assert done.exit_code == 0, done.output
@@ -438,12 +444,12 @@ def test_hashes_that_expect_stores_are_found_by_later_runs(no_data, tmp_path, mo
     assert {row["checked"] for row in rows} == {"stored hash"}
 
 
-def test_wrong_labels_print_no_times(no_data, monkeypatch):
+def test_wrong_labels_print_no_times(no_data, expected):
     wrong = {"meshes": {}}
     arrays = meshes.build("sphere-x64", None)
     labels = {"k=150, plain": "0"}
     wrong["meshes"]["sphere-x64"] = {"mesh": checks.hash_mesh(arrays), "labels": labels}
-    monkeypatch.setattr("benchmarks.cli.load_expected", lambda: wrong)
+    expected(wrong)
     done = run("stages", "--meshes", "sphere-x64", "--repeats", "1")
     assert done.exit_code == 1
     assert "no times: sphere-x64, k=150, plain: the labels do not have" in done.output
@@ -533,7 +539,7 @@ def test_the_page_is_measured_in_a_browser(tmp_path):
 
 def test_a_page_without_a_browser_is_one_line(monkeypatch):
     pytest.importorskip("playwright.sync_api", reason="Playwright is not installed")
-    monkeypatch.setattr(shutil, "which", lambda name: None)
+    monkeypatch.setenv("PATH", "")
     done = run("page", "200")
     assert done.exit_code == 1
     assert "Chromium was not found" in done.output

@@ -1,6 +1,8 @@
 """The search for bad inputs notices all kinds of failures, and says how to repeat them."""
 
+import json
 import os
+import random
 import re
 import subprocess
 import sys
@@ -16,6 +18,7 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT / "tests" / room) for room in ("io",)]  # as tools/fuzz does
 
 from tools.fuzzing.command import KINDS, Search  # noqa: E402 - found along the path above
+from tools.fuzzing.files import odd_document  # noqa: E402
 from tools.fuzzing.promises import check_labels, check_pieces, refusals  # noqa: E402
 
 
@@ -87,6 +90,12 @@ def test_a_case_can_be_run_again():
     done = run_fuzz("--seed", "3", "--case", "6", "--only", "graphs", "cells")
     assert done.returncode == 0, done.stderr
     assert re.match(r"case 6, (graphs|cells): its files are in ", done.stdout)
+
+
+def test_documents_stay_small_whatever_is_repeated():
+    source = random.Random(1)
+    documents = (odd_document({"a": [[[[0, 0, 0]]]]}, source) for _ in range(2000))
+    assert 10**5 < max(len(json.dumps(document)) for document in documents) < 10**7
 
 
 @pytest.mark.filterwarnings("ignore::UserWarning")

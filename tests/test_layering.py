@@ -58,8 +58,6 @@ HIGHEST_CORE_LAYERS = {
 }
 
 EXCEPTIONS = {
-    # The boundary of tetrahedra needs the neighbors across triangles.
-    ("mesh/tet_mesh.py", "_core.build_tet_graph"),
     # Eigenvectors are computed on groups of cells.
     ("weights/parts.py", "_core.CoarseGraph"),
 }

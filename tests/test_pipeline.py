@@ -347,21 +347,12 @@ def test_paper_is_read_only_and_changes_what_it_says(sheet):
     ("options", "error", "message"),
     [
         ({"n_segments": 0}, ValueError, "n_segments must be at least 1"),
-        (
-            {"n_segments": 3000},
-            ValueError,
-            "n_segments must be at most 2048, the number of faces, got 3000",
-        ),
-        (
-            {"n_segments": 2, "radius": 0.1},
-            ValueError,
-            "n_segments is 2 and radius is 0.1: give only one of them",
-        ),
-        (
-            {"radius": 0.1, "expected_radius": 2.0},
-            ValueError,
-            "radius is 0.1 and expected_radius is 2.0: give only one of them",
-        ),
+        ({"n_segments": 3000}, ValueError,
+         "n_segments must be at most 2048, the number of faces, got 3000"),
+        ({"n_segments": 2, "radius": 0.1}, ValueError,
+         "n_segments is 2 and radius is 0.1: give only one of them"),
+        ({"radius": 0.1, "expected_radius": 2.0}, ValueError,
+         "radius is 0.1 and expected_radius is 2.0: give only one of them"),
         ({"expected_radius": 0}, ValueError, "expected_radius must be finite and positive, got 0"),
         (
             {"n_segments": np.zeros((9, 3), int)},
@@ -371,11 +362,8 @@ def test_paper_is_read_only_and_changes_what_it_says(sheet):
         ),
         ({"alpha": -1}, ValueError, "alpha must be finite and not negative, got -1"),
         ({"eta_convex": -1}, ValueError, "eta_convex must be finite and not negative"),
-        (
-            {"weights": "stk"},
-            ValueError,
-            "weights must be one of parts, creases, superfacets, got 'stk'",
-        ),
+        ({"weights": "stk"}, ValueError,
+         "weights must be one of parts, creases, superfacets, got 'stk'"),
         ({"weights": [1.0, 2.0]}, ValueError, "weights must have one value per arc"),
         ({"init": "here"}, ValueError, "init must be one of"),
         ({"radius_factor": 0}, ValueError, "radius_factor must be finite and positive"),
@@ -397,7 +385,7 @@ def test_paper_is_read_only_and_changes_what_it_says(sheet):
         ({"islands": "drop"}, ValueError, "islands must be one of keep, nearest, got 'drop'"),
         ({"progress": 1}, TypeError, "progress must be callable, got 1"),
     ],
-)
+)  # fmt: skip
 def test_wrong_parameters_are_refused(sheet, options, error, message):
     with pytest.raises(error, match=message):
         segment(sheet, **options)

@@ -25,10 +25,7 @@ AWKWARD = {
     "cube": shapes.cube,
     "inside-out cube": shapes.inside_out_cube,
     "inside-out cube, and a sheet of two faces": lambda: shapes.together(
-        [
-            shapes.inside_out_cube(),
-            Mesh([[3, 0, 0], [6, 0, 0], [3, 4, 0]], [[0, 1, 2], [2, 1, 0]]),
-        ]
+        [shapes.inside_out_cube(), Mesh([[3, 0, 0], [6, 0, 0], [3, 4, 0]], [[0, 1, 2], [2, 1, 0]])]
     ),
     "valley": lambda: shapes.fold(90),
     "ridge": lambda: shapes.fold(-90),

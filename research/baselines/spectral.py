@@ -264,7 +264,7 @@ def affinity_embedding(
     components = cells.components()
     _check_memory(cells, max(len(c.faces) for c in components), reach, max_memory)
     with timed(cells.timings, "distances"):
-        width = sigma * _mean_path_length(cells.graph, threads)
+        width = sigma * _mean_path_length(cells.graph)
     affinity = _Affinity(width, None if reach is None else reach * cells.radius, threads)
     cells.params.update(method="ncuts", sigma=sigma, sigma_length=width, reach=reach)
     embedded = [_embed(cells, component, affinity) for component in components]
@@ -281,7 +281,7 @@ class _Affinity:
 
     def between_all(self, graph: CellGraph) -> Singles:
         cells = np.arange(graph.n_cells, dtype=np.int32)
-        lengths = _path_lengths(graph, cells, self.n_threads)
+        lengths = _path_lengths(graph, cells)
         lengths *= np.float32(-1 / self.width)
         return np.exp(lengths, out=lengths)
 
@@ -328,20 +328,26 @@ def _check_memory(cells: FaceCells, n_faces: int, reach: float | None, max_memor
         )
 
 
-def _path_lengths(graph: CellGraph, sources: Ints, n_threads: int) -> Singles:
-    ordered = graph.ordered(n_threads)
-    lengths = _core.path_lengths(ordered, sources, graph.unit, n_threads)
-    return lengths.reshape(len(sources), graph.n_cells)
+def _path_lengths(graph: CellGraph, sources: Ints) -> Singles:
+    """Return the lengths of shortest paths from `sources` to all cells, (len(sources), N)."""
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import dijkstra
+
+    steps = csr_array(
+        (np.maximum(graph.weights, graph.unit), graph.neighbors.astype(np.int64), graph.offsets),
+        shape=(graph.n_cells, graph.n_cells),
+    )
+    return np.asarray(dijkstra(steps, indices=sources), np.float32)
 
 
-def _mean_path_length(graph: CellGraph, n_threads: int) -> float:
+def _mean_path_length(graph: CellGraph) -> float:
     """Return the mean path length from sampled cells to all cells, or 1 if there are no arcs."""
     candidates = np.flatnonzero(np.diff(graph.offsets))
     if not len(candidates):
         return 1.0
     n_samples = min(_N_SAMPLES, len(candidates))
     sample = candidates[np.arange(n_samples) * len(candidates) // n_samples]
-    lengths = _path_lengths(graph, sample.astype(np.int32), n_threads)
+    lengths = _path_lengths(graph, sample.astype(np.int32))
     return float(lengths.mean(where=np.isfinite(lengths), dtype=np.float64))
 
 

@@ -3,6 +3,12 @@
 from superfacets_batch.batching import BatchProgress as BatchProgress
 from superfacets_batch.batching import BatchResult as BatchResult
 from superfacets_batch.batching import batch as batch
+from superfacets_formats.tet_graph import TetGraph as TetGraph
+from superfacets_formats.tet_graph import TriangleCounts as TriangleCounts
+from superfacets_formats.tet_graph import build_tet_graph as build_tet_graph
+from superfacets_formats.tet_info import TetInfo as TetInfo
+from superfacets_formats.tet_mesh import TetBoundary as TetBoundary
+from superfacets_formats.tet_mesh import TetMesh as TetMesh
 from superfacets_scans.aggregation import RegroupedObject as RegroupedObject
 from superfacets_scans.aggregation import group_segments as group_segments
 from superfacets_scans.aggregation import regroup_segments as regroup_segments
@@ -65,15 +71,10 @@ from .graph.face_graph import FaceGraph as FaceGraph
 from .graph.face_graph import build_face_graph as build_face_graph
 from .graph.point_graph import estimate_normals as estimate_normals
 from .graph.surface import arc_measures as arc_measures
-from .graph.tet_graph import TetGraph as TetGraph
-from .graph.tet_graph import TriangleCounts as TriangleCounts
-from .graph.tet_graph import build_tet_graph as build_tet_graph
 from .mesh.attach import attach_labels as attach_labels
 from .mesh.point_cloud import PointCloud as PointCloud
 from .mesh.polygon_mesh import PolygonMesh as PolygonMesh
 from .mesh.polygon_mesh import Triangulation as Triangulation
-from .mesh.tet_mesh import TetBoundary as TetBoundary
-from .mesh.tet_mesh import TetMesh as TetMesh
 from .mesh.triangle_mesh import Mesh as Mesh
 from .pipeline import segment as segment
 from .regions.border_cut import BorderCut as BorderCut
@@ -99,7 +100,6 @@ from .stages.presets import PARTS as PARTS
 from .stages.presets import SCANS as SCANS
 from .tools.info import CloudInfo as CloudInfo
 from .tools.info import MeshInfo as MeshInfo
-from .tools.info import TetInfo as TetInfo
 from .tools.info import cloud_info as cloud_info
 from .tools.info import mesh_info as mesh_info
 from .tools.nearest import NearestFaces as NearestFaces

@@ -1,14 +1,20 @@
 """Entry point of the `superfacets` command and of ``python -m superfacets``."""
 
+import sys
+from collections.abc import Callable
 from typing import NoReturn
 
-from superfacets_cli.interrupts import while_importing
+from .base.lazy import load
 
 
 def main() -> NoReturn:
     """Run the `superfacets` command, and exit with its exit code."""
-    with while_importing():
-        from superfacets_cli.main import main as run
+    try:
+        while_importing = load("superfacets_cli.interrupts:while_importing")
+        with while_importing():
+            run: Callable[[], NoReturn] = load("superfacets_cli.main:main")
+    except ImportError as error:
+        sys.exit(f"superfacets: error: {error}")
     run()
 
 

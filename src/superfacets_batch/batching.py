@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import contextlib
-import threading
 import time
-from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -17,30 +16,27 @@ from superfacets.base.errors import MissingExtraError, is_installed
 from superfacets.files.atomic import StrPath, locked, remove_leftovers
 from superfacets.files.writers.write import ENDING_OF_FORMAT
 from superfacets.tools.segment_file import FileOptions
+from superfacets.tools.segment_to_files import cells_of, memory_of
 from superfacets.tools.sources import (
-    InputFile,
     check_outputs_differ,
     find_sources,
     output_names,
     result_ending,
 )
 
-from .cluster import Crew, local_crew, remote_crew
-from .jobs import BatchJob, Record, cells_of, failed, hash_of, memory_of, run_job
+from .cluster import Crew, local_client, remote_client
+from .jobs import BatchJob, Record, failed, hash_of, run_job
 from .manifest import Manifest
 
 MANIFEST = "manifest.jsonl"
 """Name of the manifest in the output folder."""
 
 MEMORY_SHARE = 0.8
-"""A file is large if its estimated memory exceeds this fraction of `Crew.share`, the memory per
-thread of a worker. The fraction is below 1, because estimates may be too low."""
+"""A file is large if its estimated memory exceeds this fraction of the memory per worker thread.
+The fraction is below 1, because estimates may be too low."""
 
-MOST_ENDS = 2
-"""A file is not processed again after this number of processes ended while processing it."""
-
-START_CELLS = 2_000
-"""Fixed time per file, as the number of cells that can be processed in the same time."""
+MOST_ENDS = 2  # a file is not processed again after so many processes ended with it
+START_CELLS = 2_000  # fixed time per file, as the number of cells processed in the same time
 
 
 @dataclass(frozen=True)
@@ -50,19 +46,14 @@ class BatchResult:
     Parameters
     ----------
     records : tuple of dict
-        Record of each input file, as in `manifest.jsonl`, in the order of the inputs. A record has
-        ``name``, ``input``, ``version``, ``params`` and ``sha256``. It also has ``error`` if the
-        file failed, and otherwise ``cells``, ``regions``, ``seconds`` and ``outputs``.
-    n_done : int
-        Number of files that were segmented by this call.
-    n_kept : int
-        Number of files that were skipped because they had valid results.
-    n_failed : int
-        Number of files that failed, in this call or in an earlier call.
-    n_cells : int
-        Number of cells of the files that were segmented by this call.
-    seconds : float
-        Wall time in seconds.
+        Record of each input file, in the order of the inputs, as in `manifest.jsonl`: ``name``,
+        ``input``, ``version``, ``params``, ``sha256``, and ``error`` if the file failed, otherwise
+        ``cells``, ``regions``, ``seconds`` and ``outputs``.
+    n_done, n_kept, n_failed : int
+        Numbers of files that this call segmented, that it skipped because they had valid results,
+        and that failed in this call or in an earlier call.
+    n_cells, seconds : int, float
+        Number of cells of the files that this call segmented, and its wall time in seconds.
     notes : tuple of str
         Messages about ignored lines of `manifest.jsonl`, and about the number of workers.
     """
@@ -84,16 +75,12 @@ class BatchProgress:
     ----------
     record : dict
         Record of the file, as in `BatchResult`.
-    n_ended : int
-        Number of files processed so far, including failed files.
-    n_files : int
-        Number of files that this call must process.
+    n_ended, n_files : int
+        Number of files processed so far, including failed files, of all that this call processes.
     n_cells : int
         Total number of cells of the files segmented so far.
-    seconds : float
-        Wall time since the start, in seconds.
-    seconds_left : float
-        Remaining time in seconds, estimated from the sizes of the files.
+    seconds, seconds_left : float
+        Wall time since the start, and remaining time, estimated from the sizes of the files.
     """
 
     record: Record
@@ -137,18 +124,15 @@ def batch(
     Parameters
     ----------
     inputs : path-like, or iterable of these
-        One or several inputs. An input is a file, a folder, a pattern or a list. A folder is
-        searched recursively for files other than ``.csv``, ``.txt`` and ``.npy``.
-        ``"scans/**/*.ply"`` is a pattern. ``"@list.txt"`` is a list, a text file with one path per
-        line, relative to the folder of this file.
+        Files, folders, patterns such as ``"scans/**/*.ply"``, or lists such as ``"@list.txt"``, a
+        text file with one path per line, relative to its folder. Folders are searched recursively
+        for files other than ``.csv``, ``.txt`` and ``.npy``.
     output_folder : path-like
-        Folder of the results, which is created if it is missing. ``manifest.jsonl`` has one record
-        per file. Results have names such as ``NAME.superfacets.ply``, and are in the same subfolder
-        as their input.
+        Folder of the results, created if it is missing. ``manifest.jsonl`` has one record per file.
+        Results, such as ``NAME.superfacets.ply``, are in the same subfolder as their input.
     formats : sequence of str, optional
-        Formats of the results, for example ``"ply"`` or ``"npy"``. The name of a format is its file
-        ending in `write_mesh` or `write_labels`, without the leading dot or underscore. The default
-        is PLY, or VTU for tetrahedra.
+        Formats of the results, such as ``"ply"`` or ``"npy"``: file endings of `write_mesh` or
+        `write_labels`, without the leading dot or underscore. Default: PLY; VTU for tetrahedra.
     scheduler : str, optional
         Address of a Dask scheduler, for example ``"tcp://10.0.0.1:8786"``. Its workers must have
         the same version of the package, and access to all files at the same paths.
@@ -173,22 +157,20 @@ def batch(
         Label files still have one label for each face of the input file.
     max_edge : float, optional
         Maximum edge length after subdivision, in the unit of the file. Implies `subdivide`.
-    drop_attributes : bool, default False
-        Whether to omit attributes of the input files, such as normals, from the results.
-    ascii : bool, default False
-        Whether to write text instead of binary data, in formats that support both.
+    drop_attributes, ascii : bool, default False
+        Whether results omit attributes of the input files, such as normals, and whether they are
+        text instead of binary data, in formats that support both.
     label_name, vertex_labels, force
         Same as in `write_mesh`.
     viewpoint : sequence of float, length 3, optional
         Position of the sensor for point clouds without normals, as in `estimate_normals`.
     min_opacity : float, default 0.0
-        Minimum opacity of Gaussian splats, 0 to 1. Splats with a lower opacity get the label -1.
-        The property ``opacity`` of the file contains opacities as logits.
-    mask_values : sequence of int, optional
-        Values >= 0 of cells to segment, such as a class of lidar points. Cells with other values
-        get the label -1. By default, all cells are segmented.
-    labels_named : str, default "label"
-        Property of the files that contains the values, such as ``"classification"``.
+        Minimum opacity of Gaussian splats, 0 to 1, stored as a logit in their property ``opacity``.
+        Splats with a lower opacity get the label -1.
+    mask_values, labels_named : sequence of int, optional, and str, default "label"
+        Values >= 0 of cells to segment, such as a class of lidar points, and the property of the
+        files that contains these values, such as ``"classification"``. Cells with other values get
+        the label -1. By default, all cells are segmented.
     **options
         Other options of `segment`, except arrays, `progress` and `on_stage`.
 
@@ -203,8 +185,8 @@ def batch(
         If a parameter is invalid, if two files would have the same result, or if another process
         writes to the folder.
     OSError
-        If no file is found, if a folder cannot be read or written, or if the disk is full. A
-        ConnectionError if there is no scheduler or no worker, or if a worker has another version of
+        If no file is found, a folder cannot be read or written, or the disk is full. A
+        ConnectionError if there is no scheduler or worker, or if a worker has another version of
         the package or cannot access the folder. Results that are already complete are kept.
     MissingExtraError
         If Dask is missing for several workers or for a scheduler.
@@ -218,18 +200,12 @@ def batch(
 
     Examples
     --------
-    >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
-    >>> import superfacets
-    >>> with TemporaryDirectory() as folder:
-    ...     path = Path(folder, "bear.ply")
-    ...     superfacets.write_mesh(path, superfacets.sample_mesh(5_000))
-    ...     result = superfacets.batch(path, Path(folder, "out"), formats=["npy"], n_segments=20)
-    ...     again = superfacets.batch(path, Path(folder, "out"), formats=["npy"], n_segments=20)
-    ...     sorted(found.name for found in Path(folder, "out").glob("[!.]*"))
-    ['bear.superfacets.npy', 'manifest.jsonl']
-    >>> result.records[0]["regions"], result.n_done, again.n_done, again.n_kept
-    (20, 1, 0, 1)
+    >>> import superfacets, tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     superfacets.write_mesh(f"{folder}/bear.ply", superfacets.sample_mesh(5_000))
+    ...     results = [superfacets.batch(folder, f"{folder}/out", n_segments=20) for _ in range(2)]
+    >>> [(result.n_done, result.n_kept) for result in results]
+    [(1, 0), (0, 1)]
     """
     for name, value in (("formats", formats), ("features", features)):
         if isinstance(value, str):
@@ -238,31 +214,33 @@ def batch(
         options, features, subdivide, max_edge, drop_attributes, ascii, label_name, vertex_labels,
         force, viewpoint, min_opacity, mask_values, labels_named,
     )  # fmt: skip
-    notes: list[str] = []
-    n_workers = _checked_workers(workers, scheduler, timeout, notes)
-    if timeout is not None:
-        timeout = checked_number(timeout, "timeout", zero=False)
+    n_workers, notes = _checked_workers(workers, scheduler, timeout)
     checked_callable(progress, "progress")
     began = time.perf_counter()
     folder = Path(output_folder).absolute()
     jobs = _plan(inputs, folder, formats, file_options)
-    with locked(folder), Manifest(folder / MANIFEST) as manifest, _tidied(jobs):
+    with (
+        locked(folder), Manifest(folder / MANIFEST) as manifest, contextlib.ExitStack() as stack
+    ):  # fmt: skip
+        results = [path for job in jobs for path in job.files]
+        remove_leftovers(results, older_than=0.0)  # of processes that were killed
+        stack.callback(remove_leftovers, results, older_than=0.0)
         todo = _todo(jobs, manifest, retry_failed=retry_failed)
         tally = _Tally(todo)
-        if scheduler is not None:
-            at = partial(remote_crew, scheduler, str(folder))
-            work = _in_crews(todo, at, at, timeout)
-        elif min(n_workers, len(todo)) > 1 or timeout is not None:
-            many = partial(local_crew, min(n_workers, len(todo)))
-            work = _in_crews(todo, many, partial(local_crew, 1, checked_threads(None)), timeout)
+        n_workers = min(n_workers, len(todo))
+        if todo and scheduler is not None:
+            at = partial(remote_client, scheduler, str(folder))
+            work = _on_workers(todo, at, at, timeout)
+        elif n_workers > 1 or (todo and timeout is not None):
+            one = partial(local_client, 1, checked_threads(None))
+            work = _on_workers(todo, partial(local_client, n_workers), one, timeout)
         else:
             work = _in_turn(todo, manifest)
-        with contextlib.closing(work) as ends:
-            for job, record in ends:
-                manifest.append(record)
-                tally.count(job, record)
-                if progress is not None:
-                    progress(tally.seen(record))
+        for job, record in stack.enter_context(contextlib.closing(work)):
+            manifest.append(record)
+            state = tally.count(job, record)
+            if progress is not None:
+                progress(state)
         records = tuple(manifest.records[job.name] for job in jobs)
     n_failed = sum("error" in record for record in records)
     return BatchResult(
@@ -272,22 +250,24 @@ def batch(
 
 
 def _checked_workers(
-    workers: int | None, scheduler: object, timeout: float | None, notes: list[str]
-) -> int:
-    """Return the number of workers on this machine; without Dask, 1, with a note."""
-    if workers is not None:
-        if scheduler is not None:
-            raise ValueError("pass scheduler or workers, not both: a scheduler has its own workers")
-        checked_count(workers, "workers")
-    elif scheduler is None:
+    workers: int | None, scheduler: str | None, timeout: float | None
+) -> tuple[int, list[str]]:
+    """Return the number of workers on this machine, and a note if it is 1 without Dask."""
+    notes = []
+    if timeout is not None:
+        checked_number(timeout, "timeout", zero=False)
+    if workers is None:
         workers = checked_threads(None)
-        if workers > 1 and not is_installed("distributed"):
+        if scheduler is None and workers > 1 and not is_installed("distributed"):
             workers = 1
             advice = str(MissingExtraError("several workers", "batch"))
             notes.append(f"files are processed one after the other: {advice}")
-    if timeout is not None and scheduler is None and workers == 1:
+    elif scheduler is not None:
+        raise ValueError("pass scheduler or workers, not both: a scheduler has its own workers")
+    n_workers = checked_count(workers, "workers")
+    if timeout is not None and scheduler is None and n_workers == 1:
         raise ValueError("timeout needs several workers or a scheduler")
-    return workers or 1
+    return n_workers, notes
 
 
 def _plan(
@@ -304,39 +284,22 @@ def _plan(
     options.form(endings or [result_ending(source.name) for source in sources])
     check_outputs_differ(sources, endings)
     params = {**options.params, "formats": list(formats)}
-
-    def job_of(source: InputFile) -> BatchJob:
-        head = {
-            "name": source.name, "input": source.input, "version": __version__, "params": params,
-        }  # fmt: skip
-        names = output_names(source.name, endings)
-        path = str(Path(source.input).absolute())
-        return BatchJob(head, path, str(folder), names, options)
-
-    return [job_of(source) for source in sources]
-
-
-@contextlib.contextmanager
-def _tidied(jobs: Sequence[BatchJob]) -> Iterator[None]:
-    """Remove temporary files of killed processes, before and after the `with` block."""
-    files = [path for job in jobs for path in job.files]
-    remove_leftovers(files, older_than=0.0)
-    try:
-        yield
-    finally:
-        remove_leftovers(files, older_than=0.0)
+    return [
+        BatchJob(
+            source.name,
+            {"name": source.name, "input": source.input, "version": __version__, "params": params},
+            str(Path(source.input).absolute()), str(folder), output_names(source.name, endings),
+            options,
+        )
+        for source in sources
+    ]  # fmt: skip
 
 
 def _todo(jobs: Sequence[BatchJob], manifest: Manifest, *, retry_failed: bool) -> list[BatchJob]:
-    """Return the jobs that must run; see `batch` for the rules.
-
-    Hashes show whether results and input files have changed.
-    """
+    """Return the jobs that must run, by the hashes of inputs and results; see `batch`."""
     if not manifest.records:
         return list(jobs)
     from concurrent.futures import ThreadPoolExecutor
-
-    stop = threading.Event()
 
     def is_done(job: BatchJob) -> bool:
         record = manifest.records.get(job.name)
@@ -344,21 +307,18 @@ def _todo(jobs: Sequence[BatchJob], manifest: Manifest, *, retry_failed: bool) -
             return False
         if any(record.get(key) != job.head[key] for key in ("version", "params")):
             return False
-        outputs = record.get("outputs", {})
-        hashes = {} if "error" in record else {name: outputs.get(name) for name in job.outputs}
-        if any(
-            known is None or hash_of(Path(job.folder, name), stop) != known
-            for name, known in hashes.items()
-        ):
-            return False
-        return hash_of(job.path, stop) == record.get("sha256")
+        if "error" not in record:
+            hashes = record.get("outputs", {})
+            for name, path in zip(job.outputs, job.files, strict=True):
+                if hashes.get(name) is None or hash_of(path) != hashes[name]:
+                    return False
+        return hash_of(job.path) == record.get("sha256")
 
     pool = ThreadPoolExecutor()
     try:
         return [job for job, done in zip(jobs, pool.map(is_done, jobs), strict=True) if not done]
-    finally:  # also after Ctrl-C, so that threads stop hashing
-        stop.set()
-        pool.shutdown(cancel_futures=True)
+    finally:  # after Ctrl-C, threads finish only the files that they are reading
+        pool.shutdown(wait=False, cancel_futures=True)
 
 
 def _in_turn(jobs: Sequence[BatchJob], manifest: Manifest) -> Generator[tuple[BatchJob, Record]]:
@@ -370,62 +330,57 @@ def _in_turn(jobs: Sequence[BatchJob], manifest: Manifest) -> Generator[tuple[Ba
         if manifest.n_begun(job.name) >= MOST_ENDS:
             yield job, failed(job, "the process ended twice while it processed this file")
             continue
-        manifest.begin(job.name)
+        manifest.count_begin(job.name)
         try:
             record = run_job(job)
         except BaseException:  # such as Ctrl-C, which is not an error of the file
-            manifest.take_back(job.name)
+            manifest.count_begin(job.name, -1)
             raise
         yield job, record
 
 
-OpenCrew = Callable[[], contextlib.AbstractContextManager[Crew]]
+OpenClient = Callable[[], contextlib.AbstractContextManager[Any]]
 
 
-def _in_crews(
-    jobs: Sequence[BatchJob], open_many: OpenCrew, open_one: OpenCrew, timeout: float | None
+def _on_workers(
+    jobs: Sequence[BatchJob], open_many: OpenClient, open_one: OpenClient, timeout: float | None
 ) -> Generator[tuple[BatchJob, Record]]:
     """Run all jobs that fit in the memory of a worker, then all other jobs one at a time.
 
     Jobs whose worker ended are repeated together with these other jobs.
     """
     needs = {job.name: memory_of(job.path) for job in jobs}
-    with open_many() as crew:
+    with open_many() as client:
+        crew = Crew(client)
         room = MEMORY_SHARE * crew.share
-        fitting = sorted(
-            (job for job in jobs if needs[job.name] <= room), key=lambda job: -needs[job.name]
-        )
         alone = [job for job in jobs if needs[job.name] > room]
+        fitting = [job for job in jobs if needs[job.name] <= room]
+        fitting.sort(key=lambda job: -needs[job.name])
         for job, record in crew.run(fitting, timeout=timeout):
             if record is None:
                 alone.append(job)
             else:
                 yield job, record
-    if not alone:
-        return
-    with open_one() as crew:
-        for job, record in crew.run(alone, timeout=timeout, is_alone=True):
-            yield job, record or failed(job, "a worker ended during this file (out of memory?)")
+    if alone:
+        with open_one() as client:
+            for job, record in Crew(client).run(alone, timeout=timeout, is_alone=True):
+                yield job, record or failed(job, "a worker ended during this file (out of memory?)")
 
 
 class _Tally:
     """Counts finished files, and estimates the remaining time from the sizes of files."""
 
     def __init__(self, jobs: Sequence[BatchJob]) -> None:
-        self.n_done = self.n_cells = 0
-        self._n_ended, self._n_files = 0, len(jobs)
+        self.n_done = self.n_cells = self._n_ended = self._ended_work = 0
         self._work = {job.name: START_CELLS + cells_of(job.path) for job in jobs}
-        self._left = self._all = sum(self._work.values())
+        self._all_work = sum(self._work.values())
         self._began = time.perf_counter()
 
-    def count(self, job: BatchJob, record: Record) -> None:
+    def count(self, job: BatchJob, record: Record) -> BatchProgress:
         self._n_ended += 1
-        self._left -= self._work[job.name]
-        if "error" not in record:
-            self.n_done += 1
-            self.n_cells += record["cells"]
-
-    def seen(self, record: Record) -> BatchProgress:
+        self._ended_work += self._work[job.name]
+        self.n_done += "error" not in record
+        self.n_cells += record.get("cells", 0)
         spent = time.perf_counter() - self._began
-        left = spent * self._left / (self._all - self._left)
-        return BatchProgress(record, self._n_ended, self._n_files, self.n_cells, spent, left)
+        left = spent * (self._all_work / self._ended_work - 1)
+        return BatchProgress(record, self._n_ended, len(self._work), self.n_cells, spent, left)

@@ -12,11 +12,11 @@ import sys
 import time
 import types
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import metadata
 from queue import Empty, SimpleQueue
-from typing import Any
+from typing import Any, cast
 
 from superfacets import __version__
 from superfacets.base.checks import counted
@@ -25,35 +25,31 @@ from superfacets.base.errors import import_extra, reason_of
 from .jobs import BatchJob, Record, failed, run_job
 
 PATIENCE = 60.0
-"""Maximum time in seconds to wait while there is no worker. A worker restarts in about 2 seconds,
-but a job scheduler may need longer to start a worker."""
+"""Maximum time in seconds without a worker. Restarting one takes 2 seconds, but a job scheduler may
+need longer."""
 
-TICK = 1.0
-"""Interval between updates of the number of workers, in seconds."""
+TICK = 1.0  # seconds between looks at the workers
+GATHER_TIMEOUT = 10.0  # maximum seconds to receive a record of a few kilobytes
+CONNECT_TIMEOUT = 10.0  # maximum seconds to connect to a scheduler
 
-GATHER_TIMEOUT = 10.0
-"""Maximum time to receive a record from a worker, in seconds. Records have a few kilobytes."""
-
-CONNECT_TIMEOUT = 10.0
-"""Maximum time to connect to a scheduler, in seconds."""
-
-_PER_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-_ENVIRONMENT = {**_PER_THREAD, "PYTHONSAFEPATH": "1"}
+_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+_ENVIRONMENT = {**dict.fromkeys(_THREADS, "1"), "PYTHONSAFEPATH": "1"}
 """Environment of workers on this machine: numeric libraries start no threads, because other workers
 use all cores, and the current folder is not in the search path of modules."""
 
 
-@dataclass(frozen=True)
+@dataclass
 class _Started:
-    """A job that a worker has received."""
+    """A job that was sent to the scheduler."""
 
     future: Any
     job: BatchJob
-    since: float  # `time.monotonic`, in seconds
+    place: str | None = None  # address of the worker that runs the job
+    since: float = math.inf  # `time.monotonic` when the job was first seen there
 
 
 class Crew:
-    """All workers of a Dask scheduler."""
+    """All workers of a Dask scheduler. `share` is the least memory per thread, in bytes."""
 
     def __init__(self, client: Any) -> None:
         self._client = client
@@ -61,75 +57,89 @@ class Crew:
         facts = list(client.run(_facts_of).values())
         self.n_threads = min(n_threads for n_threads, _ in facts)
         self.share = min(memory / n_threads for n_threads, memory in facts)
-        """Memory in bytes for each thread of a worker: the minimum over all workers."""
 
     def run(
         self, jobs: Sequence[BatchJob], *, timeout: float | None, is_alone: bool = False
     ) -> Iterator[tuple[BatchJob, Record | None]]:
         """Yield each job with its record, or None if its worker ended.
 
-        Each thread of a worker gets one job at a time. No job waits at a worker, because Dask
-        counts a failure for all jobs at a worker that ends. If `is_alone` is true, there is one job
-        at a time, with all threads of a worker. A job that takes longer than `timeout` seconds
-        fails, and its worker restarts. Raises a ConnectionError if no worker is left or the
-        scheduler has ended, and the OSError of a job that must stop the batch.
+        Each thread of a worker gets one job at a time, so that no job waits at a worker, because
+        Dask counts a failure for all jobs at a worker that ends. If `is_alone` is true, there is
+        one job at a time, with all threads. A job that runs longer than `timeout` seconds fails,
+        and its worker restarts. Raises a ConnectionError if no worker is left or the scheduler has
+        ended, and the OSError of a job that must stop the batch.
         """
         waiting = deque(jobs)
         started: dict[str, _Started] = {}
         ended: SimpleQueue[Any] = SimpleQueue()
+        tick = TICK if timeout is None else min(TICK, timeout / 4)
         try:
             while waiting or started:
-                room = 1 if is_alone else self._threads_now()
-                while waiting and len(started) < room:
+                self._look(tick, started if timeout is not None else {})
+                while waiting and len(started) < (1 if is_alone else self._count):
                     job = waiting.popleft()
                     sent = job.with_threads(self.n_threads if is_alone else 1)
                     future = self._client.submit(run_job, sent, pure=False)
-                    started[future.key] = _Started(future, job, time.monotonic())
+                    started[future.key] = _Started(future, job)
                     future.add_done_callback(ended.put)
                 with contextlib.suppress(Empty):
-                    future = ended.get(timeout=TICK if timeout is None else min(TICK, timeout / 4))
+                    future = ended.get(timeout=tick)
                     if future.key in started:
                         try:
                             record = _record_of(future, started[future.key].job)
                         except TimeoutError:  # the record was lost: Dask repeats the job
                             future.add_done_callback(ended.put)
                             continue
+                        if record is None:
+                            self._looked = -math.inf  # there is one worker less now
                         yield started.pop(future.key).job, record
-                for key in [key for key, one in started.items() if _is_late(one, timeout)]:
-                    late = started.pop(key)
+                latest = time.monotonic() - (math.inf if timeout is None else timeout)
+                for late in [one for one in started.values() if one.since < latest]:
+                    del started[late.future.key]
                     self._end_worker_of(late)
                     yield late.job, failed(late.job, f"TimeoutError: no result in {timeout:g} s")
         finally:
             with contextlib.suppress(Exception):  # the scheduler may have ended
                 self._client.cancel([one.future for one in started.values()])
 
-    def _threads_now(self) -> int:
-        """Return the number of threads; raise a ConnectionError after `PATIENCE` s without any."""
+    def _look(self, tick: float, started: Mapping[str, _Started]) -> None:
+        """Once per tick, count threads and find the workers that run jobs.
+
+        The time of a job starts again if Dask repeats it at another worker. Raises a
+        ConnectionError after `PATIENCE` seconds without a worker.
+        """
         now = time.monotonic()
-        if now < self._looked + TICK:
-            return self._count
+        if now < self._looked + tick:
+            return
         try:
             self._count = sum(self._client.nthreads().values())
+            working = self._client.processing() if started else {}
         except OSError:
             raise _scheduler_lost() from None
-        self._looked = now
-        if self._count:
+        if self._count or now > self._looked + 5 * TICK:  # it waited for something else
             self._seen = now
-        elif now > self._seen + PATIENCE:
+        self._looked = now
+        places = {key: place for place, keys in working.items() for key in keys}
+        for key, one in started.items():
+            if places.get(key) != one.place:
+                one.place = places.get(key)
+                one.since = now if one.place else math.inf
+        if now > self._seen + PATIENCE:
             seconds = counted(round(PATIENCE), "second")
             raise ConnectionError(f"there were no workers for {seconds}: start one")
-        return self._count
 
     def _end_worker_of(self, late: _Started) -> None:
-        """Cancel a job, and restart its worker; a worker without a nanny finishes the job."""
-        at = [name for name, keys in self._client.processing().items() if late.future.key in keys]
-        self._client.cancel([late.future], force=True)
-        with contextlib.suppress(ValueError, TimeoutError):
-            self._client.restart_workers(at, timeout=PATIENCE, raise_for_error=False)
-
-
-def _is_late(one: _Started, timeout: float | None) -> bool:
-    return timeout is not None and time.monotonic() > one.since + timeout
+        """Cancel a job, and restart its worker. A worker without a nanny gets no more jobs."""
+        try:
+            self._client.cancel([late.future], force=True)
+            try:
+                self._client.restart_workers([late.place], timeout=PATIENCE, raise_for_error=False)
+            except ValueError:
+                self._client.retire_workers([late.place], close_workers=True)
+        except (KeyError, TimeoutError):
+            pass  # the worker has already ended, or restarts later
+        except OSError:
+            raise _scheduler_lost() from None
 
 
 def _record_of(future: Any, job: BatchJob) -> Record | None:
@@ -142,18 +152,15 @@ def _record_of(future: Any, job: BatchJob) -> Record | None:
     if future.cancelled():
         raise _scheduler_lost()
     try:
-        record: Record = future.result(timeout=GATHER_TIMEOUT)
+        return cast("Record", future.result(timeout=GATHER_TIMEOUT))
     except KilledWorker:
         return None
-    except TimeoutError:
-        raise
-    except OSError:
-        if future.status == "error":
+    except OSError as error:
+        if isinstance(error, TimeoutError) or future.status == "error":
             raise
         raise _scheduler_lost() from None
     except Exception as error:  # for example, the record cannot be pickled
         return failed(job, reason_of(error))
-    return record
 
 
 def _scheduler_lost() -> ConnectionError:
@@ -169,36 +176,28 @@ def _facts_of(dask_worker: Any) -> tuple[int, float]:
 
 
 @contextlib.contextmanager
-def local_crew(n_workers: int, n_threads: int = 1) -> Iterator[Crew]:
-    """Start worker processes on this machine, and yield them."""
-    with local_client(n_workers, n_threads) as client:
-        yield Crew(client)
-
-
-@contextlib.contextmanager
 def local_client(n_workers: int, n_threads: int = 1) -> Iterator[Any]:
     """Start worker processes on this machine, which share its memory, and yield their client.
 
     A worker that ends restarts, and the call that it ran ends with a ``KilledWorker``.
     """
     distributed = import_extra("distributed", "several workers", "batch")
+    from dask import config
     from distributed.system import MEMORY_LIMIT
 
     with contextlib.ExitStack() as stack:
         stack.enter_context(_silenced())
+        # By default, a worker that takes 15 seconds to restart is removed for good.
+        stack.enter_context(config.set({"distributed.deploy.lost-worker-timeout": "1 day"}))
         stack.enter_context(_own_settings())
         cluster = stack.enter_context(
             distributed.LocalCluster(
-                n_workers=0,
-                threads_per_worker=n_threads,
-                memory_limit=MEMORY_LIMIT // n_workers,
-                host="127.0.0.1",
-                dashboard_address="127.0.0.1:0",
-                worker_dashboard_address="127.0.0.1:0",
-                silence_logs=logging.CRITICAL + 1,
+                n_workers=0, threads_per_worker=n_threads, memory_limit=MEMORY_LIMIT // n_workers,
+                host="127.0.0.1", dashboard_address="127.0.0.1:0",
+                worker_dashboard_address="127.0.0.1:0", silence_logs=logging.CRITICAL + 1,
                 scheduler_kwargs={"allowed_failures": 0},
             )
-        )
+        )  # fmt: skip
         cluster.sync(_block_ctrl_c)
         cluster.scale(n_workers)
         client = stack.enter_context(distributed.Client(cluster, set_as_default=False))
@@ -219,7 +218,7 @@ async def _block_ctrl_c() -> None:
 def _own_settings() -> Iterator[None]:
     """Let workers start with `_ENVIRONMENT`, and without the main script.
 
-    The main script may lack ``if __name__ == "__main__":``. The environment is restored at the end.
+    The main script may lack ``if __name__ == "__main__":``. Both are restored at the end.
     """
     main, environment = sys.modules["__main__"], os.environ.copy()
     sys.modules["__main__"] = types.ModuleType("__main__")
@@ -233,11 +232,10 @@ def _own_settings() -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def remote_crew(address: str, folder: str) -> Iterator[Crew]:
-    """Connect to the Dask scheduler at `address`, and yield its workers.
+def remote_client(address: str, folder: str) -> Iterator[Any]:
+    """Connect to a Dask scheduler, and yield the client; check its workers.
 
-    Raises a ConnectionError if there is no scheduler or no worker, or if a worker cannot access
-    `folder` or has another version of the package.
+    Raises a ConnectionError if there is no scheduler or worker, or as `_check_workers`.
     """
     distributed = import_extra("distributed", "a Dask scheduler", "batch")
     with contextlib.ExitStack() as stack:
@@ -247,9 +245,8 @@ def remote_crew(address: str, folder: str) -> Iterator[Crew]:
             client.wait_for_workers(1, timeout=PATIENCE)
         except TimeoutError:
             raise ConnectionError(f"the scheduler at {address} has no workers: start one") from None
-        _check_versions(client)
-        _check_sees(client, folder)
-        yield Crew(client)
+        _check_workers(client, folder)
+        yield client
 
 
 def _connected(distributed: Any, address: str) -> Any:
@@ -263,40 +260,38 @@ def _connected(distributed: Any, address: str) -> Any:
     raise ConnectionError(f"cannot connect to a Dask scheduler at {address}: {reason}")
 
 
-def _check_versions(client: Any) -> None:
-    # Workers may lack this package, so they run a function of the standard library.
-    found = client.run(metadata.version, "superfacets", on_error="return")
-    for address, version in sorted(found.items()):
+def _check_workers(client: Any, folder: str) -> None:
+    """Raise a ConnectionError if a worker has no or another superfacets, or no such folder."""
+    # Workers may lack this package, so they run functions of the standard library.
+    versions = client.run(metadata.version, "superfacets", on_error="return")
+    seen = client.run(os.path.isdir, folder)
+    for address, version in sorted(versions.items()):
+        problem = ""
         if isinstance(version, BaseException):
-            raise ConnectionError(f"the worker at {address} has no superfacets: install it there")
-        if version != __version__:
-            raise ConnectionError(
-                f"the worker at {address} has superfacets {version}, but this process has"
-                f" {__version__}: install the same version on both"
+            problem = "has no superfacets: install it there"
+        elif version != __version__:
+            problem = (
+                f"has superfacets {version}, but this process has {__version__}: install the same"
+                " version on both"
             )
-
-
-def _check_sees(client: Any, folder: str) -> None:
-    for address, is_seen in sorted(client.run(os.path.isdir, folder).items()):
-        if not is_seen:
-            raise ConnectionError(
-                f"the worker at {address} cannot access the folder {folder}: use a shared folder"
-                " that has the same path on all machines"
+        elif not seen.get(address, True):  # a worker may have ended in between
+            problem = (
+                f"cannot access the folder {folder}: use a shared folder that has the same path on"
+                " all machines"
             )
+        if problem:
+            raise ConnectionError(f"the worker at {address} {problem}")
 
 
 @contextlib.contextmanager
 def _silenced() -> Iterator[None]:
     """Suppress log messages of Dask, because Dask also raises its errors as exceptions."""
-    names = [
-        name for name in logging.root.manager.loggerDict if name.split(".")[0] == "distributed"
-    ]
-    loggers = [logging.getLogger(name) for name in names]  # each logger has its own level
-    levels = [logger.level for logger in loggers]
-    for logger in loggers:
-        logger.setLevel(logging.CRITICAL + 1)
+    names = [name for name in logging.root.manager.loggerDict if name.startswith("distributed")]
+    levels = {name: logging.getLogger(name).level for name in names}  # each has its own level
+    for name in names:
+        logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     try:
         yield
     finally:
-        for logger, level in zip(loggers, levels, strict=True):
-            logger.setLevel(level)
+        for name, level in levels.items():
+            logging.getLogger(name).setLevel(level)

@@ -14,20 +14,29 @@ from .jobs import Record
 class Manifest:
     """A file of records, which only one process may use at a time, in a `with` block.
 
-    `records` maps the name of each input file to its last record. `append` returns when the record
-    is on the disk. Damaged lines are ignored, for example an incomplete last line from a killed
-    process. Damaged and replaced lines are removed before the first `append`, and at the end of the
-    `with` block if it raises no exception. `notes` contains a message for each damaged line, except
-    for an incomplete last line. While this process processes files itself, the file also has a line
-    with the name of each file that has no record yet, and how many processes began with it.
+    `records` maps the name of each input file to its last record. Damaged lines are ignored, for
+    example an incomplete last line from a killed process; `notes` has a message for each other
+    damaged line. Damaged and replaced lines are removed before the first `append`, and at the end
+    of the `with` block if it raises no exception. While this process processes files itself, the
+    file also has a line for each file without a record, with the number of processes that began it.
     """
 
     def __init__(self, path: Path) -> None:
         self._path = path
         self._file: int | None = None
         self.notes: list[str] = []
+        self.records: dict[str, Record] = {}
         self._begun: dict[str, int] = {}
-        self.records, self._is_tidy = _read(path, self.notes, self._begun)
+        self._is_tidy = True
+        for number, line in enumerate(_content(path).splitlines(keepends=True), 1):
+            record = _record_of(line)
+            self._is_tidy &= record is not None and "begun" not in record
+            if record is not None:
+                self._take(record)
+            elif line.endswith(b"\n"):
+                self.notes.append(
+                    f"{path}: line {number} is damaged: its input file is processed again"
+                )
 
     def __enter__(self) -> Manifest:
         return self
@@ -40,39 +49,43 @@ class Manifest:
             self._rewrite()
 
     def append(self, record: Record) -> None:
-        """Add a record. It replaces an earlier record of the same name.
+        """Write a record to the disk. It replaces an earlier record of the same name.
 
         If the record cannot be written, raises an OSError and leaves the file unchanged.
         """
         self._write(record)
-        self._is_tidy = self._is_tidy and record["name"] not in self.records
-        self.records[record["name"]] = record
-        self._begun.pop(record["name"], None)
+        self._take(record)
 
-    def begin(self, name: str) -> None:
-        """Note on the disk that this process starts to process a file."""
-        self._begun[name] = self.n_begun(name) + 1
-        self._write({"name": name, "begun": self._begun[name]})
+    def count_begin(self, name: str, change: int = 1) -> None:
+        """Write to the disk that this process begins with a file; with -1, take this back."""
+        self._write({"name": name, "begun": self.n_begun(name) + change})
+        self._begun[name] = self.n_begun(name) + change
         self._is_tidy = False
-
-    def take_back(self, name: str) -> None:
-        """Take back `begin`."""
-        self._begun[name] -= 1
-        self._write({"name": name, "begun": self._begun[name]})
 
     def n_begun(self, name: str) -> int:
         """Return how many processes have ended while processing a file that has no record."""
         return self._begun.get(name, 0)
 
+    def _take(self, record: Record) -> None:
+        name = record["name"]
+        if "begun" in record:
+            self._begun[name] = record["begun"]
+        else:
+            self._is_tidy &= name not in self.records
+            self._begun.pop(name, None)
+            self.records[name] = record
+
     def _write(self, content: Record) -> None:
-        line = json.dumps(content).encode() + b"\n"
         if self._file is None:
             if not self._is_tidy:
                 self._rewrite()
             self._file = open_own(self._path, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
         size = os.fstat(self._file).st_size
+        line = json.dumps(content).encode() + b"\n"
         try:
-            _write_all(self._file, line)
+            while line:  # `os.write` may write only some of the bytes
+                line = line[os.write(self._file, line) :]
+            os.fsync(self._file)
         except OSError as error:
             os.ftruncate(self._file, size)
             raise OSError(error.errno, error.strerror, str(self._path)) from None
@@ -87,43 +100,12 @@ class Manifest:
         self._is_tidy = True
 
 
-def _write_all(file: int, data: bytes) -> None:
-    """Write all bytes to the disk in a loop, because `os.write` may write only some of them."""
-    while data:
-        data = data[os.write(file, data) :]
-    os.fsync(file)
-
-
-def _read(path: Path, notes: list[str], begun: dict[str, int]) -> tuple[dict[str, Record], bool]:
-    """Return the last record of each name, and whether the file contains nothing else.
-
-    Messages about damaged lines are appended to `notes`. `begun` gets the last number of each name
-    that has no record after it; see `Manifest.n_begun`.
-    """
-    records: dict[str, Record] = {}
-    is_tidy = True
-    for number, line in enumerate(_content(path).splitlines(keepends=True), 1):
-        record = _record_of(line)
-        if record is None or record["name"] in records:
-            is_tidy = False
-        if record is not None and isinstance(record.get("begun"), int):
-            begun[record["name"]] = record["begun"]
-            is_tidy = False
-        elif record is not None:
-            begun.pop(record["name"], None)
-            records[record["name"]] = record
-        elif line.endswith(b"\n"):
-            notes.append(f"{path}: line {number} is damaged: its input file is processed again")
-    return records, is_tidy
-
-
 def _content(path: Path) -> bytes:
     try:
-        file = open_own(path, os.O_RDONLY)
+        with os.fdopen(open_own(path, os.O_RDONLY), "rb") as reader:
+            return reader.read()
     except FileNotFoundError:
         return b""
-    with os.fdopen(file, "rb") as reader:
-        return reader.read()
 
 
 def _record_of(line: bytes) -> Record | None:
@@ -136,5 +118,6 @@ def _record_of(line: bytes) -> Record | None:
         isinstance(record, dict)
         and isinstance(record.get("name"), str)
         and isinstance(record.get("outputs", {}), dict)
+        and isinstance(record.get("begun", 0), int)
     )
     return record if is_record and line.endswith(b"\n") else None

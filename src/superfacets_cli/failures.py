@@ -6,11 +6,11 @@ from collections.abc import Callable, Iterable, Sequence
 
 import click
 
-from superfacets.base.errors import MeshError, MissingExtraError, RenderError
+from superfacets.base.errors import MeshError, RenderError
 
 EXIT_DATA, EXIT_USAGE = 1, 2
 
-FAILURES = (OSError, MeshError, MissingExtraError, RenderError, MemoryError)
+FAILURES = (OSError, MeshError, ImportError, RenderError, MemoryError)
 """Errors caused by files or by the machine. Any other ValueError means a wrong parameter."""
 
 

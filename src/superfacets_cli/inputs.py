@@ -35,6 +35,7 @@ from superfacets.files.readers.read import (
     recognized_ending,
 )
 from superfacets.graph.constraints import mask_of
+from superfacets.graph.corner_labels import are_of_vertices
 from superfacets.graph.kinds import kind_of
 from superfacets.mesh.base import Cells
 from superfacets_formats.cortex import CORTEX_VALUES, values_of_vertices
@@ -176,16 +177,10 @@ def given_labels(
         if n_vertices is not None and ending in VERTEX_ENDINGS:
             check_length(labels, n_vertices, "labels", "vertex", error=MeshError)
             return GivenLabels(path, labels, True)
-        are_of_vertices = len(labels) == n_vertices != cells.n_cells
-        if not are_of_vertices and len(labels) != cells.n_cells:
-            vertices = "" if n_vertices is None else f" or per vertex ({n_vertices})"
-            raise MeshError(
-                f"labels must have one value per {kind_of(cells).noun} ({cells.n_cells}){vertices},"
-                f" got {counted(len(labels), 'value')}"
-            )
+        of_vertices = are_of_vertices(labels, cells)
     if ending in PLACED_ENDINGS:
-        _check_same_order(source, cells, labeled, are_of_vertices=are_of_vertices)
-    return GivenLabels(path, labels, are_of_vertices)
+        _check_same_order(source, cells, labeled, are_of_vertices=of_vertices)
+    return GivenLabels(path, labels, of_vertices)
 
 
 def is_work(path: Path) -> bool:

@@ -13,7 +13,7 @@ from superfacets.base.checks import counted, ranked_labels
 from superfacets.base.errors import ViewWarning
 from superfacets.base.types import Array, Ints
 from superfacets.files.attributes import MeshAttributes
-from superfacets.files.writers.ids import VERTEX_OUTPUTS
+from superfacets.files.writers.ids import VERTEX_OUTPUTS, Segments
 from superfacets.files.writers.write import check_fit
 from superfacets.graph.kinds import kind_of, measures_of
 from superfacets.graph.sums import positive_total
@@ -23,7 +23,7 @@ from superfacets_scans.label_images import Overlap
 from superfacets_scans.lifting import LiftedLabels, lift
 from superfacets_scans.masks import read_masks
 from superfacets_scans.pinhole_camera import PinholeCamera
-from superfacets_scans.scannet import GROUPS, SEGMENTS, Segments
+from superfacets_scans.scannet import GROUPS, SEGMENTS
 
 from .inputs import GivenLabels, given_labels, labels_of_cells, read_input
 from .interrupts import run_in_background

@@ -7,12 +7,12 @@ import os
 import re
 import sys
 import warnings
-from importlib import import_module
 from typing import NoReturn
 
 import click
 
 from superfacets import __version__
+from superfacets.base.lazy import Table, added
 
 from .failures import EXIT_DATA, EXIT_USAGE, FAILURES, message_of, print_error, print_note
 from .interrupts import EXIT_INTERRUPTED, INTERRUPTED, hear_signals, is_busy, while_importing
@@ -42,10 +42,20 @@ GROUPS = {
 }
 """Summaries of all commands, so that the main help text needs no imports."""
 
-COMMANDS = tuple(name for group in GROUPS.values() for name in group)
-
 _MODULES = {"agree": "studio"}
 """Module of each command whose module has a different name."""
+
+COMMANDS = Table({
+    name: f"superfacets_cli.{_MODULES.get(name, name)}:{name}_command"
+    for group in GROUPS.values() for name in group
+})  # fmt: skip
+"""Commands of this package, by name."""
+
+
+def _other_commands() -> Table:
+    """Return commands that other packages add by entry points of `superfacets.commands`."""
+    found = added("superfacets.commands").items()
+    return Table({name: target for name, target in found if name not in COMMANDS})
 
 
 def main() -> NoReturn:
@@ -82,20 +92,22 @@ class LazyGroup(click.Group):
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the names of all commands."""
-        return list(COMMANDS)
+        return [*COMMANDS, *_other_commands()]
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Return the command with this name, or None if the name is unknown."""
-        if cmd_name not in COMMANDS:
+        table = COMMANDS if cmd_name in COMMANDS else _other_commands()
+        if cmd_name not in table:
             return None
         with while_importing():
-            module = import_module(f".{_MODULES.get(cmd_name, cmd_name)}", __package__)
-        command: click.Command = getattr(module, f"{cmd_name}_command")
+            command: click.Command = table[cmd_name]
         return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the list of commands."""
-        for title, summaries in GROUPS.items():
+        others = {name: f"From {target!r}." for name, target in _other_commands().items()}
+        sections = {**GROUPS, "Other packages": others} if others else GROUPS
+        for title, summaries in sections.items():
             with formatter.section(title):
                 formatter.write_dl(list(summaries.items()))
 

@@ -15,8 +15,8 @@ import click
 from superfacets.base.types import Ints, Longs
 from superfacets.files.atomic import output_folder
 from superfacets.files.attributes import MeshAttributes
+from superfacets.files.formats import MESH_ENDINGS
 from superfacets.files.guards import known_ending
-from superfacets.files.readers.read import MESH_ENDINGS
 from superfacets.files.writers.cells import (
     ATTRIBUTE_OUTPUTS,
     CLOUD_OUTPUTS,

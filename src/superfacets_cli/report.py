@@ -12,7 +12,7 @@ from superfacets.base.checks import counted
 from superfacets.base.types import Floats, Ints, Longs
 from superfacets.clustering.result import Segmentation
 from superfacets.files.attributes import MeshAttributes
-from superfacets.files.writers.ids import RENUMBERED_OUTPUTS, VERTEX_OUTPUTS
+from superfacets.files.writers.ids import GRAPH_OUTPUTS, RENUMBERED_OUTPUTS, VERTEX_OUTPUTS
 from superfacets.files.writers.ply import names_replaced
 from superfacets.graph.kinds import kind_of
 from superfacets.graph.size import sliver_note
@@ -20,7 +20,6 @@ from superfacets.mesh.base import Cells
 from superfacets.regions.vertices import MIN_IN_FILES
 from superfacets.stages.notes import BARRIERS_NOTE, fewer_note, radius_note
 from superfacets.tools.segment_file import Outcome
-from superfacets_scans.pyg import GRAPH_OUTPUTS
 from superfacets_textures.writing import notes_on_texture
 
 MAX_FILLED = 0.2

@@ -13,9 +13,6 @@ from superfacets.base.errors import MeshError, import_extra
 from superfacets.base.types import Array
 from superfacets.files.guards import shortened
 
-MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
-DRACO = "KHR_draco_mesh_compression"
-
 _DRACO_HEADER = 11
 """Size in bytes of signature, version, geometry type, encoding method and flags."""
 _HAS_METADATA = 0x80  # bit mask for the upper byte of the flags

@@ -8,6 +8,7 @@ from __future__ import annotations
 import binascii
 import math
 import zlib
+from functools import partial
 from pathlib import Path
 from typing import Literal
 from xml.etree.ElementTree import Element, ParseError, fromstring
@@ -22,9 +23,6 @@ from superfacets.files.guards import Arrays, BinaryReader, Content, as_doubles, 
 from superfacets.files.readers.text import as_count, as_integers, shown, split_lines
 
 from .vtk_xml import NUMBER_TYPES
-
-SURFACE_ENDINGS = (".white", ".pial", ".inflated", ".smoothwm", ".orig", ".sphere")
-"""Endings of FreeSurfer surfaces, for example ``lh.white``."""
 
 GIFTI_VALUES = (".shape.gii", ".func.gii")
 """Endings of GIFTI files with a number per vertex."""
@@ -44,6 +42,16 @@ STRUCTURE = "comment AnatomicalStructurePrimary "
 """Begin of the comment that stores the anatomical structure of a surface."""
 
 _TYPES = {f"NIFTI_TYPE_{word.upper()}": code for word, code in NUMBER_TYPES.items()}
+
+
+def is_gifti(data: Content) -> bool:
+    """Return whether the content begins like a GIFTI file."""
+    return b"<GIFTI" in data[:1000]
+
+
+def is_surface(data: Content) -> bool:
+    """Return whether the content begins like a FreeSurfer surface of triangles."""
+    return data[:3] == TRIANGLES
 
 
 def read_gifti(data: Content) -> Arrays:
@@ -66,7 +74,7 @@ def read_gifti_with_attributes(data: Content, folder: Path | None) -> tuple[Arra
     return read_gifti(data), MeshAttributes(comments=comments)
 
 
-def gifti_labels(data: Content) -> Array:
+def gifti_labels(data: Content, name: str = "") -> Array:
     """Return the label of each vertex: its key minus 1. Key 0 means no region and becomes -1."""
     keys = _gifti_array(data, Intent="NIFTI_INTENT_LABEL")
     if keys is None or keys.ndim != 1:
@@ -134,7 +142,7 @@ def _decoded(text: str, n_bytes: int, *, is_packed: bool) -> bytes:
 
 def read_surface(data: Content) -> Arrays:
     """Return vertices and triangles of a FreeSurfer surface."""
-    if data[:3] != TRIANGLES:
+    if not is_surface(data):
         raise MeshError("not a FreeSurfer surface of triangles: the magic number is missing")
     reader = BinaryReader(data, ">", 3)
     for _ in range(2):  # when and by whom the file was created, and an empty line
@@ -160,7 +168,16 @@ def values_of_vertices(data: Content, ending: str) -> Array:
     return reader.numbers(n_vertices, "f4")
 
 
-def annot_labels(data: Content) -> Array:
+def _value_labels(data: Content, name: str, *, ending: str) -> Array:
+    return as_integers(values_of_vertices(data, ending), "labels")
+
+
+gifti_value_labels, curve_value_labels = (
+    partial(_value_labels, ending=ending) for ending in (GIFTI_VALUES[0], CURVE_ENDINGS[0])
+)
+
+
+def annot_labels(data: Content, name: str = "") -> Array:
     """Return the label of each vertex: its row in the color table minus 1; -1 means no region."""
     reader = BinaryReader(data, ">")
     pairs = reader.numbers(2 * reader.take("i")[0], "i4").reshape(-1, 2)  # vertex and color

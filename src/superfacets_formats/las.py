@@ -15,11 +15,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from superfacets import MeshAttributes
 from superfacets.base.checks import counted
 from superfacets.base.errors import MeshError, import_extra, reason_of
 from superfacets.base.types import Array, Bytes
-from superfacets.files.attributes import PROJECTION, LasDimension, LasFrame, is_word
+from superfacets.files.attributes import COLORS, PROJECTION, LasDimension, LasFrame, is_word
 from superfacets.files.guards import Content, shortened
+from superfacets.files.readers.clouds import CloudFile, cloud_of
 
 _MAX_COMPRESSED = 1000
 """Maximum ratio of decompressed bytes to bytes of the file. The usual ratio is 5 to 20. Only files
@@ -101,6 +103,17 @@ class LasContent(NamedTuple):
     """All other fields, with the same names as in laspy, except that underscores replace spaces."""
     frame: LasFrame
     left_out: tuple[str, ...]  # descriptions of data that was not read
+
+
+def read_las_cloud(data: Content) -> CloudFile:
+    """Return the points of a LAS or LAZ file with their colors and attributes."""
+    columns, stored, frame, left_out = read_las(data)
+    if {*COLORS} <= stored.keys():
+        columns |= {name: stored[name] for name in COLORS}
+        # Colors in LAS have 16 bits, but many programs write only values from 0 to 255.
+        if max(int(stored[name].max(initial=0)) for name in COLORS) <= 255:
+            columns |= {name: stored[name].astype(np.uint8) for name in COLORS}
+    return cloud_of(columns, MeshAttributes(vertex=stored, left_out=left_out, las=frame))
 
 
 def read_las(data: Content) -> LasContent:

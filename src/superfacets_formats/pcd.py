@@ -12,8 +12,9 @@ from superfacets import _core
 from superfacets.base.checks import counted
 from superfacets.base.errors import MeshError
 from superfacets.base.types import Array, Bools, Floats
-from superfacets.files.attributes import is_word
+from superfacets.files.attributes import MeshAttributes, is_word
 from superfacets.files.guards import Content, as_doubles, narrowed
+from superfacets.files.readers.clouds import OTHER_NAMES, CloudFile, cloud_of
 from superfacets.files.readers.text import as_count, shown, split_lines
 
 _KINDS = {
@@ -60,6 +61,15 @@ class PcdPoints(NamedTuple):
     columns: dict[str, Array]  # all fields by name; packed colors become red, green and blue
     viewpoint: Floats | None  # (3,) position of the scanner; None if it is unknown
     left_out: tuple[str, ...]  # descriptions of fields that were skipped
+
+
+def read_pcd_cloud(data: Content) -> CloudFile:
+    """Return the points of a PCD file with their normals, colors and attributes."""
+    found = read_pcd(data)
+    columns = {OTHER_NAMES.get(name, name): values for name, values in found.columns.items()}
+    others = {name: values for name, values in columns.items() if name not in "xyz"}
+    attributes = MeshAttributes(vertex=others, left_out=found.left_out)
+    return cloud_of(columns, attributes, found.viewpoint)
 
 
 def read_pcd(data: Content) -> PcdPoints:

@@ -42,8 +42,8 @@ class PinholeCamera:
     ------
     ValueError, TypeError
         If an array has the wrong shape or is not finite, if the pose is not a rotation and a
-        translation, if the camera matrix has skew, if focal lengths are not positive, or if width
-        or height is not from 1 to 65,536.
+        translation, if the camera matrix has skew, if focal lengths are not positive, if width
+        or height is not from 1 to 65,536, or if there are more than 2**29 pixels.
 
     Examples
     --------

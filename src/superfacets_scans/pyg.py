@@ -14,8 +14,7 @@ from superfacets.base.errors import MeshError
 from superfacets.base.types import Array
 from superfacets.files.atomic import StrPath, atomic_outputs
 from superfacets.files.guards import known_ending
-
-GRAPH_OUTPUTS = (".npz",)
+from superfacets.files.writers.ids import GRAPH_OUTPUTS
 
 Graph = Mapping[str, npt.ArrayLike]
 

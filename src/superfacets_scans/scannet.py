@@ -6,18 +6,16 @@ import importlib.util
 import json
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
-import numpy.lib.format as npy_format
 import numpy.typing as npt
 
 from superfacets.base.errors import MeshError, MissingExtraError
-from superfacets.base.types import Array, Ints, Longs
+from superfacets.base.types import Longs
 from superfacets.files.atomic import StrPath
-from superfacets.files.writers.text import write_list
+from superfacets.files.writers.text import write_list, write_npy
 
 MAX_ID = 1 << 24
 """Exclusive upper bound of ids. Some readers store ids as float32, which is exact up to 2**24."""
@@ -101,15 +99,6 @@ def write_segments(file: IO[bytes], ids: npt.NDArray[np.integer], scene: str) ->
     file.write(f'{params}{json.dumps(scene)},"segIndices":'.encode("ascii"))
     write_list(file, ids)
     file.write(b"}")
-
-
-@dataclass(frozen=True)
-class Segments:
-    """Segments of a mesh, and the object of each segment. A segment is the vertices with one id."""
-
-    ids: Ints  # (V,) id of each vertex, or -1 for no segment
-    objects: Ints  # (K,) object of each segment, in ascending order of ids; -1 for no object
-    file: Path  # the ``.segs.json`` file that contains `ids`
 
 
 def write_aggregation(
@@ -214,9 +203,3 @@ def _without_gaps(ids: npt.NDArray[np.integer]) -> Longs:
     _, contiguous = np.unique(ids, return_inverse=True)
     numbers: Longs = contiguous.astype("<i8")
     return numbers
-
-
-def write_npy(file: IO[bytes], array: Array) -> None:
-    """Write an array as .npy to any stream; `numpy.save` calls ``tell``, which fails on pipes."""
-    npy_format.write_array_header_1_0(file, npy_format.header_data_from_array_1_0(array))
-    file.write(array.data)

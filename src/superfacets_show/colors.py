@@ -16,12 +16,17 @@ from superfacets.base.checks import (
     refuse_mask,
 )
 from superfacets.base.types import ArcLists, Array, Bytes, Floats, Ints, Longs
-from superfacets.files.light import linear_of_oklab, linear_of_srgb, oklab_of_linear, srgb_of_linear
 from superfacets.graph.cell_graph import CellGraph, CsrArcs
 from superfacets.graph.kinds import as_known, kind_of
 from superfacets.mesh.base import Cells
 from superfacets.mesh.convert import CloudLike, MeshLike
 from superfacets.mesh.results import NO_COLOR
+from superfacets_textures.light import (
+    linear_of_oklab,
+    linear_of_srgb,
+    oklab_of_linear,
+    srgb_of_linear,
+)
 
 Vision = Literal["normal", "protanopia", "deuteranopia", "tritanopia"]
 VISIONS: tuple[Vision, ...] = get_args(Vision)

@@ -14,12 +14,14 @@ from superfacets.base.checks import counted
 from superfacets.base.errors import MeshError
 from superfacets.base.types import Array, Floats, Ints
 from superfacets.files.attributes import MeshAttributes
-from superfacets.files.guards import as_doubles, most_bytes_of
+from superfacets.files.guards import Content, TriangleArrays, as_doubles, most_bytes_of
 from superfacets.files.readers.gltf import (
     Scene,
     is_mirrored,
+    open_scene,
     positions_of,
     read_corners,
+    read_scene,
     triangle_primitives,
 )
 from superfacets.files.readers.gltf_file import (
@@ -38,6 +40,14 @@ WRAP_OF_CODE = {10497: "repeat", 33071: "clamp", 33648: "mirror"}
 
 _TRANSFORM = "KHR_texture_transform"
 _WEBP, _BASIS = "EXT_texture_webp", "KHR_texture_basisu"
+
+
+def read_gltf_with_attributes(
+    data: Content, folder: Path | None
+) -> tuple[TriangleArrays, MeshAttributes]:
+    """Return vertices, faces and texture of a glTF file; it may refer to files in `folder`."""
+    scene = open_scene(data, folder)
+    return read_scene(scene), read_texture(scene, folder)
 
 
 def read_texture(scene: Scene, folder: Path | None) -> MeshAttributes:

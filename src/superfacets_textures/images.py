@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import io
-import os
 import re
 import reprlib
 from collections.abc import Iterator, Sequence
@@ -16,7 +15,7 @@ import numpy as np
 
 from superfacets.base.errors import MeshError, import_extra
 from superfacets.base.types import Bytes
-from superfacets.files.guards import open_regular, read_content, shortened
+from superfacets.files.guards import file_beside, open_regular, read_content, shortened
 
 MAX_PIXELS = 1 << 28
 """Maximum number of pixels of an image, 16,384 x 16,384."""
@@ -157,19 +156,6 @@ def _reading(name: str) -> Iterator[None]:
 def import_pillow(module: str) -> Any:
     """Return a module of Pillow, or raise a MissingExtraError if Pillow is not installed."""
     return import_extra(f"PIL.{module}", "reading of textures", "texture")
-
-
-def file_beside(name: str, folder: Path | None, top: Path | None = None) -> Path | None:
-    """Return the file at the relative path `name`, or None if the file is outside of `top`.
-
-    The path is relative to `folder`, which is also the default of `top`. For security, a mesh file
-    cannot refer to files elsewhere on the machine: URLs and absolute paths are refused, and ``..``
-    and symbolic links are resolved before the path is compared with `top`. The file may be missing.
-    """
-    if folder is None or re.match(r"[\w+.-]*:|[/\\]", name) or "\0" in name:
-        return None
-    path = Path(os.path.realpath(folder / name))
-    return path if path.is_relative_to(os.path.realpath(top or folder)) else None
 
 
 def image_beside(name: str, folder: Path | None) -> TextureImage:

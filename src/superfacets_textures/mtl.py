@@ -11,11 +11,11 @@ from pathlib import Path
 import numpy as np
 
 from superfacets.base.errors import MeshError
-from superfacets.files.guards import read_content
-from superfacets.files.light import linear_of_srgb
+from superfacets.files.guards import file_beside, read_content
 from superfacets.files.readers.text import split_word
 
-from .images import TextureImage, file_beside, image_beside
+from .images import TextureImage, image_beside
+from .light import linear_of_srgb
 from .textures import Material, MaterialSource
 
 _WIDTHS = {"-blendu": 1, "-blendv": 1, "-bm": 1, "-boost": 1, "-cc": 1, "-clamp": 1,
@@ -51,12 +51,13 @@ def read_mtl(path: Path, folder: Path) -> dict[str, Material]:
     ``map_Kd`` is the image, and ``Kd`` is the sRGB color of a material without an image. All lines
     of a material are stored, so that `write_mesh` can write them again.
     """
-    text = read_content(path)[:].decode("utf-8", "surrogateescape")
+    content = bytes(read_content(path)[:]).replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    text = content.replace(b"\\\n", b" ").decode("utf-8-sig", "surrogateescape")
     beside = path.parent.relative_to(folder) if path.parent.is_relative_to(folder) else Path()
     materials: dict[str, Material] = {}
     known: dict[str, TextureImage] = {}
     block: _Block | None = None
-    for line in text.replace("\\\n", " ").splitlines():
+    for line in text.split("\n"):
         keyword, rest = split_word(line)
         if keyword == "newmtl":
             _finish(block, materials)

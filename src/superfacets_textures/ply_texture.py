@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from superfacets.base.types import Array, Ints, Longs
-from superfacets.files.attributes import MeshAttributes
+from superfacets.files.attributes import IMAGE_COMMENT, MeshAttributes, is_image
 from superfacets.files.guards import Polygons
 from superfacets.files.readers.ply_body import Column
 from superfacets.files.readers.ply_header import Header
@@ -23,8 +23,6 @@ OF_CORNERS, IMAGE_OF_FACE = "texcoord", "texnumber"
 """Names of face properties in which MeshLab stores texture coordinates and image indices."""
 
 OF_TEXTURE = (OF_CORNERS, IMAGE_OF_FACE)
-
-IMAGE_COMMENT = "comment TextureFile "
 
 
 def with_texture(
@@ -59,11 +57,6 @@ def images_in(comments: tuple[str, ...]) -> list[str]:
     """Return the names of images in the comments of a PLY header."""
     found = [line[len(IMAGE_COMMENT) :].strip() for line in comments if is_image(line)]
     return [name for name in found if name]
-
-
-def is_image(comment: str) -> bool:
-    """Return whether a comment has the name of an image."""
-    return comment.startswith(IMAGE_COMMENT)
 
 
 def _corners_of(faces: Array | Polygons) -> tuple[Array, Longs]:

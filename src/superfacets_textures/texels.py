@@ -12,12 +12,12 @@ from superfacets import _core
 from superfacets.base.checks import checked_threads, counted
 from superfacets.base.errors import MeshError
 from superfacets.base.types import Array, Bools, Bytes, Floats, Ints
-from superfacets.files.light import linear_of_srgb, oklab_of_linear, srgb_of_linear
 from superfacets.files.readers.read import read_cells_and_attributes
 from superfacets.mesh.convert import MeshLike, as_mesh
 from superfacets.mesh.faces import FaceMesh, corner_triangles, corners_of
 
 from .images import TextureImage
+from .light import linear_of_srgb, oklab_of_linear, srgb_of_linear
 from .textures import WRAPS, Texture
 
 LINEAR = np.rint(65535 * linear_of_srgb(np.arange(256) / 255)).astype(np.int32)

@@ -13,10 +13,10 @@ import numpy as np
 from superfacets.base.checks import counted
 from superfacets.base.types import Array
 from superfacets.files.atomic import atomic_outputs
-from superfacets.files.light import srgb_of_linear
 from superfacets.files.writers.text import finite_singles
 
 from .images import ENDING_OF_IMAGE, TextureImage, kind_of_image
+from .light import srgb_of_linear
 from .textures import Texture
 
 

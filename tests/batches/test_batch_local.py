@@ -13,7 +13,8 @@ from distributed.system import MEMORY_LIMIT
 from local_workers import worker_processes
 
 import superfacets as sf
-from superfacets_batch import batching, cluster, jobs
+from superfacets.tools import segment_to_files
+from superfacets_batch import batching, cluster
 from superfacets_batch.jobs import run_job
 
 OPTIONS = {"n_segments": 20, "formats": ["npy", "ply"]}
@@ -60,6 +61,17 @@ def test_a_worker_that_is_killed_loses_nothing(scans, alone, tmp_path):
     assert results_in(tmp_path / "out") == results_in(alone)
 
 
+@pytest.fixture
+def run_instead(monkeypatch):
+    """Return a function that replaces `run_job`, here and in workers."""
+
+    def replace(job_function):
+        for module in (batching, cluster):
+            monkeypatch.setattr(module, "run_job", job_function)
+
+    return replace
+
+
 class Unreadable:
     def __reduce__(self):
         raise ValueError("cannot be pickled")
@@ -73,9 +85,9 @@ def deadly_job(job):
 
 
 def test_a_file_that_kills_workers_is_recorded_and_the_others_are_done(
-    scans, tmp_path, monkeypatch
+    scans, tmp_path, monkeypatch, run_instead
 ):
-    monkeypatch.setattr(cluster, "run_job", deadly_job)
+    run_instead(deadly_job)
     result = sf.batch(scans, tmp_path / "out", workers=2, **OPTIONS)
     assert (result.n_done, result.n_failed) == (2, 3)
     nonsense, killed = result.records[1:3]
@@ -92,8 +104,10 @@ def test_a_file_too_large_for_a_share_of_the_memory_is_done_alone(scans, tmp_pat
 
     asked = []
     monkeypatch.setattr(batching, "memory_of", need)
-    crew = batching.local_crew
-    monkeypatch.setattr(batching, "local_crew", lambda *sizes: asked.append(sizes) or crew(*sizes))
+    client = batching.local_client
+    monkeypatch.setattr(
+        batching, "local_client", lambda *sizes: asked.append(sizes) or client(*sizes)
+    )
     seen = []
     result = sf.batch(scans, tmp_path / "out", workers=2, progress=seen.append, **OPTIONS)
     assert result.n_done == 4
@@ -107,8 +121,10 @@ def full_disk_job(job):
     return run_job(job)
 
 
-def test_a_full_disk_ends_the_batch_and_keeps_what_was_done(scans, alone, tmp_path, monkeypatch):
-    monkeypatch.setattr(batching, "run_job", full_disk_job)
+def test_a_full_disk_ends_the_batch_and_keeps_what_was_done(
+    scans, alone, tmp_path, monkeypatch, run_instead
+):
+    run_instead(full_disk_job)
     with pytest.raises(OSError, match=r"No space left on device: 'x.npy'"):
         sf.batch(scans, tmp_path / "out", workers=1, **OPTIONS)
     done = list(records_of(tmp_path / "out"))
@@ -224,7 +240,7 @@ def test_without_dask_files_are_done_in_this_process_with_a_note(
     scans, alone, tmp_path, monkeypatch
 ):
     monkeypatch.setitem(sys.modules, "distributed", None)
-    monkeypatch.setattr(batching, "checked_threads", lambda _: 4)
+    monkeypatch.setenv("SUPERFACETS_NUM_THREADS", "4")
     result = sf.batch(scans, tmp_path / "out", **OPTIONS)
     assert result.n_done == 4
     assert results_in(tmp_path / "out") == results_in(alone)
@@ -242,9 +258,9 @@ def slow_job(job):
 
 
 def test_a_file_that_takes_too_long_is_recorded_and_its_worker_restarts(
-    scans, tmp_path, monkeypatch
+    scans, tmp_path, monkeypatch, run_instead
 ):
-    monkeypatch.setattr(cluster, "run_job", slow_job)
+    run_instead(slow_job)
     result = sf.batch(scans, tmp_path / "out", workers=2, timeout=3, **OPTIONS)
     assert (result.n_done, result.n_failed) == (3, 2)
     errors = {record["name"]: record["error"] for record in result.records if "error" in record}
@@ -284,6 +300,9 @@ def test_the_estimated_memory_grows_with_the_file_and_its_cells(tmp_path):
     for ending, n_cells in ((".ply", 100), (".stl", 36), (".unknown", 150)):
         path = tmp_path / f"a{ending}"
         path.write_bytes(bytes(1800))
-        assert jobs.cells_of(str(path)) == n_cells
-        assert jobs.memory_of(str(path)) == jobs.BASE + 3 * 1800 + 200 * n_cells
-    assert jobs.memory_of(str(tmp_path / "missing.ply")) == jobs.BASE
+        assert segment_to_files.cells_of(str(path)) == n_cells
+        assert (
+            segment_to_files.memory_of(str(path))
+            == segment_to_files.BASE + 3 * 1800 + 200 * n_cells
+        )
+    assert segment_to_files.memory_of(str(tmp_path / "missing.ply")) == segment_to_files.BASE

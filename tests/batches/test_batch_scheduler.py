@@ -33,13 +33,14 @@ def test_a_batch_runs_by_address_alone(there, scans, tmp_path, monkeypatch):
 
 
 def test_workers_may_differ_in_threads(there, tmp_path):
-    with cluster.remote_crew(there.address, str(tmp_path)) as crew:
+    with cluster.remote_client(there.address, str(tmp_path)) as client:
+        crew = cluster.Crew(client)
         assert crew.n_threads == 1
         assert 0 < crew.share < np.inf
 
 
-def test_a_large_file_runs_alone_on_a_cluster_too(there, scans, tmp_path, monkeypatch):
-    monkeypatch.setattr("superfacets_batch.batching.memory_of", lambda path: 1e15)
+def test_a_large_file_runs_alone_on_a_cluster_too(there, scans, tmp_path, limit):
+    limit("memory of a worker process", 1e15)
     assert sf.batch(scans, tmp_path / "out", scheduler=there.address, **OPTIONS).n_done == 4
 
 
@@ -59,11 +60,8 @@ def test_another_version_on_a_worker_that_comes_later_is_named(there, scans, tmp
     assert results_in(tmp_path / "out") == {}
 
 
-def test_a_worker_without_the_package_is_named(there, scans, tmp_path, monkeypatch):
-    def missing(name):
-        raise ModuleNotFoundError(name)
-
-    monkeypatch.setattr(cluster.metadata, "version", missing)
+def test_a_worker_without_the_package_is_named(there, scans, tmp_path, broken):
+    broken("superfacets_batch.cluster.metadata.version", ModuleNotFoundError("superfacets"))
     with pytest.raises(ConnectionError, match=r"127.0.0.1:\d+ has no superfacets: install it"):
         sf.batch(scans, tmp_path / "out", scheduler=there.address, **OPTIONS)
 
@@ -75,14 +73,14 @@ def test_a_folder_that_workers_do_not_see_is_named(there, tmp_path):
             match="cannot access the folder /nowhere: use a shared folder that has the same"
             " path on all machines",
         ),
-        cluster.remote_crew(there.address, "/nowhere"),
+        cluster.remote_client(there.address, "/nowhere"),
     ):
         pass
 
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:{port}", "nonsense://a:1"])
-def test_a_scheduler_that_is_not_there_is_one_line(scans, tmp_path, monkeypatch, address):
-    monkeypatch.setattr(cluster, "CONNECT_TIMEOUT", 0.3)
+def test_a_scheduler_that_is_not_there_is_one_line(scans, tmp_path, limit, address):
+    limit("wait for a scheduler", 0.3)
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         address = address.format(port=free.getsockname()[1])
@@ -90,13 +88,13 @@ def test_a_scheduler_that_is_not_there_is_one_line(scans, tmp_path, monkeypatch,
         sf.batch(scans, tmp_path / "out", scheduler=address, **OPTIONS)
 
 
-def test_a_client_that_failed_does_not_wait_for_the_garbage_collector(monkeypatch):
+def test_a_client_that_failed_does_not_wait_for_the_garbage_collector(limit):
     # Garbage collection closes a client that failed to connect. If this happens while another
     # client starts, both wait forever.
-    monkeypatch.setattr(cluster, "CONNECT_TIMEOUT", 0.3)
+    limit("wait for a scheduler", 0.3)
     gc.disable()
     try:
-        with pytest.raises(ConnectionError), cluster.remote_crew("tcp://127.0.0.1:1", "."):
+        with pytest.raises(ConnectionError), cluster.remote_client("tcp://127.0.0.1:1", "."):
             pass
         assert not [one for one in gc.get_objects() if isinstance(one, Client)]
     finally:
@@ -111,8 +109,8 @@ def many(scans):
     return scans
 
 
-def test_workers_that_end_for_good_end_the_batch_when_none_is_left(many, tmp_path, monkeypatch):
-    monkeypatch.setattr(cluster, "PATIENCE", 1.0)
+def test_workers_that_end_for_good_end_the_batch_when_none_is_left(many, tmp_path, limit):
+    limit("wait for a worker", 1.0)
     seen = []
 
     def kill(state):

@@ -16,7 +16,6 @@ from batch_folders import lines_of, records_of, results_in
 
 import superfacets as sf
 from superfacets.files.atomic import locked
-from superfacets.tools import segment_file as files
 from superfacets_batch import batching, jobs
 
 
@@ -107,15 +106,15 @@ def test_an_output_that_became_a_pipe_is_told(scan, out):
 ENDLESS = """
 import sys, threading
 from superfacets_batch import jobs
-jobs._CHUNK = 1
 class Endless:
     def __enter__(self): return self
     def __exit__(self, *_): pass
-    def read(self, n):
+    def readinto(self, room):
         if not shown.is_set():
             shown.set()
             print("at work", flush=True)
-        return b"x"
+        return 1
+    def readable(self): return True
 shown = threading.Event()
 jobs.open_regular = lambda path: Endless()
 """
@@ -272,27 +271,14 @@ def test_more_regions_than_cells_are_as_many(tmp_path, out):
     ("keywords", "error", "message"),
     [
         ({"n_segments": 0}, ValueError, "n_segments must be at least 1"),
-        (
-            {"n_segments": 5, "radius": 0.1},
-            ValueError,
-            "n_segments is 5 and radius is 0.1: give only one of them",
-        ),
+        ({"n_segments": 5, "radius": 0.1}, ValueError,
+         "n_segments is 5 and radius is 0.1: give only one of them"),
         ({"init": "best"}, ValueError, "init must be one of"),
-        (
-            {"init": [1, 2]},
-            TypeError,
-            "init must be a string, because an array would fit only one file",
-        ),
-        (
-            {"weights": np.ones(3)},
-            TypeError,
-            "weights must be a string, because an array would fit only one file",
-        ),
-        (
-            {"segments": 5},
-            TypeError,
-            "segments is not an option for files; the options are al",
-        ),
+        ({"init": [1, 2]}, TypeError,
+         "init must be a string, because an array would fit only one file"),
+        ({"weights": np.ones(3)}, TypeError,
+         "weights must be a string, because an array would fit only one file"),
+        ({"segments": 5}, TypeError, "segments is not an option for files; the options are al"),
         ({"on_stage": print}, TypeError, "on_stage is not an option"),
         ({"max_edge": -1}, ValueError, "max_edge must be"),
         ({"subdivide": 1}, TypeError, "subdivide must be True or False"),
@@ -302,21 +288,15 @@ def test_more_regions_than_cells_are_as_many(tmp_path, out):
         ({"ascii": 1}, TypeError, "ascii must be True or False"),
         ({"formats": "npy"}, TypeError, "formats must be a sequence of names, got 'npy'"),
         ({"features": "color"}, TypeError, "features must be a sequence of names, got 'color'"),
-        (
-            {"formats": ["npy", "png"]},
-            ValueError,
-            "formats has an unknown name, 'png': use distinct names from ply, ",
-        ),
+        ({"formats": ["npy", "png"]}, ValueError,
+         "formats has an unknown name, 'png': use distinct names from ply, "),
         ({"formats": ["npy", "npy"]}, ValueError, "formats has a repeated name, 'npy'"),
         ({"workers": 0}, ValueError, "workers must be at least 1"),
-        (
-            {"workers": 2, "scheduler": "tcp://a:1"},
-            ValueError,
-            "pass scheduler or workers, not both: a scheduler has its own workers",
-        ),
+        ({"workers": 2, "scheduler": "tcp://a:1"}, ValueError,
+         "pass scheduler or workers, not both: a scheduler has its own workers"),
         ({"progress": 1}, TypeError, "progress"),
     ],
-)
+)  # fmt: skip
 def test_wrong_parameters_are_found_before_anything_is_made(scan, out, keywords, error, message):
     with pytest.raises(error, match=message):
         sf.batch(scan, out, **keywords)
@@ -343,11 +323,11 @@ def test_the_time_left_is_that_of_equal_files(scan, out):
     assert ratios == pytest.approx([3, 1, 1 / 3, 0])
 
 
-def test_a_full_disk_stops_the_batch_and_blames_no_file(scan, out, monkeypatch):
-    def fill(*_, **__):
-        raise OSError(errno.ENOSPC, "No space left on device", "x.npy")
-
-    monkeypatch.setattr(jobs, "write_outputs", fill)
+def test_a_full_disk_stops_the_batch_and_blames_no_file(scan, out, monkeypatch, broken):
+    broken(
+        "superfacets.tools.segment_to_files.write_outputs",
+        OSError(errno.ENOSPC, "No space left on device", "x.npy"),
+    )
     with pytest.raises(OSError, match=r"No space left on device: 'x.npy'"):
         sf.batch(scan, out)
     assert records_of(out) == {}
@@ -355,11 +335,8 @@ def test_a_full_disk_stops_the_batch_and_blames_no_file(scan, out, monkeypatch):
     assert sf.batch(scan, out).n_done == 1
 
 
-def test_an_error_of_any_class_is_recorded(scan, out, monkeypatch):
-    def fail(*_, **__):
-        raise MemoryError
-
-    monkeypatch.setattr(files, "segment", fail)
+def test_an_error_of_any_class_is_recorded(scan, out, broken):
+    broken("superfacets.tools.segment_file.segment", MemoryError)
     assert sf.batch(scan, out).records[0]["error"] == "MemoryError"
 
 
@@ -392,11 +369,8 @@ def test_relative_paths_are_those_of_the_caller(scans, monkeypatch):
     assert list(results_in(scans / "out")) == ["one.superfacets.npy"]
 
 
-def test_cells_that_the_format_cannot_hold_are_refused_before_the_work(tmp_path, out, monkeypatch):
-    def fail(*_, **__):
-        raise AssertionError("it was segmented")
-
-    monkeypatch.setattr(files, "segment", fail)
+def test_cells_that_the_format_cannot_hold_are_refused_before_the_work(tmp_path, out, broken):
+    broken("superfacets.tools.segment_file.segment")
     house = sf.PolygonMesh.of_faces([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]])
     sf.write_mesh(tmp_path / "house.ply", house)
     result = sf.batch(tmp_path / "house.ply", out, formats=["sstk.json"], n_segments=1)

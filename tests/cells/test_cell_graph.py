@@ -30,10 +30,8 @@ def test_lists_become_arrays_of_exact_types():
     [
         ({"positions": [[0, 0]]}, r"positions must have shape \(N, 3\)"),
         ({"positions": np.zeros((0, 3))}, r"positions must have shape \(N, 3\) with N >= 1"),
-        (
-            {"positions": [[0, 0, 0], [np.nan, 0, 0]]},
-            r"positions\[1\] must be finite, got \[nan, 0.0, 0.0\]",
-        ),
+        ({"positions": [[0, 0, 0], [np.nan, 0, 0]]},
+         r"positions\[1\] must be finite, got \[nan, 0.0, 0.0\]"),
         ({"measures": [1]}, r"measures must have one value per cell, shape \(2,\), got \(1,\)"),
         ({"measures": [1, -1]}, r"measures\[1\] must be finite and not negative, got -1.0"),
         ({"offsets": [0, 1]}, r"offsets must have shape \(3,\)"),
@@ -43,10 +41,8 @@ def test_lists_become_arrays_of_exact_types():
         ({"neighbors": [1, 2]}, r"neighbors\[1\] must be 0 to 1, got 2"),
         ({"neighbors": [1, -1]}, r"neighbors\[1\] must be 0 to 1, got -1"),
         ({"neighbors": [1, 2**40]}, r"neighbors\[1\] must be 0 to 1, got 1099511627776"),
-        (
-            {"neighbors": np.array([1, 2**64 - 1], np.uint64)},
-            r"neighbors\[1\] must be 0 to 1, got 18446744073709551615",
-        ),
+        ({"neighbors": np.array([1, 2**64 - 1], np.uint64)},
+         r"neighbors\[1\] must be 0 to 1, got 18446744073709551615"),
         ({"offsets": np.array([0, 2**63, 2], np.uint64)}, "offsets must increase from 0"),
         (
             {"bounds": [[0, 0, 0], [-1, 0, 0]]},
@@ -74,12 +70,10 @@ def test_lists_become_arrays_of_exact_types():
             r"the largest value of weights must be 1e-150 to 1e\+150, got 1e-320:"
             r" rescale the values",
         ),
-        (
-            {"bounds": [0, 1]},
-            r"bounds must be finite low and high corners of shape \(2, 3\), got \[0.0, 1.0\]",
-        ),
+        ({"bounds": [0, 1]},
+         r"bounds must be finite low and high corners of shape \(2, 3\), got \[0.0, 1.0\]"),
     ],
-)
+)  # fmt: skip
 def test_inconsistent_arrays_are_refused(change, message):
     with pytest.raises(ValueError, match=message):
         CellGraph(**(PAIR | change))

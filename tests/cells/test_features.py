@@ -124,11 +124,8 @@ def test_features_of_vertices_of_polygons():
 @pytest.mark.parametrize(
     ("arguments", "error", "message"),
     [
-        (
-            {"features": np.zeros(3)},
-            ValueError,
-            r"features must have one row per cell \(8\) or per vertex \(9\), got 3 rows",
-        ),
+        ({"features": np.zeros(3)}, ValueError,
+         r"features must have one row per cell \(8\) or per vertex \(9\), got 3 rows"),
         ({"features": np.zeros((8, 0))}, ValueError, r"shape \(N, F\)"),
         ({"features": np.zeros((8, 1, 1))}, ValueError, r"shape \(N, F\)"),
         ({"features": [np.nan] * 8}, ValueError, r"features\[0\] must be finite, got \[nan\]"),
@@ -136,13 +133,10 @@ def test_features_of_vertices_of_polygons():
         ({"features": np.ma.masked_equal(np.zeros(8), 0)}, ValueError, "masked entries"),
         ({"features": np.zeros(8), "feature_weight": -1}, ValueError, "feature_weight must be"),
         ({"features": np.zeros(8), "scale_features": 1}, TypeError, "True or False"),
-        (
-            {"features": np.zeros(3), "feature_weight": 0},
-            ValueError,
-            r"features must have one row per cell \(8\) or per vertex \(9\), got 3 rows",
-        ),
+        ({"features": np.zeros(3), "feature_weight": 0}, ValueError,
+         r"features must have one row per cell \(8\) or per vertex \(9\), got 3 rows"),
     ],
-)
+)  # fmt: skip
 def test_wrong_features_are_refused(arguments, error, message):
     with pytest.raises(error, match=message):
         segment(plane(2), 2, **arguments)

@@ -7,12 +7,7 @@ import numpy as np
 import pytest
 import shapes
 from numpy.testing import assert_allclose, assert_array_equal
-from reference.spatial import (
-    nearest_faces,
-    nearest_in_tet,
-    nearest_on_triangle,
-    nearest_tets,
-)
+from reference.spatial import nearest_faces, nearest_in_tet, nearest_on_triangle, nearest_tets
 
 import superfacets as sf
 from superfacets import _core

@@ -16,8 +16,8 @@ from superfacets.stages.prepare import Prepared
 
 
 @pytest.fixture(autouse=True)
-def few_cells_are_enough(monkeypatch):
-    monkeypatch.setattr(sorting, "MIN_CELLS", 1_000)
+def few_cells_are_enough(limit):
+    limit("cells that are sorted", 1_000)
 
 
 def shuffled(mesh, seed=0):
@@ -142,8 +142,8 @@ def test_a_bad_order_is_known_by_cells_or_by_vertices(name):
     assert sorting.is_scattered(placed.vertices[order], vertices_alone)
 
 
-def test_small_meshes_are_left_in_any_order(monkeypatch):
-    monkeypatch.setattr(sorting, "MIN_CELLS", BEAR.n_faces + 1)
+def test_small_meshes_are_left_in_any_order(limit):
+    limit("cells that are sorted", BEAR.n_faces + 1)
     assert not sorting.is_scattered(BEAR.vertices, corners_of(BEAR))
 
 
@@ -260,23 +260,23 @@ def test_regions_and_levels_are_those_of_the_input():
     assert len(np.unique(nested.levels[1])) == 9
 
 
-def test_regions_are_as_good_as_in_the_order_of_the_input(monkeypatch):
+def test_regions_are_as_good_as_in_the_order_of_the_input(limit):
     by_place = sf.segment(BEAR, 80).labels
-    monkeypatch.setattr(sorting, "MIN_CELLS", 1 << 30)
+    limit("cells that are sorted", 1 << 30)
     plain = sf.segment(BEAR, 80).labels
     scores = [sf.metrics.compactness(BEAR, labels) for labels in (by_place, plain)]
     assert scores[0] == pytest.approx(scores[1], rel=0.03)
 
 
 @pytest.mark.parametrize("options", [sf.PAPER, {"radius_factor": 2.0}, {"weights": "given"}])
-def test_the_halted_mode_and_given_weights_keep_the_order_of_the_input(monkeypatch, options):
+def test_the_halted_mode_and_given_weights_keep_the_order_of_the_input(limit, options):
     if options.get("weights") == "given":
         graph = sf.build_face_graph(BEAR)
         options = {"weights": sf.crease_weights(BEAR, graph, 0.1)}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", sf.IslandWarning)
         found = sf.segment(BEAR, 40, **options)
-        monkeypatch.setattr(sorting, "MIN_CELLS", 1 << 30)
+        limit("cells that are sorted", 1 << 30)
         expected = sf.segment(BEAR, 40, **options)
     assert np.array_equal(found.labels, expected.labels)
 

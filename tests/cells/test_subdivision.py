@@ -196,12 +196,7 @@ def test_lengths_scale_with_the_mesh():
 
 
 @settings(deadline=None, max_examples=60)
-@given(
-    st.integers(0, 2**32 - 1),
-    st.integers(3, 9),
-    st.integers(1, 12),
-    st.floats(0.08, 2.0),
-)
+@given(st.integers(0, 2**32 - 1), st.integers(3, 9), st.integers(1, 12), st.floats(0.08, 2.0))
 def test_tangles_equal_the_twin(seed, n_vertices, n_faces, max_edge):
     """Random faces have repeated corners, duplicate faces and equal positions."""
     rng = np.random.default_rng(seed)

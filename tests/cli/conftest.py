@@ -1,6 +1,6 @@
 """Fixtures of the tests of the command."""
 
-import sys
+from functools import partial
 
 import numpy as np
 import pytest
@@ -11,16 +11,9 @@ from superfacets_cli.main import main
 
 
 @pytest.fixture
-def run(monkeypatch, capsys):
+def run(run_main):
     """Return a function that runs the command here, and returns exit status, stdout and stderr."""
-
-    def _run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["superfacets", *map(str, arguments)])
-        with pytest.raises(SystemExit) as stop:
-            main()
-        return stop.value.code, *capsys.readouterr()
-
-    return _run
+    return partial(run_main, main, "superfacets")
 
 
 @pytest.fixture

@@ -102,12 +102,10 @@ def test_quiet_prints_nothing(run, sheet, out):
         (["--paper", "--init", "flood"], "--paper sets --init farthest"),
         (["-n", 5, "-r", 0.1], "give only one of -n, -r and -R"),
         (["--mask-values", "six"], "expected whole numbers from 0 to 2147483647, got 'six'"),
-        (
-            ["--mask-values", "6", "--to", "segs.json"],
-            ".segs.json files cannot store cells that a mask leaves out",
-        ),
+        (["--mask-values", "6", "--to", "segs.json"],
+         ".segs.json files cannot store cells that a mask leaves out"),
     ],
-)
+)  # fmt: skip
 def test_a_wrong_command_line_is_one_line(run, sheet, out, arguments, message):
     status, printed, err = run("batch", sheet, "-o", out, *arguments)
     assert (status, printed, err.count("\n")) == (2, "", 1)
@@ -121,12 +119,12 @@ def test_what_is_not_there_is_one_line(run, tmp_path, out):
     )  # fmt: skip
 
 
-def test_a_terminal_shows_how_far_it_is(run, sheet, out, monkeypatch):
+def test_a_terminal_shows_how_far_it_is(run, sheet, out, terminal):
     pytest.importorskip("distributed")
     for place in range(3):
         sheet.with_name(f"copy{place}.ply").write_bytes(sheet.read_bytes())
     (sheet.parent / "bad.ply").write_text("nothing")
-    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    terminal(sys.stderr)
     status, _, err = run("batch", sheet.parent / "*.ply", "-o", out, "--to", "npy", "--workers", 1)
     assert status == 1
     assert "5/5 files" in err

@@ -153,11 +153,7 @@ def test_a_mask_tells_how_many_points_it_leaves_out(folder):
 def test_info_has_the_digits_of_coordinates_far_from_the_origin(folder):
     corners = [[400000, 5600000, 117.796], [400999.5, 5600000, 118], [400000, 5600999, 120]]
     points = np.vstack([corners, corners])
-    for color, said in (
-        (None, "no"),
-        (0, "no: all values are 0"),
-        (9, "yes, all equal"),
-    ):
+    for color, said in ((None, "no"), (0, "no: all values are 0"), (9, "yes, all equal")):
         colors = None if color is None else np.full((6, 3), color, np.uint8)
         sf.write_mesh("far.ply", sf.PointCloud(points, colors=colors))
         output = run("info", "far.ply")
@@ -188,8 +184,8 @@ def test_commands_refuse_a_height_grid(folder, command):
     assert "got (301, 301): if this is a height grid, convert it to a mesh first" in output
 
 
-def test_attributes_of_large_files_are_not_read_for_info(run, folder, monkeypatch):
+def test_attributes_of_large_files_are_not_read_for_info(run, folder, limit):
     Path("far.csv").write_text("x,y,z,flat\n0,0,0,1\n1,0,0,1\n")
     assert "the same value everywhere" in run("info", "far.csv")[2]
-    monkeypatch.setattr("superfacets_cli.info.MAX_BYTES_OF_ATTRIBUTES", 10)
+    limit("attributes for info", 10)
     assert "the same value everywhere" not in run("info", "far.csv")[2]

@@ -18,7 +18,7 @@ def test_the_demo_makes_nothing_where_it_cannot_draw(run, tmp_path, monkeypatch)
 
 
 def test_a_file_and_a_folder_that_may_not_be_written_are_found_before_the_work(
-    run, tmp_path, monkeypatch
+    run, tmp_path, forbid
 ):
     if not can_render():
         pytest.skip("no OpenGL to draw with")
@@ -27,7 +27,7 @@ def test_a_file_and_a_folder_that_may_not_be_written_are_found_before_the_work(
     assert (status, out) == (1, "")
     assert err == f"superfacets: error: {tmp_path / 'taken'}: is a file, not a folder\n"
     # Root can write to any folder, so `os.access` is replaced.
-    monkeypatch.setattr(os, "access", lambda _, mode: not mode & os.W_OK)
+    forbid(lambda _, mode: not mode & os.W_OK)
     status, out, err = run("demo", "-o", tmp_path)
     assert (status, out) == (1, "")
     assert err == f"superfacets: error: {tmp_path}: the folder is not writable\n"

@@ -61,14 +61,14 @@ def test_info_takes_several_files_and_goes_on_after_a_bad_one(run, sheet):
     assert [json.loads(line)["file"] for line in out.splitlines()] == [str(sheet)] * 2
 
 
-def test_info_prints_version_and_reference_system_of_las(run, tmp_path, monkeypatch):
+def test_info_prints_version_and_reference_system_of_las(run, tmp_path, limit):
     pytest.importorskip("laspy")
     path = tmp_path / "tile.las"
     points = np.random.default_rng(0).random((30, 3))
     frame = LasFrame(2, 3, (0.01,) * 3, (0.0,) * 3, ((34735, bytes(8)),))
     write_mesh(path, PointCloud(points), attributes=MeshAttributes(las=frame))
-    for limit in (1000, 1 << 20):
-        monkeypatch.setattr("superfacets_cli.info.MAX_BYTES_OF_ATTRIBUTES", limit)
+    for n_bytes in (1000, 1 << 20):
+        limit("attributes for info", n_bytes)
         status, out, err = run("info", path)
         assert (status, err) == (0, "")
         assert [line.rsplit(maxsplit=1) for line in out.splitlines()[-3:]] == [

@@ -118,10 +118,10 @@ def test_levels_writes_all_files_or_none(run, sheet, tmp_path, monkeypatch):
     assert files_in(tmp_path) == ["sheet.ply"]
 
 
-def test_levels_finds_out_before_the_work_what_cannot_be_written(run, tmp_path, monkeypatch):
+def test_levels_finds_out_before_the_work_what_cannot_be_written(run, tmp_path, broken):
     sf.write_mesh(tmp_path / "cloud.ply", sf.PointCloud(np.random.default_rng(0).random((99, 3))))
     np.save(tmp_path / "l.npy", np.arange(99) // 10 - 1)
-    monkeypatch.setattr("superfacets_cli.levels.hierarchy", None)
+    broken("superfacets_cli.levels.hierarchy")
     given = ("levels", tmp_path / "cloud.ply", "-n", 3, "--labels", tmp_path / "l.npy", "-o")
     for name, message in [
         ("a.sstk.json", ".sstk.json needs labels of triangles, but the cells are points"),
@@ -142,30 +142,18 @@ def test_levels_finds_out_before_the_work_what_cannot_be_written(run, tmp_path, 
         (("-n", "3", "-o", "no/out.npz"), 1, "the folder no does not exist"),
         (("-n", "3", "-o", "no/out.seg"), 1, "the folder no does not exist"),
         (("-n", "3", "-o", "sheet.ply", "--labels", "sheet.3.ply"), 2, "overwrite the input"),
-        (
-            ("-n", "3", "-o", "x_sp_label.npy", "--mask", "m.npy"),
-            2,
-            "cannot store cells that a mask leaves out",
-        ),
-        (
-            ("-n", "3", "-o", "x.npy", "--mask", "m", "--labels", "l"),
-            2,
-            "give --labels or a mask, not both",
-        ),
+        (("-n", "3", "-o", "x_sp_label.npy", "--mask", "m.npy"), 2,
+         "cannot store cells that a mask leaves out"),
+        (("-n", "3", "-o", "x.npy", "--mask", "m", "--labels", "l"), 2,
+         "give --labels or a mask, not both"),
         (("-n", "3", "-o", "x.las"), 1, "faces are written as .ply, .vtp"),
         (("-n", "3", "-o", "x.csv"), 1, "for a table of regions, use superfacets regions"),
-        (
-            ("-n", "3", "-o", "x.npy", "--features", "heat"),
-            1,
-            "features heat: the mesh has no property heat: it has normals",
-        ),
-        (
-            ("-n", "9999", "-o", "out.npz"),
-            2,
-            "n_segments must be at most 1152, the number of faces, got 9999",
-        ),
+        (("-n", "3", "-o", "x.npy", "--features", "heat"), 1,
+         "features heat: the mesh has no property heat: it has normals"),
+        (("-n", "9999", "-o", "out.npz"), 2,
+         "n_segments must be at most 1152, the number of faces, got 9999"),
     ],
-)
+)  # fmt: skip
 def test_levels_refuses_what_cannot_be(run, sheet, monkeypatch, tmp_path, options, status, message):
     monkeypatch.chdir(tmp_path)
     code, out, err = run("levels", sheet, *options)
@@ -193,14 +181,12 @@ def test_levels_writes_several_files_and_standard_output(run, sheet, tmp_path):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (
-            ("-o", "-", "-o", "-"),
-            "give -o at most one folder, and at most once - (standard output)",
-        ),
+        (("-o", "-", "-o", "-"),
+         "give -o at most one folder, and at most once - (standard output)"),
         (("-o", "a.npz", "--to", "npz"), "--to has no effect: the endings of the output files"),
         (("-o", "a.npz", "-o", "a.npz"), "the same output is given twice"),
     ],
-)
+)  # fmt: skip
 def test_levels_refuses_outputs_that_cannot_be(run, sheet, options, message):
     status, out, err = run("levels", sheet, "-n", 5, *options)
     assert (status, out) == (2, "")

@@ -65,10 +65,8 @@ def test_standard_input_goes_to_standard_output_unless_told_otherwise(folder):
         (["a.ply", "a.off"], "a.ply and a.off would both be written to a.superfacets.ply"),
         (["a.ply", "-o", "x.npy", "-o", "./x.npy"], "x.npy: the same output is given twice"),
         (["a.ply", "-o", "b/", "-o", "c/"], "give -o at most one folder"),
-        (
-            ["a.ply", "-o", "-", "-o", "-"],
-            "give -o at most one folder, and at most once - (standard output)",
-        ),
+        (["a.ply", "-o", "-", "-o", "-"],
+         "give -o at most one folder, and at most once - (standard output)"),
         (["a.ply", "-o", "results"], "got none (for a folder, write results/)"),
         (
             ["a.ply", "-o", "b.tri"],
@@ -76,15 +74,10 @@ def test_standard_input_goes_to_standard_output_unless_told_otherwise(folder):
             " .pcd, .las, .laz, .npy, .seg, .txt, .segs.json, .bin, _sp_label.npy, .pth,"
             " .label.gii, .annot, .sstk.json, .aggregation.json, .npz, got .tri (see",
         ),
-        (
-            ["a.ply", "-o", "new.tri"],
-            ".aggregation.json, .npz, got .tri (see",
-        ),
+        (["a.ply", "-o", "new.tri"], ".aggregation.json, .npz, got .tri (see"),
         (["a.ply", "-o", ""], "'' is not a file"),
-        (
-            ["a.ply", "-o", "x.npy", "--to", "npy"],
-            "--to has no effect: the endings of the output files",
-        ),
+        (["a.ply", "-o", "x.npy", "--to", "npy"],
+         "--to has no effect: the endings of the output files"),
         (["-", "--to", "npy", "--to", "txt"], "standard output can have one format only"),
         (["a.ply", "--to", "npy", "--to", "npy"], "--to names the same format twice"),
         (["a.ply", "--to", "npy,npy"], "--to names the same format twice"),
@@ -92,7 +85,7 @@ def test_standard_input_goes_to_standard_output_unless_told_otherwise(folder):
         (["a.ply", "--format", "docx"], "Invalid value for '--format'"),
         ([], "Missing argument"),
     ],
-)
+)  # fmt: skip
 def test_what_can_be_read_in_two_ways_is_refused(run, folder, arguments, message):
     before = files_in(folder)
     status, out, err = run("segment", *arguments)
@@ -112,16 +105,16 @@ def test_an_output_never_replaces_an_input(run, folder):
     assert not Path("b.superfacets.ply").exists()
 
 
-def test_binary_data_is_not_shown_on_a_terminal(run, folder, monkeypatch):
-    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
+def test_binary_data_is_not_shown_on_a_terminal(run, folder, terminal):
+    terminal(sys.stdout)
     for arguments in (["-"], ["a.ply", "-o", "-"], ["a.ply", "-o", "-", "--to", "npy"]):
         status, _, err = run("segment", *arguments)
         assert status == 2
         assert "standard output is a terminal, which cannot show binary data" in err
-    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
+    terminal(sys.stdout)
     status, out, _ = run("segment", "a.ply", "-n", 1, "-o", "-", "--to", "seg")
     assert (status, out) == (0, "0\n" * 32)
-    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
+    terminal(sys.stdout)
     assert run("segment", "a.ply", "-n", 1, "-o", "-", "--ascii")[1].startswith("ply\nformat ascii")
 
 

@@ -15,11 +15,11 @@ from command_line import COMMAND
 
 from superfacets import segment
 from superfacets_cli.interrupts import is_busy, run_in_background
-from superfacets_cli.progress import SHARES, Estimate, RunBar, WaitBar
+from superfacets_cli.progress import SHARES, Estimate, RunBar
 
 
-def test_a_terminal_shows_progress(run, sheet, monkeypatch):
-    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+def test_a_terminal_shows_progress(run, sheet, terminal):
+    terminal(sys.stderr)
     status, out, err = run("segment", sheet)
     assert status == 0
     for stage in ("reading", "face graph", "seeding", "iterations", "regions", "writing"):
@@ -101,9 +101,9 @@ def test_work_in_the_background_returns_or_raises():
     assert not is_busy()
 
 
-def test_a_terminal_shows_that_silent_work_goes_on(monkeypatch, capsys):
-    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
-    monkeypatch.setattr(WaitBar, "DELAY", 0.1)
+def test_a_terminal_shows_that_silent_work_goes_on(limit, capsys, terminal):
+    terminal(sys.stderr)
+    limit("delay of the bar", 0.1)
     run_in_background(lambda: time.sleep(0.3))
     assert "working, 0 s" in capsys.readouterr().err
     run_in_background(lambda: time.sleep(0.05))

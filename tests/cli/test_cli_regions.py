@@ -351,8 +351,8 @@ def test_folders_that_are_missing_are_found_before_anything_is_read(run, tmp_pat
     assert (status, "'' is not a file" in err) == (2, True)
 
 
-def test_no_table_is_written_where_the_borders_fail(run, fold, monkeypatch):
-    monkeypatch.setattr("superfacets_cli.regions.border_lines", lambda *_: 1 / 0)
+def test_no_table_is_written_where_the_borders_fail(run, fold, broken):
+    broken("superfacets_cli.regions.border_lines", ZeroDivisionError)
     given = ("-o", fold / "t.csv", "--borders", fold / "b.obj")
     with pytest.raises(ZeroDivisionError):
         run("regions", fold / "fold.ply", fold / "labels.seg", *given)

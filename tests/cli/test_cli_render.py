@@ -145,10 +145,10 @@ def test_titles_tell_label_files_apart():
     assert _titles([Path("a/scan.npy")] * 2) == ["scan"] * 2
 
 
-def test_a_mesh_turns(run, sheet, labeled, tmp_path, monkeypatch):
+def test_a_mesh_turns(run, sheet, labeled, tmp_path, limit):
     if not can_render():
         pytest.skip("no OpenGL to draw with")
-    monkeypatch.setattr("superfacets_show.plotting._N_FRAMES", 3)
+    limit("frames of a turn", 3)
     turn, still = tmp_path / "turn.gif", tmp_path / "still.png"
     more = ["--labels", labeled[0], "--size", "64x48"]
     status, out, err = run("render", sheet, "-o", still, "--turntable", turn, *more)
@@ -167,20 +167,14 @@ def test_a_mesh_turns(run, sheet, labeled, tmp_path, monkeypatch):
         (["-o", "p.png", "--size", "9000x10"], "'9000x10' is not a size such as 1200x900"),
         (["-o", "p.png", "--view", "above"], "'above' is not one of 'front'"),
         (["-o", "p.png", "--view", "top", "--azimuth", 5], "give --view, or --azimuth and"),
-        (
-            ["-o", "p.png", "--color-by", "area"],
-            "error: --color-by area needs labels, and {sheet} has none: give --labels (see",
-        ),
-        (
-            ["-o", "p.png", "--numbers"],
-            "error: --numbers needs labels, and {sheet} has none: give --labels (see",
-        ),
-        (
-            ["-o", "p.png", "--color-by", "curvature"],
-            "error: --color-by must be one of region, cell_count, area, ",
-        ),
+        (["-o", "p.png", "--color-by", "area"],
+         "error: --color-by area needs labels, and {sheet} has none: give --labels (see"),
+        (["-o", "p.png", "--numbers"],
+         "error: --numbers needs labels, and {sheet} has none: give --labels (see"),
+        (["-o", "p.png", "--color-by", "curvature"],
+         "error: --color-by must be one of region, cell_count, area, "),
     ],
-)
+)  # fmt: skip
 def test_what_cannot_be_drawn_is_a_wrong_command_line(run, sheet, tmp_path, arguments, message):
     arguments = [tmp_path / a if str(a).endswith("png") else a for a in arguments]
     status, _, err = run("render", sheet, *arguments)

@@ -298,20 +298,15 @@ def test_ascii_writes_text(run, sheet):
         (["--tol", -1], "Invalid value for '--tol'"),
         (["--threads", 0], "Invalid value for '--threads'"),
         (["--smoother"], "No such option"),
-        (
-            ["--paper", "--weights", "creases"],
-            "--paper sets --weights superfacets: leave --weights out",
-        ),
+        (["--paper", "--weights", "creases"],
+         "--paper sets --weights superfacets: leave --weights out"),
         (["--paper", "--parts"], "give --paper or --parts, not both"),
         (["--paper", "--relocate"], "give --paper or --relocate, not both"),
-        (
-            ["--parts", "--weights", "creases"],
-            "--parts sets --weights parts: leave --weights out",
-        ),
+        (["--parts", "--weights", "creases"], "--parts sets --weights parts: leave --weights out"),
         (["--paper", "--init", "grid"], "--paper sets --init farthest: leave --init out"),
         (["-o", "labels.xyz"], "labels.xyz"),
     ],
-)
+)  # fmt: skip
 def test_wrong_options_are_one_line_and_status_2(run, sheet, arguments, message):
     status, out, err = run("segment", sheet, *arguments)
     assert status == 2
@@ -417,11 +412,8 @@ def test_json_is_one_line_per_input_of_those_that_fail_too(run, three):
     assert "not a PLY file" in objects[1]["error"]
 
 
-def test_an_error_that_names_no_file_gets_its_name(run, three, monkeypatch):
-    def fail(*_, **__):
-        raise MemoryError
-
-    monkeypatch.setattr("superfacets.tools.segment_file.segment", fail)
+def test_an_error_that_names_no_file_gets_its_name(run, three, broken):
+    broken("superfacets.tools.segment_file.segment", MemoryError)
     _, _, err = run("segment", *three)
     assert f"superfacets: error: {three[0]}: not enough memory\n" in err
     _, _, err = run("segment", three[0])
@@ -429,9 +421,7 @@ def test_an_error_that_names_no_file_gets_its_name(run, three, monkeypatch):
 
 
 def test_wrong_parameters_are_found_before_any_file_is_read(run, three):
-    for arguments, message in [
-        (["-n", 5, "-r", 0.1], "give only one of -n, -r and -R"),
-    ]:
+    for arguments, message in [(["-n", 5, "-r", 0.1], "give only one of -n, -r and -R")]:
         status, out, err = run("segment", *three, *arguments)
         assert (status, out, err.count("\n")) == (2, "", 1), arguments
         assert message in err
@@ -450,8 +440,8 @@ def test_a_count_larger_than_the_mesh_gives_every_face_a_region(run, three):
     assert run("segment", three[2], "-n", 72, "-o", output)[2] == ""
 
 
-def test_quiet_prints_errors_alone(run, three, monkeypatch):
-    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+def test_quiet_prints_errors_alone(run, three, terminal):
+    terminal(sys.stderr)
     arguments = ["-n", 2000, "--islands", "nearest", "-q"]
     status, out, err = run("segment", *three, *arguments)
     assert (status, out) == (1, "")

@@ -70,13 +70,10 @@ def test_a_port_in_use_is_an_error(run, sheet, served):
     assert f"port {port} is in use: choose another with --port, or omit --port" in err
 
 
-def test_a_port_that_may_not_be_opened_is_an_error(monkeypatch):
+def test_a_port_that_may_not_be_opened_is_an_error(broken):
     from superfacets_studio.web.address import open_socket
 
-    def refuse(*_):
-        raise PermissionError(13, "Permission denied")
-
-    monkeypatch.setattr(socket.socket, "bind", refuse, raising=False)
+    broken("socket.socket.bind", PermissionError(13, "Permission denied"))
     with pytest.raises(OSError, match=r"^cannot listen on port 80: Permission denied$"):
         open_socket(80)
 
@@ -102,7 +99,6 @@ def test_a_torn_work_file_is_noted(run, sheet, served):
 
 def test_the_extra_is_asked_for(run, sheet, monkeypatch):
     monkeypatch.setitem(sys.modules, "superfacets_studio.web.app", None)
-    monkeypatch.setattr("superfacets_cli.studio.find_spec", lambda _: None)
     status, _, err = run("studio", sheet)
     assert status == 1
     assert "pip install 'superfacets[studio]'" in err

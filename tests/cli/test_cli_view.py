@@ -105,12 +105,8 @@ def test_features_have_different_names(run, sheet, tmp_path):
     [
         ("--labels", "l.npz", b"PK damaged", "is not a .npz of superfacets levels, or is damaged"),
         ("--labels", "l.npz", None, "l.npz: no such file"),
-        (
-            "--labels",
-            "l.txt",
-            b"1\n2\n",
-            "labels must have one value per face (1152) or per vertex (625), got 2 values",
-        ),
+        ("--labels", "l.txt", b"1\n2\n",
+         "labels must have one value per face (1152) or per vertex (625), got 2 values"),
         ("--feature", "f.txt", b"1\nx\n", "f.txt: could not convert"),
         ("--feature", "f.npy", b"nothing", "f.npy: the header of the .npy file cannot be read"),
         ("--feature", "f.csv", b"1\n", "expected the ending .npy, .txt, .shape.gii"),
@@ -122,7 +118,7 @@ def test_features_have_different_names(run, sheet, tmp_path):
             " got shape (2,)",
         ),
     ],
-)
+)  # fmt: skip
 def test_wrong_files_are_refused(run, sheet, tmp_path, option, name, content, message):
     if content is not None:
         (tmp_path / name).write_bytes(content)
@@ -144,10 +140,12 @@ def test_labels_of_another_name_are_shown(run, tmp_path):
 
 
 @pytest.mark.parametrize("has_browser", [True, False])
-def test_without_a_file_the_browser_opens_the_page(run, sheet, tmp_path, monkeypatch, has_browser):
+def test_without_a_file_the_browser_opens_the_page(
+    run, sheet, tmp_path, monkeypatch, temporary, has_browser
+):
     opened = []
     monkeypatch.setattr("webbrowser.open", lambda page: opened.append(page) or has_browser)
-    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    temporary(tmp_path)
     status, out, err = run("view", sheet)
     assert status == 0
     path, guess = out.removeprefix("wrote ").rstrip().split(" (", 1)

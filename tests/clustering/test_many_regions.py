@@ -4,15 +4,14 @@ import numpy as np
 import pytest
 
 from superfacets import enforce_connectivity, sample_mesh, segment
-from superfacets.clustering import coarsening
 from superfacets.metrics import compactness
 
 K = 200
 
 
 @pytest.fixture(autouse=True)
-def few_are_many(monkeypatch):
-    monkeypatch.setattr(coarsening, "MANY_REGIONS", K)
+def few_are_many(limit):
+    limit("many regions", K)
 
 
 @pytest.fixture(scope="module")
@@ -39,12 +38,12 @@ def test_many_small_regions_have_seeds_along_the_curve_and_few_iterations(bear):
         (K, {"max_num_iter": 1}),
     ],
 )
-def test_the_long_loop_runs_otherwise(bear, k, options, monkeypatch):
+def test_the_long_loop_runs_otherwise(bear, k, options, limit):
     expected = segment(bear, k, **{"init": "geodesic", **options})
     result = segment(bear, k, **options)
     assert result.params["init"] == "geodesic"
     assert np.array_equal(result.labels, expected.labels)
-    monkeypatch.setattr(coarsening, "MANY_REGIONS", 10**9)
+    limit("many regions", 10**9)
     assert np.array_equal(segment(bear, k, **options).labels, expected.labels)
 
 

@@ -140,10 +140,9 @@ FINE = sf.sample_mesh(60_000)
 
 
 @pytest.fixture
-def few_are_many(monkeypatch):
+def few_are_many(limit):
     """Lower the number of faces from which groups of cells are embedded."""
-    monkeypatch.setattr("superfacets.weights.parts.MIN_GROUPED", 20_000)
-    monkeypatch.setattr("superfacets.clustering.loop.MIN_GROUPED", 20_000)
+    limit("cells that are grouped", 20_000)
 
 
 @pytest.mark.usefixtures("few_are_many")
@@ -164,9 +163,9 @@ def test_large_meshes_have_five_iterations_on_all_faces(request):
     assert [level.n_cells for level in small.levels] == [level.n_cells for level in large.levels]
 
 
-def test_groups_have_the_parts_of_their_faces(monkeypatch):
+def test_groups_have_the_parts_of_their_faces(limit):
     faces = segment(FINE, 1_000).labels
-    monkeypatch.setattr("superfacets.weights.parts.MIN_GROUPED", 20_000)
+    limit("cells that are grouped", 20_000)
     groups = segment(FINE, 1_000).labels
     large, areas = segment(FINE, 20).labels, np.ones(FINE.n_faces)
     errors = [

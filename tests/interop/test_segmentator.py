@@ -78,15 +78,20 @@ def check_ids(ids, edges, least):
 
 def number_asked_for(monkeypatch, *arguments, **keywords):
     """Return the number of regions that `segment_mesh` requests from `segment`."""
+    return numbers_and_ids(monkeypatch, "segment", segment_mesh, *arguments, **keywords)[0][0]
+
+
+def numbers_and_ids(monkeypatch, name, call, *arguments, **keywords):
+    """Return the numbers of regions that a function requests from `segment...`, and its ids."""
     numbers = []
 
-    def segment(mesh, number):
+    def segment(cells, number):
         numbers.append(number)
-        return sf.segment(mesh, number)
+        return getattr(sf, name)(cells, number)
 
-    monkeypatch.setattr(segmentator, "segment", segment)
-    segment_mesh(*arguments, **keywords)
-    return numbers[0]
+    monkeypatch.setattr(segmentator, name, segment)
+    ids = call(*arguments, **keywords)
+    return numbers, ids
 
 
 def test_the_signatures_are_those_of_the_original():
@@ -247,14 +252,10 @@ def test_points_of_a_mesh_are_counted_as_the_mesh(monkeypatch):
     sheet = shapes.bumpy_sheet(20)
     normals = compute_vn(sheet)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    numbers = []
-
-    def segment_graph(graph, number):
-        numbers.append(number)
-        return sf.segment_graph(graph, number)
-
-    monkeypatch.setattr(segmentator, "segment_graph", segment_graph)
-    ids = segment_point(sheet.vertices, 7 * normals, steps_of(sheet), kThresh=0.001)
+    numbers, ids = numbers_and_ids(
+        monkeypatch, "segment_graph", segment_point, sheet.vertices, 7 * normals, steps_of(sheet),
+        kThresh=0.001,
+    )  # fmt: skip
     assert numbers == [literal_count(sheet, 0.001, normals=normals)]
     assert len(np.unique(ids)) == numbers[0]
 
@@ -264,28 +265,16 @@ def test_points_of_a_mesh_are_counted_as_the_mesh(monkeypatch):
     [
         (2, {"kThresh": -1}, ValueError, "kThresh must be finite and not negative"),
         (2, {"segMinVerts": 0}, ValueError, "segMinVerts must be at least 1"),
-        (
-            2,
-            {"n_segments": 3},
-            ValueError,
-            "n_segments must be at most 2, the number of faces, got 3",
-        ),
-        (
-            3,
-            {"n_segments": 12},
-            ValueError,
-            "n_segments must be at most 11, the number of points, got 12",
-        ),
-        (
-            3,
-            {"edges": [[0, 11]]},
-            sf.MeshError,
-            r"edges\[0\] must be points from 0 to 10, got \[0, 11\]",
-        ),
+        (2, {"n_segments": 3}, ValueError,
+         "n_segments must be at most 2, the number of faces, got 3"),
+        (3, {"n_segments": 12}, ValueError,
+         "n_segments must be at most 11, the number of points, got 12"),
+        (3, {"edges": [[0, 11]]}, sf.MeshError,
+         r"edges\[0\] must be points from 0 to 10, got \[0, 11\]"),
         (3, {"edges": [0, 1]}, ValueError, r"edges must have shape \(E, 2\), got \(2,\)"),
         (3, {"edges": [[0.5, 1]]}, TypeError, "edges must contain integers, got float64"),
     ],
-)
+)  # fmt: skip
 def test_what_is_wrong_is_refused(arguments, keywords, error, message):
     if arguments == 2:
         fold = shapes.fold(30)

@@ -21,6 +21,9 @@ from superfacets.files.writers.write import write_labels, write_mesh
 HUGE = (2**31 - 1, 2**31, 2**32 - 1, 10**8, 10**10, 2**63 - 1, 2**64 - 1, -1, 0)
 """Counts and offsets that are too large for a small file."""
 
+MAX_SEARCHED = 100_000
+"""Maximum number of bytes of a text in which numbers and names are looked up."""
+
 WORDS = (b"-1", b"nan", b"1e999", b"\n", b" ", b"\0", b"\xff" * 4, b"/", *(b"%d" % n for n in HUGE))
 
 
@@ -60,7 +63,8 @@ def _change_count(content: bytearray, source: random.Random) -> None:
 def _change_text(content: bytearray, source: random.Random) -> None:
     """Replace a number in a text, the value of an XML attribute, or the name of an XML tag."""
     pattern = source.choice((rb"(-?[0-9]+)", rb"[a-zA-Z]=\"([^\"]*)\"", rb"<(/?[a-zA-Z]+)"))
-    found = list(re.finditer(pattern, content))
+    place = source.randrange(max(len(content) - MAX_SEARCHED, 1))
+    found = list(re.compile(pattern).finditer(content, place, place + MAX_SEARCHED))
     if found:
         begin, end = source.choice(found).span(1)
         others = [match[1] for match in found]

@@ -136,7 +136,7 @@ def test_names_as_long_as_can_be(tmp_path):
 
 
 @pytest.mark.parametrize("call", [check_outputs, lambda paths: write_labels(paths[0], [0])])
-def test_targets_that_cannot_be_written_are_os_errors(tmp_path, call, monkeypatch):
+def test_targets_that_cannot_be_written_are_os_errors(tmp_path, call, forbid):
     with pytest.raises(FileNotFoundError, match=r"a\.seg: the folder .*absent does not exist"):
         call([tmp_path / "absent" / "a.seg"])
     (tmp_path / "file").touch()
@@ -145,13 +145,13 @@ def test_targets_that_cannot_be_written_are_os_errors(tmp_path, call, monkeypatc
     (tmp_path / "folder.seg").mkdir()
     with pytest.raises(IsADirectoryError, match=r"folder\.seg: is a folder, not a file"):
         call([tmp_path / "folder.seg"])
-    monkeypatch.setattr(os, "access", lambda path, mode: False)  # root may write everywhere
+    forbid()  # root may write everywhere
     with pytest.raises(PermissionError, match=r"a\.seg: the folder .* is not writable"):
         call([tmp_path / "a.seg"])
 
 
 def test_a_folder_for_outputs_is_made_unless_a_file_is_there_or_it_cannot_be_written(
-    tmp_path, monkeypatch
+    tmp_path, forbid
 ):
     writable_folder(tmp_path / "new" / "folder")
     writable_folder(tmp_path / "new" / "folder")
@@ -159,14 +159,14 @@ def test_a_folder_for_outputs_is_made_unless_a_file_is_there_or_it_cannot_be_wri
     (tmp_path / "file").touch()
     with pytest.raises(NotADirectoryError, match="file: is a file, not a folder"):
         writable_folder(tmp_path / "file")
-    monkeypatch.setattr(os, "access", lambda path, mode: False)  # root may write everywhere
+    forbid()  # root may write everywhere
     with pytest.raises(PermissionError, match="new: the folder is not writable"):
         writable_folder(tmp_path / "new")
 
 
-def test_a_write_protected_file_is_an_os_error(tmp_path, monkeypatch):
+def test_a_write_protected_file_is_an_os_error(tmp_path, forbid):
     (tmp_path / "a.seg").touch()
-    monkeypatch.setattr(os, "access", lambda path, mode: path == tmp_path)
+    forbid(lambda path, mode: path == tmp_path)
     with pytest.raises(PermissionError, match=r"a\.seg: the file is write-protected"):
         check_outputs([tmp_path / "a.seg"])
 
@@ -240,12 +240,12 @@ def test_a_leftover_that_another_writer_removes_first_is_no_error(tmp_path, left
     assert sorted(tried) == sorted(leftovers)
 
 
-def test_a_folder_that_cannot_be_used_is_named_before_the_lock(tmp_path, monkeypatch):
+def test_a_folder_that_cannot_be_used_is_named_before_the_lock(tmp_path, forbid):
     taken = tmp_path / "taken"
     taken.write_text("")
     with pytest.raises(NotADirectoryError, match="taken: is a file, not a folder"):
         locked(taken).__enter__()
-    monkeypatch.setattr(os, "access", lambda *_: False)  # root may write everywhere
+    forbid()  # root may write everywhere
     with pytest.raises(PermissionError, match=f"{tmp_path}: the folder is not writable"):
         locked(tmp_path).__enter__()
     assert not (tmp_path / ".lock").exists()
@@ -285,11 +285,8 @@ def test_a_lock_ends_with_its_process_though_a_child_lives_on(tmp_path):
             pass
 
 
-def test_a_file_system_without_locks_is_named(tmp_path, monkeypatch):
-    def refuse(*_, **__):
-        raise OSError(37, "No locks available")
-
-    monkeypatch.setattr("filelock.lock_descriptor", refuse)
+def test_a_file_system_without_locks_is_named(tmp_path, broken):
+    broken("filelock.lock_descriptor", OSError(37, "No locks available"))
     with pytest.raises(OSError, match=r"cannot be locked: No locks available: .*\.lock"):
         locked(tmp_path).__enter__()
 

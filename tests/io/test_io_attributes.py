@@ -265,24 +265,15 @@ def test_arrays_get_a_type_that_ply_has():
         ({"vertex": {7: [1]}}, ValueError, "must be one word"),
         ({"face": {"a": ["x"]}}, TypeError, "face property 'a' must be real numbers, got <U1"),
         ({"face": {"a": [[[1]]]}}, ValueError, "one or two dimensions, got shape (1, 1, 1)"),
-        (
-            {"face": {"a": [2**40]}},
-            ValueError,
-            "face property 'a' must fit in 32-bit integers, got 1099511627776 to 1099511627776",
-        ),
-        (
-            {"comments": ["made by hand"]},
-            ValueError,
-            "comments must be lines that begin with comment or obj_info, got 'made by hand'",
-        ),
-        (
-            {"comments": ["comment a\nend_header"]},
-            ValueError,
-            "must be lines that begin with comment or obj_info",
-        ),
+        ({"face": {"a": [2**40]}}, ValueError,
+         "face property 'a' must fit in 32-bit integers, got 1099511627776 to 1099511627776"),
+        ({"comments": ["made by hand"]}, ValueError,
+         "comments must be lines that begin with comment or obj_info, got 'made by hand'"),
+        ({"comments": ["comment a\nend_header"]}, ValueError,
+         "must be lines that begin with comment or obj_info"),
         ({"comments": [3]}, ValueError, "must be lines that begin with comment or obj_info, got 3"),
     ],
-)
+)  # fmt: skip
 def test_attributes_that_no_file_can_hold_are_refused(arguments, error, message):
     with pytest.raises(error) as caught:
         MeshAttributes(**arguments)
@@ -397,11 +388,8 @@ def test_attributes_are_copies_that_cannot_be_written():
     ("given", "error", "message"),
     [
         ({"vertex": [1]}, TypeError, "vertex must be a mapping of names to arrays"),
-        (
-            {"face": {"a": np.ma.masked_equal([1, 2], 2)}},
-            ValueError,
-            "face property 'a' must not have masked entries: fill or remove these entries",
-        ),
+        ({"face": {"a": np.ma.masked_equal([1, 2], 2)}}, ValueError,
+         "face property 'a' must not have masked entries: fill or remove these entries"),
         (
             {"comments": ["comment \ud800"]},
             ValueError,
@@ -409,7 +397,7 @@ def test_attributes_are_copies_that_cannot_be_written():
             r" \\ud800'",
         ),
     ],
-)
+)  # fmt: skip
 def test_attributes_of_wrong_types_are_refused(given, error, message):
     with pytest.raises(error, match=message):
         MeshAttributes(**given)

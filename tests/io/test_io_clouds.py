@@ -452,13 +452,9 @@ def test_a_text_with_an_odd_name_of_a_column_is_read(tmp_path):
     assert read_cloud(tmp_path / "a.csv").n_points == 2
 
 
-def _fails(*_, **__):
-    raise ValueError("no room")
-
-
-def test_what_laspy_cannot_write_is_an_error(cloud, tmp_path, monkeypatch):
-    laspy = pytest.importorskip("laspy")
-    monkeypatch.setattr(laspy.LasData, "write", _fails)
+def test_what_laspy_cannot_write_is_an_error(cloud, tmp_path, broken):
+    pytest.importorskip("laspy")
+    broken("laspy.LasData.write", ValueError("no room"))
     with pytest.raises(MeshError, match=r"cannot be written as \.las: ValueError: no room"):
         write_mesh(tmp_path / "a.las", cloud)
 

@@ -119,8 +119,8 @@ def test_quantized_positions_of_meshopt_are_scaled(read):
     assert_array_equal(mesh.faces, FACES)
 
 
-def test_uncompressed_copies_are_read_without_a_decoder(read, monkeypatch):
-    monkeypatch.setattr(compression, "import_extra", None)
+def test_uncompressed_copies_are_read_without_a_decoder(read, broken):
+    broken("superfacets_formats.compression.import_extra")
     how = {"buffer": 0, "byteLength": 3, "count": 5, "byteStride": 12, "mode": "ATTRIBUTES"}
     document = gltf_document()
     document["bufferViews"][0]["extensions"] = {"EXT_meshopt_compression": how}
@@ -201,14 +201,10 @@ def test_draco_data_that_lies_is_refused(refuse, change, message):
             "the Draco data has 2 faces and 5 vertices, but the accessors declare 2"
             " faces and 4 vertices",
         ),
-        (
-            lambda d: d["accessors"][1].update(count=6),
-            "the sizes of the Draco data differ from the declared sizes",
-        ),
-        (
-            lambda d: d["accessors"][1].update(componentType=5123),
-            "the Draco data has no rows of the type that accessors[1] declares",
-        ),
+        (lambda d: d["accessors"][1].update(count=6),
+         "the sizes of the Draco data differ from the declared sizes"),
+        (lambda d: d["accessors"][1].update(componentType=5123),
+         "the Draco data has no rows of the type that accessors[1] declares"),
         (lambda d: d["meshes"][0]["primitives"][0].pop("indices"), "has damaged Draco data"),
         (lambda d: d["bufferViews"][0].update(byteLength=20), "the Draco data is damaged"),
         (lambda d: d["bufferViews"][0].update(byteLength=11), "the Draco data is truncated"),
@@ -219,7 +215,7 @@ def test_draco_data_that_lies_is_refused(refuse, change, message):
             "the Draco data has no rows of the type that accessors[1] declares",
         ),
     ],
-)
+)  # fmt: skip
 def test_documents_that_do_not_fit_their_draco_data_are_refused(refuse, change, message):
     refuse("a.glb", changed(draco_glb(), change), message)
 
@@ -240,16 +236,14 @@ def meshopt_of(document, view=0):
         ),
         (lambda d: meshopt_of(d).update(byteStride=7), "the meshopt data is damaged: a row must"),
         (lambda d: meshopt_of(d, 1).update(mode="STRIPS"), "bufferViews[1]: the meshopt data is"),
-        (
-            lambda d: meshopt_of(d).update(mode=None),
-            "bufferViews[0] has an unknown compression mode",
-        ),
+        (lambda d: meshopt_of(d).update(mode=None),
+         "bufferViews[0] has an unknown compression mode"),
         (lambda d: meshopt_of(d).update(filter="BLUR"), "the meshopt data is damaged: filter"),
         (lambda d: meshopt_of(d).update(buffer=7), "there is no buffers[7]"),
         (lambda d: meshopt_of(d).update(byteOffset=10**6), "a buffer view is longer than its"),
         (lambda d: d["accessors"][0].update(count=6), "accessors[0] is longer than its buffer"),
     ],
-)
+)  # fmt: skip
 def test_meshopt_data_that_lies_is_refused(refuse, change, message):
     refuse("a.glb", changed(meshopt_glb(), change), message)
 

@@ -2,7 +2,6 @@
 
 import os
 import sys
-import tempfile
 
 import numpy as np
 import pytest
@@ -263,19 +262,18 @@ def test_a_damaged_or_cut_file_is_refused(write, tmp_path):
             read_cloud(tmp_path / "b.e57")
 
 
-def test_memory_that_runs_out_is_no_fault_of_the_file(write, monkeypatch, pye57):
+def test_memory_that_runs_out_is_no_fault_of_the_file(write, broken, pye57):
     path = write((scan(), {}))
 
-    def fail(*_):
-        raise MemoryError
-
-    monkeypatch.setattr(pye57.E57, "get_header", fail)
+    broken("pye57.E57.get_header", MemoryError)
     with pytest.raises(MemoryError):
         read_cloud(path)
 
 
 @pytest.mark.skipif(os.name != "posix", reason="Windows opens files by name alone")
-def test_no_file_is_left_by_a_process_that_is_killed(write, tmp_path, monkeypatch, pye57):
+def test_no_file_is_left_by_a_process_that_is_killed(
+    write, tmp_path, monkeypatch, temporary, pye57
+):
     path = write((scan(), {}))
     seen = []
 
@@ -284,7 +282,7 @@ def test_no_file_is_left_by_a_process_that_is_killed(write, tmp_path, monkeypatc
         raise MemoryError  # in place of the signal
 
     (tmp_path / "temporary").mkdir()
-    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
+    temporary(tmp_path / "temporary")
     monkeypatch.setattr(pye57.E57, "get_header", look)
     with pytest.raises(MemoryError):
         read_cloud(path)
@@ -300,8 +298,7 @@ def test_messages_of_the_library_are_short(write, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("old", "new"),
-    [(b"<e57Root ", b"<!DOCTYPE"), (b'"UTF-8"', b"'UTF-7'"), (b"<?xml", b"<\0?xm")],
+    ("old", "new"), [(b"<e57Root ", b"<!DOCTYPE"), (b'"UTF-8"', b"'UTF-7'"), (b"<?xml", b"<\0?xm")]
 )
 def test_xml_that_e57_does_not_know_is_refused(write, tmp_path, old, new):
     content = write((scan(), {})).read_bytes()

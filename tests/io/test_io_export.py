@@ -32,7 +32,6 @@ from superfacets import (
     write_mesh,
     write_regions,
 )
-from superfacets.files.writers import glb, obj, text
 from superfacets.files.writers.cells import FACE_WRITERS, FormatOptions
 from superfacets.files.writers.write import write_outputs
 from superfacets_scans.scannet import scene_of
@@ -292,18 +291,12 @@ class TestPyTorchGeometric:
             ),
             ({**GRAPH, "pos": [["a"]]}, "pos must be an array of numbers, got <U1"),
             ({**GRAPH, "super_index": [0.5]}, "super_index must be integers, got float64"),
-            (
-                {**GRAPH, "edge_index": [[0, 1]]},
-                r"edge_index must have shape \(2, E\), got",
-            ),
+            ({**GRAPH, "edge_index": [[0, 1]]}, r"edge_index must have shape \(2, E\), got"),
             (
                 {**GRAPH, "edge_attr": [[1]]},
                 r"edge_attr must have one row per edge \(4\), got 1 row",
             ),
-            (
-                {**GRAPH, "super_index": [3]},
-                "super_index must be regions from -1 to 2, got 3 to 3",
-            ),
+            ({**GRAPH, "super_index": [3]}, "super_index must be regions from -1 to 2, got 3 to 3"),
             (
                 {**GRAPH, "edge_index": [[-1], [0]], "edge_attr": [1]},
                 "edge_index must be regions from 0 to 2, got -1 to 0",
@@ -639,19 +632,19 @@ class TestNamesAndVertices:
             write_mesh(tmp_path / "a.obj", TETS)
 
 
-def test_a_glb_of_more_than_4_gib_is_refused(tmp_path, square, monkeypatch):
+def test_a_glb_of_more_than_4_gib_is_refused(tmp_path, square, limit):
     path = tmp_path / "a.glb"
     write_mesh(path, square, [0, 1])
     size = path.stat().st_size
-    for limit in (size - 1, 100):  # the file, and what is in it
-        monkeypatch.setattr(glb, "MAX_BYTES", limit)
+    for n_bytes in (size - 1, 100):  # the file, and what is in it
+        limit("bytes of a GLB file", n_bytes)
         with pytest.raises(
             MeshError,
             match=r"the mesh needs more than 4 GiB, the limit of GLB: write \.ply or \.obj",
         ):
             write_mesh(tmp_path / "b.glb", square, [0, 1])
         assert [*tmp_path.iterdir()] == [path]
-    monkeypatch.setattr(glb, "MAX_BYTES", size)
+    limit("bytes of a GLB file", size)
     write_mesh(tmp_path / "b.glb", square, [0, 1])
 
 
@@ -659,23 +652,22 @@ def test_a_glb_of_more_than_4_gib_is_refused(tmp_path, square, monkeypatch):
 class TestTextInBlocks:
     @pytest.mark.parametrize("kind", ["triangles", "polygons"])
     def test_the_file_does_not_depend_on_the_size_of_blocks(
-        self, tmp_path, monkeypatch, house, ending, kind
+        self, tmp_path, monkeypatch, limit, house, ending, kind
     ):
         mesh = house if kind == "polygons" else shapes.bumpy_sheet(5)
         n = mesh.n_faces
         for labels in (None, np.arange(n) % 4 - 1, np.arange(n) // 7):
             write_mesh(tmp_path / f"a{ending}", mesh, labels)
             for size in (1, 3, 7):
-                monkeypatch.setattr(obj, "ROWS_AT_ONCE", size)
+                limit("rows written at once", size)
                 write_mesh(tmp_path / f"b{ending}", mesh, labels)
                 blocks = [(tmp_path / f"{name}{ending}").read_bytes() for name in "ab"]
                 assert blocks[0] == blocks[1]
             monkeypatch.undo()
 
-    def test_memory_is_that_of_a_block(self, tmp_path, monkeypatch, ending):
+    def test_memory_is_that_of_a_block(self, tmp_path, limit, ending):
         mesh = shapes.bumpy_sheet(60)
-        for module in (obj, text):
-            monkeypatch.setattr(module, "ROWS_AT_ONCE", 256)
+        limit("rows written at once", 256)
         labels = np.zeros(mesh.n_faces, np.int32)
         colors = np.zeros((mesh.n_faces, 3), np.uint8)
         tracemalloc.start()
@@ -801,8 +793,8 @@ def test_a_region_of_one_point_is_a_file_of_its_own(tmp_path):
     assert read_cloud(names[1]).points.tolist() == [VERTICES[4].tolist()]
 
 
-def test_more_regions_than_glb_has_ids_for_are_refused(tmp_path, monkeypatch, square):
-    monkeypatch.setattr("superfacets.files.writers.glb.MAX_IDS", 2)
+def test_more_regions_than_glb_has_ids_for_are_refused(tmp_path, limit, square):
+    limit("ids in a GLB file", 2)
     write_mesh(tmp_path / "a.glb", square, [5, 9])
     with pytest.raises(
         MeshError,

@@ -64,16 +64,12 @@ def test_a_glb_file_named_gltf_is_read(read):
         ({"rotation": [1, 0, 0, 0]}, VERTICES * [1, -1, -1]),
         ({"rotation": [0, 1, 0, 0]}, VERTICES * [-1, 1, -1]),
         ({"rotation": [0.5, 0.5, 0.5, 0.5]}, VERTICES[:, [2, 0, 1]]),
-        (
-            {"translation": [1, 2, 3], "rotation": HALF_TURN, "scale": [2, 1, 1]},
-            (VERTICES * [2, 1, 1])[:, [1, 0, 2]] * [-1, 1, 1] + [1, 2, 3],
-        ),
-        (
-            {"matrix": [0, 1, 0, 0, 0, 0, 1, 0, 1, 0, 0, 0, 5, 6, 7, 1]},
-            VERTICES[:, [2, 0, 1]] + [5, 6, 7],
-        ),
+        ({"translation": [1, 2, 3], "rotation": HALF_TURN, "scale": [2, 1, 1]},
+         (VERTICES * [2, 1, 1])[:, [1, 0, 2]] * [-1, 1, 1] + [1, 2, 3]),
+        ({"matrix": [0, 1, 0, 0, 0, 0, 1, 0, 1, 0, 0, 0, 5, 6, 7, 1]},
+         VERTICES[:, [2, 0, 1]] + [5, 6, 7]),
     ],
-)
+)  # fmt: skip
 def test_nodes_move_their_meshes(read, node, moved):
     mesh = read("a.glb", glb(gltf_document([{"mesh": 0, **node}])))
     assert_allclose(mesh.vertices, moved, atol=1e-15)
@@ -202,11 +198,7 @@ PRIMITIVE = ["meshes", 0, "primitives", 0]
         (["asset"], None, "not a glTF file: the JSON has no asset"),
         (["asset", "version"], "1.0", "the glTF version must be 2.0, got '1.0'"),
         (["asset", "version"], 2, "the glTF version must be 2.0, got 2"),
-        (
-            ["extensionsRequired"],
-            ["EXT_mesh_gpu_instancing"],
-            "EXT_mesh_gpu_instancing is not",
-        ),
+        (["extensionsRequired"], ["EXT_mesh_gpu_instancing"], "EXT_mesh_gpu_instancing is not"),
         (["scenes"], None, "there is no scenes[0]"),
         (["scene"], 1, "there is no scenes[1]"),
         (["scene"], -1, "there is no scenes[-1]"),
@@ -223,7 +215,7 @@ PRIMITIVE = ["meshes", 0, "primitives", 0]
         (["nodes", 0, "scale"], [1, 1], "scale must be a list of 3 numbers"),
         (["nodes", 0, "scale"], [1, 1, "1"], "scale must be a list of 3 numbers"),
         (["nodes", 0, "translation"], 4, "translation must be a list of 3 numbers"),
-        (["nodes", 0, "translation"], [0, 0, 10**400], "translation must be finite"),
+        (["nodes", 0, "translation"], [0, 0, 10**400], "which does not fit into 64 bits"),
         (["nodes", 0, "rotation"], [0, 0, 0, 0], "the rotation of a node is the zero quaternion"),
         (["nodes", 0, "matrix"], [1, 2, 3], "matrix must be a list of 16 numbers"),
         (["nodes", 0, "scale"], [1e300] * 3, "bounding box"),
@@ -248,12 +240,9 @@ PRIMITIVE = ["meshes", 0, "primitives", 0]
         (["accessors", 0, "count"], 6, "accessors[0] is longer than its buffer view"),
         (["accessors", 0, "count"], -1, "count must be an integer >= 0, got -1"),
         (["accessors", 0, "count"], 5.0, "count must be an integer >= 0, got 5.0"),
-        (
-            ["accessors", 0, "count"],
-            0,
-            "a face refers to vertex 3, but its primitive has 0 vertices",
-        ),
-        (["accessors", 0, "byteOffset"], 10**30, "accessors[0] is longer than its buffer view"),
+        (["accessors", 0, "count"], 0,
+         "a face refers to vertex 3, but its primitive has 0 vertices"),
+        (["accessors", 0, "byteOffset"], 10**18, "accessors[0] is longer than its buffer view"),
         (["accessors", 1, "count"], 5, "a multiple of 3 corners is expected, got 5"),
         (["accessors", 1, "count"], 0, "the default scene of the glTF file has no triangles"),
         (["accessors", 1, "count"], 9, "accessors[1] is longer than its buffer view"),
@@ -266,30 +255,18 @@ PRIMITIVE = ["meshes", 0, "primitives", 0]
         (["buffers", 0, "byteLength"], 73, "buffers[0] declares 73 bytes but has 72"),
         (["buffers", 0, "byteLength"], None, "byteLength must be an integer >= 0, got None"),
         (["buffers", 0, "uri"], 7, "buffers[0] must have a uri"),
-        (
-            ["buffers", 0, "uri"],
-            "absent.bin",
-            "the buffer file 'absent.bin' of the glTF file cannot be read",
-        ),
-        (
-            ["buffers", 0, "uri"],
-            "http://x.org/a",
-            "the buffer 'http://x.org/a' is not in the folder of the glTF file",
-        ),
-        (
-            ["buffers", 0, "uri"],
-            "/etc/hosts",
-            "the buffer '/etc/hosts' is not in the folder of the glTF file",
-        ),
-        (
-            ["buffers", 0, "uri"],
-            "a%00b",
-            "the buffer 'a%00b' is not in the folder of the glTF file",
-        ),
+        (["buffers", 0, "uri"], "absent.bin",
+         "the buffer file 'absent.bin' of the glTF file cannot be read"),
+        (["buffers", 0, "uri"], "http://x.org/a",
+         "the buffer 'http://x.org/a' is not in the folder of the glTF file"),
+        (["buffers", 0, "uri"], "/etc/hosts",
+         "the buffer '/etc/hosts' is not in the folder of the glTF file"),
+        (["buffers", 0, "uri"], "a%00b",
+         "the buffer 'a%00b' is not in the folder of the glTF file"),
         (["buffers", 0, "uri"], "data:;base64,?", "'data:;base64,?' is not base64"),
         (["buffers", 0, "uri"], "data:x", "'data:x' is not base64"),
     ],
-)
+)  # fmt: skip
 def test_documents_that_are_wrong_are_refused(refuse, path, value, message):
     refuse("a.glb", glb(changed(path, value)), message)
 
@@ -373,18 +350,18 @@ def test_a_file_that_many_buffers_name_is_read_once(read, tmp_path, monkeypatch)
 
 
 @pytest.mark.parametrize("repeats", ["nodes", "primitives", "both"])
-def test_a_scene_that_repeats_its_meshes_without_end_is_refused(refuse, monkeypatch, repeats):
-    monkeypatch.setattr("superfacets.files.guards.ALWAYS_ALLOWED", 100_000)
-    monkeypatch.setattr("superfacets.files.guards.MAX_GROWTH", 2)
+def test_a_scene_that_repeats_its_meshes_without_end_is_refused(refuse, limit, repeats):
+    limit("bytes of a small scene", 100_000)
+    limit("growth of a scene", 2)
     document = gltf_document()
     if repeats != "primitives":
         document["nodes"] *= 100
         document["scenes"] = [{"nodes": list(range(100))}]
     if repeats != "nodes":
         document["meshes"][0]["primitives"] *= 5000 if repeats == "primitives" else 60
-        monkeypatch.setattr("superfacets.files.guards.MAX_GROWTH", 0)
+        limit("growth of a scene", 0)
     else:
-        monkeypatch.setattr("superfacets.files.guards.ALWAYS_ALLOWED", 1000)
+        limit("bytes of a small scene", 1000)
     refuse("a.glb", glb(document), "with all copies of meshes, the scene has")
 
 
@@ -430,8 +407,8 @@ def test_coordinates_that_are_not_finite_are_refused(refuse, value):
     )
 
 
-def test_more_faces_than_labels_can_count_are_refused_before_they_are_made(refuse, monkeypatch):
-    monkeypatch.setattr("superfacets.files.readers.gltf.MAX_CELLS", 9)
+def test_more_faces_than_labels_can_count_are_refused_before_they_are_made(refuse, limit):
+    limit("cells of a scene", 9)
     document = gltf_document([{"mesh": 0}, {"mesh": 0}])
     refuse("a.glb", glb(document), "the scene has 4 faces and 10 vertices; at most 9 are supported")
 
@@ -439,27 +416,23 @@ def test_more_faces_than_labels_can_count_are_refused_before_they_are_made(refus
 @pytest.mark.parametrize(
     ("data", "message"),
     [
-        (b"hello", "not a glTF file, or damaged"),
-        (b"\xff\xd8\xff\xe0\0\x10JFIF\0" * 20, "not a glTF file, or damaged"),
-        (b"[" * 200_000, "not a glTF file, or damaged"),
-        (b'{"asset": NaN}', "NaN is not a JSON number"),
+        (b"hello", "the glTF file is not valid JSON"),
+        (b"\xff\xd8\xff\xe0\0\x10JFIF\0" * 20, "the glTF file is not valid JSON"),
+        (b"[" * 200_000, "the glTF file is nested too deeply"),
+        (b'{"asset": NaN}', "the glTF file has the number NaN, which"),
         (b"[]", "not a glTF file: the JSON has no asset"),
         (b"glTF", "the GLB file is truncated: it has only 4 bytes"),
         (glb()[:-1], "bytes but has"),
         (glb() + b"\0", "bytes but has"),
         (b"glTF\1" + glb()[5:], "the GLB version must be 2, got 1"),
-        (
-            glb()[:12] + b"\xff\xff\xff\x7f" + glb()[16:],
-            "the first chunk must be a complete JSON chunk",
-        ),
+        (glb()[:12] + b"\xff\xff\xff\x7f" + glb()[16:],
+         "the first chunk must be a complete JSON chunk"),
         (glb()[:16] + b"NOSJ" + glb()[20:], "the first chunk must be a complete JSON chunk"),
         (glb().replace(b"BIN\0", b"BOX\0"), "buffers[0] declares 72 bytes but has 0"),
-        (
-            glb().replace(b"\x48\0\0\0BIN\0", b"\x49\0\0\0BIN\0"),
-            "second chunk extends past the end of the file",
-        ),
+        (glb().replace(b"\x48\0\0\0BIN\0", b"\x49\0\0\0BIN\0"),
+         "second chunk extends past the end of the file"),
     ],
-)
+)  # fmt: skip
 def test_containers_that_are_wrong_are_refused(refuse, data, message):
     refuse("a.glb", data, message)
 

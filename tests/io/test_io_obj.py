@@ -6,7 +6,6 @@ from mesh_files import FACES, VERTICES, obj
 from numpy.testing import assert_array_equal
 
 from superfacets import PolygonMesh
-from superfacets.files.readers import text
 from superfacets.files.readers.read import read_mesh
 
 SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
@@ -84,18 +83,18 @@ def test_degenerate_faces_are_kept(read):
 
 
 @pytest.mark.parametrize("block", [1, 7, 64])
-def test_the_size_of_blocks_does_not_matter(read, monkeypatch, block):
+def test_the_size_of_blocks_does_not_matter(read, limit, block):
     data = obj() + b"vt 0 0\nf -1/1 2/1 3/1\nv 7 7 7\nf 1/1/1 -1/1/1 2\n" + b" " * 100
     expected = read("a.obj", data)
-    monkeypatch.setattr(text, "BLOCK", block)
+    limit("block of text", block)
     mesh = read("a.obj", data)
     assert_array_equal(mesh.vertices, expected.vertices)
     assert mesh.faces.tolist() == [[0, 1, 2], [0, 2, 3], [4, 1, 2], [0, 5, 1]]
 
 
 @pytest.mark.parametrize("block", [1, 1 << 23])
-def test_polygons_keep_their_corners_and_their_order(read, monkeypatch, block):
-    monkeypatch.setattr(text, "BLOCK", block)
+def test_polygons_keep_their_corners_and_their_order(read, limit, block):
+    limit("block of text", block)
     data = SQUARE + "f 1 2 3\nf 1/1 2/1 3/1 4/1\nf 4 3 2 1\nf 1 2 3 4 1\n"
     mesh = read("a.obj", data.encode())
     assert isinstance(mesh, PolygonMesh)

@@ -5,7 +5,6 @@ import pytest
 from mesh_files import FACES, VERTICES, off, tri
 from numpy.testing import assert_array_equal
 
-from superfacets.files.readers import text
 from superfacets.files.readers.read import read_mesh
 
 V4 = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n"
@@ -32,8 +31,8 @@ def test_decimals_are_rounded_to_the_nearest_double(read, name, make):
 
 @pytest.mark.parametrize(("name", "data"), [("a.off", off()), ("a.tri", tri())])
 @pytest.mark.parametrize("block", [1, 30])
-def test_the_size_of_blocks_does_not_matter(read, monkeypatch, name, data, block):
-    monkeypatch.setattr(text, "BLOCK", block)
+def test_the_size_of_blocks_does_not_matter(read, limit, name, data, block):
+    limit("block of text", block)
     mesh = read(name, data)
     assert_array_equal(mesh.vertices, VERTICES)
     assert_array_equal(mesh.faces, FACES)
@@ -144,22 +143,16 @@ def test_off_files_without_faces_are_refused(refuse, data):
         ("4\n", "4 4\n", "expected a vertex count at line 1"),
         ("4\n", "5\n", "line 6: a vertex needs 3 numbers, got 1"),
         ("4\n", "3\n", "expected a triangle count at line 5"),
-        (
-            "4\n",
-            "9\n",
-            "the file declares 9 vertices but has only 7 more lines: it may be truncated",
-        ),
+        ("4\n", "9\n",
+         "the file declares 9 vertices but has only 7 more lines: it may be truncated"),
         (
             "4\n",
             f"{'9' * 5000}\n",
             "the file declares 999999999999999999999999999999 vertices but has only 7"
             " more lines: it may be truncated",
         ),
-        (
-            "\n2\n",
-            "\n3\n",
-            "the file declares 3 triangles but has only 2 more lines: it may be truncated",
-        ),
+        ("\n2\n", "\n3\n",
+         "the file declares 3 triangles but has only 2 more lines: it may be truncated"),
         ("\n2\n", "\n1\n", "line 8: there are more lines than declared triangles"),
         ("1 1 0\n", "1 1\n", "line 4: a vertex needs 3 numbers, got 2"),
         ("1 1 0\n", "1 one 0\n", "line 4: expected a number, got 'one'"),
@@ -171,7 +164,7 @@ def test_off_files_without_faces_are_refused(refuse, data):
         ("0 2 3\n", "0 2 4\n", "faces[1] refers to vertex 4 but the mesh has 4 vertices"),
         ("0 2 3\n", "0 2 -4\n", "faces[1] refers to vertex -4 but the mesh has 4 vertices"),
     ],
-)
+)  # fmt: skip
 def test_tri_files_that_are_wrong_are_refused(refuse, old, new, message):
     data = f"4\n{V4}2\n0 1 2\n0 2 3\n"
     assert old in data

@@ -277,11 +277,8 @@ def test_blanks_may_follow(read):
         ("ply\n", "plx\n", "not a PLY file"),
         ("end_header\n", "", "no line end_header"),
         ("format ascii 1.0", "format ebcdic 1.0", "in the PLY header, got 'format ebcdic 1.0'"),
-        (
-            "format ascii 1.0",
-            "",
-            "expected `format` and one of ascii, binary_little_endian, binary_big_endian in the",
-        ),
+        ("format ascii 1.0", "",
+         "expected `format` and one of ascii, binary_little_endian, binary_big_endian in the"),
         ("format ascii 1.0", "format ascii 2.0", "the PLY version must be 1.0, got '2.0'"),
         (
             "element face 2",
@@ -309,29 +306,23 @@ def test_blanks_may_follow(read):
             "expected a property with a type and a name in the PLY header, got"
             " 'property quadruple x'",
         ),
-        (
-            "property float x",
-            "property",
-            "expected a property with a type and a name in the PLY header, got 'property'",
-        ),
+        ("property float x", "property",
+         "expected a property with a type and a name in the PLY header, got 'property'"),
         (
             "list uchar int",
             "list float int",
             "expected an integer type for the length of a list in the PLY header, got"
             " 'property lis...ertex_indices'",
         ),
-        (
-            "list uchar int",
-            "list uchar float",
-            "the type of the PLY list vertex_indices must be an integer type",
-        ),
+        ("list uchar int", "list uchar float",
+         "the type of the PLY list vertex_indices must be an integer type"),
         ("list uchar int", "int", "have no list vertex_indices"),
         ("vertex_indices", "corners", "have no list vertex_indices"),
         ("float z", "float w", "element vertex has no property z"),
         ("float z", "list uchar float z", "element vertex has no property z"),
         ("element vertex", "element point", "has no element vertex"),
     ],
-)
+)  # fmt: skip
 def test_a_header_that_declares_something_else_is_refused(refuse, old, new, message):
     data = ply_text().decode()
     assert old in data

@@ -19,8 +19,7 @@ def test_an_empty_file_is_refused(refuse, ending):
 
 
 @pytest.mark.parametrize(
-    ("name", "got"),
-    [("a.dwg", ".dwg: convert the file first"), ("a", "none"), (".ply", "none")],
+    ("name", "got"), [("a.dwg", ".dwg: convert the file first"), ("a", "none"), (".ply", "none")]
 )
 def test_an_unknown_ending_is_refused(refuse, name, got):
     endings = ".glb, .gltf, .obj, .off, .ply, .stl, .tri, .vtp, .gii, .white, .pial"
@@ -79,9 +78,9 @@ def test_a_pipe_is_an_os_error_and_does_not_hang(tmp_path):
         read_mesh(tmp_path / "a.ply")
 
 
-def test_a_file_that_may_not_be_read_is_an_os_error(tmp_path, monkeypatch):
+def test_a_file_that_may_not_be_read_is_an_os_error(tmp_path, forbid):
     (tmp_path / "a.ply").write_bytes(ply_text())
-    monkeypatch.setattr(os, "access", lambda *_: False)  # root may read everything
+    forbid()  # root may read everything
     with pytest.raises(PermissionError, match=r"a\.ply: you have no permission to read"):
         read_mesh(tmp_path / "a.ply")
 

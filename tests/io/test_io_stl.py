@@ -5,8 +5,6 @@ import pytest
 from mesh_files import CORNERS, SOUP_FACES, stl_binary, stl_text
 from numpy.testing import assert_array_equal
 
-from superfacets.files.readers import text
-
 
 @pytest.mark.parametrize("data", [stl_binary(), stl_text()], ids=["binary", "ascii"])
 def test_every_face_has_three_vertices_of_its_own(read, data):
@@ -40,8 +38,8 @@ def test_several_solids_are_one_mesh_in_file_order(read):
 
 
 @pytest.mark.parametrize("block", [1, 50])
-def test_the_size_of_blocks_does_not_matter(read, monkeypatch, block):
-    monkeypatch.setattr(text, "BLOCK", block)
+def test_the_size_of_blocks_does_not_matter(read, limit, block):
+    limit("block of text", block)
     assert_array_equal(read("a.stl", stl_text()).vertices, CORNERS)
 
 
@@ -93,10 +91,6 @@ def test_ascii_files_of_another_structure_are_refused(refuse, old, new, message)
 
 
 def test_foreign_content_is_refused(refuse):
-    refuse(
-        "a.stl",
-        b"hello\n",
-        "not an STL file: it has only 6 bytes and no word solid",
-    )
+    refuse("a.stl", b"hello\n", "not an STL file: it has only 6 bytes and no word solid")
     refuse("a.stl", b"\xff\xd8\xff\xe0\0\x10JFIF\0" * 20, "not an STL file, or damaged")
     refuse("a.stl", b"solid\0" + b"x" * 200, "not an STL file, or damaged")

@@ -55,9 +55,9 @@ def assert_same_lines(found, expected):
         np.testing.assert_array_equal(getattr(found, field), getattr(expected, field))
 
 
-def test_blocks_are_the_same_lines(monkeypatch):
+def test_blocks_are_the_same_lines(limit):
     text = b"".join(b" " * (i % 7) + b"%d x\n" % i * (i % 3) + b"\n" for i in range(100_000))
-    monkeypatch.setattr("superfacets.files.readers.text.BLOCK", 10_000)
+    limit("block of text", 10_000)
     whole, blocks = split_lines(text), list(iterate_lines(text))
     assert len(blocks) > 100
     assert_same_lines(concatenate(blocks), whole)
@@ -66,10 +66,10 @@ def test_blocks_are_the_same_lines(monkeypatch):
 @pytest.mark.parametrize("block", [1, 2, 3, 5, 8, 1000])
 @pytest.mark.parametrize("end", [b"\n", b"\r\n", b"\r"])
 @pytest.mark.parametrize("is_whole", [True, False])
-def test_lines_are_cut_at_their_ends_only(monkeypatch, block, end, is_whole):
+def test_lines_are_cut_at_their_ends_only(limit, block, end, is_whole):
     text = b"1 2\n\n 3\n45 6 7 # 8\n" * 3 + b"9" + b"\n" * is_whole
     text = text.replace(b"\n", end)
-    monkeypatch.setattr("superfacets.files.readers.text.BLOCK", block)
+    limit("block of text", block)
     lines = concatenate(list(iterate_lines(text, comment=b"#")))
     assert_same_lines(lines, split_lines(text, comment=b"#"))
     assert lines.parse(np.int64).tolist() == [1, 2, 3, 45, 6, 7] * 3 + [9]

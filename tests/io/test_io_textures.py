@@ -520,7 +520,8 @@ def test_any_white_space_separates_the_words_of_obj_and_mtl(square):
     tabs = (
         MTL.replace("Kd ", "Kd\t").replace("newmtl ", "newmtl\t").replace("-clamp on", "-clamp\ton")
     )
-    square.with_name("square.mtl").write_text(tabs.replace("-s 1 1 1 ", "\t-s\t1\t1 1\t"))
+    tabs = tabs.replace("-s 1 1 1 ", "\t-s\f1 \\\n\t1 1\v")
+    square.with_name("square.mtl").write_bytes(tabs.replace("\n", "\r\n").encode("utf-8-sig"))
     found = read_attributes(square)
     assert [material.image.name for material in found.texture.materials] == [
         "images/wall of brick.png",
@@ -674,10 +675,8 @@ def test_images_that_overlap_do_not_multiply(tmp_path):
         (lambda d: d["images"][0].update(uri="data:;base64,?"), "is not base64"),
         (lambda d: d["samplers"][0].update(wrapS=-1), "wrapS must be an integer >= 0, got -1"),
         (lambda d: d["materials"].pop(), "there is no materials[0]"),
-        (
-            lambda d: d["materials"][0].update(pbrMetallicRoughness=3),
-            "materials[0].pbrMetallicRoughness must be a JSON object",
-        ),
+        (lambda d: d["materials"][0].update(pbrMetallicRoughness=3),
+         "materials[0].pbrMetallicRoughness must be a JSON object"),
         (
             lambda d: d["materials"][0]["pbrMetallicRoughness"].update(
                 baseColorTexture={"index": 0, "extensions": {"KHR_texture_transform": 1}}
@@ -691,7 +690,7 @@ def test_images_that_overlap_do_not_multiply(tmp_path):
             "the rotation of a texture must be a finite number",
         ),
     ],
-)
+)  # fmt: skip
 def test_a_damaged_gltf_texture_is_left_out_with_the_reason(tmp_path, change, message):
     document = gltf_document([{"uri": data_uri(png_bytes())}])
     change(document)

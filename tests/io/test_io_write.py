@@ -110,8 +110,8 @@ def test_coordinates_come_back_exactly_in_the_smaller_type_that_can_hold_them(
 
 
 @pytest.mark.parametrize("ascii", [False, True])
-def test_many_rows_come_back(tmp_path, ascii, monkeypatch):
-    monkeypatch.setattr("superfacets.files.writers.ply.ROWS_AT_ONCE", 1000)
+def test_many_rows_come_back(tmp_path, ascii, limit):
+    limit("rows written at once", 1000)
     random = np.random.default_rng(1)
     mesh = Mesh(random.normal(size=(2345, 3)), random.integers(0, 2345, (4321, 3)))
     labels = random.integers(0, 2**31, 4321)

@@ -29,7 +29,7 @@ TEXTURES = (
 )  # fmt: skip
 PLACES = (
     "superfacets/files", "superfacets/mesh/faces.py", "superfacets/mesh/polygon_mesh.py",
-    "superfacets/mesh/tet_mesh.py", "superfacets_formats",
+    "superfacets_formats",
     "superfacets_scans/label_images.py", "superfacets_scans/pinhole_camera.py",
     *(f"superfacets_textures/{name}.py" for name in TEXTURES),
     "superfacets_scans/lifting.py", "superfacets_scans/mask_votes.py", "superfacets_scans/masks.py",
@@ -37,34 +37,32 @@ PLACES = (
 
 GUARDS = {
     "superfacets_textures/gltf_materials.py": {
-        ("_image", "frombuffer"): "a view of an encoded image in memory",
+        ("_image", "frombuffer"): "a view of an encoded image in memory"
     },
     "superfacets_textures/ids_image.py": {
         ("_table_of_ids", "bincount"): "labels are below 2**24, checked in `write_ids`",
         ("write_ids", "bincount"): "labels are below 2**24, checked before",
         ("write_ids", "zeros"): "labels are below 2**24, checked before",
     },
-    "superfacets/files/writers/obj.py": {
-        ("_lines_of", "repeat"): "sizes of faces in memory",
-    },
+    "superfacets/files/writers/obj.py": {("_lines_of", "repeat"): "sizes of faces in memory"},
     "superfacets_formats/pcd_writer.py": {
-        ("write_pcd", "empty"): "at most ROWS_AT_ONCE rows of points in memory",
+        ("write_pcd", "empty"): "at most ROWS_AT_ONCE rows of points in memory"
     },
     "superfacets/files/writers/ply.py": {
         ("_fill_rows", "empty"): "rows of cells in memory",
         ("of", "arange"): "the size of faces in memory",
     },
     "superfacets_formats/vtk_writer.py": {
-        ("write_vtk", "full"): "one entry per tetrahedron in memory",
+        ("write_vtk", "full"): "one entry per tetrahedron in memory"
     },
     "superfacets/files/guards.py": {
-        ("numbers", "frombuffer"): "`skip` compares the size with the bytes that are left",
+        ("numbers", "frombuffer"): "`skip` compares the size with the bytes that are left"
     },
     "superfacets_textures/images.py": {
-        ("_open", "reader"): "`check_pixels` compares the pixels with the file",
+        ("_open", "reader"): "`check_pixels` compares the pixels with the file"
     },
     "superfacets_scans/masks.py": {
-        ("_picture", "reader"): "`check_pixels` compares the pixels with the file",
+        ("_picture", "reader"): "`check_pixels` compares the pixels with the file"
     },
     "superfacets_formats/compression.py": {
         ("decode_draco", "decode"): "counts of the data must equal those of accessors",
@@ -83,7 +81,7 @@ GUARDS = {
         ("read_e57", "E57"): "reads only the XML, which is in the file",
     },
     "superfacets/files/readers/gltf.py": {
-        ("read_corners", "arange"): "vertices of an accessor in memory",
+        ("read_corners", "arange"): "vertices of an accessor in memory"
     },
     "superfacets/files/readers/gltf_file.py": {
         ("read_accessor", "empty"): "only with 0 rows",
@@ -96,29 +94,24 @@ GUARDS = {
     "superfacets_formats/las.py": {
         ("_add_extra_columns", "ndarray"): "a view of the records in memory",
         ("_chunks", "read_chunk_table_only"): "the number of chunks is compared with the file",
-        (
-            "_decompressed",
-            "decompress_points_with_chunk_table",
-        ): "chunks and layers are checked",
+        ("_decompressed", "decompress_points_with_chunk_table"): "chunks and layers are checked",
         ("_decompressed", "empty"): "at most _MAX_COMPRESSED times the file",
         ("read_las", "frombuffer"): "the size is compared with the file",
     },
     "superfacets_formats/msh.py": {
-        ("_read_element_blocks", "full"): "`_sizes` has read as many rows",
+        ("_read_element_blocks", "full"): "`_sizes` has read as many rows"
     },
     "superfacets/files/readers/npy.py": {
-        ("npy_array", "frombuffer"): "the declared size must be the size that follows",
+        ("npy_array", "frombuffer"): "the declared size must be the size that follows"
     },
     "superfacets/files/readers/obj.py": {
-        ("read_blocks", "repeat"): "numbers of tokens in the text",
+        ("read_blocks", "repeat"): "numbers of tokens in the text"
     },
     "superfacets_textures/obj_texture.py": {
         ("_add_coordinates", "repeat"): "numbers of tokens in the text",
         ("_add_materials", "empty"): "lines of the text",
     },
-    "superfacets/files/readers/parts.py": {
-        ("_labels_by_part", "arange"): "names in the text",
-    },
+    "superfacets/files/readers/parts.py": {("_labels_by_part", "arange"): "names in the text"},
     "superfacets_formats/pcd.py": {
         ("_read_compressed", "frombuffer"): "8 bytes, and a view of the file",
         ("_read_compressed", "unpack_lzf"): "at most _MAX_COMPRESSED times the packed bytes",
@@ -138,7 +131,7 @@ GUARDS = {
         ("_pairs_of_faces", "repeat"): "sizes of faces in memory",
     },
     "superfacets/files/readers/stl.py": {
-        ("_read_binary", "frombuffer"): "the count must give the size of the file",
+        ("_read_binary", "frombuffer"): "the count must give the size of the file"
     },
     "superfacets/files/readers/text.py": {
         ("_as_text", "frombuffer"): "a view of the whole file",
@@ -147,7 +140,7 @@ GUARDS = {
         ("table", "arange"): "the width is a constant, or compared with the lines",
     },
     "superfacets_formats/vtk_legacy.py": {
-        ("_split_rows", "full"): "at most as many rows as numbers in memory",
+        ("_split_rows", "full"): "at most as many rows as numbers in memory"
     },
     "superfacets_formats/vtk_xml.py": {
         ("_content", "frombuffer"): "`_first_bytes` compares the size with the data",
@@ -162,14 +155,10 @@ GUARDS = {
         ("spread_indices", "arange"): "numbers of samples that the caller asks for",
     },
     "superfacets_scans/label_images.py": {
-        ("_as_array", "zeros"): "only for an image without masks; the size is the camera's",
+        ("_as_array", "zeros"): "at most the `MAX_PIXELS` of a camera"
     },
-    "superfacets/mesh/polygon_mesh.py": {
-        ("triangulate", "repeat"): "sizes of faces in memory",
-    },
-    "superfacets/mesh/tet_mesh.py": {
-        ("boundary", "repeat"): "tetrahedra in memory",
-    },
+    "superfacets/mesh/polygon_mesh.py": {("triangulate", "repeat"): "sizes of faces in memory"},
+    "superfacets_formats/tet_mesh.py": {("boundary", "repeat"): "tetrahedra in memory"},
     "superfacets_scans/lifting.py": {
         ("_by_image", "arange"): "images that were read",
         ("_objects_of_masks", "arange"): "regions, of which each has a cell",

@@ -51,16 +51,12 @@ def test_colors_may_have_alpha_and_16_bits():
         ((SQUARE, [[0, 0, np.inf]] * 4), r"normals\[0\] must be finite, got \[0.0, 0.0, inf\]"),
         ((SQUARE, None, [[0, 0, 1]]), r"colors must have shape \(4, 3\)"),
         ((SQUARE, None, np.full((4, 3), 7)), "colors must be floats or unsigned integers"),
-        (
-            (SQUARE, None, np.full((4, 3), 1.5)),
-            r"colors\[0\] must be from 0 to 1, got \[1.5, 1.5, 1.5\]",
-        ),
-        (
-            (SQUARE, None, np.full((4, 3), np.nan)),
-            r"colors\[0\] must be from 0 to 1, got \[nan, nan, nan\]",
-        ),
+        ((SQUARE, None, np.full((4, 3), 1.5)),
+         r"colors\[0\] must be from 0 to 1, got \[1.5, 1.5, 1.5\]"),
+        ((SQUARE, None, np.full((4, 3), np.nan)),
+         r"colors\[0\] must be from 0 to 1, got \[nan, nan, nan\]"),
     ],
-)
+)  # fmt: skip
 def test_what_is_wrong_is_refused(arguments, message):
     with pytest.raises(MeshError, match=message):
         PointCloud(*arguments)

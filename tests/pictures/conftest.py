@@ -18,7 +18,7 @@ def gl():
 
 
 @pytest.fixture
-def no_display(monkeypatch):
+def no_display(monkeypatch, request):
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("VTK_DEFAULT_OPENGL_WINDOW", raising=False)
-    monkeypatch.setattr(sys, "platform", "linux")
+    monkeypatch.setattr(sys, "platform", getattr(request, "param", "linux"))

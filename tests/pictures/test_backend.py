@@ -1,7 +1,6 @@
 """Detection of OpenGL, and the message about what to install if it is missing."""
 
 import ctypes
-import sys
 from unittest.mock import MagicMock
 
 import pytest
@@ -9,15 +8,19 @@ import pytest
 from superfacets_show.backend import RenderError, ensure_gl
 
 
-def library_loader(libraries):
-    """Return a stand-in for `ctypes.CDLL` that finds only these libraries."""
+@pytest.fixture
+def installed(monkeypatch, no_display):
+    """Return a function that hides all libraries except the given ones, on Linux."""
 
-    def load(name):
-        if name not in libraries:
-            raise OSError(f"{name}: cannot open shared object file")
-        return libraries[name]
+    def install(libraries):
+        def load(name):
+            if name not in libraries:
+                raise OSError(f"{name}: cannot open shared object file")
+            return libraries[name]
 
-    return load
+        monkeypatch.setattr(ctypes, "CDLL", load)
+
+    return install
 
 
 def egl_library(n_devices, n_startable):
@@ -56,8 +59,8 @@ def glx_library(found):
     return library
 
 
-def test_without_any_library_the_error_says_what_to_install(monkeypatch, no_display):
-    monkeypatch.setattr(ctypes, "CDLL", library_loader({}))
+def test_without_any_library_the_error_says_what_to_install(installed):
+    installed({})
     with pytest.raises(RenderError, match=r"apt install libegl1 libgl1-mesa-dri .*libosmesa6"):
         ensure_gl()
     with pytest.raises(RenderError) as caught:
@@ -66,61 +69,58 @@ def test_without_any_library_the_error_says_what_to_install(monkeypatch, no_disp
 
 
 @pytest.mark.parametrize("devices", [(0, 0), (1, 0), (3, 0)])
-def test_an_egl_without_a_device_that_starts_does_not_count(monkeypatch, no_display, devices):
-    monkeypatch.setattr(ctypes, "CDLL", library_loader({"libEGL.so.1": egl_library(*devices)}))
+def test_an_egl_without_a_device_that_starts_does_not_count(installed, devices):
+    installed({"libEGL.so.1": egl_library(*devices)})
     with pytest.raises(RenderError, match="no OpenGL was found"):
         ensure_gl()
 
 
 @pytest.mark.parametrize("devices", [(1, 1), (3, 1)])
-def test_an_egl_with_a_device_that_starts_is_used(monkeypatch, no_display, devices):
-    monkeypatch.setattr(ctypes, "CDLL", library_loader({"libEGL.so.1": egl_library(*devices)}))
+def test_an_egl_with_a_device_that_starts_is_used(installed, devices):
+    installed({"libEGL.so.1": egl_library(*devices)})
     assert ensure_gl() == "vtkEGLRenderWindow"
 
 
-def test_an_egl_that_cannot_list_devices_does_not_count(monkeypatch, no_display):
+def test_an_egl_that_cannot_list_devices_does_not_count(installed):
     library = MagicMock()
     library.eglGetProcAddress = lambda name: None
-    monkeypatch.setattr(ctypes, "CDLL", library_loader({"libEGL.so.1": library}))
+    installed({"libEGL.so.1": library})
     with pytest.raises(RenderError, match="no OpenGL was found"):
         ensure_gl()
 
 
 @pytest.mark.parametrize("version", [6, 8])
-def test_osmesa_is_used_where_there_is_nothing_else(monkeypatch, no_display, version):
+def test_osmesa_is_used_where_there_is_nothing_else(installed, version):
     libraries = {f"libOSMesa.so.{version}": MagicMock()}
-    monkeypatch.setattr(ctypes, "CDLL", library_loader(libraries))
+    installed(libraries)
     assert ensure_gl() == "vtkOSOpenGLRenderWindow"
 
 
-def test_with_a_working_display_the_choice_is_left_to_vtk(monkeypatch, no_display):
+def test_with_a_working_display_the_choice_is_left_to_vtk(installed, monkeypatch):
     monkeypatch.setenv("DISPLAY", ":7")
     libraries = {"libX11.so.6": x_library(123), "libGL.so.1": glx_library(1)}
-    monkeypatch.setattr(ctypes, "CDLL", library_loader(libraries))
+    installed(libraries)
     assert ensure_gl() is None
     libraries["libX11.so.6"].XCloseDisplay.assert_called_once_with(123)
 
 
 @pytest.mark.parametrize(("display", "glx"), [(None, 1), (123, 0)])
-def test_a_display_without_an_answer_or_opengl_does_not_count(
-    monkeypatch, no_display, display, glx
-):
+def test_a_display_without_an_answer_or_opengl_does_not_count(installed, monkeypatch, display, glx):
     monkeypatch.setenv("DISPLAY", ":7")
     libraries = {"libX11.so.6": x_library(display), "libGL.so.1": glx_library(glx)}
-    monkeypatch.setattr(ctypes, "CDLL", library_loader(libraries))
+    installed(libraries)
     with pytest.raises(RenderError, match="no OpenGL was found"):
         ensure_gl()
 
 
-def test_a_window_that_the_user_has_set_is_not_replaced(monkeypatch, no_display):
+def test_a_window_that_the_user_has_set_is_not_replaced(installed, monkeypatch):
     monkeypatch.setenv("VTK_DEFAULT_OPENGL_WINDOW", "vtkOSOpenGLRenderWindow")
-    monkeypatch.setattr(ctypes, "CDLL", library_loader({"libEGL.so.1": egl_library(1, 1)}))
+    installed({"libEGL.so.1": egl_library(1, 1)})
     with pytest.raises(RenderError, match="VTK_DEFAULT_OPENGL_WINDOW=vtkOSOpenGLRenderWindow"):
         ensure_gl()
 
 
-@pytest.mark.parametrize("platform", ["darwin", "win32"])
-def test_other_systems_always_have_opengl(monkeypatch, no_display, platform):
-    monkeypatch.setattr(sys, "platform", platform)
-    monkeypatch.setattr(ctypes, "CDLL", library_loader({}))
+@pytest.mark.parametrize("no_display", ["darwin", "win32"], indirect=True)
+def test_other_systems_always_have_opengl(no_display, installed):
+    installed({})
     assert ensure_gl() is None

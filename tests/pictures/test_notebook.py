@@ -11,7 +11,6 @@ import pytest
 import shapes
 
 import superfacets as sf
-from superfacets_show import notebook
 
 SHEET = shapes.bumpy_sheet(12)
 
@@ -42,8 +41,8 @@ def test_the_picture_is_a_png_of_the_regions(gl, result):
     assert result._repr_png_() is png  # drawn once
 
 
-def test_counts_and_bars_add_up(result, monkeypatch):
-    monkeypatch.setattr(notebook, "MAX_DRAWN", 0)
+def test_counts_and_bars_add_up(result, limit):
+    limit("faces drawn", 0)
     tree = parsed(result._repr_html_())
     assert tree.find("img") is None
     rows, sizes = rows_of(tree), np.bincount(result.labels)
@@ -58,24 +57,24 @@ def test_counts_and_bars_add_up(result, monkeypatch):
         assert np.count_nonzero((sizes >= low) & (sizes <= high)) == count
 
 
-def test_regions_of_one_size_make_one_bar(monkeypatch):
-    monkeypatch.setattr(notebook, "MAX_DRAWN", 0)
+def test_regions_of_one_size_make_one_bar(limit):
+    limit("faces drawn", 0)
     two = sf.segment(shapes.strip(2), 2)
     tree = parsed(two._repr_html_())
     assert [title.text for title in tree.iter("title")] == ["2 of 1 to 1 faces"]
     assert rows_of(tree)["faces"] == "2"
 
 
-def test_cells_that_were_left_out_are_counted_apart(result, monkeypatch):
-    monkeypatch.setattr(notebook, "MAX_DRAWN", 0)
+def test_cells_that_were_left_out_are_counted_apart(result, limit):
+    limit("faces drawn", 0)
     masked = replace(result, labels=np.where(np.arange(288) < 10, -1, result.labels))
     rows = rows_of(parsed(masked._repr_html_()))
     assert (rows["faces"], rows["in no region"]) == ("288", "10 faces")
 
 
-def test_cells_are_called_what_they_are(monkeypatch):
-    monkeypatch.setattr(notebook, "MAX_DRAWN", 0)
-    monkeypatch.setattr(notebook, "MAX_DRAWN_POINTS", 0)
+def test_cells_are_called_what_they_are(limit):
+    limit("faces drawn", 0)
+    limit("points drawn", 0)
     cloud = sf.PointCloud(SHEET.vertices)
     assert rows_of(parsed(sf.segment(cloud, 3)._repr_html_()))["points"] == "169"
     graph = sf.build_face_graph(SHEET).with_weights(np.ones(sf.build_face_graph(SHEET).n_arcs))
@@ -89,20 +88,17 @@ def test_a_result_without_its_cells_has_no_picture(result):
 @pytest.mark.parametrize(
     "error", [sf.MissingExtraError("rendering", "viz"), sf.RenderError("no OpenGL was found")]
 )
-def test_without_the_extra_or_opengl_there_is_no_picture(result, monkeypatch, error):
-    def fail(*args, **kwargs):
-        raise error
-
-    monkeypatch.setattr(notebook, "render", fail)
+def test_without_the_extra_or_opengl_there_is_no_picture(result, broken, error):
+    broken("superfacets_show.notebook.render", error)
     assert result._repr_png_() is None
     assert "<img" not in result._repr_html_()
     assert "<svg" in result._repr_html_()
 
 
-def test_what_is_large_is_not_drawn(result, monkeypatch):
-    monkeypatch.setattr(notebook, "render", None)  # must not be called
-    monkeypatch.setattr(notebook, "MAX_DRAWN", SHEET.n_faces - 1)
+def test_what_is_large_is_not_drawn(result, broken, limit):
+    broken("superfacets_show.notebook.render")
+    limit("faces drawn", SHEET.n_faces - 1)
     assert result._repr_png_() is None
     cloud = sf.segment(sf.PointCloud(SHEET.vertices), 3)
-    monkeypatch.setattr(notebook, "MAX_DRAWN_POINTS", SHEET.n_vertices - 1)
+    limit("points drawn", SHEET.n_vertices - 1)
     assert cloud._repr_png_() is None

@@ -97,17 +97,14 @@ def test_the_command_shows_textures_and_notes_missing_ones(run_view, tmp_path):
 
 
 @pytest.fixture
-def run_view(monkeypatch, capsys):
+def run_view(run_main):
     """Run ``superfacets view``, and return its output."""
     from superfacets_cli.main import main
 
     def run(mesh, page):
-        words = ["superfacets", "view", str(mesh), "--html", str(page)]
-        monkeypatch.setattr("sys.argv", words)
-        with pytest.raises(SystemExit) as stop:
-            main()
-        assert stop.value.code == 0
-        return capsys.readouterr().err
+        status, _, err = run_main(main, "superfacets", "view", mesh, "--html", page)
+        assert status == 0
+        return err
 
     return run
 

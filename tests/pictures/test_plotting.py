@@ -235,9 +235,9 @@ def test_a_turn_goes_around_and_shows_itself(gl, tmp_path):
     assert plotted._repr_png_() is None
 
 
-def test_the_ending_asks_for_a_turn(gl, tmp_path, monkeypatch):
-    monkeypatch.setattr("superfacets_show.plotting._N_FRAMES", 3)
-    monkeypatch.setattr("superfacets_show.plotting._MOVING_SIZE", (32, 24))
+def test_the_ending_asks_for_a_turn(gl, tmp_path, limit):
+    limit("frames of a turn", 3)
+    limit("size of a turn", (32, 24))
     plotted = plot(SHEET, LABELS, output=tmp_path / "turn.gif")
     assert [frame.shape for frame in plotted.frames] == [(24, 32, 3)] * 3
 
@@ -286,43 +286,22 @@ def test_without_the_encoder_a_video_is_refused_before_anything_is_drawn(tmp_pat
     ("arguments", "error", "message"),
     [
         ({"output": "a.jpg"}, ValueError, "output must end in .png or .gif or .mp4, got 'a.jpg'"),
-        (
-            {"output": "a.gif", "n_frames": 1},
-            ValueError,
-            r"'a\.gif' needs several pictures: n_frames must be > 1, got 1",
-        ),
-        (
-            {"output": "a.png", "n_frames": 2},
-            ValueError,
-            r"'a\.png' can store only one picture: write a \.gif or \.mp4 file",
-        ),
+        ({"output": "a.gif", "n_frames": 1}, ValueError,
+         r"'a\.gif' needs several pictures: n_frames must be > 1, got 1"),
+        ({"output": "a.png", "n_frames": 2}, ValueError,
+         r"'a\.png' can store only one picture: write a \.gif or \.mp4 file"),
         ({"n_frames": 0}, ValueError, "n_frames must be at least 1"),
-        (
-            {"titles": ["a", "b"]},
-            ValueError,
-            r"titles must be a list of one title per labeling \(1\), got \['a', 'b'\]",
-        ),
-        (
-            {"titles": "a"},
-            ValueError,
-            r"titles must be a list of one title per labeling \(1\), got 'a'",
-        ),
+        ({"titles": ["a", "b"]}, ValueError,
+         r"titles must be a list of one title per labeling \(1\), got \['a', 'b'\]"),
+        ({"titles": "a"}, ValueError,
+         r"titles must be a list of one title per labeling \(1\), got 'a'"),
         ({"color_by": [1, 2], "colors": [[0] * 3] * 2}, ValueError, "give colors or color_by"),
-        (
-            {"color_by": "area"},
-            ValueError,
-            "color_by='area' is the name of a region property: pass labels too",
-        ),
-        (
-            {"color_by": "curvature", "labels": [0, 1]},
-            ValueError,
-            "color_by must be one of region, cell_count, area",
-        ),
-        (
-            {"color_by": "curvature"},
-            ValueError,
-            "color_by must be one of region, cell_count, area, .*, high_z, got 'curvature'",
-        ),
+        ({"color_by": "area"}, ValueError,
+         "color_by='area' is the name of a region property: pass labels too"),
+        ({"color_by": "curvature", "labels": [0, 1]}, ValueError,
+         "color_by must be one of region, cell_count, area"),
+        ({"color_by": "curvature"}, ValueError,
+         "color_by must be one of region, cell_count, area, .*, high_z, got 'curvature'"),
         (
             {"color_by": [1, 2, 3]},
             ValueError,
@@ -330,13 +309,10 @@ def test_without_the_encoder_a_video_is_refused_before_anything_is_drawn(tmp_pat
             r" got shape \(3,\)",
         ),
         ({"view": "above"}, ValueError, "view must be one of front"),
-        (
-            {"compare": [[0, 1, 2]]},
-            ValueError,
-            r"labels must have one value per cell \(2\), got 3 values",
-        ),
+        ({"compare": [[0, 1, 2]]}, ValueError,
+         r"labels must have one value per cell \(2\), got 3 values"),
     ],
-)
+)  # fmt: skip
 def test_wrong_arguments_are_named(gl, tmp_path, monkeypatch, arguments, error, message):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(error, match=message):
@@ -363,13 +339,10 @@ def test_what_is_no_value_per_cell_or_region_is_refused(values, error, message):
         checked_values(values, "given", TWO, 5)
 
 
-def test_a_failed_write_leaves_an_existing_file_as_it_was(gl, tmp_path, monkeypatch):
+def test_a_failed_write_leaves_an_existing_file_as_it_was(gl, tmp_path, broken):
     path = tmp_path / "turn.gif"
     path.write_bytes(b"old")
-    monkeypatch.setattr(
-        "superfacets_show.plotting.gif_of",
-        lambda _: (_ for _ in ()).throw(OSError(28, "No space left on device")),
-    )
+    broken("superfacets_show.plotting.gif_of", OSError(28, "No space left on device"))
     with pytest.raises(OSError, match="No space"):
         Plot([np.zeros((2, 2, 3), np.uint8)] * 2, "y").save(path)
     assert path.read_bytes() == b"old"

@@ -1,25 +1,13 @@
 """Pictures: framing, shading, borders, complete files, and the error without OpenGL."""
 
-import ctypes
 import os
 import subprocess
 import sys
-from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
 from models import read_off
-from shapes import (
-    bumpy_sheet,
-    cube,
-    fins,
-    inside_out_cube,
-    moebius,
-    slivers,
-    soup,
-    strip,
-    table,
-)
+from shapes import bumpy_sheet, cube, fins, inside_out_cube, moebius, slivers, soup, strip, table
 from tools.sample_bear import parts_of
 
 from superfacets import (
@@ -32,7 +20,7 @@ from superfacets import (
     render,
     sample_mesh,
 )
-from superfacets_show import drawing, rendering
+from superfacets_show import drawing
 from superfacets_show.backend import RenderError
 from superfacets_show.colors import face_colors
 from superfacets_show.rendering import View
@@ -499,10 +487,10 @@ def test_an_existing_file_is_replaced(gl, tmp_path):
 
 
 @pytest.mark.parametrize("failing", ["draw", "build_scene", "place_camera"])
-def test_a_failed_picture_leaves_an_existing_file_as_it_was(gl, tmp_path, monkeypatch, failing):
+def test_a_failed_picture_leaves_an_existing_file_as_it_was(gl, tmp_path, broken, failing):
     path = tmp_path / "picture.png"
     path.write_bytes(b"old")
-    monkeypatch.setattr(rendering, failing, MagicMock(side_effect=RenderError("no")))
+    broken(f"superfacets_show.rendering.{failing}", RenderError("no"))
     with pytest.raises(RenderError, match="no"):
         render(square(), output=path)
     assert path.read_bytes() == b"old"
@@ -527,16 +515,10 @@ def test_a_failed_write_leaves_an_existing_file_as_it_was(gl, tmp_path, monkeypa
 @pytest.mark.parametrize(
     ("arguments", "error", "message"),
     [
-        (
-            {"labels": [0, 1, 2]},
-            ValueError,
-            r"labels must have one value per cell \(2\), got 3 values",
-        ),
-        (
-            {"labels": [[0, 1], None]},
-            ValueError,
-            r"^labels must be one-dimensional, got items of different shapes$",
-        ),
+        ({"labels": [0, 1, 2]}, ValueError,
+         r"labels must have one value per cell \(2\), got 3 values"),
+        ({"labels": [[0, 1], None]}, ValueError,
+         r"^labels must be one-dimensional, got items of different shapes$"),
         ({"labels": [0.5, 1.0]}, TypeError, "labels must contain integers, got float64"),
         ({"colors": [[1, 2, 3]]}, ValueError, r"colors must have shape \(2, 3\), got \(1, 3\)"),
         ({"colors": np.zeros((2, 3))}, TypeError, "colors must be uint8"),
@@ -552,7 +534,7 @@ def test_a_failed_write_leaves_an_existing_file_as_it_was(gl, tmp_path, monkeypa
         ({"background": "no color"}, ValueError, "background must be .*'no color'"),
         ({"background": None, "labels": [0]}, ValueError, "labels|background"),
     ],
-)
+)  # fmt: skip
 def test_wrong_arguments_are_named_and_leave_no_file(gl, tmp_path, arguments, error, message):
     arguments = {"output": tmp_path / "picture.png", **arguments}
     with pytest.raises(error, match=message):
@@ -640,8 +622,8 @@ def test_a_driver_that_makes_too_few_pixels_is_an_error_and_no_file(gl, monkeypa
     assert not names_in(tmp_path)
 
 
-def test_a_picture_without_opengl_is_an_error_and_no_file(gl, monkeypatch, no_display, tmp_path):
-    monkeypatch.setattr(ctypes, "CDLL", MagicMock(side_effect=OSError("no such library")))
+def test_a_picture_without_opengl_is_an_error_and_no_file(gl, broken, no_display, tmp_path):
+    broken("ctypes.CDLL", OSError("no such library"))
     with pytest.raises(RenderError, match="apt install"):
         render(square(), output=tmp_path / "picture.png")
     assert not names_in(tmp_path)

@@ -6,7 +6,7 @@ from models import read_off
 from shapes import bumpy_sheet, cube, soup, table
 
 from superfacets import Mesh, TetMesh, View, sample_mesh
-from superfacets_show import rendering, scene
+from superfacets_show import rendering
 from superfacets_show.scene import guess_up, surface_of
 
 # Number of a benchmark model, and the axis that points up in it.
@@ -75,11 +75,11 @@ def test_place_scale_and_order_do_not_matter(scale):
     assert guess(soup(mesh)) == "z"
 
 
-def test_a_sample_of_a_large_mesh_gives_the_same(monkeypatch):
+def test_a_sample_of_a_large_mesh_gives_the_same(limit):
     meshes = [hill(), turned(hill(), 2), sample_mesh(3_000)]
     whole = [guess(mesh) for mesh in meshes]
     assert min(mesh.n_faces for mesh in meshes) > 1_000
-    monkeypatch.setattr(scene, "_MAX_SAMPLES", 100)
+    limit("faces that show what is up", 100)
     assert [guess(mesh) for mesh in meshes] == whole == ["z", "y", "y"]
 
 

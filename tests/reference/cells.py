@@ -10,10 +10,10 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from superfacets import TetMesh
 from superfacets.base.types import Floats, Ints, Longs
 from superfacets.mesh.faces import FaceMesh, corners_of
 from superfacets.mesh.polygon_mesh import PolygonMesh
-from superfacets.mesh.tet_mesh import TetMesh
 from superfacets.mesh.triangle_mesh import Mesh
 
 from .arithmetic import norm

@@ -156,11 +156,8 @@ def test_a_graph_without_lengths_of_borders_is_refused(use):
     [
         ({"border_lengths": [1.0]}, ValueError, "border_lengths must have one value per arc"),
         ({"border_lengths": None}, TypeError, "border_lengths must contain numbers, got object"),
-        (
-            {"step_lengths": [1.0, -1.0]},
-            ValueError,
-            r"step_lengths\[1\] must be finite and not negative, got -1.0",
-        ),
+        ({"step_lengths": [1.0, -1.0]}, ValueError,
+         r"step_lengths\[1\] must be finite and not negative, got -1.0"),
         ({"open_lengths": [1.0]}, ValueError, "open_lengths must have one value per cell"),
         ({"angles": [0.0]}, ValueError, "angles must have one value per arc"),
         ({"angles": [0.0, 4.0]}, ValueError, r"angles\[1\] must be from -pi to pi, got 4.0"),
@@ -169,7 +166,7 @@ def test_a_graph_without_lengths_of_borders_is_refused(use):
         ({"sides": [0, -1]}, ValueError, r"sides\[1\] must be not negative, got -1"),
         ({"sides": [0.0, 1.0]}, TypeError, "sides must contain integers, got float64"),
     ],
-)
+)  # fmt: skip
 def test_wrong_measures_of_arcs_are_refused(given, error, message):
     measures = ArcMeasures(**{"border_lengths": [1.0, 1.0], **given})
     with pytest.raises(error, match=message):

@@ -159,10 +159,10 @@ def test_agreement_decides_between_wholes_and_parts():
     assert len(np.unique(strict.region_labels)) > 1
 
 
-def test_too_many_regions_for_objects_are_refused(monkeypatch):
+def test_too_many_regions_for_objects_are_refused(limit):
     mesh, sides, cameras = box_views()
     masks = masks_of(mesh, 0 * sides, cameras)
-    monkeypatch.setattr("superfacets_scans.lifting.MAX_PAIRS", 50)
+    limit("pairs of regions in masks", 50)
     with pytest.raises(
         sf.MeshError,
         match="masks contain up to 3 regions, which is too many to find objects: make"
@@ -225,44 +225,23 @@ def test_polygons_and_tetrahedra_are_seen_from_outside():
 @pytest.mark.parametrize(
     ("change", "error", "words"),
     [
-        (
-            {"masks": [np.ones((4, 5), int)]},
-            sf.MeshError,
-            "masks must have the size of the camera, 4 x 4 pixels, got 5 x 4 pixels",
-        ),
-        (
-            {"masks": [np.ones((2, 5, 4), bool)]},
-            sf.MeshError,
-            "masks must have the size of the camera, 4 x 4 pixels, got 4 x 5 pixels",
-        ),
+        ({"masks": [np.ones((4, 5), int)]}, sf.MeshError,
+         "masks must have the size of the camera, 4 x 4 pixels, got 5 x 4 pixels"),
+        ({"masks": [np.ones((2, 5, 4), bool)]}, sf.MeshError,
+         "masks must have the size of the camera, 4 x 4 pixels, got 4 x 5 pixels"),
         ({"masks": [np.ones((4, 4, 3), np.uint8)]}, sf.MeshError, "uint8 of shape"),
         ({"masks": [np.ones((4, 4))]}, sf.MeshError, "integers or bools, got float64"),
-        (
-            {"masks": [np.full((4, 4), 2**31)]},
-            sf.MeshError,
-            r"image 0 \(a\.png\): ids in masks must be less than 2\*\*31, got 2147483648",
-        ),
-        (
-            {"masks": [[UPPER == 1, UPPER[:2] == 1]]},
-            sf.MeshError,
-            r"image 0 \(a\.png\): all masks of an image must have the same shape",
-        ),
-        (
-            {"masks": [np.zeros((4, 4), int)]},
-            sf.MeshError,
-            "all images are without masks: mask ids start at 1, and 0 is background",
-        ),
-        (
-            {"masks": [[]]},
-            sf.MeshError,
-            "all images are without masks: mask ids start at 1, and 0 is background",
-        ),
+        ({"masks": [np.full((4, 4), 2**31)]}, sf.MeshError,
+         r"image 0 \(a\.png\): ids in masks must be less than 2\*\*31, got 2147483648"),
+        ({"masks": [[UPPER == 1, UPPER[:2] == 1]]}, sf.MeshError,
+         r"image 0 \(a\.png\): all masks of an image must have the same shape"),
+        ({"masks": [np.zeros((4, 4), int)]}, sf.MeshError,
+         "all images are without masks: mask ids start at 1, and 0 is background"),
+        ({"masks": [[]]}, sf.MeshError,
+         "all images are without masks: mask ids start at 1, and 0 is background"),
         ({"masks": []}, ValueError, r"masks must have one item per camera \(1\), got 0 items"),
-        (
-            {"masks": [UPPER, UPPER]},
-            ValueError,
-            r"masks must have one item per camera \(1\), got more items",
-        ),
+        ({"masks": [UPPER, UPPER]}, ValueError,
+         r"masks must have one item per camera \(1\), got more items"),
         ({"cameras": []}, ValueError, "cameras must contain at least one camera, but it is empty"),
         ({"cameras": [np.eye(4)]}, TypeError, r"cameras\[0\] must be a PinholeCamera, got ndarray"),
         (
@@ -278,7 +257,7 @@ def test_polygons_and_tetrahedra_are_seen_from_outside():
         ({"overlap": "first"}, ValueError, "overlap must be one of smallest, largest"),
         ({"consistent_ids": 1}, TypeError, "consistent_ids must be True or False"),
     ],
-)
+)  # fmt: skip
 def test_what_is_wrong_is_said_in_a_line(change, error, words):
     given = {"mesh": SQUARE, "regions": [0, 1], "masks": [UPPER], "cameras": [above("a.png")]}
     with pytest.raises(error, match=words) as caught:
@@ -319,29 +298,21 @@ def test_cameras_that_see_nothing_are_named():
         ({"pose": np.eye(3)}, ValueError, r"shape \(4, 4\) or \(3, 4\), got \(3, 3\)"),
         ({"pose": "here"}, TypeError, "pose must be an array of numbers"),
         ({"pose": [[1, 2], [3]]}, TypeError, "pose must be an array of numbers"),
-        (
-            {"pose": np.full((4, 4), -np.inf)},
-            ValueError,
-            "pose must be finite: leave out images whose pose is unknown",
-        ),
+        ({"pose": np.full((4, 4), -np.inf)}, ValueError,
+         "pose must be finite: leave out images whose pose is unknown"),
         ({"pose": np.ones((4, 4))}, ValueError, "last row of pose"),
         ({"pose": np.diag([2.0, 2, 2, 1])}, ValueError, "without scale or shear"),
-        (
-            {"pose": np.diag([-1.0, 1, 1, 1])},
-            ValueError,
-            "pose must be a rotation, got a reflection: reverse one of its axes",
-        ),
+        ({"pose": np.diag([-1.0, 1, 1, 1])}, ValueError,
+         "pose must be a rotation, got a reflection: reverse one of its axes"),
         ({"intrinsics": (1, 2, 3)}, ValueError, "fx, fy, cx, cy"),
         ({"intrinsics": (0, 2, 3, 4)}, ValueError, "positive focal lengths"),
-        (
-            {"intrinsics": [[5, 1, 2], [0, 5, 2], [0, 0, 1]]},
-            ValueError,
-            "the skew of intrinsics must be 0, got 1",
-        ),
+        ({"intrinsics": [[5, 1, 2], [0, 5, 2], [0, 0, 1]]}, ValueError,
+         "the skew of intrinsics must be 0, got 1"),
         ({"size": 640}, TypeError, "width and height"),
         ({"size": (640, 0)}, ValueError, "size must be at least 1"),
+        ({"size": (65536, 65536)}, ValueError, "at most 536870912 pixels, got 65536 x 65536"),
     ],
-)
+)  # fmt: skip
 def test_wrong_cameras_are_refused(values, error, words):
     given = {"pose": np.eye(4), "intrinsics": (5, 5, 2, 2), "size": (4, 4)}
     with pytest.raises(error, match=words):
@@ -405,7 +376,7 @@ def test_memory_grows_with_the_pixels_and_not_with_masks_times_regions():
 
 
 def test_a_camera_much_larger_than_its_masks_is_refused_before_pixels_are_computed():
-    cameras = [above(), sf.PinholeCamera(above().pose, (10, 10, 2, 2), (65536, 65536))]
+    cameras = [above(), sf.PinholeCamera(above().pose, (10, 10, 2, 2), (65536, 8192))]
     with pytest.raises(
         sf.MeshError, match="image 1: masks must have the size of the camera, 65536"
     ):

@@ -162,14 +162,14 @@ def test_there_may_be_no_region_at_all():
     )
 
 
-def test_large_regions_and_many_small_ones_are_pooled_in_blocks(monkeypatch):
+def test_large_regions_and_many_small_ones_are_pooled_in_blocks(limit):
     rng = np.random.default_rng(0)
     labels = random_regions(rng, 500, 90)
     labels[::2] = 11  # longer than a block
     labels[rng.permutation(500)[:90]] = range(90)
     values = rng.random((500, 2))
     expected = {how: sf.pool(values, labels, how=how) for how in ("mean", "sum", "max")}
-    monkeypatch.setattr("superfacets.regions.pooling._ROWS_AT_ONCE", 16)
+    limit("rows pooled at once", 16)
     for how, pooled in expected.items():
         assert_array_equal(sf.pool(values, labels, how=how), pooled)
 

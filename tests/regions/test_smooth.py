@@ -437,11 +437,8 @@ def test_borders_of_real_meshes_get_shorter_and_regions_stay_in_one_piece(benchm
     ("parameters", "error", "message"),
     [
         ({"labels": [0, 0, 2, 2]}, ValueError, "no cell has label 1"),
-        (
-            {"labels": [0, 0, 1]},
-            ValueError,
-            r"labels must have one value per cell \(4\), got 3 values",
-        ),
+        ({"labels": [0, 0, 1]}, ValueError,
+         r"labels must have one value per cell \(4\), got 3 values"),
         ({"labels": [0.0] * 4}, TypeError, "labels must contain integers, got float64"),
         ({"centers": [0, 9]}, ValueError, r"centers\[1\] must be 0 to 3, got 9"),
         ({"max_distance": -1}, ValueError, "max_distance must be finite and not negative"),
@@ -454,7 +451,7 @@ def test_borders_of_real_meshes_get_shorter_and_regions_stay_in_one_piece(benchm
             r" mesh of trimesh, PyVista \(PolyData\), Open3D or meshio, got int",
         ),
     ],
-)
+)  # fmt: skip
 def test_faults_are_found(parameters, error, message):
     arguments = {"mesh": shapes.strip(4), "labels": [0, 0, 1, 1]} | parameters
     with pytest.raises(error, match=message):

@@ -7,8 +7,8 @@ from numpy.testing import assert_array_equal
 
 import superfacets as sf
 from superfacets.graph.sums import weighted_majority
-from superfacets.mesh.tet_mesh import signed_volumes
 from superfacets.regions.vertices import MIN_IN_FILES, vertex_ids
+from superfacets_formats.tet_mesh import signed_volumes
 
 SQUARE = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
 
@@ -206,8 +206,8 @@ def test_the_message_for_labels_of_vertices_names_a_call_that_converts_them():
 
 
 def test_the_default_is_what_files_get(tmp_path):
-    mesh = sf.sample_mesh()
-    labels = sf.segment(mesh, 100).labels
+    mesh = sf.sample_mesh(5000)
+    labels = sf.segment(mesh, 100).labels  # some regions have to grow to 20 vertices
     sf.write_mesh(tmp_path / "a.segs.json", mesh, labels)
     assert np.array_equal(sf.vertex_labels(mesh, labels), sf.read_labels(tmp_path / "a.segs.json"))
     sf.write_mesh(tmp_path / "a.ply", mesh, labels, vertex_labels=True)

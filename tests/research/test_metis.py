@@ -8,12 +8,7 @@ import shapes
 from models import read_off
 from research.baselines import metis_partition
 from research.baselines.face_cells import Component
-from research.baselines.metis import (
-    _cap,
-    _merge_pairs,
-    _parts_of_components,
-    _whole_numbers,
-)
+from research.baselines.metis import _cap, _merge_pairs, _parts_of_components, _whole_numbers
 
 from superfacets import Mesh, MeshError, MissingExtraError, build_face_graph
 

@@ -3,6 +3,7 @@
 import csv
 import sys
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -209,7 +210,8 @@ def test_a_benchmark_that_nobody_has_cut_is_refused(folder, tmp_path):
 
 
 def test_what_is_not_installed_is_named(folder, tmp_path, monkeypatch):
-    monkeypatch.setattr(quality_study.importlib.util, "find_spec", lambda _: None)
+    for name in ("tabulate", "pyvista", "scipy"):
+        monkeypatch.setitem(sys.modules, name, None)
     with pytest.raises(sf.MissingExtraError, match="quality without tabulate"):
         study(StudyOptions(benchmark=folder, output=tmp_path / "out"))
     assert not (tmp_path / "out").exists()
@@ -220,16 +222,11 @@ def test_what_is_not_installed_is_named(folder, tmp_path, monkeypatch):
 
 
 @pytest.fixture
-def run(monkeypatch, capsys):
+def run(run_main):
     """Run the command in this process; return exit status, stdout and stderr."""
-
-    def _run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["research", "quality", *map(str, arguments)])
-        with pytest.raises(SystemExit) as stop:
-            run_group(commands, "python -m research")
-        return stop.value.code, *capsys.readouterr()
-
-    return _run
+    return partial(
+        run_main, partial(run_group, commands, "python -m research"), "research", "quality"
+    )
 
 
 def test_the_command_prints_tables_and_finds_the_same_numbers(run, folder, results, tmp_path):

@@ -9,20 +9,15 @@ import subprocess
 import sys
 import time
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 import shapes
 from research.__main__ import commands
-from research.reproduce import figures, gallery, measure, methods, page, plan, reproduction
-from research.reproduce.gallery import (
-    Drawing,
-    is_drawn,
-    picture_path,
-    pictures_of,
-    view_of,
-)
+from research.reproduce import figures, gallery, measure, methods, page, plan
+from research.reproduce.gallery import Drawing, is_drawn, picture_path, pictures_of, view_of
 from research.reproduce.measure import Run, pack_labels, unpack_labels
 from research.reproduce.plan import Choice, make_plan
 from research.reproduce.results import Curve, RunResults, collect, compare
@@ -39,7 +34,7 @@ FAST = ("--ks", "5,20", "--methods", "superfacets,stk02", "--figures", "6", "--j
 
 
 @pytest.fixture
-def run(monkeypatch, capsys):
+def run(monkeypatch, run_main):
     """Run the command in this process; return exit status, stdout and stderr.
 
     Plots take most of the time, so they are empty files unless a test requests them.
@@ -50,10 +45,8 @@ def run(monkeypatch, capsys):
     def _run(*arguments, plots=False):
         if not plots:
             monkeypatch.setattr(figures, "_save", lambda path, *_: path.write_text("<svg/>"))
-        monkeypatch.setattr(sys, "argv", ["research", "reproduce", *map(str, arguments)])
-        with pytest.raises(SystemExit) as stop:
-            run_group(commands, "python -m research")
-        return stop.value.code, *capsys.readouterr()
+        main = partial(run_group, commands, "python -m research")
+        return run_main(main, "research", "reproduce", *arguments)
 
     return _run
 
@@ -178,7 +171,7 @@ def test_records_of_a_model_that_changed_are_made_again(run, benchmark, tmp_path
     assert changed == {name for name in before if "/21/" in name}
 
 
-def test_killed_in_the_middle_it_goes_on_to_the_same_numbers(run, benchmark, tmp_path):
+def test_killed_in_the_middle_it_goes_on_to_the_same_numbers(run, benchmark, tmp_path, broken):
     options = ("--ks", "5,20", "--methods", "superfacets,stk02,vsa-l2-r", "--figures", "6,7")
     whole, broken = tmp_path / "whole", tmp_path / "broken"
     assert run(benchmark, "-o", whole, *options)[0] == 0
@@ -410,7 +403,8 @@ def test_a_folder_that_is_no_benchmark_is_one_line(run, tmp_path):
 
 
 def test_what_is_not_installed_is_named_before_anything_runs(run, benchmark, tmp_path, monkeypatch):
-    monkeypatch.setattr(reproduction.importlib.util, "find_spec", lambda name: None)
+    for name in ("jinja2", "matplotlib", "scipy", "vsa_core"):
+        monkeypatch.setitem(sys.modules, name, None)
     status, _, stderr = run(benchmark, "-o", tmp_path / "out", *FAST)
     assert status == 1
     assert stderr == (

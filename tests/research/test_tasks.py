@@ -11,14 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from research.tasks import (
-    WorkItem,
-    read_item,
-    read_record,
-    run_shown,
-    run_tasks,
-    write_record,
-)
+from research.tasks import WorkItem, read_item, read_record, run_shown, run_tasks, write_record
 
 
 @dataclass(frozen=True)

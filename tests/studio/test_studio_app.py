@@ -134,43 +134,23 @@ def test_cells_in_any_order_are_painted_and_undone(client):
         ("paint", {"class": 1, "cells": "", "stroke": 7}, 400, "stroke must be a string"),
         ("paint", {"class": 1, "cells": "", "part": "7"}, 400, "part must be a whole number"),
         ("split", {"red": [0], "blue": [1], "revision": 0, "region": "x"}, 400, "whole number"),
-        (
-            "split",
-            {"red": [0], "blue": [-1], "region": 0},
-            400,
-            "blue contains a cell that does not exist: the mesh has 1152 cells",
-        ),
-        (
-            "split",
-            {"red": [1 << 64], "blue": [1], "region": 0},
-            400,
-            "which does not fit into 64 bits",
-        ),
+        ("split", {"red": [0], "blue": [-1], "region": 0}, 400,
+         "blue contains a cell that does not exist: the mesh has 1152 cells"),
+        ("split", {"red": [1 << 64], "blue": [1], "region": 0}, 400,
+         "which does not fit into 64 bits"),
         ("paint", {"class": 10**400, "cells": ""}, 400, "which does not fit into 64 bits"),
         ("split", {"red": "x", "blue": [1], "region": 0}, 400, "red must be a list of numbers"),
-        (
-            "split",
-            {"red": [0], "blue": [1], "region": 0, "revision": 1},
-            410,
-            "revision 1 no longer exists",
-        ),
+        ("split", {"red": [0], "blue": [1], "region": 0, "revision": 1}, 410,
+         "revision 1 no longer exists"),
         ("similar", {"revision": "a"}, 410, "revision a no longer exists"),
         ("similar", {"revision": "a" * 9999}, 410, f"revision {'a' * 197}... no longer exists"),
         ("classes", {"classes": 3}, 400, "classes must be a list"),
         ("segment", {"n_segments": 0}, 400, "n_segments must be at least 1"),
         ("segment", {"n_segments": 2.5}, 400, "n_segments must be an integer"),
-        (
-            "segment",
-            {"n_segments": 5000},
-            400,
-            "n_segments must be at most 1152, the number of cells, got 5000",
-        ),
-        (
-            "segment",
-            {"level": 21},
-            400,
-            "level must be at most 20, the number of regions on the finest level, got 21",
-        ),
+        ("segment", {"n_segments": 5000}, 400,
+         "n_segments must be at most 1152, the number of cells, got 5000"),
+        ("segment", {"level": 21}, 400,
+         "level must be at most 20, the number of regions on the finest level, got 21"),
         ("segment", {"beta": 1}, 400, "unknown parameter beta"),
         ("segment", {"alpha": -1}, 400, "alpha must be finite and not negative"),
         ("export", {"what": "all"}, 400, "what must be one of cells, objects"),
@@ -181,7 +161,7 @@ def test_cells_in_any_order_are_painted_and_undone(client):
         ("settle", {"accept": [[1, "a"]]}, 400, "class must be a whole number"),
         ("settle", {"reject": [7]}, 400, "suggestion 7 does not exist"),
     ],
-)
+)  # fmt: skip
 def test_wrong_requests_say_what_is_wrong(client, name, body, status, message):
     before = client.state()
     answer = client.post(name, **body)
@@ -374,15 +354,12 @@ def test_the_server_is_asked_to_end(client):
     assert client.quits == 1
 
 
-def test_a_full_disk_is_told_and_leaves_the_state(client, monkeypatch):
+def test_a_full_disk_is_told_and_leaves_the_state(client, monkeypatch, broken):
     import errno
     import os
 
-    def fail(*_):
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
     before = client.state()
-    monkeypatch.setattr(os, "fsync", fail)
+    broken("os.fsync", OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)))
     answer = client.post("paint", **{"class": 1}, cells=encoded([1]))
     monkeypatch.undo()
     assert answer.status_code == 507
@@ -441,12 +418,12 @@ pathlib.Path(sys.argv[2]).write_bytes(b"PNG")
     assert len(calls) == 2
 
 
-def test_a_thumbnail_that_takes_too_long_is_given_up(sheet, monkeypatch):
+def test_a_thumbnail_that_takes_too_long_is_given_up(sheet, monkeypatch, limit):
     from superfacets.base.errors import RenderError
     from superfacets_studio.web import thumbnails
 
     stand_in(monkeypatch, "import time; time.sleep(60)")
-    monkeypatch.setattr(thumbnails, "SECONDS", 0.5)
+    limit("time for a thumbnail", 0.5)
     with pytest.raises(RenderError, match=r"drawing took more than 0\.5 seconds"):
         thumbnails.Thumbnails().png(sheet)
 

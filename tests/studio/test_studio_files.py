@@ -188,17 +188,13 @@ def test_one_bad_mesh_stops_no_other(serve, folder):
     ("work", "message"),
     [
         (b"words\n", "line 1 of the work file is damaged"),
-        (
-            _coded({"format": "superfacets studio", "n_cells": 9, "done": 1e999}),
-            "its progress or number of cells is missing",
-        ),
-        (
-            _coded({"format": "superfacets studio", "n_cells": "9", "done": 0}),
-            "its progress or number of cells is missing",
-        ),
+        (_coded({"format": "superfacets studio", "n_cells": 9, "done": 1e999}),
+         "its progress or number of cells is missing"),
+        (_coded({"format": "superfacets studio", "n_cells": "9", "done": 0}),
+         "its progress or number of cells is missing"),
         (None, "is not a regular file"),
     ],
-)
+)  # fmt: skip
 def test_one_bad_work_file_is_told_and_hides_no_other(serve, folder, work, message):
     path = folder / "b.ply.studio.jsonl"
     if work is None:
@@ -262,12 +258,10 @@ def test_classes_are_read_from_lists_of_names_and_from_exported_objects(tmp_path
         ("{}", "found an object without keys"),
         ("3", "found 3"),
         ('{"categories": [3]}', r"classes\[0\] must have an id, a name and a color"),
-        (
-            '{"categories": [{"name": "a"}]}',
-            r"classes\[0\]: id must be a whole number from 1 to 65535",
-        ),
+        ('{"categories": [{"name": "a"}]}',
+         r"classes\[0\]: id must be a whole number from 1 to 65535"),
     ],
-)
+)  # fmt: skip
 def test_the_message_on_wrong_classes_shows_what_the_file_contains(tmp_path, content, message):
     path = tmp_path / "classes.json"
     path.write_text(content)

@@ -150,15 +150,12 @@ def test_names_of_objects_are_kept_and_taken_away(client):
         ("split-object", {"class": 0, "object": 0}, "there is no object 0 of class 0"),
         ("review", {"reviewed": 1}, "reviewed must be True or False"),
         ("compare", {"files": [{"name": "a", "data": "eA=="}]}, "is not a work file"),
-        (
-            "compare",
-            {"files": [{"name": str(i), "data": ""} for i in (1, 2)]},
-            "a single work file",
-        ),
+        ("compare", {"files": [{"name": str(i), "data": ""} for i in (1, 2)]},
+         "a single work file"),
         ("accept", {"cells": "", "side": "mine"}, "there is nothing to compare with"),
         ("accept", {"cells": "", "side": "ours"}, "side must be one of mine, theirs"),
     ],
-)
+)  # fmt: skip
 def test_wrong_requests_about_objects_say_what_is_wrong(client, name, body, message):
     client.done("paint", **{"class": 1}, object=1, cells=_coded_cells([1, 2]))
     answer = client.post(name, **({"cells": _coded_cells([3])} | body))
@@ -514,7 +511,7 @@ def test_agree_names_the_work_file_on_another_mesh(two, sheet, tmp_path, wrong):
         merged_work(*paths)
 
 
-def test_more_objects_than_fit_are_refused(two, monkeypatch):
+def test_more_objects_than_fit_are_refused(two, limit):
     path, mine, theirs = two
     document = Document.open(path, mine)
     document.paint(_range(110, 112), 1, objects=999)
@@ -522,7 +519,7 @@ def test_more_objects_than_fit_are_refused(two, monkeypatch):
         ValueError, match="the two work files together have 1000 or more objects of a class"
     ):
         document.compare("theirs", theirs.read_bytes())
-    monkeypatch.setattr("superfacets_studio.documents.document.MAX_OBJECT", 9)
+    limit("numbers of objects", 9)
     document.paint(np.arange(0, 128, 2, dtype=np.uint32), 1, objects=1)
     with pytest.raises(
         ValueError, match="41 pieces are too many: object numbers must be at most 9"

@@ -100,8 +100,8 @@ def test_too_large_a_request_is_refused_unread(client):
 
 
 @pytest.mark.parametrize("name", ["paint", "segment"])
-def test_no_more_is_taken_of_a_body_than_there_may_be(client, monkeypatch, name):
-    monkeypatch.setattr("superfacets_studio.web.messages.MAX_BODY", 10_000)
+def test_no_more_is_taken_of_a_body_than_there_may_be(client, limit, name):
+    limit("bytes of a request", 10_000)
     n_taken = 0
 
     async def endless():

@@ -20,9 +20,9 @@ HALF = b"POST /api/files/0/paint HTTP/1.1\r\nHost: 127.0.0.1\r\n"
 
 
 @pytest.fixture
-def port(sheet, monkeypatch):
+def port(sheet, monkeypatch, limit):
     """Yield the port of a studio in a thread of this process, whose timeout is short."""
-    monkeypatch.setattr("superfacets_studio.web.server.SECONDS", 0.3)
+    limit("wait for a request", 0.3)
     monkeypatch.setenv(TOKEN_VARIABLE, TOKEN)
     opened, address = open_again(None, None)
     started = threading.Event()
@@ -135,8 +135,8 @@ def test_a_run_that_takes_longer_is_not_cut_off(port, monkeypatch):
     assert answer.json() == {"is": "done"}
 
 
-def test_of_too_many_connections_the_one_that_waited_longest_is_closed(port, monkeypatch):
-    monkeypatch.setattr("superfacets_studio.web.server.SECONDS", 1000.0)
+def test_of_too_many_connections_the_one_that_waited_longest_is_closed(port, limit):
+    limit("wait for a request", 1000.0)
     with contextlib.ExitStack() as stack:
         clients = [stack.enter_context(connected(port)) for _ in range(MAX_CONNECTIONS)]
         for client in clients:
@@ -149,7 +149,7 @@ def test_of_too_many_connections_the_one_that_waited_longest_is_closed(port, mon
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="the system has other limits")
-def test_half_sent_requests_beyond_the_limit_of_files_stop_nothing(sheet):
+def test_half_sent_requests_beyond_the_limit_of_files_stop_nothing(sheet, limit):
     import resource
 
     def limit():

@@ -30,6 +30,13 @@ Read = Callable[[Path], Any]
 MAX_CELLS = 2000
 """Maximum number of cells that are segmented. Larger inputs are rare, and are only read."""
 
+MAX_GROWING = 10_000
+"""Maximum length of a JSON document in which a list is repeated 300 times.
+
+A repeated list can contain lists that are repeated, so that an unlimited document would grow to
+27 million times its length.
+"""
+
 _POINTS = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 1 1\n"
 _NODES = "".join(f"{i} {line}\n" for i, line in enumerate(_POINTS.splitlines(), 1))
 
@@ -237,7 +244,8 @@ def odd_document(document: dict[str, Any], source: random.Random) -> dict[str, A
                 break
             place = place[key]
         if isinstance(place[key], list) and source.random() < 0.5:
-            place[key] = place[key] * source.choice((2, 300))
+            times = (2, 300) if len(json.dumps(document)) < MAX_GROWING else (2,)
+            place[key] = place[key] * source.choice(times)
         else:
             place[key] = copy.deepcopy(source.choice(ODD_VALUES))
             if not document:

@@ -13,8 +13,6 @@ constexpr std::int64_t kMinSources = 64;
 }  // namespace
 
 void bind_paths(nb::module_& module) {
-  module.def("path_lengths", threaded<kMinSources>(&path_lengths), "graph"_a, "sources"_a, "unit"_a,
-             "n_threads"_a);
   module.def("path_lengths_within", threaded<kMinSources>(&path_lengths_within), "graph"_a,
              "reach"_a, "unit"_a, "n_threads"_a);
 }

@@ -57,25 +57,6 @@ void append_row(const OrderedGraph& graph, Cell source, double squared_reach, do
 
 }  // namespace
 
-Buffer<float> path_lengths(const OrderedGraph& graph, std::span<const Cell> sources, double unit,
-                           ThreadTeam& team) {
-  const std::size_t n_cells = graph.n_cells();
-  SUPERFACETS_ASSERT(all_below(sources, graph.n_cells()));
-  Buffer<float> matrix(sources.size() * n_cells);
-  auto fill_rows = [&](std::int64_t first, std::int64_t last, SourcePaths& paths) {
-    for (std::int64_t source = first; source < last; ++source) {
-      const std::span<float> row = matrix.span().subspan(source * n_cells, n_cells);
-      std::ranges::fill(row, std::numeric_limits<float>::infinity());
-      paths.expand(graph.place_of[sources[source]], [](Place, PathLength) { return true; });
-      paths.take([&](Place place, PathLength length) {
-        row[graph.cells[place]] = in_units(length, unit);
-      });
-    }
-  };
-  for_each_source_block(graph, std::ssize(sources), fill_rows, team);
-  return matrix;
-}
-
 SparseRows path_lengths_within(const OrderedGraph& graph, double reach, double unit,
                                ThreadTeam& team) {
   SUPERFACETS_ASSERT(reach >= 0.0);

@@ -1,5 +1,4 @@
-// Matrices of shortest path lengths, from some cells to all cells or between nearby cells, as
-// needed for normalized cuts.
+// Matrix of shortest path lengths between nearby cells, as needed for normalized cuts.
 #pragma once
 
 #include "cells/ordered_graph.hpp"
@@ -12,12 +11,6 @@ struct SparseRows {
   Buffer<Cell> columns;          // (E,) column of each entry, ascending within a row
   Buffer<float> values;          // (E,) value of each entry
 };
-
-// Returns a dense matrix. Row i contains the length of the shortest path from sources[i] to each
-// cell, multiplied by `unit`, or infinity if there is no path. Time O(S (N + M)) in practice for S
-// sources; memory 4 bytes per source and cell.
-Buffer<float> path_lengths(const OrderedGraph& graph, std::span<const Cell> sources, double unit,
-                           ThreadTeam& team);
 
 // Returns the path lengths from each cell to itself (0) and to all cells within the Euclidean
 // distance `reach`, multiplied by `unit`. Paths may only pass through cells within `reach` of their

@@ -41,6 +41,9 @@ VALUE_RANGE = (1e-150, 1e150)
 MAX_SIDE = 1 << 16
 """Maximum width and height of an image, in pixels."""
 
+MAX_PIXELS = 1 << 29
+"""Maximum number of pixels of a camera. The largest aerial cameras have 450 million."""
+
 MAX_ROTATION_ERROR = 1e-3
 """Maximum error of the scalar products of the axes of a camera pose, which should be 0 or 1. This
 limit accepts rotations that were rounded to four digits, and rejects poses with a scale."""
@@ -858,10 +861,12 @@ def checked_intrinsics(intrinsics: Any) -> Floats:
 
 
 def checked_image_size(size: Any) -> tuple[int, int]:
-    """Return image width and height after checking that both are from 1 to `MAX_SIDE` pixels."""
+    """Return image width and height after a comparison with `MAX_SIDE` and `MAX_PIXELS`."""
     if not isinstance(size, (tuple, list, np.ndarray)) or len(size) != 2:
         raise TypeError(f"size must be a pair of width and height, got {reprlib.repr(size)}")
     width, height = (checked_count(value, "size", MAX_SIDE) for value in size)
+    if width * height > MAX_PIXELS:
+        raise ValueError(f"size must be at most {MAX_PIXELS} pixels, got {width} x {height}")
     return width, height
 
 

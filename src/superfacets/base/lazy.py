@@ -1,10 +1,41 @@
-"""Import names of higher layers when they are needed."""
+"""Load what other packages provide, named by strings ``package.module:name``, when it is needed."""
 
-import importlib
+from __future__ import annotations
+
+from functools import cache
+from importlib import import_module
+from operator import attrgetter
 from typing import Any
 
+from .errors import MissingExtraError
 
-def load(place: str) -> Any:
-    """Import and return the object at `place`, written as ``"package.module:name"``."""
-    module, name = place.split(":")
-    return getattr(importlib.import_module(module), name)
+
+def load(target: str) -> Any:
+    """Return the object that ``package.module:name`` refers to.
+
+    Raises an ImportError with a message of one line if the package is missing or broken.
+    """
+    module, _, name = target.partition(":")
+    try:
+        return attrgetter(name)(import_module(module))
+    except MissingExtraError:
+        raise
+    except Exception as error:
+        why = " ".join(str(error).split()) or type(error).__name__
+        raise ImportError(f"{target} cannot be loaded: {why}") from error
+
+
+class Table(dict[str, Any]):
+    """Dict whose values may be strings ``package.module:name``; indexing loads the object."""
+
+    def __getitem__(self, key: str) -> Any:
+        found = super().__getitem__(key)
+        return load(found) if isinstance(found, str) else found
+
+
+@cache
+def added(group: str) -> dict[str, str]:
+    """Return the names and targets that installed packages add by entry points of a group."""
+    from importlib.metadata import entry_points  # slow to import
+
+    return {point.name: point.value for point in entry_points(group=group)}

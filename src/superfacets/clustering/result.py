@@ -18,9 +18,7 @@ from ..graph.surface import Surface
 from ..mesh.base import Cells
 
 if TYPE_CHECKING:
-    from superfacets_show.page.document import Page
-    from superfacets_show.plotting import Plot
-
+    from .. import Page, Plot
     from ..regions.region_graph import RegionGraph
 
 StopReason = Literal["converged", "settled", "max_num_iter", "cancelled"]
@@ -188,9 +186,10 @@ class Segmentation:
         ValueError
             If ``cells`` is None.
         """
-        from superfacets_show.plotting import plot
-
-        return plot(self._known_cells("plot"), self.labels, **options)
+        shown: Plot = load("superfacets_show.plotting:plot")(
+            self._known_cells("plot"), self.labels, **options
+        )
+        return shown
 
     def view(self, **options: Any) -> Page:
         """Return ``superfacets.view(cells, labels, **options)``, an interactive page of regions.
@@ -200,9 +199,10 @@ class Segmentation:
         ValueError
             If ``cells`` is None.
         """
-        from superfacets_show.page.document import view
-
-        return view(self._known_cells("view"), self.labels, **options)
+        page: Page = load("superfacets_show.page.document:view")(
+            self._known_cells("view"), self.labels, **options
+        )
+        return page
 
     @property
     def _surface(self) -> Surface:
@@ -235,12 +235,10 @@ class Segmentation:
 
     def _repr_html_(self) -> str:
         """Return HTML for notebooks: a picture of the regions if possible, and their sizes."""
-        from superfacets_show.notebook import html_of
-
-        return html_of(self)
+        html: str = load("superfacets_show.notebook:html_of")(self)
+        return html
 
     def _repr_png_(self) -> bytes | None:
         """Return a picture of the regions as PNG, for notebooks that do not show HTML."""
-        from superfacets_show.notebook import png_of
-
-        return png_of(self)
+        picture: bytes | None = load("superfacets_show.notebook:png_of")(self)
+        return picture

@@ -6,16 +6,18 @@ import reprlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from superfacets_textures.textures import Texture
-
 from ..base.checks import counted, owned, refuse_mask
+from ..base.lazy import load
 from ..base.types import Array, Bytes
 from .guards import narrowed
+
+if TYPE_CHECKING:
+    from .. import Texture
 
 PLY_TYPES = {"i1": "char", "u1": "uchar", "i2": "short", "u2": "ushort", "i4": "int", "u4": "uint",
              "f4": "float", "f8": "double"}  # fmt: skip
@@ -23,6 +25,11 @@ PLY_TYPES = {"i1": "char", "u1": "uchar", "i2": "short", "u2": "ushort", "i4": "
 
 COLORS = ("red", "green", "blue")
 """Names of the properties that are colors."""
+
+IMAGE_COMMENT = "comment TextureFile "
+"""Begin of the comments in PLY that name an image of the texture."""
+
+_TEXTURE = "superfacets_textures.textures:Texture"
 
 PROJECTION = "LASF_Projection"
 """User id of the LAS records that contain the coordinate reference system."""
@@ -161,7 +168,7 @@ class MeshAttributes:
             object.__setattr__(self, owner, MappingProxyType(checked))
         object.__setattr__(self, "comments", tuple(map(_checked_comment, self.comments)))
         object.__setattr__(self, "left_out", tuple(self.left_out))
-        if not isinstance(self.texture, Texture | None):
+        if self.texture is not None and not isinstance(self.texture, load(_TEXTURE)):
             raise TypeError(f"texture must be a Texture, got {type(self.texture).__name__}")
 
     @property
@@ -276,6 +283,11 @@ def _stored_type(array: Array, what: str) -> npt.DTypeLike:
         if not array.size or limits.min <= array.min() <= array.max() <= limits.max:
             return kind
     raise ValueError(f"{what} must fit in 32-bit integers, got {array.min()} to {array.max()}")
+
+
+def is_image(comment: str) -> bool:
+    """Return whether a comment of a PLY file has the name of an image."""
+    return comment.startswith(IMAGE_COMMENT)
 
 
 def is_word(name: object) -> bool:

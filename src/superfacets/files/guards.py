@@ -8,6 +8,7 @@ import json
 import math
 import mmap
 import os
+import re
 import stat
 import struct
 from collections import Counter
@@ -78,6 +79,19 @@ def read_content(path: Path) -> mmap.mmap:
         content = _new_memory(size)
         fill(content, file)
     return content
+
+
+def file_beside(name: str, folder: Path | None, top: Path | None = None) -> Path | None:
+    """Return the file at the relative path `name`, or None if the file is outside of `top`.
+
+    The path is relative to `folder`, which is also the default of `top`. For security, a mesh file
+    cannot refer to files elsewhere on the machine: URLs and absolute paths are refused, and ``..``
+    and symbolic links are resolved before the path is compared with `top`. The file may be missing.
+    """
+    if folder is None or re.match(r"[\w+.-]*:|[/\\]", name) or "\0" in name:
+        return None
+    path = Path(os.path.realpath(folder / name))
+    return path if path.is_relative_to(os.path.realpath(top or folder)) else None
 
 
 @contextlib.contextmanager

@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from superfacets_textures.texels import FaceTexels, check_texture, face_texels
-
 from ..base.errors import MeshError
+from ..base.lazy import load
 from ..base.types import Bools
 from ..graph.kinds import kind_of
 from ..graph.point_graph import find_point_graph
 from ..mesh.faces import area_vectors
 from ..weights.features import FeatureTable
 from .attributes import COLORS, MeshAttributes
+
+if TYPE_CHECKING:
+    from .. import FaceTexels
 
 JUST_VISIBLE = 0.02
 """Just noticeable difference of colors in OKLab. Texture colors are divided by their standard
@@ -77,11 +79,14 @@ def _texels_of(
         raise MeshError(
             f"features {name}: the mesh has no {'complete ' * bool(texture)}texture{why}"
         )
-    check_texture(texture, cells)
+    load("superfacets_textures.texels:check_texture")(texture, cells)
     try:
-        return face_texels(cells, texture, n_threads)
+        found: FaceTexels = load("superfacets_textures.texels:face_texels")(
+            cells, texture, n_threads
+        )
     except MeshError as error:
         raise MeshError(f"features {name}: {error}") from None
+    return found
 
 
 def _has_color(cells: Any, attributes: MeshAttributes | None) -> bool:

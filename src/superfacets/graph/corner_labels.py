@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sized
 from typing import Any
 
 import numpy as np
 
+from ..base.checks import counted
+from ..base.errors import MeshError
 from ..base.types import Array
 from ..graph.kinds import kind_of
 from ..graph.sums import weighted_majority
@@ -36,3 +39,19 @@ def of_cells(values: Any, cells: Any) -> Any:
     if np.shape(values) != (n_vertices,) or n_vertices == cells.n_cells:
         return values
     return labels_of_corners(cells, np.asarray(values))
+
+
+def are_of_vertices(labels: Sized, cells: Any) -> bool:
+    """Return whether there is one label per vertex instead of one per cell.
+
+    If a mesh has as many vertices as cells, the labels belong to cells. Raises a MeshError if there
+    is neither one label per cell nor one per vertex.
+    """
+    n_vertices = getattr(cells, "n_vertices", None)  # point clouds have no vertices
+    if len(labels) in (cells.n_cells, n_vertices):
+        return bool(len(labels) != cells.n_cells)
+    vertices = "" if n_vertices is None else f" or per vertex ({n_vertices})"
+    raise MeshError(
+        f"labels must have one value per {kind_of(cells).noun} ({cells.n_cells}){vertices},"
+        f" got {counted(len(labels), 'value')}"
+    )

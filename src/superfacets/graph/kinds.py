@@ -1,8 +1,9 @@
 """Define the operations that depend on the kind of cells, for example triangles or points.
 
-To add a kind, derive a class from `Cells` and another class from `Kind`, and call `register`. To
-also support file formats and counts, add functions to the tables in `export.cells` and
-`cells.info`, with `Kind.name` as key.
+To add a kind, derive a class from `Cells` and another class from `Kind`, and name both by an entry
+point of the group ``superfacets.kinds``: its name is the class of the cells, for example
+``package.module.Class``, and its value is a `Kind`. File formats of the kind are entry points, too
+(see `files.formats`).
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import numpy as np
 from .. import _core
 from ..base.checks import checked_threads
 from ..base.errors import MeshError
+from ..base.lazy import added, load
 from ..base.types import ArcLists, Bools, Floats, Ints, Longs
 from ..mesh.base import Cells
 from ..mesh.convert import CloudLike, MeshLike, as_cells
@@ -28,7 +30,6 @@ from ..mesh.faces import (
 )
 from ..mesh.point_cloud import PointCloud
 from ..mesh.polygon_mesh import PolygonMesh
-from ..mesh.tet_mesh import TetMesh, signed_volumes
 from ..mesh.triangle_mesh import Mesh
 from .cell_graph import BaseGraph, CellGraph
 from .face_graph import FaceGraph, FaceShapes, arcs_at_borders, graph_and_shapes
@@ -42,7 +43,6 @@ from .point_graph import (
 from .size import sliver_share
 from .sorting import is_scattered, sorted_corners
 from .surface import Surface
-from .tet_graph import TetGraph, build_tet_graph, tet_surface
 
 Nearest: TypeAlias = tuple[Ints, Floats, Floats]
 """Three arrays, each with one entry per query point: index of the nearest cell, distance to this
@@ -253,36 +253,6 @@ class _Polygons(_Faces):
     name = "polygons"
 
 
-class _Tets(Kind):
-    name = "tetrahedra"
-    noun = "tet"
-    plural = "tetrahedra"
-    dimension = 3
-
-    def build_graph(self, cells: TetMesh, weld: bool, n_threads: int) -> tuple[TetGraph, None]:
-        return build_tet_graph(cells, weld=weld, n_threads=n_threads), None
-
-    def surface(self, cells: TetMesh, graph: TetGraph, n_threads: int) -> Surface:
-        return tet_surface(cells, graph, n_threads)
-
-    def measures(self, cells: TetMesh, n_threads: int) -> Floats:
-        return np.abs(signed_volumes(cells))
-
-    def positions(self, cells: TetMesh) -> Floats:
-        return np.asarray(cells.vertices[cells.tets].mean(axis=1))
-
-    def nearest(
-        self, cells: TetMesh, queries: Floats, max_distance: float, n_threads: int
-    ) -> Nearest:
-        return _core.nearest_tets(cells.vertices, cells.tets, queries, max_distance, n_threads)
-
-    def corners(self, cells: TetMesh) -> Corners:
-        return corners_of(cells)
-
-    def drawn_faces(self, cells: TetMesh, keep: Bools | None = None) -> DrawnFaces:
-        return DrawnFaces(*cells.boundary(keep))
-
-
 class _Points(Kind):
     name = "points"
     noun = "point"
@@ -332,6 +302,9 @@ class _Points(Kind):
 
 _KINDS: dict[type, Kind] = {}
 
+_NAMED = {"superfacets_formats.tet_mesh.TetMesh": "superfacets_formats.tet_graph:TETS"}
+"""Kinds that are registered when they are needed, keyed by the name of the class of cells."""
+
 
 def register(cells: type, kind: Kind) -> None:
     """Register a kind for a class of cells, so that `segment` accepts objects of this class."""
@@ -341,19 +314,22 @@ def register(cells: type, kind: Kind) -> None:
 register(CellGraph, Kind())
 register(Mesh, _Triangles())
 register(PolygonMesh, _Polygons())
-register(TetMesh, _Tets())
 register(PointCloud, _Points())
 
 
 def kind_of(cells: object) -> Kind:
     """Return the kind that is registered for the class of `cells`."""
-    try:
-        return _KINDS[type(cells)]
-    except KeyError:
-        raise TypeError(
-            f"{type(cells).__name__} is not a registered class of cells: call"
-            " graph.kinds.register first"
-        ) from None
+    found = type(cells)
+    if found not in _KINDS:
+        name = f"{found.__module__}.{found.__qualname__}"
+        target = _NAMED.get(name) or added("superfacets.kinds").get(name)
+        if target is None:
+            raise TypeError(
+                f"{found.__name__} is not a registered class of cells: add an entry point of the"
+                " group superfacets.kinds"
+            )
+        register(found, load(target))
+    return _KINDS[found]
 
 
 def as_known(source: MeshLike | CloudLike | CellGraph) -> Any:

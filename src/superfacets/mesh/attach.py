@@ -7,10 +7,8 @@ from typing import Any, Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
-from superfacets_show.colors import face_colors
-from superfacets_show.scene import checked_colors
-
 from ..base.checks import checked_any_labels, checked_choice
+from ..base.lazy import load
 from ..base.types import Bytes, Ints
 from .base import Cells
 from .convert import as_cells
@@ -109,9 +107,10 @@ def _checked_colors(
     if colors is False:
         return None
     if colors is not True:
-        return checked_colors(colors, len(labels))
+        given: Bytes = load("superfacets_show.scene:checked_colors")(colors, len(labels))
+        return given
     if of_vertices:
         raise ValueError("colors=True needs location='cells': pass colors of vertices as an array")
-    shades = face_colors(cells, labels)
+    shades: Bytes = load("superfacets_show.colors:face_colors")(cells, labels)
     shades[labels < 0] = NO_COLOR
     return shades

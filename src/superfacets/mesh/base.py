@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import fields
-from typing import Any
+from typing import Any, ClassVar
 
 from ..base.checks import restored
-from ..base.types import Floats
+from ..base.types import Floats, Longs
 
 
 class Cells:
     """Base class of meshes and point clouds. Their cells are faces, tetrahedra or points.
 
-    To support another kind of cells, derive a dataclass that has `n_cells` and `bounds`, and
-    register the dataclass with `graph.kinds.register`.
+    To support another kind of cells, derive a dataclass that has `n_cells` and `bounds`, and name
+    it by an entry point (see `graph.kinds`).
     """
 
     bounds: Floats
@@ -32,6 +32,11 @@ class Cells:
 
 class CellsOfVertices(Cells):
     """Base class of meshes: the corners of their cells (faces or tetrahedra) are vertices."""
+
+    corners_name: ClassVar[str] = "faces"
+    """Attribute with the vertices of each cell, (N, n), if all cells have n corners."""
+    sides: ClassVar[Longs | None] = None
+    """Corners of each side of a cell, (n_sides, n), for cells with a volume; None for faces."""
 
     vertices: Floats
 

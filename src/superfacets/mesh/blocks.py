@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..base.checks import polygon_arrays
 from ..base.errors import MeshError
+from ..base.lazy import load
 from ..base.types import Array
 from .faces import FaceMesh
 from .polygon_mesh import PolygonMesh
-from .tet_mesh import TetMesh
 from .triangle_mesh import Mesh
+
+if TYPE_CHECKING:
+    from .. import TetMesh
 
 _TETS = ("tetra", "tetra10")
 """Types of tetrahedra in meshio. The first four nodes of a tetrahedron are its corners; all other
@@ -52,12 +55,18 @@ def cell_blocks(source: Any) -> list[int]:
     return tets or [i for i in filled if kinds[i] in _FACES]
 
 
+def tet_mesh(vertices: Any, tets: Any) -> TetMesh:
+    """Return a mesh of tetrahedra."""
+    mesh: TetMesh = load("superfacets_formats.tet_mesh:TetMesh")(vertices, tets)
+    return mesh
+
+
 def mesh_of_blocks(source: Any) -> FaceMesh | TetMesh:
     """Return the cells in the blocks that `cell_blocks` finds, in the order of the blocks."""
     blocks = [source.cells[i] for i in cell_blocks(source)]
     if blocks[0].type in _TETS:
         tets = np.concatenate([np.asarray(block.data)[:, :4] for block in blocks])
-        return TetMesh(source.points, tets)
+        return tet_mesh(source.points, tets)
     parts = [_faces_of(block) for block in blocks]
     corners = np.concatenate([part[1] for part in parts])
     if all(_FACES[block.type] == 3 for block in blocks):

@@ -14,11 +14,10 @@ from ..base.errors import MeshError
 from ..base.lazy import load
 from ..base.types import Array
 from .base import Cells
-from .blocks import cell_blocks, has_blocks, mesh_of_blocks
+from .blocks import cell_blocks, has_blocks, mesh_of_blocks, tet_mesh
 from .faces import FaceMesh
 from .point_cloud import PointCloud
 from .polygon_mesh import PolygonMesh
-from .tet_mesh import TetMesh
 from .triangle_mesh import Mesh
 
 _VTK_TETRA = 10
@@ -119,23 +118,16 @@ def as_mesh(source: MeshLike | PointCloud) -> FaceMesh:
     cells = as_cells(source)
     if isinstance(cells, (Mesh, PolygonMesh)):
         return cells
-    if isinstance(cells, TetMesh):
-        raise MeshError("expected a surface mesh, got a TetMesh: use TetMesh.boundary()")
-    raise MeshError(f"expected a surface mesh, got a {type(cells).__name__}, which has no faces")
-
-
-def as_tets(source: MeshLike) -> TetMesh:
-    """Convert `source` to a tetrahedral mesh; raise a MeshError if `source` has no tetrahedra."""
-    cells = as_cells(source)
-    if isinstance(cells, TetMesh):
-        return cells
-    raise MeshError(f"expected a tetrahedral mesh, got a {type(cells).__name__}")
+    name = type(cells).__name__
+    if hasattr(cells, "boundary"):
+        raise MeshError(f"expected a surface mesh, got a {name}: use {name}.boundary()")
+    raise MeshError(f"expected a surface mesh, got a {name}, which has no faces")
 
 
 def _cells_of_foreign(source: Any) -> Cells:
     """Convert an object of another library to a mesh or a point cloud."""
     if _is_grid_of_tets(source):
-        return TetMesh(source.points, np.asarray(source.cells).reshape(-1, 5)[:, 1:])
+        return tet_mesh(source.points, np.asarray(source.cells).reshape(-1, 5)[:, 1:])
     if has_blocks(source) and cell_blocks(source):
         return mesh_of_blocks(source)
     if is_foreign_cloud(source):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -12,11 +12,13 @@ from .. import _core
 from ..base.checks import checked_threads, freeze
 from ..base.types import Array, Floats, Ints, Longs
 from .polygon_mesh import PolygonMesh
-from .tet_mesh import TetMesh, sides_of_tets
 from .triangle_mesh import Mesh
 
+if TYPE_CHECKING:
+    from .. import TetMesh
+
 FaceMesh: TypeAlias = Mesh | PolygonMesh
-AnyMesh: TypeAlias = FaceMesh | TetMesh
+AnyMesh: TypeAlias = "FaceMesh | TetMesh"
 
 
 class VertexGraph(NamedTuple):
@@ -75,9 +77,8 @@ def corners_of(mesh: AnyMesh) -> Corners:
     """Return the corners of the faces or tetrahedra of a mesh, as views of its arrays."""
     if isinstance(mesh, PolygonMesh):
         return Corners(mesh.indices, None, mesh.offsets)
-    if isinstance(mesh, TetMesh):
-        return Corners(mesh.tets.reshape(-1), 4)
-    return Corners(mesh.faces.reshape(-1), 3)
+    cells = getattr(mesh, mesh.corners_name)
+    return Corners(cells.reshape(-1), cells.shape[1])
 
 
 def mesh_like(
@@ -91,10 +92,9 @@ def mesh_like(
     arrays: dict[str, Array] = {"vertices": vertices}
     if isinstance(mesh, PolygonMesh):
         arrays |= {"offsets": offsets, "indices": corners}
-    elif isinstance(mesh, TetMesh):
-        arrays["tets"] = corners.reshape(-1, 4)
     else:
-        arrays["faces"] = corners.reshape(-1, 3)
+        n_corners = getattr(mesh, mesh.corners_name).shape[1]
+        arrays[mesh.corners_name] = corners.reshape(-1, n_corners)
     if bounds is None:
         return type(mesh)(**arrays)
     made: AnyMesh = object.__new__(type(mesh))
@@ -237,8 +237,9 @@ def vertex_graph(mesh: AnyMesh, representative: Ints, n_threads: int) -> VertexG
     have no arcs.
     """
     corners = corners_of(mesh)
-    if isinstance(mesh, TetMesh):
-        corners = Corners(sides_of_tets(mesh).reshape(-1), 3)
+    if mesh.sides is not None:
+        of_sides = corners.vertices.reshape(-1, corners.size or 0)[:, mesh.sides]
+        corners = Corners(of_sides.reshape(-1), mesh.sides.shape[1])
     lists = corners.lists
     return VertexGraph(*_core.build_vertex_graph(mesh.vertices, *lists, representative, n_threads))
 
@@ -250,7 +251,7 @@ def mean_normals(mesh: AnyMesh, representative: Ints) -> Floats:
     same position. It gets the mean over all faces at its position. The result is 0 for vertices
     that are not representatives, and for all vertices of a mesh of tetrahedra.
     """
-    if isinstance(mesh, TetMesh):
+    if mesh.sides is not None:
         return np.zeros_like(mesh.vertices)
     return _core.mean_normals(mesh.vertices, *corners_of(mesh).lists, representative)
 

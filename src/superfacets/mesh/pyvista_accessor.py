@@ -8,8 +8,6 @@ import numpy as np
 import numpy.typing as npt
 import pyvista
 
-from superfacets_show.scene import border_edges
-
 from ..base.checks import compact_partial_labels
 from ..base.lazy import load
 from .attach import DEFAULT_NAME, attach_labels
@@ -97,7 +95,7 @@ class SuperfacetsAccessor:
         stored = np.asarray(self._dataset.cell_data[name])
         labels, _ = compact_partial_labels(stored[first : first + mesh.n_faces], mesh.n_faces)
         graph = load("superfacets.graph.face_graph:build_face_graph")(mesh)
-        ends = border_edges(mesh, graph, labels)
+        ends = load("superfacets_show.scene:border_edges")(mesh, graph, labels)
         used, lines = np.unique(ends, return_inverse=True)
         lines = np.insert(lines.reshape(-1, 2), 0, 2, axis=1)
         return pyvista.PolyData(mesh.vertices[used], lines=lines.ravel())

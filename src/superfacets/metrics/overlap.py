@@ -221,7 +221,7 @@ def achievable_iou(mesh: Labeled, labels: Labels = None, truth: Labels = None) -
     shared = np.bincount(winners, overlap.areas[pairs], n_segments)
     counts = overlap.segment_areas > 0
     unions = (labeled + overlap.segment_areas - shared)[counts]
-    return float(np.mean(shared[counts] / unions))
+    return min(1.0, float(np.mean(shared[counts] / unions)))  # rounding can exceed 1
 
 
 class Hamming(NamedTuple):

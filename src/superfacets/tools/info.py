@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .. import _core
 from ..base.checks import checked_threads
 from ..base.errors import MeshError
+from ..base.lazy import Table
 from ..base.types import Floats
 from ..graph.cell_graph import BaseGraph
 from ..graph.face_graph import FaceGraph, graph_and_shapes
@@ -18,16 +18,13 @@ from ..graph.kinds import kind_of
 from ..graph.point_graph import find_point_graph
 from ..graph.size import checked_n_segments, radius_of, sliver_share
 from ..graph.surface import is_inside_out
-from ..graph.tet_graph import build_tet_graph
 from ..mesh.base import Cells
 from ..mesh.convert import CloudLike, MeshLike, as_cells, as_cloud
 from ..mesh.faces import FaceMesh, count_degenerate, cut_into_triangles
 from ..mesh.point_cloud import PointCloud
-from ..mesh.tet_mesh import TetMesh, signed_volumes
 
-_VOLUME_NOISE = 4e-16
-"""A tetrahedron is flat if its volume is at most this fraction of the cube of its longest edge at
-corner 0. Smaller volumes are treated as rounding errors."""
+if TYPE_CHECKING:
+    from .. import TetInfo
 
 
 @dataclass(frozen=True)
@@ -66,36 +63,6 @@ class MeshInfo:
     sliver_share: float
     """Fraction of the area, 0 to 1, in faces that are long and thin compared with the regions of a
     default segmentation; see `Segmentation`."""
-
-
-@dataclass(frozen=True)
-class TetInfo:
-    """Counts and sizes of a tetrahedral mesh, from `mesh_info`."""
-
-    n_tets: int
-    """Number of tetrahedra."""
-    n_vertices: int
-    """Number of vertices, including vertices that no tetrahedron uses."""
-    n_positions: int
-    """Number of different positions of vertices."""
-    n_components: int
-    """Number of connected components of the graph of tetrahedra."""
-    n_triangles: int
-    """Number of triangles. A triangle that several tetrahedra share is counted once."""
-    n_boundary_triangles: int
-    """Number of triangles that belong to exactly one tetrahedron."""
-    n_nonmanifold_triangles: int
-    """Number of triangles that belong to three or more tetrahedra."""
-    n_flat_tets: int
-    """Number of tetrahedra whose volume is 0, up to rounding errors."""
-    n_turned_tets: int
-    """Number of inverted tetrahedra: their signed volume is negative."""
-    volume: float
-    """Total volume, in the cubed unit of the vertices."""
-    bounds: tuple[tuple[float, float, float], tuple[float, float, float]]
-    """Minimum and maximum corner of the bounding box of all vertices of tetrahedra."""
-    diagonal: float
-    """Length of the diagonal of the bounding box."""
 
 
 @dataclass(frozen=True)
@@ -205,8 +172,8 @@ def _face_info(mesh: FaceMesh, weld: bool) -> MeshInfo:
     return MeshInfo(
         n_faces=mesh.n_faces,
         n_vertices=mesh.n_vertices,
-        n_positions=_count_positions(mesh.vertices),
-        n_components=_count_components(graph),
+        n_positions=count_positions(mesh.vertices),
+        n_components=count_components(graph),
         n_edges=edges,
         n_boundary_edges=boundary,
         n_nonmanifold_edges=non_manifold,
@@ -241,35 +208,14 @@ def _default_radius(graph: FaceGraph, n_threads: int) -> float:
     return radius_of(graph.measures, n_segments, n_threads)
 
 
-def _tet_info(mesh: TetMesh, weld: bool) -> TetInfo:
-    graph = build_tet_graph(mesh, weld=weld)
-    low, high = graph.bounds.tolist()
-    edges = mesh.vertices[mesh.tets[:, 1:]] - mesh.vertices[mesh.tets[:, :1]]
-    noise = _VOLUME_NOISE * np.linalg.norm(edges, axis=2).max(axis=1) ** 3
-    return TetInfo(
-        n_tets=mesh.n_tets,
-        n_vertices=mesh.n_vertices,
-        n_positions=_count_positions(mesh.vertices),
-        n_components=_count_components(graph),
-        n_triangles=graph.triangle_counts.triangles,
-        n_boundary_triangles=graph.triangle_counts.boundary,
-        n_nonmanifold_triangles=graph.triangle_counts.non_manifold,
-        n_flat_tets=int(np.count_nonzero(graph.measures <= noise)),
-        n_turned_tets=int(np.count_nonzero(signed_volumes(mesh) < -noise)),
-        volume=_core.sum_of(graph.measures, checked_threads(None)),
-        bounds=(tuple(low), tuple(high)),
-        diagonal=graph.diagonal,
-    )
-
-
 def _cloud_info(cloud: PointCloud, weld: bool = True) -> CloudInfo:
     threads = checked_threads(None)
     graph = find_point_graph(cloud, threads)
     low, high = cloud.bounds.tolist()
     return CloudInfo(
         n_points=cloud.n_points,
-        n_positions=_count_positions(cloud.points),
-        n_components=_count_components(graph),
+        n_positions=count_positions(cloud.points),
+        n_components=count_components(graph),
         n_isolated=int(np.count_nonzero(np.diff(graph.offsets) == 0)),
         has_normals=cloud.normals is not None,
         knows_turns=graph.knows_turns,
@@ -285,20 +231,22 @@ def _cloud_info(cloud: PointCloud, weld: bool = True) -> CloudInfo:
     )
 
 
-_FACTS: dict[str, Callable[[Any, bool], Any]] = {
+_FACTS = Table({
     "triangles": _face_info,
     "polygons": _face_info,
-    "tetrahedra": _tet_info,
+    "tetrahedra": "superfacets_formats.tet_info:tet_info",
     "points": _cloud_info,
-}
+})  # fmt: skip
 """Functions that compute counts and sizes, keyed by `Kind.name`."""
 
 
-def _count_positions(points: Floats) -> int:
+def count_positions(points: Floats) -> int:
+    """Return the number of different positions of points."""
     return len(np.unique(_core.weld_vertices(points, checked_threads(None))))
 
 
-def _count_components(graph: BaseGraph) -> int:
+def count_components(graph: BaseGraph) -> int:
+    """Return the number of connected components of a graph."""
     same_label = np.zeros(graph.n_cells, np.int32)
     _, n_components = _core.find_components(graph.offsets, graph.neighbors, same_label)
     return n_components

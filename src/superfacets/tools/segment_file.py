@@ -10,9 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from superfacets_textures.ply_texture import OF_TEXTURE
-from superfacets_textures.texels import subdivided_texture
-
 from ..base.checks import (
     checked_count,
     checked_flag,
@@ -28,6 +25,7 @@ from ..base.errors import (
     RadiusWarning,
     SliverWarning,
 )
+from ..base.lazy import load
 from ..base.options import Progress, SizeOptions
 from ..base.timing import OnStage, timed
 from ..base.types import Array, Floats, Longs
@@ -277,8 +275,11 @@ def attributes_of_parts(
     face = {name: values[parts.sources] for name, values in attributes.face.items()}
     texture = attributes.texture
     if texture is not None:
-        face = {name: values for name, values in face.items() if name not in OF_TEXTURE}
-        texture = subdivided_texture(texture, as_mesh(source), parts.mesh, parts.sources)
+        of_texture = load("superfacets_textures.ply_texture:OF_TEXTURE")
+        face = {name: values for name, values in face.items() if name not in of_texture}
+        texture = load("superfacets_textures.texels:subdivided_texture")(
+            texture, as_mesh(source), parts.mesh, parts.sources
+        )
         if texture is None:
             left_out.append("the texture, because subdivision replaces polygons by triangles")
     return MeshAttributes(face=face, comments=attributes.comments, left_out=tuple(left_out),

@@ -8,11 +8,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
-from superfacets_formats.tets import TET_ENDINGS
-from superfacets_scans.scannet import scene_of
-
+from ..base.lazy import load
 from ..files.atomic import StrPath
-from ..files.readers.read import CELL_ENDINGS
+from ..files.formats import CELL_ENDINGS, READERS, WRITERS
 from ..files.writers.cells import usual_ending
 
 FOUND_ENDINGS = tuple(ending for ending in CELL_ENDINGS if ending not in (".csv", ".txt", ".npy"))
@@ -115,8 +113,10 @@ def _matching(pattern: str) -> Iterator[InputFile]:
 
 def result_ending(name: str) -> str:
     """Return the default ending of the result for an input file."""
-    is_of_tets = PurePosixPath(name).suffix.lower() in TET_ENDINGS
-    return usual_ending("tetrahedra" if is_of_tets else "triangles")
+    ending = PurePosixPath(name).suffix.lower()
+    kinds = [kind for kind, table in READERS.items() if ending in table]
+    of_one = kinds[0] if len(kinds) == 1 and kinds[0] != "points" else "triangles"
+    return usual_ending(of_one if of_one in WRITERS else "triangles")
 
 
 def output_names(name: str, endings: Sequence[str]) -> tuple[str, ...]:
@@ -134,6 +134,7 @@ def _output_name(path: PurePosixPath, ending: str) -> str:
     if ending == ".segs.json":
         return f"{path.stem}.0.010000{ending}"
     if ending in (".aggregation.json", ".bin", "_sp_label.npy", ".pth"):
+        scene_of = load("superfacets_scans.scannet:scene_of")
         return f"{scene_of(Path(path), path.suffix)}{ending}"
     return f"{path.stem}{MARK}{ending}"
 

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from superfacets.base.types import Array
-from superfacets.files.light import srgb_of_linear
 from superfacets.mesh.faces import FaceMesh, corner_triangles
 from superfacets_textures.images import TextureImage, import_pillow
+from superfacets_textures.light import srgb_of_linear
 from superfacets_textures.texels import check_texture
 from superfacets_textures.textures import WRAPS, Texture
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from superfacets.base.types import Array, Bools, Ints
 from superfacets.files.atomic import atomic_outputs
-from superfacets.files.writers.cells import WRITERS
+from superfacets.files.formats import WRITERS
 from superfacets.files.writers.text import write_rows
 from superfacets.files.writers.write import write_mesh
 from superfacets.graph.kinds import kind_of

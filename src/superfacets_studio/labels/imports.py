@@ -17,7 +17,7 @@ from superfacets.base.errors import MeshError
 from superfacets.base.types import Bools, Longs
 from superfacets.files.guards import known_ending, parsed_json, shortened
 from superfacets.files.readers.labels import NO_REGION, read_labels
-from superfacets.graph.corner_labels import labels_of_corners
+from superfacets.graph.corner_labels import are_of_vertices, labels_of_corners
 from superfacets.graph.kinds import kind_of
 from superfacets.mesh.base import Cells
 from superfacets_scans.scannet import NO_CLASS
@@ -112,14 +112,7 @@ def _labels_in(data: bytes, ending: str, cells: Cells) -> Longs:
                 labels = read_labels(path).astype(np.int64)
             except MeshError as error:
                 raise MeshError(str(error).removeprefix(f"{path}: ")) from None
-        n_vertices = getattr(cells, "n_vertices", n_cells)  # point clouds have no vertices
-        if len(labels) not in (n_cells, n_vertices):
-            or_vertex = f" or one per vertex ({n_vertices})" if hasattr(cells, "n_vertices") else ""
-            found = counted(len(labels), "value")
-            raise MeshError(
-                f"labels must have one value per cell ({n_cells}){or_vertex}, got {found}"
-            )
-        return labels if len(labels) == n_cells else labels_of_corners(cells, labels)
+        return labels_of_corners(cells, labels) if are_of_vertices(labels, cells) else labels
     document = parsed_json(data)
     if ending in OF_VERTICES:
         return _of_corners(cells, _integers(document["segIndices"], "segIndices"))

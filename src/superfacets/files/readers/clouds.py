@@ -4,21 +4,18 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from superfacets_formats.e57 import read_e57
-from superfacets_formats.las import read_las
-from superfacets_formats.pcd import read_pcd
-
 from ...base.checks import counted
 from ...base.errors import MeshError
 from ...base.types import Array, Bools, Floats
 from ...mesh.point_cloud import PointCloud
-from ..attributes import MeshAttributes, is_word
+from ..attributes import COLORS, MeshAttributes, is_word
+from ..formats import READERS
 from ..guards import Content, as_doubles, as_rows
 from .npy import npy_array
 from .ply import attributes_of
@@ -27,7 +24,6 @@ from .ply_header import parse_header
 from .text import Lines, split_lines
 
 _NORMALS = ("nx", "ny", "nz")
-_COLORS = ("red", "green", "blue")
 _SPLAT_COLORS = ("f_dc_0", "f_dc_1", "f_dc_2")
 _SPLAT_COLOR = 0.5 / math.sqrt(math.pi)
 """Value of the spherical harmonic of degree 0. The color of a Gaussian splat is 0.5 plus this value
@@ -45,8 +41,11 @@ _UNIT = 0.01
 _MAX_COLUMNS = 12
 """Maximum number of columns of a cloud in .npy. Wider arrays are height grids or features."""
 
-_OTHER_NAMES = {"r": "red", "g": "green", "b": "blue", "normal_x": "nx", "normal_y": "ny",
+OTHER_NAMES = {"r": "red", "g": "green", "b": "blue", "normal_x": "nx", "normal_y": "ny",
                 "normal_z": "nz"}  # fmt: skip
+
+
+CLOUD_READERS = READERS["points"]
 
 
 class CloudFile(NamedTuple):
@@ -63,7 +62,8 @@ def holds_cloud(data: Content, ending: str) -> bool:
     return parse_header(data).faces is None
 
 
-def _read_ply(data: Content) -> CloudFile:
+def read_ply_cloud(data: Content) -> CloudFile:
+    """Return the vertices of a PLY file with their normals, colors and attributes."""
     header = parse_header(data)
     tables = read_tables(header, data)
     attributes = attributes_of(header, tables)
@@ -75,10 +75,10 @@ def _read_ply(data: Content) -> CloudFile:
         if values is None or values.ndim != 1:
             raise MeshError(f"the vertices of the PLY file have no property {axis}")
         columns[axis] = values
-    return _cloud_of(columns, attributes)
+    return cloud_of(columns, attributes)
 
 
-def _read_text(data: Content) -> CloudFile:
+def read_text_cloud(data: Content) -> CloudFile:
     """Parse numbers separated by spaces, commas or semicolons; line 1 may have column names."""
     if data.find(b",") >= 0 or data.find(b";") >= 0:
         data = data[:].translate(bytes.maketrans(b",;", b"  "))
@@ -112,10 +112,11 @@ def _names_in(lines: Lines) -> list[str] | None:
     names = [word.strip("\"'/") for word in words]
     if not names or not re.fullmatch(r"[a-z_].*", names[0]) or names[0] in ("nan", "inf"):
         return None
-    return [_OTHER_NAMES.get(name, name) for name in names]
+    return [OTHER_NAMES.get(name, name) for name in names]
 
 
-def _read_npy(data: Content) -> CloudFile:
+def read_npy_cloud(data: Content) -> CloudFile:
+    """Return the points of a ``.npy`` file with 3 to 12 columns."""
     array = npy_array(data)
     if array.dtype.kind not in "fiu":
         raise MeshError(f"expected an array of numbers, got {array.dtype}")
@@ -143,7 +144,7 @@ def _cloud_of_table(table: Floats, names: list[str] | None) -> CloudFile:
         for name, values in columns.items()
         if name not in "xyz" and is_word(name)
     }
-    return _cloud_of(columns | others, MeshAttributes(vertex=others))
+    return cloud_of(columns | others, MeshAttributes(vertex=others))
 
 
 def _narrowed(column: Floats) -> Array:
@@ -165,32 +166,16 @@ def _meaning_of(further: Floats) -> tuple[str, ...]:
     if further.shape[1] < 3:
         return ()
     if np.all((further >= 0) & (further <= 255) & (further == np.floor(further))):
-        return _COLORS
+        return COLORS
     lengths = np.einsum("ij,ij->i", further, further)
     return _NORMALS if np.all(np.abs(lengths - 1) < 2 * _UNIT) else ()
 
 
-def _read_las(data: Content) -> CloudFile:
-    columns, stored, frame, left_out = read_las(data)
-    if {*_COLORS} <= stored.keys():
-        columns |= {name: stored[name] for name in _COLORS}
-        # Colors in LAS have 16 bits, but many programs write only values from 0 to 255.
-        if max(int(stored[name].max(initial=0)) for name in _COLORS) <= 255:
-            columns |= {name: stored[name].astype(np.uint8) for name in _COLORS}
-    return _cloud_of(columns, MeshAttributes(vertex=stored, left_out=left_out, las=frame))
-
-
-def _read_pcd(data: Content) -> CloudFile:
-    found = read_pcd(data)
-    columns = {_OTHER_NAMES.get(name, name): values for name, values in found.columns.items()}
-    others = {name: values for name, values in columns.items() if name not in "xyz"}
-    attributes = MeshAttributes(vertex=others, left_out=found.left_out)
-    return _cloud_of(columns, attributes, found.viewpoint)
-
-
-def _cloud_of(
+def cloud_of(
     columns: dict[str, Array], attributes: MeshAttributes, viewpoint: Floats | None = None
 ) -> CloudFile:
+    """Return the cloud of columns with names as in PLY, such as x, nx and red."""
+
     def rows(names: Sequence[str], dtype: npt.DTypeLike) -> Array:
         return as_rows([columns[name] for name in names], dtype)
 
@@ -199,10 +184,10 @@ def _cloud_of(
     if normals is not None and not normals.any():  # normals of Gaussian splats are often zero
         normals = None
     colors = None
-    if {*_COLORS} <= columns.keys():
-        kinds = {columns[name].dtype.kind + str(columns[name].dtype.itemsize) for name in _COLORS}
+    if {*COLORS} <= columns.keys():
+        kinds = {columns[name].dtype.kind + str(columns[name].dtype.itemsize) for name in COLORS}
         if len(kinds) == 1 and kinds <= {"u1", "u2", "f4", "f8"}:
-            colors = rows(_COLORS, columns["red"].dtype)
+            colors = rows(COLORS, columns["red"].dtype)
     elif {*_SPLAT_COLORS} <= columns.keys():
         shades = 0.5 + _SPLAT_COLOR * rows(_SPLAT_COLORS, np.float64)
         colors = np.clip(shades, 0.0, 1.0) if np.isfinite(shades).all() else None
@@ -246,16 +231,3 @@ def _columns_of_rotations(rotations: Floats, columns: npt.NDArray[np.integer[Any
     crossed = np.cross(axis, unit)
     squared = np.einsum("ij,ij->i", rotations, rotations)[:, None]
     return np.asarray(unit + 2.0 * (w * crossed + np.cross(axis, crossed)) / squared)
-
-
-CLOUD_READERS: dict[str, Callable[[Content], CloudFile]] = {
-    ".ply": _read_ply,
-    ".xyz": _read_text,
-    ".txt": _read_text,
-    ".csv": _read_text,
-    ".npy": _read_npy,
-    ".las": _read_las,
-    ".laz": _read_las,
-    ".pcd": _read_pcd,
-    ".e57": lambda data: CloudFile(*read_e57(data)),
-}

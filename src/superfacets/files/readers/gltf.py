@@ -8,10 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from superfacets_formats.compression import DRACO, decode_draco
-
 from ...base.checks import MAX_CELLS, counted
 from ...base.errors import MeshError
+from ...base.lazy import load
 from ...base.types import Array, Floats
 from ..guards import MAX_GROWTH, Content, TriangleArrays, as_doubles, most_bytes_of, named_errors
 from .gltf_file import (
@@ -25,6 +24,8 @@ from .gltf_file import (
     view_content,
     whole,
 )
+
+DRACO = "KHR_draco_mesh_compression"
 
 TRIANGLES, TRIANGLE_STRIP, TRIANGLE_FAN = 4, 5, 6
 
@@ -46,6 +47,11 @@ def open_scene(data: Content, folder: Path | None) -> Scene:
     """
     gltf = open_gltf(data, folder)
     return Scene(gltf, sorted(_visit_nodes(gltf), key=lambda visit: visit[0]))
+
+
+def read_gltf(data: Content, folder: Path | None) -> TriangleArrays:
+    """Return vertices and faces of a glTF file; it may refer to other files in `folder`."""
+    return read_scene(open_scene(data, folder))
 
 
 def read_scene(scene: Scene) -> TriangleArrays:
@@ -221,6 +227,7 @@ def _unpack_draco(gltf: Gltf, primitive: dict[str, Any], mesh: int) -> None:
     gltf.take(BYTES_PER_VERTEX * n_vertices + BYTES_PER_FACE * (n_corners // 3), f"meshes[{mesh}]")
     with named_errors(f"meshes[{mesh}]"):
         content = bytes(view_content(gltf, view))
+        decode_draco = load("superfacets_formats.compression:decode_draco")
         corners, attributes = decode_draco(content, n_corners // 3, n_vertices)
         _keep_rows(gltf, primitive["indices"], view, corners, of_any_type=True)
         for name in ids:

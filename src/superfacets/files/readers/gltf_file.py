@@ -7,33 +7,37 @@ uses them.
 from __future__ import annotations
 
 import base64
-import json
 import reprlib
 import struct
-import sys
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 from urllib.parse import unquote
 
 import numpy as np
 
-from superfacets_formats.compression import MESHOPT, decode_meshopt
-from superfacets_textures.images import file_beside
-
 from ...base.checks import counted
 from ...base.errors import MeshError
+from ...base.lazy import load
 from ...base.types import Array, Floats
-from ..guards import MAX_GROWTH, Content, most_bytes_of, named_errors, read_content
+from ..guards import (
+    MAX_GROWTH,
+    Content,
+    file_beside,
+    most_bytes_of,
+    named_errors,
+    parsed_json,
+    read_content,
+)
 
 COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3}
 """Numbers per row for each accessor type: vertex indices, texture coordinates, positions."""
 
-LARGEST = sys.float_info.max
-
 CHUNK_JSON, CHUNK_BINARY = 0x4E4F534A, 0x004E4942
+
+MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
 
 UNSUPPORTED = ("EXT_mesh_gpu_instancing",)
 """Extensions that are not supported. Files that require them are refused."""
@@ -74,8 +78,8 @@ class Gltf:
 def open_gltf(data: Content, folder: Path | None) -> Gltf:
     """Parse a .glb or .gltf file, and read its buffers."""
     text, binary = _split_chunks(data) if data[:4] == b"glTF" else (data[:], memoryview(b""))
-    document = parsed_json(text, "glTF file")
-    if not isinstance(document.get("asset"), dict):
+    document = parsed_json(text, "the glTF file")
+    if not isinstance(document, dict) or not isinstance(document.get("asset"), dict):
         raise MeshError("not a glTF file: the JSON has no asset")
     version = document["asset"].get("version")
     if not isinstance(version, str) or not version.startswith("2."):
@@ -87,23 +91,6 @@ def open_gltf(data: Content, folder: Path | None) -> Gltf:
     files: dict[Path, memoryview] = {}
     buffers = _read_buffers(document, binary, folder, files)
     return Gltf(document, buffers, len(data) + sum(map(len, files.values())))
-
-
-def parsed_json(text: bytes, what: str) -> dict[str, Any]:
-    """Parse a JSON object, or raise a MeshError about the format `what` if the text is damaged.
-
-    Returns an empty dict if the JSON is not an object.
-    """
-    try:
-        found = json.loads(text.decode("utf-8-sig"), parse_constant=_refuse_constant)
-    except (ValueError, RecursionError) as error:
-        problem = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise MeshError(f"not a {what}, or damaged: {problem}") from None
-    return found if isinstance(found, dict) else {}
-
-
-def _refuse_constant(name: str) -> NoReturn:
-    raise ValueError(f"{name} is not a JSON number")
 
 
 def _split_chunks(data: Content) -> tuple[bytes, memoryview]:
@@ -148,7 +135,7 @@ def whole(item: dict[str, Any], key: str, default: int | None = None) -> int:
 
 
 def numbers(item: dict[str, Any], key: str, default: list[float]) -> Floats:
-    """Return the list of finite numbers at `key`, or `default` if the key is missing.
+    """Return the list of numbers at `key`, or `default` if the key is missing.
 
     Raises a MeshError if the list does not have the length of `default`.
     """
@@ -156,8 +143,6 @@ def numbers(item: dict[str, Any], key: str, default: list[float]) -> Floats:
     is_list = isinstance(values, list) and len(values) == len(default)
     if not is_list or not all(type(value) in (int, float) for value in values):
         raise MeshError(f"broken glTF: {key} must be a list of {len(default)} numbers")
-    if not all(abs(value) <= LARGEST for value in values):
-        raise MeshError(f"broken glTF: {key} must be finite")
     return np.array(values, dtype=np.float64)
 
 
@@ -218,7 +203,9 @@ def _unpacked_view(gltf: Gltf, index: int, packed: dict[str, Any]) -> memoryview
         raise MeshError(f"broken glTF: bufferViews[{index}] has an unknown compression mode")
     content = _range(gltf, packed)
     with named_errors(f"bufferViews[{index}]"):
-        return decode_meshopt(content, n_rows, row_size, mode, filter)
+        decode_meshopt = load("superfacets_formats.compression:decode_meshopt")
+        unpacked: memoryview = decode_meshopt(content, n_rows, row_size, mode, filter)
+    return unpacked
 
 
 def _range(gltf: Gltf, view: dict[str, Any]) -> memoryview:

@@ -4,26 +4,21 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from superfacets_formats.cortex import CORTEX_VALUES, annot_labels, gifti_labels, values_of_vertices
-from superfacets_formats.tets import TET_ENDINGS, tet_labels
-from superfacets_formats.vtk_xml import vtp_labels
-
 from ...base.checks import check_length, refuse_first, refuse_mask
 from ...base.errors import MeshError
 from ...base.types import Array, Ints
+from ..formats import FORMATS
 from ..guards import Content, hint_at_integers, known_ending, named_errors, read_content
 from .clouds import CLOUD_READERS
 from .npy import npy_array, npy_header
-from .parts import PART_ENDINGS, has_region_parts, obj_labels, stl_labels
-from .ply import has_ply_labels, read_ply_labels
-from .text import as_integers, shown, split_lines
+from .parts import PART_ENDINGS, has_region_parts
+from .ply import has_ply_labels
+from .text import shown, split_lines
 
 MAX_LABEL = 2**31 - 1
 """Largest allowed label, because labels are int32."""
@@ -108,9 +103,12 @@ def read_labels(
 
 def parse_labels(data: Content, ending: str, n_cells: int | None, name: str) -> Ints:
     """Return the labels in the content of a file, or raise a MeshError if they are missing."""
-    if ending not in _READERS:
+    if ending not in LABEL_ENDINGS:
         raise MeshError(f"expected a format that can store labels, got {ending}")
-    return checked_labels(_READERS[ending](data, name), n_cells)
+    if ending in _FOUND_ENDINGS:
+        return checked_labels(_read_found(data, name, ending), n_cells)
+    table = FORMATS["labels" if ending in FORMATS["labels"] else "vertex_labels"]
+    return checked_labels(table[ending](data, name), n_cells)
 
 
 def find_labels(data: Content, ending: str, n_cells: int | None, name: str) -> Ints | None:
@@ -118,7 +116,7 @@ def find_labels(data: Content, ending: str, n_cells: int | None, name: str) -> I
     if ending in (".ply", *PART_ENDINGS):
         is_found = has_ply_labels(data, name) if ending == ".ply" else has_region_parts(data)
         return parse_labels(data, ending, n_cells, name) if is_found else None
-    found = _FINDERS[ending](data, name) if ending in _FINDERS else None
+    found = _find(data, name, ending) if ending in _FOUND_ENDINGS else None
     return None if found is None else checked_labels(found, n_cells)
 
 
@@ -140,7 +138,8 @@ def checked_labels(labels: Any, n_faces: int | None = None, n_vertices: int | No
     return np.ascontiguousarray(array, dtype=np.int32)
 
 
-def _read_text(data: Content, name: str) -> Array:
+def read_text_labels(data: Content, name: str) -> Array:
+    """Return the integers of a text file, one per line."""
     lines = split_lines(data)
     crowded = np.flatnonzero(lines.counts != 1)
     if len(crowded):
@@ -149,7 +148,8 @@ def _read_text(data: Content, name: str) -> Array:
     return lines.parse(np.int64)
 
 
-def _read_segments(data: Content, name: str) -> Array:
+def read_segments(data: Content, name: str) -> Array:
+    """Return the id of each vertex in a ``.segs.json`` file."""
     try:
         document = json.loads(bytes(data))
     except (ValueError, RecursionError):
@@ -164,11 +164,8 @@ def _read_segments(data: Content, name: str) -> Array:
     return array
 
 
-def _read_values(data: Content, name: str, *, ending: str) -> Array:
-    return as_integers(values_of_vertices(data, ending), "labels")
-
-
-def _read_npy(data: Content, name: str) -> Array:
+def read_npy_labels(data: Content, name: str) -> Array:
+    """Return the array of a ``.npy`` file, which must be one-dimensional integers."""
     shape, dtype, _, _ = npy_header(data)
     if dtype.kind not in "iu":
         raise MeshError(f"labels must be integers: the .npy header declares {dtype}")
@@ -177,10 +174,10 @@ def _read_npy(data: Content, name: str) -> Array:
     return npy_array(data, "labels")
 
 
-def _read_found(data: Content, name: str, *, ending: str) -> Array:
-    found = _FINDERS[ending](data, name)
+def _read_found(data: Content, name: str, ending: str) -> Array:
+    found = _find(data, name, ending)
     if found is None and ending in _OF_CLOUDS:
-        stored = CLOUD_READERS[ending](data).attributes.vertex
+        stored = CLOUD_READERS[ending](data)[1].vertex
         others = [key for key, values in stored.items() if values.dtype.kind in "iu"]
         raise MeshError(f"the points have no property {name}{hint_at_integers(others)}")
     if found is None:
@@ -188,43 +185,29 @@ def _read_found(data: Content, name: str, *, ending: str) -> Array:
     return found
 
 
-def _column_of(data: Content, name: str, *, ending: str) -> Array | None:
-    return CLOUD_READERS[ending](data).attributes.vertex.get(name)
+def _find(data: Content, name: str, ending: str) -> Array | None:
+    """Return the labels with a given name in the content of a file, or None if missing."""
+    if ending in _OF_CLOUDS:
+        found: Array | None = CLOUD_READERS[ending](data)[1].vertex.get(name)
+    else:
+        found = FORMATS["found_labels"][ending](data, name)
+    return found
 
 
 _OF_CLOUDS = tuple(sorted({*CLOUD_READERS} - {".ply", ".npy", ".txt"}))
 """Endings of cloud files in which labels are a column. Excluded are .npy and .txt, which usually
 have only labels, and .ply, which has its own reader of labels."""
 
-_FINDERS: dict[str, Callable[[Content, str], Array | None]] = {
-    ".vtp": vtp_labels,
-    **{ending: partial(_column_of, ending=ending) for ending in _OF_CLOUDS},
-    **{ending: partial(tet_labels, ending=ending) for ending in TET_ENDINGS},
-}
-"""Functions that return the labels with a given name in the content of a file, or None if they are
-missing. They are keyed by the endings of files that contain more than labels."""
+_FOUND_ENDINGS = (*FORMATS["found_labels"], *_OF_CLOUDS)
+"""Endings of files that contain more than labels, so that labels may be missing."""
 
-_READERS: dict[str, Callable[[Content, str], Array]] = {
-    ".npy": _read_npy,
-    ".ply": read_ply_labels,
-    ".seg": _read_text,
-    ".txt": _read_text,
-    ".stl": lambda data, name: stl_labels(data),
-    ".obj": lambda data, name: obj_labels(data),
-    **{ending: partial(_read_found, ending=ending) for ending in _FINDERS},
-    ".segs.json": _read_segments,
-    ".label.gii": lambda data, name: gifti_labels(data),
-    ".annot": lambda data, name: annot_labels(data),
-    **{ending: partial(_read_values, ending=ending) for ending in CORTEX_VALUES},
-}
+LABEL_ENDINGS = (*FORMATS["labels"], *_FOUND_ENDINGS, *FORMATS["vertex_labels"])
 
-LABEL_ENDINGS = tuple(_READERS)
-
-PLACED_ENDINGS = (".ply", *PART_ENDINGS, *_FINDERS)
+PLACED_ENDINGS = (".ply", *PART_ENDINGS, *_FOUND_ENDINGS)
 """Endings of label files that also contain the labeled cells, and therefore their positions."""
 
 KEY_ENDINGS = (".label.gii", ".annot")
 """Endings of files in which the label of a vertex is its key, or its row in a table, minus 1."""
 
-VERTEX_ENDINGS = (".segs.json", *KEY_ENDINGS, *CORTEX_VALUES)
+VERTEX_ENDINGS = tuple(FORMATS["vertex_labels"])
 """Endings of files with one label per vertex."""

@@ -30,7 +30,7 @@ def has_region_parts(data: Content) -> bool:
     return _OUR_PART.search(data) is not None
 
 
-def stl_labels(data: Content) -> Array:
+def stl_labels(data: Content, name: str = "") -> Array:
     """Return the label of each triangle, from the name of its solid in a text file."""
     read_stl(data)  # raises a MeshError if the file is damaged
     if is_binary_stl(data):
@@ -38,7 +38,7 @@ def stl_labels(data: Content) -> Array:
     return _labels_by_part(data, (b"facet", b"solid"), any_case=True)
 
 
-def obj_labels(data: Content) -> Array:
+def obj_labels(data: Content, name: str = "") -> Array:
     """Return the label of each face, from the last `g` or `o` line before the face."""
     read_obj(data)  # raises a MeshError if the file is damaged
     labels = _labels_by_part(without_continuations(data), (b"f", b"g", b"o"), comment=b"#")

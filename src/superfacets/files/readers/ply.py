@@ -6,11 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from superfacets_textures.ply_texture import with_texture
-
 from ...base.errors import MeshError
+from ...base.lazy import load
 from ...base.types import Array, Longs
-from ..attributes import MeshAttributes, is_word
+from ..attributes import MeshAttributes, is_image, is_word
 from ..guards import Arrays, Content, as_rows, checked_faces, contiguous_rows, hint_at_integers
 from .ply_body import Column, read_tables
 from .ply_header import INDEX_NAMES, STRIPS, Element, Header, Property, parse_header
@@ -34,7 +33,11 @@ def read_ply_with_attributes(
     """
     header = parse_header(data)
     arrays, tables = _read_arrays(header, data)
-    return arrays, with_texture(attributes_of(header, tables), header, tables, arrays[1], folder)
+    attributes = attributes_of(header, tables)
+    if any(map(is_image, attributes.comments)):
+        with_texture = load("superfacets_textures.ply_texture:with_texture")
+        attributes = with_texture(attributes, header, tables, arrays[1], folder)
+    return arrays, attributes
 
 
 def _read_arrays(header: Header, data: Content) -> tuple[Arrays, list[list[Column]]]:

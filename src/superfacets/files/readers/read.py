@@ -7,60 +7,22 @@ import re
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import TypeVar
-
-from superfacets_formats.cortex import (
-    SURFACE_ENDINGS,
-    TRIANGLES,
-    read_gifti,
-    read_gifti_with_attributes,
-    read_surface,
-)
-from superfacets_formats.tets import TET_ENDINGS, read_tets
-from superfacets_formats.vtk_xml import is_vtp, read_vtp
-from superfacets_textures.gltf_texture import read_texture
-from superfacets_textures.obj_texture import read_obj_with_attributes
+from typing import Any, TypeVar, cast
 
 from ...base.errors import MeshError
 from ...mesh.base import Cells
 from ...mesh.faces import AnyMesh
 from ...mesh.point_cloud import PointCloud
 from ...mesh.polygon_mesh import PolygonMesh
-from ...mesh.tet_mesh import TetMesh
 from ...mesh.triangle_mesh import Mesh
 from ..attributes import MeshAttributes
-from ..guards import Arrays, Content, Polygons, known_ending, named_errors, read_content
+from ..formats import CELL_ENDINGS, FORMATS, MESH_ENDINGS, READERS
+from ..guards import Content, Polygons, known_ending, named_errors, read_content
 from .clouds import CLOUD_READERS, holds_cloud
-from .gltf import open_scene, read_scene
-from .obj import read_obj
 from .off import MAGIC as OFF_MAGIC
-from .off import read_off, read_tri
-from .ply import read_ply, read_ply_with_attributes
-from .stl import cad_advice, has_binary_size, read_stl
+from .stl import cad_advice, has_binary_size
 
-_READERS: dict[str, Callable[[Content], Arrays]] = {
-    ".obj": read_obj,
-    ".off": read_off,
-    ".ply": read_ply,
-    ".stl": read_stl,
-    ".tri": read_tri,
-    ".vtp": read_vtp,
-    ".gii": read_gifti,
-    **dict.fromkeys(SURFACE_ENDINGS, read_surface),
-}
-
-_GLTF_ENDINGS = (".glb", ".gltf")
-
-_ATTRIBUTE_READERS: dict[str, Callable[[Content, Path | None], tuple[Arrays, MeshAttributes]]] = {
-    ".ply": read_ply_with_attributes,
-    ".obj": read_obj_with_attributes,
-    ".gii": read_gifti_with_attributes,
-}
-ATTRIBUTE_ENDINGS = (*_ATTRIBUTE_READERS, *_GLTF_ENDINGS)
-
-MESH_ENDINGS = (*_GLTF_ENDINGS, *_READERS, *TET_ENDINGS)
-CELL_ENDINGS = (*MESH_ENDINGS, *(ending for ending in CLOUD_READERS if ending != ".ply"))
-"""Endings of mesh files and of point cloud files."""
+ATTRIBUTE_ENDINGS = tuple(FORMATS["attributes"])
 
 Z_UP_ENDINGS = (".las", ".laz", ".e57")
 """Endings of formats in which z points up. glTF defines y, but many files do not follow this."""
@@ -69,8 +31,7 @@ CAD_FORMATS = {".step": "STEP", ".stp": "STEP", ".iges": "IGES", ".igs": "IGES",
                ".fcstd": "FCStd"}  # fmt: skip
 """Names of CAD formats, which contain no mesh, keyed by ending."""
 
-_BEGINS = {b"ply\n": ".ply", b"ply\r": ".ply", b"glTF": ".glb",
-           TRIANGLES: SURFACE_ENDINGS[0]}  # fmt: skip
+_BEGINS = {b"ply\n": ".ply", b"ply\r": ".ply", b"glTF": ".glb"}
 """Endings of mesh formats, keyed by the first bytes of their files."""
 
 _RASTER = (
@@ -202,9 +163,10 @@ def read_cloud(path: str | os.PathLike[str]) -> PointCloud:
     ...     read_cloud(path)
     PointCloud(2 points, colors)
     """
-    return _read(
-        path, tuple(CLOUD_READERS), lambda data, ending, _: CLOUD_READERS[ending](data).cloud
+    found: PointCloud = _read(
+        path, tuple(CLOUD_READERS), lambda data, ending, _: CLOUD_READERS[ending](data)[0]
     )
+    return found
 
 
 def read_cells(path: str | os.PathLike[str]) -> Cells:
@@ -308,11 +270,10 @@ def cell_ending(path: Path, endings: tuple[str, ...] = CELL_ENDINGS) -> str:
 
 def parse_mesh(data: Content, ending: str, folder: Path | None) -> AnyMesh:
     """Parse the content of a mesh file; a glTF file may refer to other files in `folder`."""
-    if ending in _GLTF_ENDINGS:
-        return _parse_gltf(data, folder, keep=False)[0]
-    if ending in TET_ENDINGS:
-        return TetMesh(*read_tets(data, ending))
-    return _mesh_of(_READERS[ending](data))
+    if ending in FORMATS["scenes"]:
+        return _mesh_of(FORMATS["scenes"][ending](data, folder))
+    tables = (table for kind, table in READERS.items() if kind != "points" and ending in table)
+    return _mesh_of(next(tables)[ending](data))
 
 
 def parse_cells_and_attributes(
@@ -326,29 +287,20 @@ def parse_cells_and_attributes(
 
     If `keep` is true, attributes are parsed, too. They are None for formats without attributes.
     """
-    if ending in _GLTF_ENDINGS:
-        return _parse_gltf(data, folder, keep=keep)
     if holds_cloud(data, ending):
         cloud, attributes = CLOUD_READERS[ending](data)
         return cloud, attributes if keep else None
-    if keep and ending in _ATTRIBUTE_READERS:
-        arrays, attributes = _ATTRIBUTE_READERS[ending](data, folder)
+    if keep and ending in FORMATS["attributes"]:
+        arrays, attributes = FORMATS["attributes"][ending](data, folder)
         return _mesh_of(arrays), attributes
     return parse_mesh(data, ending, folder), None
 
 
-def _parse_gltf(
-    data: Content, folder: Path | None, *, keep: bool
-) -> tuple[AnyMesh, MeshAttributes | None]:
-    scene = open_scene(data, folder)
-    arrays = read_scene(scene)
-    if not keep:
-        return _mesh_of(arrays), None
-    return _mesh_of(arrays), read_texture(scene, folder)
-
-
-def _mesh_of(arrays: Arrays) -> AnyMesh:
-    vertices, faces = arrays
+def _mesh_of(read: Any) -> AnyMesh:
+    """Return the mesh of vertices and faces; cells of other kinds are returned unchanged."""
+    if isinstance(read, Cells):
+        return cast("AnyMesh", read)
+    vertices, faces = read
     if isinstance(faces, Polygons):
         return PolygonMesh._of_new(vertices, *faces)
     return Mesh._of_new(vertices, faces)
@@ -359,10 +311,9 @@ def recognized_ending(data: Content) -> str | None:
     for begin, ending in _BEGINS.items():
         if data[: len(begin)] == begin:
             return ending
-    if is_vtp(data):
-        return ".vtp"
-    if b"<GIFTI" in data[:1000]:
-        return ".gii"
+    for ending in FORMATS["recognize"]:
+        if FORMATS["recognize"][ending](data):
+            return ending
     if has_binary_size(data):
         return ".stl"
     found = _FIRST_WORD.match(data)

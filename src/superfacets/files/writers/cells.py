@@ -3,66 +3,33 @@
 from __future__ import annotations
 
 import reprlib
-from collections import ChainMap
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import IO, Any, TypeAlias
+from typing import IO, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from superfacets_formats.pcd_writer import write_pcd
-from superfacets_formats.vtk_writer import write_vtk, write_vtp, write_vtu
-from superfacets_textures.ids_image import write_ids
-from superfacets_textures.texels import check_texture
-
 from ...base.checks import check_length, refuse_mask
 from ...base.errors import MeshError
+from ...base.lazy import load
 from ...base.types import Array, Bytes, Ints
 from ...graph.kinds import Kind, kind_of
 from ...mesh.base import Cells
 from ..attributes import MeshAttributes
-from .clouds import write_csv, write_las
+from ..formats import FORMATS, WRITERS
 from .content import Content
-from .glb import write_glb
-from .obj import write_obj, write_off
-from .ply import write_cloud_ply, write_ply
-from .stl import write_stl
 
-Writers: TypeAlias = Mapping[str, Callable[[IO[bytes], Content], None]]
+FACE_WRITERS = FORMATS["write_polygons"]
+TET_WRITERS = FORMATS["write_tetrahedra"]
 
-FACE_WRITERS: dict[str, Callable[[IO[bytes], Content], None]] = {
-    ".ply": write_ply,
-    ".vtp": write_vtp,
-    ".obj": write_obj,
-    ".off": write_off,
-    ".glb": write_glb,
-    ".ids.png": write_ids,
-}
-
-TRIANGLE_WRITERS: Writers = ChainMap({".stl": write_stl}, FACE_WRITERS)
-TET_WRITERS: Writers = {".vtu": write_vtu, ".vtk": write_vtk}
-CLOUD_WRITERS: Writers = {
-    ".ply": write_cloud_ply,
-    ".csv": write_csv,
-    ".pcd": write_pcd,
-    ".las": write_las,
-    ".laz": write_las,
-}
-
-WRITERS: dict[str, Writers] = {
-    "triangles": TRIANGLE_WRITERS,
-    "polygons": FACE_WRITERS,
-    "tetrahedra": TET_WRITERS,
-    "points": CLOUD_WRITERS,
-}
-"""Writer functions, keyed by `Kind.name`, then by file name ending. The first ending of a kind is
-the default. If a kind is missing here, only its labels can be written, to label files."""
-
-MESH_OUTPUTS = (*TRIANGLE_WRITERS, *TET_WRITERS)
-CLOUD_OUTPUTS = (".csv", ".pcd", ".las", ".laz")
+MESH_OUTPUTS = tuple(dict.fromkeys(
+    ending for kind, table in (("", WRITERS["triangles"]), *WRITERS.items())
+    if kind != "points" for ending in table
+))  # fmt: skip
+CLOUD_OUTPUTS = tuple(ending for ending in WRITERS["points"] if ending not in MESH_OUTPUTS)
 """Endings of formats that store only point clouds."""
 
 ATTRIBUTE_OUTPUTS = (*FACE_WRITERS, ".pcd", ".las", ".laz", ".label.gii")
@@ -203,9 +170,8 @@ class CellWriter:
         """Given colors, or else colors computed from the labels; None if there are no labels."""
         if self.given_colors is not None or self.labels is None:
             return self.given_colors  # type: ignore[no-any-return]  # see `checked`
-        from superfacets_show.colors import face_colors
-
-        return face_colors(self.cells, self.labels)
+        colors: Bytes = load("superfacets_show.colors:face_colors")(self.cells, self.labels)
+        return colors
 
 
 def usual_ending(kind: str) -> str:
@@ -213,7 +179,7 @@ def usual_ending(kind: str) -> str:
     return next(iter(WRITERS.get(kind, FACE_WRITERS)))
 
 
-def _writers_of(kind: Kind) -> Writers:
+def _writers_of(kind: Kind) -> Mapping[str, Any]:
     if kind.name not in WRITERS:
         raise MeshError(
             f"{kind.plural} cannot be written as a mesh: write only their labels (.npy, .seg, .txt)"
@@ -262,4 +228,4 @@ def _check_attributes(attributes: Any, cells: Any) -> None:
     if attributes.texture is not None:
         if not kind_of(cells).has_faces:
             raise ValueError(f"{kind_of(cells).plural} cannot have a texture")
-        check_texture(attributes.texture, cells)
+        load("superfacets_textures.texels:check_texture")(attributes.texture, cells)

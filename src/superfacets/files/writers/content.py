@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from superfacets_textures.textures import Texture
-
 from ...base.types import Array, Bytes, Ints
 from ..attributes import MeshAttributes
+
+if TYPE_CHECKING:
+    from ... import Texture
 
 
 @dataclass(frozen=True)

@@ -11,19 +11,20 @@ import json
 import struct
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import IO, Any
+from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from superfacets_textures.gltf_materials import GltfMaterials
-from superfacets_textures.textures import Texture
-
 from ...base.errors import MeshError
+from ...base.lazy import load
 from ...mesh.faces import FaceMesh, corner_triangles, corners_of
 from ...regions.region_graph import region_graph
 from .content import Content
 from .text import finite_singles, fits_single
+
+if TYPE_CHECKING:
+    from ... import Texture
 
 FLOAT, UNSIGNED_INT, UNSIGNED_BYTE = 5126, 5125, 5121
 VERTICES, INDICES = 34962, 34963
@@ -54,7 +55,7 @@ def write_glb(file: IO[bytes], content: Content) -> None:
     if texture is None:
         primitives = [_add_primitive(scene, split, content, regions)]
     else:
-        materials = GltfMaterials(scene.view)
+        materials = load("superfacets_textures.gltf_materials:GltfMaterials")(scene.view)
         primitives = []
         of_triangles = texture.face_materials[split.faces]
         for number in np.unique(of_triangles).tolist():

@@ -12,24 +12,9 @@ from typing import IO, Any
 import numpy as np
 import numpy.typing as npt
 
-from superfacets_formats.cortex_writer import write_cortex
-from superfacets_scans.pyg import GRAPH_OUTPUTS, write_arrays
-from superfacets_scans.scannet import (  # fmt: skip
-    Segments,
-    check_ids,
-    check_torch,
-    name_in_groups,
-    scene_of,
-    write_aggregation,
-    write_npy,
-    write_segments,
-    write_sstk,
-    write_superpoints,
-    write_tensor,
-)
-
 from ...base.checks import ranked_labels
 from ...base.errors import MeshError
+from ...base.lazy import Table, load
 from ...base.types import Array, Ints, Longs
 from ...graph.kinds import kind_of
 from ...mesh.base import Cells
@@ -37,7 +22,20 @@ from ...regions.region_graph import region_graph
 from ..attributes import MeshAttributes
 from ..readers.labels import checked_labels
 from .cells import FormatOptions
-from .text import write_rows
+from .text import write_npy, write_rows
+
+_SCANS = Table({name: f"superfacets_scans.scannet:{name}" for name in (
+    "check_ids", "check_torch", "name_in_groups", "scene_of", "write_aggregation",
+    "write_segments", "write_sstk", "write_superpoints", "write_tensor",
+)})  # fmt: skip
+"""Functions for formats of indoor scans, by name."""
+
+_CORTEX = "superfacets_formats.cortex_writer:write_cortex"
+
+SEGMENTS = ".segs.json"
+
+GRAPH_OUTPUTS = (".npz",)
+"""Endings of files with the graph of the regions."""
 
 LABEL_OUTPUTS = (".npy", ".seg", ".txt")
 """Endings of files with one label per cell."""
@@ -56,6 +54,15 @@ UNCONVERTED = (*VERTEX_OUTPUTS, *CORTEX_OUTPUTS, ".aggregation.json")
 cells, even if labels of vertices are given."""
 
 ID_OUTPUTS = (*VERTEX_OUTPUTS, *CORTEX_OUTPUTS, ".sstk.json", ".aggregation.json")
+
+
+@dataclass(frozen=True)
+class Segments:
+    """Segments of a mesh, and the object of each segment. A segment is the vertices with one id."""
+
+    ids: Ints  # (V,) id of each vertex, or -1 for no segment
+    objects: Ints  # (K,) object of each segment, in ascending order of ids; -1 for no object
+    file: Path  # the ``.segs.json`` file that contains `ids`
 
 
 @dataclass(frozen=True)
@@ -101,11 +108,11 @@ class IdWriter:
         """Write a file in the format of `ending`; the scene name is taken from `path`."""
         assert self.labels is not None
         if ending in GRAPH_OUTPUTS:
-            write_arrays(file, self._graph)
+            load("superfacets_scans.pyg:write_arrays")(file, self._graph)
         elif ending in CORTEX_OUTPUTS:
             self._write_cortex(file, ending)
         elif ending == ".aggregation.json":
-            self._write_groups(file, scene_of(path, ending))
+            self._write_groups(file, _SCANS["scene_of"](path, ending))
         else:
             has_ids = ending in VERTEX_OUTPUTS and self.segments is None
             _write(file, ending, path, self._vertex_ids if has_ids else self._labels_in(ending))
@@ -131,18 +138,17 @@ class IdWriter:
             segments = objects = np.unique(labels[labels >= 0])
             if segments_file is not None:  # a region without a vertex is not in this file
                 segments = objects = np.intersect1d(segments, self._vertex_ids)
-        name = None if segments_file is None else name_in_groups(segments_file)
-        write_aggregation(
+        name = None if segments_file is None else _SCANS["name_in_groups"](segments_file)
+        _SCANS["write_aggregation"](
             file, segments, objects, scene, classes=self.options.classes,
             scores=self.options.scores, segments_file=name,
         )  # fmt: skip
 
     def _write_cortex(self, file: IO[bytes], ending: str) -> None:
-        from superfacets_show.colors import face_colors
-
         from ...regions.vertices import vertex_labels
 
         assert self.labels is not None
+        write_cortex = load(_CORTEX)
         comments = () if self.attributes is None else self.attributes.comments
         if self.of_vertices is not None:
             write_cortex(file, ending, self.of_vertices, comments=comments)
@@ -150,7 +156,7 @@ class IdWriter:
         of_vertices = vertex_labels(self.cells, self.labels, min_vertices=1)
         regions, firsts = np.unique(self.labels, return_index=True)
         shown = firsts[np.isin(regions, of_vertices) & (regions >= 0)]
-        colors = face_colors(self.cells, self.labels)[shown]
+        colors = load("superfacets_show.colors:face_colors")(self.cells, self.labels)[shown]
         write_cortex(file, ending, of_vertices, colors, comments=comments)
 
     @property
@@ -180,7 +186,7 @@ def write_given_labels(
     if ending == ".sstk.json" and np.ndim(labels) == 2:
         levels = [checked_labels(level) for level in np.asarray(labels)]
         _check_nested(levels)
-        return lambda file, ending, path: write_sstk(file, levels)
+        return lambda file, ending, path: _SCANS["write_sstk"](file, levels)
     checked = checked_labels(labels)
     _check_labels(checked, ending)
     return lambda file, ending, path: _write(file, ending, path, checked)
@@ -193,18 +199,18 @@ def _write(
     labels: npt.NDArray[np.integer[Any]],
 ) -> None:
     if ending == ".segs.json":
-        write_segments(file, labels, scene_of(path, ending))
+        _SCANS["write_segments"](file, labels, _SCANS["scene_of"](path, ending))
     elif ending == ".aggregation.json":
         segments = np.unique(labels[labels >= 0])
-        write_aggregation(file, segments, segments, scene_of(path, ending))
+        _SCANS["write_aggregation"](file, segments, segments, _SCANS["scene_of"](path, ending))
     elif ending == ".sstk.json":
-        write_sstk(file, [labels])
+        _SCANS["write_sstk"](file, [labels])
     elif ending == ".pth":
-        write_tensor(file, labels)
+        _SCANS["write_tensor"](file, labels)
     elif ending in VERTEX_OUTPUTS:
-        write_superpoints(file, labels, ending)
+        _SCANS["write_superpoints"](file, labels, ending)
     elif ending in CORTEX_OUTPUTS:
-        write_cortex(file, ending, labels)
+        load(_CORTEX)(file, ending, labels)
     elif ending == ".npy":
         write_npy(file, labels)
     else:
@@ -227,9 +233,9 @@ def _check_labels(labels: Ints, ending: str) -> None:
         first = int(np.argmin(labels))
         raise MeshError(f"labels[{first}] must be >= 0 in {ending}, got {labels[first]}")
     if ending == ".pth":
-        check_torch()
+        _SCANS["check_torch"]()
     if ending in CORTEX_OUTPUTS:
-        check_ids(labels)
+        _SCANS["check_ids"](labels)
 
 
 def _check_nested(levels: Sequence[Ints]) -> None:

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import partial
-from typing import IO
+from typing import IO, TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
-from superfacets_textures.textures import Texture
-from superfacets_textures.writing import library_lines, material_names
-
+from ...base.lazy import load
 from ...base.types import Array, Ints, Longs
 from ...mesh.faces import FaceMesh, corners_of
 from .content import Content
 from .text import ROWS_AT_ONCE, coordinate_format, text_rows, write_rows
+
+if TYPE_CHECKING:
+    from ... import Texture
 
 NO_MATERIAL = "no_material"
 """Name of the material for faces without a material. It is needed only after faces with a material,
@@ -34,6 +35,7 @@ def write_obj(file: IO[bytes], content: Content) -> None:
     mesh, labels, texture = content.cells, content.labels, content.texture
     lines_of = partial(face_lines, mesh, begin="f ", first=1)
     if texture is not None:
+        library_lines = load("superfacets_textures.writing:library_lines")
         file.write(library_lines(texture, content.path))
         lines_of = partial(_textured_lines, mesh, texture)
     row = " ".join(["v", *[coordinate_format(mesh.vertices)] * 3]) + "\n"
@@ -62,7 +64,7 @@ def _textured_lines(
     mesh: FaceMesh, texture: Texture, faces: npt.NDArray[np.intp]
 ) -> Iterator[list[bytes]]:
     """Yield face lines with texture coordinates, and ``usemtl`` lines where materials change."""
-    names = material_names(texture)
+    names = load("superfacets_textures.writing:material_names")(texture)
     offsets = corners_of(mesh).offsets
     firsts = 3 * np.arange(mesh.n_faces) if offsets is None else offsets[:-1]
     last = -1

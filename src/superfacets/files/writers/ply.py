@@ -8,13 +8,11 @@ from typing import IO, Any
 
 import numpy as np
 
-from superfacets_textures.ply_texture import is_image
-from superfacets_textures.writing import Placer, ply_texture
-
+from ...base.lazy import load
 from ...base.types import Array, Bytes, Floats, Ints, Longs
 from ...mesh.faces import FaceMesh, corners_of
 from ...mesh.point_cloud import PointCloud
-from ..attributes import PLY_TYPES, MeshAttributes
+from ..attributes import PLY_TYPES, MeshAttributes, is_image
 from ..readers.ply_header import INDEX_NAMES
 from .content import Content
 from .text import ROWS_AT_ONCE, fits_single, text_rows
@@ -58,7 +56,9 @@ def write_ply(file: IO[bytes], content: Content) -> None:
     comments = () if attributes is None else attributes.comments
     if content.texture is not None:
         is_cut = corners_of(mesh).size == 3
-        lines, fields = ply_texture(content.texture, Placer(content.path), has_triangles=is_cut)
+        placer = load("superfacets_textures.writing:Placer")(content.path)
+        describe = load("superfacets_textures.writing:ply_texture")
+        lines, fields = describe(content.texture, placer, has_triangles=is_cut)
         comments = (*(line for line in comments if not is_image(line)), *lines)
         faces.add(fields)
     _write_elements(file, [vertices, faces], comments, ascii=content.ascii)

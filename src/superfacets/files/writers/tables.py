@@ -12,9 +12,8 @@ from typing import IO, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from superfacets_formats.vtk_writer import Arrays, write_vtk_xml
-
 from ...base.errors import import_extra
+from ...base.lazy import load
 from ...base.types import Array, Floats, Longs
 from ..atomic import StrPath, atomic_outputs
 from ..guards import known_ending
@@ -111,7 +110,7 @@ def _write_vtp_lines(
     file: IO[bytes], points: Floats, lines: list[Line], along: Longs, offsets: Longs
 ) -> None:
     """Write lines as VTP; see `_write_obj_lines` for the arguments."""
-    sections: dict[str, Arrays] = {
+    sections: dict[str, dict[str, Array]] = {
         "CellData": {
             "low": np.array([line.low for line in lines], np.int32),
             "high": np.array([line.high for line in lines], np.int32),
@@ -120,4 +119,5 @@ def _write_vtp_lines(
         "Lines": {"connectivity": along.astype(np.int64), "offsets": offsets[1:].astype(np.int64)},
     }
     counts = {"NumberOfPoints": len(points), "NumberOfLines": len(lines)}
+    write_vtk_xml = load("superfacets_formats.vtk_writer:write_vtk_xml")
     write_vtk_xml(file, "PolyData", counts, sections, ascii=False)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import IO, Any
 
 import numpy as np
+import numpy.lib.format as npy_format
 import numpy.typing as npt
 
 from ...base.types import Array, Floats, Singles
@@ -57,3 +58,9 @@ def fits_single(values: Floats) -> bool:
             np.array_equal(part.astype(np.float32), part)
             for part in np.array_split(values, max(1, len(values) // ROWS_AT_ONCE))
         )
+
+
+def write_npy(file: IO[bytes], array: Array) -> None:
+    """Write an array as .npy to any stream; `numpy.save` calls ``tell``, which fails on pipes."""
+    npy_format.write_array_header_1_0(file, npy_format.header_data_from_array_1_0(array))
+    file.write(array.data)

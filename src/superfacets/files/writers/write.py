@@ -11,22 +11,28 @@ from typing import IO, Any
 import numpy as np
 import numpy.typing as npt
 
-from superfacets_scans.pyg import GRAPH_OUTPUTS
-from superfacets_scans.scannet import SEGMENTS, Segments, check_truth_stays
-from superfacets_textures.ply_texture import is_image
-
 from ...base.errors import MeshError
+from ...base.lazy import load
 from ...base.types import Ints, Longs
 from ...graph.kinds import kind_of
 from ...mesh.base import Cells
 from ...mesh.convert import as_cells
 from ...regions.submeshes import Splitter, Submesh
 from ..atomic import StrPath, atomic_outputs, checked_targets, output_folder
-from ..attributes import MeshAttributes
+from ..attributes import MeshAttributes, is_image
 from ..guards import known_ending
 from ..readers.labels import checked_labels
 from .cells import CLOUD_OUTPUTS, MESH_OUTPUTS, CellWriter, FormatOptions, usual_ending
-from .ids import ID_OUTPUTS, LABEL_OUTPUTS, VERTEX_OUTPUTS, IdWriter, write_given_labels
+from .ids import (  # fmt: skip
+    GRAPH_OUTPUTS,
+    ID_OUTPUTS,
+    LABEL_OUTPUTS,
+    SEGMENTS,
+    VERTEX_OUTPUTS,
+    IdWriter,
+    Segments,
+    write_given_labels,
+)
 
 DERIVED_OUTPUTS = (*ID_OUTPUTS, *GRAPH_OUTPUTS)
 """Endings of files with data derived from a mesh and its labels, such as labels of vertices."""
@@ -158,7 +164,7 @@ def write_mesh(
         classes=classes, scores=scores,
     )  # fmt: skip
     if not force:
-        check_truth_stays([path])
+        _check_truth_stays([path])
     cells = as_cells(mesh)
     cell_labels = None if labels is None else _labels_of(cells, labels)
     writer: IdWriter | CellWriter = CellWriter(cells, cell_labels, colors, attributes, options)
@@ -167,6 +173,12 @@ def write_mesh(
     writer = writer.checked([ending])
     with atomic_outputs([path]) as (temporary,), temporary.open("wb") as file:
         writer.write(file, ending, path)
+
+
+def _check_truth_stays(paths: Sequence[StrPath]) -> None:
+    """Raise a FileExistsError if writing to `paths` would destroy ground truth of scans."""
+    if any(Path(path).suffix.lower() == ".json" for path in paths):
+        load("superfacets_scans.scannet:check_truth_stays")(paths)
 
 
 def _labels_of(cells: Cells, labels: npt.ArrayLike) -> Ints:
@@ -223,7 +235,7 @@ def write_labels(path: StrPath, labels: npt.ArrayLike, *, force: bool = False) -
     path = Path(path)
     ending = known_ending(path, (*LABEL_OUTPUTS, *ID_OUTPUTS))
     if not force:
-        check_truth_stays([path])
+        _check_truth_stays([path])
     write = write_given_labels(labels, ending)
     with atomic_outputs([path]) as (temporary,), temporary.open("wb") as file:
         write(file, ending, path)
@@ -373,7 +385,7 @@ def write_outputs(
     endings = [known_ending(Path(path), OUTPUT_ENDINGS) for path in paths]
     options = FormatOptions() if options is None else options
     if not options.force:
-        check_truth_stays(paths)
+        _check_truth_stays(paths)
     cells = as_cells(mesh)
     cell_labels = None if labels is None else _labels_of(cells, labels)
     named = [Path(path) for path, ending in zip(paths, endings, strict=True) if ending == SEGMENTS]
@@ -416,7 +428,7 @@ def check_outputs(paths: Sequence[StrPath], *, force: bool = False) -> None:
     folder is missing or not writable, if a path is not a regular file, or if `force` is needed.
     """
     if not force:
-        check_truth_stays(paths)
+        _check_truth_stays(paths)
     for path in paths:
         known_ending(Path(path), OUTPUT_ENDINGS)
     checked_targets(paths)

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from .. import _core
-from ..base.checks import checked_mask, checked_tets, checked_threads, counted, freeze
-from ..base.errors import MeshError
-from ..base.types import Floats, Ints
-from .base import CellsOfVertices
-from .triangle_mesh import Mesh
-from .weld import lowest_vertices
+from superfacets import _core
+from superfacets.base.checks import checked_mask, checked_tets, checked_threads, counted, freeze
+from superfacets.base.errors import MeshError
+from superfacets.base.types import Floats, Ints, Longs
+from superfacets.mesh.base import CellsOfVertices
+from superfacets.mesh.triangle_mesh import Mesh
+from superfacets.mesh.weld import lowest_vertices
 
 # Row i lists the three corners opposite to corner i of a tetrahedron. The three corners are
 # counterclockwise seen from outside if the signed volume of the tetrahedron is positive.
@@ -68,6 +68,9 @@ class TetMesh(CellsOfVertices):
     >>> corner, corner.boundary().mesh
     (TetMesh(4 vertices, 1 tet), Mesh(4 vertices, 4 faces))
     """
+
+    corners_name: ClassVar[str] = "tets"
+    sides: ClassVar[Longs | None] = _SIDES
 
     vertices: Floats
     tets: Ints
@@ -129,11 +132,6 @@ class TetMesh(CellsOfVertices):
 
     def __repr__(self) -> str:
         return f"TetMesh({counted(self.n_vertices, 'vertex')}, {counted(self.n_tets, 'tet')})"
-
-
-def sides_of_tets(mesh: TetMesh) -> Ints:
-    """Return the vertices of the four triangles of each tetrahedron, shape (4 N, 3)."""
-    return mesh.tets[:, _SIDES].reshape(-1, 3)
 
 
 def signed_volumes(mesh: TetMesh) -> Floats:

@@ -5,17 +5,21 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+import numpy as np
 import numpy.typing as npt
 
-from .. import _core
-from ..base.checks import checked_threads, counted, freeze
-from ..base.errors import MeshError
-from ..base.types import Floats, Ints, Longs
-from ..mesh.convert import MeshLike, as_tets
-from ..mesh.tet_mesh import TetMesh
-from ..mesh.weld import lowest_vertices
-from .cell_graph import ArcMeasures, BaseGraph, CellGraph
-from .surface import Surface
+from superfacets import _core
+from superfacets.base.checks import checked_threads, counted, freeze
+from superfacets.base.errors import MeshError
+from superfacets.base.types import Bools, Floats, Ints, Longs
+from superfacets.graph.cell_graph import ArcMeasures, BaseGraph, CellGraph
+from superfacets.graph.kinds import DrawnFaces, Kind, Nearest
+from superfacets.graph.surface import Surface
+from superfacets.mesh.convert import MeshLike, as_cells
+from superfacets.mesh.faces import Corners, corners_of
+from superfacets.mesh.weld import lowest_vertices
+
+from .tet_mesh import TetMesh, signed_volumes
 
 
 class TriangleCounts(NamedTuple):
@@ -110,7 +114,9 @@ def build_tet_graph(mesh: MeshLike, *, weld: bool = True, n_threads: int | None 
     >>> graph.neighbors, graph.triangle_counts
     (array([1, 0], dtype=int32), TriangleCounts(triangles=7, boundary=6, non_manifold=0))
     """
-    cells = as_tets(mesh)
+    cells = as_cells(mesh)
+    if not isinstance(cells, TetMesh):
+        raise MeshError(f"expected a tetrahedral mesh, got a {type(cells).__name__}")
     threads = checked_threads(n_threads)
     lowest = lowest_vertices(cells.vertices, weld, threads)
     try:
@@ -147,3 +153,36 @@ def tet_surface(mesh: TetMesh, graph: TetGraph, n_threads: int) -> Surface:
         handle, graph.offsets, graph.neighbors, graph.bounds, graph.diagonal, n_threads,
         weights=given.step_lengths / graph.diagonal, dimension=3,
     )  # fmt: skip
+
+
+class _Tets(Kind):
+    name = "tetrahedra"
+    noun = "tet"
+    plural = "tetrahedra"
+    dimension = 3
+
+    def build_graph(self, cells: TetMesh, weld: bool, n_threads: int) -> tuple[TetGraph, None]:
+        return build_tet_graph(cells, weld=weld, n_threads=n_threads), None
+
+    def surface(self, cells: TetMesh, graph: TetGraph, n_threads: int) -> Surface:
+        return tet_surface(cells, graph, n_threads)
+
+    def measures(self, cells: TetMesh, n_threads: int) -> Floats:
+        return np.abs(signed_volumes(cells))
+
+    def positions(self, cells: TetMesh) -> Floats:
+        return np.asarray(cells.vertices[cells.tets].mean(axis=1))
+
+    def nearest(
+        self, cells: TetMesh, queries: Floats, max_distance: float, n_threads: int
+    ) -> Nearest:
+        return _core.nearest_tets(cells.vertices, cells.tets, queries, max_distance, n_threads)
+
+    def corners(self, cells: TetMesh) -> Corners:
+        return corners_of(cells)
+
+    def drawn_faces(self, cells: TetMesh, keep: Bools | None = None) -> DrawnFaces:
+        return DrawnFaces(*cells.boundary(keep))
+
+
+TETS = _Tets()
