@@ -10,19 +10,22 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from superfacets import __version__
-from superfacets.base.checks import checked_callable, checked_count, checked_number, checked_threads
-from superfacets.base.errors import MissingExtraError, is_installed
-from superfacets.files.atomic import StrPath, locked, remove_leftovers
-from superfacets.files.writers.write import ENDING_OF_FORMAT
-from superfacets.tools.segment_file import FileOptions
-from superfacets.tools.segment_to_files import cells_of, memory_of
-from superfacets.tools.sources import (
-    check_outputs_differ,
+from superfacets import MissingExtraError, __version__
+from superfacets.base.checks import checked_callable
+from superfacets.base.errors import is_installed
+from superfacets.files.atomic import locked, remove_leftovers
+from superfacets.kit import (
+    ENDING_OF_FORMAT,
+    FileOptions,
+    StrPath,
+    checked_count,
+    checked_number,
+    checked_threads,
     find_sources,
     output_names,
-    result_ending,
 )
+from superfacets.tools.segment_to_files import cells_of, memory_of
+from superfacets.tools.sources import check_outputs_differ, result_ending
 
 from .cluster import Crew, local_client, remote_client
 from .jobs import BatchJob, Record, failed, hash_of, run_job

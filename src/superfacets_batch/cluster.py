@@ -19,8 +19,7 @@ from queue import Empty, SimpleQueue
 from typing import Any, cast
 
 from superfacets import __version__
-from superfacets.base.checks import counted
-from superfacets.base.errors import import_extra, reason_of
+from superfacets.kit import counted, import_extra, reason_of
 
 from .jobs import BatchJob, Record, failed, run_job
 

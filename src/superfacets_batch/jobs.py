@@ -11,10 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from superfacets import __version__
-from superfacets.base.errors import reason_of
-from superfacets.files.atomic import StrPath
-from superfacets.files.guards import Content, open_regular
-from superfacets.tools.segment_file import FileOptions
+from superfacets.kit import Content, FileOptions, StrPath, open_regular, reason_of
 from superfacets.tools.segment_to_files import segment_to_files
 
 Record = dict[str, Any]

@@ -6,7 +6,7 @@ import json
 import os
 from pathlib import Path
 
-from superfacets.files.atomic import atomic_outputs, open_own
+from superfacets.kit import atomic_outputs, open_own
 
 from .jobs import Record
 

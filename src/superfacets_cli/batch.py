@@ -8,8 +8,7 @@ from typing import Any
 
 import click
 
-from superfacets.base.checks import counted
-from superfacets.files.writers.write import ENDING_OF_FORMAT
+from superfacets.kit import ENDING_OF_FORMAT, counted
 from superfacets_batch.batching import MANIFEST, BatchProgress, BatchResult, batch
 
 from .failures import EXIT_DATA, print_error, print_notes

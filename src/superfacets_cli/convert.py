@@ -11,16 +11,20 @@ from typing import Any
 import click
 import numpy as np
 
-from superfacets.base.checks import counted
-from superfacets.base.errors import MeshError
-from superfacets.base.types import Ints
-from superfacets.files.attributes import MeshAttributes
-from superfacets.files.writers.cells import ATTRIBUTE_OUTPUTS, FormatOptions, usual_ending
+from superfacets import MeshAttributes, MeshError, write_regions
+from superfacets.files.writers.cells import usual_ending
 from superfacets.files.writers.ids import UNCONVERTED
-from superfacets.files.writers.write import ENDING_OF_FORMAT, check_outputs, write_regions
-from superfacets.graph.kinds import kind_of
-from superfacets.mesh.base import Cells
-from superfacets.tools.sources import find_sources
+from superfacets.kit import (
+    ATTRIBUTE_OUTPUTS,
+    ENDING_OF_FORMAT,
+    Cells,
+    FormatOptions,
+    Ints,
+    check_outputs,
+    counted,
+    find_sources,
+    kind_of,
+)
 from superfacets_scans.aggregation import regroup_segments
 from superfacets_scans.scannet import GROUPS
 

@@ -8,16 +8,17 @@ from typing import Any
 import click
 import numpy as np
 
-from superfacets.base.checks import counted, ranked_labels
-from superfacets.base.errors import MeshError
-from superfacets.base.types import Ints
-from superfacets.files.writers.write import check_fit
-from superfacets.graph.kinds import kind_of
-from superfacets.graph.size import DEFAULT_N_SEGMENTS
-from superfacets.mesh.convert import as_mesh
-from superfacets.mesh.faces import FaceMesh
-from superfacets.pipeline import segment
-from superfacets.regions.border_cut import BorderCut, cut_borders
+from superfacets import BorderCut, MeshError, cut_borders, segment
+from superfacets.kit import (
+    DEFAULT_N_SEGMENTS,
+    FaceMesh,
+    Ints,
+    as_mesh,
+    check_fit,
+    counted,
+    kind_of,
+    ranked_labels,
+)
 
 from .inputs import Input, labels_beside, read_input
 from .interrupts import run_in_background

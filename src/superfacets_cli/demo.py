@@ -6,10 +6,9 @@ from pathlib import Path
 
 import click
 
-from superfacets.base.timing import timed
+from superfacets import segment
 from superfacets.files.atomic import output_folder
-from superfacets.files.writers.write import write_outputs
-from superfacets.pipeline import segment
+from superfacets.kit import timed, write_outputs
 
 from .options import FOLDER, option
 from .progress import RunBar
@@ -23,7 +22,7 @@ def demo_command(output: Path) -> None:
 
     The labeled mesh and a picture of the mesh are written to DIR.
     """
-    from superfacets.tools.sample import sample_mesh
+    from superfacets import sample_mesh
     from superfacets_show.rendering import check_rendering, render
 
     check_rendering()

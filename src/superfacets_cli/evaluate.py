@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from superfacets.base.checks import counted
+from superfacets.kit import counted
 from superfacets.metrics.cuts import DEFAULT_TOLERANCE
 
 from .failures import print_note

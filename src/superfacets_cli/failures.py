@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 
 import click
 
-from superfacets.base.errors import MeshError, RenderError
+from superfacets import MeshError, RenderError
 
 EXIT_DATA, EXIT_USAGE = 1, 2
 

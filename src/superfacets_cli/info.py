@@ -10,10 +10,10 @@ from pathlib import Path
 import click
 import numpy as np
 
-from superfacets import TetInfo
-from superfacets.files.attributes import LasFrame, MeshAttributes
-from superfacets.graph.size import DEFAULT_N_SEGMENTS, sliver_note
-from superfacets.tools.info import CloudInfo, MeshInfo, facts_of
+from superfacets import CloudInfo, MeshAttributes, MeshInfo, TetInfo
+from superfacets.graph.size import sliver_note
+from superfacets.kit import DEFAULT_N_SEGMENTS, LasFrame
+from superfacets.tools.info import facts_of
 
 from .failures import EXIT_DATA, count_failures, print_note
 from .inputs import check_inputs, name_of, read_input

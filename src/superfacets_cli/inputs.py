@@ -11,33 +11,39 @@ from typing import Any, NamedTuple
 import click
 import numpy as np
 
-from superfacets.base.checks import check_length, counted
-from superfacets.base.errors import MeshError
-from superfacets.base.types import Array, Floats, Ints
-from superfacets.files.attributes import MeshAttributes
-from superfacets.files.guards import Content, known_ending, named_errors, read_content
+from superfacets import MeshAttributes, MeshError
 from superfacets.files.readers.labels import (
     KEY_ENDINGS,
     LABEL_ENDINGS,
-    NO_REGION,
     PLACED_ENDINGS,
     VERTEX_ENDINGS,
     WORK_ENDING,
     checked_labels,
     find_labels,
-    parse_labels,
 )
-from superfacets.files.readers.npy import npy_array, npy_header
-from superfacets.files.readers.read import (
+from superfacets.files.readers.npy import npy_header
+from superfacets.graph.corner_labels import are_of_vertices
+from superfacets.kit import (
+    NO_REGION,
     Z_UP_ENDINGS,
+    Array,
+    Cells,
+    Content,
+    Floats,
+    Ints,
     cell_ending,
+    check_length,
+    counted,
+    kind_of,
+    known_ending,
+    mask_of,
+    named_errors,
+    npy_array,
     parse_cells_and_attributes,
+    parse_labels,
+    read_content,
     recognized_ending,
 )
-from superfacets.graph.constraints import mask_of
-from superfacets.graph.corner_labels import are_of_vertices
-from superfacets.graph.kinds import kind_of
-from superfacets.mesh.base import Cells
 from superfacets_formats.cortex import CORTEX_VALUES, values_of_vertices
 from superfacets_formats.las import las_steps
 
@@ -137,7 +143,7 @@ def labels_of_cells(cells: Cells, given: GivenLabels, *, is_quiet: bool) -> Ints
 
     A note is printed unless `is_quiet`. Labels of cells are returned unchanged, without a note.
     """
-    from superfacets.regions.vertices import face_labels
+    from superfacets import face_labels
 
     if not given.are_of_vertices:
         return given.labels

@@ -12,18 +12,23 @@ from typing import IO, Any
 import click
 import numpy as np
 
-from superfacets.base.checks import checked_threads, counted, ranked_labels
-from superfacets.base.errors import IslandWarning, SliverWarning
+from superfacets import Hierarchy, IslandWarning, MeshAttributes, SliverWarning, hierarchy
 from superfacets.base.options import ISLANDS
-from superfacets.files.atomic import atomic_outputs, checked_targets
-from superfacets.files.attributes import MeshAttributes
-from superfacets.files.guards import known_ending
 from superfacets.files.named_features import features_of
-from superfacets.files.writers.cells import FormatOptions
-from superfacets.files.writers.write import OUTPUT_ENDINGS, check_fit, writer_of
-from superfacets.graph.kinds import kind_of
-from superfacets.mesh.base import Cells
-from superfacets.regions.hierarchy import Hierarchy, hierarchy
+from superfacets.files.writers.write import writer_of
+from superfacets.kit import (
+    OUTPUT_ENDINGS,
+    Cells,
+    FormatOptions,
+    atomic_outputs,
+    check_fit,
+    checked_targets,
+    checked_threads,
+    counted,
+    kind_of,
+    known_ending,
+    ranked_labels,
+)
 from superfacets_scans.scannet import write_sstk
 
 from . import options as opts

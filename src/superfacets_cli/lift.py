@@ -9,15 +9,19 @@ from typing import Any, get_args
 import click
 import numpy as np
 
-from superfacets.base.checks import counted, ranked_labels
-from superfacets.base.errors import ViewWarning
-from superfacets.base.types import Array, Ints
-from superfacets.files.attributes import MeshAttributes
+from superfacets import MeshAttributes, ViewWarning
 from superfacets.files.writers.ids import VERTEX_OUTPUTS, Segments
-from superfacets.files.writers.write import check_fit
-from superfacets.graph.kinds import kind_of, measures_of
 from superfacets.graph.sums import positive_total
-from superfacets.mesh.base import Cells
+from superfacets.kit import (
+    Array,
+    Cells,
+    Ints,
+    check_fit,
+    counted,
+    kind_of,
+    measures_of,
+    ranked_labels,
+)
 from superfacets_scans.cameras import read_cameras
 from superfacets_scans.label_images import Overlap
 from superfacets_scans.lifting import LiftedLabels, lift

@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from superfacets.files.formats import CELL_ENDINGS
+from superfacets.kit import CELL_ENDINGS
 
 
 class CountOr(click.ParamType):  # type: ignore[type-arg]  # generic in new versions of click

@@ -12,26 +12,24 @@ from typing import Any
 
 import click
 
-from superfacets.base.types import Ints, Longs
+from superfacets import MeshAttributes
 from superfacets.files.atomic import output_folder
-from superfacets.files.attributes import MeshAttributes
 from superfacets.files.formats import MESH_ENDINGS
-from superfacets.files.guards import known_ending
-from superfacets.files.writers.cells import (
-    ATTRIBUTE_OUTPUTS,
-    CLOUD_OUTPUTS,
-    MESH_OUTPUTS,
-    FormatOptions,
-)
+from superfacets.files.writers.cells import CLOUD_OUTPUTS, MESH_OUTPUTS
 from superfacets.files.writers.ids import CORTEX_OUTPUTS, LABEL_OUTPUTS, VERTEX_OUTPUTS
-from superfacets.files.writers.write import (
+from superfacets.kit import (
+    ATTRIBUTE_OUTPUTS,
     ENDING_OF_FORMAT,
     OUTPUT_ENDINGS,
+    Cells,
+    FormatOptions,
+    Ints,
+    Longs,
     check_outputs,
+    known_ending,
+    output_names,
     write_outputs,
 )
-from superfacets.mesh.base import Cells
-from superfacets.tools.sources import output_names
 
 from . import options as opts
 from .failures import print_note, print_notes

@@ -11,12 +11,15 @@ from typing import Any
 import click
 import numpy as np
 
-from superfacets.base.checks import counted, ranked_labels
-from superfacets.base.errors import MeshError
-from superfacets.base.types import Array, Floats, Ints
-from superfacets.files.atomic import checked_targets
-from superfacets.files.attributes import MeshAttributes
-from superfacets.files.guards import known_ending
+from superfacets import (
+    BorderLines,
+    MeshAttributes,
+    MeshError,
+    RegionGraph,
+    border_lines,
+    pool,
+    region_graph,
+)
 from superfacets.files.named_features import property_of
 from superfacets.files.writers.tables import (
     LINE_ENDINGS,
@@ -26,12 +29,18 @@ from superfacets.files.writers.tables import (
     write_lines,
     write_tables,
 )
-from superfacets.graph.kinds import kind_of
-from superfacets.graph.sums import weighted_majority
-from superfacets.mesh.base import Cells
-from superfacets.regions.lines import BorderLines, border_lines
-from superfacets.regions.pooling import pool
-from superfacets.regions.region_graph import RegionGraph, region_graph
+from superfacets.kit import (
+    Array,
+    Cells,
+    Floats,
+    Ints,
+    checked_targets,
+    counted,
+    kind_of,
+    known_ending,
+    ranked_labels,
+    weighted_majority,
+)
 from superfacets.tools.segment_file import seen_from
 
 from . import options as opts

@@ -9,14 +9,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from superfacets.base.checks import checked_choice
-from superfacets.base.errors import MeshError
-from superfacets.base.types import Array
-from superfacets.files.attributes import MeshAttributes
+from superfacets import MeshAttributes, MeshError
 from superfacets.files.named_features import colors_of_cells, property_of
-from superfacets.graph.kinds import kind_of
-from superfacets.mesh.base import Cells
-from superfacets.regions.region_graph import column_names
+from superfacets.kit import Array, Cells, checked_choice, column_names, kind_of
 from superfacets.tools.segment_file import seen_from
 from superfacets_show.animation import MOVING_ENDINGS
 from superfacets_show.camera import CLIPS, VIEW_NAMES, View

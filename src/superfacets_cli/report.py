@@ -8,15 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from superfacets.base.checks import counted
-from superfacets.base.types import Floats, Ints, Longs
-from superfacets.clustering.result import Segmentation
-from superfacets.files.attributes import MeshAttributes
+from superfacets import MeshAttributes, Segmentation
 from superfacets.files.writers.ids import GRAPH_OUTPUTS, RENUMBERED_OUTPUTS, VERTEX_OUTPUTS
 from superfacets.files.writers.ply import names_replaced
-from superfacets.graph.kinds import kind_of
 from superfacets.graph.size import sliver_note
-from superfacets.mesh.base import Cells
+from superfacets.kit import Cells, Floats, Ints, Longs, counted, kind_of
 from superfacets.regions.vertices import MIN_IN_FILES
 from superfacets.stages.notes import BARRIERS_NOTE, fewer_note, radius_note
 from superfacets.tools.segment_file import Outcome

@@ -12,16 +12,19 @@ from typing import Any
 import click
 import numpy as np
 
-from superfacets.base.errors import MeshError
-from superfacets.base.timing import timed
-from superfacets.base.types import Array
-from superfacets.clustering.result import Segmentation
-from superfacets.files.attributes import MeshAttributes
-from superfacets.files.writers.cells import FormatOptions
-from superfacets.files.writers.write import check_fit, check_outputs
-from superfacets.graph.kinds import kind_of
-from superfacets.mesh.base import Cells
-from superfacets.tools.segment_file import FileOptions, Outcome, segment_file
+from superfacets import MeshAttributes, MeshError, Segmentation
+from superfacets.kit import (
+    Array,
+    Cells,
+    FileOptions,
+    FormatOptions,
+    check_fit,
+    check_outputs,
+    kind_of,
+    segment_file,
+    timed,
+)
+from superfacets.tools.segment_file import Outcome
 
 from .failures import EXIT_DATA, count_failures, print_note, print_notes
 from .inputs import (

@@ -7,10 +7,9 @@ from typing import Any
 
 import click
 
+from superfacets import PAPER, PARTS, SCANS
 from superfacets.base.options import INITS, ISLANDS
-from superfacets.stages.presets import PAPER, PARTS, SCANS
-from superfacets.tools.segment_file import FileOptions
-from superfacets.weights.formulas import WEIGHTS
+from superfacets.kit import WEIGHTS, FileOptions
 
 from . import options as opts
 from .options import COUNT, option, options

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
-from superfacets.base.errors import MissingExtraError
+from superfacets import MissingExtraError
 from superfacets.files.atomic import output_folder
 
 from .failures import EXIT_DATA, count_failures, print_note, print_notes

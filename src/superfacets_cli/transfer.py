@@ -9,13 +9,8 @@ from typing import Any
 import click
 import numpy as np
 
-from superfacets.base.checks import counted
-from superfacets.base.types import Ints
-from superfacets.files.attributes import MeshAttributes
-from superfacets.files.writers.write import check_fit
-from superfacets.graph.kinds import kind_of
-from superfacets.mesh.base import Cells
-from superfacets.regions.nearest_labels import transfer
+from superfacets import MeshAttributes, transfer
+from superfacets.kit import Cells, Ints, check_fit, counted, kind_of
 
 from .inputs import labels_for, read_input
 from .interrupts import run_in_background

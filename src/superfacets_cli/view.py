@@ -10,12 +10,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from superfacets.base.errors import MeshError, MissingExtraError
-from superfacets.base.types import Array
-from superfacets.files.guards import read_content
-from superfacets.files.named_features import stored_colors
+from superfacets import MeshError, MissingExtraError
 from superfacets.files.readers.npy import npz_array
-from superfacets.mesh.base import Cells
+from superfacets.kit import Array, Cells, read_content, stored_colors
 
 from .failures import print_note
 from .inputs import Input, labels_beside, labels_for, read_input, read_values

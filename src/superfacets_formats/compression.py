@@ -8,10 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from superfacets.base.checks import counted
-from superfacets.base.errors import MeshError, import_extra
-from superfacets.base.types import Array
-from superfacets.files.guards import shortened
+from superfacets import MeshError
+from superfacets.kit import Array, counted, import_extra, shortened
 
 _DRACO_HEADER = 11
 """Size in bytes of signature, version, geometry type, encoding method and flags."""

@@ -15,12 +15,9 @@ from xml.etree.ElementTree import Element, ParseError, fromstring
 
 import numpy as np
 
-from superfacets.base.checks import counted
-from superfacets.base.errors import MeshError
-from superfacets.base.types import Array
-from superfacets.files.attributes import MeshAttributes
-from superfacets.files.guards import Arrays, BinaryReader, Content, as_doubles, most_bytes_of
+from superfacets import MeshAttributes, MeshError
 from superfacets.files.readers.text import as_count, as_integers, shown, split_lines
+from superfacets.kit import Array, Arrays, BinaryReader, Content, as_doubles, counted, most_bytes_of
 
 from .vtk_xml import NUMBER_TYPES
 

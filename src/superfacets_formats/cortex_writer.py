@@ -10,7 +10,7 @@ from xml.sax.saxutils import escape
 
 import numpy as np
 
-from superfacets.base.types import Array, Bytes
+from superfacets.kit import Array, Bytes
 from superfacets_show.colors import PALETTE
 
 from .cortex import STRUCTURE

@@ -8,12 +8,21 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from superfacets.base.checks import counted
-from superfacets.base.errors import MeshError, import_extra, reason_of
-from superfacets.base.types import Array, Floats, Ints, Singles
-from superfacets.files.attributes import MeshAttributes
-from superfacets.files.guards import Content, most_bytes_of, rotation_of, shortened, temporary_file
-from superfacets.mesh.point_cloud import PointCloud
+from superfacets import MeshAttributes, MeshError, PointCloud
+from superfacets.base.types import Singles
+from superfacets.files.guards import temporary_file
+from superfacets.kit import (
+    Array,
+    Content,
+    Floats,
+    Ints,
+    counted,
+    import_extra,
+    most_bytes_of,
+    reason_of,
+    rotation_of,
+    shortened,
+)
 
 _CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ")
 _SPHERICAL = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")

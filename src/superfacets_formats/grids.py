@@ -8,11 +8,9 @@ from typing import Any, Literal
 
 import numpy as np
 
-from superfacets.base.checks import counted
-from superfacets.base.errors import MeshError
-from superfacets.base.types import Array, Bools, Floats, Longs
-from superfacets.files.guards import Content
-from superfacets.files.readers.text import Lines, as_count, as_integers, runs, split_lines
+from superfacets import MeshError
+from superfacets.files.readers.text import as_count, as_integers, runs, split_lines
+from superfacets.kit import Array, Bools, Content, Floats, Lines, Longs, counted
 
 TETS = {10: 4, 24: 10}
 """Number of nodes for each VTK type of tetrahedra. The first four nodes are the corners."""

@@ -15,13 +15,19 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from superfacets import MeshAttributes
-from superfacets.base.checks import counted
-from superfacets.base.errors import MeshError, import_extra, reason_of
-from superfacets.base.types import Array, Bytes
-from superfacets.files.attributes import COLORS, PROJECTION, LasDimension, LasFrame, is_word
-from superfacets.files.guards import Content, shortened
+from superfacets import MeshAttributes, MeshError
+from superfacets.files.attributes import COLORS, PROJECTION, LasDimension, is_word
 from superfacets.files.readers.clouds import CloudFile, cloud_of
+from superfacets.kit import (
+    Array,
+    Bytes,
+    Content,
+    LasFrame,
+    counted,
+    import_extra,
+    reason_of,
+    shortened,
+)
 
 _MAX_COMPRESSED = 1000
 """Maximum ratio of decompressed bytes to bytes of the file. The usual ratio is 5 to 20. Only files

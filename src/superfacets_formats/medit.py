@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from superfacets.base.checks import counted
-from superfacets.base.errors import MeshError
-from superfacets.base.types import Array
-from superfacets.files.guards import Content
-from superfacets.files.readers.text import Lines, as_count, as_integers, shown, split_lines
+from superfacets import MeshError
+from superfacets.files.readers.text import as_count, as_integers, shown, split_lines
+from superfacets.kit import Array, Content, Lines, counted
 
 from .grids import Grid
 

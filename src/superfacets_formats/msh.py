@@ -7,10 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from superfacets.base.errors import MeshError
-from superfacets.base.types import Array
-from superfacets.files.guards import Content, as_doubles
+from superfacets import MeshError
 from superfacets.files.readers.text import as_count, as_integers, runs, shown
+from superfacets.kit import Array, Content, as_doubles
 
 from .grids import Cursor, Grid
 

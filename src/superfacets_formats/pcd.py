@@ -8,14 +8,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from superfacets import _core
-from superfacets.base.checks import counted
-from superfacets.base.errors import MeshError
-from superfacets.base.types import Array, Bools, Floats
-from superfacets.files.attributes import MeshAttributes, is_word
-from superfacets.files.guards import Content, as_doubles, narrowed
+from superfacets import MeshAttributes, MeshError, _core
+from superfacets.files.attributes import is_word
+from superfacets.files.guards import narrowed
 from superfacets.files.readers.clouds import OTHER_NAMES, CloudFile, cloud_of
 from superfacets.files.readers.text import as_count, shown, split_lines
+from superfacets.kit import Array, Bools, Content, Floats, as_doubles, counted
 
 _KINDS = {
     f"{letter}{size}": f"<{letter.lower()}{size}"

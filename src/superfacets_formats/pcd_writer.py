@@ -6,9 +6,9 @@ from typing import IO
 
 import numpy as np
 
-from superfacets.base.types import Array
 from superfacets.files.writers.content import Content
-from superfacets.files.writers.text import ROWS_AT_ONCE, fits_single, write_rows
+from superfacets.files.writers.text import ROWS_AT_ONCE, fits_single
+from superfacets.kit import Array, write_rows
 
 _NAMES = {"nx": "normal_x", "ny": "normal_y", "nz": "normal_z"}
 

@@ -8,15 +8,23 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from superfacets import _core
-from superfacets.base.checks import checked_threads, counted, freeze
-from superfacets.base.errors import MeshError
-from superfacets.base.types import Bools, Floats, Ints, Longs
-from superfacets.graph.cell_graph import ArcMeasures, BaseGraph, CellGraph
+from superfacets import ArcMeasures, CellGraph, MeshError, _core
+from superfacets.graph.cell_graph import BaseGraph
 from superfacets.graph.kinds import DrawnFaces, Kind, Nearest
-from superfacets.graph.surface import Surface
-from superfacets.mesh.convert import MeshLike, as_cells
-from superfacets.mesh.faces import Corners, corners_of
+from superfacets.kit import (
+    Bools,
+    Floats,
+    Ints,
+    Longs,
+    MeshLike,
+    Surface,
+    as_cells,
+    checked_threads,
+    corners_of,
+    counted,
+    freeze,
+)
+from superfacets.mesh.faces import Corners
 from superfacets.mesh.weld import lowest_vertices
 
 from .tet_mesh import TetMesh, signed_volumes

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from superfacets import _core
-from superfacets.base.checks import checked_threads
+from superfacets.kit import checked_threads
 from superfacets.tools.info import count_components, count_positions
 
 from .tet_graph import build_tet_graph

@@ -8,12 +8,10 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from superfacets import _core
-from superfacets.base.checks import checked_mask, checked_tets, checked_threads, counted, freeze
-from superfacets.base.errors import MeshError
-from superfacets.base.types import Floats, Ints, Longs
+from superfacets import Mesh, MeshError, _core
+from superfacets.base.checks import checked_mask, checked_tets
+from superfacets.kit import Floats, Ints, Longs, checked_threads, counted, freeze
 from superfacets.mesh.base import CellsOfVertices
-from superfacets.mesh.triangle_mesh import Mesh
 from superfacets.mesh.weld import lowest_vertices
 
 # Row i lists the three corners opposite to corner i of a tetrahedron. The three corners are

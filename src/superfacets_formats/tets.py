@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
-from superfacets.base.checks import check_length, counted
-from superfacets.base.errors import MeshError
-from superfacets.base.types import Array
-from superfacets.files.guards import Content
+from superfacets import MeshError
 from superfacets.files.readers.text import as_integers
+from superfacets.kit import Array, Content, check_length, counted
 
 from .grids import Grid
 from .medit import read_medit

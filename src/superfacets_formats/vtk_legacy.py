@@ -7,11 +7,9 @@ from urllib.parse import unquote_to_bytes
 
 import numpy as np
 
-from superfacets.base.checks import counted
-from superfacets.base.errors import MeshError
-from superfacets.base.types import Array
-from superfacets.files.guards import Content, as_doubles
+from superfacets import MeshError
 from superfacets.files.readers.text import as_count, shown
+from superfacets.kit import Array, Content, as_doubles, counted
 
 from .grids import Cursor, Grid, sizes_between
 from .vtk_xml import NUMBER_TYPES

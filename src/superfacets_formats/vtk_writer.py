@@ -13,9 +13,8 @@ from urllib.parse import quote
 
 import numpy as np
 
-from superfacets.base.types import Array
 from superfacets.files.writers.content import Content
-from superfacets.files.writers.text import write_rows
+from superfacets.kit import Array, write_rows
 from superfacets.mesh.faces import corners_in_a_row, face_sizes
 
 Arrays = Mapping[str, Array]

@@ -11,18 +11,19 @@ from xml.etree.ElementTree import Element, ParseError, fromstring
 
 import numpy as np
 
-from superfacets.base.checks import counted
-from superfacets.base.errors import MeshError
-from superfacets.base.types import Array, Floats
-from superfacets.files.guards import (
+from superfacets import MeshError
+from superfacets.files.guards import checked_faces
+from superfacets.files.readers.text import as_count, as_integers, shown, split_lines
+from superfacets.kit import (
+    Array,
     Arrays,
     Content,
+    Floats,
     as_doubles,
-    checked_faces,
+    counted,
     most_bytes_of,
     named_errors,
 )
-from superfacets.files.readers.text import as_count, as_integers, shown, split_lines
 
 from .grids import sizes_between
 

@@ -11,14 +11,21 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from superfacets.base.checks import check_length, checked_classes, counted, ranked_labels
-from superfacets.base.errors import MeshError
-from superfacets.base.types import Ints, Longs
-from superfacets.files.atomic import StrPath, atomic_outputs
-from superfacets.files.guards import known_ending, read_json
-from superfacets.files.readers.labels import read_labels
-from superfacets.files.writers.cells import FormatOptions
-from superfacets.graph.sums import weighted_majority
+from superfacets import MeshError, read_labels
+from superfacets.base.checks import checked_classes
+from superfacets.files.guards import read_json
+from superfacets.kit import (
+    FormatOptions,
+    Ints,
+    Longs,
+    StrPath,
+    atomic_outputs,
+    check_length,
+    counted,
+    known_ending,
+    ranked_labels,
+    weighted_majority,
+)
 
 from .scannet import (
     GROUPS,

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from superfacets.base.errors import MeshError
-from superfacets.base.types import Floats
-from superfacets.files.guards import named_errors, read_content, read_json
+from superfacets import MeshError
+from superfacets.files.guards import read_json
+from superfacets.kit import Floats, named_errors, read_content
 
 from .colmap import UNDISTORT, PosedImage, is_colmap, read_colmap
 from .pinhole_camera import PinholeCamera

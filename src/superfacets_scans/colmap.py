@@ -9,9 +9,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from superfacets.base.errors import MeshError
-from superfacets.base.types import Floats
-from superfacets.files.guards import BinaryReader, named_errors, read_content, rotation_of
+from superfacets import MeshError
+from superfacets.kit import BinaryReader, Floats, named_errors, read_content, rotation_of
 
 
 class _Model(NamedTuple):

@@ -7,8 +7,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from superfacets.base.errors import MeshError
-from superfacets.base.types import Array, Bools, Ints
+from superfacets import MeshError
+from superfacets.kit import Array, Bools, Ints
 
 NO_MASK = 0
 """Id of pixels outside all masks."""

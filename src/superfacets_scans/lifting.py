@@ -10,23 +10,24 @@ from typing import Any, get_args
 import numpy as np
 import numpy.typing as npt
 
-from superfacets import _core
-from superfacets.base.checks import (
+from superfacets import MeshError, _core
+from superfacets.base.checks import checked_classes, checked_regions, checked_vertex_classes
+from superfacets.kit import (
+    Bools,
+    Floats,
+    Ints,
+    MeshLike,
+    as_cells,
     checked_choice,
-    checked_classes,
     checked_flag,
     checked_fraction,
-    checked_regions,
     checked_threads,
-    checked_vertex_classes,
     counted,
+    labels_of_corners,
     ranked_labels,
+    sums_by_label,
+    weighted_majority,
 )
-from superfacets.base.errors import MeshError
-from superfacets.base.types import Bools, Floats, Ints
-from superfacets.graph.corner_labels import labels_of_corners
-from superfacets.graph.sums import sums_by_label, weighted_majority
-from superfacets.mesh.convert import MeshLike, as_cells
 
 from .label_images import Overlap
 from .mask_votes import SeenSurface, Votes, collect_votes

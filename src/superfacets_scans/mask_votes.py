@@ -9,14 +9,19 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from superfacets import _core
-from superfacets.base.checks import counted, ranked_labels
-from superfacets.base.errors import MeshError, ViewWarning
-from superfacets.base.types import Array, Bools, Floats, Ints
-from superfacets.files.guards import named_errors
-from superfacets.graph.kinds import kind_of
-from superfacets.graph.sums import sums_by_label
-from superfacets.mesh.faces import cut_into_triangles
+from superfacets import MeshError, ViewWarning, _core
+from superfacets.kit import (
+    Array,
+    Bools,
+    Floats,
+    Ints,
+    counted,
+    cut_into_triangles,
+    kind_of,
+    named_errors,
+    ranked_labels,
+    sums_by_label,
+)
 
 from .label_images import NO_MASK, Overlap, label_image
 from .pinhole_camera import PinholeCamera

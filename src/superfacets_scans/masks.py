@@ -8,11 +8,9 @@ from typing import get_args
 
 import numpy as np
 
-from superfacets.base.checks import checked_choice
-from superfacets.base.errors import MeshError
-from superfacets.base.types import Array, Ints
-from superfacets.files.guards import check_regular, named_errors, read_content
-from superfacets.files.readers.npy import npy_array
+from superfacets import MeshError
+from superfacets.files.guards import check_regular
+from superfacets.kit import Array, Ints, checked_choice, named_errors, npy_array, read_content
 from superfacets_show.backend import import_pillow
 from superfacets_textures.images import check_pixels
 

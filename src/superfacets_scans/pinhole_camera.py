@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from superfacets.base.checks import checked_image_size, checked_intrinsics, checked_pose, freeze
-from superfacets.base.types import Floats
+from superfacets.base.checks import checked_image_size, checked_intrinsics, checked_pose
+from superfacets.kit import Floats, freeze
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,12 +9,17 @@ from typing import IO
 import numpy as np
 import numpy.typing as npt
 
-from superfacets.base.checks import check_length, counted, refuse_mask
-from superfacets.base.errors import MeshError
-from superfacets.base.types import Array
-from superfacets.files.atomic import StrPath, atomic_outputs
-from superfacets.files.guards import known_ending
+from superfacets import MeshError
 from superfacets.files.writers.ids import GRAPH_OUTPUTS
+from superfacets.kit import (
+    Array,
+    StrPath,
+    atomic_outputs,
+    check_length,
+    counted,
+    known_ending,
+    refuse_mask,
+)
 
 Graph = Mapping[str, npt.ArrayLike]
 

@@ -12,10 +12,9 @@ from typing import IO, Any
 import numpy as np
 import numpy.typing as npt
 
-from superfacets.base.errors import MeshError, MissingExtraError
-from superfacets.base.types import Longs
-from superfacets.files.atomic import StrPath
+from superfacets import MeshError, MissingExtraError
 from superfacets.files.writers.text import write_list, write_npy
+from superfacets.kit import Longs, StrPath
 
 MAX_ID = 1 << 24
 """Exclusive upper bound of ids. Some readers store ids as float32, which is exact up to 2**24."""

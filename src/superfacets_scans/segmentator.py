@@ -18,31 +18,38 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from superfacets import _core
-from superfacets.base.checks import (
-    check_spread,
+from superfacets import (
+    CellGraph,
+    IslandWarning,
+    Mesh,
+    MeshError,
+    PointCloud,
+    _core,
+    segment,
+    segment_graph,
+)
+from superfacets.base.checks import check_spread, refuse_first
+from superfacets.graph.point_graph import PointGraph, point_surface
+from superfacets.graph.surface import NO_NORMALS
+from superfacets.kit import (
+    WEIGHTS,
+    Array,
+    Floats,
+    Ints,
+    Longs,
+    MeshLike,
+    as_mesh,
     checked_count,
     checked_number,
     checked_threads,
     owned,
     ranked_labels,
-    refuse_first,
 )
-from superfacets.base.errors import IslandWarning, MeshError
-from superfacets.base.types import Array, Floats, Ints, Longs
-from superfacets.clustering.run import segment_graph
-from superfacets.graph.cell_graph import CellGraph
-from superfacets.graph.point_graph import PointGraph, point_surface
-from superfacets.graph.surface import NO_NORMALS
-from superfacets.mesh.convert import MeshLike, as_mesh
 from superfacets.mesh.faces import mean_normals
-from superfacets.mesh.point_cloud import PointCloud
-from superfacets.mesh.triangle_mesh import Mesh
 from superfacets.mesh.weld import lowest_vertices
-from superfacets.pipeline import segment
 from superfacets.regions.crease_labels import VertexEdges, crease_labels, large_regions
 from superfacets.regions.vertices import with_unused
-from superfacets.weights.formulas import WEIGHTS, EdgeFactors, weights_of
+from superfacets.weights.formulas import EdgeFactors, weights_of
 
 __all__ = ["compute_vn", "segment_mesh", "segment_point"]
 

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from superfacets.base.errors import RenderError
+from superfacets import RenderError
 
 from .backend import import_pillow
 from .scene import Picture
 
-MOVING_ENDINGS = (".gif", ".mp4")
+MOVING_ENDINGS: tuple[str, ...] = (".gif", ".mp4")
 
 _SECONDS = 4.8  # duration of one full rotation, in seconds
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from superfacets.base.types import Array, Ints, Longs
+from superfacets.kit import Array, Ints, Longs
 from superfacets.mesh.results import NO_COLOR
 
 from .backend import import_pillow

@@ -11,7 +11,8 @@ from collections.abc import Iterator, Mapping
 from types import SimpleNamespace
 from typing import Any
 
-from superfacets.base.errors import MissingExtraError, RenderError, import_extra
+from superfacets import MissingExtraError, RenderError
+from superfacets.kit import import_extra
 
 # Suppresses messages on stderr that Mesa's EGL writes if a device does not start.
 _QUIET_EGL = {"EGL_LOG_LEVEL": "fatal"}

@@ -8,8 +8,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from superfacets.base.checks import checked_choice, checked_number
-from superfacets.base.types import Floats
+from superfacets.kit import Floats, checked_choice, checked_number
 
 Clip = Literal["x", "-x", "y", "-y", "z", "-z"]
 CLIPS: tuple[str, ...] = get_args(Clip)

@@ -9,17 +9,24 @@ from typing import Any, Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
-from superfacets.base.checks import (
-    checked_partial_labels,
+from superfacets import CellGraph
+from superfacets.base.checks import checked_partial_labels, compact_partial_labels
+from superfacets.base.types import ArcLists
+from superfacets.graph.cell_graph import CsrArcs
+from superfacets.graph.kinds import as_known
+from superfacets.kit import (
+    Array,
+    Bytes,
+    Cells,
+    Floats,
+    Ints,
+    Longs,
+    MeshLike,
     checked_threads,
-    compact_partial_labels,
+    kind_of,
     refuse_mask,
 )
-from superfacets.base.types import ArcLists, Array, Bytes, Floats, Ints, Longs
-from superfacets.graph.cell_graph import CellGraph, CsrArcs
-from superfacets.graph.kinds import as_known, kind_of
-from superfacets.mesh.base import Cells
-from superfacets.mesh.convert import CloudLike, MeshLike
+from superfacets.mesh.convert import CloudLike
 from superfacets.mesh.results import NO_COLOR
 from superfacets_textures.light import (
     linear_of_oklab,

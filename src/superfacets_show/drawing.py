@@ -9,9 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from superfacets.base.checks import ranked_labels
-from superfacets.base.errors import RenderError
-from superfacets.base.types import Floats, Ints, Longs
+from superfacets import RenderError
+from superfacets.kit import Floats, Ints, Longs, ranked_labels
 
 from .annotations import draw_numbers
 from .backend import import_pillow, import_vtk, quiet_vtk

@@ -9,11 +9,8 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from superfacets.base.errors import MissingExtraError, RenderError
-from superfacets.base.types import Array, Ints
-from superfacets.graph.cell_graph import CellGraph
-from superfacets.graph.kinds import kind_of
-from superfacets.mesh.base import Cells
+from superfacets import CellGraph, MissingExtraError, RenderError
+from superfacets.kit import Array, Cells, Ints, kind_of
 
 from .backend import import_pillow
 from .colors import PALETTE

@@ -12,18 +12,22 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from superfacets.base.checks import (
+from superfacets import region_graph
+from superfacets.base.checks import compact_partial_labels
+from superfacets.kit import (
+    Array,
+    Cells,
+    Floats,
+    MeshLike,
+    as_cells,
+    atomic_outputs,
     checked_choice,
     checked_count,
     checked_flag,
-    compact_partial_labels,
+    column_names,
+    kind_of,
 )
-from superfacets.base.types import Array, Floats
-from superfacets.files.atomic import atomic_outputs
-from superfacets.graph.kinds import kind_of
-from superfacets.mesh.base import Cells
-from superfacets.mesh.convert import CloudLike, MeshLike, as_cells
-from superfacets.regions.region_graph import column_names, region_graph
+from superfacets.mesh.convert import CloudLike
 
 from .animation import MOVING_ENDINGS, check_video, gif_of, write_video
 from .annotations import SCALE_SHARE, TITLE_SHARE, scale_strip, title_strip

@@ -12,20 +12,24 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from superfacets.base.checks import (
+from superfacets import BorderCut, cut_borders
+from superfacets.base.checks import compact_partial_labels
+from superfacets.kit import (
+    Bools,
+    Cells,
+    FaceMesh,
+    Ints,
+    MeshLike,
+    as_cells,
+    atomic_outputs,
     checked_choice,
     checked_count,
     checked_flag,
     checked_number,
-    compact_partial_labels,
+    checked_targets,
+    kind_of,
 )
-from superfacets.base.types import Bools, Ints
-from superfacets.files.atomic import atomic_outputs, checked_targets
-from superfacets.graph.kinds import kind_of
-from superfacets.mesh.base import Cells
-from superfacets.mesh.convert import CloudLike, MeshLike, as_cells
-from superfacets.mesh.faces import FaceMesh
-from superfacets.regions.border_cut import BorderCut, cut_borders
+from superfacets.mesh.convert import CloudLike
 
 from .backend import ensure_gl, import_pillow, import_vtk
 from .camera import CLIPS, Camera, Clip, View, place_camera

@@ -10,15 +10,24 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from superfacets import _core
-from superfacets.base.checks import checked_threads, compact_partial_labels, refuse_mask
-from superfacets.base.types import Array, Bools, Bytes, Floats, Ints, Longs
-from superfacets.graph.face_graph import FaceGraph, build_face_graph
-from superfacets.graph.kinds import kind_of
+from superfacets import FaceGraph, PointCloud, _core, build_face_graph
+from superfacets.base.checks import compact_partial_labels
 from superfacets.graph.point_graph import PointGraph, find_point_graph
-from superfacets.mesh.base import Cells
-from superfacets.mesh.faces import FaceMesh, cut_into_triangles, ends_of_sides
-from superfacets.mesh.point_cloud import PointCloud
+from superfacets.kit import (
+    Array,
+    Bools,
+    Bytes,
+    Cells,
+    FaceMesh,
+    Floats,
+    Ints,
+    Longs,
+    checked_threads,
+    cut_into_triangles,
+    kind_of,
+    refuse_mask,
+)
+from superfacets.mesh.faces import ends_of_sides
 
 from .camera import Camera, View
 from .colors import colors_of_cells, region_colors

@@ -10,11 +10,8 @@ from urllib.parse import unquote
 
 import numpy as np
 
-from superfacets.base.checks import counted
-from superfacets.base.errors import MeshError
-from superfacets.base.types import Array, Floats, Ints
-from superfacets.files.attributes import MeshAttributes
-from superfacets.files.guards import Content, TriangleArrays, as_doubles, most_bytes_of
+from superfacets import MeshAttributes, MeshError
+from superfacets.files.guards import TriangleArrays
 from superfacets.files.readers.gltf import (
     Scene,
     is_mirrored,
@@ -32,6 +29,7 @@ from superfacets.files.readers.gltf_file import (
     view_content,
     whole,
 )
+from superfacets.kit import Array, Content, Floats, Ints, as_doubles, counted, most_bytes_of
 
 from .images import ENDING_OF_IMAGE, UNKNOWN, TextureImage, image_beside, kind_of_image, problems_of
 from .textures import Material, MaterialSource, Texture, with_textures

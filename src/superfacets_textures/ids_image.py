@@ -7,11 +7,9 @@ from typing import IO
 
 import numpy as np
 
-from superfacets.base.errors import MeshError
-from superfacets.base.types import Array, Bools, Bytes, Ints
-from superfacets.files.atomic import atomic_outputs
+from superfacets import MeshError
 from superfacets.files.writers.content import Content
-from superfacets.graph.kinds import kind_of
+from superfacets.kit import Array, Bools, Bytes, Ints, atomic_outputs, kind_of
 
 from .images import import_pillow
 from .texels import ids_in_layout

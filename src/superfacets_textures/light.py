@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from superfacets.base.types import Bytes, Floats
+from superfacets.kit import Bytes, Floats
 
 _LINEAR_TO_CONES = np.array(
     [

@@ -10,9 +10,10 @@ from pathlib import Path
 
 import numpy as np
 
-from superfacets.base.errors import MeshError
-from superfacets.files.guards import file_beside, read_content
+from superfacets import MeshError
+from superfacets.files.guards import file_beside
 from superfacets.files.readers.text import split_word
+from superfacets.kit import read_content
 
 from .images import TextureImage, image_beside
 from .light import linear_of_srgb

@@ -7,12 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from superfacets.base.errors import MeshError
-from superfacets.base.types import Array, Bools, Floats, Ints
-from superfacets.files.attributes import MeshAttributes
-from superfacets.files.guards import Arrays, Content, Polygons
+from superfacets import MeshAttributes, MeshError
+from superfacets.files.guards import Polygons
 from superfacets.files.readers.obj import read_obj, without_continuations
-from superfacets.files.readers.text import Lines, iterate_lines, split_word
+from superfacets.files.readers.text import iterate_lines, split_word
+from superfacets.kit import Array, Arrays, Bools, Content, Floats, Ints, Lines
 
 from .images import problems_of
 from .mtl import read_libraries

@@ -7,11 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from superfacets.base.types import Array, Ints, Longs
-from superfacets.files.attributes import IMAGE_COMMENT, MeshAttributes, is_image
+from superfacets import MeshAttributes
+from superfacets.files.attributes import IMAGE_COMMENT, is_image
 from superfacets.files.guards import Polygons
 from superfacets.files.readers.ply_body import Column
 from superfacets.files.readers.ply_header import Header
+from superfacets.kit import Array, Ints, Longs
 
 from .images import image_beside, problems_of
 from .textures import Material, Texture

@@ -8,13 +8,22 @@ from typing import Any
 
 import numpy as np
 
-from superfacets import _core
-from superfacets.base.checks import checked_threads, counted
-from superfacets.base.errors import MeshError
-from superfacets.base.types import Array, Bools, Bytes, Floats, Ints
-from superfacets.files.readers.read import read_cells_and_attributes
-from superfacets.mesh.convert import MeshLike, as_mesh
-from superfacets.mesh.faces import FaceMesh, corner_triangles, corners_of
+from superfacets import MeshError, _core
+from superfacets.kit import (
+    Array,
+    Bools,
+    Bytes,
+    FaceMesh,
+    Floats,
+    Ints,
+    MeshLike,
+    as_mesh,
+    checked_threads,
+    corner_triangles,
+    corners_of,
+    counted,
+    read_cells_and_attributes,
+)
 
 from .images import TextureImage
 from .light import linear_of_srgb, oklab_of_linear, srgb_of_linear

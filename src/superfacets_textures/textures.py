@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from superfacets.base.checks import counted, freeze, owned, refuse_mask
-from superfacets.base.types import Array, Floats, Ints
+from superfacets.kit import Array, Floats, Ints, counted, freeze, owned, refuse_mask
 
 from .images import TextureImage
 

@@ -10,10 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from superfacets.base.checks import counted
-from superfacets.base.types import Array
-from superfacets.files.atomic import atomic_outputs
 from superfacets.files.writers.text import finite_singles
+from superfacets.kit import Array, atomic_outputs, counted
 
 from .images import ENDING_OF_IMAGE, TextureImage, kind_of_image
 from .light import srgb_of_linear

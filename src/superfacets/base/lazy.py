@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Mapping
 from functools import cache
 from importlib import import_module
 from operator import attrgetter
+from pathlib import Path
 from typing import Any
 
 from .errors import MissingExtraError
@@ -39,3 +42,22 @@ def added(group: str) -> dict[str, str]:
     from importlib.metadata import entry_points  # slow to import
 
     return {point.name: point.value for point in entry_points(group=group)}
+
+
+def homes_in(stub: Path) -> dict[str, str]:
+    """Return the module that each name in a stub comes from, as the stub writes it."""
+    found = re.findall(r"^from (\S+) import (\w+)", stub.read_text(encoding="utf-8"), re.MULTILINE)
+    return {name: home for home, name in found}
+
+
+def import_from(homes: Mapping[str, str], name: str, module: str, package: str) -> Any:
+    """Import an object, or a module, that `module` lists in `homes`.
+
+    Relative modules are relative to `package`. Raises an AttributeError for other names.
+    """
+    if name not in homes:
+        raise AttributeError(f"module {module!r} has no attribute {name!r}")
+    home = import_module(homes[name], package)
+    if home.__name__ != module and hasattr(home, name):
+        return getattr(home, name)
+    return import_module(f"{home.__name__}.{name}")

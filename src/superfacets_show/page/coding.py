@@ -9,7 +9,7 @@ from typing import Literal, TypedDict
 import numpy as np
 import numpy.typing as npt
 
-from superfacets.base.types import Array
+from superfacets.kit import Array
 
 Coding = Literal["plain", "planes", "difference", "newest"]
 

@@ -13,10 +13,16 @@ from typing import Any
 
 import numpy.typing as npt
 
-from superfacets.files.atomic import atomic_outputs, checked_targets
-from superfacets.files.readers.read import read_cells_and_attributes
-from superfacets.graph.kinds import kind_of
-from superfacets.mesh.convert import CloudLike, MeshLike, as_cells, as_mesh
+from superfacets.kit import (
+    MeshLike,
+    as_cells,
+    as_mesh,
+    atomic_outputs,
+    checked_targets,
+    kind_of,
+    read_cells_and_attributes,
+)
+from superfacets.mesh.convert import CloudLike
 from superfacets_textures.textures import Texture
 
 from ..camera import Up, View

@@ -9,9 +9,8 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
-from superfacets.base.checks import compact_partial_labels, refuse_mask
-from superfacets.base.types import Floats, Ints, Longs
-from superfacets.mesh.base import Cells
+from superfacets.base.checks import compact_partial_labels
+from superfacets.kit import Cells, Floats, Ints, Longs, refuse_mask
 
 from ..colors import checked_values, region_colors
 from .coding import Arrays

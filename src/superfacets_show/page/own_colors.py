@@ -7,13 +7,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from superfacets import MeshAttributes
 from superfacets.base.checks import checked_colors
-from superfacets.base.types import Array, Bytes
-from superfacets.files.attributes import MeshAttributes
-from superfacets.files.named_features import stored_colors
-from superfacets.graph.kinds import kind_of
-from superfacets.mesh.base import Cells
-from superfacets.mesh.faces import corners_of
+from superfacets.kit import Array, Bytes, Cells, corners_of, kind_of, stored_colors
 
 from .coding import Coding
 from .shape import DrawnSurface

@@ -10,16 +10,21 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from superfacets import _core
-from superfacets.base.checks import checked_threads
-from superfacets.base.types import Array, Floats, Ints, Longs
+from superfacets import FaceGraph, PointCloud, _core, build_face_graph
 from superfacets.graph.cell_graph import CsrArcs
-from superfacets.graph.face_graph import FaceGraph, build_face_graph
-from superfacets.graph.kinds import kind_of
 from superfacets.graph.point_graph import PointGraph, find_point_graph
-from superfacets.mesh.base import Cells
-from superfacets.mesh.faces import FaceMesh, cut_into_triangles, ends_of_sides, measure_faces
-from superfacets.mesh.point_cloud import PointCloud
+from superfacets.kit import (
+    Array,
+    Cells,
+    FaceMesh,
+    Floats,
+    Ints,
+    Longs,
+    checked_threads,
+    cut_into_triangles,
+    kind_of,
+)
+from superfacets.mesh.faces import ends_of_sides, measure_faces
 
 from ..camera import View, view_axes
 from ..scene import upright

@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from superfacets.base.types import Array
-from superfacets.mesh.faces import FaceMesh, corner_triangles
+from superfacets.kit import Array, FaceMesh, corner_triangles
 from superfacets_textures.images import TextureImage, import_pillow
 from superfacets_textures.light import srgb_of_linear
 from superfacets_textures.texels import check_texture

@@ -12,8 +12,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from superfacets.base.types import Array, Bools, Floats, Longs
-from superfacets.graph.sums import sums_by_label
+from superfacets.kit import Array, Bools, Floats, Longs, sums_by_label
 
 from ..labels.classes import INSTANCES, ClassList, Paint, class_of, names_of, paint_of, with_named
 from .changes import State

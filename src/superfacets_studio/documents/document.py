@@ -14,11 +14,15 @@ from typing import Any
 import numpy as np
 
 from superfacets import _core
-from superfacets.base.checks import checked_threads, counted
-from superfacets.base.types import Floats, Ints
-from superfacets.files.atomic import atomic_outputs
-from superfacets.graph.kinds import measures_of
-from superfacets.mesh.base import Cells
+from superfacets.kit import (
+    Cells,
+    Floats,
+    Ints,
+    atomic_outputs,
+    checked_threads,
+    counted,
+    measures_of,
+)
 from superfacets.metrics.overlap import weights_of_cells
 
 from ..labels.classes import (

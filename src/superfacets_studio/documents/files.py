@@ -10,8 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from superfacets.base.checks import counted
-from superfacets.tools.sources import find_sources
+from superfacets.kit import counted, find_sources
 
 from ..labels.classes import CLASSES_FILE, ClassList, default_classes, read_classes, write_classes
 from .changes import REVIEW_MARKS

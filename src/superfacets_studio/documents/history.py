@@ -9,8 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from superfacets.base.types import Ints
-from superfacets.files.guards import shortened
+from superfacets.kit import Ints, shortened
 
 from ..labels.classes import ClassList
 from .changes import Change, State

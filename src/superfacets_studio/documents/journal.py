@@ -15,8 +15,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from superfacets.base.errors import MeshError
-from superfacets.files.atomic import lock_file, open_own
+from superfacets import MeshError
+from superfacets.files.atomic import lock_file
+from superfacets.kit import open_own
 
 FORMAT = "superfacets studio"
 VERSION = 2

@@ -7,13 +7,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from superfacets.base.errors import MeshError
-from superfacets.base.types import Bytes
-from superfacets.files.guards import read_content
-from superfacets.files.named_features import stored_colors
-from superfacets.files.readers.read import cell_ending, parse_cells_and_attributes
-from superfacets.graph.kinds import kind_of
-from superfacets.mesh.base import Cells
+from superfacets import MeshError
+from superfacets.kit import (
+    Bytes,
+    Cells,
+    cell_ending,
+    kind_of,
+    parse_cells_and_attributes,
+    read_content,
+    stored_colors,
+)
 from superfacets_textures.textures import Texture
 
 

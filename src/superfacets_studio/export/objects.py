@@ -13,14 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from superfacets.base.types import Array, Bools, Ints
-from superfacets.files.atomic import atomic_outputs
+from superfacets import split_regions, vertex_labels, write_mesh
 from superfacets.files.formats import WRITERS
-from superfacets.files.writers.text import write_rows
-from superfacets.files.writers.write import write_mesh
-from superfacets.graph.kinds import kind_of
-from superfacets.regions.submeshes import split_regions
-from superfacets.regions.vertices import vertex_labels
+from superfacets.kit import Array, Bools, Ints, atomic_outputs, kind_of, write_rows
 from superfacets_scans.scannet import GROUPS, SEGMENTS, scene_of, write_groups, write_segments
 
 from ..documents.document import Document

@@ -13,15 +13,21 @@ from typing import Any
 
 import numpy as np
 
-from superfacets.base.checks import checked_choice
-from superfacets.base.types import Bytes, Floats, Ints
-from superfacets.files.atomic import atomic_outputs, checked_targets
-from superfacets.files.attributes import MeshAttributes
+from superfacets import MeshAttributes, vertex_labels, write_labels, write_mesh
 from superfacets.files.writers.cells import CLASS_OUTPUTS
-from superfacets.files.writers.write import ENDING_OF_FORMAT, write_labels, write_mesh
-from superfacets.graph.sums import sums_by_label, weighted_majority
-from superfacets.regions.vertices import vertex_labels
-from superfacets.tools.sources import MARK, output_names
+from superfacets.kit import (
+    ENDING_OF_FORMAT,
+    MARK,
+    Bytes,
+    Floats,
+    Ints,
+    atomic_outputs,
+    checked_choice,
+    checked_targets,
+    output_names,
+    sums_by_label,
+    weighted_majority,
+)
 from superfacets_scans.scannet import NO_CLASS
 
 from ..documents.document import Document, work_file_of

@@ -12,9 +12,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from superfacets.files.atomic import atomic_outputs
 from superfacets.files.attributes import is_encodable
-from superfacets.files.guards import parsed_json
+from superfacets.kit import atomic_outputs, parsed_json
 from superfacets_show.colors import color_distances
 
 CLASSES_FILE = "superfacets-classes.json"  # file in a folder that lists the classes of its meshes

@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from superfacets.base.checks import counted
-from superfacets.base.types import Array
+from superfacets.kit import Array, counted
 from superfacets_show.page.coding import Arrays, little_endian
 
 MAGIC = b"SFSTUDIO"  # first bytes of a binary reply with several arrays

@@ -12,14 +12,21 @@ from typing import Any, TypeVar, cast
 import numpy as np
 import numpy.typing as npt
 
-from superfacets.base.checks import check_length, counted
-from superfacets.base.errors import MeshError
-from superfacets.base.types import Bools, Longs
-from superfacets.files.guards import known_ending, parsed_json, shortened
-from superfacets.files.readers.labels import NO_REGION, read_labels
-from superfacets.graph.corner_labels import are_of_vertices, labels_of_corners
-from superfacets.graph.kinds import kind_of
-from superfacets.mesh.base import Cells
+from superfacets import MeshError, read_labels
+from superfacets.graph.corner_labels import are_of_vertices
+from superfacets.kit import (
+    NO_REGION,
+    Bools,
+    Cells,
+    Longs,
+    check_length,
+    counted,
+    kind_of,
+    known_ending,
+    labels_of_corners,
+    parsed_json,
+    shortened,
+)
 from superfacets_scans.scannet import NO_CLASS
 
 from .classes import MAX_CLASS, MAX_OBJECT, ClassList, names_of, stuff_of, with_named, with_new

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from superfacets import _core
-from superfacets.base.types import Longs
-from superfacets.graph.surface import Surface
+from superfacets.kit import Longs, Surface
 
 from .classes import INSTANCES, MAX_CLASS, ClassList, stuff_of
 from .coding import base64_of, bytes_from, pack_cells, unpack_cells

@@ -12,11 +12,18 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from superfacets.base.checks import checked_fraction, counted
-from superfacets.base.types import Bools, Floats, Ints, Longs
-from superfacets.files.guards import shortened
-from superfacets.graph.surface import Surface
-from superfacets.regions.region_graph import RegionGraph, region_graph_of
+from superfacets import RegionGraph
+from superfacets.kit import (
+    Bools,
+    Floats,
+    Ints,
+    Longs,
+    Surface,
+    checked_fraction,
+    counted,
+    shortened,
+)
+from superfacets.regions.region_graph import region_graph_of
 
 MAX_KEPT = 6  # number of most recently used revisions that are kept
 

@@ -12,26 +12,23 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-from superfacets import _core
-from superfacets.base.checks import (
+from superfacets import IslandWarning, Segmentation, SliverWarning, _core, segment
+from superfacets.cleanup.edit import read_regions
+from superfacets.graph.kinds import graph_and_surface
+from superfacets.kit import (
+    DEFAULT_N_SEGMENTS,
+    WEIGHTS,
+    Cells,
+    Ints,
+    Surface,
     checked_count,
     checked_flag,
     checked_number,
     checked_threads,
     counted,
 )
-from superfacets.base.errors import IslandWarning, SliverWarning
-from superfacets.base.types import Ints
-from superfacets.cleanup.edit import read_regions
-from superfacets.clustering.result import Segmentation
-from superfacets.graph.kinds import graph_and_surface
-from superfacets.graph.size import DEFAULT_N_SEGMENTS
-from superfacets.graph.surface import Surface
-from superfacets.mesh.base import Cells
-from superfacets.pipeline import segment
 from superfacets.regions.merge_tree import MergeTree, checked_cut, merge_neighbors
 from superfacets.stages.prepare import Prepared
-from superfacets.weights.formulas import WEIGHTS
 
 MAX_KEPT = 4  # number of cached segmentations, and of cached merge trees
 LEVEL_STEP = 2  # ratio of the numbers of regions of two successive levels

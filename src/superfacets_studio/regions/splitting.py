@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from superfacets.base.types import Bools, Floats, Ints, Longs
 from superfacets.graph.constraints import NO_GROUPS, KeptCells
-from superfacets.graph.surface import Surface
+from superfacets.kit import Bools, Floats, Ints, Longs, Surface
 
 from ..labels.coding import CellNumbers
 

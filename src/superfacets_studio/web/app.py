@@ -17,7 +17,7 @@ from starlette.routing import BaseRoute, Mount, Route
 from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp
 
-from superfacets.base.errors import RenderError
+from superfacets import RenderError
 
 from ..documents.document import Document
 from ..documents.files import Files

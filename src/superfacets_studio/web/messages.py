@@ -10,9 +10,9 @@ from starlette.concurrency import run_in_threadpool
 from starlette.requests import ClientDisconnect, Request
 from starlette.responses import JSONResponse, Response
 
-from superfacets.base.errors import RenderError
+from superfacets import RenderError
 from superfacets.files.attributes import is_encodable
-from superfacets.files.guards import parsed_json
+from superfacets.kit import parsed_json
 
 from ..documents.history import NothingError
 from ..documents.journal import JournalError, WriteError

@@ -9,11 +9,8 @@ from urllib.parse import quote
 import numpy as np
 from starlette.responses import Response
 
-from superfacets.base.checks import checked_choice, checked_flag, counted
-from superfacets.base.errors import MeshError
-from superfacets.files.readers.read import Z_UP_ENDINGS
-from superfacets.graph.kinds import kind_of
-from superfacets.mesh.convert import as_mesh
+from superfacets import MeshError
+from superfacets.kit import Z_UP_ENDINGS, as_mesh, checked_choice, checked_flag, counted, kind_of
 from superfacets_show.camera import View
 from superfacets_show.colors import PALETTE
 from superfacets_show.page.own_colors import color_parts

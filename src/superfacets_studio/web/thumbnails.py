@@ -11,7 +11,7 @@ import tempfile
 import threading
 from pathlib import Path
 
-from superfacets.base.errors import RenderError
+from superfacets import RenderError
 
 SIZE = (320, 240)
 
