@@ -8,6 +8,7 @@ import textwrap
 from pathlib import Path
 
 import superfacets
+from superfacets import kit
 
 SOURCE = Path(superfacets.__file__).resolve().parents[1]
 EXCEPTIONS = Path(__file__).with_name("walls_exceptions.txt")
@@ -75,11 +76,7 @@ def test_each_name_in_the_tables_exists():
 
 def taken_names():
     """Return what apps import from the library beyond public names: app, module and name."""
-    kit = SOURCE / "superfacets" / "kit.py"
-    documented = set(superfacets.__all__) | {"__version__"}
-    for node in ast.walk(ast.parse(kit.read_text(encoding="utf-8"))) if kit.exists() else ():
-        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__all__":
-            documented |= set(ast.literal_eval(node.value))
+    documented = {*superfacets.__all__, "__version__", *kit.__all__}
     found = set()
     for app in APPS:
         for path in sorted((SOURCE / f"superfacets_{app}").rglob("*.py")):
@@ -166,6 +163,15 @@ def other_package(folder):
     for name in ("mesh.abc", "some.dot", "no.lost"):
         (folder / name).write_bytes(b"\x01\x02\x03\x05")
     return folder
+
+
+def test_the_kit_is_small_and_each_of_its_names_says_what_it_is():
+    assert len(kit.__all__) <= 80
+    for name in kit.__all__:
+        found = getattr(kit, name)
+        assert not name.startswith("_")
+        assert not callable(found) or (found.__doc__ or "").strip(), name
+    assert "_core" not in (SOURCE / "superfacets" / "kit.pyi").read_text(encoding="utf-8")
 
 
 def test_another_package_adds_a_format_and_a_kind(tmp_path):

@@ -16,6 +16,7 @@ from .base.checks import owned as owned
 from .base.checks import ranked_labels as ranked_labels
 from .base.checks import refuse_mask as refuse_mask
 from .base.errors import import_extra as import_extra
+from .base.errors import is_installed as is_installed
 from .base.errors import reason_of as reason_of
 from .base.timing import timed as timed
 from .base.types import Array as Array
@@ -54,7 +55,6 @@ from .files.readers.read import Z_UP_ENDINGS as Z_UP_ENDINGS
 from .files.readers.read import cell_ending as cell_ending
 from .files.readers.read import parse_cells_and_attributes as parse_cells_and_attributes
 from .files.readers.read import read_cells_and_attributes as read_cells_and_attributes
-from .files.readers.read import recognized_ending as recognized_ending
 from .files.readers.text import Lines as Lines
 from .files.writers.cells import ATTRIBUTE_OUTPUTS as ATTRIBUTE_OUTPUTS
 from .files.writers.cells import FormatOptions as FormatOptions

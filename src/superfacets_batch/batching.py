@@ -12,7 +12,6 @@ from typing import Any
 
 from superfacets import MissingExtraError, __version__
 from superfacets.base.checks import checked_callable
-from superfacets.base.errors import is_installed
 from superfacets.files.atomic import locked, remove_leftovers
 from superfacets.kit import (
     ENDING_OF_FORMAT,
@@ -22,6 +21,7 @@ from superfacets.kit import (
     checked_number,
     checked_threads,
     find_sources,
+    is_installed,
     output_names,
 )
 from superfacets.tools.segment_to_files import cells_of, memory_of

@@ -22,6 +22,7 @@ from superfacets.files.readers.labels import (
     find_labels,
 )
 from superfacets.files.readers.npy import npy_header
+from superfacets.files.readers.read import recognized_ending
 from superfacets.graph.corner_labels import are_of_vertices
 from superfacets.kit import (
     NO_REGION,
@@ -42,7 +43,6 @@ from superfacets.kit import (
     parse_cells_and_attributes,
     parse_labels,
     read_content,
-    recognized_ending,
 )
 from superfacets_formats.cortex import CORTEX_VALUES, values_of_vertices
 from superfacets_formats.las import las_steps

@@ -7,7 +7,6 @@ import json
 import signal
 import sys
 import webbrowser
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -15,6 +14,7 @@ import click
 
 from superfacets import MissingExtraError
 from superfacets.files.atomic import output_folder
+from superfacets.kit import is_installed
 
 from .failures import EXIT_DATA, count_failures, print_note, print_notes
 from .options import COUNT, FILE, FLAG, FOLDER, json_option, option, options
@@ -217,5 +217,5 @@ def _iou(row: dict[str, Any]) -> str:
 
 
 def _check_extra() -> None:
-    if not all(find_spec(name) for name in ("scipy", "starlette", "uvicorn")):
+    if not all(map(is_installed, ("scipy", "starlette", "uvicorn"))):
         raise MissingExtraError("the studio", "studio")

@@ -98,7 +98,7 @@ def test_a_torn_work_file_is_noted(run, sheet, served):
 
 
 def test_the_extra_is_asked_for(run, sheet, monkeypatch):
-    monkeypatch.setitem(sys.modules, "superfacets_studio.web.app", None)
+    monkeypatch.setitem(sys.modules, "starlette", None)
     status, _, err = run("studio", sheet)
     assert status == 1
     assert "pip install 'superfacets[studio]'" in err
