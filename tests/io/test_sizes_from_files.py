@@ -105,7 +105,7 @@ GUARDS = {
         ("npy_array", "frombuffer"): "the declared size must be the size that follows"
     },
     "superfacets/files/readers/obj.py": {
-        ("read_blocks", "repeat"): "numbers of tokens in the text"
+        ("_read_blocks", "repeat"): "numbers of tokens in the text"
     },
     "superfacets_textures/obj_texture.py": {
         ("_add_coordinates", "repeat"): "numbers of tokens in the text",

@@ -68,7 +68,12 @@ def write_glb(file: IO[bytes], content: Content) -> None:
         scene.used |= materials.extensions
     if regions is not None and regions.count:
         assert labels is not None
-        columns = _region_columns(mesh, labels, regions.names[-regions.count :], regions.ids)
+        graph = region_graph(mesh, np.where(labels < 0, -1, regions.ids))
+        columns = {
+            "label": regions.names[-regions.count :].astype("<i4"),
+            "area": graph.areas.astype("<f4"),
+            "normal": np.nan_to_num(graph.normals).astype("<f4"),  # undefined normals are 0
+        }
         scene.add_table(columns, content.classes)
     scene.document["meshes"] = [{"primitives": primitives}]
     scene.write(file)
@@ -112,7 +117,11 @@ def _add_primitive(
         assert content.labels is not None
         ids = regions.ids[split.face_of_vertex].astype("<f4")
         attributes["_FEATURE_ID_0"] = scene.accessor(ids, "SCALAR", VERTICES)
-        of_ids = _feature_ids(regions.count, content.labels)
+        of_ids = {"featureCount": max(regions.count, 1), "attribute": 0, "label": "region"}
+        if regions.count:
+            of_ids["propertyTable"] = 0
+        if content.labels.min() < 0:
+            of_ids["nullFeatureId"] = regions.count
         primitive["extensions"] = {"EXT_mesh_features": {"featureIds": [of_ids]}}
         scene.used.add("EXT_mesh_features")
     return primitive
@@ -145,51 +154,27 @@ def _split_vertices(
 ) -> _Split:
     """Duplicate vertices where faces differ in label, color, material or texture coordinates."""
     places, sources = corner_triangles(mesh)
-    keys = np.zeros(mesh.n_faces, np.int64)
-    if labels is not None:
-        keys = np.unique(labels, return_inverse=True)[1].astype(np.int64)
+    keys = np.zeros(mesh.n_faces, np.int64) if labels is None else _numbered(labels)
     if colors is not None:
         red, green, blue = colors.T.astype(np.int64)
-        packed = keys << 24 | red << 16 | green << 8 | blue
-        keys = np.unique(packed, return_inverse=True)[1].astype(np.int64)
+        keys = _numbered(keys << 24 | red << 16 | green << 8 | blue)
     if texture is not None:
-        packed = keys * (len(texture.materials) + 1) + texture.face_materials + 1
-        keys = np.unique(packed, return_inverse=True)[1].astype(np.int64)
+        keys = _numbered(keys * (len(texture.materials) + 1) + texture.face_materials + 1)
     faces = np.arange(mesh.n_faces) if sources is None else sources
     vertices = corners_of(mesh).vertices[places]
     corners = (keys[faces][:, np.newaxis] * mesh.n_vertices + vertices).ravel()
     pairs = np.full(len(corners), -1)
     if texture is not None:
         pairs = texture.corners[places].ravel().astype(np.int64)
-        vertex_keys = np.unique(corners, return_inverse=True)[1].astype(np.int64)
-        corners = vertex_keys * (len(texture.coordinates) + 1) + pairs + 1
+        corners = _numbered(corners) * (len(texture.coordinates) + 1) + pairs + 1
     _, firsts, numbers = np.unique(corners, return_index=True, return_inverse=True)
     used = vertices.ravel()[firsts].astype(np.int64)
     return _Split(used, faces[firsts // 3], pairs[firsts], numbers.reshape(-1, 3), faces)
 
 
-def _feature_ids(n_regions: int, labels: npt.NDArray[np.int32]) -> dict[str, Any]:
-    ids: dict[str, Any] = {"featureCount": max(n_regions, 1), "attribute": 0, "label": "region"}
-    if n_regions:
-        ids["propertyTable"] = 0
-    if labels.min() < 0:
-        ids["nullFeatureId"] = n_regions
-    return ids
-
-
-def _region_columns(
-    mesh: FaceMesh,
-    labels: npt.NDArray[np.int32],
-    names: npt.NDArray[np.int32],
-    ids: npt.NDArray[np.int64],
-) -> dict[str, npt.NDArray[Any]]:
-    """Return label, area and mean normal of each region; undefined normals are 0."""
-    graph = region_graph(mesh, np.where(labels < 0, -1, ids))
-    return {
-        "label": names.astype("<i4"),
-        "area": graph.areas.astype("<f4"),
-        "normal": np.nan_to_num(graph.normals).astype("<f4"),
-    }
+def _numbered(keys: npt.NDArray[Any]) -> npt.NDArray[np.int64]:
+    """Replace distinct keys by 0, 1, 2, ... in ascending order."""
+    return np.unique(keys, return_inverse=True)[1].astype(np.int64)
 
 
 _PROPERTIES = {
@@ -198,13 +183,6 @@ _PROPERTIES = {
     "normal": {"type": "VEC3", "componentType": "FLOAT32"},
     "class": {"type": "ENUM", "enumType": "region_class"},
 }
-
-
-def _enum_of(classes: Sequence[str]) -> tuple[dict[str, Any], npt.NDArray[Any]]:
-    """Return the glTF enumeration of class names, and the enumeration value of each region."""
-    names, numbers = np.unique(np.array(classes, dtype=str), return_inverse=True)
-    values = [{"name": name, "value": number} for number, name in enumerate(names.tolist())]
-    return {"valueType": "UINT32", "values": values}, numbers.astype("<u4")
 
 
 def _check_size(n_bytes: int) -> None:
@@ -273,12 +251,14 @@ class _Scene:
         count = len(columns["label"])
         schema: dict[str, Any] = {"id": "superfacets"}
         if classes is not None:
-            enum, columns["class"] = _enum_of(classes)
-            schema["enums"] = {"region_class": enum}
+            names, numbers = np.unique(np.array(classes, dtype=str), return_inverse=True)
+            values = [{"name": name, "value": number} for number, name in enumerate(names.tolist())]
+            schema["enums"] = {"region_class": {"valueType": "UINT32", "values": values}}
+            columns["class"] = numbers.astype("<u4")
         properties = {name: _PROPERTIES[name] for name in columns}
         schema["classes"] = {"region": {"properties": properties}}
-        values = {name: {"values": self.view(column)} for name, column in columns.items()}
-        table = {"class": "region", "count": count, "properties": values}
+        views = {name: {"values": self.view(column)} for name, column in columns.items()}
+        table = {"class": "region", "count": count, "properties": views}
         self.document["extensions"] = {
             "EXT_structural_metadata": {"schema": schema, "propertyTables": [table]}
         }

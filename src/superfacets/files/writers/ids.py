@@ -92,11 +92,7 @@ class IdWriter:
         return self
 
     def _labels_in(self, ending: str) -> Ints:
-        """Return the labels to write in the format of `ending`.
-
-        These are given labels of vertices if `ending` is in `UNCONVERTED`, otherwise labels of
-        cells.
-        """
+        """Return given labels of vertices if `ending` is in `UNCONVERTED`, or labels of cells."""
         assert self.labels is not None
         if self.segments is not None and ending in VERTEX_OUTPUTS:
             return self.segments.ids
@@ -148,23 +144,18 @@ class IdWriter:
         from ...regions.vertices import vertex_labels
 
         assert self.labels is not None
-        write_cortex = load(_CORTEX)
         comments = () if self.attributes is None else self.attributes.comments
-        if self.of_vertices is not None:
-            write_cortex(file, ending, self.of_vertices, comments=comments)
-            return
-        of_vertices = vertex_labels(self.cells, self.labels, min_vertices=1)
-        regions, firsts = np.unique(self.labels, return_index=True)
-        shown = firsts[np.isin(regions, of_vertices) & (regions >= 0)]
-        colors = load("superfacets_show.colors:face_colors")(self.cells, self.labels)[shown]
-        write_cortex(file, ending, of_vertices, colors, comments=comments)
+        of_vertices, colors = self.of_vertices, None
+        if of_vertices is None:
+            of_vertices = vertex_labels(self.cells, self.labels, min_vertices=1)
+            regions, firsts = np.unique(self.labels, return_index=True)
+            shown = firsts[np.isin(regions, of_vertices) & (regions >= 0)]
+            colors = load("superfacets_show.colors:face_colors")(self.cells, self.labels)[shown]
+        load(_CORTEX)(file, ending, of_vertices, colors, comments=comments)
 
     @property
     def region_sizes(self) -> Longs:
-        """Number of vertices that have each region's id in files with one id per vertex.
-
-        Regions are in ascending order of their labels.
-        """
+        """Number of vertices with the id of each region, in ascending order of the labels."""
         assert self.labels is not None
         regions, ids = np.unique(self.labels), np.sort(self._vertex_ids)
         return np.searchsorted(ids, regions, side="right") - np.searchsorted(ids, regions)
@@ -193,10 +184,7 @@ def write_given_labels(
 
 
 def _write(
-    file: IO[bytes],
-    ending: str,
-    path: Path | None,
-    labels: npt.NDArray[np.integer[Any]],
+    file: IO[bytes], ending: str, path: Path | None, labels: npt.NDArray[np.integer[Any]]
 ) -> None:
     if ending == ".segs.json":
         _SCANS["write_segments"](file, labels, _SCANS["scene_of"](path, ending))
