@@ -313,10 +313,7 @@ class BinaryReader:
 
 
 def hint_at_integers(names: Sequence[str]) -> str:
-    """Return the end of an error message: a list of the integer properties `names`.
-
-    The text is empty if there are no names.
-    """
+    """Return the end of an error message that lists integer properties; empty without `names`."""
     return f": the integer properties are {', '.join(names)}" if names else ""
 
 
