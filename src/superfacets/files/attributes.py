@@ -29,8 +29,6 @@ COLORS = ("red", "green", "blue")
 IMAGE_COMMENT = "comment TextureFile "
 """Begin of the comments in PLY that name an image of the texture."""
 
-_TEXTURE = "superfacets_textures.textures:Texture"
-
 PROJECTION = "LASF_Projection"
 """User id of the LAS records that contain the coordinate reference system."""
 
@@ -168,7 +166,8 @@ class MeshAttributes:
             object.__setattr__(self, owner, MappingProxyType(checked))
         object.__setattr__(self, "comments", tuple(map(_checked_comment, self.comments)))
         object.__setattr__(self, "left_out", tuple(self.left_out))
-        if self.texture is not None and not isinstance(self.texture, load(_TEXTURE)):
+        texture_class = "superfacets_textures.textures:Texture"
+        if self.texture is not None and not isinstance(self.texture, load(texture_class)):
             raise TypeError(f"texture must be a Texture, got {type(self.texture).__name__}")
 
     @property

@@ -52,11 +52,9 @@ def read_gltf(data: Content, folder: Path | None) -> TriangleArrays:
 
 
 def read_scene(scene: Scene) -> TriangleArrays:
-    """Return vertices and faces of a scene.
+    """Return vertices and faces of a scene: meshes in the order of the file, each for every node.
 
-    Copies of meshes are sorted by the index of the mesh in the file, then by the order of the nodes
-    in the scene. Each copy is transformed by the matrix of its node. Primitives of one mesh that
-    use the same positions share vertices. Lines and points are skipped.
+    Primitives of one mesh that use the same positions share vertices. Lines and points are skipped.
     """
     gltf, visits = scene.gltf, scene.visits
     shown = sorted({index for index, _ in visits})

@@ -22,8 +22,6 @@ from .clouds import CLOUD_READERS, holds_cloud
 from .off import MAGIC as OFF_MAGIC
 from .stl import cad_advice, has_binary_size
 
-ATTRIBUTE_ENDINGS = tuple(FORMATS["attributes"])
-
 Z_UP_ENDINGS = (".las", ".laz", ".e57")
 """Endings of formats in which z points up. glTF defines y, but many files do not follow this."""
 
@@ -234,7 +232,7 @@ def read_attributes(path: str | os.PathLike[str]) -> MeshAttributes:
     ...     read_attributes(path).vertex["nz"]
     array([1., 1., 1.])
     """
-    endings = tuple(dict.fromkeys((*ATTRIBUTE_ENDINGS, *CLOUD_READERS)))
+    endings = tuple(dict.fromkeys((*FORMATS["attributes"], *CLOUD_READERS)))
     _, attributes = _read(path, endings, parse_cells_and_attributes)
     assert attributes is not None  # files with these endings always have attributes
     return attributes
@@ -276,11 +274,7 @@ def parse_mesh(data: Content, ending: str, folder: Path | None) -> AnyMesh:
 
 
 def parse_cells_and_attributes(
-    data: Content,
-    ending: str,
-    folder: Path | None,
-    *,
-    keep: bool = True,
+    data: Content, ending: str, folder: Path | None, *, keep: bool = True
 ) -> tuple[Cells, MeshAttributes | None]:
     """Parse the content of a mesh file, or of a point cloud file if there are no faces.
 

@@ -107,13 +107,9 @@ def _check_facets(keywords: npt.NDArray[np.int8], data: Content) -> None:
     """Raise a MeshError if the lines of a triangle do not have the keywords `TRIANGLE_LINES`."""
     is_content = (keywords != SOLID) & (keywords != ENDSOLID)
     content = keywords[is_content]
-    n_rest = len(content) % 7
-    rows = content[: len(content) - n_rest].reshape(-1, 7)
-    is_wrong = np.append(
-        rows != TRIANGLE_LINES, content[len(content) - n_rest :] != TRIANGLE_LINES[:n_rest]
-    )
+    is_wrong = content != np.resize(TRIANGLE_LINES, len(content))
     if not is_wrong.any():
-        if n_rest:
+        if len(content) % 7:
             raise MeshError("the last facet is incomplete: the file may be truncated")
         return
     place = int(np.argmax(is_wrong))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -111,7 +111,8 @@ class IdWriter:
             self._write_groups(file, _SCANS["scene_of"](path, ending))
         else:
             has_ids = ending in VERTEX_OUTPUTS and self.segments is None
-            _write(file, ending, path, self._vertex_ids if has_ids else self._labels_in(ending))
+            labels = self._vertex_ids if has_ids else self._labels_in(ending)
+            write_levels(file, ending, path, [labels])
 
     @property
     def _graph(self) -> dict[str, Array]:
@@ -170,29 +171,29 @@ class IdWriter:
         return vertex_ids(self.cells, self.labels)
 
 
-def write_given_labels(
-    labels: npt.ArrayLike, ending: str
-) -> Callable[[IO[bytes], str, Path | None], None]:
-    """Return a function that writes the labels; raise an error if the format cannot store them."""
+def checked_levels(labels: npt.ArrayLike, ending: str) -> list[Ints]:
+    """Return one or more levels of labels; raise an error if the format cannot store them."""
     if ending == ".sstk.json" and np.ndim(labels) == 2:
         levels = [checked_labels(level) for level in np.asarray(labels)]
         _check_nested(levels)
-        return lambda file, ending, path: _SCANS["write_sstk"](file, levels)
+        return levels
     checked = checked_labels(labels)
     _check_labels(checked, ending)
-    return lambda file, ending, path: _write(file, ending, path, checked)
+    return [checked]
 
 
-def _write(
-    file: IO[bytes], ending: str, path: Path | None, labels: npt.NDArray[np.integer[Any]]
+def write_levels(
+    file: IO[bytes], ending: str, path: Path | None, levels: Sequence[npt.NDArray[np.integer[Any]]]
 ) -> None:
+    """Write labels in the format of `ending`; only ``.sstk.json`` stores more than one level."""
+    labels = levels[0]
     if ending == ".segs.json":
         _SCANS["write_segments"](file, labels, _SCANS["scene_of"](path, ending))
     elif ending == ".aggregation.json":
         segments = np.unique(labels[labels >= 0])
         _SCANS["write_aggregation"](file, segments, segments, _SCANS["scene_of"](path, ending))
     elif ending == ".sstk.json":
-        _SCANS["write_sstk"](file, [labels])
+        _SCANS["write_sstk"](file, levels)
     elif ending == ".pth":
         _SCANS["write_tensor"](file, labels)
     elif ending in VERTEX_OUTPUTS:

@@ -31,7 +31,8 @@ from .ids import (  # fmt: skip
     VERTEX_OUTPUTS,
     IdWriter,
     Segments,
-    write_given_labels,
+    checked_levels,
+    write_levels,
 )
 
 DERIVED_OUTPUTS = (*ID_OUTPUTS, *GRAPH_OUTPUTS)
@@ -231,9 +232,9 @@ def write_labels(path: StrPath, labels: npt.ArrayLike, *, force: bool = False) -
     ending = known_ending(path, (*LABEL_OUTPUTS, *ID_OUTPUTS))
     if not force:
         _check_truth_stays([path])
-    write = write_given_labels(labels, ending)
+    levels = checked_levels(labels, ending)
     with atomic_outputs([path]) as (temporary,), temporary.open("wb") as file:
-        write(file, ending, path)
+        write_levels(file, ending, path, levels)
 
 
 def write_regions(
