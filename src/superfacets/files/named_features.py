@@ -170,9 +170,7 @@ def _names_in(cells: Any, attributes: MeshAttributes | None) -> list[str]:
     return [*colors, *normals, "height", *sorted(fields)]
 
 
-def _stored(
-    attributes: MeshAttributes | None,
-) -> tuple[dict[str, Array], dict[str, Array]]:
+def _stored(attributes: MeshAttributes | None) -> tuple[dict[str, Array], dict[str, Array]]:
     """Return two dicts of properties in the file: one for faces, one for vertices or points."""
     return ({}, {}) if attributes is None else (dict(attributes.face), dict(attributes.vertex))
 

@@ -57,8 +57,7 @@ class Element:
 
     def find(self, *names: str) -> int | None:
         """Return the index of the first property with one of these names, or None."""
-        columns = (i for i, stored in enumerate(self.properties) if stored.name in names)
-        return next(columns, None)
+        return next((i for i, stored in enumerate(self.properties) if stored.name in names), None)
 
 
 @dataclass(frozen=True)
@@ -81,8 +80,7 @@ class Header:
 
     def find(self, name: str) -> int | None:
         """Return the index of the element with this name, or None."""
-        places = (place for place, element in enumerate(self.elements) if element.name == name)
-        return next(places, None)
+        return next((i for i, element in enumerate(self.elements) if element.name == name), None)
 
 
 def parse_header(data: Content) -> Header:

@@ -102,7 +102,6 @@ def _add_dimension(las: Any, name: str, values: Array, given: LasDimension | Non
     The stored type is the type in `given` if it can represent all values, and otherwise the type of
     the array. A dimension has at most 3 numbers per point, so arrays with more columns are skipped.
     """
-    laspy = import_extra("laspy", "a .las or .laz file", "las")
     n = 1 if values.ndim == 1 else values.shape[1]
     if not 1 <= n <= 3:
         return
@@ -110,15 +109,12 @@ def _add_dimension(las: Any, name: str, values: Array, given: LasDimension | Non
     if given is None or stored is None:
         given, stored = LasDimension(name, values.dtype.str, n, ""), values
     shape = () if n == 1 else (n,)
-    las.add_extra_dim(
-        laspy.ExtraBytesParams(
-            name=given.name[:_MAX_LETTERS],
-            type=np.dtype((given.kind, shape)),
-            description=given.description[:_MAX_LETTERS],
-            offsets=given.offsets or None,
-            scales=given.scales or None,
-        )
-    )
+    extra_bytes = import_extra("laspy", "a .las or .laz file", "las").ExtraBytesParams
+    las.add_extra_dim(extra_bytes(
+        name=given.name[:_MAX_LETTERS], type=np.dtype((given.kind, shape)),
+        description=given.description[:_MAX_LETTERS],
+        offsets=given.offsets or None, scales=given.scales or None,
+    ))  # fmt: skip
     las.points.array[given.name[:_MAX_LETTERS]] = stored.reshape(-1, *shape)
 
 

@@ -14,10 +14,10 @@ from dataclasses import dataclass, field
 from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ...base.errors import MeshError
 from ...base.lazy import load
+from ...base.types import Array, Bools, Bytes, Floats, Ints, Longs
 from ...mesh.faces import FaceMesh, corner_triangles, corners_of
 from ...regions.region_graph import region_graph
 from .content import Content
@@ -81,12 +81,12 @@ def write_glb(file: IO[bytes], content: Content) -> None:
 
 @dataclass(frozen=True, eq=False)
 class _Regions:
-    names: npt.NDArray[np.int32]  # distinct labels, ascending; may include -1
-    ids: npt.NDArray[np.int64]  # region id of each face; `count` for faces with label -1
+    names: Ints  # distinct labels, ascending; may include -1
+    ids: Longs  # region id of each face; `count` for faces with label -1
     count: int  # number of regions, not counting label -1
 
     @classmethod
-    def of(cls, labels: npt.NDArray[np.int32]) -> _Regions:
+    def of(cls, labels: Ints) -> _Regions:
         names, ids = np.unique(labels, return_inverse=True)
         n_regions = len(names) - int(names[0] < 0)
         if len(names) > MAX_IDS:
@@ -131,13 +131,13 @@ def _add_primitive(
 class _Split:
     """Vertices and triangles to write. Each vertex has a single label, color and material."""
 
-    vertices: npt.NDArray[np.int64]  # mesh vertex of each written vertex
-    face_of_vertex: npt.NDArray[np.int64]  # one of the mesh faces at each written vertex
-    pairs: npt.NDArray[np.int64]  # row of each vertex in `Texture.coordinates`; -1 for no row
-    triangles: npt.NDArray[np.int64]  # (T, 3) indices of written vertices
-    faces: npt.NDArray[Any]  # mesh face of each triangle
+    vertices: Longs  # mesh vertex of each written vertex
+    face_of_vertex: Longs  # one of the mesh faces at each written vertex
+    pairs: Longs  # row of each vertex in `Texture.coordinates`; -1 for no row
+    triangles: Longs  # (T, 3) indices of written vertices
+    faces: Array  # mesh face of each triangle
 
-    def part(self, is_here: npt.NDArray[np.bool_]) -> _Split:
+    def part(self, is_here: Bools) -> _Split:
         """Return the triangles where `is_here` is true, with their vertices."""
         used, triangles = np.unique(self.triangles[is_here], return_inverse=True)
         return _Split(
@@ -147,10 +147,7 @@ class _Split:
 
 
 def _split_vertices(
-    mesh: FaceMesh,
-    labels: npt.NDArray[np.int32] | None,
-    colors: npt.NDArray[np.uint8] | None,
-    texture: Texture | None,
+    mesh: FaceMesh, labels: Ints | None, colors: Bytes | None, texture: Texture | None
 ) -> _Split:
     """Duplicate vertices where faces differ in label, color, material or texture coordinates."""
     places, sources = corner_triangles(mesh)
@@ -172,7 +169,7 @@ def _split_vertices(
     return _Split(used, faces[firsts // 3], pairs[firsts], numbers.reshape(-1, 3), faces)
 
 
-def _numbered(keys: npt.NDArray[Any]) -> npt.NDArray[np.int64]:
+def _numbered(keys: Array) -> Longs:
     """Replace distinct keys by 0, 1, 2, ... in ascending order."""
     return np.unique(keys, return_inverse=True)[1].astype(np.int64)
 
@@ -201,9 +198,9 @@ class _Scene:
     n_bytes: int = 0  # size of the buffer, in bytes
     node: dict[str, Any] = field(default_factory=lambda: {"mesh": 0})
     used: set[str] = field(default_factory=set)  # names of the extensions in use
-    middle: npt.NDArray[np.float64] | None = None  # origin of positions; None means (0, 0, 0)
+    middle: Floats | None = None  # origin of positions; None means (0, 0, 0)
 
-    def view(self, array: npt.NDArray[Any], target: int | None = None) -> int:
+    def view(self, array: Array, target: int | None = None) -> int:
         """Append an array to the buffer, and return the index of its buffer view."""
         _check_size(self.n_bytes + array.nbytes)
         data = np.ascontiguousarray(array).tobytes()
@@ -213,27 +210,22 @@ class _Scene:
         self.n_bytes += len(self.parts[-1])
         return len(self.views) - 1
 
-    def accessor(self, array: npt.NDArray[Any], kind: str, target: int) -> int:
+    def accessor(self, array: Array, kind: str, target: int) -> int:
         """Append an array, and return the index of its accessor."""
         component = {"f4": FLOAT, "u4": UNSIGNED_INT, "u1": UNSIGNED_BYTE}[array.dtype.str[1:]]
-        accessor: dict[str, Any] = {
-            "bufferView": self.view(array, target),
-            "componentType": component,
-            "count": len(array),
-            "type": kind,
-        }
-        if component == UNSIGNED_BYTE:
-            accessor["normalized"] = True
-        self.accessors.append(accessor)
+        view = self.view(array, target)
+        accessor = {"bufferView": view, "componentType": component, "count": len(array)}
+        is_normalized = {"normalized": True} if component == UNSIGNED_BYTE else {}
+        self.accessors.append({**accessor, "type": kind, **is_normalized})
         return len(self.accessors) - 1
 
-    def place(self, points: npt.NDArray[np.float64]) -> None:
+    def place(self, points: Floats) -> None:
         """Move the origin to the center of the points if float32 cannot represent them exactly."""
         if not fits_single(points):
             self.middle = (points.min(axis=0) + points.max(axis=0)) / 2
             self.node["translation"] = self.middle.tolist()
 
-    def positions(self, vertices: npt.NDArray[np.float64], corners: npt.NDArray[np.int64]) -> int:
+    def positions(self, vertices: Floats, corners: Longs) -> int:
         """Append the positions of vertices, and return the index of their accessor."""
         points = vertices[corners]
         if self.middle is not None:
@@ -244,9 +236,7 @@ class _Scene:
         self.accessors[place]["max"] = single.max(axis=0).tolist()
         return place
 
-    def add_table(
-        self, columns: dict[str, npt.NDArray[Any]], classes: Sequence[str] | None
-    ) -> None:
+    def add_table(self, columns: dict[str, Array], classes: Sequence[str] | None) -> None:
         """Add a property table with one row per region, and with a column of classes if given."""
         count = len(columns["label"])
         schema: dict[str, Any] = {"id": "superfacets"}
@@ -284,5 +274,4 @@ class _Scene:
         file.write(struct.pack("<4s2I", b"glTF", 2, size))
         file.write(struct.pack("<2I", len(text), 0x4E4F534A) + text)
         file.write(struct.pack("<2I", self.n_bytes, 0x004E4942))
-        for part in self.parts:
-            file.write(part)
+        file.writelines(self.parts)
