@@ -61,7 +61,10 @@ def read_scene(scene: Scene) -> TriangleArrays:
     sizes = {index: _mesh_size(gltf, index) for index in shown}
     _check_size(gltf, [sizes[index] for index, _ in visits])
     meshes = {index: _read_mesh(gltf, index) for index in shown}
-    return _join([_place(*meshes[index], matrix) for index, matrix in visits])
+    parts = [_place(*meshes[index], matrix) for index, matrix in visits]
+    ends = np.cumsum([len(positions) for positions, _ in parts]).tolist()
+    faces = [_shifted(part, first) for (_, part), first in zip(parts, [0, *ends], strict=False)]
+    return _concatenated([positions for positions, _ in parts]), _concatenated(faces)
 
 
 def _mesh_size(gltf: Gltf, index: int) -> tuple[int, int]:
@@ -94,14 +97,6 @@ def _check_size(gltf: Gltf, sizes: list[tuple[int, int]]) -> None:
             f" {n_bytes // gltf.n_bytes} times the size of the files; at most {MAX_GROWTH} times is"
             " allowed: save the scene without copies"
         )
-
-
-def _join(parts: list[TriangleArrays]) -> TriangleArrays:
-    faces, n_vertices = [], 0
-    for positions, part in parts:
-        faces.append(_shifted(part, n_vertices))
-        n_vertices += len(positions)
-    return _concatenated([positions for positions, _ in parts]), _concatenated(faces)
 
 
 def _shifted(faces: Array, first_vertex: int) -> Array:

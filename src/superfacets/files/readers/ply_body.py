@@ -163,10 +163,8 @@ def _read_text(header: Header, data: Content) -> list[list[Column]]:
 
 
 def _read_text_element(element: Element, lines: Lines) -> list[Column]:
-    if any(stored.is_integer for stored in element.properties):
-        values = lines.parse_integers_or_floats()
-    else:
-        values = lines.parse(np.float64)
+    has_integers = any(stored.is_integer for stored in element.properties)
+    values = lines.parse_integers_or_floats() if has_integers else lines.parse(np.float64)
     columns = _read_uniform_text(element, values, lines.counts)
     return columns or _gather_text(element, values, lines)
 
