@@ -105,7 +105,7 @@ GUARDS = {
         ("npy_array", "frombuffer"): "the declared size must be the size that follows"
     },
     "superfacets/files/readers/obj.py": {
-        ("read_blocks", "repeat"): "numbers of tokens in the text"
+        ("_read_blocks", "repeat"): "numbers of tokens in the text"
     },
     "superfacets_textures/obj_texture.py": {
         ("_add_coordinates", "repeat"): "numbers of tokens in the text",
@@ -123,8 +123,8 @@ GUARDS = {
         ("_gather", "frombuffer"): "a view of the whole file",
         ("_list_column", "arange"): "`_check_tokens` compares lengths with the lines",
         ("_read_uniform", "frombuffer"): "the size of all rows is compared with the file",
-        ("_walk_whole", "frombuffer"): "a view of the whole file",
-        ("_walk_whole", "walk_rows"): "`_least_size` compares the rows with the file",
+        ("_walk", "frombuffer"): "a view of the whole file",
+        ("_walk", "walk_rows"): "`_least_size` compares the rows with the file",
     },
     "superfacets_textures/ply_texture.py": {
         ("_pairs_of_faces", "arange"): "corners in memory",

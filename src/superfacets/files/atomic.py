@@ -81,15 +81,12 @@ def remove_leftovers(targets: Iterable[Path], *, older_than: float = OLD) -> Non
         with contextlib.suppress(OSError), os.scandir(folder) as entries:
             for entry in entries:
                 name = _TEMPORARY.fullmatch(entry.name)
-                is_ours = name is not None and name[1] in wanted
-                if is_ours and entry.is_file(follow_symlinks=False):
-                    _remove_if_old(entry, newest)
-
-
-def _remove_if_old(entry: os.DirEntry[str], newest: float) -> None:
-    with contextlib.suppress(OSError):  # another process may have removed the file
-        if entry.stat(follow_symlinks=False).st_mtime <= newest:
-            Path(entry.path).unlink()
+                if name is None or name[1] not in wanted:
+                    continue
+                with contextlib.suppress(OSError):  # another process may have removed the file
+                    found = entry.stat(follow_symlinks=False)
+                    if stat.S_ISREG(found.st_mode) and found.st_mtime <= newest:
+                        Path(entry.path).unlink()
 
 
 def checked_targets(paths: Sequence[StrPath]) -> list[Path]:
@@ -177,24 +174,15 @@ def open_own(path: Path, flags: int) -> int:
 def locked(folder: Path) -> Iterator[None]:
     """Lock a folder during the block, or raise a ValueError if the folder is already locked.
 
-    A missing folder is created.
-    """
-    writable_folder(folder)
-    with held(folder / ".lock", f"{folder}: another run is writing to this folder"):
-        yield
-
-
-@contextlib.contextmanager
-def held(path: Path, message: str) -> Iterator[None]:
-    """Lock a file during the block, or raise a ValueError with `message` if it is already locked.
-
-    A missing file is created. The file is not removed after the block. The operating system
+    A missing folder is created. The lock file is not removed after the block. The operating system
     releases the lock when this process ends, even if it is killed. Child processes that run another
     program do not inherit the lock.
     """
+    writable_folder(folder)
+    path = folder / ".lock"
     file = open_own(path, os.O_RDWR | os.O_CREAT)
     try:
-        lock_file(file, path, message)
+        lock_file(file, path, f"{folder}: another run is writing to this folder")
         yield
     finally:
         os.close(file)
@@ -206,16 +194,11 @@ def lock_file(file: int, path: Path, message: str) -> None:
     Raises a ValueError with `message` if the file is already locked, and an OSError if the file
     system does not support locks.
     """
+    from filelock import lock_descriptor
+
     try:
-        is_ours = _is_locked_now(file)
+        is_ours = lock_descriptor(file, blocking=False)
     except OSError as error:
         raise OSError(error.errno, f"cannot be locked: {error.strerror}", str(path)) from None
     if not is_ours:
         raise ValueError(message)
-
-
-def _is_locked_now(file: int) -> bool:
-    """Try to lock an open file; return whether this process got the lock."""
-    from filelock import lock_descriptor
-
-    return lock_descriptor(file, blocking=False)

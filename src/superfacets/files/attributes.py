@@ -29,8 +29,6 @@ COLORS = ("red", "green", "blue")
 IMAGE_COMMENT = "comment TextureFile "
 """Begin of the comments in PLY that name an image of the texture."""
 
-_TEXTURE = "superfacets_textures.textures:Texture"
-
 PROJECTION = "LASF_Projection"
 """User id of the LAS records that contain the coordinate reference system."""
 
@@ -168,7 +166,8 @@ class MeshAttributes:
             object.__setattr__(self, owner, MappingProxyType(checked))
         object.__setattr__(self, "comments", tuple(map(_checked_comment, self.comments)))
         object.__setattr__(self, "left_out", tuple(self.left_out))
-        if self.texture is not None and not isinstance(self.texture, load(_TEXTURE)):
+        texture_class = "superfacets_textures.textures:Texture"
+        if self.texture is not None and not isinstance(self.texture, load(texture_class)):
             raise TypeError(f"texture must be a Texture, got {type(self.texture).__name__}")
 
     @property
@@ -222,9 +221,8 @@ class MeshAttributes:
         )
 
     def __reduce__(self) -> tuple[type[MeshAttributes], tuple[Any, ...]]:
-        vertex, face = dict(self.vertex), dict(self.face)
         others = self.comments, self.left_out, self.las, self.texture
-        return MeshAttributes, (vertex, face, *others)
+        return MeshAttributes, (dict(self.vertex), dict(self.face), *others)
 
     def __repr__(self) -> str:
         vertex, face = (", ".join(names) or "none" for names in (self.vertex, self.face))
@@ -235,10 +233,9 @@ class MeshAttributes:
 
 def _have_region_colors(stored: Mapping[str, Array]) -> bool:
     """Return whether colors are of regions: `write_ply` stores labels as `label` and `quality`."""
-    labels, quality = stored.get("label"), stored.get("quality")
-    if labels is None or quality is None:
+    if not stored.keys() >= {"label", "quality"}:
         return False
-    return np.array_equal(labels.astype(np.float32), quality)
+    return np.array_equal(stored["label"].astype(np.float32), stored["quality"])
 
 
 def _bytes_of(colors: Array) -> Bytes | None:
@@ -292,9 +289,8 @@ def is_image(comment: str) -> bool:
 
 def is_word(name: object) -> bool:
     """Return whether an object can be a name in a PLY header: one word of printable ASCII."""
-    if not isinstance(name, str):
-        return False
-    return name.isascii() and name.isprintable() and name.split() == [name]
+    is_text = isinstance(name, str) and name.isascii() and name.isprintable()
+    return is_text and str(name).split() == [name]
 
 
 def _checked_comment(line: object) -> str:

@@ -45,9 +45,7 @@ _ROLES: dict[str, dict[str, str]] = {
     },
     "read_points": {
         ".ply": f"{_READ}clouds:read_ply_cloud",
-        ".xyz": f"{_READ}clouds:read_text_cloud",
-        ".txt": f"{_READ}clouds:read_text_cloud",
-        ".csv": f"{_READ}clouds:read_text_cloud",
+        **dict.fromkeys((".xyz", ".txt", ".csv"), f"{_READ}clouds:read_text_cloud"),
         ".npy": f"{_READ}clouds:read_npy_cloud",
         ".las": "superfacets_formats.las:read_las_cloud",
         ".laz": "superfacets_formats.las:read_las_cloud",

@@ -77,7 +77,12 @@ def read_content(path: Path) -> mmap.mmap:
         if not size:
             raise MeshError(f"{path}: the file is empty")
         content = _new_memory(size)
-        fill(content, file)
+        left = memoryview(content)
+        while left:  # one read returns at most 2 GB
+            n_bytes = file.readinto(left)
+            if not n_bytes:
+                raise OSError(f"{path}: the file became shorter while it was read")
+            left = left[n_bytes:]
     return content
 
 
@@ -184,23 +189,12 @@ def _new_memory(size: int) -> mmap.mmap:
     return memory
 
 
-def fill(buffer: Any, file: io.FileIO) -> None:
-    """Fill a buffer from a file, in several reads, because one read returns at most 2 GB."""
-    view = memoryview(buffer)
-    while view:
-        n_bytes = file.readinto(view)
-        if not n_bytes:
-            raise OSError(f"{file.name!s}: the file became shorter while it was read")
-        view = view[n_bytes:]
-
-
 @contextlib.contextmanager
 def temporary_file(data: Content, name: str) -> Iterator[str]:
     """Yield the path of a temporary file that contains `data`, for libraries that read only files.
 
-    On POSIX systems the file is not in any folder, and the path refers to its file descriptor, so
-    that a killed process leaves no file behind. On other systems the file is called `name`, and is
-    in a temporary folder.
+    On POSIX systems the path refers to the descriptor of a file that is not in any folder, so that
+    a killed process leaves no file behind. On other systems the file is called `name`.
     """
     if os.name == "posix":
         with TemporaryFile() as file:
@@ -313,10 +307,7 @@ class BinaryReader:
 
 
 def hint_at_integers(names: Sequence[str]) -> str:
-    """Return the end of an error message: a list of the integer properties `names`.
-
-    The text is empty if there are no names.
-    """
+    """Return the end of an error message that lists integer properties; empty without `names`."""
     return f": the integer properties are {', '.join(names)}" if names else ""
 
 

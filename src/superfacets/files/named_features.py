@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base.errors import MeshError
 from ..base.lazy import load
-from ..base.types import Bools
+from ..base.types import Array, Bools, Bytes, Floats
 from ..graph.kinds import kind_of
 from ..graph.point_graph import find_point_graph
 from ..mesh.faces import area_vectors
 from ..weights.features import FeatureTable
 from .attributes import COLORS, MeshAttributes
+from .guards import named_errors
 
 if TYPE_CHECKING:
     from .. import FaceTexels
@@ -57,8 +57,7 @@ def features_of(
         )
         if is_texture:
             texels = _texels_of(name, cells, attributes, n_threads)
-            is_spread = name == "texture_spread"
-            columns.append(texels.spread[:, np.newaxis] if is_spread else texels.oklab)
+            columns.append(texels.spread[:, None] if name == "texture_spread" else texels.oklab)
             groups.append((columns[-1].shape[1], JUST_VISIBLE))
         else:
             columns.append(_columns_of(name, cells, attributes, n_threads, is_kept))
@@ -80,13 +79,9 @@ def _texels_of(
             f"features {name}: the mesh has no {'complete ' * bool(texture)}texture{why}"
         )
     load("superfacets_textures.texels:check_texture")(texture, cells)
-    try:
-        found: FaceTexels = load("superfacets_textures.texels:face_texels")(
-            cells, texture, n_threads
-        )
-    except MeshError as error:
-        raise MeshError(f"features {name}: {error}") from None
-    return found
+    with named_errors(f"features {name}"):
+        texels = load("superfacets_textures.texels:face_texels")(cells, texture, n_threads)
+    return cast("FaceTexels", texels)
 
 
 def _has_color(cells: Any, attributes: MeshAttributes | None) -> bool:
@@ -96,7 +91,7 @@ def _has_color(cells: Any, attributes: MeshAttributes | None) -> bool:
     return any({*COLORS} <= {*stored} for stored in _stored(attributes))
 
 
-def stored_colors(cells: Any, attributes: MeshAttributes | None) -> npt.NDArray[np.uint8] | None:
+def stored_colors(cells: Any, attributes: MeshAttributes | None) -> Bytes | None:
     """Return red, green and blue of each cell or of each vertex, or None if there are no colors.
 
     Files of point clouds store black for missing colors, so None is also returned if all colors of
@@ -108,7 +103,7 @@ def stored_colors(cells: Any, attributes: MeshAttributes | None) -> npt.NDArray[
     return np.asarray(np.rint(cells.colors * 255), np.uint8) if cells.colors.any() else None
 
 
-def colors_of_cells(cells: Any, attributes: MeshAttributes | None) -> npt.NDArray[np.uint8] | None:
+def colors_of_cells(cells: Any, attributes: MeshAttributes | None) -> Bytes | None:
     """Return `stored_colors`, where colors of vertices are averaged over the corners of each cell.
 
     If a mesh has as many vertices as cells, the colors are treated as colors of vertices.
@@ -121,11 +116,12 @@ def colors_of_cells(cells: Any, attributes: MeshAttributes | None) -> npt.NDArra
 
 def _columns_of(
     name: str, cells: Any, attributes: MeshAttributes | None, n_threads: int, is_kept: Bools | None
-) -> npt.NDArray[np.float64]:
+) -> Floats:
     if name == "normals":
         return _normals_of(cells, n_threads, is_kept)
     if name == "height":
-        return _per_cell(_positions_of(cells)[:, 2:], cells)
+        positions = cells.points if kind_of(cells).are_points else cells.vertices
+        return _per_cell(positions[:, 2:], cells)
     if name == "color" and kind_of(cells).are_points and cells.colors is not None:
         return np.asarray(cells.colors, np.float64)
     wanted = COLORS if name == "color" else (name,)
@@ -133,14 +129,12 @@ def _columns_of(
     if table is None:
         raise MeshError(
             f"features {name}: the mesh has no property {', '.join(wanted)}: it has"
-            f" {', '.join(_names_in(cells, *_stored(attributes)))}"
+            f" {', '.join(_names_in(cells, attributes))}"
         )
     return table
 
 
-def property_of(
-    name: str, cells: Any, attributes: MeshAttributes | None
-) -> npt.NDArray[np.float64] | None:
+def property_of(name: str, cells: Any, attributes: MeshAttributes | None) -> Floats | None:
     """Return the values of a property in the file, one per cell, or None if the file lacks it.
 
     A property of the vertices of a mesh is averaged over the corners of each cell. Raises a
@@ -154,11 +148,10 @@ def property_of(
 
 def _properties_of(
     names: Sequence[str], cells: Any, attributes: MeshAttributes | None
-) -> npt.NDArray[np.float64] | None:
+) -> Floats | None:
     """Return the named properties in the file as columns, one row per cell.
 
-    All properties must belong to faces, or all to vertices or points. Otherwise, or if a property
-    is missing, the result is None.
+    The result is None unless all belong to faces, or all to vertices or points.
     """
     of_faces, of_vertices = _stored(attributes)
     for stored in (of_faces, of_vertices):
@@ -169,27 +162,20 @@ def _properties_of(
     return None
 
 
-def _names_in(cells: Any, *stored: dict[str, npt.NDArray[Any]]) -> list[str]:
+def _names_in(cells: Any, attributes: MeshAttributes | None) -> list[str]:
     """Return the names of all available features, except features from the texture."""
-    kind = kind_of(cells)
-    fields = {name for table in stored for name in table}
-    has_color = fields.issuperset(COLORS) or (kind.are_points and cells.colors is not None)
-    computed = {"color": has_color, "normals": kind.are_points or kind.has_faces, "height": True}
-    return [*(name for name, is_there in computed.items() if is_there), *sorted(fields)]
+    colors = ["color"] if _has_color(cells, attributes) else []
+    normals = ["normals"] if kind_of(cells).are_points or kind_of(cells).has_faces else []
+    fields = {name for table in _stored(attributes) for name in table}
+    return [*colors, *normals, "height", *sorted(fields)]
 
 
-def _stored(
-    attributes: MeshAttributes | None,
-) -> tuple[dict[str, npt.NDArray[Any]], dict[str, npt.NDArray[Any]]]:
+def _stored(attributes: MeshAttributes | None) -> tuple[dict[str, Array], dict[str, Array]]:
     """Return two dicts of properties in the file: one for faces, one for vertices or points."""
     return ({}, {}) if attributes is None else (dict(attributes.face), dict(attributes.vertex))
 
 
-def _positions_of(cells: Any) -> npt.NDArray[np.float64]:
-    return np.asarray(cells.points if kind_of(cells).are_points else cells.vertices)
-
-
-def _normals_of(cells: Any, n_threads: int, is_kept: Bools | None) -> npt.NDArray[np.float64]:
+def _normals_of(cells: Any, n_threads: int, is_kept: Bools | None) -> Floats:
     kind = kind_of(cells)
     if kind.are_points:
         if cells.normals is not None:
@@ -202,7 +188,7 @@ def _normals_of(cells: Any, n_threads: int, is_kept: Bools | None) -> npt.NDArra
     return np.asarray(vectors / np.where(lengths > 0, lengths, 1.0))
 
 
-def _per_cell(table: npt.NDArray[np.float64], cells: Any) -> npt.NDArray[np.float64]:
+def _per_cell(table: Floats, cells: Any) -> Floats:
     """Return, for each cell, the mean of the rows of `table` over the vertices of the cell.
 
     The table of a point cloud is returned unchanged.

@@ -44,7 +44,6 @@ _MAX_COLUMNS = 12
 OTHER_NAMES = {"r": "red", "g": "green", "b": "blue", "normal_x": "nx", "normal_y": "ny",
                 "normal_z": "nz"}  # fmt: skip
 
-
 CLOUD_READERS = READERS["points"]
 
 

@@ -41,10 +41,7 @@ class Scene:
 
 
 def open_scene(data: Content, folder: Path | None) -> Scene:
-    """Parse a .gltf or .glb file in `folder`, and find the meshes of its default scene.
-
-    If `folder` is None, buffers in other files are refused.
-    """
+    """Find the meshes of the default scene of a file; without `folder`, other files are refused."""
     gltf = open_gltf(data, folder)
     return Scene(gltf, sorted(_visit_nodes(gltf), key=lambda visit: visit[0]))
 
@@ -55,18 +52,19 @@ def read_gltf(data: Content, folder: Path | None) -> TriangleArrays:
 
 
 def read_scene(scene: Scene) -> TriangleArrays:
-    """Return vertices and faces of a scene.
+    """Return vertices and faces of a scene: meshes in the order of the file, each for every node.
 
-    Copies of meshes are sorted by the index of the mesh in the file, then by the order of the nodes
-    in the scene. Each copy is transformed by the matrix of its node. Primitives of one mesh that
-    use the same positions share vertices. Lines and points are skipped.
+    Primitives of one mesh that use the same positions share vertices. Lines and points are skipped.
     """
     gltf, visits = scene.gltf, scene.visits
     shown = sorted({index for index, _ in visits})
     sizes = {index: _mesh_size(gltf, index) for index in shown}
     _check_size(gltf, [sizes[index] for index, _ in visits])
     meshes = {index: _read_mesh(gltf, index) for index in shown}
-    return _join([_place(*meshes[index], matrix) for index, matrix in visits])
+    parts = [_place(*meshes[index], matrix) for index, matrix in visits]
+    ends = np.cumsum([len(positions) for positions, _ in parts]).tolist()
+    faces = [_shifted(part, first) for (_, part), first in zip(parts, [0, *ends], strict=False)]
+    return _concatenated([positions for positions, _ in parts]), _concatenated(faces)
 
 
 def _mesh_size(gltf: Gltf, index: int) -> tuple[int, int]:
@@ -75,12 +73,10 @@ def _mesh_size(gltf: Gltf, index: int) -> tuple[int, int]:
     n_corners = 0
     for primitive in triangle_primitives(gltf, index):
         accessor = positions_of(primitive, index)
-        n_vertices[accessor] = len(read_accessor(gltf, accessor, "VEC3"))
-        n_corners += (
-            len(read_accessor(gltf, primitive["indices"], "SCALAR"))
-            if "indices" in primitive
-            else n_vertices[accessor]
-        )
+        n_vertices[accessor] = n_own = len(read_accessor(gltf, accessor, "VEC3"))
+        indices = primitive.get("indices")
+        has_indices = "indices" in primitive
+        n_corners += len(read_accessor(gltf, indices, "SCALAR")) if has_indices else n_own
     return sum(n_vertices.values()), -(-n_corners // 3)
 
 
@@ -101,14 +97,6 @@ def _check_size(gltf: Gltf, sizes: list[tuple[int, int]]) -> None:
             f" {n_bytes // gltf.n_bytes} times the size of the files; at most {MAX_GROWTH} times is"
             " allowed: save the scene without copies"
         )
-
-
-def _join(parts: list[TriangleArrays]) -> TriangleArrays:
-    faces, n_vertices = [], 0
-    for positions, part in parts:
-        faces.append(_shifted(part, n_vertices))
-        n_vertices += len(positions)
-    return _concatenated([positions for positions, _ in parts]), _concatenated(faces)
 
 
 def _shifted(faces: Array, first_vertex: int) -> Array:
@@ -132,7 +120,9 @@ def _visit_nodes(gltf: Gltf) -> list[tuple[int, Floats]]:
         if index in seen:
             raise MeshError(f"broken glTF: nodes[{index}] has two parents or is its own ancestor")
         seen.add(index)
-        matrix = product(above, _local_matrix(node))
+        # Unlike `@`, this product adds in the same order on all machines.
+        with np.errstate(over="ignore", invalid="ignore"):  # `Mesh` refuses infinite coordinates
+            matrix = (above[:, :, np.newaxis] * _local_matrix(node)).sum(axis=1)
         if "mesh" in node:
             gltf.item("meshes", node["mesh"])
             visits.append((node["mesh"], matrix))
@@ -145,13 +135,6 @@ def _indices(item: dict[str, Any], key: str) -> list[Any]:
     if not isinstance(values, list):
         raise MeshError(f"broken glTF: {key} is not a list")
     return values
-
-
-def product(left: Floats, right: Floats) -> Floats:
-    """Multiply two matrices. A fixed order of additions gives equal results on all machines."""
-    with np.errstate(over="ignore", invalid="ignore"):  # `Mesh` refuses infinite coordinates
-        result: Floats = (left[:, :, np.newaxis] * right[np.newaxis]).sum(axis=1)
-    return result
 
 
 def _local_matrix(node: dict[str, Any]) -> Floats:
@@ -172,25 +155,23 @@ def _rotation(quaternion: Floats) -> Floats:
         raise MeshError("broken glTF: the rotation of a node is the zero quaternion")
     x, y, z, w = quaternion / length
     s = 2 / (x * x + y * y + z * z + w * w)
-    return np.array(
-        [
-            [1 - s * (y * y + z * z), s * (x * y - z * w), s * (x * z + y * w)],
-            [s * (x * y + z * w), 1 - s * (x * x + z * z), s * (y * z - x * w)],
-            [s * (x * z - y * w), s * (y * z + x * w), 1 - s * (x * x + y * y)],
-        ]
-    )
+    return np.array([
+        [1 - s * (y * y + z * z), s * (x * y - z * w), s * (x * z + y * w)],
+        [s * (x * y + z * w), 1 - s * (x * x + z * z), s * (y * z - x * w)],
+        [s * (x * z - y * w), s * (y * z + x * w), 1 - s * (x * x + y * y)],
+    ])  # fmt: skip
 
 
 def _read_mesh(gltf: Gltf, index: int) -> TriangleArrays:
     positions: dict[int, Floats] = {}  # keyed by accessor, in order of first use
-    faces: list[Array] = []
     first_vertices: dict[int, int] = {}
+    faces: list[Array] = []
     n_vertices = 0
     for primitive in triangle_primitives(gltf, index):
         accessor = positions_of(primitive, index)
         if accessor not in positions:
-            positions[accessor] = _read_positions(gltf, accessor)
             first_vertices[accessor] = n_vertices
+            positions[accessor] = _read_positions(gltf, accessor)
             n_vertices += len(positions[accessor])
         corners = read_corners(gltf, primitive, len(positions[accessor]))
         faces.append(_shifted(corners.reshape(-1, 3), first_vertices[accessor]))

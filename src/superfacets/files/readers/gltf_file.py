@@ -184,7 +184,15 @@ def view_content(gltf: Gltf, index: int) -> memoryview:
     if packed is None or len(gltf.buffers[view["buffer"]]):
         return _range(gltf, view)
     if index not in gltf.unpacked_views:
-        gltf.unpacked_views[index] = _unpacked_view(gltf, index, packed)
+        n_rows, row_size = whole(packed, "count"), whole(packed, "byteStride")
+        gltf.take(n_rows * row_size, f"bufferViews[{index}]")
+        mode, filter = packed.get("mode"), packed.get("filter", "NONE")
+        if not isinstance(mode, str) or not isinstance(filter, str):
+            raise MeshError(f"broken glTF: bufferViews[{index}] has an unknown compression mode")
+        content = _range(gltf, packed)
+        with named_errors(f"bufferViews[{index}]"):
+            unpack = load("superfacets_formats.compression:decode_meshopt")
+            gltf.unpacked_views[index] = unpack(content, n_rows, row_size, mode, filter)
     return gltf.unpacked_views[index]
 
 
@@ -193,19 +201,6 @@ def _meshopt_of(item: dict[str, Any]) -> dict[str, Any] | None:
     extensions = item.get("extensions")
     named = extensions if isinstance(extensions, dict) else {}
     return next((named[name] for name in MESHOPT if isinstance(named.get(name), dict)), None)
-
-
-def _unpacked_view(gltf: Gltf, index: int, packed: dict[str, Any]) -> memoryview:
-    n_rows, row_size = whole(packed, "count"), whole(packed, "byteStride")
-    gltf.take(n_rows * row_size, f"bufferViews[{index}]")
-    mode, filter = packed.get("mode"), packed.get("filter", "NONE")
-    if not isinstance(mode, str) or not isinstance(filter, str):
-        raise MeshError(f"broken glTF: bufferViews[{index}] has an unknown compression mode")
-    content = _range(gltf, packed)
-    with named_errors(f"bufferViews[{index}]"):
-        decode_meshopt = load("superfacets_formats.compression:decode_meshopt")
-        unpacked: memoryview = decode_meshopt(content, n_rows, row_size, mode, filter)
-    return unpacked
 
 
 def _range(gltf: Gltf, view: dict[str, Any]) -> memoryview:

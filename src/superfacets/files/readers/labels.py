@@ -106,7 +106,10 @@ def parse_labels(data: Content, ending: str, n_cells: int | None, name: str) -> 
     if ending not in LABEL_ENDINGS:
         raise MeshError(f"expected a format that can store labels, got {ending}")
     if ending in _FOUND_ENDINGS:
-        return checked_labels(_read_found(data, name, ending), n_cells)
+        found, missing = _find(data, name, ending)
+        if found is None:
+            raise MeshError(missing)
+        return checked_labels(found, n_cells)
     table = FORMATS["labels" if ending in FORMATS["labels"] else "vertex_labels"]
     return checked_labels(table[ending](data, name), n_cells)
 
@@ -116,7 +119,7 @@ def find_labels(data: Content, ending: str, n_cells: int | None, name: str) -> I
     if ending in (".ply", *PART_ENDINGS):
         is_found = has_ply_labels(data, name) if ending == ".ply" else has_region_parts(data)
         return parse_labels(data, ending, n_cells, name) if is_found else None
-    found = _find(data, name, ending) if ending in _FOUND_ENDINGS else None
+    found = _find(data, name, ending)[0] if ending in _FOUND_ENDINGS else None
     return None if found is None else checked_labels(found, n_cells)
 
 
@@ -174,24 +177,14 @@ def read_npy_labels(data: Content, name: str) -> Array:
     return npy_array(data, "labels")
 
 
-def _read_found(data: Content, name: str, ending: str) -> Array:
-    found = _find(data, name, ending)
-    if found is None and ending in _OF_CLOUDS:
-        stored = CLOUD_READERS[ending](data)[1].vertex
-        others = [key for key, values in stored.items() if values.dtype.kind in "iu"]
-        raise MeshError(f"the points have no property {name}{hint_at_integers(others)}")
-    if found is None:
-        raise MeshError(f"the {ending[1:].upper()} file has no cell data {name}")
-    return found
-
-
-def _find(data: Content, name: str, ending: str) -> Array | None:
-    """Return the labels with a given name in the content of a file, or None if missing."""
-    if ending in _OF_CLOUDS:
-        found: Array | None = CLOUD_READERS[ending](data)[1].vertex.get(name)
-    else:
-        found = FORMATS["found_labels"][ending](data, name)
-    return found
+def _find(data: Content, name: str, ending: str) -> tuple[Array | None, str]:
+    """Return the labels named `name`, and the error message if they are missing (None)."""
+    if ending not in _OF_CLOUDS:
+        missing = f"the {ending[1:].upper()} file has no cell data {name}"
+        return FORMATS["found_labels"][ending](data, name), missing
+    stored = CLOUD_READERS[ending](data)[1].vertex
+    others = [key for key, values in stored.items() if values.dtype.kind in "iu"]
+    return stored.get(name), f"the points have no property {name}{hint_at_integers(others)}"
 
 
 _OF_CLOUDS = tuple(sorted({*CLOUD_READERS} - {".ply", ".npy", ".txt"}))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import NoReturn
 
 import numpy as np
@@ -28,12 +27,10 @@ def read_obj(data: Content) -> Arrays:
     file between two lines is not detected, because OBJ does not declare counts.
     """
     data = without_continuations(data)
-    blocks = list(read_blocks(data))
-    vertices = np.concatenate([block.vertices for block in blocks])
-    lengths = np.concatenate([block.lengths for block in blocks])
+    parts = zip(*_read_blocks(data), strict=True)
+    vertices, corners, lengths = (np.concatenate(blocks) for blocks in parts)
     if not len(vertices) and not len(lengths):
         raise MeshError("not an OBJ file: it has no `v` and no `f` lines")
-    corners = np.concatenate([block.corners for block in blocks])
     faces = checked_faces(lengths, corners)
     if len(corners) and (corners.min() < 0 or corners.max() >= len(vertices)):
         _raise_index_error(data, lengths, corners, len(vertices))
@@ -45,15 +42,12 @@ def without_continuations(data: Content) -> Content:
     return _CONTINUED.sub(rb"\1 ", data) if data.find(b"\\") >= 0 else data
 
 
-@dataclass(frozen=True, eq=False)
-class _Block:
-    vertices: Floats  # (V, 3) positions in the `v` lines
-    corners: Array  # (C,) vertex index of each corner, counted from 0; may be out of range
-    lengths: Ints  # (F,) number of corners of each `f` line
+def _read_blocks(data: Content) -> Iterator[tuple[Floats, Array, Ints]]:
+    """Yield vertices, flat corners and corner counts of each block of lines.
 
-
-def read_blocks(data: Content, n_vertices: int = 0) -> Iterator[_Block]:
-    """Parse a text block by block; `n_vertices` vertices precede the text in the file."""
+    Corners are vertex indices, counted from 0. They may be out of range.
+    """
+    n_vertices = 0
     for lines in iterate_lines(data, comment=b"#"):
         keywords = lines.keywords(KEYWORDS)
         is_vertex, is_face = keywords == VERTEX, keywords == FACE
@@ -65,7 +59,7 @@ def read_blocks(data: Content, n_vertices: int = 0) -> Iterator[_Block]:
             last = np.repeat(n_before, faces.counts)  # number of vertices that precede each corner
             corners = np.where(corners < 0, np.maximum(corners + last + 1, 0), corners)
         corners -= 1
-        yield _Block(vertices, corners, faces.counts)
+        yield vertices, corners, faces.counts
         n_vertices += len(vertices)
 
 

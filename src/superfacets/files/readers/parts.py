@@ -69,5 +69,4 @@ def _labels_by_part(
     numbers = np.arange(-1, len(names))  # label -1 for no part, then the label of each part
     if all(matches):  # all names are like `region_17` or `unlabeled`
         numbers[1:] = [int(match[1]) if match and match[1] else -1 for match in matches]
-    labels: Array = numbers[np.concatenate(blocks) + 1]
-    return labels
+    return np.asarray(numbers[np.concatenate(blocks) + 1])

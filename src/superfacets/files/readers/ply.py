@@ -54,12 +54,9 @@ def _read_arrays(header: Header, data: Content) -> tuple[Arrays, list[list[Colum
         raise MeshError(f"the type of the PLY list {INDEX_NAMES[0]} must be an integer type")
     tables = read_tables(header, data)
     indices = tables[face][column]
-    axes = [_present(tables[vertex][place].values) for place in xyz]
-    positions = as_rows(axes, np.float64)
-    is_ragged = indices.values is None
-    flat = (
-        _present(indices.ragged) if is_ragged else contiguous_rows(_present(indices.values)).ravel()
-    )
+    positions = as_rows([_present(tables[vertex][place].values) for place in xyz], np.float64)
+    listed = indices.values
+    flat = _present(indices.ragged) if listed is None else contiguous_rows(listed).ravel()
     corners, lengths = as_integers(flat, "vertex indices"), _present(indices.lengths)
     read_faces = _triangles_of_strips if faces.name == STRIPS else checked_faces
     return (positions, read_faces(lengths, corners)), tables
@@ -88,7 +85,7 @@ def _triangles_of_strips(lengths: Array, corners: Array) -> Longs:
     # Degenerate triangles are kept, so that face indices are the same as in other programs.
     begins = np.zeros(len(corners) + 1, dtype=bool)
     begins[np.cumsum(lengths, dtype=np.int64)] = True
-    begins = begins[:-1] if len(corners) else begins[:0]
+    begins = begins[: len(corners)]
     is_restart = corners == RESTART
     begins[1:] |= is_restart[:-1]
     begins[:1] = True

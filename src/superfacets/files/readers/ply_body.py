@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import reprlib
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, NoReturn
 
 import numpy as np
@@ -19,9 +18,6 @@ from .text import Lines, as_integers, runs, split_lines
 
 MAX_RECORD_SIZE = 2**31 - 1
 """Maximum size of a NumPy record in bytes."""
-
-_BLOCK = 1 << 20
-"""Number of bytes that `skip_rows` and `check_end` read at a time."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,51 +53,10 @@ def _read_binary(header: Header, data: Content) -> list[list[Column]]:
     for element in header.elements:
         columns, begin = _read_binary_element(element, data, begin)
         tables.append(columns)
-    _check_rest(data[begin:], len(data) - begin)
+    if data[begin:].strip(b"\0 \r\n\t"):
+        n_extra = counted(len(data) - begin, "byte")
+        raise MeshError(f"the file has {n_extra} more than the header declares")
     return tables
-
-
-def _check_rest(rest: bytes, n_extra: int) -> None:
-    """Raise a MeshError if `rest`, of `n_extra` bytes after the last element, is not filling."""
-    if rest.strip(b"\0 \r\n\t"):
-        raise MeshError(f"the file has {counted(n_extra, 'byte')} more than the header declares")
-
-
-def check_end(path: Path, end: int) -> None:
-    """Raise the same errors as `read_tables` for the bytes after the last element of a binary file.
-
-    `end` is the offset of these bytes. The file is read in blocks.
-    """
-    n_extra = path.stat().st_size - end
-    with path.open("rb") as file:
-        file.seek(end)
-        while block := file.read(_BLOCK):
-            _check_rest(block, n_extra)
-
-
-def skip_rows(element: Element, path: Path, begin: int) -> int:
-    """Return the offset after the rows of an element in a binary file; `begin` is the first row.
-
-    The file is read in blocks. If it is truncated, the same errors are raised as by `read_tables`.
-    """
-    least = _least_size(element, path.stat().st_size - begin)
-    n_left, size = element.n_rows if least else 0, _BLOCK
-    with path.open("rb") as file:
-        while n_left:
-            file.seek(begin)
-            block = file.read(size)
-            n_rows = min(n_left, 1 + size // least)
-            starts, lengths, _, n_whole = _walk_whole(element, n_rows, block, 0)
-            _check_lengths(lengths[:n_whole])
-            if not n_whole and len(block) < size:
-                _raise_cut(element, f"in row {element.n_rows - n_left}")
-            if not n_whole:  # the row is longer than the block
-                size *= 2
-                continue
-            n_values, last = int(lengths[n_whole - 1, -1]), element.properties[-1]
-            begin += int(starts[n_whole - 1, -1]) + n_values * np.dtype(last.dtype).itemsize
-            n_left -= n_whole
-    return begin
 
 
 def _least_size(element: Element, n_bytes: int) -> int:
@@ -156,20 +111,6 @@ def _walk(element: Element, n_rows: int, data: Content, begin: int) -> tuple[Lon
 
     Offsets are in bytes. A length is a number of values: 1 if the property is not a list.
     """
-    starts, lengths, end, n_whole = _walk_whole(element, n_rows, data, begin)
-    if n_whole < n_rows:
-        _raise_cut(element, f"in row {n_whole}")
-    _check_lengths(lengths)
-    return starts, lengths, end
-
-
-def _walk_whole(
-    element: Element, n_rows: int, data: Content, begin: int
-) -> tuple[Longs, Longs, int, int]:
-    """Return the result of `_walk`, and the number of rows that are complete, which may be fewer.
-
-    The offset after the rows is only valid if all rows are complete.
-    """
     counts = [np.dtype(stored.count_dtype or "u1") for stored in element.properties]
     starts, lengths, end, n_whole = _core.walk_rows(
         np.frombuffer(data, dtype=np.uint8),
@@ -181,8 +122,11 @@ def _walk_whole(
         [np.dtype(stored.dtype).itemsize for stored in element.properties],
         any(stored.dtype.startswith(">") for stored in element.properties),
     )  # fmt: skip
+    if n_whole < n_rows:
+        _raise_cut(element, f"in row {n_whole}")
+    _check_lengths(lengths)
     shape = (n_rows, len(counts))
-    return starts.reshape(shape), lengths.reshape(shape), end, n_whole
+    return starts.reshape(shape), lengths.reshape(shape), end
 
 
 def _check_lengths(lengths: Array) -> None:
@@ -219,10 +163,8 @@ def _read_text(header: Header, data: Content) -> list[list[Column]]:
 
 
 def _read_text_element(element: Element, lines: Lines) -> list[Column]:
-    if any(stored.is_integer for stored in element.properties):
-        values = lines.parse_integers_or_floats()
-    else:
-        values = lines.parse(np.float64)
+    has_integers = any(stored.is_integer for stored in element.properties)
+    values = lines.parse_integers_or_floats() if has_integers else lines.parse(np.float64)
     columns = _read_uniform_text(element, values, lines.counts)
     return columns or _gather_text(element, values, lines)
 

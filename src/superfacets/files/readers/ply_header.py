@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import reprlib
 from dataclasses import dataclass, field
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -28,9 +26,6 @@ STRIPS = "tristrips"
 """Name of the element with triangle strips; each row is a list of vertices."""
 
 BYTE_ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
-
-_HEADER_BLOCK, _MAX_HEADER = 1 << 16, 1 << 24
-"""Initial and maximum number of bytes that `read_header` reads to find the end of the header."""
 
 
 @dataclass(frozen=True)
@@ -60,27 +55,9 @@ class Element:
     n_rows: int
     properties: list[Property] = field(default_factory=list)
 
-    def record(self) -> np.dtype[Any] | None:
-        """Return the NumPy type of a row, or None if the element has lists other than corners.
-
-        Faces are assumed to be triangles.
-        """
-        record: list[tuple[Any, ...]] = []
-        for column, stored in enumerate(self.properties):
-            name = stored.name if self.find(stored.name) == column else f"again {column}"
-            if not stored.is_list:
-                record.append((name, stored.dtype))
-            elif self.name == "face" and name in INDEX_NAMES and stored.is_integer:
-                record.append((f"number of {name}", stored.count_dtype))
-                record.append((name, stored.dtype, (3,)))
-            else:
-                return None
-        return np.dtype(record)
-
     def find(self, *names: str) -> int | None:
         """Return the index of the first property with one of these names, or None."""
-        columns = (i for i, stored in enumerate(self.properties) if stored.name in names)
-        return next(columns, None)
+        return next((i for i, stored in enumerate(self.properties) if stored.name in names), None)
 
 
 @dataclass(frozen=True)
@@ -103,19 +80,7 @@ class Header:
 
     def find(self, name: str) -> int | None:
         """Return the index of the element with this name, or None."""
-        places = (place for place, element in enumerate(self.elements) if element.name == name)
-        return next(places, None)
-
-
-def read_header(path: Path) -> tuple[Header, bytes]:
-    """Read the header of a file; return the header, and all bytes that were read."""
-    size = _HEADER_BLOCK
-    with path.open("rb") as file:
-        content = file.read(size)
-        while b"end_header" not in content and len(content) == size and size < _MAX_HEADER:
-            content += file.read(size)
-            size *= 2
-    return parse_header(content), content
+        return next((i for i, element in enumerate(self.elements) if element.name == name), None)
 
 
 def parse_header(data: Content) -> Header:

@@ -22,15 +22,11 @@ from .clouds import CLOUD_READERS, holds_cloud
 from .off import MAGIC as OFF_MAGIC
 from .stl import cad_advice, has_binary_size
 
-ATTRIBUTE_ENDINGS = tuple(FORMATS["attributes"])
-
 Z_UP_ENDINGS = (".las", ".laz", ".e57")
 """Endings of formats in which z points up. glTF defines y, but many files do not follow this."""
 
-CAD_FORMATS = {".step": "STEP", ".stp": "STEP", ".iges": "IGES", ".igs": "IGES", ".brep": "BREP",
-               ".fcstd": "FCStd"}  # fmt: skip
-"""Names of CAD formats, which contain no mesh, keyed by ending."""
-
+_CAD_FORMATS = {".step": "STEP", ".stp": "STEP", ".iges": "IGES", ".igs": "IGES", ".brep": "BREP",
+                ".fcstd": "FCStd"}  # fmt: skip
 _BEGINS = {b"ply\n": ".ply", b"ply\r": ".ply", b"glTF": ".glb"}
 """Endings of mesh formats, keyed by the first bytes of their files."""
 
@@ -38,8 +34,11 @@ _RASTER = (
     "a raster file is not a mesh: convert its heights to a mesh (see Terrain in the documentation)"
 )
 _VECTOR = "a vector file is not a mesh: convert its triangles or points to .ply, .obj or .csv"
-_NO_MESHES = dict.fromkeys((".tif", ".tiff", ".asc"), _RASTER) | {".shp": _VECTOR, ".gpkg": _VECTOR}
-"""Error messages for files with geographic data, keyed by ending."""
+_NO_MESHES = {
+    **{ending: cad_advice(name) for ending, name in _CAD_FORMATS.items()},
+    **dict.fromkeys((".tif", ".tiff", ".asc"), _RASTER), ".shp": _VECTOR, ".gpkg": _VECTOR,
+}  # fmt: skip
+"""Error messages for CAD files and files with geographic data, keyed by ending."""
 
 Parsed = TypeVar("Parsed")
 
@@ -233,7 +232,7 @@ def read_attributes(path: str | os.PathLike[str]) -> MeshAttributes:
     ...     read_attributes(path).vertex["nz"]
     array([1., 1., 1.])
     """
-    endings = tuple(dict.fromkeys((*ATTRIBUTE_ENDINGS, *CLOUD_READERS)))
+    endings = tuple(dict.fromkeys((*FORMATS["attributes"], *CLOUD_READERS)))
     _, attributes = _read(path, endings, parse_cells_and_attributes)
     assert attributes is not None  # files with these endings always have attributes
     return attributes
@@ -258,8 +257,6 @@ def cell_ending(path: Path, endings: tuple[str, ...] = CELL_ENDINGS) -> str:
         return known_ending(path, endings)
     except MeshError as error:
         suffix = path.suffix.lower()
-        if suffix in CAD_FORMATS:
-            raise MeshError(f"{path}: {cad_advice(CAD_FORMATS[suffix])}") from None
         if suffix in _NO_MESHES:
             raise MeshError(f"{path}: {_NO_MESHES[suffix]}") from None
         advice = ": convert the file first" if suffix else ""
@@ -277,11 +274,7 @@ def parse_mesh(data: Content, ending: str, folder: Path | None) -> AnyMesh:
 
 
 def parse_cells_and_attributes(
-    data: Content,
-    ending: str,
-    folder: Path | None,
-    *,
-    keep: bool = True,
+    data: Content, ending: str, folder: Path | None, *, keep: bool = True
 ) -> tuple[Cells, MeshAttributes | None]:
     """Parse the content of a mesh file, or of a point cloud file if there are no faces.
 
@@ -317,16 +310,12 @@ def recognized_ending(data: Content) -> str | None:
     if has_binary_size(data):
         return ".stl"
     found = _FIRST_WORD.match(data)
-    return None if found is None else _ending_of_text(found[1])
-
-
-def _ending_of_text(word: bytes) -> str | None:
-    if word.startswith(b"{"):
-        return ".gltf"
-    if word.lower() == b"solid":
-        return ".stl"
-    if OFF_MAGIC.match(word):
-        return ".off"
-    if word in _OBJ_WORDS:
-        return ".obj"
-    return ".tri" if word.isdigit() else None
+    word = b"" if found is None else found[1]
+    fitting = {
+        ".gltf": word.startswith(b"{"),
+        ".stl": word.lower() == b"solid",
+        ".off": OFF_MAGIC.match(word),
+        ".obj": word in _OBJ_WORDS,
+        ".tri": word.isdigit(),
+    }
+    return next((ending for ending, fits in fitting.items() if fits), None)

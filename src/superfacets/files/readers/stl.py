@@ -11,7 +11,7 @@ from ...base.checks import MAX_CELLS, counted
 from ...base.errors import MeshError
 from ...base.types import Floats, Singles
 from ..guards import Arrays, Content, as_doubles, contiguous_rows
-from .text import Lines, iterate_lines, split_lines
+from .text import iterate_lines, split_lines
 
 HEADER_SIZE = 80
 
@@ -79,19 +79,16 @@ def _read_binary(data: Content) -> Singles:
 
 
 def _read_ascii(data: Content) -> Floats:
-    blocks = [_read_block(lines) for lines in iterate_lines(data)]
+    blocks = []
+    for lines in iterate_lines(data):
+        found = lines.keywords(KEYWORDS, any_case=True)
+        corners = lines.after_keyword(found == VERTEX, KEYWORDS[VERTEX])
+        corners.refuse(corners.counts != 3, "a vertex needs 3 coordinates")
+        blocks.append((corners.parse(np.float64), found))
     vertices, keywords = (np.concatenate(parts) for parts in zip(*blocks, strict=True))
     _check_solids(keywords, data)
     _check_facets(keywords, data)
     return vertices
-
-
-def _read_block(lines: Lines) -> tuple[Floats, npt.NDArray[np.int8]]:
-    """Return the coordinates in vertex lines, flat, and the keyword of each line."""
-    keywords = lines.keywords(KEYWORDS, any_case=True)
-    vertices = lines.after_keyword(keywords == VERTEX, KEYWORDS[VERTEX])
-    vertices.refuse(vertices.counts != 3, "a vertex needs 3 coordinates")
-    return vertices.parse(np.float64), keywords
 
 
 def _check_solids(keywords: npt.NDArray[np.int8], data: Content) -> None:
@@ -110,16 +107,12 @@ def _check_facets(keywords: npt.NDArray[np.int8], data: Content) -> None:
     """Raise a MeshError if the lines of a triangle do not have the keywords `TRIANGLE_LINES`."""
     is_content = (keywords != SOLID) & (keywords != ENDSOLID)
     content = keywords[is_content]
-    n_rest = len(content) % 7
-    rows = content[: len(content) - n_rest].reshape(-1, 7)
-    is_wrong = np.append(
-        rows != TRIANGLE_LINES, content[len(content) - n_rest :] != TRIANGLE_LINES[:n_rest]
-    )
-    place = int(np.argmax(is_wrong)) if is_wrong.any() else len(content)
-    if place == len(content):
-        if n_rest:
+    is_wrong = content != np.resize(TRIANGLE_LINES, len(content))
+    if not is_wrong.any():
+        if len(content) % 7:
             raise MeshError("the last facet is incomplete: the file may be truncated")
         return
+    place = int(np.argmax(is_wrong))
     number = split_lines(data).number(np.flatnonzero(is_content)[place])
     wanted = TRIANGLE_LINES[place % 7]
     if wanted == ENDLOOP and content[place] == VERTEX:

@@ -24,9 +24,6 @@ _Kernel = Callable[[Bytes, Longs, Longs, Ints, int], tuple[Array, Longs]]
 BLOCK = 1 << 23
 """Number of bytes of text per block of `iterate_lines`, small to save memory."""
 
-EXACT = 2.0**53
-"""Largest number up to which float64 represents all integers exactly."""
-
 _NUMBER = re.compile(rb"[+-]?(\d+\.?\d*([eE][+-]?\d+)?|\.\d+([eE][+-]?\d+)?|nan|inf(inity)?)", re.I)
 _INTEGER = re.compile(rb"[+-]?\d+")
 
@@ -252,7 +249,8 @@ def as_integers(values: Array, what: str) -> Array:
     if values.dtype.kind in "iu":
         return values
     with np.errstate(invalid="ignore"):  # signaling NaNs
-        is_whole = (values == np.floor(values)) & (np.abs(values) <= EXACT)
+        # Up to 2**53, float64 represents all integers exactly.
+        is_whole = (values == np.floor(values)) & (np.abs(values) <= 2.0**53)
     if not is_whole.all():
         raise MeshError(f"{what} must be integers, got {values[~is_whole].flat[0]!s}")
     return values.astype(np.int64)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import reprlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -15,7 +15,7 @@ import numpy.typing as npt
 from ...base.checks import check_length, refuse_mask
 from ...base.errors import MeshError
 from ...base.lazy import load
-from ...base.types import Array, Bytes, Ints
+from ...base.types import Bytes, Ints
 from ...graph.kinds import Kind, kind_of
 from ...mesh.base import Cells
 from ..attributes import MeshAttributes
@@ -61,30 +61,29 @@ class FormatOptions:
         cls,
         endings: Sequence[str],
         *,
-        ascii: bool = False,
-        label_name: str = "label",
-        vertex_labels: bool = False,
         classes: Sequence[str] | Sequence[int] | None = None,
         scores: npt.ArrayLike | None = None,
-        force: bool = False,
+        **others: Any,
     ) -> FormatOptions:
         """Return the options; raise an error if one is invalid.
 
         An error is also raised if an option other than `ascii` and `force` is given, but none of
         the formats in `endings` uses this option.
         """
-        if not isinstance(label_name, str) or not label_name or not label_name.isprintable():
-            raise ValueError(f"label_name must be one line of printable text, got {label_name!r}")
+        options = cls(**others)
+        named = options.label_name
+        if not isinstance(named, str) or not named or not named.isprintable():
+            raise ValueError(f"label_name must be one line of printable text, got {named!r}")
         for name, is_given, fitting in (
-            ("label_name", label_name != "label", NAMED_OUTPUTS),
-            ("vertex_labels", vertex_labels, (".ply",)),
+            ("label_name", named != "label", NAMED_OUTPUTS),
+            ("vertex_labels", options.vertex_labels, (".ply",)),
             ("classes", classes is not None, CLASS_OUTPUTS),
             ("scores", scores is not None, (".aggregation.json",)),
         ):
             if is_given and not {*endings} & {*fitting}:
                 raise ValueError(f"{name} needs an output with the ending {' or '.join(fitting)}")
         names = None if classes is None else tuple(map(_checked_class, classes))
-        return cls(ascii, label_name, vertex_labels, names, _checked_scores(scores), force)
+        return replace(options, classes=names, scores=_checked_scores(scores))
 
     def check_classes(self, labels: Ints | None, noun: str = "region") -> None:
         """Raise a MeshError if the number of classes or scores is not the number of labels.
@@ -179,16 +178,12 @@ def usual_ending(kind: str) -> str:
     return next(iter(WRITERS.get(kind, FACE_WRITERS)))
 
 
-def _writers_of(kind: Kind) -> Mapping[str, Any]:
+def _check_kind(kind: Kind, ending: str) -> None:
     if kind.name not in WRITERS:
         raise MeshError(
             f"{kind.plural} cannot be written as a mesh: write only their labels (.npy, .seg, .txt)"
         )
-    return WRITERS[kind.name]
-
-
-def _check_kind(kind: Kind, ending: str) -> None:
-    fitting = tuple(_writers_of(kind))
+    fitting = tuple(WRITERS[kind.name])
     if ending not in fitting:
         listed = f"{', '.join(fitting[:-1])} or {fitting[-1]}"
         table = "; for a table of regions, use superfacets regions" if ending == ".csv" else ""
@@ -200,9 +195,8 @@ def _checked_colors(colors: Any, mesh: Cells) -> Bytes | None:
         return None
     refuse_mask(colors, "colors")
     array = np.asarray(colors)
-    n_cells = mesh.n_cells
-    if array.shape != (n_cells, 3):
-        raise ValueError(f"colors must have shape ({n_cells}, 3), got {array.shape}")
+    if array.shape != (mesh.n_cells, 3):
+        raise ValueError(f"colors must have shape ({mesh.n_cells}, 3), got {array.shape}")
     if array.dtype.kind not in "iu" or array.min() < 0 or array.max() > 255:
         raise ValueError("colors must be integers from 0 to 255 (red, green, blue)")
     return array.astype(np.uint8)
@@ -214,18 +208,13 @@ def _check_attributes(attributes: Any, cells: Any) -> None:
         return
     if not isinstance(attributes, MeshAttributes):
         raise TypeError(f"attributes must be MeshAttributes, got {type(attributes).__name__}")
-    if kind_of(cells).are_points:
-        n_vertices, n_faces = cells.n_cells, 0
-    else:
-        n_vertices, n_faces = cells.n_vertices, cells.n_cells
-    owners: tuple[tuple[str, Mapping[str, Array], int], ...] = (
-        ("vertex", attributes.vertex, n_vertices),
-        ("face", attributes.face, n_faces),
-    )
-    for owner, values, n_rows in owners:
-        for name, array in values.items():
+    kind = kind_of(cells)
+    are_points = kind.are_points
+    n_vertices = cells.n_cells if are_points else cells.n_vertices
+    for owner, n_rows in (("vertex", n_vertices), ("face", 0 if are_points else cells.n_cells)):
+        for name, array in getattr(attributes, owner).items():
             check_length(array, n_rows, f"the {owner} property {name}", owner)
     if attributes.texture is not None:
-        if not kind_of(cells).has_faces:
-            raise ValueError(f"{kind_of(cells).plural} cannot have a texture")
+        if not kind.has_faces:
+            raise ValueError(f"{kind.plural} cannot have a texture")
         load("superfacets_textures.texels:check_texture")(attributes.texture, cells)

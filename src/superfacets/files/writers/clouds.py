@@ -8,9 +8,9 @@ from typing import IO, Any
 import numpy as np
 
 from ...base.errors import MeshError, import_extra, reason_of
-from ...base.types import Array, Floats
+from ...base.types import Array
 from ...mesh.point_cloud import PointCloud
-from ..attributes import PROJECTION, LasDimension, LasFrame
+from ..attributes import COLORS, PROJECTION, LasDimension, LasFrame
 from ..guards import shortened
 from .content import Content
 from .text import write_rows
@@ -39,11 +39,10 @@ def write_csv(file: IO[bytes], content: Content) -> None:
     if labels is None and content.attributes is not None:
         stored = content.attributes.vertex.get("label")
         labels = stored if stored is not None and stored.dtype.kind in "iu" else None
-    names = ["x", "y", "z"] + ([] if labels is None else ["label"])
-    file.write((",".join(names) + "\n").encode())
-    row = ",".join(["%.17g"] * 3 + ([] if labels is None else ["%d"])) + "\n"
-    columns: list[Array] = list(cloud.points.T)
-    write_rows(file, row, columns if labels is None else [*columns, labels])
+    more = [] if labels is None else [labels]
+    file.write(b"x,y,z,label\n" if more else b"x,y,z\n")
+    row = ",".join(["%.17g"] * 3 + ["%d"] * len(more)) + "\n"
+    write_rows(file, row, [*cloud.points.T, *more])
 
 
 def write_las(file: IO[bytes], content: Content) -> None:
@@ -75,8 +74,8 @@ def write_las(file: IO[bytes], content: Content) -> None:
             las.evlrs = laspy.vlrs.vlrlist.VLRList([*(las.evlrs or ()), vlr])
     las.x, las.y, las.z = cloud.points.T
     stored = {} if attributes is None else dict(attributes.vertex)
-    if cloud.colors is not None and not {"red", "green", "blue"} <= stored.keys():
-        for name, shades in zip(("red", "green", "blue"), cloud.colors.T, strict=True):
+    if cloud.colors is not None and not {*COLORS} <= stored.keys():
+        for name, shades in zip(COLORS, cloud.colors.T, strict=True):
             stored[name] = np.rint(shades * 65535).astype(np.uint16)
     dimensions = {dimension.attribute: dimension for dimension in frame.extra}
     if content.labels is not None:
@@ -103,7 +102,6 @@ def _add_dimension(las: Any, name: str, values: Array, given: LasDimension | Non
     The stored type is the type in `given` if it can represent all values, and otherwise the type of
     the array. A dimension has at most 3 numbers per point, so arrays with more columns are skipped.
     """
-    laspy = import_extra("laspy", "a .las or .laz file", "las")
     n = 1 if values.ndim == 1 else values.shape[1]
     if not 1 <= n <= 3:
         return
@@ -111,15 +109,12 @@ def _add_dimension(las: Any, name: str, values: Array, given: LasDimension | Non
     if given is None or stored is None:
         given, stored = LasDimension(name, values.dtype.str, n, ""), values
     shape = () if n == 1 else (n,)
-    las.add_extra_dim(
-        laspy.ExtraBytesParams(
-            name=given.name[:_MAX_LETTERS],
-            type=np.dtype((given.kind, shape)),
-            description=given.description[:_MAX_LETTERS],
-            offsets=given.offsets or None,
-            scales=given.scales or None,
-        )
-    )
+    extra_bytes = import_extra("laspy", "a .las or .laz file", "las").ExtraBytesParams
+    las.add_extra_dim(extra_bytes(
+        name=given.name[:_MAX_LETTERS], type=np.dtype((given.kind, shape)),
+        description=given.description[:_MAX_LETTERS],
+        offsets=given.offsets or None, scales=given.scales or None,
+    ))  # fmt: skip
     las.points.array[given.name[:_MAX_LETTERS]] = stored.reshape(-1, *shape)
 
 
@@ -129,7 +124,8 @@ def _frame_of(cloud: PointCloud, given: LasFrame | None) -> LasFrame:
     If `given` is None, return new settings.
     """
     low, high = cloud.bounds
-    scales = np.maximum(_round_step((high - low) / _LAS_STEPS), 1e-12)
+    with np.errstate(divide="ignore"):  # steps are powers of ten, as is common in LAS
+        scales = 10.0 ** np.maximum(np.ceil(np.log10((high - low) / _LAS_STEPS)), -6.0)
     usual = LasFrame(4, 7 if cloud.colors is not None else 6, tuple(scales), tuple(low))
     if given is None:
         return usual
@@ -137,13 +133,6 @@ def _frame_of(cloud: PointCloud, given: LasFrame | None) -> LasFrame:
     minor = max(given.minor, 4 if point_format > 5 else 2)
     with np.errstate(all="ignore"):
         steps = (cloud.bounds - given.offsets) / given.scales
-    fits = np.all(np.asarray(given.scales) > 0) and np.all(np.abs(steps) < 2.0**31 - 1)
-    if not fits:
+    if not (np.all(np.asarray(given.scales) > 0) and np.all(np.abs(steps) < 2.0**31 - 1)):
         given = given._replace(scales=usual.scales, offsets=usual.offsets)
     return given._replace(minor=minor, point_format=point_format)
-
-
-def _round_step(least: Floats) -> Floats:
-    """Round quantization steps up to powers of ten, as is common in LAS; the minimum is 1e-6."""
-    with np.errstate(divide="ignore"):
-        return np.asarray(10.0 ** np.maximum(np.ceil(np.log10(least)), -6.0))

@@ -14,10 +14,10 @@ from dataclasses import dataclass, field
 from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ...base.errors import MeshError
 from ...base.lazy import load
+from ...base.types import Array, Bools, Bytes, Floats, Ints, Longs
 from ...mesh.faces import FaceMesh, corner_triangles, corners_of
 from ...regions.region_graph import region_graph
 from .content import Content
@@ -68,7 +68,12 @@ def write_glb(file: IO[bytes], content: Content) -> None:
         scene.used |= materials.extensions
     if regions is not None and regions.count:
         assert labels is not None
-        columns = _region_columns(mesh, labels, regions.names[-regions.count :], regions.ids)
+        graph = region_graph(mesh, np.where(labels < 0, -1, regions.ids))
+        columns = {
+            "label": regions.names[-regions.count :].astype("<i4"),
+            "area": graph.areas.astype("<f4"),
+            "normal": np.nan_to_num(graph.normals).astype("<f4"),  # undefined normals are 0
+        }
         scene.add_table(columns, content.classes)
     scene.document["meshes"] = [{"primitives": primitives}]
     scene.write(file)
@@ -76,12 +81,12 @@ def write_glb(file: IO[bytes], content: Content) -> None:
 
 @dataclass(frozen=True, eq=False)
 class _Regions:
-    names: npt.NDArray[np.int32]  # distinct labels, ascending; may include -1
-    ids: npt.NDArray[np.int64]  # region id of each face; `count` for faces with label -1
+    names: Ints  # distinct labels, ascending; may include -1
+    ids: Longs  # region id of each face; `count` for faces with label -1
     count: int  # number of regions, not counting label -1
 
     @classmethod
-    def of(cls, labels: npt.NDArray[np.int32]) -> _Regions:
+    def of(cls, labels: Ints) -> _Regions:
         names, ids = np.unique(labels, return_inverse=True)
         n_regions = len(names) - int(names[0] < 0)
         if len(names) > MAX_IDS:
@@ -112,7 +117,11 @@ def _add_primitive(
         assert content.labels is not None
         ids = regions.ids[split.face_of_vertex].astype("<f4")
         attributes["_FEATURE_ID_0"] = scene.accessor(ids, "SCALAR", VERTICES)
-        of_ids = _feature_ids(regions.count, content.labels)
+        of_ids = {"featureCount": max(regions.count, 1), "attribute": 0, "label": "region"}
+        if regions.count:
+            of_ids["propertyTable"] = 0
+        if content.labels.min() < 0:
+            of_ids["nullFeatureId"] = regions.count
         primitive["extensions"] = {"EXT_mesh_features": {"featureIds": [of_ids]}}
         scene.used.add("EXT_mesh_features")
     return primitive
@@ -122,13 +131,13 @@ def _add_primitive(
 class _Split:
     """Vertices and triangles to write. Each vertex has a single label, color and material."""
 
-    vertices: npt.NDArray[np.int64]  # mesh vertex of each written vertex
-    face_of_vertex: npt.NDArray[np.int64]  # one of the mesh faces at each written vertex
-    pairs: npt.NDArray[np.int64]  # row of each vertex in `Texture.coordinates`; -1 for no row
-    triangles: npt.NDArray[np.int64]  # (T, 3) indices of written vertices
-    faces: npt.NDArray[Any]  # mesh face of each triangle
+    vertices: Longs  # mesh vertex of each written vertex
+    face_of_vertex: Longs  # one of the mesh faces at each written vertex
+    pairs: Longs  # row of each vertex in `Texture.coordinates`; -1 for no row
+    triangles: Longs  # (T, 3) indices of written vertices
+    faces: Array  # mesh face of each triangle
 
-    def part(self, is_here: npt.NDArray[np.bool_]) -> _Split:
+    def part(self, is_here: Bools) -> _Split:
         """Return the triangles where `is_here` is true, with their vertices."""
         used, triangles = np.unique(self.triangles[is_here], return_inverse=True)
         return _Split(
@@ -138,58 +147,31 @@ class _Split:
 
 
 def _split_vertices(
-    mesh: FaceMesh,
-    labels: npt.NDArray[np.int32] | None,
-    colors: npt.NDArray[np.uint8] | None,
-    texture: Texture | None,
+    mesh: FaceMesh, labels: Ints | None, colors: Bytes | None, texture: Texture | None
 ) -> _Split:
     """Duplicate vertices where faces differ in label, color, material or texture coordinates."""
     places, sources = corner_triangles(mesh)
-    keys = np.zeros(mesh.n_faces, np.int64)
-    if labels is not None:
-        keys = np.unique(labels, return_inverse=True)[1].astype(np.int64)
+    keys = np.zeros(mesh.n_faces, np.int64) if labels is None else _numbered(labels)
     if colors is not None:
         red, green, blue = colors.T.astype(np.int64)
-        packed = keys << 24 | red << 16 | green << 8 | blue
-        keys = np.unique(packed, return_inverse=True)[1].astype(np.int64)
+        keys = _numbered(keys << 24 | red << 16 | green << 8 | blue)
     if texture is not None:
-        packed = keys * (len(texture.materials) + 1) + texture.face_materials + 1
-        keys = np.unique(packed, return_inverse=True)[1].astype(np.int64)
+        keys = _numbered(keys * (len(texture.materials) + 1) + texture.face_materials + 1)
     faces = np.arange(mesh.n_faces) if sources is None else sources
     vertices = corners_of(mesh).vertices[places]
     corners = (keys[faces][:, np.newaxis] * mesh.n_vertices + vertices).ravel()
     pairs = np.full(len(corners), -1)
     if texture is not None:
         pairs = texture.corners[places].ravel().astype(np.int64)
-        vertex_keys = np.unique(corners, return_inverse=True)[1].astype(np.int64)
-        corners = vertex_keys * (len(texture.coordinates) + 1) + pairs + 1
+        corners = _numbered(corners) * (len(texture.coordinates) + 1) + pairs + 1
     _, firsts, numbers = np.unique(corners, return_index=True, return_inverse=True)
     used = vertices.ravel()[firsts].astype(np.int64)
     return _Split(used, faces[firsts // 3], pairs[firsts], numbers.reshape(-1, 3), faces)
 
 
-def _feature_ids(n_regions: int, labels: npt.NDArray[np.int32]) -> dict[str, Any]:
-    ids: dict[str, Any] = {"featureCount": max(n_regions, 1), "attribute": 0, "label": "region"}
-    if n_regions:
-        ids["propertyTable"] = 0
-    if labels.min() < 0:
-        ids["nullFeatureId"] = n_regions
-    return ids
-
-
-def _region_columns(
-    mesh: FaceMesh,
-    labels: npt.NDArray[np.int32],
-    names: npt.NDArray[np.int32],
-    ids: npt.NDArray[np.int64],
-) -> dict[str, npt.NDArray[Any]]:
-    """Return label, area and mean normal of each region; undefined normals are 0."""
-    graph = region_graph(mesh, np.where(labels < 0, -1, ids))
-    return {
-        "label": names.astype("<i4"),
-        "area": graph.areas.astype("<f4"),
-        "normal": np.nan_to_num(graph.normals).astype("<f4"),
-    }
+def _numbered(keys: Array) -> Longs:
+    """Replace distinct keys by 0, 1, 2, ... in ascending order."""
+    return np.unique(keys, return_inverse=True)[1].astype(np.int64)
 
 
 _PROPERTIES = {
@@ -198,13 +180,6 @@ _PROPERTIES = {
     "normal": {"type": "VEC3", "componentType": "FLOAT32"},
     "class": {"type": "ENUM", "enumType": "region_class"},
 }
-
-
-def _enum_of(classes: Sequence[str]) -> tuple[dict[str, Any], npt.NDArray[Any]]:
-    """Return the glTF enumeration of class names, and the enumeration value of each region."""
-    names, numbers = np.unique(np.array(classes, dtype=str), return_inverse=True)
-    values = [{"name": name, "value": number} for number, name in enumerate(names.tolist())]
-    return {"valueType": "UINT32", "values": values}, numbers.astype("<u4")
 
 
 def _check_size(n_bytes: int) -> None:
@@ -223,9 +198,9 @@ class _Scene:
     n_bytes: int = 0  # size of the buffer, in bytes
     node: dict[str, Any] = field(default_factory=lambda: {"mesh": 0})
     used: set[str] = field(default_factory=set)  # names of the extensions in use
-    middle: npt.NDArray[np.float64] | None = None  # origin of positions; None means (0, 0, 0)
+    middle: Floats | None = None  # origin of positions; None means (0, 0, 0)
 
-    def view(self, array: npt.NDArray[Any], target: int | None = None) -> int:
+    def view(self, array: Array, target: int | None = None) -> int:
         """Append an array to the buffer, and return the index of its buffer view."""
         _check_size(self.n_bytes + array.nbytes)
         data = np.ascontiguousarray(array).tobytes()
@@ -235,27 +210,22 @@ class _Scene:
         self.n_bytes += len(self.parts[-1])
         return len(self.views) - 1
 
-    def accessor(self, array: npt.NDArray[Any], kind: str, target: int) -> int:
+    def accessor(self, array: Array, kind: str, target: int) -> int:
         """Append an array, and return the index of its accessor."""
         component = {"f4": FLOAT, "u4": UNSIGNED_INT, "u1": UNSIGNED_BYTE}[array.dtype.str[1:]]
-        accessor: dict[str, Any] = {
-            "bufferView": self.view(array, target),
-            "componentType": component,
-            "count": len(array),
-            "type": kind,
-        }
-        if component == UNSIGNED_BYTE:
-            accessor["normalized"] = True
-        self.accessors.append(accessor)
+        view = self.view(array, target)
+        accessor = {"bufferView": view, "componentType": component, "count": len(array)}
+        is_normalized = {"normalized": True} if component == UNSIGNED_BYTE else {}
+        self.accessors.append({**accessor, "type": kind, **is_normalized})
         return len(self.accessors) - 1
 
-    def place(self, points: npt.NDArray[np.float64]) -> None:
+    def place(self, points: Floats) -> None:
         """Move the origin to the center of the points if float32 cannot represent them exactly."""
         if not fits_single(points):
             self.middle = (points.min(axis=0) + points.max(axis=0)) / 2
             self.node["translation"] = self.middle.tolist()
 
-    def positions(self, vertices: npt.NDArray[np.float64], corners: npt.NDArray[np.int64]) -> int:
+    def positions(self, vertices: Floats, corners: Longs) -> int:
         """Append the positions of vertices, and return the index of their accessor."""
         points = vertices[corners]
         if self.middle is not None:
@@ -266,19 +236,19 @@ class _Scene:
         self.accessors[place]["max"] = single.max(axis=0).tolist()
         return place
 
-    def add_table(
-        self, columns: dict[str, npt.NDArray[Any]], classes: Sequence[str] | None
-    ) -> None:
+    def add_table(self, columns: dict[str, Array], classes: Sequence[str] | None) -> None:
         """Add a property table with one row per region, and with a column of classes if given."""
         count = len(columns["label"])
         schema: dict[str, Any] = {"id": "superfacets"}
         if classes is not None:
-            enum, columns["class"] = _enum_of(classes)
-            schema["enums"] = {"region_class": enum}
+            names, numbers = np.unique(np.array(classes, dtype=str), return_inverse=True)
+            values = [{"name": name, "value": number} for number, name in enumerate(names.tolist())]
+            schema["enums"] = {"region_class": {"valueType": "UINT32", "values": values}}
+            columns["class"] = numbers.astype("<u4")
         properties = {name: _PROPERTIES[name] for name in columns}
         schema["classes"] = {"region": {"properties": properties}}
-        values = {name: {"values": self.view(column)} for name, column in columns.items()}
-        table = {"class": "region", "count": count, "properties": values}
+        views = {name: {"values": self.view(column)} for name, column in columns.items()}
+        table = {"class": "region", "count": count, "properties": views}
         self.document["extensions"] = {
             "EXT_structural_metadata": {"schema": schema, "propertyTables": [table]}
         }
@@ -304,5 +274,4 @@ class _Scene:
         file.write(struct.pack("<4s2I", b"glTF", 2, size))
         file.write(struct.pack("<2I", len(text), 0x4E4F534A) + text)
         file.write(struct.pack("<2I", self.n_bytes, 0x004E4942))
-        for part in self.parts:
-            file.write(part)
+        file.writelines(self.parts)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -92,11 +92,7 @@ class IdWriter:
         return self
 
     def _labels_in(self, ending: str) -> Ints:
-        """Return the labels to write in the format of `ending`.
-
-        These are given labels of vertices if `ending` is in `UNCONVERTED`, otherwise labels of
-        cells.
-        """
+        """Return given labels of vertices if `ending` is in `UNCONVERTED`, or labels of cells."""
         assert self.labels is not None
         if self.segments is not None and ending in VERTEX_OUTPUTS:
             return self.segments.ids
@@ -115,7 +111,8 @@ class IdWriter:
             self._write_groups(file, _SCANS["scene_of"](path, ending))
         else:
             has_ids = ending in VERTEX_OUTPUTS and self.segments is None
-            _write(file, ending, path, self._vertex_ids if has_ids else self._labels_in(ending))
+            labels = self._vertex_ids if has_ids else self._labels_in(ending)
+            write_levels(file, ending, path, [labels])
 
     @property
     def _graph(self) -> dict[str, Array]:
@@ -148,23 +145,18 @@ class IdWriter:
         from ...regions.vertices import vertex_labels
 
         assert self.labels is not None
-        write_cortex = load(_CORTEX)
         comments = () if self.attributes is None else self.attributes.comments
-        if self.of_vertices is not None:
-            write_cortex(file, ending, self.of_vertices, comments=comments)
-            return
-        of_vertices = vertex_labels(self.cells, self.labels, min_vertices=1)
-        regions, firsts = np.unique(self.labels, return_index=True)
-        shown = firsts[np.isin(regions, of_vertices) & (regions >= 0)]
-        colors = load("superfacets_show.colors:face_colors")(self.cells, self.labels)[shown]
-        write_cortex(file, ending, of_vertices, colors, comments=comments)
+        of_vertices, colors = self.of_vertices, None
+        if of_vertices is None:
+            of_vertices = vertex_labels(self.cells, self.labels, min_vertices=1)
+            regions, firsts = np.unique(self.labels, return_index=True)
+            shown = firsts[np.isin(regions, of_vertices) & (regions >= 0)]
+            colors = load("superfacets_show.colors:face_colors")(self.cells, self.labels)[shown]
+        load(_CORTEX)(file, ending, of_vertices, colors, comments=comments)
 
     @property
     def region_sizes(self) -> Longs:
-        """Number of vertices that have each region's id in files with one id per vertex.
-
-        Regions are in ascending order of their labels.
-        """
+        """Number of vertices with the id of each region, in ascending order of the labels."""
         assert self.labels is not None
         regions, ids = np.unique(self.labels), np.sort(self._vertex_ids)
         return np.searchsorted(ids, regions, side="right") - np.searchsorted(ids, regions)
@@ -179,32 +171,29 @@ class IdWriter:
         return vertex_ids(self.cells, self.labels)
 
 
-def write_given_labels(
-    labels: npt.ArrayLike, ending: str
-) -> Callable[[IO[bytes], str, Path | None], None]:
-    """Return a function that writes the labels; raise an error if the format cannot store them."""
+def checked_levels(labels: npt.ArrayLike, ending: str) -> list[Ints]:
+    """Return one or more levels of labels; raise an error if the format cannot store them."""
     if ending == ".sstk.json" and np.ndim(labels) == 2:
         levels = [checked_labels(level) for level in np.asarray(labels)]
         _check_nested(levels)
-        return lambda file, ending, path: _SCANS["write_sstk"](file, levels)
+        return levels
     checked = checked_labels(labels)
     _check_labels(checked, ending)
-    return lambda file, ending, path: _write(file, ending, path, checked)
+    return [checked]
 
 
-def _write(
-    file: IO[bytes],
-    ending: str,
-    path: Path | None,
-    labels: npt.NDArray[np.integer[Any]],
+def write_levels(
+    file: IO[bytes], ending: str, path: Path | None, levels: Sequence[npt.NDArray[np.integer[Any]]]
 ) -> None:
+    """Write labels in the format of `ending`; only ``.sstk.json`` stores more than one level."""
+    labels = levels[0]
     if ending == ".segs.json":
         _SCANS["write_segments"](file, labels, _SCANS["scene_of"](path, ending))
     elif ending == ".aggregation.json":
         segments = np.unique(labels[labels >= 0])
         _SCANS["write_aggregation"](file, segments, segments, _SCANS["scene_of"](path, ending))
     elif ending == ".sstk.json":
-        _SCANS["write_sstk"](file, [labels])
+        _SCANS["write_sstk"](file, levels)
     elif ending == ".pth":
         _SCANS["write_tensor"](file, labels)
     elif ending in VERTEX_OUTPUTS:

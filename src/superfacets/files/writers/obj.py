@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import partial
 from typing import IO, TYPE_CHECKING
 
 import numpy as np
@@ -33,76 +32,64 @@ def write_obj(file: IO[bytes], content: Content) -> None:
     Materials are written to an MTL file in the same folder. Colors and attributes are not written.
     """
     mesh, labels, texture = content.cells, content.labels, content.texture
-    lines_of = partial(face_lines, mesh, begin="f ", first=1)
     if texture is not None:
         library_lines = load("superfacets_textures.writing:library_lines")
         file.write(library_lines(texture, content.path))
-        lines_of = partial(_textured_lines, mesh, texture)
     row = " ".join(["v", *[coordinate_format(mesh.vertices)] * 3]) + "\n"
     write_rows(file, row, list(mesh.vertices.T))
     if texture is not None and len(texture.coordinates):
         pairs = np.nan_to_num(texture.coordinates)
         write_rows(file, f"vt {coordinate_format(pairs)} {coordinate_format(pairs)}\n", [*pairs.T])
-    if labels is None:
-        for lines in lines_of(faces=np.arange(mesh.n_faces)):
-            file.write(b"".join(lines))
-        return
-    order = np.argsort(labels, kind="stable")
-    values, regions = np.unique(labels, return_inverse=True)
-    names, groups = np.unique(content.part_names(values), return_inverse=True)
-    group_lines = [f"g {name}\n".translate(_SAFE).encode() for name in names.tolist()]
-    begin, last = 0, -1
-    for lines in lines_of(faces=order):
-        some = groups[regions[order[begin : begin + len(lines)]]]
-        for place in np.flatnonzero(np.diff(some, prepend=last)).tolist():
-            lines[place] = group_lines[some[place]] + lines[place]
+    order = np.arange(mesh.n_faces) if labels is None else np.argsort(labels, kind="stable")
+    blocks = _face_lines(mesh, order, "f ", 1, texture=texture)
+    if texture is not None:
+        materials = load("superfacets_textures.writing:material_names")(texture)
+        uses = [f"usemtl {name}\n" for name in (*materials, NO_MATERIAL)]  # -1 means the last one
+        blocks = _with_titles(blocks, texture.face_materials[order], uses)
+    if labels is not None:
+        values, regions = np.unique(labels, return_inverse=True)
+        names, groups = np.unique(content.part_names(values), return_inverse=True)
+        titles = [f"g {name}\n".translate(_SAFE) for name in names.tolist()]
+        blocks = _with_titles(blocks, groups[regions[order]], titles)
+    for lines in blocks:
         file.write(b"".join(lines))
-        begin, last = begin + len(lines), some[-1]
 
 
-def _textured_lines(
-    mesh: FaceMesh, texture: Texture, faces: npt.NDArray[np.intp]
+def _with_titles(
+    blocks: Iterator[list[bytes]], numbers: npt.NDArray[np.integer], titles: list[str]
 ) -> Iterator[list[bytes]]:
-    """Yield face lines with texture coordinates, and ``usemtl`` lines where materials change."""
-    names = load("superfacets_textures.writing:material_names")(texture)
-    offsets = corners_of(mesh).offsets
-    firsts = 3 * np.arange(mesh.n_faces) if offsets is None else offsets[:-1]
-    last = -1
-    for begin in range(0, len(faces), ROWS_AT_ONCE):
-        some = faces[begin : begin + ROWS_AT_ONCE]
-        lines = _lines_of(mesh, some, "f ", 1, (), (texture.corners, firsts))
-        materials = texture.face_materials[some]
-        for place in np.flatnonzero(np.diff(materials, prepend=last)).tolist():
-            material = int(materials[place])
-            name = names[material] if material >= 0 else NO_MATERIAL
-            lines[place] = f"usemtl {name}\n".encode("utf-8", "surrogateescape") + lines[place]
-        last = int(materials[-1])
+    """Yield the blocks, with the title of each line's number before lines where numbers change."""
+    begin, last = 0, -1
+    for lines in blocks:
+        some = numbers[begin : begin + len(lines)]
+        for place in np.flatnonzero(np.diff(some, prepend=last)).tolist():
+            lines[place] = titles[some[place]].encode("utf-8", "surrogateescape") + lines[place]
+        begin, last = begin + len(lines), int(some[-1])
         yield lines
 
 
-def face_lines(
-    mesh: FaceMesh,
-    faces: npt.NDArray[np.intp],
-    begin: str,
-    *,
-    first: int = 0,
-    ends: tuple[Array, ...] = (),
-) -> Iterator[list[bytes]]:
+def _face_lines(
+    mesh: FaceMesh, faces: npt.NDArray[np.intp], begin: str, first: int, *,
+    ends: tuple[Array, ...] = (), texture: Texture | None = None,
+) -> Iterator[list[bytes]]:  # fmt: skip
     """Yield lists of at most `ROWS_AT_ONCE` lines, with one line per face.
 
-    A line consists of `begin`, the vertices of the face, and its number in each array of `ends`. A
-    ``#`` in `begin` is replaced by the number of corners. Vertices are numbered from `first`. Each
-    array in `ends` has one number per face of the mesh.
+    A line consists of `begin`, the vertices of the face, with texture coordinates if there are any,
+    and the number of the face in each array of `ends`. A ``#`` in `begin` is replaced by the number
+    of corners. Vertices are numbered from `first`.
     """
+    offsets = corners_of(mesh).offsets
+    firsts = 3 * np.arange(mesh.n_faces) if offsets is None else offsets[:-1]
+    pairs = None if texture is None else (texture.corners, firsts)
     for place in range(0, len(faces), ROWS_AT_ONCE):
-        yield _lines_of(mesh, faces[place : place + ROWS_AT_ONCE], begin, first, ends)
+        yield _lines_of(mesh, faces[place : place + ROWS_AT_ONCE], begin, first, ends, pairs)
 
 
 def _lines_of(
     mesh: FaceMesh, faces: npt.NDArray[np.integer], begin: str, first: int,
-    ends: tuple[Array, ...], pairs: tuple[Ints, Longs] | None = None,
+    ends: tuple[Array, ...], pairs: tuple[Ints, Longs] | None,
 ) -> list[bytes]:  # fmt: skip
-    """Return one line per face as `face_lines` does, with texture coordinates if `pairs` is given.
+    """Return one line per face as `_face_lines` does, with texture coordinates if `pairs` is given.
 
     `pairs` is a tuple of two arrays: the row of each corner of the mesh in `Texture.coordinates`,
     and the index of the first corner of each face.
@@ -112,9 +99,8 @@ def _lines_of(
     sizes = np.diff(offsets)
     kinds = sizes
     if pairs is not None:
-        of_corners = pairs[0][
-            np.repeat(pairs[1][faces] - offsets[:-1], sizes) + np.arange(len(corners))
-        ]
+        shifts = np.repeat(pairs[1][faces] - offsets[:-1], sizes)
+        of_corners = pairs[0][shifts + np.arange(len(corners))]
         is_whole = np.minimum.reduceat(of_corners, offsets[:-1]) >= 0
         # Faces with equal entries in `kinds` have the same format. The entry is the number of
         # corners, negated if a corner has no texture coordinates.
@@ -146,5 +132,5 @@ def write_off(file: IO[bytes], content: Content) -> None:
     row = " ".join([coordinate_format(mesh.vertices)] * 3) + "\n"
     write_rows(file, row, list(mesh.vertices.T))
     ends = () if colors is None else tuple(colors.T)
-    for lines in face_lines(mesh, np.arange(mesh.n_faces), "# ", ends=ends):
+    for lines in _face_lines(mesh, np.arange(mesh.n_faces), "# ", 0, ends=ends):
         file.write(b"".join(lines))

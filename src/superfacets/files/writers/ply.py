@@ -12,7 +12,7 @@ from ...base.lazy import load
 from ...base.types import Array, Bytes, Floats, Ints, Longs
 from ...mesh.faces import FaceMesh, corners_of
 from ...mesh.point_cloud import PointCloud
-from ..attributes import PLY_TYPES, MeshAttributes, is_image
+from ..attributes import COLORS, PLY_TYPES, MeshAttributes, is_image
 from ..readers.ply_header import INDEX_NAMES
 from .content import Content
 from .text import ROWS_AT_ONCE, fits_single, text_rows
@@ -50,8 +50,7 @@ def write_ply(file: IO[bytes], content: Content) -> None:
         # If new labels of faces are written, labels of vertices in the attributes are outdated.
         labels = attributes.face.get("label", ())
         are_other = content.labels is not None and not np.array_equal(labels, content.labels)
-        left_out = ("label",) if are_other else ()
-        vertices.add(attributes.vertex, left_out)
+        vertices.add(attributes.vertex, ("label",) if are_other else ())
         faces.add(attributes.face)
     comments = () if attributes is None else attributes.comments
     if content.texture is not None:
@@ -136,8 +135,11 @@ class _Element:
 
 
 def _vertex_columns(vertices: Floats) -> list[_Column]:
-    dtype = "<f4" if fits_single(vertices) else "<f8"
-    return [_Column(axis, dtype, values) for axis, values in zip("xyz", vertices.T, strict=True)]
+    return _columns("xyz", "<f4" if fits_single(vertices) else "<f8", vertices)
+
+
+def _columns(names: Sequence[str], dtype: str, table: Array) -> list[_Column]:
+    return [_Column(name, dtype, values) for name, values in zip(names, table.T, strict=True)]
 
 
 def _point_columns(cloud: PointCloud, content: Content) -> list[_Column]:
@@ -145,25 +147,18 @@ def _point_columns(cloud: PointCloud, content: Content) -> list[_Column]:
     colors = content.colors
     columns = _vertex_columns(cloud.points)
     if cloud.normals is not None:
-        columns += [
-            _Column(name, "<f4", values)
-            for name, values in zip(("nx", "ny", "nz"), cloud.normals.T, strict=True)
-        ]
+        columns += _columns(("nx", "ny", "nz"), "<f4", cloud.normals)
     if colors is None and cloud.colors is not None:
         colors = np.rint(cloud.colors * 255).astype(np.uint8)
     return columns + _label_columns(content.labels, colors)
 
 
 def _label_columns(labels: Ints | None, colors: Bytes | None) -> list[_Column]:
-    columns = []
+    columns: list[_Column] = []
     if labels is not None:
         columns += [_Column("label", "<i4", labels), _Column("quality", "<f4", labels)]
     if colors is not None:
-        columns += [
-            _Column(channel, "u1", values)
-            for channel, values in zip(("red", "green", "blue"), colors.T, strict=True)
-        ]
-        columns.append(_Column("alpha", "u1", 255))
+        columns += [*_columns(COLORS, "u1", colors), _Column("alpha", "u1", 255)]
     return columns
 
 

@@ -16,12 +16,10 @@ from .text import coordinate_format, fits_single, write_rows
 def write_stl(file: IO[bytes], content: Content) -> None:
     """Write one solid per region, in ascending order of labels, or one per class.
 
-    Solids are named ``region_0``, ``region_1``, ... or, if there are classes, like the classes with
-    underscores instead of spaces. The solid of faces with label -1 is named ``unlabeled``. Meshing
-    and flow simulation programs use these names for patches. Files with labels are text, because
-    binary STL has only one solid. A file without labels is binary if float32 is exact for all
-    coordinates and `Content.ascii` is false; otherwise it is text with one solid. Undefined normals
-    are 0.
+    Meshing and flow simulation programs use the names of solids, `Content.part_names`, for patches.
+    Files with labels are text, because binary STL has only one solid. A file without labels is
+    binary if float32 is exact for all coordinates and `Content.ascii` is false; otherwise it is
+    text with one solid. Undefined normals are 0.
     """
     mesh, labels = content.cells, content.labels
     normals = area_vectors(mesh, checked_threads(None))

@@ -88,26 +88,25 @@ def write_lines(path: StrPath, vertices: Floats, lines: Iterable[Line]) -> None:
     ending, written = known_ending(Path(path), LINE_ENDINGS), list(lines)
     rows = [line.vertices for line in written]
     used, along = np.unique(np.concatenate([np.empty(0, int), *rows]), return_inverse=True)
-    offsets = np.cumsum([0, *map(len, rows)])
+    ends = np.cumsum([*map(len, rows)], dtype=np.int64)
     with atomic_outputs([path]) as temporaries, temporaries[0].open("wb") as file:
         write = _write_obj_lines if ending == ".obj" else _write_vtp_lines
-        write(file, vertices[used], written, along, offsets)
+        write(file, vertices[used], written, along, ends)
 
 
 def _write_obj_lines(
-    file: IO[bytes], points: Floats, lines: list[Line], along: Longs, offsets: Longs
+    file: IO[bytes], points: Floats, lines: list[Line], along: Longs, ends: Longs
 ) -> None:
-    """Write lines as OBJ; the points of line i are ``along[offsets[i]:offsets[i + 1]]``."""
+    """Write lines as OBJ; `along` has the points of all lines, and `ends` where each line ends."""
     file.writelines(f"v {x!r} {y!r} {z!r}\n".encode() for x, y, z in points.tolist())
-    for i, line in enumerate(lines):
+    for line, part in zip(lines, np.split(along + 1, ends[:-1]), strict=False):
         other = "open" if line.high < 0 else line.high
-        numbers = (along[offsets[i] : offsets[i + 1]] + 1).tolist()
-        row = " ".join(map(str, numbers))
+        row = " ".join(map(str, part.tolist()))
         file.write(f"g border_{line.low}_{other}\nl {row}\n".encode())
 
 
 def _write_vtp_lines(
-    file: IO[bytes], points: Floats, lines: list[Line], along: Longs, offsets: Longs
+    file: IO[bytes], points: Floats, lines: list[Line], along: Longs, ends: Longs
 ) -> None:
     """Write lines as VTP; see `_write_obj_lines` for the arguments."""
     sections: dict[str, dict[str, Array]] = {
@@ -116,7 +115,7 @@ def _write_vtp_lines(
             "high": np.array([line.high for line in lines], np.int32),
         },
         "Points": {"Points": points},
-        "Lines": {"connectivity": along.astype(np.int64), "offsets": offsets[1:].astype(np.int64)},
+        "Lines": {"connectivity": along.astype(np.int64), "offsets": ends},
     }
     counts = {"NumberOfPoints": len(points), "NumberOfLines": len(lines)}
     write_vtk_xml = load("superfacets_formats.vtk_writer:write_vtk_xml")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
@@ -31,7 +31,8 @@ from .ids import (  # fmt: skip
     VERTEX_OUTPUTS,
     IdWriter,
     Segments,
-    write_given_labels,
+    checked_levels,
+    write_levels,
 )
 
 DERIVED_OUTPUTS = (*ID_OUTPUTS, *GRAPH_OUTPUTS)
@@ -41,8 +42,6 @@ OUTPUT_ENDINGS = (*MESH_OUTPUTS, *CLOUD_OUTPUTS, *LABEL_OUTPUTS, *DERIVED_OUTPUT
 
 ENDING_OF_FORMAT = {ending.lstrip("._"): ending for ending in OUTPUT_ENDINGS}
 """Maps format names, such as ``ply``, ``segs.json`` or ``sp_label.npy``, to endings."""
-
-NO_STREAMS: Mapping[str, IO[bytes]] = MappingProxyType({})
 
 
 def write_mesh(
@@ -167,10 +166,7 @@ def write_mesh(
         _check_truth_stays([path])
     cells = as_cells(mesh)
     cell_labels = None if labels is None else _labels_of(cells, labels)
-    writer: IdWriter | CellWriter = CellWriter(cells, cell_labels, colors, attributes, options)
-    if ending in DERIVED_OUTPUTS:
-        writer = IdWriter(cells, cell_labels, options, attributes=attributes)
-    writer = writer.checked([ending])
+    writer = writer_of(cells, cell_labels, ending, options, attributes, colors)
     with atomic_outputs([path]) as (temporary,), temporary.open("wb") as file:
         writer.write(file, ending, path)
 
@@ -236,9 +232,9 @@ def write_labels(path: StrPath, labels: npt.ArrayLike, *, force: bool = False) -
     ending = known_ending(path, (*LABEL_OUTPUTS, *ID_OUTPUTS))
     if not force:
         _check_truth_stays([path])
-    write = write_given_labels(labels, ending)
+    levels = checked_levels(labels, ending)
     with atomic_outputs([path]) as (temporary,), temporary.open("wb") as file:
-        write(file, ending, path)
+        write_levels(file, ending, path, levels)
 
 
 def write_regions(
@@ -357,7 +353,7 @@ def write_outputs(
     mesh: Any,
     labels: npt.ArrayLike | None,
     *,
-    streams: Mapping[str, IO[bytes]] = NO_STREAMS,
+    streams: Mapping[str, IO[bytes]] = MappingProxyType({}),
     attributes: MeshAttributes | None = None,
     options: FormatOptions | None = None,
     listed: npt.ArrayLike | None = None,
@@ -388,15 +384,18 @@ def write_outputs(
         _check_truth_stays(paths)
     cells = as_cells(mesh)
     cell_labels = None if labels is None else _labels_of(cells, labels)
-    named = [Path(path) for path, ending in zip(paths, endings, strict=True) if ending == SEGMENTS]
-    segments_file = named[0] if named else None
+    named = zip(paths, endings, strict=True)
+    segments_file = next((Path(path) for path, ending in named if ending == SEGMENTS), None)
     ids = IdWriter(cells, cell_labels, options, of_vertices, segments, segments_file, attributes)
     if listed is not None:
         of_listed = cells if listed_mesh is None else as_cells(listed_mesh)
         ids = IdWriter(of_listed, checked_labels(listed), options, segments_file=segments_file)
     of_cells = CellWriter(cells, cell_labels, None, attributes, options, of_vertices)
     all_endings = {*endings, *streams}
-    writers = _writers(all_endings, ids, of_cells)
+    listing = [ending for ending in all_endings if ending in (*LABEL_OUTPUTS, *DERIVED_OUTPUTS)]
+    ids.checked(listing)
+    of_cells = of_cells.checked([*all_endings.difference(listing)])
+    writers = dict.fromkeys(all_endings, of_cells.write) | dict.fromkeys(listing, ids.write)
     with atomic_outputs(paths) as temporaries:
         for temporary, ending, path in zip(temporaries, endings, paths, strict=True):
             with temporary.open("wb") as file:
@@ -408,17 +407,6 @@ def write_outputs(
     if is_unchanged or all_endings.isdisjoint(VERTEX_OUTPUTS):
         return np.zeros(0, np.int64)
     return ids.region_sizes
-
-
-def _writers(
-    endings: set[str], of_labels: IdWriter, of_cells: CellWriter
-) -> dict[str, Callable[[IO[bytes], str, Path | None], None]]:
-    """Return a write function for each ending; raise an error if a format cannot store the data."""
-    listing = [ending for ending in endings if ending in (*LABEL_OUTPUTS, *DERIVED_OUTPUTS)]
-    holding = [ending for ending in endings if ending not in listing]
-    of_labels.checked(listing)
-    of_cells = of_cells.checked(holding)
-    return {**dict.fromkeys(listing, of_labels.write), **dict.fromkeys(holding, of_cells.write)}
 
 
 def check_outputs(paths: Sequence[StrPath], *, force: bool = False) -> None:
@@ -435,16 +423,13 @@ def check_outputs(paths: Sequence[StrPath], *, force: bool = False) -> None:
 
 
 def writer_of(
-    cells: Cells,
-    labels: Ints,
-    ending: str,
-    form: FormatOptions,
-    attributes: MeshAttributes | None = None,
-) -> CellWriter | IdWriter:
+    cells: Cells, labels: Ints | None, ending: str, form: FormatOptions,
+    attributes: MeshAttributes | None = None, colors: npt.ArrayLike | None = None,
+) -> CellWriter | IdWriter:  # fmt: skip
     """Return the writer for an ending, or raise an error if the format cannot store the cells."""
     if ending in (*MESH_OUTPUTS, *CLOUD_OUTPUTS):
-        return CellWriter(cells, labels, None, attributes, form).checked([ending])
-    return IdWriter(cells, labels, form).checked([ending])
+        return CellWriter(cells, labels, colors, attributes, form).checked([ending])
+    return IdWriter(cells, labels, form, attributes=attributes).checked([ending])
 
 
 def check_fit(
