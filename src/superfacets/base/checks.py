@@ -38,16 +38,6 @@ lengths."""
 VALUE_RANGE = (1e-150, 1e150)
 """Limits for the largest of all areas or weights, so that sums and products do not overflow."""
 
-MAX_SIDE = 1 << 16
-"""Maximum width and height of an image, in pixels."""
-
-MAX_PIXELS = 1 << 29
-"""Maximum number of pixels of a camera. The largest aerial cameras have 450 million."""
-
-MAX_ROTATION_ERROR = 1e-3
-"""Maximum error of the scalar products of the axes of a camera pose, which should be 0 or 1. This
-limit accepts rotations that were rounded to four digits, and rejects poses with a scale."""
-
 MAX_THREADS_PER_CORE = 4
 """Maximum number of threads per usable core. On two cores, 1,024 threads take four times as long as
 two threads, because the threads wait for each other."""
@@ -259,7 +249,7 @@ def _checked_corners(points: Floats, corners: Ints) -> tuple[int | None, Floats]
     """
     is_finite, is_in_range, *bounds = _core.check_mesh(points, corners, checked_threads(None))
     if not is_finite:
-        _raise_not_finite(points, "vertices")
+        refuse_infinite(points, "vertices")
     box = np.array(bounds)
     if not is_in_range:
         return int(np.argmax((corners < 0) | (corners >= len(points)))), box
@@ -305,8 +295,9 @@ def raise_index_error(cell: int, vertex: int, n_vertices: int, name: str = "face
 
 
 def refuse_first(
-    is_wrong: Bools, name: str, values: Array, must: str, error: type[ValueError] = ValueError
-) -> None:
+    is_wrong: Bools | np.bool_, name: str, values: Array, must: str,
+    error: type[ValueError] = ValueError,
+) -> None:  # fmt: skip
     """Raise an error for the first value that `is_wrong` marks; `must` says what is expected."""
     if is_wrong.any():
         index = int(np.argmax(is_wrong))
@@ -357,7 +348,7 @@ def checked_points(points: Any) -> tuple[Floats, Floats]:
     # A loop over the three axes is ten times faster than min(axis=0).
     box = np.array([[axis.min() for axis in array.T], [axis.max() for axis in array.T]])
     if not np.isfinite(box).all():
-        _raise_not_finite(array, "points")
+        refuse_infinite(array, "points")
     # Equal points are valid here. Functions that need distinct points also call `check_spread`.
     if not np.array_equal(*box):
         check_spread(box)
@@ -372,8 +363,7 @@ def check_spread(bounds: Floats) -> None:
 def checked_queries(points: Any) -> Floats:
     """Return checked query points (M, 3) as float64; raise a MeshError if a point is not valid."""
     array = exact_doubles(_rows(points, "points"))
-    if not np.isfinite(array).all():
-        _raise_not_finite(array, "points")
+    refuse_infinite(array, "points")
     largest = float(np.abs(array).max(initial=0.0))
     if largest > VALUE_RANGE[1]:
         raise MeshError(
@@ -383,14 +373,13 @@ def checked_queries(points: Any) -> Floats:
     return array
 
 
-def checked_normals(normals: Any, n_points: int, first: int = 0, name: str = "normals") -> Floats:
+def checked_normals(normals: Any, n_points: int, name: str = "normals") -> Floats:
     """Return normals (N, 3) as float64, scaled to length 1; zero vectors are not changed.
 
-    Raises a MeshError for invalid normals. `first` is the index of the first row in messages.
+    Raises a MeshError for invalid normals.
     """
     array = owned(exact_doubles(_rows(normals, name, n_points)), np.float64)
-    if not np.isfinite(array).all():
-        _raise_not_finite(array, name, first)
+    refuse_infinite(array, name)
     # Vectors are first divided by their largest component, so that squares cannot overflow.
     largest = np.abs(array).max(axis=1, initial=0.0, keepdims=True)
     np.divide(array, largest, out=array, where=largest > 0)
@@ -408,8 +397,7 @@ def checked_viewpoints(viewpoints: Any, n_points: int) -> Floats:
     if array.shape not in ((3,), (n_points, 3)):
         raise MeshError(f"viewpoints must have shape (3,) or ({n_points}, 3), got {array.shape}")
     positions = owned(exact_doubles(array), np.float64)
-    if not np.isfinite(positions).all():
-        _raise_not_finite(positions.reshape(-1, 3), "viewpoints")
+    refuse_infinite(positions.reshape(-1, 3), "viewpoints")
     return positions
 
 
@@ -429,9 +417,7 @@ def checked_colors(colors: Any, n_points: int) -> Singles:
         return np.asarray(shades / np.float32(np.iinfo(array.dtype).max), np.float32)
     shades = owned(array[:, :3], np.float32)
     is_wrong = ~((shades >= 0) & (shades <= 1)).all(axis=1)  # True if a shade is NaN
-    if is_wrong.any():
-        first = int(np.argmax(is_wrong))
-        raise MeshError(f"colors[{first}] must be from 0 to 1, got {shades[first].tolist()}")
+    refuse_first(is_wrong, "colors", shades, "from 0 to 1", MeshError)
     return shades
 
 
@@ -447,9 +433,10 @@ def _rows(value: Any, name: str, n_rows: int | None = None, *, count: str = "N")
     return array
 
 
-def _raise_not_finite(rows: Floats, name: str, first: int = 0) -> None:
-    wrong = int(np.argmin(np.isfinite(rows).all(axis=1)))
-    raise MeshError(f"{name}[{first + wrong}] must be finite, got {rows[wrong].tolist()}")
+def refuse_infinite(rows: Floats, name: str, error: type[ValueError] = MeshError) -> None:
+    """Raise an error for the first row of an array, (N, F), with a number that is not finite."""
+    if not np.isfinite(rows).all():
+        refuse_first(~np.isfinite(rows).all(axis=1), name, rows, "finite", error)
 
 
 def checked_bounds(bounds: Any, positions: Floats) -> Floats:
@@ -469,9 +456,7 @@ def checked_positions(positions: Any) -> Floats:
     array = exact_doubles(_numeric_array(positions, "positions"))
     if array.ndim != 2 or array.shape[1] != 3 or not 1 <= len(array) <= MAX_CELLS:
         raise ValueError(f"positions must have shape (N, 3) with N >= 1, got {array.shape}")
-    if not np.isfinite(array).all():
-        wrong = int(np.argmin(np.isfinite(array).all(axis=1)))
-        raise ValueError(f"positions[{wrong}] must be finite, got {array[wrong].tolist()}")
+    refuse_infinite(array, "positions", ValueError)
     with np.errstate(over="ignore"):
         extent = float(np.ptp(array, axis=0).max())
     if extent and not EXTENT_RANGE[0] <= extent <= EXTENT_RANGE[1]:
@@ -587,13 +572,10 @@ def checked_edges(edges: Any, n_vertices: int, name: str) -> Ints:
     if given.ndim != 2 or given.shape[1] != 2:
         raise ValueError(f"{name} must have shape (E, 2), got {given.shape}")
     flat = owned_indices(_integer_array(given.ravel(), name))
-    if flat.min(initial=0) < 0 or flat.max(initial=0) >= n_vertices:
-        edge = int(np.argmax((flat < 0) | (flat >= n_vertices))) // 2
-        raise ValueError(
-            f"{name}[{edge}] must be vertices from 0 to {n_vertices - 1}, got"
-            f" {given[edge].tolist()}"
-        )
-    return flat.reshape(-1, 2)
+    pairs = flat.reshape(-1, 2)
+    is_wrong = ((pairs < 0) | (pairs >= n_vertices)).any(axis=1)
+    refuse_first(is_wrong, name, given, f"vertices from 0 to {n_vertices - 1}")
+    return pairs
 
 
 def checked_partial_labels(
@@ -764,20 +746,6 @@ def checked_fraction(value: Any, name: str) -> float:
     return number
 
 
-def checked_cell_weights(weights: Any, n_cells: int) -> Floats:
-    """Return `weights` as (N,) float64 after checking that each weight is finite and >= 0."""
-    refuse_mask(weights, "cell_weights")
-    given = np.asarray(weights)
-    if given.dtype.kind not in "iufb":
-        raise TypeError(f"cell_weights must contain numbers, got {given.dtype}")
-    if given.shape != (n_cells,):
-        raise ValueError(f"cell_weights must have shape ({n_cells},), got {given.shape}")
-    array = exact_doubles(given)
-    is_wrong = ~(np.isfinite(array) & (array >= 0))
-    refuse_first(is_wrong, "cell_weights", given, "finite and not negative")
-    return array
-
-
 def checked_flag(value: Any, name: str) -> bool:
     """Return `value` as bool; raise a TypeError if it is neither True nor False."""
     if not isinstance(value, (bool, np.bool_)):
@@ -811,74 +779,6 @@ def explains_parameters(others: Mapping[str, str]) -> Callable[[Function], Funct
         return cast(Function, checked)
 
     return decorate
-
-
-def checked_pose(pose: Any) -> Floats:
-    """Return the checked camera pose (rotation and position) as a new array of shape (4, 4)."""
-    given = _numbers_of(pose, "pose")
-    if given.shape not in ((4, 4), (3, 4)):
-        raise ValueError(f"pose must have shape (4, 4) or (3, 4), got {given.shape}")
-    if not np.isfinite(given).all():
-        raise ValueError("pose must be finite: leave out images whose pose is unknown")
-    array = np.eye(4)
-    array[: len(given)] = given
-    if np.any(array[3] != (0, 0, 0, 1)):
-        raise ValueError(f"the last row of pose must be 0, 0, 0, 1, got {array[3].tolist()}")
-    rotation = array[:3, :3]
-    with np.errstate(over="ignore", invalid="ignore"):
-        products = (rotation[:, :, None] * rotation[:, None]).sum(axis=0)
-    error = float(np.abs(products - np.eye(3)).max())
-    if not error <= MAX_ROTATION_ERROR:  # also if it is NaN
-        raise ValueError(
-            "pose must be a rotation and a position, without scale or shear: its axes must be"
-            f" orthonormal to within {MAX_ROTATION_ERROR:g}, got an error of {error:.2g}"
-        )
-    if np.dot(np.cross(rotation[0], rotation[1]), rotation[2]) < 0:
-        raise ValueError("pose must be a rotation, got a reflection: reverse one of its axes")
-    return array
-
-
-def checked_intrinsics(intrinsics: Any) -> Floats:
-    """Return the checked focal lengths and principal point of a camera, (fx, fy, cx, cy).
-
-    `intrinsics` may also be a camera matrix without skew, of shape (3, 3) or (4, 4).
-    """
-    given = _numbers_of(intrinsics, "intrinsics")
-    if given.shape in ((3, 3), (4, 4)):
-        if given[0, 1] != 0:
-            raise ValueError(f"the skew of intrinsics must be 0, got {given[0, 1]:g}")
-        given = given[(0, 1, 0, 1), (0, 1, 2, 2)]
-    if given.shape != (4,):
-        raise ValueError(
-            "intrinsics must be (fx, fy, cx, cy) or a matrix of shape (3, 3) or (4, 4), got shape"
-            f" {given.shape}"
-        )
-    if not np.isfinite(given).all() or given[:2].min() <= 0:
-        raise ValueError(
-            f"intrinsics must be finite, with positive focal lengths, got {given.tolist()}"
-        )
-    return owned(given, np.float64)
-
-
-def checked_image_size(size: Any) -> tuple[int, int]:
-    """Return image width and height after a comparison with `MAX_SIDE` and `MAX_PIXELS`."""
-    if not isinstance(size, (tuple, list, np.ndarray)) or len(size) != 2:
-        raise TypeError(f"size must be a pair of width and height, got {reprlib.repr(size)}")
-    width, height = (checked_count(value, "size", MAX_SIDE) for value in size)
-    if width * height > MAX_PIXELS:
-        raise ValueError(f"size must be at most {MAX_PIXELS} pixels, got {width} x {height}")
-    return width, height
-
-
-def _numbers_of(value: Any, name: str) -> Floats:
-    refuse_mask(value, name)
-    try:
-        array = np.asarray(value)
-    except ValueError:  # the nested lists are ragged
-        array = np.empty(0, object)
-    if array.dtype.kind not in "fiu":
-        raise TypeError(f"{name} must be an array of numbers, got {_shown(value)}")
-    return array.astype(np.float64)
 
 
 def checked_callable(value: Any, name: str) -> Any:

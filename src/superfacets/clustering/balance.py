@@ -304,8 +304,8 @@ class Balancer:
             clustering.classify(clustering.centers(), self.path_offsets())
             n_rounds = ROUNDS_ON_ALL
         else:
-            clustering = self._counted(graph, clustering, cells)
             if self.may_move_centers:
+                clustering = self._counted(graph, clustering, cells)
                 self._even_out(clustering, cells)
             found = _Regions.of(clustering, *cells)
             self.goals = self.rules.goals(found.sizes, found.components)
@@ -329,13 +329,10 @@ class Balancer:
     def _counted(
         self, graph: OrderedGraph, clustering: Clustering, cells: tuple[Floats, Ints]
     ) -> Clustering:
-        """Add and remove centers until each component has its target number of regions.
-
-        If `may_move_centers` is False, the clustering is returned unchanged.
-        """
+        """Add and remove centers until each component has its target number of regions."""
         n_components = int(cells[1].max()) + 1
         targets = None
-        while self.may_move_centers:
+        while True:
             found = _Regions.of(clustering, *cells)
             has = np.bincount(found.components, minlength=n_components)
             if targets is None:
@@ -348,12 +345,11 @@ class Balancer:
             largest_first = found.ranks(np.where(is_divisible, -found.sizes, math.inf))
             gets = is_divisible & (largest_first < np.maximum(change, 0)[found.components])
             if stays.all() and not gets.any():
-                break
+                return clustering
             # A component may need several rounds, because a round adds at most one center to each
             # region.
             centers = np.concatenate([found.centers[stays], more[gets]])
             clustering = Clustering(graph, centers, math.inf, self.n_threads, self.islands)
-        return clustering
 
     def _even_out(self, clustering: Clustering, cells: tuple[Floats, Ints]) -> None:
         """Move centers of small regions into large regions of the same connected component."""

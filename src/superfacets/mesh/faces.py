@@ -270,6 +270,13 @@ def spread_indices(n_samples: int, n: int) -> Longs:
     return (np.arange(n_samples) * GOLDEN % 1.0 * n).astype(np.int64)
 
 
+def inverse_of(order: Ints) -> Ints:
+    """Return the index after sorting of each element; `order` has the indices before sorting."""
+    inverse = np.empty_like(order)
+    inverse[order] = np.arange(len(order), dtype=order.dtype)
+    return inverse
+
+
 MAX_STEPS = 8
 """Maximum number of equal parts into which `sample_surface` divides each side of a triangle. Eight
 parts make 64 samples per triangle, which suffice for a label."""

@@ -164,7 +164,8 @@ class Splitter:
         if self._corners is None:
             return Submesh(kind.part(whole, cells), cells, cells)
         corners, offsets = self._corners.of(cells)
-        vertices = self._renumber(corners)
+        vertices = np.unique(corners)
+        self._numbers[vertices] = np.arange(len(vertices), dtype=np.int32)
         points, numbers = whole.vertices[vertices], self._numbers[corners]
         return Submesh(kind.with_corners(whole, points, numbers, offsets), cells, vertices)
 
@@ -174,9 +175,3 @@ class Splitter:
             return self.part(cells)
         except MeshError as error:  # raised if all vertices have the same position
             raise MeshError(f"region {region}: {error}") from None
-
-    def _renumber(self, corners: Ints) -> Ints:
-        """Return the distinct vertices at `corners` in ascending order, and set `_numbers`."""
-        vertices = np.unique(corners)
-        self._numbers[vertices] = np.arange(len(vertices), dtype=np.int32)
-        return vertices
