@@ -317,13 +317,6 @@ def check_extent(low: Floats, high: Floats, things: str = "faces", whole: str = 
         )
 
 
-def is_extent_valid(bounds: Floats) -> Bools:
-    """Return, for each of K boxes, (K, 2, 3), whether its longest side is in `EXTENT_RANGE`."""
-    with np.errstate(over="ignore"):
-        sizes = (bounds[:, 1] - bounds[:, 0]).max(axis=1)
-    return np.asarray((sizes >= EXTENT_RANGE[0]) & (sizes <= EXTENT_RANGE[1]))
-
-
 def _numeric_array(value: Any, name: str) -> Array:
     refuse_mask(value, name, MeshError)
     try:
@@ -655,31 +648,6 @@ def compact_partial_labels(
 ) -> tuple[Ints, Array]:
     """Check labels, which may be any integers, and return the result of `ranked_labels`."""
     return ranked_labels(checked_any_labels(labels, n_cells, n_vertices))
-
-
-def compact_complete(labels: Any, n_cells: int, n_vertices: int | None = None) -> tuple[Ints, int]:
-    """Replace K different labels by 0 to K - 1 in the same order; return the new labels and K.
-
-    Raises a MeshError if a label is negative, because metrics need a region for each cell.
-    """
-    array = checked_any_labels(labels, n_cells, n_vertices)
-    must = "at least 0, because metrics need a region for each cell"
-    refuse_first(array < 0, "labels", array, must, MeshError)
-    ranks, names = ranked_labels(array)
-    return ranks, len(names)
-
-
-def compact_truth(truth: Any, n_cells: int, n_vertices: int | None = None) -> tuple[Ints, int]:
-    """Return the same as `compact_complete`, but unannotated cells keep the label -1.
-
-    Raises a MeshError if a label is below -1, or if all cells are unannotated.
-    """
-    array = checked_any_labels(truth, n_cells, n_vertices)
-    refuse_first(array < -1, "truth", array, "at least -1", MeshError)
-    ranks, names = ranked_labels(array)
-    if not len(names):
-        raise MeshError("truth must have a segment for at least one cell, but all values are -1")
-    return ranks, len(names)
 
 
 def ranked_labels(labels: npt.NDArray[np.integer[Any]]) -> tuple[Ints, Array]:

@@ -22,7 +22,7 @@ from .._core import Clustering, CoarseGraph, OrderedGraph
 from ..base.checks import counted, exact_array
 from ..base.errors import MeshError
 from ..base.options import BalanceOptions, LoopOptions, SizeOptions
-from ..base.types import Array, Bools, Floats, Ints, Longs
+from ..base.types import Bools, Floats, Ints, Longs
 from ..cleanup.region_sizes import Goals
 from ..graph.cell_graph import BaseGraph
 from ..graph.constraints import KeptCells, in_order
@@ -453,7 +453,10 @@ class _Regions:
     def ranks(self, keys: Floats) -> Ints:
         """Return the rank of each region among the regions of its component, sorted by `keys`."""
         order = np.lexsort((keys, self.components))
-        return _ranks_in_groups(order, self.components)
+        groups = self.components[order]
+        ranks = np.empty(len(order), np.int32)
+        ranks[order] = np.arange(len(order)) - np.searchsorted(groups, groups)
+        return ranks
 
     def farthest(self, lengths: Offsets) -> Ints:
         """Return, for each region, its cell with the longest path; for empty regions, the center.
@@ -488,14 +491,3 @@ class _Regions:
             keys[-1][ranks == len(self.centers)] = -len(keys)
         _, first, second = np.intersect1d(keys[0], keys[1], return_indices=True)
         return np.stack([small[first], large[second]], axis=1)
-
-
-def _ranks_in_groups(order: Array, groups: Ints) -> Ints:
-    """Return the rank of each element within its group, (N,).
-
-    `order` contains the indices of all elements, sorted by group, and by rank within a group.
-    """
-    sorted_groups = groups[order]
-    ranks = np.empty(len(order), np.int32)
-    ranks[order] = np.arange(len(order)) - np.searchsorted(sorted_groups, sorted_groups)
-    return ranks

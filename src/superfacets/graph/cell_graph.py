@@ -101,7 +101,8 @@ class CsrArcs:
     @property
     def diagonal(self) -> float:
         """Length of the diagonal of ``bounds``, in the unit of the positions."""
-        return box_diagonal(self.bounds)
+        x, y, z = (self.bounds[1] - self.bounds[0]).tolist()
+        return math.sqrt(x * x + y * y + z * z)
 
     @property
     def arcs(self) -> ArcLists:
@@ -297,9 +298,3 @@ def checked_graph(graph: object) -> CellGraph:
         f"expected a CellGraph, got {type(graph).__name__}: for a mesh, use"
         " build_face_graph(mesh).with_weights(weights)"
     )
-
-
-def box_diagonal(bounds: Floats) -> float:
-    """Return the length of the diagonal of a box from its minimum and maximum corner, (2, 3)."""
-    x, y, z = (bounds[1] - bounds[0]).tolist()
-    return math.sqrt(x * x + y * y + z * z)
