@@ -12,7 +12,7 @@ import superfacets as sf
 from superfacets import Mesh, build_face_graph, crease_weights
 from superfacets.graph.kinds import as_surface
 from superfacets.graph.surface import NO_NORMALS
-from superfacets.mesh.triangle_mesh import split_in_four
+from superfacets.tools.sample import split_in_four
 from superfacets.weights.formulas import EdgeFactors, weights_of
 
 QUADS = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]

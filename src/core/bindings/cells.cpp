@@ -271,7 +271,6 @@ void bind_graphs(nb::module_& module) {
            "Build a graph from sorted cells. The arrays of `cells` are moved, so `cells` is empty "
            "afterwards.")
       .def_prop_ro("n_cells", &OrderedGraph::n_cells)
-      .def_ro("total_measure", &OrderedGraph::total_measure)
       .def_ro("is_symmetric", &OrderedGraph::is_symmetric)
       .def_ro("straight_unit", &OrderedGraph::straight_unit)
       .def_rw("crease_limit", &OrderedGraph::crease_limit)

@@ -217,7 +217,7 @@ def polygon_arrays(faces: Any) -> tuple[Array, Array]:
 
 
 def _row_of_integers(value: Any, name: str) -> Array:
-    array = _numeric_array(value, name)
+    array = numeric_array(value, name)
     if array.ndim != 1:
         raise MeshError(f"{name} must be one-dimensional, got shape {array.shape}")
     if array.size and array.dtype.kind not in "iu":
@@ -259,7 +259,7 @@ def _checked_corners(points: Floats, corners: Ints) -> tuple[int | None, Floats]
 
 def _point_array(vertices: Any) -> Floats:
     """Return vertex positions as a contiguous (V, 3) float64 array, after checking the shape."""
-    array = _rows(vertices, "vertices", count="V")
+    array = rows_of_three(vertices, "vertices", count="V")
     _check_size(len(array), "the mesh", "vertices")
     return exact_doubles(array)
 
@@ -271,7 +271,7 @@ def _check_size(n: int, whole: str, things: str, most: int = MAX_CELLS) -> None:
 
 def _corner_rows(value: Any, name: str, n_corners: int) -> Array:
     """Return checked triangles or tetrahedra, one per row, in their original dtype."""
-    array = _numeric_array(value, name)
+    array = numeric_array(value, name)
     noun, count = ("faces", "F") if n_corners == 3 else ("tetrahedra", "N")
     if array.size == 0:
         raise MeshError(f"the mesh has no {noun}")
@@ -317,7 +317,8 @@ def check_extent(low: Floats, high: Floats, things: str = "faces", whole: str = 
         )
 
 
-def _numeric_array(value: Any, name: str) -> Array:
+def numeric_array(value: Any, name: str) -> Array:
+    """Return `value` as an array of numbers, or raise a MeshError."""
     refuse_mask(value, name, MeshError)
     try:
         array = np.asarray(value)
@@ -333,7 +334,7 @@ def checked_points(points: Any) -> tuple[Floats, Floats]:
 
     Raises a MeshError if there are no points, or if a point is not valid.
     """
-    given = _rows(points, "points")
+    given = rows_of_three(points, "points")
     if not len(given):
         raise MeshError("the cloud has no points")
     _check_size(len(given), "the cloud", "points")
@@ -353,25 +354,12 @@ def check_spread(bounds: Floats) -> None:
     check_extent(bounds[0], bounds[1], "points", "cloud")
 
 
-def checked_queries(points: Any) -> Floats:
-    """Return checked query points (M, 3) as float64; raise a MeshError if a point is not valid."""
-    array = exact_doubles(_rows(points, "points"))
-    refuse_infinite(array, "points")
-    largest = float(np.abs(array).max(initial=0.0))
-    if largest > VALUE_RANGE[1]:
-        raise MeshError(
-            f"coordinates of points must be at most {VALUE_RANGE[1]:g}, got {largest:.3g}: rescale"
-            " the points"
-        )
-    return array
-
-
 def checked_normals(normals: Any, n_points: int, name: str = "normals") -> Floats:
     """Return normals (N, 3) as float64, scaled to length 1; zero vectors are not changed.
 
     Raises a MeshError for invalid normals.
     """
-    array = owned(exact_doubles(_rows(normals, name, n_points)), np.float64)
+    array = owned(exact_doubles(rows_of_three(normals, name, n_points)), np.float64)
     refuse_infinite(array, name)
     # Vectors are first divided by their largest component, so that squares cannot overflow.
     largest = np.abs(array).max(axis=1, initial=0.0, keepdims=True)
@@ -386,7 +374,7 @@ def checked_viewpoints(viewpoints: Any, n_points: int) -> Floats:
 
     Raises a MeshError if the viewpoints are not valid.
     """
-    array = _numeric_array(viewpoints, "viewpoints")
+    array = numeric_array(viewpoints, "viewpoints")
     if array.shape not in ((3,), (n_points, 3)):
         raise MeshError(f"viewpoints must have shape (3,) or ({n_points}, 3), got {array.shape}")
     positions = owned(exact_doubles(array), np.float64)
@@ -400,7 +388,7 @@ def checked_colors(colors: Any, n_points: int) -> Singles:
     Unsigned integers are divided by the maximum of their dtype. An alpha channel is ignored. Raises
     a MeshError if the colors are not valid.
     """
-    array = _numeric_array(colors, "colors")
+    array = numeric_array(colors, "colors")
     if array.ndim != 2 or array.shape[0] != n_points or array.shape[1] not in (3, 4):
         raise MeshError(f"colors must have shape ({n_points}, 3), got {array.shape}")
     if array.dtype.kind == "i":
@@ -414,12 +402,12 @@ def checked_colors(colors: Any, n_points: int) -> Singles:
     return shades
 
 
-def _rows(value: Any, name: str, n_rows: int | None = None, *, count: str = "N") -> Array:
+def rows_of_three(value: Any, name: str, n_rows: int | None = None, *, count: str = "N") -> Array:
     """Return `value` as an array of numbers of shape (N, 3), or raise a MeshError.
 
     If `n_rows` is given, N must be `n_rows`. Otherwise, messages show `count` instead of N.
     """
-    array = _numeric_array(value, name)
+    array = numeric_array(value, name)
     if array.ndim != 2 or array.shape[1] != 3 or n_rows not in (None, len(array)):
         count = count if n_rows is None else str(n_rows)
         raise MeshError(f"{name} must have shape ({count}, 3), got {array.shape}")
@@ -436,7 +424,7 @@ def checked_bounds(bounds: Any, positions: Floats) -> Floats:
     """Return the corners of a box, (2, 3) float64; if `bounds` is None, the box of `positions`."""
     if bounds is None:
         return np.array([positions.min(axis=0), positions.max(axis=0)])
-    array = exact_doubles(_numeric_array(bounds, "bounds"))
+    array = exact_doubles(numeric_array(bounds, "bounds"))
     if array.shape != (2, 3) or not np.isfinite(array).all() or np.any(array[0] > array[1]):
         raise ValueError(
             f"bounds must be finite low and high corners of shape (2, 3), got {array.tolist()}"
@@ -446,7 +434,7 @@ def checked_bounds(bounds: Any, positions: Floats) -> Floats:
 
 def checked_positions(positions: Any) -> Floats:
     """Return checked positions of cells as a contiguous (N, 3) float64 array; N is at least 1."""
-    array = exact_doubles(_numeric_array(positions, "positions"))
+    array = exact_doubles(numeric_array(positions, "positions"))
     if array.ndim != 2 or array.shape[1] != 3 or not 1 <= len(array) <= MAX_CELLS:
         raise ValueError(f"positions must have shape (N, 3) with N >= 1, got {array.shape}")
     refuse_infinite(array, "positions", ValueError)
@@ -487,8 +475,8 @@ def checked_nonnegative_array(value: Any, n: int, name: str, per: str, n_threads
 
 def checked_arcs(offsets: Any, neighbors: Any, n_cells: int) -> ArcLists:
     """Return checked arcs in CSR form: offsets (N + 1,) int64, and neighbors (M,) int32."""
-    starts = owned(_integer_array(offsets, "offsets"), np.int64)
-    targets = owned_indices(_integer_array(neighbors, "neighbors"))
+    starts = owned(integer_array(offsets, "offsets"), np.int64)
+    targets = owned_indices(integer_array(neighbors, "neighbors"))
     if len(starts) != n_cells + 1:
         raise ValueError(f"offsets must have shape ({n_cells + 1},), got {starts.shape}")
     if starts[0] != 0 or starts[-1] != len(targets) or np.any(np.diff(starts) < 0):
@@ -498,36 +486,9 @@ def checked_arcs(offsets: Any, neighbors: Any, n_cells: int) -> ArcLists:
     return starts, targets
 
 
-def checked_angles(angles: Any, n_arcs: int) -> Floats:
-    """Return checked angles as (M,) float64: one angle per arc, from -pi to pi."""
-    array = owned(_numeric_array(angles, "angles"), np.float64)
-    if array.shape != (n_arcs,):
-        raise ValueError(
-            f"angles must have one value per arc, shape ({n_arcs},), got {array.shape}"
-        )
-    is_wrong = ~(np.abs(array) <= math.pi)  # True for NaN
-    refuse_first(is_wrong, "angles", array, "from -pi to pi")
-    return array
-
-
-def checked_sides(sides: Any, offsets: Longs) -> Ints:
-    """Return checked sides as (M,) int32: the side of its cell that each arc crosses.
-
-    The sides of the arcs of one cell must be in ascending order.
-    """
-    array = owned_indices(_integer_array(sides, "sides"))
-    if len(array) != offsets[-1]:
-        raise ValueError(f"sides must have shape ({offsets[-1]},), got {array.shape}")
-    refuse_first(array < 0, "sides", sides, "not negative")
-    falls = np.flatnonzero(np.diff(array) < 0) + 1
-    if not np.isin(falls, offsets).all():
-        raise ValueError("sides must be in ascending order for the arcs of each cell")
-    return array
-
-
 def checked_seeds(seeds: Any, n_cells: int, name: str = "centers") -> Ints:
     """Return the indices of K distinct cells as int32, after checking that K is at least 1."""
-    given = _integer_array(seeds, name)
+    given = integer_array(seeds, name)
     array = owned_indices(given)
     if not len(array):
         raise ValueError(f"{name} must contain at least one cell, but it is empty")
@@ -557,18 +518,6 @@ def checked_region_centers(centers: npt.ArrayLike, labels: Ints, n_regions: int)
             f" {labels[cell]}"
         )
     return cells
-
-
-def checked_edges(edges: Any, n_vertices: int, name: str) -> Ints:
-    """Return checked edges as an (E, 2) int32 array; each edge is a pair of vertices."""
-    given = np.asarray(edges)
-    if given.ndim != 2 or given.shape[1] != 2:
-        raise ValueError(f"{name} must have shape (E, 2), got {given.shape}")
-    flat = owned_indices(_integer_array(given.ravel(), name))
-    pairs = flat.reshape(-1, 2)
-    is_wrong = ((pairs < 0) | (pairs >= n_vertices)).any(axis=1)
-    refuse_first(is_wrong, name, given, f"vertices from 0 to {n_vertices - 1}")
-    return pairs
 
 
 def checked_partial_labels(
@@ -614,7 +563,7 @@ def checked_classes(labels: Any, n_cells: int, name: str, n_vertices: int | None
 
 def checked_vertex_classes(labels: Any, n_vertices: int, name: str) -> Ints:
     """Return labels of vertices as int32; they may be any integers >= 0, or -1 for no label."""
-    given = _integer_array(labels, name)
+    given = integer_array(labels, name)
     check_length(given, n_vertices, name, "vertex")
     return _checked_classes(given, name)
 
@@ -629,7 +578,7 @@ def _checked_classes(given: Array, name: str) -> Ints:
 def _row_of_labels(
     labels: Any, n_cells: int, name: str, n_vertices: int | None = None, advice: str = TO_FACES
 ) -> Array:
-    given = _integer_array(labels, name)
+    given = integer_array(labels, name)
     check_length(given, n_cells, name, n_vertices=n_vertices, advice=advice)
     return given
 
@@ -781,7 +730,7 @@ def usable_cores() -> int:
     return os.cpu_count() or 1
 
 
-def _integer_array(value: Any, name: str) -> Array:
+def integer_array(value: Any, name: str) -> Array:
     """Return `value` as a checked one-dimensional array of integers, in its original dtype."""
     refuse_mask(value, name)
     try:
