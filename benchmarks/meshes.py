@@ -21,7 +21,7 @@ import numpy.typing as npt
 from research.checks import as_triangles
 
 import superfacets as sf
-from superfacets.mesh.triangle_mesh import split_in_four
+from superfacets.tools.sample import split_in_four
 
 NOISE = 0.001
 """Maximum shift of a vertex along an axis, in mean edge lengths. Neighboring triangles are then not

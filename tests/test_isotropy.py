@@ -7,7 +7,7 @@ import pytest
 from level_sets import level_set, turned_up
 
 import superfacets as sf
-from superfacets.mesh.triangle_mesh import split_in_four
+from superfacets.tools.sample import split_in_four
 
 pytestmark = pytest.mark.filterwarnings("ignore::superfacets.SliverWarning")
 

@@ -7,7 +7,7 @@ import shapes
 import superfacets as sf
 from superfacets import _core
 from superfacets.graph.kinds import kind_of
-from superfacets.mesh.triangle_mesh import split_in_four
+from superfacets.tools.sample import split_in_four
 from superfacets.weights.formulas import WeightOptions, weights_of_kind
 
 pytestmark = pytest.mark.filterwarnings("ignore::superfacets.SliverWarning")

@@ -15,9 +15,10 @@ from superfacets import __version__, metrics
 from superfacets.base.types import Bools, Floats, Ints
 from superfacets.graph.face_graph import build_face_graph
 from superfacets.graph.surface import arc_measures
-from superfacets.mesh.triangle_mesh import Mesh, split_in_four
+from superfacets.mesh.triangle_mesh import Mesh
 from superfacets.pipeline import segment
 from superfacets.stages.presets import PAPER
+from superfacets.tools.sample import split_in_four
 
 from ..sources import StudyMesh, load_model
 from ..tasks import Record, WorkItem

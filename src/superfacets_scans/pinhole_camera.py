@@ -2,13 +2,24 @@
 
 from __future__ import annotations
 
+import reprlib
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from superfacets.base.checks import checked_image_size, checked_intrinsics, checked_pose
-from superfacets.kit import Floats, freeze
+from superfacets.kit import Floats, checked_count, freeze, owned, refuse_mask
+
+MAX_SIDE = 1 << 16
+"""Maximum width and height of an image, in pixels."""
+
+MAX_PIXELS = 1 << 29
+"""Maximum number of pixels of a camera. The largest aerial cameras have 450 million."""
+
+MAX_ROTATION_ERROR = 1e-3
+"""Maximum error of the scalar products of the axes of a camera pose, which should be 0 or 1. This
+limit accepts rotations that were rounded to four digits, and rejects poses with a scale."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,18 +71,18 @@ class PinholeCamera:
     name: str = ""
 
     def __post_init__(self) -> None:
-        pose, intrinsics = checked_pose(self.pose), checked_intrinsics(self.intrinsics)
+        pose, intrinsics = _checked_pose(self.pose), _checked_intrinsics(self.intrinsics)
         freeze(self, pose=pose, intrinsics=intrinsics)
-        object.__setattr__(self, "size", checked_image_size(self.size))
+        object.__setattr__(self, "size", _checked_image_size(self.size))
 
     @classmethod
     def of_opengl(
         cls, pose: npt.ArrayLike, intrinsics: npt.ArrayLike, size: tuple[int, int], name: str = ""
     ) -> PinholeCamera:
         """Make a camera from a pose with right, up and backward axes, as in OpenGL and Blender."""
-        opencv_pose = checked_pose(pose)
+        opencv_pose = _checked_pose(pose)
         opencv_pose[:3, 1:3] *= -1
-        return cls(opencv_pose, checked_intrinsics(intrinsics), size, name)
+        return cls(opencv_pose, _checked_intrinsics(intrinsics), size, name)
 
     @property
     def projection(self) -> Floats:
@@ -86,3 +97,71 @@ class PinholeCamera:
         name = f"{self.name!r}, " if self.name else ""
         position = self.pose[:3, 3].tolist()
         return f"PinholeCamera({name}{self.size[0]} x {self.size[1]}, at {position})"
+
+
+def _checked_pose(pose: Any) -> Floats:
+    """Return the checked camera pose (rotation and position) as a new array of shape (4, 4)."""
+    given = _numbers_of(pose, "pose")
+    if given.shape not in ((4, 4), (3, 4)):
+        raise ValueError(f"pose must have shape (4, 4) or (3, 4), got {given.shape}")
+    if not np.isfinite(given).all():
+        raise ValueError("pose must be finite: leave out images whose pose is unknown")
+    array = np.eye(4)
+    array[: len(given)] = given
+    if np.any(array[3] != (0, 0, 0, 1)):
+        raise ValueError(f"the last row of pose must be 0, 0, 0, 1, got {array[3].tolist()}")
+    rotation = array[:3, :3]
+    with np.errstate(over="ignore", invalid="ignore"):
+        products = (rotation[:, :, None] * rotation[:, None]).sum(axis=0)
+    error = float(np.abs(products - np.eye(3)).max())
+    if not error <= MAX_ROTATION_ERROR:  # also if it is NaN
+        raise ValueError(
+            "pose must be a rotation and a position, without scale or shear: its axes must be"
+            f" orthonormal to within {MAX_ROTATION_ERROR:g}, got an error of {error:.2g}"
+        )
+    if np.dot(np.cross(rotation[0], rotation[1]), rotation[2]) < 0:
+        raise ValueError("pose must be a rotation, got a reflection: reverse one of its axes")
+    return array
+
+
+def _checked_intrinsics(intrinsics: Any) -> Floats:
+    """Return the checked focal lengths and principal point of a camera, (fx, fy, cx, cy).
+
+    `intrinsics` may also be a camera matrix without skew, of shape (3, 3) or (4, 4).
+    """
+    given = _numbers_of(intrinsics, "intrinsics")
+    if given.shape in ((3, 3), (4, 4)):
+        if given[0, 1] != 0:
+            raise ValueError(f"the skew of intrinsics must be 0, got {given[0, 1]:g}")
+        given = given[(0, 1, 0, 1), (0, 1, 2, 2)]
+    if given.shape != (4,):
+        raise ValueError(
+            "intrinsics must be (fx, fy, cx, cy) or a matrix of shape (3, 3) or (4, 4), got shape"
+            f" {given.shape}"
+        )
+    if not np.isfinite(given).all() or given[:2].min() <= 0:
+        raise ValueError(
+            f"intrinsics must be finite, with positive focal lengths, got {given.tolist()}"
+        )
+    return owned(given, np.float64)
+
+
+def _checked_image_size(size: Any) -> tuple[int, int]:
+    """Return image width and height after a comparison with `MAX_SIDE` and `MAX_PIXELS`."""
+    if not isinstance(size, (tuple, list, np.ndarray)) or len(size) != 2:
+        raise TypeError(f"size must be a pair of width and height, got {reprlib.repr(size)}")
+    width, height = (checked_count(value, "size", MAX_SIDE) for value in size)
+    if width * height > MAX_PIXELS:
+        raise ValueError(f"size must be at most {MAX_PIXELS} pixels, got {width} x {height}")
+    return width, height
+
+
+def _numbers_of(value: Any, name: str) -> Floats:
+    refuse_mask(value, name)
+    try:
+        array = np.asarray(value)
+    except ValueError:  # the nested lists are ragged
+        array = np.empty(0, object)
+    if array.dtype.kind not in "fiu":
+        raise TypeError(f"{name} must be an array of numbers, got {reprlib.repr(value)}")
+    return array.astype(np.float64)

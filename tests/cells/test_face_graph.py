@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+import reference
 import shapes
 
 from superfacets import (
@@ -15,7 +16,6 @@ from superfacets import (
     border_lines,
     build_face_graph,
     build_tet_graph,
-    reference,
 )
 
 

@@ -8,7 +8,7 @@ import shapes
 
 import superfacets as sf
 from superfacets import Mesh, build_face_graph, crease_weights
-from superfacets.mesh.triangle_mesh import split_in_four
+from superfacets.tools.sample import split_in_four
 from superfacets.weights.formulas import HOLLOW, MAX_EVENED, SOLID, TURN_BITS, convex_share_of
 
 SHARP = math.radians(40)

@@ -7,7 +7,7 @@ from shapes import count_pieces
 
 import superfacets as sf
 from superfacets import PointCloud, build_point_graph, estimate_normals, segment
-from superfacets.graph.point_graph import find_point_graph, find_sorted_graph
+from superfacets.graph.point_graph import find_point_graph
 
 
 def sphere(n, seed=0):
@@ -158,7 +158,7 @@ def test_isolated_points_have_no_arcs_and_no_area():
 def test_sorted_cells_are_the_points_in_another_order(has_normals):
     points = np.concatenate([sphere(500), sphere(40), [[9.0, 9.0, 9.0]]])  # 40 points occur twice
     cloud = PointCloud(points, points if has_normals else None)
-    plain, by_place = find_point_graph(cloud, 1), find_sorted_graph(cloud, 1)
+    plain, by_place = find_point_graph(cloud, 1), find_point_graph(cloud, 1, is_sorted=True)
     order = by_place.points
     assert sorted(order.tolist()) == list(range(len(points)))
     assert not np.array_equal(order, np.arange(len(points)))
@@ -187,7 +187,7 @@ GIVEN = [
 def test_results_are_in_the_order_of_the_input(options):
     """Expected are the results for sorted points, in the order of the input."""
     points = sphere(3000)
-    order = find_sorted_graph(PointCloud(points), 1).points
+    order = find_point_graph(PointCloud(points), 1, is_sorted=True).points
     at_place = {
         name: value[order] if isinstance(value, np.ndarray) else value
         for name, value in options.items()

@@ -9,7 +9,7 @@ import shapes
 
 import superfacets as sf
 from superfacets import FaceGraph, MeshError, PolygonMesh, build_face_graph, metrics
-from superfacets.graph.surface import face_surface
+from superfacets.graph.surface import Surface
 
 CORNERS = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=float)
 CUBE = PolygonMesh.of_faces(
@@ -248,7 +248,7 @@ def test_neighbors_in_the_same_direction_are_flipped_for_their_arc():
 
 def test_a_graph_of_another_mesh_is_refused():
     sheet, other = grid(2, 3), grid(3, 2)
-    assert face_surface(sheet, build_face_graph(sheet), 1).n_cells == 6
+    assert Surface.of_faces(sheet, build_face_graph(sheet), 1).n_cells == 6
     triangles = shapes.strip(6)
     with pytest.raises(
         ValueError, match="the graph was built for triangles, but the mesh has polygons"

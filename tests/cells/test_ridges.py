@@ -12,8 +12,8 @@ import superfacets as sf
 from superfacets import Mesh, build_face_graph, crease_weights
 from superfacets.graph.kinds import as_surface
 from superfacets.graph.surface import NO_NORMALS
-from superfacets.mesh.triangle_mesh import split_in_four
-from superfacets.weights.formulas import EdgeFactors, weights_and_sums
+from superfacets.tools.sample import split_in_four
+from superfacets.weights.formulas import EdgeFactors, weights_of
 
 QUADS = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
 
@@ -173,7 +173,7 @@ def test_weights_with_all_sharp_edges_equal_their_twin(name):
     options = {"alpha": 20.0, "eta_convex": 0.0, "ridges": 0.35, "crease_length": 0.3}
     arcs = reference.build_face_graph(mesh)
     expected = reference.superfacet_weights(mesh, arcs, all_sharp=True, **options)
-    assert np.array_equal(weights_and_sums(surface, cells, factors, None)[0], expected)
+    assert np.array_equal(weights_of(surface, cells, factors), expected)
 
 
 def test_polygons_that_are_triangles_weigh_the_same():

@@ -8,7 +8,7 @@ import shapes
 from command_line import files_in
 
 import superfacets as sf
-from superfacets.mesh.triangle_mesh import split_in_four
+from superfacets.tools.sample import split_in_four
 
 
 @pytest.fixture

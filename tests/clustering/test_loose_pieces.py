@@ -6,13 +6,12 @@ import shapes
 
 import superfacets as sf
 from superfacets import _core
-from superfacets.clustering.run import joiner_of
 
 
 def joined(graph, labels, centers, crease_limit=np.inf):
     labels, centers = np.asarray(labels, np.int32), np.asarray(centers, np.int32)
     arcs = (graph.offsets, graph.neighbors, graph.lengths)
-    return joiner_of(arcs, crease_limit, 2)(labels, centers).tolist()
+    return _core.join_loose_pieces(*arcs, crease_limit, labels, centers, 2).tolist()
 
 
 LINE = shapes.line_graph([1.0] * 7)

@@ -151,7 +151,6 @@ GUARDS = {
         ("corner_triangles", "repeat"): "sizes of faces in memory",
         ("of", "arange"): "sizes of faces in memory",
         ("of", "repeat"): "sizes of faces in memory",
-        ("sample_surface", "repeat"): "numbers of samples that the caller asks for",
         ("spread_indices", "arange"): "numbers of samples that the caller asks for",
     },
     "superfacets_scans/label_images.py": {

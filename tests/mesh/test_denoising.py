@@ -9,9 +9,9 @@ import superfacets as sf
 from superfacets import Mesh, _core, build_face_graph, sample_mesh, segment
 from superfacets.mesh.denoising import Roughness, sampled_faces, slack_of, smoothed
 from superfacets.mesh.faces import vertex_graph
-from superfacets.mesh.triangle_mesh import split_in_four
 from superfacets.metrics import undersegmentation_error as error_of
 from superfacets.stages.prepare import Prepared
+from superfacets.tools.sample import split_in_four
 
 
 def noisy(mesh, noise, seed=0):

@@ -5,7 +5,7 @@ import pytest
 from shapes import cube, strip
 
 from superfacets import build_face_graph
-from superfacets.mesh.triangle_mesh import split_in_four
+from superfacets.tools.sample import split_in_four
 
 
 def test_neighbors_share_the_middles_of_their_edges():

@@ -9,7 +9,7 @@ import shapes
 from numpy.testing import assert_array_equal
 
 import superfacets as sf
-from superfacets.mesh.triangle_mesh import split_in_four
+from superfacets.tools.sample import split_in_four
 
 SQUARE = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
 HOUSE = sf.PolygonMesh.of_faces([*SQUARE, [0.5, 2, 0]], [[0, 1, 2, 3], [3, 2, 4]])

@@ -23,7 +23,7 @@ from shapes import cube
 
 import superfacets as sf
 from superfacets import metrics
-from superfacets.mesh.triangle_mesh import split_in_four
+from superfacets.tools.sample import split_in_four
 from superfacets_cli.main import run as run_group
 
 

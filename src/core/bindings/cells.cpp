@@ -168,18 +168,18 @@ Buffer<Cell> walked(Offsets offsets, Integers neighbors, Integers labels, Label 
 
 auto weights_of_triangles(const TriangleSurface& surface, Points centroids, Doubles areas,
                           Points normals, const EdgeFactors& factors, bool wants_turn,
-                          Bytes is_counted, ThreadTeam& team) {
+                          ThreadTeam& team) {
   Buffer<double> weights(surface.arcs().n_arcs());
-  const NetTurn net_turn(factors.diagonal, is_counted);
+  const NetTurn net_turn(factors.diagonal);
   const EdgeSums sums = triangle_weights(surface, {centroids, areas, normals}, factors,
                                          wants_turn ? &net_turn : nullptr, team, weights.span());
   return std::tuple(std::move(weights), sums);
 }
 
 auto weights_of_surface(const Surface& surface, const EdgeFactors& factors, bool wants_turn,
-                        Bytes is_counted, ThreadTeam& team) {
+                        ThreadTeam& team) {
   Buffer<double> weights(surface.arcs().n_arcs());
-  const NetTurn net_turn(factors.diagonal, is_counted);
+  const NetTurn net_turn(factors.diagonal);
   const EdgeSums sums =
       surface_weights(surface, factors, wants_turn ? &net_turn : nullptr, team, weights.span());
   return std::tuple(std::move(weights), sums);
@@ -271,7 +271,6 @@ void bind_graphs(nb::module_& module) {
            "Build a graph from sorted cells. The arrays of `cells` are moved, so `cells` is empty "
            "afterwards.")
       .def_prop_ro("n_cells", &OrderedGraph::n_cells)
-      .def_ro("total_measure", &OrderedGraph::total_measure)
       .def_ro("is_symmetric", &OrderedGraph::is_symmetric)
       .def_ro("straight_unit", &OrderedGraph::straight_unit)
       .def_rw("crease_limit", &OrderedGraph::crease_limit)
@@ -304,9 +303,9 @@ void bind_weights(nb::module_& module) {
            nb::kw_only(), "alpha"_a, "eta_convex"_a, "crease_length"_a, "diagonal"_a, "ridges"_a,
            "convex_share"_a, "is_straight"_a, "all_sharp"_a, "slack"_a);
   module.def("triangle_weights", threaded(&weights_of_triangles), "surface"_a, "centroids"_a,
-             "areas"_a, "normals"_a, "factors"_a, "wants_turn"_a, "is_counted"_a, "n_threads"_a);
+             "areas"_a, "normals"_a, "factors"_a, "wants_turn"_a, "n_threads"_a);
   module.def("surface_weights", threaded(&weights_of_surface), "surface"_a, "factors"_a,
-             "wants_turn"_a, "is_counted"_a, "n_threads"_a);
+             "wants_turn"_a, "n_threads"_a);
   module.def("point_weights", threaded(&weights_of_points), "surface"_a, "factors"_a,
              "n_threads"_a);
   module.def("add_feature_steps", threaded(&with_feature_steps), "offsets"_a, "neighbors"_a,

@@ -32,7 +32,7 @@ class SurfaceWeigher {
     const double angle = surface_.angle(cell, arc);
     const bool is_sharp = factors_.has_ridges() && angle <= -kSharpAngle;
     const bool is_ridge = is_sharp && ridges_.crosses(cell, arc);
-    if (cell < to && (net_turn_ == nullptr || net_turn_->counts(cell))) {
+    if (cell < to) {
       count_edge(std::abs(angle), is_sharp);
       if (!is_ridge) add_turn(-angle * surface_.border_length(cell, arc));
     }

@@ -288,7 +288,7 @@ class Weigher {
     }
     with_formula(factors_, [&](auto formula) { weigh_in_vectors<formula.value>(rising.size()); });
     if (factors_.has_ridges()) weigh_ridges(rising);
-    if (net_turn_ != nullptr) add_turns(rising);
+    if (net_turn_ != nullptr) add_turns(rising.size());
     std::int64_t n_weighed = std::ssize(rising);
     for (std::size_t i = 0; i < rising.size(); ++i) {
       weights_[rising[i].arc] = numbers_[i];
@@ -310,11 +310,9 @@ class Weigher {
     run(Weigh<kFormula, false>{});
   }
 
-  void add_turns(std::span<const RisingArc> rising) {
+  void add_turns(std::size_t n) {
     double sum = 0.0;  // exact, because all terms are integers
-    for (std::size_t i = 0; i < rising.size(); ++i) {
-      sum += net_turn_->counts(rising[i].from) ? turns_[i] : 0.0;
-    }
+    for (std::size_t i = 0; i < n; ++i) sum += turns_[i];
     sums_.turn += static_cast<std::int64_t>(sum);
   }
 
@@ -324,29 +322,25 @@ class Weigher {
     for (std::size_t i = 0; i < rising.size(); ++i) {
       cosines_[i] = dot(block_.normal_from.get(i), block_.normal_to.get(i));
     }
-    count_edges(rising);
+    count_edges(rising.size());
     for (std::size_t i = 0; i < rising.size(); ++i) {
       if (cosines_[i] > kSharpCosine) continue;  // not sharp, like most arcs
       const RisingArc& step = rising[i];
       const ArcData data = block_.get(i);
       if (up * dot(data.normal_from - data.normal_to, data.to - data.from) > 0.0) continue;
-      sums_.n_sharp += static_cast<std::int64_t>(counts(step));
+      ++sums_.n_sharp;
       if (!ridges_.crosses(step.from, step.arc)) continue;
       numbers_[i] = any_arc_weight(data, of_ridges_, up);
       turns_[i] = 0.0;
     }
   }
 
-  void count_edges(std::span<const RisingArc> rising) {
-    for (std::size_t i = 0; i < rising.size(); ++i) {
+  void count_edges(std::size_t n) {
+    sums_.n_edges += static_cast<std::int64_t>(n);
+    for (std::size_t i = 0; i < n; ++i) {
       const bool is_soft = cosines_[i] <= kSoftCosine && cosines_[i] > kSharpCosine;
-      sums_.n_edges += static_cast<std::int64_t>(counts(rising[i]));
-      sums_.n_soft += static_cast<std::int64_t>(is_soft && counts(rising[i]));
+      sums_.n_soft += static_cast<std::int64_t>(is_soft);
     }
-  }
-
-  bool counts(const RisingArc& step) const {
-    return net_turn_ == nullptr || net_turn_->counts(step.from);
   }
 
   const Geometry& geometry_;

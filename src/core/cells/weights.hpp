@@ -76,13 +76,11 @@ struct EdgeSums {
 // Net outward turn of a surface: the sum over edges of angle times length, where concave edges are
 // negative. The sum is twice the total mean curvature of the surface. If the factors use ridges,
 // ridges are left out of the sum. Each edge is counted once, at the face with the lower index. Each
-// term is rounded to a whole number of units, so that sums over parts of a mesh add up exactly, in
-// any order.
+// term is rounded to a whole number of units, so that sums are exact, in any order.
 class NetTurn {
  public:
   NetTurn() = default;
-  NetTurn(double diagonal, std::span<const std::uint8_t> is_counted)
-      : units_(std::ldexp(1.0, kTurnBits - std::ilogb(diagonal))), is_counted_(is_counted) {
+  explicit NetTurn(double diagonal) : units_(std::ldexp(1.0, kTurnBits - std::ilogb(diagonal))) {
     SUPERFACETS_ASSERT(diagonal > 0.0);
   }
 
@@ -94,15 +92,11 @@ class NetTurn {
     constexpr double kNoFraction = 0x1.8p52;
     return (turn * units_ + kNoFraction) - kNoFraction;
   }
-  // Whether edges between a face and faces with a higher index are counted.
-  bool counts(Cell face) const { return is_counted_.empty() || is_counted_[face] != 0; }
 
  private:
   static constexpr int kTurnBits = 31;
 
   double units_ = 1.0;  // number of units per radian and unit of length
-  // (N,) 1 if a face is counted; empty if all faces are counted.
-  std::span<const std::uint8_t> is_counted_;
 };
 
 // Centroids, areas and unit normals of faces. The caller computes them once, because each arc needs

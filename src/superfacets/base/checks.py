@@ -38,16 +38,6 @@ lengths."""
 VALUE_RANGE = (1e-150, 1e150)
 """Limits for the largest of all areas or weights, so that sums and products do not overflow."""
 
-MAX_SIDE = 1 << 16
-"""Maximum width and height of an image, in pixels."""
-
-MAX_PIXELS = 1 << 29
-"""Maximum number of pixels of a camera. The largest aerial cameras have 450 million."""
-
-MAX_ROTATION_ERROR = 1e-3
-"""Maximum error of the scalar products of the axes of a camera pose, which should be 0 or 1. This
-limit accepts rotations that were rounded to four digits, and rejects poses with a scale."""
-
 MAX_THREADS_PER_CORE = 4
 """Maximum number of threads per usable core. On two cores, 1,024 threads take four times as long as
 two threads, because the threads wait for each other."""
@@ -227,7 +217,7 @@ def polygon_arrays(faces: Any) -> tuple[Array, Array]:
 
 
 def _row_of_integers(value: Any, name: str) -> Array:
-    array = _numeric_array(value, name)
+    array = numeric_array(value, name)
     if array.ndim != 1:
         raise MeshError(f"{name} must be one-dimensional, got shape {array.shape}")
     if array.size and array.dtype.kind not in "iu":
@@ -259,7 +249,7 @@ def _checked_corners(points: Floats, corners: Ints) -> tuple[int | None, Floats]
     """
     is_finite, is_in_range, *bounds = _core.check_mesh(points, corners, checked_threads(None))
     if not is_finite:
-        _raise_not_finite(points, "vertices")
+        refuse_infinite(points, "vertices")
     box = np.array(bounds)
     if not is_in_range:
         return int(np.argmax((corners < 0) | (corners >= len(points)))), box
@@ -269,7 +259,7 @@ def _checked_corners(points: Floats, corners: Ints) -> tuple[int | None, Floats]
 
 def _point_array(vertices: Any) -> Floats:
     """Return vertex positions as a contiguous (V, 3) float64 array, after checking the shape."""
-    array = _rows(vertices, "vertices", count="V")
+    array = rows_of_three(vertices, "vertices", count="V")
     _check_size(len(array), "the mesh", "vertices")
     return exact_doubles(array)
 
@@ -281,7 +271,7 @@ def _check_size(n: int, whole: str, things: str, most: int = MAX_CELLS) -> None:
 
 def _corner_rows(value: Any, name: str, n_corners: int) -> Array:
     """Return checked triangles or tetrahedra, one per row, in their original dtype."""
-    array = _numeric_array(value, name)
+    array = numeric_array(value, name)
     noun, count = ("faces", "F") if n_corners == 3 else ("tetrahedra", "N")
     if array.size == 0:
         raise MeshError(f"the mesh has no {noun}")
@@ -305,8 +295,9 @@ def raise_index_error(cell: int, vertex: int, n_vertices: int, name: str = "face
 
 
 def refuse_first(
-    is_wrong: Bools, name: str, values: Array, must: str, error: type[ValueError] = ValueError
-) -> None:
+    is_wrong: Bools | np.bool_, name: str, values: Array, must: str,
+    error: type[ValueError] = ValueError,
+) -> None:  # fmt: skip
     """Raise an error for the first value that `is_wrong` marks; `must` says what is expected."""
     if is_wrong.any():
         index = int(np.argmax(is_wrong))
@@ -326,14 +317,8 @@ def check_extent(low: Floats, high: Floats, things: str = "faces", whole: str = 
         )
 
 
-def is_extent_valid(bounds: Floats) -> Bools:
-    """Return, for each of K boxes, (K, 2, 3), whether its longest side is in `EXTENT_RANGE`."""
-    with np.errstate(over="ignore"):
-        sizes = (bounds[:, 1] - bounds[:, 0]).max(axis=1)
-    return np.asarray((sizes >= EXTENT_RANGE[0]) & (sizes <= EXTENT_RANGE[1]))
-
-
-def _numeric_array(value: Any, name: str) -> Array:
+def numeric_array(value: Any, name: str) -> Array:
+    """Return `value` as an array of numbers, or raise a MeshError."""
     refuse_mask(value, name, MeshError)
     try:
         array = np.asarray(value)
@@ -349,7 +334,7 @@ def checked_points(points: Any) -> tuple[Floats, Floats]:
 
     Raises a MeshError if there are no points, or if a point is not valid.
     """
-    given = _rows(points, "points")
+    given = rows_of_three(points, "points")
     if not len(given):
         raise MeshError("the cloud has no points")
     _check_size(len(given), "the cloud", "points")
@@ -357,7 +342,7 @@ def checked_points(points: Any) -> tuple[Floats, Floats]:
     # A loop over the three axes is ten times faster than min(axis=0).
     box = np.array([[axis.min() for axis in array.T], [axis.max() for axis in array.T]])
     if not np.isfinite(box).all():
-        _raise_not_finite(array, "points")
+        refuse_infinite(array, "points")
     # Equal points are valid here. Functions that need distinct points also call `check_spread`.
     if not np.array_equal(*box):
         check_spread(box)
@@ -369,28 +354,13 @@ def check_spread(bounds: Floats) -> None:
     check_extent(bounds[0], bounds[1], "points", "cloud")
 
 
-def checked_queries(points: Any) -> Floats:
-    """Return checked query points (M, 3) as float64; raise a MeshError if a point is not valid."""
-    array = exact_doubles(_rows(points, "points"))
-    if not np.isfinite(array).all():
-        _raise_not_finite(array, "points")
-    largest = float(np.abs(array).max(initial=0.0))
-    if largest > VALUE_RANGE[1]:
-        raise MeshError(
-            f"coordinates of points must be at most {VALUE_RANGE[1]:g}, got {largest:.3g}: rescale"
-            " the points"
-        )
-    return array
-
-
-def checked_normals(normals: Any, n_points: int, first: int = 0, name: str = "normals") -> Floats:
+def checked_normals(normals: Any, n_points: int, name: str = "normals") -> Floats:
     """Return normals (N, 3) as float64, scaled to length 1; zero vectors are not changed.
 
-    Raises a MeshError for invalid normals. `first` is the index of the first row in messages.
+    Raises a MeshError for invalid normals.
     """
-    array = owned(exact_doubles(_rows(normals, name, n_points)), np.float64)
-    if not np.isfinite(array).all():
-        _raise_not_finite(array, name, first)
+    array = owned(exact_doubles(rows_of_three(normals, name, n_points)), np.float64)
+    refuse_infinite(array, name)
     # Vectors are first divided by their largest component, so that squares cannot overflow.
     largest = np.abs(array).max(axis=1, initial=0.0, keepdims=True)
     np.divide(array, largest, out=array, where=largest > 0)
@@ -404,12 +374,11 @@ def checked_viewpoints(viewpoints: Any, n_points: int) -> Floats:
 
     Raises a MeshError if the viewpoints are not valid.
     """
-    array = _numeric_array(viewpoints, "viewpoints")
+    array = numeric_array(viewpoints, "viewpoints")
     if array.shape not in ((3,), (n_points, 3)):
         raise MeshError(f"viewpoints must have shape (3,) or ({n_points}, 3), got {array.shape}")
     positions = owned(exact_doubles(array), np.float64)
-    if not np.isfinite(positions).all():
-        _raise_not_finite(positions.reshape(-1, 3), "viewpoints")
+    refuse_infinite(positions.reshape(-1, 3), "viewpoints")
     return positions
 
 
@@ -419,7 +388,7 @@ def checked_colors(colors: Any, n_points: int) -> Singles:
     Unsigned integers are divided by the maximum of their dtype. An alpha channel is ignored. Raises
     a MeshError if the colors are not valid.
     """
-    array = _numeric_array(colors, "colors")
+    array = numeric_array(colors, "colors")
     if array.ndim != 2 or array.shape[0] != n_points or array.shape[1] not in (3, 4):
         raise MeshError(f"colors must have shape ({n_points}, 3), got {array.shape}")
     if array.dtype.kind == "i":
@@ -429,34 +398,33 @@ def checked_colors(colors: Any, n_points: int) -> Singles:
         return np.asarray(shades / np.float32(np.iinfo(array.dtype).max), np.float32)
     shades = owned(array[:, :3], np.float32)
     is_wrong = ~((shades >= 0) & (shades <= 1)).all(axis=1)  # True if a shade is NaN
-    if is_wrong.any():
-        first = int(np.argmax(is_wrong))
-        raise MeshError(f"colors[{first}] must be from 0 to 1, got {shades[first].tolist()}")
+    refuse_first(is_wrong, "colors", shades, "from 0 to 1", MeshError)
     return shades
 
 
-def _rows(value: Any, name: str, n_rows: int | None = None, *, count: str = "N") -> Array:
+def rows_of_three(value: Any, name: str, n_rows: int | None = None, *, count: str = "N") -> Array:
     """Return `value` as an array of numbers of shape (N, 3), or raise a MeshError.
 
     If `n_rows` is given, N must be `n_rows`. Otherwise, messages show `count` instead of N.
     """
-    array = _numeric_array(value, name)
+    array = numeric_array(value, name)
     if array.ndim != 2 or array.shape[1] != 3 or n_rows not in (None, len(array)):
         count = count if n_rows is None else str(n_rows)
         raise MeshError(f"{name} must have shape ({count}, 3), got {array.shape}")
     return array
 
 
-def _raise_not_finite(rows: Floats, name: str, first: int = 0) -> None:
-    wrong = int(np.argmin(np.isfinite(rows).all(axis=1)))
-    raise MeshError(f"{name}[{first + wrong}] must be finite, got {rows[wrong].tolist()}")
+def refuse_infinite(rows: Floats, name: str, error: type[ValueError] = MeshError) -> None:
+    """Raise an error for the first row of an array, (N, F), with a number that is not finite."""
+    if not np.isfinite(rows).all():
+        refuse_first(~np.isfinite(rows).all(axis=1), name, rows, "finite", error)
 
 
 def checked_bounds(bounds: Any, positions: Floats) -> Floats:
     """Return the corners of a box, (2, 3) float64; if `bounds` is None, the box of `positions`."""
     if bounds is None:
         return np.array([positions.min(axis=0), positions.max(axis=0)])
-    array = exact_doubles(_numeric_array(bounds, "bounds"))
+    array = exact_doubles(numeric_array(bounds, "bounds"))
     if array.shape != (2, 3) or not np.isfinite(array).all() or np.any(array[0] > array[1]):
         raise ValueError(
             f"bounds must be finite low and high corners of shape (2, 3), got {array.tolist()}"
@@ -466,12 +434,10 @@ def checked_bounds(bounds: Any, positions: Floats) -> Floats:
 
 def checked_positions(positions: Any) -> Floats:
     """Return checked positions of cells as a contiguous (N, 3) float64 array; N is at least 1."""
-    array = exact_doubles(_numeric_array(positions, "positions"))
+    array = exact_doubles(numeric_array(positions, "positions"))
     if array.ndim != 2 or array.shape[1] != 3 or not 1 <= len(array) <= MAX_CELLS:
         raise ValueError(f"positions must have shape (N, 3) with N >= 1, got {array.shape}")
-    if not np.isfinite(array).all():
-        wrong = int(np.argmin(np.isfinite(array).all(axis=1)))
-        raise ValueError(f"positions[{wrong}] must be finite, got {array[wrong].tolist()}")
+    refuse_infinite(array, "positions", ValueError)
     with np.errstate(over="ignore"):
         extent = float(np.ptp(array, axis=0).max())
     if extent and not EXTENT_RANGE[0] <= extent <= EXTENT_RANGE[1]:
@@ -509,8 +475,8 @@ def checked_nonnegative_array(value: Any, n: int, name: str, per: str, n_threads
 
 def checked_arcs(offsets: Any, neighbors: Any, n_cells: int) -> ArcLists:
     """Return checked arcs in CSR form: offsets (N + 1,) int64, and neighbors (M,) int32."""
-    starts = owned(_integer_array(offsets, "offsets"), np.int64)
-    targets = owned_indices(_integer_array(neighbors, "neighbors"))
+    starts = owned(integer_array(offsets, "offsets"), np.int64)
+    targets = owned_indices(integer_array(neighbors, "neighbors"))
     if len(starts) != n_cells + 1:
         raise ValueError(f"offsets must have shape ({n_cells + 1},), got {starts.shape}")
     if starts[0] != 0 or starts[-1] != len(targets) or np.any(np.diff(starts) < 0):
@@ -520,36 +486,9 @@ def checked_arcs(offsets: Any, neighbors: Any, n_cells: int) -> ArcLists:
     return starts, targets
 
 
-def checked_angles(angles: Any, n_arcs: int) -> Floats:
-    """Return checked angles as (M,) float64: one angle per arc, from -pi to pi."""
-    array = owned(_numeric_array(angles, "angles"), np.float64)
-    if array.shape != (n_arcs,):
-        raise ValueError(
-            f"angles must have one value per arc, shape ({n_arcs},), got {array.shape}"
-        )
-    is_wrong = ~(np.abs(array) <= math.pi)  # True for NaN
-    refuse_first(is_wrong, "angles", array, "from -pi to pi")
-    return array
-
-
-def checked_sides(sides: Any, offsets: Longs) -> Ints:
-    """Return checked sides as (M,) int32: the side of its cell that each arc crosses.
-
-    The sides of the arcs of one cell must be in ascending order.
-    """
-    array = owned_indices(_integer_array(sides, "sides"))
-    if len(array) != offsets[-1]:
-        raise ValueError(f"sides must have shape ({offsets[-1]},), got {array.shape}")
-    refuse_first(array < 0, "sides", sides, "not negative")
-    falls = np.flatnonzero(np.diff(array) < 0) + 1
-    if not np.isin(falls, offsets).all():
-        raise ValueError("sides must be in ascending order for the arcs of each cell")
-    return array
-
-
 def checked_seeds(seeds: Any, n_cells: int, name: str = "centers") -> Ints:
     """Return the indices of K distinct cells as int32, after checking that K is at least 1."""
-    given = _integer_array(seeds, name)
+    given = integer_array(seeds, name)
     array = owned_indices(given)
     if not len(array):
         raise ValueError(f"{name} must contain at least one cell, but it is empty")
@@ -579,21 +518,6 @@ def checked_region_centers(centers: npt.ArrayLike, labels: Ints, n_regions: int)
             f" {labels[cell]}"
         )
     return cells
-
-
-def checked_edges(edges: Any, n_vertices: int, name: str) -> Ints:
-    """Return checked edges as an (E, 2) int32 array; each edge is a pair of vertices."""
-    given = np.asarray(edges)
-    if given.ndim != 2 or given.shape[1] != 2:
-        raise ValueError(f"{name} must have shape (E, 2), got {given.shape}")
-    flat = owned_indices(_integer_array(given.ravel(), name))
-    if flat.min(initial=0) < 0 or flat.max(initial=0) >= n_vertices:
-        edge = int(np.argmax((flat < 0) | (flat >= n_vertices))) // 2
-        raise ValueError(
-            f"{name}[{edge}] must be vertices from 0 to {n_vertices - 1}, got"
-            f" {given[edge].tolist()}"
-        )
-    return flat.reshape(-1, 2)
 
 
 def checked_partial_labels(
@@ -639,7 +563,7 @@ def checked_classes(labels: Any, n_cells: int, name: str, n_vertices: int | None
 
 def checked_vertex_classes(labels: Any, n_vertices: int, name: str) -> Ints:
     """Return labels of vertices as int32; they may be any integers >= 0, or -1 for no label."""
-    given = _integer_array(labels, name)
+    given = integer_array(labels, name)
     check_length(given, n_vertices, name, "vertex")
     return _checked_classes(given, name)
 
@@ -654,7 +578,7 @@ def _checked_classes(given: Array, name: str) -> Ints:
 def _row_of_labels(
     labels: Any, n_cells: int, name: str, n_vertices: int | None = None, advice: str = TO_FACES
 ) -> Array:
-    given = _integer_array(labels, name)
+    given = integer_array(labels, name)
     check_length(given, n_cells, name, n_vertices=n_vertices, advice=advice)
     return given
 
@@ -673,31 +597,6 @@ def compact_partial_labels(
 ) -> tuple[Ints, Array]:
     """Check labels, which may be any integers, and return the result of `ranked_labels`."""
     return ranked_labels(checked_any_labels(labels, n_cells, n_vertices))
-
-
-def compact_complete(labels: Any, n_cells: int, n_vertices: int | None = None) -> tuple[Ints, int]:
-    """Replace K different labels by 0 to K - 1 in the same order; return the new labels and K.
-
-    Raises a MeshError if a label is negative, because metrics need a region for each cell.
-    """
-    array = checked_any_labels(labels, n_cells, n_vertices)
-    must = "at least 0, because metrics need a region for each cell"
-    refuse_first(array < 0, "labels", array, must, MeshError)
-    ranks, names = ranked_labels(array)
-    return ranks, len(names)
-
-
-def compact_truth(truth: Any, n_cells: int, n_vertices: int | None = None) -> tuple[Ints, int]:
-    """Return the same as `compact_complete`, but unannotated cells keep the label -1.
-
-    Raises a MeshError if a label is below -1, or if all cells are unannotated.
-    """
-    array = checked_any_labels(truth, n_cells, n_vertices)
-    refuse_first(array < -1, "truth", array, "at least -1", MeshError)
-    ranks, names = ranked_labels(array)
-    if not len(names):
-        raise MeshError("truth must have a segment for at least one cell, but all values are -1")
-    return ranks, len(names)
 
 
 def ranked_labels(labels: npt.NDArray[np.integer[Any]]) -> tuple[Ints, Array]:
@@ -764,20 +663,6 @@ def checked_fraction(value: Any, name: str) -> float:
     return number
 
 
-def checked_cell_weights(weights: Any, n_cells: int) -> Floats:
-    """Return `weights` as (N,) float64 after checking that each weight is finite and >= 0."""
-    refuse_mask(weights, "cell_weights")
-    given = np.asarray(weights)
-    if given.dtype.kind not in "iufb":
-        raise TypeError(f"cell_weights must contain numbers, got {given.dtype}")
-    if given.shape != (n_cells,):
-        raise ValueError(f"cell_weights must have shape ({n_cells},), got {given.shape}")
-    array = exact_doubles(given)
-    is_wrong = ~(np.isfinite(array) & (array >= 0))
-    refuse_first(is_wrong, "cell_weights", given, "finite and not negative")
-    return array
-
-
 def checked_flag(value: Any, name: str) -> bool:
     """Return `value` as bool; raise a TypeError if it is neither True nor False."""
     if not isinstance(value, (bool, np.bool_)):
@@ -813,74 +698,6 @@ def explains_parameters(others: Mapping[str, str]) -> Callable[[Function], Funct
     return decorate
 
 
-def checked_pose(pose: Any) -> Floats:
-    """Return the checked camera pose (rotation and position) as a new array of shape (4, 4)."""
-    given = _numbers_of(pose, "pose")
-    if given.shape not in ((4, 4), (3, 4)):
-        raise ValueError(f"pose must have shape (4, 4) or (3, 4), got {given.shape}")
-    if not np.isfinite(given).all():
-        raise ValueError("pose must be finite: leave out images whose pose is unknown")
-    array = np.eye(4)
-    array[: len(given)] = given
-    if np.any(array[3] != (0, 0, 0, 1)):
-        raise ValueError(f"the last row of pose must be 0, 0, 0, 1, got {array[3].tolist()}")
-    rotation = array[:3, :3]
-    with np.errstate(over="ignore", invalid="ignore"):
-        products = (rotation[:, :, None] * rotation[:, None]).sum(axis=0)
-    error = float(np.abs(products - np.eye(3)).max())
-    if not error <= MAX_ROTATION_ERROR:  # also if it is NaN
-        raise ValueError(
-            "pose must be a rotation and a position, without scale or shear: its axes must be"
-            f" orthonormal to within {MAX_ROTATION_ERROR:g}, got an error of {error:.2g}"
-        )
-    if np.dot(np.cross(rotation[0], rotation[1]), rotation[2]) < 0:
-        raise ValueError("pose must be a rotation, got a reflection: reverse one of its axes")
-    return array
-
-
-def checked_intrinsics(intrinsics: Any) -> Floats:
-    """Return the checked focal lengths and principal point of a camera, (fx, fy, cx, cy).
-
-    `intrinsics` may also be a camera matrix without skew, of shape (3, 3) or (4, 4).
-    """
-    given = _numbers_of(intrinsics, "intrinsics")
-    if given.shape in ((3, 3), (4, 4)):
-        if given[0, 1] != 0:
-            raise ValueError(f"the skew of intrinsics must be 0, got {given[0, 1]:g}")
-        given = given[(0, 1, 0, 1), (0, 1, 2, 2)]
-    if given.shape != (4,):
-        raise ValueError(
-            "intrinsics must be (fx, fy, cx, cy) or a matrix of shape (3, 3) or (4, 4), got shape"
-            f" {given.shape}"
-        )
-    if not np.isfinite(given).all() or given[:2].min() <= 0:
-        raise ValueError(
-            f"intrinsics must be finite, with positive focal lengths, got {given.tolist()}"
-        )
-    return owned(given, np.float64)
-
-
-def checked_image_size(size: Any) -> tuple[int, int]:
-    """Return image width and height after a comparison with `MAX_SIDE` and `MAX_PIXELS`."""
-    if not isinstance(size, (tuple, list, np.ndarray)) or len(size) != 2:
-        raise TypeError(f"size must be a pair of width and height, got {reprlib.repr(size)}")
-    width, height = (checked_count(value, "size", MAX_SIDE) for value in size)
-    if width * height > MAX_PIXELS:
-        raise ValueError(f"size must be at most {MAX_PIXELS} pixels, got {width} x {height}")
-    return width, height
-
-
-def _numbers_of(value: Any, name: str) -> Floats:
-    refuse_mask(value, name)
-    try:
-        array = np.asarray(value)
-    except ValueError:  # the nested lists are ragged
-        array = np.empty(0, object)
-    if array.dtype.kind not in "fiu":
-        raise TypeError(f"{name} must be an array of numbers, got {_shown(value)}")
-    return array.astype(np.float64)
-
-
 def checked_callable(value: Any, name: str) -> Any:
     """Return `value`; raise a TypeError if it is neither callable nor None."""
     if value is not None and not callable(value):
@@ -913,7 +730,7 @@ def usable_cores() -> int:
     return os.cpu_count() or 1
 
 
-def _integer_array(value: Any, name: str) -> Array:
+def integer_array(value: Any, name: str) -> Array:
     """Return `value` as a checked one-dimensional array of integers, in its original dtype."""
     refuse_mask(value, name)
     try:

@@ -19,13 +19,15 @@ import numpy.typing as npt
 
 from .checks import (
     checked_callable,
-    checked_cell_weights,
     checked_choice,
     checked_count,
     checked_flag,
     checked_fraction,
     checked_number,
     checked_threads,
+    exact_doubles,
+    refuse_first,
+    refuse_mask,
 )
 from .timing import OnStage
 from .types import Floats
@@ -213,8 +215,17 @@ class BalanceOptions:
         return 1.0 if self.cells_per_region is not None else self.balance
 
     def checked_cell_weights(self, n_cells: int) -> Floats:
-        """Return `cell_weights` after checking that there is one weight per cell."""
-        return checked_cell_weights(self.cell_weights, n_cells)
+        """Return `cell_weights` as (N,) float64 after checking that each is finite and >= 0."""
+        refuse_mask(self.cell_weights, "cell_weights")
+        given = np.asarray(self.cell_weights)
+        if given.dtype.kind not in "iufb":
+            raise TypeError(f"cell_weights must contain numbers, got {given.dtype}")
+        if given.shape != (n_cells,):
+            raise ValueError(f"cell_weights must have shape ({n_cells},), got {given.shape}")
+        array = exact_doubles(given)
+        is_wrong = ~(np.isfinite(array) & (array >= 0))
+        refuse_first(is_wrong, "cell_weights", given, "finite and not negative")
+        return array
 
     @property
     def params(self) -> dict[str, Any]:

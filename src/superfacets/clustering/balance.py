@@ -22,7 +22,7 @@ from .._core import Clustering, CoarseGraph, OrderedGraph
 from ..base.checks import counted, exact_array
 from ..base.errors import MeshError
 from ..base.options import BalanceOptions, LoopOptions, SizeOptions
-from ..base.types import Array, Bools, Floats, Ints, Longs
+from ..base.types import Bools, Floats, Ints, Longs
 from ..cleanup.region_sizes import Goals
 from ..graph.cell_graph import BaseGraph
 from ..graph.constraints import KeptCells, in_order
@@ -304,8 +304,8 @@ class Balancer:
             clustering.classify(clustering.centers(), self.path_offsets())
             n_rounds = ROUNDS_ON_ALL
         else:
-            clustering = self._counted(graph, clustering, cells)
             if self.may_move_centers:
+                clustering = self._counted(graph, clustering, cells)
                 self._even_out(clustering, cells)
             found = _Regions.of(clustering, *cells)
             self.goals = self.rules.goals(found.sizes, found.components)
@@ -329,13 +329,10 @@ class Balancer:
     def _counted(
         self, graph: OrderedGraph, clustering: Clustering, cells: tuple[Floats, Ints]
     ) -> Clustering:
-        """Add and remove centers until each component has its target number of regions.
-
-        If `may_move_centers` is False, the clustering is returned unchanged.
-        """
+        """Add and remove centers until each component has its target number of regions."""
         n_components = int(cells[1].max()) + 1
         targets = None
-        while self.may_move_centers:
+        while True:
             found = _Regions.of(clustering, *cells)
             has = np.bincount(found.components, minlength=n_components)
             if targets is None:
@@ -348,12 +345,11 @@ class Balancer:
             largest_first = found.ranks(np.where(is_divisible, -found.sizes, math.inf))
             gets = is_divisible & (largest_first < np.maximum(change, 0)[found.components])
             if stays.all() and not gets.any():
-                break
+                return clustering
             # A component may need several rounds, because a round adds at most one center to each
             # region.
             centers = np.concatenate([found.centers[stays], more[gets]])
             clustering = Clustering(graph, centers, math.inf, self.n_threads, self.islands)
-        return clustering
 
     def _even_out(self, clustering: Clustering, cells: tuple[Floats, Ints]) -> None:
         """Move centers of small regions into large regions of the same connected component."""
@@ -457,7 +453,10 @@ class _Regions:
     def ranks(self, keys: Floats) -> Ints:
         """Return the rank of each region among the regions of its component, sorted by `keys`."""
         order = np.lexsort((keys, self.components))
-        return _ranks_in_groups(order, self.components)
+        groups = self.components[order]
+        ranks = np.empty(len(order), np.int32)
+        ranks[order] = np.arange(len(order)) - np.searchsorted(groups, groups)
+        return ranks
 
     def farthest(self, lengths: Offsets) -> Ints:
         """Return, for each region, its cell with the longest path; for empty regions, the center.
@@ -492,14 +491,3 @@ class _Regions:
             keys[-1][ranks == len(self.centers)] = -len(keys)
         _, first, second = np.intersect1d(keys[0], keys[1], return_indices=True)
         return np.stack([small[first], large[second]], axis=1)
-
-
-def _ranks_in_groups(order: Array, groups: Ints) -> Ints:
-    """Return the rank of each element within its group, (N,).
-
-    `order` contains the indices of all elements, sorted by group, and by rank within a group.
-    """
-    sorted_groups = groups[order]
-    ranks = np.empty(len(order), np.int32)
-    ranks[order] = np.arange(len(order)) - np.searchsorted(sorted_groups, sorted_groups)
-    return ranks

@@ -82,7 +82,6 @@ class Loop:
             clustering = self._run_level(graph, centers, is_last=True, must_stay=must_stay)
             clustering = self._balanced(graph, clustering, 0)
             return _labels_and_centers(clustering)
-        assert isinstance(clustering, Clustering)
         paths = clustering.lengths(), _labels_and_centers(clustering)[0]
         coarse.append(level)
         del level, clustering  # these references would keep the graph in memory in `_spread`
@@ -95,8 +94,6 @@ class Loop:
         """
         if self.balancer is None:
             return clustering
-        assert isinstance(graph, OrderedGraph)
-        assert isinstance(clustering, Clustering)  # graphs on disk are never balanced
         with timed(self.timings, "balance"):
             return self.balancer.run(graph, clustering, level)
 
@@ -128,7 +125,6 @@ class Loop:
         n_threads, needs_lengths = self.options.n_threads, not is_last
         if self.balancer is None:
             return level.spread(*paths, centers, n_threads, needs_lengths=needs_lengths)
-        assert isinstance(level, CoarseGraph)  # graphs on disk are never balanced
         offsets = self.balancer.path_offsets()
         lengths, labels = level.spread(
             *paths, centers, n_threads, offsets, needs_lengths=needs_lengths
@@ -160,7 +156,7 @@ class Loop:
             most = min(most, LAST_ITERATIONS)
         elif relocates:
             most -= most // 3  # leaves a third of the iterations for relocation
-        n_iter, reason = self._iterate(graph, clustering, must_stay=must_stay, max_num_iter=most)
+        n_iter, reason = self._iterate(graph, clustering, most, must_stay=must_stay)
         if relocates:
             n_iter, reason = self._relocate(graph, clustering, n_iter, reason)
         self.levels.append(LoopLevel(graph.n_cells, n_iter, reason, time.perf_counter() - start))
@@ -190,35 +186,24 @@ class Loop:
                 break
             with timed(self.timings, "classify"):
                 clustering.classify(moved_to)
-            n_more, reason = self._iterate(
-                graph, clustering, max_num_iter=max_num_iter, n_before=n_iter
-            )
+            n_more, reason = self._iterate(graph, clustering, max_num_iter, n_before=n_iter)
             n_iter += n_more
         return n_iter, reason
 
     def _iterate(
-        self,
-        graph: OrderedGraph,
-        clustering: Clustering,
-        *,
-        must_stay: bool = False,
-        max_num_iter: int | None = None,
-        n_before: int = 0,
-    ) -> tuple[int, StopReason]:
+        self, graph: OrderedGraph, clustering: Clustering, max_num_iter: int, *,
+        must_stay: bool = False, n_before: int = 0,
+    ) -> tuple[int, StopReason]:  # fmt: skip
         """Alternately move centers and label cells, until there is a reason to stop.
 
         Returns the number of iterations and the stop reason. `n_before` is the number of earlier
         iterations on this level. If `must_stay`, centers do not move, and the stop reason of the
-        previous level is returned. The default of `max_num_iter` is the option of the same name.
+        previous level is returned.
         """
         if self.is_cancelled:
             return 1, "cancelled"
         if must_stay:
             return 1, self.stop_reason
-        assert isinstance(graph, OrderedGraph)
-        assert isinstance(clustering, Clustering)  # centers in graphs on disk never move
-        if max_num_iter is None:
-            max_num_iter = self.options.max_num_iter
         seen: set[bytes] = set()
         n_before += sum(level.n_iter for level in self.levels)
         for n_iter in range(1, max_num_iter + 1):

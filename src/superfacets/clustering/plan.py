@@ -14,6 +14,7 @@ from ..base.types import Array, Floats, Ints, Longs, Singles
 from ..graph.cell_graph import BaseGraph
 from ..graph.constraints import NO_GROUPS, KeptCells, in_order
 from ..graph.size import RegionSize, region_size
+from ..mesh.faces import inverse_of
 from .result import Segmentation
 
 Start: TypeAlias = Seeds | Segmentation
@@ -91,13 +92,9 @@ class Plan:
 
 
 def _first_centers(
-    init: Init | Start | None,
-    positions: Floats,
-    measures: Floats,
-    kept: Ints | None,
-    n_threads: int,
-    order: Ints | None = None,
-) -> Init | Seeds | None:
+    init: Init | Start | None, positions: Floats, measures: Floats, kept: Ints | None,
+    n_threads: int, order: Ints | None,
+) -> Init | Seeds | None:  # fmt: skip
     """Return the initial centers as indices into `positions`, or the name of the seeding method.
 
     An array with one number per cell is read as labels, unless it contains each cell once. Any
@@ -112,7 +109,7 @@ def _first_centers(
     is_result = isinstance(init, Segmentation)
     if is_result or given.shape != (n_cells,) or _are_all_different(given):
         centers = checked_seeds(given, n_cells, "init")
-        return centers if order is None else _sorted_indices(centers, order)
+        return centers if order is None else inverse_of(order)[centers]
     labels = in_order(_labels_of(given, n_cells), order)
     if kept is not None:
         named = np.full(len(labels), -1, np.int32)
@@ -131,16 +128,6 @@ def _centers_or_labels(init: Seeds | Segmentation, n_cells: int) -> Array:
             f" {counted(len(init.labels), 'cell')}"
         )
     return init.centers
-
-
-def _sorted_indices(cells: Ints, order: Ints) -> Ints:
-    """Convert indices of cells before sorting to indices after sorting.
-
-    `order` is the index before sorting of each sorted cell.
-    """
-    inverse = np.empty_like(order)
-    inverse[order] = np.arange(len(order), dtype=order.dtype)
-    return inverse[cells]
 
 
 def _are_all_different(given: Array) -> bool:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
-from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -13,10 +11,10 @@ from .. import _core
 from .._core import OrderedGraph
 from ..base.options import Init, Islands, LoopOptions, Progress, SizeOptions
 from ..base.timing import timed
-from ..base.types import Floats, Ints
+from ..base.types import Floats
 from ..graph.cell_graph import CellGraph, checked_graph
 from ..graph.constraints import ConstraintOptions
-from ..weights.features import FEATURE_WEIGHT, FeatureOptions, FeatureSteps
+from ..weights.features import FEATURE_WEIGHT, FeatureOptions
 from .balance import Balancer
 from .coarsening import Coarsening, coarsened
 from .loop import Loop
@@ -103,7 +101,7 @@ def segment_graph(
     plan = Plan.of(graph, cut, start, loop.n_threads, dimension=graph.dimension)
     steps = feature_options.steps(graph, graph.measures, loop.n_threads)
     if steps is not None:
-        graph = _with_features(graph, steps, plan.size.radius)
+        graph = replace(graph, weights=steps.added(graph.weights, graph, plan.size.radius))
     if plan.cut is None:
         ordered = graph.ordered(loop.n_threads)
     else:
@@ -116,51 +114,22 @@ def segment_graph(
     return replace(result, timings=timings | result.timings, params=params, cells=given)
 
 
-def _with_features(graph: CellGraph, steps: FeatureSteps, radius: float) -> CellGraph:
-    """Return a new graph whose weights include the costs of feature differences."""
-    return CellGraph(
-        graph.positions,
-        graph.measures,
-        *graph.arcs,
-        steps.added(graph.weights, graph, radius),
-        graph.bounds,
-        weight_unit=graph.weight_unit,
-        dimension=graph.dimension,
-    )
-
-
-JoinPieces: TypeAlias = Callable[[Ints, Ints], Ints]
-"""Function that makes regions connected: it takes labels and centers, and returns new labels."""
-
-
-def joiner_of(arcs: ArcLengths, crease_limit: float, n_threads: int) -> JoinPieces:
-    """Return a function that makes regions connected.
-
-    The function joins all pieces of a region that do not contain its center to other regions.
-    Pieces are joined across arcs of length `crease_limit` or more only if there are no shorter
-    arcs.
-    """
-
-    def join_pieces(labels: Ints, centers: Ints) -> Ints:
-        return _core.join_loose_pieces(*arcs, crease_limit, labels, centers, n_threads)
-
-    return join_pieces
-
-
 def segment_cells(
     graph: OrderedGraph,
     coarsening: Coarsening,
     bounds: Floats,
     plan: Plan,
     loop: LoopOptions,
-    join_pieces: JoinPieces | None = None,
+    loose: ArcLengths | None = None,
     balancer: Balancer | None = None,
 ) -> Segmentation:
     """Place seeds and run the loop on a graph of the cells inside the mask.
 
     The arguments are not checked. `coarsening` is the result of `coarsened`; its graphs are removed
-    after their last use. `join_pieces` makes regions connected after the loop, or is None if the
-    loop itself makes connected regions. `balancer` balances the sizes of regions, or is None.
+    after their last use. `loose` are the arcs across which all pieces of a region that do not
+    contain its center join other regions after the loop, if possible across arcs shorter than
+    ``graph.crease_limit``; None if the loop itself makes connected regions. `balancer` balances the
+    sizes of regions, or is None.
     """
     size, options, init = plan.size, plan.asked, plan.init
     if init is None:
@@ -176,9 +145,11 @@ def segment_cells(
     labels, centers = run.run(coarsening, graph, seeds)
     # There can be fewer centers than seeds, because the balancer may remove centers.
     n_unreached = max(0, len(centers) - len(seeds))
-    if join_pieces is not None and loop.radius_factor is None:
+    if loose is not None and loop.radius_factor is None:
         with timed(timings, "classify"):
-            labels = join_pieces(labels, centers)
+            labels = _core.join_loose_pieces(
+                *loose, graph.crease_limit, labels, centers, loop.n_threads
+            )
     if loop.islands == "nearest":
         with timed(timings, "classify"):
             labels, n_joined, more = _core.join_islands(graph, labels, plan.groups, loop.n_threads)

@@ -11,17 +11,19 @@ import numpy.typing as npt
 
 from .. import _core
 from ..base.checks import (
-    checked_angles,
     checked_arcs,
     checked_bounds,
     checked_nonnegative_array,
     checked_number,
     checked_positions,
-    checked_sides,
     checked_threads,
     counted,
     freeze,
+    integer_array,
+    numeric_array,
     owned,
+    owned_indices,
+    refuse_first,
     refuse_mask,
     restored,
 )
@@ -73,12 +75,39 @@ class ArcMeasures:
                 array = checked_nonnegative_array(given, n, name, per, n_threads)
                 arrays[name] = owned(array, np.float64)
         if self.angles is not None:
-            arrays["angles"] = checked_angles(self.angles, n_arcs)
+            arrays["angles"] = _checked_angles(self.angles, n_arcs)
         if self.sides is not None:
-            arrays["sides"] = checked_sides(self.sides, offsets)
+            arrays["sides"] = _checked_sides(self.sides, offsets)
         checked = ArcMeasures(**arrays)
         freeze(checked, **arrays)
         return checked
+
+
+def _checked_angles(angles: Any, n_arcs: int) -> Floats:
+    """Return checked angles as (M,) float64: one angle per arc, from -pi to pi."""
+    array = owned(numeric_array(angles, "angles"), np.float64)
+    if array.shape != (n_arcs,):
+        raise ValueError(
+            f"angles must have one value per arc, shape ({n_arcs},), got {array.shape}"
+        )
+    is_wrong = ~(np.abs(array) <= math.pi)  # True for NaN
+    refuse_first(is_wrong, "angles", array, "from -pi to pi")
+    return array
+
+
+def _checked_sides(sides: Any, offsets: Longs) -> Ints:
+    """Return checked sides as (M,) int32: the side of its cell that each arc crosses.
+
+    The sides of the arcs of one cell must be in ascending order.
+    """
+    array = owned_indices(integer_array(sides, "sides"))
+    if len(array) != offsets[-1]:
+        raise ValueError(f"sides must have shape ({offsets[-1]},), got {array.shape}")
+    refuse_first(array < 0, "sides", sides, "not negative")
+    falls = np.flatnonzero(np.diff(array) < 0) + 1
+    if not np.isin(falls, offsets).all():
+        raise ValueError("sides must be in ascending order for the arcs of each cell")
+    return array
 
 
 class CsrArcs:
@@ -101,7 +130,8 @@ class CsrArcs:
     @property
     def diagonal(self) -> float:
         """Length of the diagonal of ``bounds``, in the unit of the positions."""
-        return box_diagonal(self.bounds)
+        x, y, z = (self.bounds[1] - self.bounds[0]).tolist()
+        return math.sqrt(x * x + y * y + z * z)
 
     @property
     def arcs(self) -> ArcLists:
@@ -297,9 +327,3 @@ def checked_graph(graph: object) -> CellGraph:
         f"expected a CellGraph, got {type(graph).__name__}: for a mesh, use"
         " build_face_graph(mesh).with_weights(weights)"
     )
-
-
-def box_diagonal(bounds: Floats) -> float:
-    """Return the length of the diagonal of a box from its minimum and maximum corner, (2, 3)."""
-    x, y, z = (bounds[1] - bounds[0]).tolist()
-    return math.sqrt(x * x + y * y + z * z)

@@ -11,11 +11,12 @@ import numpy.typing as npt
 
 from .. import _core
 from ..base.checks import (
-    checked_edges,
     checked_mask,
     checked_number,
     checked_seeds,
     checked_threads,
+    integer_array,
+    owned_indices,
     refuse_first,
     refuse_mask,
 )
@@ -301,6 +302,18 @@ def _checked_sides(barriers: Any, n_cells: int) -> Ints:
     return sides.astype(np.int32)
 
 
+def _checked_edges(barriers: Any, n_vertices: int) -> Ints:
+    """Check barriers in the form of edges, and return them as an (E, 2) int32 array."""
+    given = np.asarray(barriers)
+    if given.ndim != 2 or given.shape[1] != 2:
+        raise ValueError(f"barriers must have shape (E, 2), got {given.shape}")
+    flat = owned_indices(integer_array(given.ravel(), "barriers"))
+    pairs = flat.reshape(-1, 2)
+    is_wrong = ((pairs < 0) | (pairs >= n_vertices)).any(axis=1)
+    refuse_first(is_wrong, "barriers", given, f"vertices from 0 to {n_vertices - 1}")
+    return pairs
+
+
 def _crossed_by(
     barriers: Any, source: Any, arcs: tuple[CsrArcs, Ints], weld: bool, n_threads: int,
     order: Ints | None,
@@ -316,7 +329,7 @@ def _crossed_by(
             "barriers of shape (E, 2) need a mesh with faces: for other cells, pass one number per"
             " cell"
         )
-    given = checked_edges(barriers, source.n_vertices, "barriers")
+    given = _checked_edges(barriers, source.n_vertices)
     lowest = lowest_vertices(source.vertices, weld, n_threads)
     wanted = lowest[given]
     is_end = np.zeros(source.n_vertices, bool)

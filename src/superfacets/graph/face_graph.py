@@ -22,9 +22,9 @@ from ..base.checks import (
     restored,
 )
 from ..base.errors import MeshError
-from ..base.types import Array, Bytes, Floats, Ints, Longs
+from ..base.types import ArcLists, Array, Bytes, Floats, Ints, Longs
 from ..mesh.convert import MeshLike, as_mesh
-from ..mesh.faces import FaceMesh, corners_of, measure_faces, measure_shapes
+from ..mesh.faces import FaceMesh, corners_of, measure_shapes
 from ..mesh.triangle_mesh import Mesh
 from ..mesh.weld import lowest_vertices
 from .cell_graph import BaseGraph, CellGraph
@@ -114,14 +114,6 @@ class FaceGraph(BaseGraph):
         """Restore a copied or pickled graph, and check the arrays of the graph again."""
         FaceGraph.__init__(self, *restored(state, tuple(FaceGraph.__dataclass_fields__)))
 
-    @classmethod
-    def _unchecked(cls, edge_counts: EdgeCounts, **arrays: Array) -> FaceGraph:
-        """Make a graph without checks from arrays that `_core` returned."""
-        graph = object.__new__(cls)
-        freeze(graph, **arrays)
-        object.__setattr__(graph, "edge_counts", edge_counts)
-        return graph
-
     def with_weights(self, weights: npt.ArrayLike, *, n_threads: int | None = None) -> CellGraph:
         """Return a `CellGraph` with one weight per arc; weights must be finite and >= 0."""
         return CellGraph._of_arcs(self, weights, n_threads)
@@ -163,29 +155,33 @@ def arcs_of_triangles(faces: Ints, lowest: Ints, n_threads: int) -> FoundArcs:
         raise MeshError(str(error)) from None
 
 
-def surface_of_faces(
-    mesh: FaceMesh, arcs: FoundArcs, is_inside_out: bool, n_threads: int
+def core_surface(
+    mesh: FaceMesh, graph: FaceGraph, is_inside_out: bool, n_threads: int
 ) -> _core.TriangleSurface | _core.PolygonSurface:
     """Make the object of `_core` that computes lengths and angles of the arcs between faces.
 
     If `is_inside_out` is true, concave and convex edges are swapped. Raises a ValueError if the
-    arcs do not fit the mesh: they were built from triangles and the mesh is a `PolygonMesh`, or
-    vice versa, or they refer to sides that the faces do not have.
+    graph does not fit the mesh: it was built from triangles and the mesh is a `PolygonMesh`, or
+    vice versa, or it refers to sides that the faces do not have.
     """
-    corners, is_of_triangles = corners_of(mesh), arcs.sides.dtype == np.uint8
+    corners, is_of_triangles = corners_of(mesh), graph.sides.dtype == np.uint8
+    same_turn = graph.same_turn
     if corners.offsets is None:
         if not is_of_triangles:
             raise ValueError("the graph was built for polygons, but the mesh has triangles")
-        same_turn = arcs.same_turn if arcs.same_turn.any() else np.empty(0, np.uint8)
+        same_turn = same_turn if same_turn.any() else np.empty(0, np.uint8)
         faces = corners.vertices.reshape(-1, 3)
-        return _core.TriangleSurface(mesh.vertices, faces, *arcs[:3], same_turn, is_inside_out)
+        return _core.TriangleSurface(
+            mesh.vertices, faces, *graph.arcs, graph.sides, same_turn, is_inside_out
+        )
     if is_of_triangles:
         raise ValueError("the graph was built for triangles, but the mesh has polygons")
-    if np.any(arcs.sides >= np.repeat(corners.sizes, np.diff(arcs.offsets))):
+    if np.any(graph.sides >= np.repeat(corners.sizes, np.diff(graph.offsets))):
         raise ValueError("the graph was built for another mesh, whose faces have more sides")
     return _core.PolygonSurface(
-        mesh.vertices, corners.offsets, corners.vertices, *arcs[:4], is_inside_out, n_threads
-    )
+        mesh.vertices, corners.offsets, corners.vertices, *graph.arcs, graph.sides, same_turn,
+        is_inside_out, n_threads,
+    )  # fmt: skip
 
 
 def build_face_graph(
@@ -228,10 +224,7 @@ def build_face_graph(
     >>> graph.edge_counts
     EdgeCounts(edges=5, boundary=4, non_manifold=0, inconsistent=0)
     """
-    mesh = as_mesh(mesh)
-    threads = checked_threads(n_threads)
-    arcs = arcs_of_faces(mesh, lowest_vertices(mesh.vertices, weld, threads), threads)
-    return _graph_of(mesh, arcs, *measure_faces(mesh, threads))
+    return graph_and_shapes(as_mesh(mesh), weld=weld, n_threads=checked_threads(n_threads))[0]
 
 
 class FaceShapes(NamedTuple):
@@ -247,23 +240,16 @@ def graph_and_shapes(mesh: FaceMesh, *, weld: bool, n_threads: int) -> tuple[Fac
     """Return the result of `build_face_graph`, and the `FaceShapes` of the same mesh."""
     arcs = arcs_of_faces(mesh, lowest_vertices(mesh.vertices, weld, n_threads), n_threads)
     positions, measures, *shapes = measure_shapes(mesh, n_threads)
-    return _graph_of(mesh, arcs, positions, measures), FaceShapes(*shapes)
+    graph = object.__new__(FaceGraph)  # the arrays of `_core` need no checks
+    freeze(
+        graph, positions=positions, measures=measures, offsets=arcs.offsets,
+        neighbors=arcs.neighbors, sides=arcs.sides, same_turn=arcs.same_turn, bounds=mesh.bounds,
+    )  # fmt: skip
+    object.__setattr__(graph, "edge_counts", EdgeCounts(*arcs.counts))
+    return graph, FaceShapes(*shapes)
 
 
-def _graph_of(mesh: FaceMesh, arcs: FoundArcs, positions: Floats, measures: Floats) -> FaceGraph:
-    return FaceGraph._unchecked(
-        EdgeCounts(*arcs.counts),
-        positions=positions,
-        measures=measures,
-        offsets=arcs.offsets,
-        neighbors=arcs.neighbors,
-        sides=arcs.sides,
-        same_turn=arcs.same_turn,
-        bounds=mesh.bounds,
-    )
-
-
-def arcs_at_borders(mesh: Mesh, labels: Ints, n_threads: int) -> tuple[Longs, Ints, Ints]:
+def arcs_at_borders(mesh: Mesh, labels: Ints, n_threads: int) -> tuple[ArcLists, Ints]:
     """Return a graph of some triangles, including all triangles at borders of regions.
 
     The result is offsets and neighbors in CSR form, and the label of each of these triangles. This
@@ -280,6 +266,6 @@ def arcs_at_borders(mesh: Mesh, labels: Ints, n_threads: int) -> tuple[Longs, In
     # At both ends of a border edge, there are faces with different labels, so `is_shared` is true.
     faces = np.flatnonzero((first & second) | (second & third) | (third & first))
     if not len(faces):
-        return np.zeros(1, dtype=np.int64), np.empty(0, dtype=np.int32), labels[faces]
+        return (np.zeros(1, dtype=np.int64), np.empty(0, dtype=np.int32)), labels[faces]
     arcs = arcs_of_triangles(mesh.faces[faces], lowest, n_threads)
-    return arcs.offsets, arcs.neighbors, labels[faces]
+    return (arcs.offsets, arcs.neighbors), labels[faces]

@@ -8,6 +8,7 @@ point of the group ``superfacets.kinds``: its name is the class of the cells, fo
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, ClassVar, NamedTuple, TypeAlias
 
 import numpy as np
@@ -33,16 +34,10 @@ from ..mesh.polygon_mesh import PolygonMesh
 from ..mesh.triangle_mesh import Mesh
 from .cell_graph import BaseGraph, CellGraph
 from .face_graph import FaceGraph, FaceShapes, arcs_at_borders, graph_and_shapes
-from .point_graph import (
-    PointGraph,
-    bare_point_surface,
-    find_point_graph,
-    find_sorted_graph,
-    point_surface,
-)
+from .point_graph import PointGraph, find_point_graph, point_surface
 from .size import sliver_share
 from .sorting import is_scattered, sorted_corners
-from .surface import Surface
+from .surface import NO_NORMALS, Surface
 
 Nearest: TypeAlias = tuple[Ints, Floats, Floats]
 """Three arrays, each with one entry per query point: index of the nearest cell, distance to this
@@ -97,28 +92,23 @@ class Kind:
         """Return the graph of the cells, and additional measures of cells that are faces."""
         return cells, None
 
-    def sorted_graph(self, cells: Any, weld: bool, n_threads: int) -> OrderedCells | None:
-        """Sort the cells and build their graph; return None if sorting would not save time."""
-        corners = self.corners(cells)
+    def ordered(
+        self, cells: Any, weld: bool, n_threads: int, *, is_sorted: bool,
+        is_kept: Bools | None = None,
+    ) -> OrderedCells:  # fmt: skip
+        """Build the graph of the cells; sort them first if `is_sorted` and sorting saves time.
+
+        If `is_kept` is given, (N,), points of a cloud that are not kept have no neighbors.
+        """
+        corners = self.corners(cells) if is_sorted else None
         if corners is None or not is_scattered(cells.vertices, corners):
-            return None
+            return OrderedCells(cells, *self.build_graph(cells, weld, n_threads), None)
         found = sorted_corners(cells.vertices, corners, weld, n_threads)
         ordered = self.with_corners(
             cells, found.vertices, found.corners, found.offsets, cells.bounds
         )
         # `weld` is False because `sorted_corners` has already welded the vertices.
         return OrderedCells(ordered, *self.build_graph(ordered, False, n_threads), found.order)
-
-    def kept_graph(
-        self, cells: Any, is_kept: Bools, n_threads: int, *, is_sorted: bool
-    ) -> OrderedCells | None:
-        """Return a graph of all cells in which only kept cells have arcs.
-
-        The result is None if arcs between kept cells do not depend on the other cells. The caller
-        can then remove the other cells from the whole graph. If `is_sorted` is true, cells may be
-        sorted.
-        """
-        return None
 
     def surface(self, cells: Any, graph: Any, n_threads: int) -> Surface:
         """Return the `Surface` of the cells. It computes lengths and angles of arcs."""
@@ -245,8 +235,7 @@ class _Triangles(_Faces):
     name = "triangles"
 
     def border_arcs(self, cells: Mesh, labels: Ints, n_threads: int) -> tuple[ArcLists, Ints]:
-        offsets, neighbors, of_cells = arcs_at_borders(cells, labels, n_threads)
-        return (offsets, neighbors), of_cells
+        return arcs_at_borders(cells, labels, n_threads)
 
 
 class _Polygons(_Faces):
@@ -266,17 +255,11 @@ class _Points(Kind):
     def build_graph(self, cells: PointCloud, weld: bool, n_threads: int) -> tuple[PointGraph, None]:
         return find_point_graph(cells, n_threads), None
 
-    def sorted_graph(self, cells: PointCloud, weld: bool, n_threads: int) -> OrderedCells:
-        graph = find_sorted_graph(cells, n_threads)
-        return OrderedCells(cells, graph, None, graph.points)
-
-    def kept_graph(
-        self, cells: PointCloud, is_kept: Bools, n_threads: int, *, is_sorted: bool
-    ) -> OrderedCells:
-        if is_sorted:
-            graph = find_sorted_graph(cells, n_threads, is_kept)
-        else:
-            graph = find_point_graph(cells, n_threads, is_kept=is_kept)
+    def ordered(
+        self, cells: PointCloud, weld: bool, n_threads: int, *, is_sorted: bool,
+        is_kept: Bools | None = None,
+    ) -> OrderedCells:  # fmt: skip
+        graph = find_point_graph(cells, n_threads, is_kept=is_kept, is_sorted=is_sorted)
         return OrderedCells(cells, graph, None, graph.points)
 
     def surface(self, cells: PointCloud, graph: PointGraph, n_threads: int) -> Surface:
@@ -285,7 +268,7 @@ class _Points(Kind):
     def bare_surface(
         self, surface: Surface, cells: PointCloud, graph: PointGraph, n_threads: int
     ) -> Surface:
-        return bare_point_surface(graph, n_threads)
+        return point_surface(replace(graph, normals=NO_NORMALS), n_threads)
 
     def knows_turns(self, graph: PointGraph) -> bool:
         return graph.knows_turns
@@ -356,10 +339,7 @@ def graph_and_surface(
     If `is_kept` is given, (N,), points of a cloud that are not kept have no neighbors.
     """
     kind = kind_of(cells)
-    found = None
-    if is_kept is not None:
-        found = kind.kept_graph(cells, is_kept, n_threads, is_sorted=False)
-    graph = kind.build_graph(cells, weld, n_threads)[0] if found is None else found.graph
+    graph = kind.ordered(cells, weld, n_threads, is_sorted=False, is_kept=is_kept).graph
     return graph, kind.surface(cells, graph, n_threads)
 
 

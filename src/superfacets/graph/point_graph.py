@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -15,10 +14,11 @@ from ..base.checks import (
     checked_normals,
     checked_threads,
 )
-from ..base.types import Array, Bools, Floats, Ints, Longs, Viewpoint
+from ..base.types import Bools, Floats, Ints, Longs, Viewpoint
 from ..mesh.convert import CloudLike, as_cloud
 from ..mesh.point_cloud import PointCloud
 from .cell_graph import BaseGraph
+from .sums import sums_by_label
 from .surface import NO_NORMALS, Surface
 
 N_NEIGHBORS = 6
@@ -57,27 +57,38 @@ class PointGraph(BaseGraph):
 
 
 def find_point_graph(
-    cloud: PointCloud,
-    n_threads: int,
-    *,
-    n_neighbors: int = N_NEIGHBORS,
-    n_around: int = N_AROUND,
-    cutoff: float = CUTOFF,
-    is_kept: Bools | None = None,
-) -> PointGraph:
-    """Return the graph of a cloud in input order, or raise a MeshError if all points coincide.
+    cloud: PointCloud, n_threads: int, *, n_neighbors: int = N_NEIGHBORS,
+    n_around: int = N_AROUND, cutoff: float = CUTOFF, is_kept: Bools | None = None,
+    is_sorted: bool = False,
+) -> PointGraph:  # fmt: skip
+    """Return the graph of a cloud, or raise a MeshError if all points coincide.
 
     If `is_kept` is given, (N,), the neighbors of kept points are searched among the kept points,
-    and all other points have no arcs and no area.
+    and all other points have no arcs and no area. If `is_sorted` is true, points are sorted along a
+    space-filling curve, which makes later stages two to three times as fast as for points in random
+    order. Points that are not kept are then last.
     """
     part, kept = _kept_part(cloud, is_kept)
-    found = _found_points(part, n_neighbors, n_around, cutoff, n_threads, is_sorted=False)
-    graph = PointGraph(
-        part.points, found.measures, found.normals, found.offsets, found.neighbors, found.points,
-        part.bounds,
+    check_spread(part.bounds)
+    axes, has_normals = NO_NORMALS if part.axes is None else part.axes, part.normals is not None
+    offsets, neighbors, measures, normals, order, positions = _core.build_point_graph(
+        part.points, n_neighbors, max(n_neighbors, n_around), cutoff, has_normals, axes, is_sorted,
+        n_threads,
     )  # fmt: skip
+    points = None
+    if is_sorted:
+        points, order = order, np.arange(len(order), dtype=np.int32)
+    else:
+        positions = part.points
+    graph = PointGraph(positions, measures, normals, offsets, neighbors, order, part.bounds, points)
     graph = _with_normals_of(part, graph)
-    return graph if kept is None else _widened(graph, kept, cloud.points)
+    if kept is None:
+        return graph
+    if points is None:
+        return _widened(graph, kept, cloud.points)
+    left_out = np.delete(np.arange(cloud.n_points, dtype=np.int32), kept)
+    points = np.concatenate([kept[points], left_out])
+    return replace(_widened(graph, order, cloud.points[points]), points=points)
 
 
 def _kept_part(cloud: PointCloud, is_kept: Bools | None) -> tuple[PointCloud, Ints | None]:
@@ -112,37 +123,11 @@ def _widened(graph: PointGraph, places: Ints, positions: Floats) -> PointGraph:
     )  # fmt: skip
 
 
-class _FoundPoints(NamedTuple):
-    """Points and arcs, as returned by `_core.build_point_graph`."""
-
-    offsets: Longs  # (N + 1,) index of the first arc of each point
-    neighbors: Ints  # (M,) target point of each arc
-    measures: Floats  # (N,) area around each point
-    normals: Floats  # (N, 3) estimated normal of each point; empty if the cloud has normals
-    points: Ints  # (N,) input indices of the points in the order of a space-filling curve
-    positions: Floats  # (N, 3) sorted positions; empty if the points are in input order
-
-
-def _found_points(
-    cloud: PointCloud, n_neighbors: int, n_around: int, cutoff: float, n_threads: int, *,
-    is_sorted: bool,
-) -> _FoundPoints:  # fmt: skip
-    """Find the arcs of a cloud, or raise a MeshError if all points coincide."""
-    check_spread(cloud.bounds)
-    axes = NO_NORMALS if cloud.axes is None else cloud.axes
-    n_around, has_normals = max(n_neighbors, n_around), cloud.normals is not None
-    return _FoundPoints(
-        *_core.build_point_graph(
-            cloud.points, n_neighbors, n_around, cutoff, has_normals, axes, is_sorted, n_threads
-        )
-    )
-
-
 def _with_normals_of(cloud: PointCloud, graph: PointGraph) -> PointGraph:
     """Return the graph with the normals of the cloud if it has any, or with estimated normals.
 
     If the cloud has viewpoints, estimated normals are flipped to face the viewpoints; see
-    `FacingSums`.
+    `_are_turned_away`.
     """
     if cloud.normals is not None:
         given = cloud.normals if graph.points is None else cloud.normals[graph.points]
@@ -164,35 +149,6 @@ def is_open(normal_sum: Floats, area: float) -> bool:
     a room that was scanned from inside, so its concave edges would be treated as convex.
     """
     return bool(np.linalg.norm(normal_sum) > OPEN_SHARE * area)
-
-
-def find_sorted_graph(
-    cloud: PointCloud, n_threads: int, is_kept: Bools | None = None
-) -> PointGraph:
-    """Return the graph of a cloud with points sorted along a space-filling curve.
-
-    Sorting makes later stages two to three times as fast as for points in random order. Raises a
-    MeshError if all points coincide. `is_kept` is the same as in `find_point_graph`; points that
-    are not kept are last.
-    """
-    part, kept = _kept_part(cloud, is_kept)
-    found = _found_points(part, N_NEIGHBORS, N_AROUND, CUTOFF, n_threads, is_sorted=True)
-    order = np.arange(len(found.points), dtype=np.int32)
-    graph = PointGraph(
-        found.positions, found.measures, found.normals, found.offsets, found.neighbors, order,
-        part.bounds, found.points,
-    )  # fmt: skip
-    graph = _with_normals_of(part, graph)
-    if kept is None:
-        return graph
-    left_out = np.delete(np.arange(cloud.n_points, dtype=np.int32), kept)
-    points = np.concatenate([kept[found.points], left_out])
-    return replace(_widened(graph, order, cloud.points[points]), points=points)
-
-
-def bare_point_surface(graph: PointGraph, n_threads: int) -> Surface:
-    """Return a `Surface` without normals. This saves a tenth of the memory of `segment`."""
-    return point_surface(replace(graph, normals=NO_NORMALS), n_threads)
 
 
 def point_surface(graph: PointGraph, n_threads: int) -> Surface:
@@ -281,55 +237,36 @@ def _facing(viewpoints: Floats, graph: PointGraph) -> Floats:
     """Flip the normals of each component of a graph to face `viewpoints`, one or one per point."""
     labels = np.zeros(len(graph.positions), np.int32)
     components, n_components = _core.find_components(graph.offsets, graph.neighbors, labels)
-    sums = FacingSums.zeros(n_components)
-    sums.add(components, viewpoints, graph.positions, graph.normals, graph.measures)
-    is_flipped = sums.is_turned_away(has_one_viewpoint=viewpoints.ndim == 1)
+    is_flipped = _are_turned_away(components, n_components, viewpoints, graph)
     return np.where(is_flipped[components], -1.0, 1.0)[:, None] * graph.normals
 
 
-class FacingSums(NamedTuple):
-    """Sums over the points of each component that decide whether its normals must be flipped."""
+def _are_turned_away(
+    components: Ints, n_components: int, viewpoints: Floats, graph: PointGraph
+) -> Bools:
+    """Return which components must be flipped, assuming that normals point outward, (C,).
 
-    areas: Floats  # (C,) area
-    normals: Floats  # (C, 3) normals, weighted by area
-    facing: Floats  # (C,) area projected toward the viewpoint; < 0 if seen from behind
-    angles: Floats  # (C,) solid angle seen from the viewpoint, in steradians; > 0 from behind
-
-    @classmethod
-    def zeros(cls, n_components: int) -> FacingSums:
-        """Return sums of 0 for each component."""
-        areas, facing, angles = np.zeros((3, n_components))
-        return cls(areas, np.zeros((n_components, 3)), facing, angles)
-
-    def add(
-        self, components: Array, viewpoints: npt.ArrayLike, positions: Floats, normals: Floats,
-        measures: Floats,
-    ) -> None:  # fmt: skip
-        """Add points, given the component of each, and one viewpoint or one per point (N, 3)."""
-        toward = np.asarray(viewpoints) - positions
-        farthest = np.abs(toward).max(axis=1, keepdims=True)
-        np.divide(toward, farthest, out=toward, where=farthest > 0)  # avoids overflow of squares
-        facing = measures * np.einsum("ij,ij->i", normals, toward)
-        lengths = np.sqrt(np.einsum("ij,ij->i", toward, toward))
-        np.divide(facing, lengths, out=facing, where=lengths > 0)
-        np.add.at(self.areas, components, measures)
-        np.add.at(self.normals, components, measures[:, None] * normals)
-        np.add.at(self.facing, components, facing)
-        distances = farthest[:, 0] * lengths
-        with np.errstate(over="ignore"):
-            np.divide(-facing, distances * distances, out=facing, where=distances > 0)
-        np.add.at(self.angles, components, facing)
-
-    def is_turned_away(self, *, has_one_viewpoint: bool) -> Bools:
-        """Return which components must be flipped, assuming that normals point outward, (C,).
-
-        An open component is flipped if most of its area is seen from behind. About half of the area
-        of a closed component faces a viewpoint outside. Therefore, a closed component is flipped
-        only if the viewpoint is inside, where the surface covers a solid angle of 4 pi. If each
-        point has its own viewpoint, closed components are treated like open components.
-        """
-        is_behind = np.asarray(self.facing < 0)
-        if not has_one_viewpoint:  # each point is visible from its own viewpoint
-            return is_behind
-        is_closed = np.linalg.norm(self.normals, axis=1) <= OPEN_SHARE * self.areas
-        return np.where(is_closed, self.angles > 2.0 * np.pi, is_behind)
+    An open component is flipped if most of its area is seen from behind. About half of the area of
+    a closed component faces a viewpoint outside. Therefore, a closed component is flipped only if
+    the viewpoint is inside, where the surface covers a solid angle of 4 pi. If each point has its
+    own viewpoint, closed components are treated like open components.
+    """
+    measures, toward = graph.measures, viewpoints - graph.positions
+    farthest = np.abs(toward).max(axis=1, keepdims=True)
+    np.divide(toward, farthest, out=toward, where=farthest > 0)  # avoids overflow of squares
+    facing = measures * np.einsum("ij,ij->i", graph.normals, toward)  # < 0 if seen from behind
+    lengths = np.sqrt(np.einsum("ij,ij->i", toward, toward))
+    np.divide(facing, lengths, out=facing, where=lengths > 0)
+    is_behind = sums_by_label(components, facing, n_components) < 0
+    if viewpoints.ndim == 2:  # each point is visible from its own viewpoint
+        return np.asarray(is_behind)
+    distances = farthest[:, 0] * lengths
+    with np.errstate(over="ignore"):  # converts areas to solid angles
+        np.divide(-facing, distances * distances, out=facing, where=distances > 0)
+    normal_sums = [
+        sums_by_label(components, measures * axis, n_components) for axis in graph.normals.T
+    ]
+    areas = sums_by_label(components, measures, n_components)
+    is_closed = np.linalg.norm(normal_sums, axis=0) <= OPEN_SHARE * areas
+    angles = sums_by_label(components, facing, n_components)
+    return np.where(is_closed, angles > 2.0 * np.pi, is_behind)

@@ -38,7 +38,9 @@ def region_size(
     total, n_cells = _core.sum_of(measures, n_threads), len(measures)
     r = options.radius_in(diagonal)
     if r is not None:
-        k = _regions_of_radius(total, r, dimension)
+        k = math.inf
+        if r > 0:
+            k = total / math.pi / r / r if dimension == 2 else 0.75 * total / math.pi / r / r / r
         return RegionSize(max(1, round(min(k, n_cells))), r)
     if options.n_segments is None and options.seeds is not None:
         n_segments = len(checked_seeds(options.seeds, n_cells, "init"))
@@ -46,12 +48,6 @@ def region_size(
         noun = "faces" if dimension == 2 else "cells"
         n_segments = checked_n_segments(options.n_segments, n_cells, noun)
     return RegionSize(n_segments, _radius_of_total(total, n_segments, dimension))
-
-
-def _regions_of_radius(total: float, r: float, dimension: int) -> float:
-    if r <= 0:
-        return math.inf
-    return total / math.pi / r / r if dimension == 2 else 0.75 * total / math.pi / r / r / r
 
 
 def checked_n_segments(n_segments: int | None, n_cells: int, noun: str = "faces") -> int:

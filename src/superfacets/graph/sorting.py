@@ -42,8 +42,13 @@ def is_scattered(vertices: Floats, corners: Corners) -> bool:
     n_cells = corners.n_cells
     if n_cells < MIN_CELLS:
         return False
-    far = far_steps(lambda cells: _means(vertices, *corners.of(cells)), n_cells)
-    return max(far, far_steps(lambda some: vertices[some], len(vertices))) > MAX_FAR
+
+    def means_at(cells: Longs) -> Floats:
+        chosen, offsets = corners.of(cells)
+        return Corners(chosen, None, offsets).means(vertices)
+
+    far = far_steps(lambda some: vertices[some], len(vertices))
+    return max(far_steps(means_at, n_cells), far) > MAX_FAR
 
 
 def sorted_corners(vertices: Floats, corners: Corners, weld: bool, n_threads: int) -> SortedCorners:
@@ -68,11 +73,6 @@ def far_steps(positions_of: Callable[[Longs], Floats], n: int) -> float:
     anywhere = _squared_lengths(here[::-1] - here)
     median = np.sort(anywhere)[N_STEPS // 2]  # np.median would import the slow numpy.ma
     return float(np.mean(steps > median / 4**2))
-
-
-def _means(vertices: Floats, corners: Ints, offsets: Longs) -> Floats:
-    sums = np.add.reduceat(vertices[corners], offsets[:-1], axis=0)
-    return np.asarray(sums / np.diff(offsets)[:, np.newaxis])
 
 
 def _squared_lengths(vectors: Floats) -> Floats:

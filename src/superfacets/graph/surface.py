@@ -13,7 +13,7 @@ from ..base.types import Floats, Ints, Longs
 from ..mesh.convert import MeshLike, as_mesh
 from ..mesh.faces import FaceMesh, signed_volume
 from .cell_graph import ArcMeasures, CellGraph, CsrArcs
-from .face_graph import FaceGraph, FoundArcs, surface_of_faces
+from .face_graph import FaceGraph, core_surface
 
 NO_NORMALS = np.empty((0, 3))
 """Empty array in place of normals. If `_core` gets this array, it computes the normals of triangles
@@ -48,17 +48,14 @@ class Surface(CsrArcs):
     @classmethod
     def of_faces(cls, mesh: FaceMesh, graph: FaceGraph, n_threads: int) -> Surface:
         """Make the surface of a mesh; raise a ValueError if `graph` does not fit the mesh."""
-        _check_of_mesh(mesh, graph)
-        volume = _signed_volume(mesh, graph, n_threads)
-        handle = _face_handle(mesh, graph, is_negative(volume, graph.diagonal), n_threads)
-        volume = 0.0 if graph.same_turn.any() else enclosed(volume, graph.diagonal)
-        return cls._of_handle(handle, mesh, graph, n_threads, volume)
-
-    @classmethod
-    def _of_handle(
-        cls, handle: _core.Surface, mesh: FaceMesh, graph: FaceGraph, n_threads: int,
-        volume: float = 0.0,
-    ) -> Surface:  # fmt: skip
+        if graph.n_cells != mesh.n_faces:
+            raise ValueError(
+                f"the graph has {counted(graph.n_cells, 'cell')} but the mesh has"
+                f" {counted(mesh.n_faces, 'face')}: build the graph from this mesh"
+            )
+        volume, noise = _signed_volume(mesh, graph, n_threads), VOLUME_NOISE * graph.diagonal**3
+        handle = core_surface(mesh, graph, volume < -noise, n_threads)
+        volume = 0.0 if graph.same_turn.any() or abs(volume) <= noise else abs(volume)
         return cls(
             handle, graph.offsets, graph.neighbors, graph.bounds, graph.diagonal, n_threads,
             mesh, volume=volume,
@@ -107,31 +104,6 @@ class Surface(CsrArcs):
         return _core.find_components(*self.arcs, labels)[1] - n_regions
 
 
-def face_surface(
-    mesh: FaceMesh, graph: FaceGraph, n_threads: int
-) -> _core.TriangleSurface | _core.PolygonSurface:
-    """Make the `_core` surface of a mesh; raise a ValueError if `graph` does not fit the mesh."""
-    _check_of_mesh(mesh, graph)
-    return _face_handle(mesh, graph, is_inside_out(mesh, graph, n_threads=n_threads), n_threads)
-
-
-def _check_of_mesh(mesh: FaceMesh, graph: FaceGraph) -> None:
-    if graph.n_cells != mesh.n_faces:
-        raise ValueError(
-            f"the graph has {counted(graph.n_cells, 'cell')} but the mesh has"
-            f" {counted(mesh.n_faces, 'face')}: build the graph from this mesh"
-        )
-
-
-def _face_handle(
-    mesh: FaceMesh, graph: FaceGraph, is_inside_out: bool, n_threads: int
-) -> _core.TriangleSurface | _core.PolygonSurface:
-    arcs = FoundArcs(
-        graph.offsets, graph.neighbors, graph.sides, graph.same_turn, graph.edge_counts
-    )
-    return surface_of_faces(mesh, arcs, is_inside_out, n_threads)
-
-
 def arc_measures(mesh: MeshLike, graph: FaceGraph, *, n_threads: int | None = None) -> ArcMeasures:
     """Return the lengths and angles of the arcs of a face graph, for example for a `CellGraph`.
 
@@ -168,24 +140,14 @@ def arc_measures(mesh: MeshLike, graph: FaceGraph, *, n_threads: int | None = No
     ([1.571, 1.571], [1.0, 1.0])
     """
     threads = checked_threads(n_threads)
-    handle = face_surface(as_mesh(mesh), graph, threads)
+    handle = Surface.of_faces(as_mesh(mesh), graph, threads).handle
     return ArcMeasures(*handle.arc_measures(threads)).checked(graph.offsets, graph.n_arcs, threads)
 
 
 def is_inside_out(mesh: FaceMesh, graph: FaceGraph, *, n_threads: int | None = None) -> bool:
     """Return whether a mesh is closed and its normals point inward, so its volume is negative."""
     volume = _signed_volume(mesh, graph, checked_threads(n_threads))
-    return is_negative(volume, graph.diagonal)
-
-
-def enclosed(volume: float, diagonal: float) -> float:
-    """Return the absolute value of a volume, or 0 if the volume is only a rounding error."""
-    return abs(volume) if abs(volume) > VOLUME_NOISE * diagonal**3 else 0.0
-
-
-def is_negative(volume: float, diagonal: float) -> bool:
-    """Return whether a volume is negative by more than the rounding errors."""
-    return volume < -VOLUME_NOISE * diagonal**3
+    return volume < -VOLUME_NOISE * graph.diagonal**3
 
 
 def _signed_volume(mesh: FaceMesh, graph: FaceGraph, n_threads: int) -> float:

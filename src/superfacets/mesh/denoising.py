@@ -9,12 +9,13 @@ import numpy as np
 
 from .. import _core
 from ..base.checks import checked_count
-from ..base.types import Floats, Ints, Longs
+from ..base.types import Floats, Ints
 from .faces import (
     FaceMesh,
     corners_in_a_row,
     corners_of,
     face_sizes,
+    inverse_of,
     mesh_like,
     spread_indices,
     vertex_graph,
@@ -165,27 +166,13 @@ class Roughness(NamedTuple):
         """
         faces = sampled_faces(mesh.n_faces)
         if order is not None:
-            sorted_index = np.empty_like(order)
-            sorted_index[order] = np.arange(len(order), dtype=order.dtype)
-            faces = sorted_index[faces]
+            faces = inverse_of(order)[faces]
         first = cls.of(mesh, arcs, faces[:N_FIRST], n_threads)
         if first.is_smooth:
             return first
         more = cls.of(mesh, arcs, faces[N_FIRST:], n_threads)
-        return cls.joined([first, more], np.arange(len(faces), dtype=np.int64))
-
-    @classmethod
-    def joined(cls, parts: list[Roughness], samples: Longs) -> Roughness:
-        """Combine the roughness of several parts of a mesh, with the same result as `of_mesh`.
-
-        `samples` has one entry per sampled face, in the order of the concatenated parts: the index
-        of this face in the result of `sampled_faces`.
-        """
-        order = np.argsort(samples)
-        columns: Any = [np.concatenate(some)[order] for some in zip(*parts, strict=True)]
-        whole = cls(*columns)
-        first = cls(*(column[:N_FIRST] for column in columns))
-        return first if first.is_smooth else whole
+        pairs: Any = zip(first, more, strict=True)
+        return cls(*(np.concatenate(pair) for pair in pairs))
 
     @property
     def is_smooth(self) -> bool:

@@ -270,54 +270,8 @@ def spread_indices(n_samples: int, n: int) -> Longs:
     return (np.arange(n_samples) * GOLDEN % 1.0 * n).astype(np.int64)
 
 
-MAX_STEPS = 8
-"""Maximum number of equal parts into which `sample_surface` divides each side of a triangle. Eight
-parts make 64 samples per triangle, which suffice for a label."""
-
-
-class Samples(NamedTuple):
-    """Sample points on the faces of a mesh."""
-
-    points: Floats  # (S, 3) position of each sample point
-    faces: Array  # (S,) face that contains each sample point
-    areas: Floats  # (S,) area of the part of the face around each sample point
-
-
-def sample_surface(mesh: FaceMesh, n_samples: int, n_threads: int) -> Samples:
-    """Return about `n_samples` points, spread evenly over the surface, at least one per face.
-
-    Each triangle is cut into n^2 equal triangles. The number n, from 1 to `MAX_STEPS`, depends on
-    the area of the triangle. The samples are the centroids of the small triangles.
-
-    Examples
-    --------
-    >>> from superfacets import Mesh
-    >>> triangle = Mesh([[0, 0, 0], [6, 0, 0], [0, 6, 0]], [[0, 1, 2]])
-    >>> sample_surface(triangle, 1, 1).points.tolist()
-    [[2.0, 2.0, 0.0]]
-    >>> sample_surface(triangle, 4, 1).points[:, :2].tolist()
-    [[1.0, 1.0], [1.0, 4.0], [4.0, 1.0], [2.0, 2.0]]
-    """
-    triangles, sources = cut_into_triangles(mesh)
-    areas = _core.measure_faces(mesh.vertices, triangles, n_threads)[1]
-    total = float(areas.sum())
-    expected = areas / total * n_samples if total > 0 else np.zeros(len(areas))
-    n_steps = np.clip(np.rint(np.sqrt(expected)), 1, MAX_STEPS).astype(int)
-    parts = []
-    for n in np.unique(n_steps).tolist():
-        chosen = np.flatnonzero(n_steps == n)
-        faces = chosen if sources is None else sources[chosen]
-        points = _centroids_of_parts(mesh.vertices[triangles[chosen]], n)
-        parts.append((points, np.repeat(faces, n * n), np.repeat(areas[chosen] / n**2, n * n)))
-    return Samples(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
-
-
-def _centroids_of_parts(corners: Floats, n: int) -> Floats:
-    """Return the centroids of the n^2 equal parts of each triangle, grouped by triangle."""
-    i, j = np.mgrid[:n, :n].reshape(2, -1)
-    upright = np.stack([i, j])[:, i + j < n] + 1 / 3
-    upside_down = np.stack([i, j])[:, i + j < n - 1] + 2 / 3
-    of_second, of_third = np.concatenate([upright, upside_down], axis=1)[..., np.newaxis] / n
-    a, b, c = (corners[:, np.newaxis, corner] for corner in range(3))
-    centroids = a + of_second * (b - a) + of_third * (c - a)
-    return np.ascontiguousarray(centroids.reshape(-1, 3))
+def inverse_of(order: Ints) -> Ints:
+    """Return the index after sorting of each element; `order` has the indices before sorting."""
+    inverse = np.empty_like(order)
+    inverse[order] = np.arange(len(order), dtype=order.dtype)
+    return inverse

@@ -7,7 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from ..base.checks import checked_number, checked_queries
+from ..base.checks import (
+    VALUE_RANGE,
+    checked_number,
+    exact_doubles,
+    refuse_infinite,
+    rows_of_three,
+)
+from ..base.errors import MeshError
 from ..base.types import Floats
 from .convert import as_cloud
 
@@ -20,7 +27,18 @@ def checked_distance(max_distance: Any) -> float:
 
 
 def query_points(points: Any) -> Floats:
-    """Return the positions (M, 3) of query points. `points` is an array or a cloud."""
-    if isinstance(points, (np.ndarray, list, tuple)):
-        return checked_queries(points)
-    return checked_queries(as_cloud(points).points)
+    """Return the positions (M, 3) of query points; `points` is an array or a cloud.
+
+    Raises a MeshError if a point is not valid.
+    """
+    if not isinstance(points, (np.ndarray, list, tuple)):
+        points = as_cloud(points).points
+    array = exact_doubles(rows_of_three(points, "points"))
+    refuse_infinite(array, "points")
+    largest = float(np.abs(array).max(initial=0.0))
+    if largest > VALUE_RANGE[1]:
+        raise MeshError(
+            f"coordinates of points must be at most {VALUE_RANGE[1]:g}, got {largest:.3g}: rescale"
+            " the points"
+        )
+    return array

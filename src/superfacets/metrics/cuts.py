@@ -8,10 +8,11 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ..base.checks import checked_number, compact_complete, compact_truth
+from ..base.checks import checked_number
 from ..base.types import Floats, Ints
 from ..mesh.convert import MeshLike
 from .edges import Borders, MeshEdges, find_borders
+from .overlap import compact_complete, compact_truth
 
 DEFAULT_TOLERANCE = 0.01
 """Default tolerance, as a fraction of the diagonal of the bounding box. This is about a third of

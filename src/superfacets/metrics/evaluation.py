@@ -11,14 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..base.checks import (
-    checked_number,
-    checked_threads,
-    checked_vertex_classes,
-    compact_complete,
-    compact_truth,
-    counted,
-)
+from ..base.checks import checked_number, checked_threads, checked_vertex_classes, counted
 from ..base.types import ArcLists, Bools, Floats, Ints
 from ..graph.kinds import as_surface, kind_of
 from ..graph.sums import positive_total
@@ -33,6 +26,8 @@ from .overlap import (
     Overlap,
     achievable_accuracy,
     achievable_iou,
+    compact_complete,
+    compact_truth,
     consistency_error,
     hamming_distance,
     overlap_of,

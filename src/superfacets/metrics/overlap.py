@@ -6,18 +6,20 @@ Overlaps are areas of faces, volumes of tetrahedra, or numbers of points or vert
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from ..base.checks import (
+    checked_any_labels,
     checked_fraction,
     checked_nonnegative_array,
     checked_threads,
-    compact_complete,
-    compact_truth,
+    ranked_labels,
+    refuse_first,
 )
+from ..base.errors import MeshError
 from ..base.types import Floats, Ints
 from ..graph.cell_graph import CellGraph
 from ..graph.kinds import as_known, kind_of, measures_of
@@ -66,6 +68,31 @@ class Overlap:
 
 Labeled: TypeAlias = MeshLike | CellGraph | Overlap
 Labels: TypeAlias = npt.ArrayLike | None
+
+
+def compact_complete(labels: Any, n_cells: int, n_vertices: int | None = None) -> tuple[Ints, int]:
+    """Replace K different labels by 0 to K - 1 in the same order; return the new labels and K.
+
+    Raises a MeshError if a label is negative, because metrics need a region for each cell.
+    """
+    array = checked_any_labels(labels, n_cells, n_vertices)
+    must = "at least 0, because metrics need a region for each cell"
+    refuse_first(array < 0, "labels", array, must, MeshError)
+    ranks, names = ranked_labels(array)
+    return ranks, len(names)
+
+
+def compact_truth(truth: Any, n_cells: int, n_vertices: int | None = None) -> tuple[Ints, int]:
+    """Return the same as `compact_complete`, but unannotated cells keep the label -1.
+
+    Raises a MeshError if a label is below -1, or if all cells are unannotated.
+    """
+    array = checked_any_labels(truth, n_cells, n_vertices)
+    refuse_first(array < -1, "truth", array, "at least -1", MeshError)
+    ranks, names = ranked_labels(array)
+    if not len(names):
+        raise MeshError("truth must have a segment for at least one cell, but all values are -1")
+    return ranks, len(names)
 
 
 def area_overlap(labels: npt.ArrayLike, truth: npt.ArrayLike, areas: npt.ArrayLike) -> Overlap:

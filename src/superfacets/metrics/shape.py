@@ -6,7 +6,6 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..base.checks import compact_complete
 from ..base.types import Floats, Ints
 from ..graph.cell_graph import CellGraph
 from ..graph.kinds import as_surface
@@ -14,6 +13,7 @@ from ..graph.sums import positive_total, sums_by_label
 from ..graph.surface import Surface
 from ..mesh.convert import MeshLike, as_mesh
 from ..mesh.faces import area_vectors
+from .overlap import compact_complete
 
 _NORMAL_NOISE = 1e-12
 """A surface is treated as flat if the variation of normals is at most this fraction of the area."""

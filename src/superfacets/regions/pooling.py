@@ -108,11 +108,14 @@ def pool(
     weights = _weights_of(source, measures, len(array)) if needs_weights else None
     members = _members_of(table, array, n_regions, weights, source)
     columns = table[:, np.newaxis] if table.ndim == 1 else table
+    shape = (n_regions, *table.shape[1:])
     if how == "majority":
         pooled = [_majorities(column, members) for column in columns.T]
-        return np.stack(pooled, axis=-1).reshape(n_regions, *table.shape[1:])
-    reduce = {"mean": _means, "sum": _sums, "max": _highest, "min": _lowest}[how]
-    return reduce(columns, members).reshape(n_regions, *table.shape[1:])
+        return np.stack(pooled, axis=-1).reshape(shape)
+    if how in ("max", "min"):
+        extreme = np.maximum if how == "max" else np.minimum
+        return _extremes(extreme, columns, members).reshape(shape)
+    return (_means if how == "mean" else _sums)(columns, members).reshape(shape)
 
 
 def unpool(values: npt.ArrayLike, labels: npt.ArrayLike, fill: float | None = None) -> Array:
@@ -311,14 +314,6 @@ def _sums(table: Array, members: _Members) -> Floats:
                 part *= members.weights[inside, np.newaxis]
             sums[regions] = np.add.reduceat(part, starts)
     return sums
-
-
-def _highest(table: Array, members: _Members) -> Array:
-    return _extremes(np.maximum, table, members)
-
-
-def _lowest(table: Array, members: _Members) -> Array:
-    return _extremes(np.minimum, table, members)
 
 
 def _extremes(operation: np.ufunc, table: Array, members: _Members) -> Array:

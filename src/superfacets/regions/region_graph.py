@@ -1,7 +1,4 @@
-"""Compute the region graph: measures of regions, and of the borders between neighboring regions.
-
-This module is not in `regions`: `clustering` and `pictures` import it, but may not use `regions`.
-"""
+"""Compute the region graph: measures of regions, and of the borders between neighboring regions."""
 
 from __future__ import annotations
 

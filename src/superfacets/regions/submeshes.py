@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ..base.checks import checked_regions, is_extent_valid
+from ..base.checks import EXTENT_RANGE, checked_regions
 from ..base.errors import MeshError
 from ..base.types import Ints, Longs
 from ..graph.kinds import kind_of
@@ -131,7 +131,9 @@ def _all_parts(whole: Any, order: Ints, starts: Longs) -> Iterator[Submesh]:
     bounds = np.stack(
         [operation.reduceat(points, firsts[:-1]) for operation in (np.minimum, np.maximum)], axis=1
     )
-    has_extent = is_extent_valid(bounds)
+    with np.errstate(over="ignore"):
+        sizes = (bounds[:, 1] - bounds[:, 0]).max(axis=1)
+    has_extent = (sizes >= EXTENT_RANGE[0]) & (sizes <= EXTENT_RANGE[1])
     splitter = Splitter(whole)
     for part, ((a, b), (low, high)) in enumerate(
         zip(pairwise(starts.tolist()), pairwise(firsts.tolist()), strict=True)
@@ -164,7 +166,8 @@ class Splitter:
         if self._corners is None:
             return Submesh(kind.part(whole, cells), cells, cells)
         corners, offsets = self._corners.of(cells)
-        vertices = self._renumber(corners)
+        vertices = np.unique(corners)
+        self._numbers[vertices] = np.arange(len(vertices), dtype=np.int32)
         points, numbers = whole.vertices[vertices], self._numbers[corners]
         return Submesh(kind.with_corners(whole, points, numbers, offsets), cells, vertices)
 
@@ -174,9 +177,3 @@ class Splitter:
             return self.part(cells)
         except MeshError as error:  # raised if all vertices have the same position
             raise MeshError(f"region {region}: {error}") from None
-
-    def _renumber(self, corners: Ints) -> Ints:
-        """Return the distinct vertices at `corners` in ascending order, and set `_numbers`."""
-        vertices = np.unique(corners)
-        self._numbers[vertices] = np.arange(len(vertices), dtype=np.int32)
-        return vertices

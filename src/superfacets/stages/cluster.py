@@ -5,8 +5,6 @@ from __future__ import annotations
 import warnings
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from .._core import OrderedGraph
 from ..base.checks import counted
 from ..base.errors import BalanceWarning, RadiusWarning, SliverWarning
@@ -22,9 +20,10 @@ from ..clustering.balance import Balancer
 from ..clustering.coarsening import Coarsening
 from ..clustering.plan import ArcLengths
 from ..clustering.result import Segmentation
-from ..clustering.run import joiner_of, segment_cells
+from ..clustering.run import segment_cells
 from ..graph.size import sliver_note
 from ..mesh.base import Cells
+from ..mesh.faces import inverse_of
 from ..weights.features import FeatureSteps
 from ..weights.formulas import creases_of
 from .notes import radius_note, sliver_advice, warn_of_islands
@@ -51,15 +50,13 @@ def cluster(
     note = sliver_note(planned.sliver_share, sliver_advice(plan.size.radius))
     if note is not None:
         warnings.warn(note, SliverWarning, stacklevel=5)
-    join_pieces = None
-    if weighed.has_parts:
-        join_pieces = joiner_of(arcs, ordered.crease_limit, options.loop.n_threads)
     balancer = None
     if planned.sizes is not None:
         balancer = Balancer.of(planned.sizes, coarsening.graphs, plan, options.loop)
     result = segment_cells(
-        ordered, coarsening, weighed.surface.bounds, plan, options.loop, join_pieces, balancer
-    )
+        ordered, coarsening, weighed.surface.bounds, plan, options.loop,
+        arcs if weighed.has_parts else None, balancer,
+    )  # fmt: skip
     warn_of_islands(replace(result, params=options.params(result)), 6)
     goals = None if balancer is None else balancer.region_goals(result.labels, result.n_segments)
     return Clustered(result, goals, part_costs)
@@ -108,13 +105,9 @@ def _sized(
 
 
 def _cleaned(
-    costs: BorderCosts,
-    result: Segmentation,
-    options: CleanupOptions,
-    groups: Ints,
-    smoothing: SmoothOptions,
-    goals: Goals | None,
-) -> Segmentation:
+    costs: BorderCosts, result: Segmentation, options: CleanupOptions, groups: Ints,
+    smoothing: SmoothOptions, goals: Goals | None,
+) -> Segmentation:  # fmt: skip
     """Clean up the regions of a result; cells of different `KeptCells.groups` stay separate."""
     if options.enforce_connectivity:
         edit = connect_regions(costs, result.labels, result.n_segments, result.centers)
@@ -163,11 +156,15 @@ def finish(
     """Restore the input order of cells, and add timings and parameters to the result."""
     result = weighed.plan.whole(result)
     if order is not None:
-        result = _in_input_order(result, order)
+        labels = result.labels[inverse_of(order)]
+        result = replace(result, labels=labels, centers=order[result.centers])
+    timings = clock.timings | result.timings
+    if "regions" in timings:
+        timings["regions"] = timings.pop("regions")  # moved to the end: this stage runs last
     result = replace(
         result,
         sliver_share=planned.sliver_share,
-        timings=_in_order(clock.timings | result.timings),
+        timings=timings,
         params=weighed.options.params(result),
         cells=source,
     )
@@ -175,16 +172,3 @@ def finish(
     if note is not None:
         warnings.warn(note, RadiusWarning, stacklevel=5)
     return result
-
-
-def _in_input_order(result: Segmentation, order: Ints) -> Segmentation:
-    """Convert a result for sorted cells to input order; `order` gives input indices."""
-    labels = np.empty_like(result.labels)
-    labels[order] = result.labels
-    return replace(result, labels=labels, centers=order[result.centers])
-
-
-def _in_order(timings: dict[str, float]) -> dict[str, float]:
-    """Return `timings` with the entry ``"regions"`` last, because this stage runs last."""
-    last = {"regions": timings.pop("regions")} if "regions" in timings else {}
-    return timings | last

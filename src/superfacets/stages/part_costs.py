@@ -63,11 +63,15 @@ def add_parts(
             far_steps = FAR_STEPS if has_small_regions(graph, size.n_segments) else 1
             if coarsening.is_short or groups:
                 far_steps = min(far_steps, SHORT_STEPS)
-            costs.add_to_all(graph, coarsening.graphs, n_threads, far_steps=far_steps)
+            # With large regions, far arcs between all cells would dominate the run time, so there
+            # are none: `far_steps` is 1.
+            graph.add_far_arcs(n_threads, far_steps)
+            graph.add_part_costs(costs.group_of, costs.vectors, costs.factor, n_threads)
+            costs.add_to(coarsening.graphs, costs.group_of, n_threads)
         else:
             groups = coarsening.graphs[: coarsening.n_finer + 1]
             costs = PartCosts.of(graph, groups, factors, n_threads)
-            costs.add_to_coarse(coarsening.graphs[coarsening.n_finer :], n_threads)
+            costs.add_to(coarsening.graphs[coarsening.n_finer :], None, n_threads)
         return costs
 
 
@@ -106,44 +110,21 @@ class PartCosts:
         factor = gamma * scale(base, vectors, n_threads) / graph.straight_unit
         return cls(vectors, _group_of(groups, n_threads), factor)
 
-    def add_to_all(
-        self,
-        graph: _core.OrderedGraph,
-        coarse: list[_core.CoarseGraph],
-        n_threads: int,
-        *,
-        far_steps: int,
+    def add_to(
+        self, coarse: list[_core.CoarseGraph], group_of: Ints | None, n_threads: int
     ) -> None:
-        """Add far arcs, and the costs between parts, to `graph` and to the graphs in `coarse`.
-
-        Far arcs join cells of `graph` that are 2 to `far_steps` arcs apart. If `far_steps` is 1,
-        `graph` gets no far arcs. Pass 1 unless `has_small_regions` is True: with larger regions,
-        far arcs between all cells would dominate the run time.
-        """
-        graph.add_far_arcs(n_threads, far_steps)
-        graph.add_part_costs(self.group_of, self.vectors, self.factor, n_threads)
-        rows, group_of = self.vectors, self.group_of
-        for level in coarse:
-            rows = self._add_to(level, _means(level, rows, group_of, n_threads), n_threads)
-            group_of = NO_GROUPS
-
-    def add_to_coarse(self, coarse: list[_core.CoarseGraph], n_threads: int) -> None:
         """Add far arcs, and the costs between parts, to the coarse graphs in `coarse`.
 
-        The first graph in `coarse` is the embedded graph.
+        `group_of` is the group of each cell of the next finer graph (see `PartCosts.group_of`); it
+        is None if the first graph in `coarse` is the embedded graph.
         """
-        rows = self._add_to(coarse[0], self.vectors, n_threads)
-        for level in coarse[1:]:
-            rows = self._add_to(level, _means(level, rows, NO_GROUPS, n_threads), n_threads)
-
-    def _add_to(self, level: _core.CoarseGraph, rows: Singles, n_threads: int) -> Singles:
-        """Add far arcs, and the costs between parts, to a graph of coarse cells.
-
-        `rows` is the vector of each coarse cell, and is returned.
-        """
-        level.add_far_arcs(n_threads)
-        level.add_part_costs(rows, self.factor, n_threads)
-        return rows
+        rows = self.vectors
+        for level in coarse:
+            if group_of is not None:  # mean vector of the cells in each coarse cell
+                rows = level.means_of(rows, group_of, n_threads).reshape(-1, rows.shape[1])
+            group_of = NO_GROUPS
+            level.add_far_arcs(n_threads)
+            level.add_part_costs(rows, self.factor, n_threads)
 
     def border_lengths(self, arcs: ArcLists, lengths: Singles, n_threads: int) -> Singles:
         """Return `lengths` plus costs between parts, for the computation of border costs.
@@ -152,14 +133,6 @@ class PartCosts:
         """
         factor = self.factor * (GROUP_STEP if len(self.group_of) else 1.0)
         return _core.add_part_costs(*arcs, lengths, self.group_of, self.vectors, factor, n_threads)
-
-
-def _means(level: _core.CoarseGraph, rows: Singles, group_of: Ints, n_threads: int) -> Singles:
-    """Return the mean vector of the cells in each coarse cell of `level`.
-
-    `rows` is the vector of each group of cells, and `group_of` is the group of each cell.
-    """
-    return level.means_of(rows, group_of, n_threads).reshape(-1, rows.shape[1])
 
 
 def _group_of(groups: list[_core.CoarseGraph], n_threads: int) -> Ints:

@@ -64,14 +64,7 @@ class Prepared:
         kind = kind_of(source)
 
         def ordered(cells: Cells, weld: bool) -> OrderedCells:
-            found = None
-            if is_kept is not None:
-                found = kind.kept_graph(cells, is_kept, n_threads, is_sorted=is_sorted)
-            elif is_sorted:
-                found = kind.sorted_graph(cells, weld, n_threads)
-            if found is None:
-                found = OrderedCells(cells, *kind.build_graph(cells, weld, n_threads), None)
-            return found
+            return kind.ordered(cells, weld, n_threads, is_sorted=is_sorted, is_kept=is_kept)
 
         def smoothed_in(n_steps: int) -> tuple[Cells, OrderedCells]:
             denoised = smoothed(cast(FaceMesh, source), n_steps, weld=weld, n_threads=n_threads)

@@ -169,6 +169,7 @@ def _face_info(mesh: FaceMesh, weld: bool) -> MeshInfo:
     edges, boundary, non_manifold, inconsistent = graph.edge_counts
     low, high = graph.bounds.tolist()
     area = _core.sum_of(graph.measures, n_threads)
+    radius = radius_of(graph.measures, checked_n_segments(None, graph.n_cells), n_threads)
     return MeshInfo(
         n_faces=mesh.n_faces,
         n_vertices=mesh.n_vertices,
@@ -184,9 +185,7 @@ def _face_info(mesh: FaceMesh, weld: bool) -> MeshInfo:
         area=area,
         bounds=(tuple(low), tuple(high)),
         diagonal=graph.diagonal,
-        sliver_share=sliver_share(
-            mesh, graph.measures, shapes.longest, _default_radius(graph, n_threads), n_threads
-        ),
+        sliver_share=sliver_share(mesh, graph.measures, shapes.longest, radius, n_threads),
     )
 
 
@@ -200,12 +199,6 @@ def _faces_down(mesh: FaceMesh, graph: FaceGraph, area: float) -> bool:
     (x, y), (other_x, other_y) = (second - first).T, (third - first).T
     shadow = np.sum(x * other_y - y * other_x) / 2.0  # signed area of the projection to the plane
     return bool(shadow < -area / 2.0)
-
-
-def _default_radius(graph: FaceGraph, n_threads: int) -> float:
-    """Return the expected radius for the default number of regions of `segment`."""
-    n_segments = checked_n_segments(None, graph.n_cells)
-    return radius_of(graph.measures, n_segments, n_threads)
 
 
 def _cloud_info(cloud: PointCloud, weld: bool = True) -> CloudInfo:

@@ -10,7 +10,14 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..base.checks import checked_flag, checked_number, counted, exact_doubles, refuse_mask
+from ..base.checks import (
+    checked_flag,
+    checked_number,
+    counted,
+    exact_doubles,
+    refuse_infinite,
+    refuse_mask,
+)
 from ..base.errors import FeatureWarning
 from ..base.types import Floats, Ints
 from ..graph.cell_graph import CellGraph
@@ -148,10 +155,7 @@ def _checked_table(given: Any, n_cells: int, source: Any) -> Floats:
     if array.ndim != 2 or not array.shape[1]:
         raise ValueError(f"features must have shape (N, F), F >= 1, got shape {np.shape(given)}")
     table = exact_doubles(array)
-    is_finite = np.isfinite(table).all(axis=1)
-    if not is_finite.all():
-        first = int(np.argmin(is_finite))
-        raise ValueError(f"features[{first}] must be finite, got {table[first].tolist()}")
+    refuse_infinite(table, "features", ValueError)
     if len(table) == n_cells:
         return table
     corners = kind_of(source).corners(source)

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from .. import _core
 from ..base.checks import checked_choice, checked_number, checked_threads
-from ..base.types import Bytes, Floats
+from ..base.types import Floats
 from ..graph.cell_graph import BaseGraph
 from ..graph.face_graph import FaceGraph
 from ..graph.kinds import Kind
@@ -69,9 +69,6 @@ CREASE_LIMIT_TURN = 59 / 180
 coarse cell crossed a ridge, a side of the part that is narrower than the coarse cell would get no
 region of its own. The limit is 59 degrees, so that the ridges of a hexagonal prism (60 degrees) are
 included."""
-
-ALL_COUNT = np.empty(0, np.uint8)
-"""Value of the argument `counted` of `weights_and_sums` for sums over the edges of all faces."""
 
 
 WeightName = Literal["parts", "creases", "superfacets"]
@@ -455,9 +452,15 @@ def weights_of_kind(
     An arc and its reverse arc have the same weight, unless the caller gave weights that differ.
     `normals` is the same as in `arc_weights`.
     """
-    if kind.has_angles:
+    if kind.has_angles or options.given is not None:
         return arc_weights(surface, graph, radius, options, normals)
-    return step_weights(surface, options, kind.plural)
+    if options.has_other_unit:
+        name = options.params["weights"]
+        raise ValueError(
+            f"weights={name!r} needs the angles between faces: leave weights out for {kind.plural}"
+        )
+    assert surface.weights is not None  # distances, or the weights of a `CellGraph`
+    return ArcWeights(surface.weights)
 
 
 def arc_weights(
@@ -480,24 +483,6 @@ def arc_weights(
     return options.weight.compute(surface, cells, radius, params)
 
 
-def step_weights(surface: Surface, options: WeightOptions, plural: str) -> ArcWeights:
-    """Return the weights that the caller gave or, if there are none, the weights of `surface`.
-
-    The weights of `surface` are distances, or the weights of a `CellGraph`. `plural` is the noun
-    for the cells in messages. Raises a ValueError if the options ask for a formula that needs
-    angles.
-    """
-    if options.given is not None:
-        return ArcWeights(options.given)
-    if options.has_other_unit:
-        name = options.params["weights"]
-        raise ValueError(
-            f"weights={name!r} needs the angles between faces: leave weights out for {plural}"
-        )
-    assert surface.weights is not None
-    return ArcWeights(surface.weights)
-
-
 def creases_of(surface: Surface, radius: float, ridges: float | None = None) -> Floats:
     """Return `crease_weights` with default parameters (except `ridges`) and ``hollows=False``."""
     factors = _crease_factors(radius, WEIGHTS["creases"].defaults)
@@ -511,27 +496,22 @@ def weights_of(surface: Surface, cells: CellArrays, factors: EdgeFactors) -> Flo
     if isinstance(surface.handle, _core.PointSurface):
         core_factors = factors.for_core(surface.diagonal)
         return _core.point_weights(surface.handle, core_factors, surface.n_threads)
-    return weights_and_sums(surface, cells, factors, None)[0]
+    return weights_and_sums(surface, cells, factors, wants_turn=False)[0]
 
 
 def weights_and_sums(
-    surface: Surface, cells: CellArrays, factors: EdgeFactors, counted: Bytes | None
+    surface: Surface, cells: CellArrays, factors: EdgeFactors, *, wants_turn: bool
 ) -> tuple[Floats, EdgeSums]:
     """Return the weights of arcs between faces, and the `EdgeSums` of the edges.
 
-    An edge is included in the sums if its face with the lower index has a nonzero entry in
-    `counted`, shape (N,). If `counted` is `ALL_COUNT` or None, all edges are included. For None,
-    `EdgeSums.turn` is not computed, and is 0.
+    Unless `wants_turn` is true, `EdgeSums.turn` is not computed, and is 0.
     """
-    handle, n_threads = surface.handle, surface.n_threads
-    costs, wants_turn = factors.for_core(surface.diagonal), counted is not None
-    is_counted = ALL_COUNT if counted is None else counted
+    handle, costs = surface.handle, factors.for_core(surface.diagonal)
     if isinstance(handle, _core.TriangleSurface):
-        found = _core.triangle_weights(handle, *cells, costs, wants_turn, is_counted, n_threads)
+        found = _core.triangle_weights(handle, *cells, costs, wants_turn, surface.n_threads)
     else:
-        found = _core.surface_weights(handle, costs, wants_turn, is_counted, n_threads)
-    weights, sums = found
-    return weights, EdgeSums(*sums)
+        found = _core.surface_weights(handle, costs, wants_turn, surface.n_threads)
+    return found[0], EdgeSums(*found[1])
 
 
 def _adapted_weights(surface: Surface, cells: CellArrays, factors: EdgeFactors) -> ArcWeights:
@@ -544,7 +524,7 @@ def _adapted_weights(surface: Surface, cells: CellArrays, factors: EdgeFactors) 
     if isinstance(surface.handle, _core.PointSurface) or not factors.alpha:
         return ArcWeights(weights_of(surface, cells, factors))
     is_closed = surface.volume > 0.0
-    weights, sums = weights_and_sums(surface, cells, factors, ALL_COUNT if is_closed else None)
+    weights, sums = weights_and_sums(surface, cells, factors, wants_turn=is_closed)
     of_machine_part = factors.is_straight and sums.are_of_machine_part
     adapted = factors.of_machine_part() if of_machine_part else factors
     if is_closed:
@@ -552,5 +532,5 @@ def _adapted_weights(surface: Surface, cells: CellArrays, factors: EdgeFactors) 
         convex_share = convex_share_of(sums.turn, surface.volume, area, surface.diagonal)
         adapted = adapted._replace(convex_share=convex_share)
     if adapted != factors:
-        weights, _ = weights_and_sums(surface, cells, adapted, None)
+        weights = weights_of(surface, cells, adapted)
     return ArcWeights(weights, of_machine_part)

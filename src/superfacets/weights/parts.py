@@ -270,17 +270,15 @@ def _end_of_group(values: Floats, n_vectors: int) -> int:
 
 
 def _prolonged(levels: list[ConductingGraph], values: Floats, n_threads: int) -> Singles:
-    """Interpolate `values` from the cells of the last level to the cells of the first level."""
+    """Interpolate `values` from the cells of the last level to the cells of the first level.
+
+    On each level, the row of a coarse cell is copied to its cells, and relaxation smooths the rows.
+    """
     rows = values.astype(np.float32)
     for level in reversed(levels[:-1] if rows.size else ()):
         assert level.coarse_of is not None
-        rows = _relaxed(rows, level.coarse_of, level, n_threads)
+        n_sweeps = math.ceil(2.0 * math.sqrt(len(level.coarse_of) / len(rows))) + 2
+        copied = np.take(rows, level.coarse_of, axis=0)
+        relaxed = _core.relax(*level.arcs, level.conductances, copied, n_sweeps, n_threads)
+        rows = relaxed.reshape(-1, rows.shape[1])
     return rows if rows.size else np.zeros((len(levels[0].measures), values.shape[1]), np.float32)
-
-
-def _relaxed(rows: Singles, coarse_of: Ints, level: ConductingGraph, n_threads: int) -> Singles:
-    """Copy the row of each coarse cell to its finer cells, and smooth the copies by relaxation."""
-    n_sweeps = math.ceil(2.0 * math.sqrt(len(coarse_of) / len(rows))) + 2
-    copied = np.take(rows, coarse_of, axis=0)
-    relaxed = _core.relax(*level.arcs, level.conductances, copied, n_sweeps, n_threads)
-    return relaxed.reshape(-1, rows.shape[1])

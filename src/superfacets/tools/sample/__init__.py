@@ -12,8 +12,9 @@ from pathlib import Path
 import numpy as np
 
 from ...base.checks import checked_count
+from ...base.types import Array, Floats, Ints
 from ...files.readers.npy import npz_array
-from ...mesh.triangle_mesh import Mesh, split_in_four
+from ...mesh.triangle_mesh import Mesh
 
 __all__ = ["sample_mesh"]
 
@@ -79,3 +80,44 @@ def _nearest(count: int) -> tuple[str, int]:
         made, key=lambda choice: abs(math.log(choice[0][1] * 4 ** choice[1] / count))
     )
     return name, n_splits
+
+
+def split_in_four(vertices: Floats, faces: Array) -> tuple[Floats, Ints]:
+    """Split each face into four at the midpoints of its sides; return vertices and faces.
+
+    Neighboring faces share the midpoint of their common edge. Orientation, area and shape are
+    preserved, and so are boundary edges and non-manifold edges. Time is O(F log F).
+
+    Parameters
+    ----------
+    vertices : ndarray of float64, shape (V, 3)
+    faces : ndarray of int, shape (F, 3)
+
+    Returns
+    -------
+    vertices : ndarray of float64, shape (V + E, 3)
+        The vertices of the input, followed by the midpoint of each edge.
+    faces : ndarray of int32, shape (4 F, 3)
+        Face f becomes four faces: 4 f, 4 f + 1 and 4 f + 2 at its corners, and 4 f + 3 in the
+        middle.
+
+    Examples
+    --------
+    >>> vertices, faces = split_in_four(np.eye(3), np.array([[0, 1, 2]]))
+    >>> faces.tolist()
+    [[0, 3, 4], [3, 1, 5], [4, 5, 2], [3, 5, 4]]
+    """
+    corners = faces.astype(np.int64)
+    ends = np.stack([corners, np.roll(corners, -1, axis=1)])  # (2, F, 3) start, end of each side
+    key_of_side = (ends.min(axis=0) * len(vertices) + ends.max(axis=0)).ravel()
+    order = np.argsort(key_of_side)
+    sorted_keys = key_of_side[order]
+    is_first = np.diff(sorted_keys, prepend=-1) != 0
+    edge_of_side = np.empty(len(order), dtype=np.int64)
+    edge_of_side[order] = np.cumsum(is_first) - 1
+    low, high = np.divmod(sorted_keys[is_first], len(vertices))
+    middles = 0.5 * (vertices[low] + vertices[high])
+    a, b, c = corners.T
+    ab, bc, ca = len(vertices) + edge_of_side.reshape(-1, 3).T
+    quarters = np.stack([a, ab, ca, ab, b, bc, ca, bc, c, ab, bc, ca], axis=1)
+    return np.concatenate([vertices, middles]), quarters.reshape(-1, 3).astype(np.int32)

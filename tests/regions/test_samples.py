@@ -6,7 +6,7 @@ import shapes
 from numpy.testing import assert_allclose, assert_array_equal
 
 import superfacets as sf
-from superfacets.mesh.faces import MAX_STEPS, sample_surface
+from superfacets.regions.nearest_labels import MAX_STEPS, sample_surface
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 5, 8])
