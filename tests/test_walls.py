@@ -20,7 +20,7 @@ MAY_POINT_DOWN = {"superfacets/segmentator.py"}
 
 
 def imports(path):
-    """Yield module and name of each import of a file, within functions, too."""
+    """Yield module and name of each import of a file, within functions, too, and of ``kit.name``."""
     package = path.relative_to(SOURCE).parts[:-1]
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
@@ -29,6 +29,8 @@ def imports(path):
             above = package[: len(package) - node.level + 1] if node.level else ()
             module = ".".join([*above, *filter(None, [node.module])])
             yield from ((module, alias.name) for alias in node.names)
+        elif isinstance(node, ast.Attribute) and getattr(node.value, "id", "") == "kit":
+            yield ("superfacets.kit", node.attr)
 
 
 def is_module(name):
@@ -76,7 +78,7 @@ def test_each_name_in_the_tables_exists():
 
 def taken_names():
     """Return what apps import from the library beyond public names: app, module and name."""
-    documented = {*superfacets.__all__, "__version__", *kit.__all__}
+    documented = {*superfacets.__all__, "__version__", "kit", *kit.__all__}
     found = set()
     for app in APPS:
         for path in sorted((SOURCE / f"superfacets_{app}").rglob("*.py")):

@@ -10,20 +10,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from superfacets import MissingExtraError, __version__
+from superfacets import MissingExtraError, __version__, kit
 from superfacets.base.checks import checked_callable
 from superfacets.files.atomic import locked, remove_leftovers
-from superfacets.kit import (
-    ENDING_OF_FORMAT,
-    FileOptions,
-    StrPath,
-    checked_count,
-    checked_number,
-    checked_threads,
-    find_sources,
-    is_installed,
-    output_names,
-)
+from superfacets.kit import ENDING_OF_FORMAT, FileOptions, StrPath
 from superfacets.tools.segment_to_files import cells_of, memory_of
 from superfacets.tools.sources import check_outputs_differ, result_ending
 
@@ -235,7 +225,7 @@ def batch(
             at = partial(remote_client, scheduler, str(folder))
             work = _on_workers(todo, at, at, timeout)
         elif n_workers > 1 or (todo and timeout is not None):
-            one = partial(local_client, 1, checked_threads(None))
+            one = partial(local_client, 1, kit.checked_threads(None))
             work = _on_workers(todo, partial(local_client, n_workers), one, timeout)
         else:
             work = _in_turn(todo, manifest)
@@ -258,16 +248,16 @@ def _checked_workers(
     """Return the number of workers on this machine, and a note if it is 1 without Dask."""
     notes = []
     if timeout is not None:
-        checked_number(timeout, "timeout", zero=False)
+        kit.checked_number(timeout, "timeout", zero=False)
     if workers is None:
-        workers = checked_threads(None)
-        if scheduler is None and workers > 1 and not is_installed("distributed"):
+        workers = kit.checked_threads(None)
+        if scheduler is None and workers > 1 and not kit.is_installed("distributed"):
             workers = 1
             advice = str(MissingExtraError("several workers", "batch"))
             notes.append(f"files are processed one after the other: {advice}")
     elif scheduler is not None:
         raise ValueError("pass scheduler or workers, not both: a scheduler has its own workers")
-    n_workers = checked_count(workers, "workers")
+    n_workers = kit.checked_count(workers, "workers")
     if timeout is not None and scheduler is None and n_workers == 1:
         raise ValueError("timeout needs several workers or a scheduler")
     return n_workers, notes
@@ -283,7 +273,7 @@ def _plan(
             what = "an unknown name" if name not in ENDING_OF_FORMAT else "a repeated name"
             raise ValueError(f"formats has {what}, {name!r}: use distinct names from {known}")
     endings = tuple(ENDING_OF_FORMAT[name] for name in formats)
-    sources = find_sources(inputs)
+    sources = kit.find_sources(inputs)
     options.form(endings or [result_ending(source.name) for source in sources])
     check_outputs_differ(sources, endings)
     params = {**options.params, "formats": list(formats)}
@@ -291,7 +281,7 @@ def _plan(
         BatchJob(
             source.name,
             {"name": source.name, "input": source.input, "version": __version__, "params": params},
-            str(Path(source.input).absolute()), str(folder), output_names(source.name, endings),
+            str(Path(source.input).absolute()), str(folder), kit.output_names(source.name, endings),
             options,
         )
         for source in sources

@@ -11,20 +11,10 @@ from typing import Any
 import click
 import numpy as np
 
-from superfacets import MeshAttributes, MeshError, write_regions
+from superfacets import MeshAttributes, MeshError, kit, write_regions
 from superfacets.files.writers.cells import usual_ending
 from superfacets.files.writers.ids import UNCONVERTED
-from superfacets.kit import (
-    ATTRIBUTE_OUTPUTS,
-    ENDING_OF_FORMAT,
-    Cells,
-    FormatOptions,
-    Ints,
-    check_outputs,
-    counted,
-    find_sources,
-    kind_of,
-)
+from superfacets.kit import ATTRIBUTE_OUTPUTS, ENDING_OF_FORMAT, Cells, FormatOptions, Ints
 from superfacets_scans.aggregation import regroup_segments
 from superfacets_scans.scannet import GROUPS
 
@@ -134,7 +124,7 @@ class _Run:
 
     def do(self, job: Job) -> None:
         """Convert one file, and print a report."""
-        check_outputs(job.files, force=self.form.force)
+        kit.check_outputs(job.files, force=self.form.force)
         cells, given, attributes = run_in_background(lambda: self._read(job))
         labels = of_vertices = None
         if given is not None:
@@ -161,13 +151,13 @@ class _Run:
             )
         if self.as_json:
             n_labels = None if given is None else len(np.unique(given.labels[given.labels >= 0]))
-            facts = {f"n_{kind_of(cells).noun}s": cells.n_cells, "n_labels": n_labels}
+            facts = {f"n_{kit.kind_of(cells).noun}s": cells.n_cells, "n_labels": n_labels}
             named = {"file": job.input, **facts, "outputs": [*job.names, *parts]}
             job.print(json.dumps(named))
         elif not self.is_quiet:
             names = [
-                *job.written(kind_of(cells).noun),
-                *([f"{counted(len(parts), 'file')} in {self.folder}"] if parts else []),
+                *job.written(kit.kind_of(cells).noun),
+                *([f"{kit.counted(len(parts), 'file')} in {self.folder}"] if parts else []),
             ]
             job.print("\n".join(f"wrote {name}" for name in names))
 
@@ -175,7 +165,7 @@ class _Run:
         """Write the files of --split, and return their paths."""
         if self.folder is None:
             return []
-        ending = usual_ending(kind_of(cells).name) if self.ending is None else self.ending
+        ending = usual_ending(kit.kind_of(cells).name) if self.ending is None else self.ending
         kept = attributes if ending in _KEPT_IN_PARTS else None
         paths = write_regions(
             self.folder, cells, labels, ending=ending, attributes=kept, ascii=self.form.ascii
@@ -204,7 +194,7 @@ def _inputs_of(mesh: Path, labels: Path | None, folder: Path | None) -> list[str
         return [str(mesh)]
     if labels is not None or folder is not None:
         raise click.UsageError("LABELS and --split need a single mesh, but IN is a folder")
-    return [source.input for source in find_sources(mesh)]
+    return [source.input for source in kit.find_sources(mesh)]
 
 
 def _plan(

@@ -8,17 +8,8 @@ from typing import Any
 import click
 import numpy as np
 
-from superfacets import BorderCut, MeshError, cut_borders, segment
-from superfacets.kit import (
-    DEFAULT_N_SEGMENTS,
-    FaceMesh,
-    Ints,
-    as_mesh,
-    check_fit,
-    counted,
-    kind_of,
-    ranked_labels,
-)
+from superfacets import BorderCut, MeshError, cut_borders, kit, segment
+from superfacets.kit import DEFAULT_N_SEGMENTS, FaceMesh, Ints
 
 from .inputs import Input, labels_beside, read_input
 from .interrupts import run_in_background
@@ -55,13 +46,13 @@ def cut_command(
     def compute() -> tuple[BorderCut, Ints]:
         source = read_input(str(mesh), format)
         surface = _surface_of(source)
-        check_fit(surface, None, run.job.endings, run.form)
+        kit.check_fit(surface, None, run.job.endings, run.form)
         found = None
         if n_segments is None:
             found = labels_beside(source, labels, surface, run.labels_named, is_quiet=run.is_quiet)
         if found is None:
             found = segment(surface, n_segments, n_threads=run.n_threads).labels
-        compact, names = ranked_labels(found)  # label numbers in a file may have gaps
+        compact, names = kit.ranked_labels(found)  # label numbers in a file may have gaps
         if not len(names):
             raise MeshError(f"{labels or mesh}: no face is in a region: all labels are -1")
         return cut_borders(surface, compact, n_threads=run.n_threads), names
@@ -74,13 +65,13 @@ def cut_command(
         "n_faces": cut.n_sources, "n_regions": n_regions, "n_new_faces": n_new, "n_kept": n_kept,
     }  # fmt: skip
     kept = f" ({n_kept} kept their old borders)" if n_kept else ""
-    faces = f"{counted(cut.n_sources, 'face')} cut into {n_new}"
-    run.report(facts, f"{faces}, {counted(n_regions, 'region')}{kept}")
+    faces = f"{kit.counted(cut.n_sources, 'face')} cut into {n_new}"
+    run.report(facts, f"{faces}, {kit.counted(n_regions, 'region')}{kept}")
 
 
 def _surface_of(source: Input) -> FaceMesh:
     cells = source.cells()
-    kind = kind_of(cells)
+    kind = kit.kind_of(cells)
     if not kind.has_faces:
         raise MeshError(f"{source.text}: expected a mesh of faces to cut, got {kind.plural}")
-    return as_mesh(cells)
+    return kit.as_mesh(cells)

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import click
 import numpy as np
 
-from superfacets import MeshAttributes, MeshError
+from superfacets import MeshAttributes, MeshError, kit
 from superfacets.files.readers.labels import (
     KEY_ENDINGS,
     LABEL_ENDINGS,
@@ -24,26 +24,7 @@ from superfacets.files.readers.labels import (
 from superfacets.files.readers.npy import npy_header
 from superfacets.files.readers.read import recognized_ending
 from superfacets.graph.corner_labels import are_of_vertices
-from superfacets.kit import (
-    NO_REGION,
-    Z_UP_ENDINGS,
-    Array,
-    Cells,
-    Content,
-    Floats,
-    Ints,
-    cell_ending,
-    check_length,
-    counted,
-    kind_of,
-    known_ending,
-    mask_of,
-    named_errors,
-    npy_array,
-    parse_cells_and_attributes,
-    parse_labels,
-    read_content,
-)
+from superfacets.kit import NO_REGION, Z_UP_ENDINGS, Array, Cells, Content, Floats, Ints
 from superfacets_formats.cortex import CORTEX_VALUES, values_of_vertices
 from superfacets_formats.las import las_steps
 
@@ -92,18 +73,18 @@ class Input(NamedTuple):
 
         The attributes are None if `keep` is False, or if the input has no attributes.
         """
-        with named_errors(name_of(self.text)):
-            return parse_cells_and_attributes(self.data, self.ending, self.folder, keep=keep)
+        with kit.named_errors(name_of(self.text)):
+            return kit.parse_cells_and_attributes(self.data, self.ending, self.folder, keep=keep)
 
     def labels(self, n_cells: int, name: str) -> Ints | None:
         """Return the labels called `name`, one per cell, or None if the input has none."""
-        with named_errors(name_of(self.text)):
+        with kit.named_errors(name_of(self.text)):
             return find_labels(self.data, self.ending, n_cells, name)
 
     def integers(self, n_cells: int, name: str) -> Ints:
         """Return the integer property `name`, one value per cell; if missing, raise a MeshError."""
-        with named_errors(name_of(self.text)):
-            return parse_labels(self.data, self.ending, n_cells, name)
+        with kit.named_errors(name_of(self.text)):
+            return kit.parse_labels(self.data, self.ending, n_cells, name)
 
     def classes_in_work(self, path: Path, n_cells: int) -> Ints:
         """Return the class of each cell in a work file of the studio; 0 means no class.
@@ -113,7 +94,7 @@ class Input(NamedTuple):
         """
         from superfacets_studio.documents.history import classes_in_work
 
-        content, digest = bytes(read_content(path)), hashlib.sha256(self.data).hexdigest()
+        content, digest = bytes(kit.read_content(path)), hashlib.sha256(self.data).hexdigest()
         source = Path(name_of(self.text))
         classes, notes = classes_in_work(path, content, source, digest, n_cells)
         print_notes(notes)
@@ -150,7 +131,7 @@ def labels_of_cells(cells: Cells, given: GivenLabels, *, is_quiet: bool) -> Ints
     labels = face_labels(cells, given.labels)
     if not is_quiet:
         n_lost = len(np.setdiff1d(given.labels[given.labels >= 0], labels))
-        lost = f"; left out: {counted(n_lost, 'region')} without a face" if n_lost else ""
+        lost = f"; left out: {kit.counted(n_lost, 'region')} without a face" if n_lost else ""
         print_note(
             f"{given.path}: labels of vertices were converted to labels of faces (the majority of"
             f" the corners), which can split regions{lost}"
@@ -170,18 +151,18 @@ def given_labels(
     if is_work(path):
         classes = source.classes_in_work(path, cells.n_cells)
         return GivenLabels(path, np.where(classes > 0, classes, np.int32(NO_REGION)), False)
-    ending = known_ending(path, LABEL_ENDINGS)
-    labeled = Input(str(path), read_content(path), ending, path.parent)
+    ending = kit.known_ending(path, LABEL_ENDINGS)
+    labeled = Input(str(path), kit.read_content(path), ending, path.parent)
     n_vertices = getattr(cells, "n_vertices", None)
-    with named_errors(path):
+    with kit.named_errors(path):
         is_mask = are_values and ending == ".npy" and npy_header(labeled.data)[1].kind == "b"
         labels = (
-            checked_labels(npy_array(labeled.data, "labels").view(np.uint8))
+            checked_labels(kit.npy_array(labeled.data, "labels").view(np.uint8))
             if is_mask
-            else parse_labels(labeled.data, ending, None, name)
+            else kit.parse_labels(labeled.data, ending, None, name)
         )
         if n_vertices is not None and ending in VERTEX_ENDINGS:
-            check_length(labels, n_vertices, "labels", "vertex", error=MeshError)
+            kit.check_length(labels, n_vertices, "labels", "vertex", error=MeshError)
             return GivenLabels(path, labels, True)
         of_vertices = are_of_vertices(labels, cells)
     if ending in PLACED_ENDINGS:
@@ -201,9 +182,9 @@ def _check_same_order(source: Input, cells: Any, labeled: Input, *, are_of_verti
     Positions may differ by rounding to float32, which many formats store, and by one quantization
     step of LAS. These tolerances are smaller than the distances that the formats can represent.
     """
-    kind, others = kind_of(cells), labeled.cells()
+    kind, others = kit.kind_of(cells), labeled.cells()
     expected = cells.vertices if are_of_vertices else kind.positions(cells)
-    given = kind_of(others).positions(others)
+    given = kit.kind_of(others).positions(others)
     # Half of `eps` is the maximum relative error of rounding.
     tolerance = np.finfo(np.float32).eps * np.abs(cells.bounds).max(axis=0)
     tolerance += np.maximum(source.steps, labeled.steps)
@@ -237,7 +218,7 @@ def read_input(text: str, format: str | None = None) -> Input:
     ending = None if format is None else f".{format}"
     if text != STANDARD_STREAM:
         path = Path(text)
-        return Input(text, read_content(path), ending or cell_ending(path), path.parent)
+        return Input(text, kit.read_content(path), ending or kit.cell_ending(path), path.parent)
     if sys.stdin is None:
         raise OSError("standard input is closed")
     data = sys.stdin.buffer.read()
@@ -251,11 +232,11 @@ def read_input(text: str, format: str | None = None) -> Input:
 
 def read_values(path: Path) -> Array:
     """Read numbers from a .npy, .txt, GIFTI or FreeSurfer file, one per cell, region or vertex."""
-    ending = known_ending(path, VALUE_ENDINGS)
-    data = read_content(path)
+    ending = kit.known_ending(path, VALUE_ENDINGS)
+    data = kit.read_content(path)
     try:
         if ending == ".npy":
-            return npy_array(data, "values")
+            return kit.npy_array(data, "values")
         if ending in CORTEX_VALUES:
             return values_of_vertices(data, ending)
         return np.array(bytes(data).split(), dtype=np.float64)
@@ -303,10 +284,10 @@ def constraints_of(
     keywords: dict[str, Any] = {}
     if mask is not None:
         of_file = _values_of_cells(mask, source, cells, name)
-        keywords["mask"] = mask_of(of_file, values, mask, cells)
+        keywords["mask"] = kit.mask_of(of_file, values, mask, cells)
     elif values is not None:
         labels = source.integers(cells.n_cells, name)
-        keywords["mask"] = mask_of(labels, values, name_of(source.text), cells)
+        keywords["mask"] = kit.mask_of(labels, values, name_of(source.text), cells)
     if barriers is not None:
         keywords["barriers"] = _values_of_cells(barriers, source, cells, name)
     return keywords

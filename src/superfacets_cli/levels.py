@@ -12,23 +12,11 @@ from typing import IO, Any
 import click
 import numpy as np
 
-from superfacets import Hierarchy, IslandWarning, MeshAttributes, SliverWarning, hierarchy
+from superfacets import Hierarchy, IslandWarning, MeshAttributes, SliverWarning, hierarchy, kit
 from superfacets.base.options import ISLANDS
 from superfacets.files.named_features import features_of
 from superfacets.files.writers.write import writer_of
-from superfacets.kit import (
-    OUTPUT_ENDINGS,
-    Cells,
-    FormatOptions,
-    atomic_outputs,
-    check_fit,
-    checked_targets,
-    checked_threads,
-    counted,
-    kind_of,
-    known_ending,
-    ranked_labels,
-)
+from superfacets.kit import OUTPUT_ENDINGS, Cells, FormatOptions
 from superfacets_scans.scannet import write_sstk
 
 from . import options as opts
@@ -96,7 +84,7 @@ def levels_command(
     named = [Path(text) for text in outputs if text != opts.STANDARD_STREAM]
     job = _plan(input, outputs, counts, format_of_stream, also_read)
     check_mask(job.endings, has_mask=has_mask)
-    checked_targets(job.files)
+    kit.checked_targets(job.files)
     keeps = job.holds_attributes and not drop_attributes
 
     def compute() -> tuple[Cells, MeshAttributes | None, Hierarchy]:
@@ -105,10 +93,10 @@ def levels_command(
         given = None
         if labels is not None:  # label numbers in a file may have gaps
             of_file = labels_for(source, cells, labels, labels_named, is_quiet=is_quiet)
-            given, _ = ranked_labels(of_file)
-        check_fit(cells, given, job.endings - {ARRAYS}, FormatOptions())
+            given, _ = kit.ranked_labels(of_file)
+        kit.check_fit(cells, given, job.endings - {ARRAYS}, FormatOptions())
         constraints = constraints_of(mask, mask_values, barriers, source, cells, name=labels_named)
-        n_threads, is_kept = checked_threads(options["n_threads"]), constraints.get("mask")
+        n_threads, is_kept = kit.checked_threads(options["n_threads"]), constraints.get("mask")
         table: Any = features_of(features, cells, attributes, n_threads, is_kept)
         with warnings.catch_warnings():  # they are about the finest regions, which are then merged
             warnings.simplefilter("ignore", IslandWarning)
@@ -126,9 +114,9 @@ def levels_command(
         "levels": list(nested.counts), "n_finest": nested.n_finest, "n_fewest": nested.n_fewest,
     }  # fmt: skip
     listed = ", ".join(map(str, nested.counts))
-    size = counted(cells.n_cells, kind_of(cells).noun)
+    size = kit.counted(cells.n_cells, kit.kind_of(cells).noun)
     text = f"{job.name}: {size}, levels of {listed} regions"
-    job.report(facts, text, kind_of(cells).noun, as_json=as_json, is_quiet=is_quiet)
+    job.report(facts, text, kit.kind_of(cells).noun, as_json=as_json, is_quiet=is_quiet)
 
 
 def _plan(
@@ -149,7 +137,7 @@ def _paths_of_levels(text: str, counts: tuple[int, ...]) -> list[str]:
         return [text]
     output = Path(text)
     try:
-        ending = known_ending(output, OUTPUT_ENDINGS)
+        ending = kit.known_ending(output, OUTPUT_ENDINGS)
     except ValueError as error:
         raise click.UsageError(str(error)) from None
     if ending in ALL_LEVELS:
@@ -162,7 +150,7 @@ def _write(
     job: Job, named: list[Path], cells: Cells, attributes: MeshAttributes | None, nested: Hierarchy
 ) -> None:
     """Write all outputs of the job, or none of them if one fails."""
-    with atomic_outputs(job.files) as temporaries:
+    with kit.atomic_outputs(job.files) as temporaries:
         writers = _writers(named, cells, attributes, nested)
         for temporary, write in zip(temporaries, writers, strict=True):
             with temporary.open("wb") as file:
@@ -177,7 +165,7 @@ def _writers(
 ) -> Iterator[Callable[[IO[bytes]], None]]:
     """Yield one function per output file; it gets the open file, and writes to it."""
     for output in outputs:
-        ending = known_ending(output, OUTPUT_ENDINGS)
+        ending = kit.known_ending(output, OUTPUT_ENDINGS)
         if ending in ALL_LEVELS:
             yield partial(_write_all, ending=ending, nested=nested)
             continue

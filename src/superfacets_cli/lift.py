@@ -9,19 +9,10 @@ from typing import Any, get_args
 import click
 import numpy as np
 
-from superfacets import MeshAttributes, ViewWarning
+from superfacets import MeshAttributes, ViewWarning, kit
 from superfacets.files.writers.ids import VERTEX_OUTPUTS, Segments
 from superfacets.graph.sums import positive_total
-from superfacets.kit import (
-    Array,
-    Cells,
-    Ints,
-    check_fit,
-    counted,
-    kind_of,
-    measures_of,
-    ranked_labels,
-)
+from superfacets.kit import Array, Cells, Ints
 from superfacets_scans.cameras import read_cameras
 from superfacets_scans.label_images import Overlap
 from superfacets_scans.lifting import LiftedLabels, lift
@@ -86,9 +77,9 @@ def lift_command(
     def compute() -> tuple[Cells, MeshAttributes | None, LiftedLabels, dict[str, Any]]:
         file = read_input(str(source), format)
         cells, attributes = file.cells_and_attributes(keep=run.keeps_attributes)
-        check_fit(cells, None, run.job.endings, run.form)
+        kit.check_fit(cells, None, run.job.endings, run.form)
         of_file = given_labels(file, cells, labels, run.labels_named)
-        regions, names = ranked_labels(labels_of_cells(cells, of_file, is_quiet=run.is_quiet))
+        regions, names = kit.ranked_labels(labels_of_cells(cells, of_file, is_quiet=run.is_quiet))
         ids = read_masks(masks, overlap=overlap)
         size = next(iter(ids.values())).shape[::-1]
         views = read_cameras(cameras, intrinsics=intrinsics, size=size, names=ids)
@@ -130,7 +121,7 @@ def _segments(given: GivenLabels, names: Array, result: LiftedLabels) -> dict[st
 
     `names` is the segment of each region in `result`. Segments without a face have no region.
     """
-    ranks, segments = ranked_labels(given.labels)
+    ranks, segments = kit.ranked_labels(given.labels)
     objects = np.full(len(segments), -1, np.int32)
     objects[np.searchsorted(segments, names)] = result.region_labels
     of_vertices = np.append(objects, np.int32(-1))[ranks]
@@ -140,7 +131,7 @@ def _segments(given: GivenLabels, names: Array, result: LiftedLabels) -> dict[st
 
 
 def _report(run: OneRun, cells: Cells, result: LiftedLabels) -> None:
-    areas = measures_of(cells, 1)
+    areas = kit.measures_of(cells, 1)
     total = positive_total(areas)
     seen = float(areas[result.seen].sum()) / total
     labeled = float(areas[result.seen & (result.labels >= 0)].sum()) / total
@@ -149,8 +140,8 @@ def _report(run: OneRun, cells: Cells, result: LiftedLabels) -> None:
     n_images, n_labels = len(result.mask_labels), len(result.found)
     facts = {"n_images": n_images, "n_labels": n_labels, "mean_score": score}
     text = (
-        f"{counted(n_images, 'image')}: {seen:.1%} of the area is visible;"
-        f" {counted(n_labels, 'label')}: {labeled:.1%} of the area is labeled;"
+        f"{kit.counted(n_images, 'image')}: {seen:.1%} of the area is visible;"
+        f" {kit.counted(n_labels, 'label')}: {labeled:.1%} of the area is labeled;"
         f" mean score {score:.2f}"
     )
-    run.report(facts | {"seen_area": seen, "labeled_area": labeled}, text, kind_of(cells).noun)
+    run.report(facts | {"seen_area": seen, "labeled_area": labeled}, text, kit.kind_of(cells).noun)

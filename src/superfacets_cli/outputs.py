@@ -12,7 +12,7 @@ from typing import Any
 
 import click
 
-from superfacets import MeshAttributes
+from superfacets import MeshAttributes, kit
 from superfacets.files.atomic import output_folder
 from superfacets.files.formats import MESH_ENDINGS
 from superfacets.files.writers.cells import CLOUD_OUTPUTS, MESH_OUTPUTS
@@ -25,10 +25,6 @@ from superfacets.kit import (
     FormatOptions,
     Ints,
     Longs,
-    check_outputs,
-    known_ending,
-    output_names,
-    write_outputs,
 )
 
 from . import options as opts
@@ -125,7 +121,7 @@ class Job:
     @property
     def endings(self) -> set[str]:
         """File endings of all outputs, which determine the formats."""
-        return {known_ending(path, OUTPUT_ENDINGS) for path in self.files} | (
+        return {kit.known_ending(path, OUTPUT_ENDINGS) for path in self.files} | (
             {self.stream} if self.stream else set()
         )
 
@@ -154,7 +150,7 @@ class Job:
     def write(self, cells: Cells, labels: Ints | None, **options: Any) -> Longs:
         """Write all outputs; see `write_outputs` for the options and the return value."""
         streams = {self.stream: sys.stdout.buffer} if self.stream else {}
-        return write_outputs(self.files, cells, labels, streams=streams, **options)
+        return kit.write_outputs(self.files, cells, labels, streams=streams, **options)
 
     def print(self, text: str) -> None:
         """Print on stdout, or on stderr if stdout is used for the result."""
@@ -172,7 +168,7 @@ class Job:
 
 def _labeled(path: Path, noun: str) -> str:
     """Return a text such as " (a label per face)" for a label file, and "" for other files."""
-    ending = known_ending(path, OUTPUT_ENDINGS)
+    ending = kit.known_ending(path, OUTPUT_ENDINGS)
     if ending in LABEL_OUTPUTS:
         return f" (a label per {noun})"
     if ending in (*VERTEX_OUTPUTS, *CORTEX_OUTPUTS):
@@ -182,7 +178,7 @@ def _labeled(path: Path, noun: str) -> str:
 
 def names_of_results(text: str, endings: Sequence[str]) -> Sequence[str]:
     """Return file names for the results of an input: one per file ending, or a default name."""
-    return output_names(Path(text).name, endings)
+    return kit.output_names(Path(text).name, endings)
 
 
 class OneRun:
@@ -195,7 +191,7 @@ class OneRun:
         (self.job,) = plan_jobs(
             (str(input),), given["outputs"], given["formats"], ascii=ascii, also_read=read
         )
-        check_outputs(self.job.files, force=force)
+        kit.check_outputs(self.job.files, force=force)
         self.form = FormatOptions(ascii=ascii, force=force)
         self.keeps_attributes = self.job.holds_attributes and not given.get("drop_attributes")
         self.labels_named: str = given["labels_named"]
@@ -291,7 +287,7 @@ def _check_outputs(inputs: Sequence[str], outputs: Sequence[str], folders: list[
         if not Path(text).name:
             raise click.UsageError(f"{text or repr(text)} is not a file name")
         try:
-            known_ending(Path(text), OUTPUT_ENDINGS)
+            kit.known_ending(Path(text), OUTPUT_ENDINGS)
         except ValueError as error:
             is_file = Path(text).is_file() or Path(text).suffix.lower() in MESH_ENDINGS
             hint = "" if is_file else f" (for a folder, write {text}/)"

@@ -17,6 +17,7 @@ from superfacets import (
     MeshError,
     RegionGraph,
     border_lines,
+    kit,
     pool,
     region_graph,
 )
@@ -29,18 +30,7 @@ from superfacets.files.writers.tables import (
     write_lines,
     write_tables,
 )
-from superfacets.kit import (
-    Array,
-    Cells,
-    Floats,
-    Ints,
-    checked_targets,
-    counted,
-    kind_of,
-    known_ending,
-    ranked_labels,
-    weighted_majority,
-)
+from superfacets.kit import Array, Cells, Floats, Ints
 from superfacets.tools.segment_file import seen_from
 
 from . import options as opts
@@ -91,17 +81,17 @@ def regions_command(
     output = None if str(output) == opts.STANDARD_STREAM else output
     files = _checked_outputs(output, arcs, borders)
     check_files([Job(cells, files)], also_read=[str(labels)] if labels else [])
-    checked_targets(files)
+    kit.checked_targets(files)
 
     def compute() -> tuple[RegionGraph, dict[str, Array], Drawn | None]:
         whole, given, integers, reals = _read(
             cells, format, labels, labels_named, majority, mean, is_quiet=is_quiet
         )
-        if borders is not None and not kind_of(whole).has_faces:
+        if borders is not None and not kit.kind_of(whole).has_faces:
             raise click.UsageError(f"--borders needs a mesh with faces: {cells} has none")
         if viewpoint is not None:
             whole = seen_from(viewpoint, whole)
-        compact, names = ranked_labels(given)  # label numbers in a file may have gaps
+        compact, names = kit.ranked_labels(given)  # label numbers in a file may have gaps
         if not len(names):
             raise MeshError(f"{labels or cells}: no cell is in a region: all labels are -1")
         graph = region_graph(whole, compact)
@@ -121,9 +111,9 @@ def regions_command(
         facts = {"file": cells, "n_regions": graph.n_regions, "n_pairs": graph.n_arcs}
         click.echo(json.dumps({**facts, "outputs": names_written}), err=output is None)
     elif not is_quiet:
-        pairs = f"{counted(graph.n_arcs, 'pair')} of neighbors"
+        pairs = f"{kit.counted(graph.n_arcs, 'pair')} of neighbors"
         lines = [f"wrote {path}" for path in files]
-        lines.append(f"{cells}: {counted(graph.n_regions, 'region')}, {pairs}")
+        lines.append(f"{cells}: {kit.counted(graph.n_regions, 'region')}, {pairs}")
         click.echo("\n".join(lines), err=output is None)
 
 
@@ -163,7 +153,7 @@ def _most_frequent(regions: Ints, values: Ints, n_regions: int) -> Ints:
     """Return the most frequent value in each region; the lowest value if there is a tie."""
     kept = regions >= 0
     weights = np.ones(np.count_nonzero(kept))
-    return weighted_majority(regions[kept], values[kept], weights, n_regions).winners
+    return kit.weighted_majority(regions[kept], values[kept], weights, n_regions).winners
 
 
 def _values_of(name: str, path: str, cells: Cells, attributes: MeshAttributes | None) -> Floats:
@@ -186,9 +176,9 @@ def _checked_outputs(
     try:
         for path in (output, arcs):
             if path is not None:
-                known_ending(path, TABLE_ENDINGS)
+                kit.known_ending(path, TABLE_ENDINGS)
         if borders is not None:
-            known_ending(borders, LINE_ENDINGS)
+            kit.known_ending(borders, LINE_ENDINGS)
     except ValueError as error:
         raise click.UsageError(str(error)) from None
     return tuple(path for path in (output, arcs, borders) if path is not None)

@@ -12,18 +12,8 @@ from typing import Any
 import click
 import numpy as np
 
-from superfacets import MeshAttributes, MeshError, Segmentation
-from superfacets.kit import (
-    Array,
-    Cells,
-    FileOptions,
-    FormatOptions,
-    check_fit,
-    check_outputs,
-    kind_of,
-    segment_file,
-    timed,
-)
+from superfacets import MeshAttributes, MeshError, Segmentation, kit
+from superfacets.kit import Array, Cells, FileOptions, FormatOptions
 from superfacets.tools.segment_file import Outcome
 
 from .failures import EXIT_DATA, count_failures, print_note, print_notes
@@ -138,16 +128,16 @@ class _Run:
 
     def do(self, job: Job) -> None:
         """Run one job, and print a report."""
-        check_outputs(job.files, force=self.form.force)
+        kit.check_outputs(job.files, force=self.form.force)
         timings: dict[str, float] = {}
         with RunBar(name_of(job.input), is_quiet=self.is_quiet) as bar:
             outcome = run_in_background(lambda: self._compute(job, bar, timings), tick=bar.draw)
-            with timed(timings, "export", bar.on_stage):
+            with kit.timed(timings, "export", bar.on_stage):
                 sizes = job.write(
                     outcome.mesh, outcome.result.labels, attributes=outcome.attributes,
                     options=self.form, listed=outcome.listed, listed_mesh=outcome.listed_mesh,
                 )  # fmt: skip
-        result, noun = outcome.result, kind_of(outcome.mesh).noun
+        result, noun = outcome.result, kit.kind_of(outcome.mesh).noun
         timings = {**result.timings, **timings}
         if not self.is_quiet:
             asked = self.options.keywords.get("n_segments")
@@ -175,7 +165,7 @@ class _Run:
 
     def _compute(self, job: Job, bar: RunBar, timings: dict[str, float]) -> Outcome:
         """Read, subdivide and segment the input, without writing files."""
-        return segment_file(
+        return kit.segment_file(
             lambda keep: self._load(job, keep=keep),
             self.options,
             holds_attributes=job.holds_attributes,
@@ -195,12 +185,12 @@ class _Run:
         source = read_input(job.input, self.format)
         cells, attributes = source.cells_and_attributes(keep=keep)
         self._check_kind(job, cells)
-        check_fit(cells, None, job.endings, self.form)
+        kit.check_fit(cells, None, job.endings, self.form)
         return cells, attributes, self.constraints(source, cells)
 
     def _check_kind(self, job: Job, cells: Cells) -> None:
         """Raise a MeshError if options for meshes are given with a point cloud."""
-        if not kind_of(cells).are_points:
+        if not kit.kind_of(cells).are_points:
             return
         typed = "--subdivide" if self.options.subdivide else None
         if self.options.keywords.get("denoise"):

@@ -8,22 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from superfacets import ArcMeasures, CellGraph, MeshError, _core
+from superfacets import ArcMeasures, CellGraph, MeshError, _core, kit
 from superfacets.graph.cell_graph import BaseGraph
 from superfacets.graph.kinds import DrawnFaces, Kind, Nearest
-from superfacets.kit import (
-    Bools,
-    Floats,
-    Ints,
-    Longs,
-    MeshLike,
-    Surface,
-    as_cells,
-    checked_threads,
-    corners_of,
-    counted,
-    freeze,
-)
+from superfacets.kit import Bools, Floats, Ints, Longs, MeshLike, Surface
 from superfacets.mesh.faces import Corners
 from superfacets.mesh.weld import lowest_vertices
 
@@ -88,7 +76,7 @@ class TetGraph(BaseGraph):
         return CellGraph._of_arcs(self, given, n_threads, self.arc_measures, 3)
 
     def __repr__(self) -> str:
-        return f"TetGraph({counted(self.n_cells, 'tet')}, {counted(self.n_arcs, 'arc')})"
+        return f"TetGraph({kit.counted(self.n_cells, 'tet')}, {kit.counted(self.n_arcs, 'arc')})"
 
 
 def build_tet_graph(mesh: MeshLike, *, weld: bool = True, n_threads: int | None = None) -> TetGraph:
@@ -122,10 +110,10 @@ def build_tet_graph(mesh: MeshLike, *, weld: bool = True, n_threads: int | None 
     >>> graph.neighbors, graph.triangle_counts
     (array([1, 0], dtype=int32), TriangleCounts(triangles=7, boundary=6, non_manifold=0))
     """
-    cells = as_cells(mesh)
+    cells = kit.as_cells(mesh)
     if not isinstance(cells, TetMesh):
         raise MeshError(f"expected a tetrahedral mesh, got a {type(cells).__name__}")
-    threads = checked_threads(n_threads)
+    threads = kit.checked_threads(n_threads)
     lowest = lowest_vertices(cells.vertices, weld, threads)
     try:
         found, measures = _core.build_tet_graph(cells.vertices, cells.tets, lowest, threads)
@@ -143,7 +131,7 @@ def build_tet_graph(mesh: MeshLike, *, weld: bool = True, n_threads: int | None 
         arc_measures=arcs,
         triangle_counts=TriangleCounts(*counts[:3]),
     )
-    freeze(graph, **arrays)
+    kit.freeze(graph, **arrays)
     return graph
 
 
@@ -187,7 +175,7 @@ class _Tets(Kind):
         return _core.nearest_tets(cells.vertices, cells.tets, queries, max_distance, n_threads)
 
     def corners(self, cells: TetMesh) -> Corners:
-        return corners_of(cells)
+        return kit.corners_of(cells)
 
     def drawn_faces(self, cells: TetMesh, keep: Bools | None = None) -> DrawnFaces:
         return DrawnFaces(*cells.boundary(keep))

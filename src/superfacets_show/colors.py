@@ -9,23 +9,12 @@ from typing import Any, Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
-from superfacets import CellGraph
+from superfacets import CellGraph, kit
 from superfacets.base.checks import checked_partial_labels, compact_partial_labels
 from superfacets.base.types import ArcLists
 from superfacets.graph.cell_graph import CsrArcs
 from superfacets.graph.kinds import as_known
-from superfacets.kit import (
-    Array,
-    Bytes,
-    Cells,
-    Floats,
-    Ints,
-    Longs,
-    MeshLike,
-    checked_threads,
-    kind_of,
-    refuse_mask,
-)
+from superfacets.kit import Array, Bytes, Cells, Floats, Ints, Longs, MeshLike
 from superfacets.mesh.convert import CloudLike
 from superfacets.mesh.results import NO_COLOR
 from superfacets_textures.light import (
@@ -155,7 +144,7 @@ def colors_of_cells(colors: Bytes, labels: Ints) -> Bytes:
 
 
 def _colors_of(cells: Cells | CellGraph, labels: Ints) -> Bytes:
-    arcs, of_cells = kind_of(cells).border_arcs(cells, labels, checked_threads(None))
+    arcs, of_cells = kit.kind_of(cells).border_arcs(cells, labels, kit.checked_threads(None))
     n_regions = int(labels.max()) + 1
     return _colors_of_adjacency(*_region_adjacency(arcs, of_cells, n_regions))
 
@@ -327,11 +316,11 @@ def checked_values(
     the values are not real numbers, if their number is wrong, or if a value is infinite. NaN is
     allowed.
     """
-    refuse_mask(given, name)
+    kit.refuse_mask(given, name)
     array = np.asarray(given)
     if array.dtype.kind not in "biuf":
         raise TypeError(f"{name} must be numbers, got {array.dtype}")
-    corners = kind_of(cells).corners(cells)
+    corners = kit.kind_of(cells).corners(cells)
     n_vertices = None if corners is None else getattr(cells, "n_vertices", None)
     if array.shape not in {(cells.n_cells,), (n_regions,), (n_vertices,)}:
         regions = "" if n_regions is None else f", or one value per region, ({n_regions},)"

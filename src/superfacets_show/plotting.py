@@ -12,21 +12,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from superfacets import region_graph
+from superfacets import kit, region_graph
 from superfacets.base.checks import compact_partial_labels
-from superfacets.kit import (
-    Array,
-    Cells,
-    Floats,
-    MeshLike,
-    as_cells,
-    atomic_outputs,
-    checked_choice,
-    checked_count,
-    checked_flag,
-    column_names,
-    kind_of,
-)
+from superfacets.kit import Array, Cells, Floats, MeshLike
 from superfacets.mesh.convert import CloudLike
 
 from .animation import MOVING_ENDINGS, check_video, gif_of, write_video
@@ -95,7 +83,7 @@ class Plot:
             If the file cannot be written.
         """
         target = _checked_target(path, len(self.frames))
-        with atomic_outputs([target]) as (partial,):
+        with kit.atomic_outputs([target]) as (partial,):
             if target.suffix.lower() == ".mp4":
                 write_video(self.frames, partial)
             else:
@@ -199,8 +187,8 @@ def plot(
     >>> plot(square, [0, 1], view="front", size=(160, 120)).image.shape  # doctest: +SKIP
     (120, 160, 3)
     """
-    whole = as_cells(cells)
-    is_smooth = checked_flag(smooth_borders, "smooth_borders")
+    whole = kit.as_cells(cells)
+    is_smooth = kit.checked_flag(smooth_borders, "smooth_borders")
     n = _n_frames(n_frames, output)
     path = None if output is None else _checked_target(output, n)
     series = [labels, *compare]
@@ -227,7 +215,7 @@ def plot(
 def _n_frames(given: int | None, output: str | os.PathLike[str] | None) -> int:
     """Return `given` or, if it is None, the default number of pictures for the file `output`."""
     if given is not None:
-        return checked_count(given, "n_frames")
+        return kit.checked_count(given, "n_frames")
     is_moving = output is not None and Path(output).suffix.lower() in MOVING_ENDINGS
     return _N_FRAMES if is_moving else 1
 
@@ -267,7 +255,7 @@ def _colors_by(
 def _values_of(cells: Cells, labels: Any, color_by: Any, n_series: int) -> Floats:
     """Return one value per cell, (N,): NaN if the value is missing or the cell has no region."""
     if isinstance(color_by, str):
-        checked_choice(color_by, "color_by", column_names(kind_of(cells).dimension))
+        kit.checked_choice(color_by, "color_by", kit.column_names(kit.kind_of(cells).dimension))
     if labels is None:
         if isinstance(color_by, str):
             raise ValueError(

@@ -12,23 +12,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from superfacets import BorderCut, cut_borders
+from superfacets import BorderCut, cut_borders, kit
 from superfacets.base.checks import compact_partial_labels
-from superfacets.kit import (
-    Bools,
-    Cells,
-    FaceMesh,
-    Ints,
-    MeshLike,
-    as_cells,
-    atomic_outputs,
-    checked_choice,
-    checked_count,
-    checked_flag,
-    checked_number,
-    checked_targets,
-    kind_of,
-)
+from superfacets.kit import Bools, Cells, FaceMesh, Ints, MeshLike
 from superfacets.mesh.convert import CloudLike
 
 from .backend import ensure_gl, import_pillow, import_vtk
@@ -131,8 +117,8 @@ def render(
     OSError
         If the file cannot be written.
     """
-    cells = as_cells(mesh)
-    is_smooth = checked_flag(smooth_borders, "smooth_borders")
+    cells = kit.as_cells(mesh)
+    is_smooth = kit.checked_flag(smooth_borders, "smooth_borders")
     style = checked_style(
         size, view, border_width, background, numbers=numbers,
         hides_backs=checked_see_inside(see_inside, cells),
@@ -144,7 +130,7 @@ def render(
     camera = place_camera(scene.points, view, style.aspect)
     (picture,) = draw_scene(scene, [camera], style)
     if path is not None:
-        with atomic_outputs([path]) as (partial,):
+        with kit.atomic_outputs([path]) as (partial,):
             partial.write_bytes(png_of_picture(picture))
     return picture
 
@@ -174,17 +160,17 @@ def checked_style(
     frame = (_checked_side(size, 0), _checked_side(size, 1))
     view = _checked_view(view)
     if border_width is not None:
-        border_width = checked_number(border_width, "border_width", zero=True)
-    has_numbers = checked_flag(numbers, "numbers")
+        border_width = kit.checked_number(border_width, "border_width", zero=True)
+    has_numbers = kit.checked_flag(numbers, "numbers")
     color = _checked_background(background)
     return Style(frame, view, border_width, color, has_numbers, hides_backs)
 
 
 def checked_see_inside(see_inside: bool, cells: Cells) -> bool:
     """Check `see_inside` (see `render`), and return it."""
-    if not checked_flag(see_inside, "see_inside"):
+    if not kit.checked_flag(see_inside, "see_inside"):
         return False
-    if not kind_of(cells).has_fronts(cells):
+    if not kit.kind_of(cells).has_fronts(cells):
         raise ValueError(
             "see_inside needs a cloud with normals or viewpoints, but this cloud has neither"
         )
@@ -200,7 +186,7 @@ def scene_of(
     is_smooth: bool = False,
 ) -> Scene:
     """Build the scene of a mesh or a cloud; see `render` for the parameters."""
-    kind = kind_of(cells)
+    kind = kit.kind_of(cells)
     keep = None if clip is None else _half(cells, clip)
     drawn = kind.drawn_faces(cells, keep)
     if drawn is None:
@@ -256,8 +242,8 @@ def _colors_of_parts(cut: BorderCut, labels: Ints, shades: Picture) -> Picture:
 
 def _half(cells: Any, clip: Clip) -> Bools:
     """Return whether the centroid of each cell is in the half of the bounding box named `clip`."""
-    checked_choice(clip, "clip", CLIPS)
-    kind = kind_of(cells)
+    kit.checked_choice(clip, "clip", CLIPS)
+    kind = kit.kind_of(cells)
     if kind.dimension != 3:
         noun = "a surface has" if kind.has_faces else f"{kind.plural} have"
         raise ValueError(f"omit clip: it is only for tetrahedra, and {noun} no interior")
@@ -315,7 +301,7 @@ def _checked_side(size: tuple[int, int], side: int) -> int:
     """Check and return the width (`side` 0) or the height (`side` 1) in pixels."""
     if not isinstance(size, (tuple, list)) or len(size) != 2:
         raise ValueError(f"size must be (width, height), got {size!r}")
-    count = checked_count(size[side], "size")
+    count = kit.checked_count(size[side], "size")
     if count > MAX_SIDE:
         raise ValueError(f"width and height in size must be at most {MAX_SIDE}, got {count}")
     return count
@@ -330,7 +316,7 @@ def checked_picture_path(output: str | os.PathLike[str], endings: Sequence[str])
     path = Path(output)
     if path.suffix.lower() not in endings:
         raise ValueError(f"output must end in {' or '.join(endings)}, got {path.name!r}")
-    checked_targets([path])
+    kit.checked_targets([path])
     return path
 
 

@@ -10,23 +10,10 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from superfacets import FaceGraph, PointCloud, _core, build_face_graph
+from superfacets import FaceGraph, PointCloud, _core, build_face_graph, kit
 from superfacets.base.checks import compact_partial_labels
 from superfacets.graph.point_graph import PointGraph, find_point_graph
-from superfacets.kit import (
-    Array,
-    Bools,
-    Bytes,
-    Cells,
-    FaceMesh,
-    Floats,
-    Ints,
-    Longs,
-    checked_threads,
-    cut_into_triangles,
-    kind_of,
-    refuse_mask,
-)
+from superfacets.kit import Array, Bools, Bytes, Cells, FaceMesh, Floats, Ints, Longs
 from superfacets.mesh.faces import ends_of_sides
 
 from .camera import Camera, View
@@ -123,7 +110,7 @@ class Scene:
 
 def checked_colors(colors: npt.ArrayLike, n_faces: int) -> Picture:
     """Check colors of faces, and return them as an (F, 3) uint8 array."""
-    refuse_mask(colors, "colors")
+    kit.refuse_mask(colors, "colors")
     array = np.asarray(colors)
     if array.shape != (n_faces, 3):
         raise ValueError(f"colors must have shape ({n_faces}, 3), got {array.shape}")
@@ -139,8 +126,8 @@ def build_scene(
 
     `labels` and `colors` have one entry per face, and may be None.
     """
-    representative = _core.weld_vertices(mesh.vertices, checked_threads(None))
-    drawn, sources = cut_into_triangles(mesh)
+    representative = _core.weld_vertices(mesh.vertices, kit.checked_threads(None))
+    drawn, sources = kit.cut_into_triangles(mesh)
     corners = representative[drawn]
     used = np.zeros(mesh.n_vertices, dtype=bool)
     used[corners] = True
@@ -175,7 +162,7 @@ def build_cloud_scene(
     cloud: PointCloud, labels: npt.ArrayLike | None, colors: npt.ArrayLike | None
 ) -> Scene:
     """Build the scene of a cloud, with a colored hexagon for each point."""
-    graph = find_point_graph(cloud, checked_threads(None))
+    graph = find_point_graph(cloud, kit.checked_threads(None))
     point_colors, n_regions = np.tile(np.array(_PLAIN_COLOR, np.uint8), (cloud.n_points, 1)), 1
     shown = None
     if labels is not None:
@@ -242,11 +229,11 @@ _MAX_SAMPLES = 100_000
 
 def surface_of(cells: Cells) -> tuple[Floats, Array | None]:
     """Return the points and triangles of the outer surface; triangles are None for a cloud."""
-    kind = kind_of(cells)
+    kind = kit.kind_of(cells)
     drawn = kind.drawn_faces(cells)
     if drawn is None:
         return kind.cloud(cells).points, None
-    return drawn.mesh.vertices, cut_into_triangles(drawn.mesh)[0]
+    return drawn.mesh.vertices, kit.cut_into_triangles(drawn.mesh)[0]
 
 
 def guess_up(points: Floats, triangles: Array | None) -> Literal["y", "z"]:

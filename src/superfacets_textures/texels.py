@@ -8,22 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from superfacets import MeshError, _core
-from superfacets.kit import (
-    Array,
-    Bools,
-    Bytes,
-    FaceMesh,
-    Floats,
-    Ints,
-    MeshLike,
-    as_mesh,
-    checked_threads,
-    corner_triangles,
-    corners_of,
-    counted,
-    read_cells_and_attributes,
-)
+from superfacets import MeshError, _core, kit
+from superfacets.kit import Array, Bools, Bytes, FaceMesh, Floats, Ints, MeshLike
 
 from .images import TextureImage
 from .light import linear_of_srgb, oklab_of_linear, srgb_of_linear
@@ -121,30 +107,30 @@ def texture_colors(
     """
     source: Any = mesh
     if texture is None and isinstance(mesh, (str, os.PathLike)):
-        source, attributes = read_cells_and_attributes(mesh)
+        source, attributes = kit.read_cells_and_attributes(mesh)
         texture = None if attributes is None else attributes.texture
-    cells = as_mesh(source)
+    cells = kit.as_mesh(source)
     if texture is None:
         raise MeshError("the mesh has no texture: pass a texture, or the path of a file with one")
     check_texture(texture, cells)
-    return face_texels(cells, texture, checked_threads(n_threads))
+    return face_texels(cells, texture, kit.checked_threads(n_threads))
 
 
 def check_texture(texture: Texture, mesh: FaceMesh) -> None:
     """Raise a MeshError unless the texture has as many faces and corners as the mesh."""
-    n_corners = len(corners_of(mesh).vertices)
+    n_corners = len(kit.corners_of(mesh).vertices)
     if len(texture.corners) != n_corners or len(texture.face_materials) != mesh.n_faces:
         raise MeshError(
-            f"the texture must have {counted(n_corners, 'corner')} of"
-            f" {counted(mesh.n_faces, 'face')}, like the mesh, got"
-            f" {counted(len(texture.corners), 'corner')} of"
-            f" {counted(len(texture.face_materials), 'face')}"
+            f"the texture must have {kit.counted(n_corners, 'corner')} of"
+            f" {kit.counted(mesh.n_faces, 'face')}, like the mesh, got"
+            f" {kit.counted(len(texture.corners), 'corner')} of"
+            f" {kit.counted(len(texture.face_materials), 'face')}"
         )
 
 
 def face_texels(mesh: FaceMesh, texture: Texture, n_threads: int) -> FaceTexels:
     """Return the color of each face of a mesh; the texture must be checked by `check_texture`."""
-    triangles, sources = corner_triangles(mesh)
+    triangles, sources = kit.corner_triangles(mesh)
     faces = np.arange(mesh.n_faces, dtype=np.int32) if sources is None else sources
     factors = np.array([material.color for material in texture.materials] + [(1.0, 1.0, 1.0)])
     linear = factors[texture.face_materials]
@@ -239,14 +225,14 @@ def ids_in_layout(
     modes of the two texture coordinates.
     """
     width, height = size
-    triangles, sources = corner_triangles(mesh)
+    triangles, sources = kit.corner_triangles(mesh)
     faces = np.arange(mesh.n_faces) if sources is None else sources
     is_drawn = is_here[faces] & (labels[faces] >= 0)
     wrap_u, wrap_v = map(WRAPS.index, wrap)
     painted: Ints = _core.paint_ids(
         width, height, wrap_u, wrap_v, texture.coordinates.reshape(-1),
         texture.corners[triangles[is_drawn]].reshape(-1), labels[faces[is_drawn]], BLEED,
-        checked_threads(None),
+        kit.checked_threads(None),
     )  # fmt: skip
     return painted.reshape(height, width)
 
@@ -260,7 +246,7 @@ def subdivided_texture(
     triangle of `parts`. Texture coordinates are interpolated. Returns None if `mesh` is not a
     `Mesh`.
     """
-    corners = corners_of(mesh)
+    corners = kit.corners_of(mesh)
     if corners.size != 3:
         return None
     a, b, c = mesh.vertices[corners.vertices.reshape(-1, 3)[sources]].swapaxes(0, 1)
@@ -270,7 +256,7 @@ def subdivided_texture(
     given = texture.corners.reshape(-1, 3)[sources]
     pairs = texture.coordinates[given] if len(texture.coordinates) else np.zeros((*given.shape, 2))
     found = []
-    for vertices in corners_of(parts).vertices.reshape(-1, 3).T:
+    for vertices in kit.corners_of(parts).vertices.reshape(-1, 3).T:
         offset = parts.vertices[vertices] - a
         s = (np.cross(offset, aside) * normal).sum(axis=1, keepdims=True) / scale
         t = (np.cross(along, offset) * normal).sum(axis=1, keepdims=True) / scale

@@ -13,15 +13,8 @@ from typing import Any
 
 import numpy.typing as npt
 
-from superfacets.kit import (
-    MeshLike,
-    as_cells,
-    as_mesh,
-    atomic_outputs,
-    checked_targets,
-    kind_of,
-    read_cells_and_attributes,
-)
+from superfacets import kit
+from superfacets.kit import MeshLike
 from superfacets.mesh.convert import CloudLike
 from superfacets_textures.textures import Texture
 
@@ -77,7 +70,7 @@ class Page:
             If the file cannot be written.
         """
         target = checked_page_path(path)
-        with atomic_outputs([target]) as (partial,):
+        with kit.atomic_outputs([target]) as (partial,):
             partial.write_text(self.html, encoding="utf-8", newline="\n")
         return target
 
@@ -169,9 +162,9 @@ def view(
     source: Any = mesh
     attributes = None
     if isinstance(mesh, (str, os.PathLike)):
-        source, attributes = read_cells_and_attributes(mesh)
-    cells = as_cells(source)
-    kind, n_cells = kind_of(cells), cells.n_cells
+        source, attributes = kit.read_cells_and_attributes(mesh)
+    cells = kit.as_cells(source)
+    kind, n_cells = kit.kind_of(cells), cells.n_cells
     n_vertices = getattr(cells, "n_vertices", None)
     levels = checked_levels(labels, n_cells, n_vertices)
     truth = None if ground_truth is None else checked_labeling(ground_truth, n_cells, n_vertices)
@@ -184,7 +177,7 @@ def view(
     arrays = _arrays(shape, levels, truth, values)
     paint, parts = None, {} if own is None else color_parts(cells, shape, own)
     if texture is not None:
-        paint, parts = texture_parts(as_mesh(cells), texture)
+        paint, parts = texture_parts(kit.as_mesh(cells), texture)
     for name, (array, coding) in parts.items():
         arrays.add(name, array, coding)
     facts = {
@@ -211,7 +204,7 @@ def checked_page_path(path: str | os.PathLike[str]) -> Path:
     target = Path(path)
     if target.suffix.lower() not in (".html", ".htm"):
         raise ValueError(f"the name of a page must end in .html or .htm, got {target.name!r}")
-    checked_targets([target])
+    kit.checked_targets([target])
     return target
 
 

@@ -10,20 +10,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from superfacets import FaceGraph, PointCloud, _core, build_face_graph
+from superfacets import FaceGraph, PointCloud, _core, build_face_graph, kit
 from superfacets.graph.cell_graph import CsrArcs
 from superfacets.graph.point_graph import PointGraph, find_point_graph
-from superfacets.kit import (
-    Array,
-    Cells,
-    FaceMesh,
-    Floats,
-    Ints,
-    Longs,
-    checked_threads,
-    cut_into_triangles,
-    kind_of,
-)
+from superfacets.kit import Array, Cells, FaceMesh, Floats, Ints, Longs
 from superfacets.mesh.faces import ends_of_sides, measure_faces
 
 from ..camera import View, view_axes
@@ -147,14 +137,14 @@ def view_facts(shape: DrawnSurface, camera: View) -> dict[str, Any]:
 
 def shape_of(cells: Cells) -> DrawnSurface:
     """Return the `DrawnSurface` of a mesh or a cloud; of tetrahedra, only the outer surface."""
-    kind = kind_of(cells)
+    kind = kit.kind_of(cells)
     drawn = kind.drawn_faces(cells)
     if drawn is None:
         return _cloud_shape(kind.cloud(cells))
     surface, sources = drawn
     if sources is None:
         return _surface_shape(surface, None, None, None)
-    threads = checked_threads(None)
+    threads = kit.checked_threads(None)
     graph, _ = kind.build_graph(cells, True, threads)
     return _surface_shape(surface, sources.astype(np.uint32), graph.measures, graph)
 
@@ -170,10 +160,10 @@ def _surface_shape(
     `cells`, `measures` and `cell_graph` are the tetrahedron of each face, and the volumes and the
     graph of all tetrahedra. They are None if the faces are cells.
     """
-    threads = checked_threads(None)
+    threads = kit.checked_threads(None)
     graph = build_face_graph(mesh)
     areas = measure_faces(mesh, threads)[1]
-    drawn, sources = cut_into_triangles(mesh)
+    drawn, sources = kit.cut_into_triangles(mesh)
     corners = _core.weld_vertices(mesh.vertices, threads)
     used, triangles, places = _numbered_by_use(corners[drawn], mesh.n_vertices)
     outline = _Outline(mesh, graph, cells, places[corners])
@@ -205,7 +195,7 @@ def _numbered_by_use(
 
 
 def _cloud_shape(cloud: PointCloud) -> DrawnSurface:
-    graph: PointGraph = find_point_graph(cloud, checked_threads(None))
+    graph: PointGraph = find_point_graph(cloud, kit.checked_threads(None))
     return DrawnSurface(
         graph.positions, None, None, graph.normals, graph.measures, graph.measures, graph, None
     )

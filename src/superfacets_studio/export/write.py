@@ -13,21 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from superfacets import MeshAttributes, vertex_labels, write_labels, write_mesh
+from superfacets import MeshAttributes, kit, vertex_labels, write_labels, write_mesh
 from superfacets.files.writers.cells import CLASS_OUTPUTS
-from superfacets.kit import (
-    ENDING_OF_FORMAT,
-    MARK,
-    Bytes,
-    Floats,
-    Ints,
-    atomic_outputs,
-    checked_choice,
-    checked_targets,
-    output_names,
-    sums_by_label,
-    weighted_majority,
-)
+from superfacets.kit import ENDING_OF_FORMAT, MARK, Bytes, Floats, Ints
 from superfacets_scans.scannet import NO_CLASS
 
 from ..documents.document import Document, work_file_of
@@ -91,7 +79,7 @@ def parsed_export(name: str) -> tuple[str, str | None]:
     """
     kinds = {mark[1:]: what for what, mark in {**MARKS, "regions": MARK}.items()}
     kind, _, format = name.partition(".")
-    return kinds[checked_choice(kind, "--export", tuple(kinds))], format or None
+    return kinds[kit.checked_choice(kind, "--export", tuple(kinds))], format or None
 
 
 def export(
@@ -115,7 +103,7 @@ def export(
     is_ours = any(mark in path.name for mark in (MARK, *MARKS.values()))
     if path.exists() and not is_ours and not replace:
         raise FileExistsError(f"{path.name} exists already, and may come from another tool")
-    checked_targets([path])
+    kit.checked_targets([path])
     _write(document, what, format, path.parent)
     return path
 
@@ -144,20 +132,20 @@ def class_of_regions(document: Document, revision: Revision) -> tuple[Ints, Floa
     """
     classes = document.state.classes.astype(np.int32)
     areas, labels, n = document.areas, revision.labels, revision.n_regions
-    winners = weighted_majority(labels, classes, areas, n).winners
-    totals = sums_by_label(labels, areas, n)
-    won = sums_by_label(labels, np.where(classes == winners[labels], areas, 0.0), n)
+    winners = kit.weighted_majority(labels, classes, areas, n).winners
+    totals = kit.sums_by_label(labels, areas, n)
+    won = kit.sums_by_label(labels, np.where(classes == winners[labels], areas, 0.0), n)
     return winners, np.divide(won, totals, out=np.ones(n), where=totals > 0)
 
 
 def _name_of(document: Document, what: str, format: str) -> str:
     offered = formats_of(document.source.kind)
-    checked_choice(what, "what", tuple(offered))
-    checked_choice(format, "format", tuple(offered[what]))
+    kit.checked_choice(what, "what", tuple(offered))
+    kit.checked_choice(format, "format", tuple(offered[what]))
     ending = ENDING_OF_FORMAT.get(format, f".{format}")
     stem = _stem_of(document)
     if what == "regions":
-        return output_names(stem + document.path.suffix, (ending,))[0]
+        return kit.output_names(stem + document.path.suffix, (ending,))[0]
     return f"{stem}{MARKS[what]}{ending}"
 
 
@@ -236,11 +224,11 @@ def _write_region_classes(document: Document, format: str, path: Path) -> None:
         "class": classes.tolist(),
         "name": _names_of(document, classes),
         "share": shares.tolist(),
-        "area": sums_by_label(revision.labels, document.areas, revision.n_regions).tolist(),
+        "area": kit.sums_by_label(revision.labels, document.areas, revision.n_regions).tolist(),
         "cell_count": np.bincount(revision.labels).tolist(),
     }
     rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
-    with atomic_outputs([path]) as (temporary,):
+    with kit.atomic_outputs([path]) as (temporary,):
         if format == "json":
             temporary.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
             return

@@ -12,21 +12,9 @@ from typing import Any, TypeVar, cast
 import numpy as np
 import numpy.typing as npt
 
-from superfacets import MeshError, read_labels
+from superfacets import MeshError, kit, read_labels
 from superfacets.graph.corner_labels import are_of_vertices
-from superfacets.kit import (
-    NO_REGION,
-    Bools,
-    Cells,
-    Longs,
-    check_length,
-    counted,
-    kind_of,
-    known_ending,
-    labels_of_corners,
-    parsed_json,
-    shortened,
-)
+from superfacets.kit import NO_REGION, Bools, Cells, Longs
 from superfacets_scans.scannet import NO_CLASS
 
 from .classes import MAX_CLASS, MAX_OBJECT, ClassList, names_of, stuff_of, with_named, with_new
@@ -77,7 +65,7 @@ def read_import(files: Mapping[str, bytes], cells: Cells, known: ClassList) -> I
 
     Raises ValueError if a file is damaged, belongs to another mesh, or has an unknown format.
     """
-    endings = {name: known_ending(Path(name), ENDINGS) for name in files}
+    endings = {name: kit.known_ending(Path(name), ENDINGS) for name in files}
     grouping = [name for name, ending in endings.items() if ending == GROUPS]
     labeling = [name for name in files if name not in grouping]
     if len(labeling) != 1 or len(grouping) > 1:
@@ -85,14 +73,14 @@ def read_import(files: Mapping[str, bytes], cells: Cells, known: ClassList) -> I
     name = labeling[0]
     try:
         if endings[name] == OBJECTS and not grouping:
-            return _by_annotation(parsed_json(files[name]), cells.n_cells, known)
+            return _by_annotation(kit.parsed_json(files[name]), cells.n_cells, known)
         labels = _labels_in(files[name], endings[name], cells)
     except _DAMAGE as error:
         raise MeshError(f"{name}: {_reason(error)}") from None
     if not grouping:
         return _by_number(labels, known)
     try:
-        return _by_group(labels, parsed_json(files[grouping[0]]), known)
+        return _by_group(labels, kit.parsed_json(files[grouping[0]]), known)
     except _DAMAGE as error:
         raise MeshError(f"{grouping[0]}: {_reason(error)}") from None
 
@@ -103,7 +91,7 @@ def _reason(error: Exception) -> str:
     if isinstance(error, TypeError):
         return "it does not have the structure of this format"
     return (
-        f"the entry {shortened(str(error))} is missing"
+        f"the entry {kit.shortened(str(error))} is missing"
         if isinstance(error, KeyError)
         else str(error)
     )
@@ -119,12 +107,12 @@ def _labels_in(data: bytes, ending: str, cells: Cells) -> Longs:
                 labels = read_labels(path).astype(np.int64)
             except MeshError as error:
                 raise MeshError(str(error).removeprefix(f"{path}: ")) from None
-        return labels_of_corners(cells, labels) if are_of_vertices(labels, cells) else labels
-    document = parsed_json(data)
+        return kit.labels_of_corners(cells, labels) if are_of_vertices(labels, cells) else labels
+    document = kit.parsed_json(data)
     if ending in OF_VERTICES:
         return _of_corners(cells, _integers(document["segIndices"], "segIndices"))
     index = _integers(document["segmentation"][0]["index"], "index")
-    check_length(index, n_cells, "index", error=MeshError)
+    kit.check_length(index, n_cells, "index", error=MeshError)
     return index
 
 
@@ -133,7 +121,7 @@ def checked_score(value: object) -> float | None:
     if value is None:
         return None
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 <= value <= 1:
-        raise MeshError(f"score must be 0 to 1, got {shortened(str(value))}")
+        raise MeshError(f"score must be 0 to 1, got {kit.shortened(str(value))}")
     return float(value)
 
 
@@ -142,7 +130,7 @@ def _entry(found: Any, name: str, kind: type[_Kind]) -> _Kind:
     value = found[name]
     if type(value) is not kind:
         words = "a whole number" if kind is int else "text"
-        raise MeshError(f"{name} must be {words}, got {shortened(repr(value))}")
+        raise MeshError(f"{name} must be {words}, got {kit.shortened(repr(value))}")
     return value
 
 
@@ -155,9 +143,9 @@ def _integers(values: Any, name: str) -> Longs:
 
 def _of_corners(cells: Any, of_vertices: Longs) -> Longs:
     """Return the most frequent label at the corners of each cell; of several, the lowest."""
-    n_vertices = cells.n_cells if kind_of(cells).are_points else cells.n_vertices
-    check_length(of_vertices, n_vertices, "segIndices", "vertex", error=MeshError)
-    return labels_of_corners(cells, of_vertices)
+    n_vertices = cells.n_cells if kit.kind_of(cells).are_points else cells.n_vertices
+    kit.check_length(of_vertices, n_vertices, "segIndices", "vertex", error=MeshError)
+    return kit.labels_of_corners(cells, of_vertices)
 
 
 def _by_number(labels: Longs, known: ClassList) -> Imported:
@@ -195,7 +183,7 @@ def _by_annotation(document: Any, n_cells: int, known: ClassList) -> Imported:
         if runs.min(initial=0) < 0 or runs.max(initial=0) > n_cells:  # their sum could wrap
             raise MeshError(f"counts must be 0 to {n_cells}, the number of cells of the mesh")
         if runs.sum() != n_cells:
-            cells = counted(int(runs.sum()), "cell")
+            cells = kit.counted(int(runs.sum()), "cell")
             raise MeshError(f"an annotation has {cells}, but the mesh has {n_cells}")
         is_in = np.repeat(np.arange(len(runs)) % 2 == 1, runs)
         name = names[_entry(annotation, "category_id", int)]

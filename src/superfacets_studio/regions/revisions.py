@@ -12,17 +12,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from superfacets import RegionGraph
-from superfacets.kit import (
-    Bools,
-    Floats,
-    Ints,
-    Longs,
-    Surface,
-    checked_fraction,
-    counted,
-    shortened,
-)
+from superfacets import RegionGraph, kit
+from superfacets.kit import Bools, Floats, Ints, Longs, Surface
 from superfacets.regions.region_graph import region_graph_of
 
 MAX_KEPT = 6  # number of most recently used revisions that are kept
@@ -58,7 +49,7 @@ class Partition:
 
 def _check_exists(region: int, n_regions: int) -> None:
     if not 0 <= region < n_regions:
-        regions = counted(n_regions, "region")
+        regions = kit.counted(n_regions, "region")
         raise ValueError(f"region {region} does not exist: the segmentation has {regions}")
 
 
@@ -131,7 +122,7 @@ class Revisions:
         with self._lock:
             revision = self._kept.get(number) if isinstance(number, int) else None
             if revision is None:
-                name = shortened(str(number))  # clients may send a value of any type and length
+                name = kit.shortened(str(number))  # clients may send a value of any type and length
                 raise GoneError(f"revision {name} no longer exists: request the state and labels")
             self._kept.move_to_end(revision.number)
             return revision
@@ -151,7 +142,7 @@ def similar_regions(graph: RegionGraph, region: int, tolerance: float) -> list[i
     that are nearly flat if `region` is flat. Raises ValueError or TypeError if the region does not
     exist, or if the tolerance is not between 0 and 1.
     """
-    limit = checked_fraction(tolerance, "tolerance")
+    limit = kit.checked_fraction(tolerance, "tolerance")
     _check_exists(region, graph.n_regions)
     if graph.normal_lengths[region] >= FLAT:
         halves = np.linalg.norm(graph.normals - graph.normals[region], axis=1) / 2.0

@@ -12,21 +12,10 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-from superfacets import IslandWarning, Segmentation, SliverWarning, _core, segment
+from superfacets import IslandWarning, Segmentation, SliverWarning, _core, kit, segment
 from superfacets.cleanup.edit import read_regions
 from superfacets.graph.kinds import graph_and_surface
-from superfacets.kit import (
-    DEFAULT_N_SEGMENTS,
-    WEIGHTS,
-    Cells,
-    Ints,
-    Surface,
-    checked_count,
-    checked_flag,
-    checked_number,
-    checked_threads,
-    counted,
-)
+from superfacets.kit import DEFAULT_N_SEGMENTS, WEIGHTS, Cells, Ints, Surface
 from superfacets.regions.merge_tree import MergeTree, checked_cut, merge_neighbors
 from superfacets.stages.prepare import Prepared
 
@@ -68,15 +57,15 @@ def checked_parameters(given: Mapping[str, Any], usual: Parameters, n_cells: int
     merged = {**usual, **given}
     if "level" not in given and given.get("n_segments") not in (None, usual["n_segments"]):
         merged["level"] = None  # the level in `usual` is for another number of regions
-    n_segments = checked_count(merged["n_segments"], "n_segments", n_cells, "cells")
+    n_segments = kit.checked_count(merged["n_segments"], "n_segments", n_cells, "cells")
     level = merged["level"]
     if level is not None:
-        level = checked_count(level, "level", n_segments, "regions on the finest level")
+        level = kit.checked_count(level, "level", n_segments, "regions on the finest level")
     return {
         "n_segments": n_segments,
-        "alpha": checked_number(merged["alpha"], "alpha", zero=True),
-        "ridges": checked_number(merged["ridges"], "ridges", zero=True),
-        "smooth": checked_flag(merged["smooth"], "smooth"),
+        "alpha": kit.checked_number(merged["alpha"], "alpha", zero=True),
+        "ridges": kit.checked_number(merged["ridges"], "ridges", zero=True),
+        "smooth": kit.checked_flag(merged["smooth"], "smooth"),
         "level": None if level == n_segments else level,
     }
 
@@ -150,12 +139,12 @@ class Segmenter:
     @cached_property
     def prepared(self) -> Prepared:
         """Mesh as prepared for `segment`, with its cell graph."""
-        return Prepared.of(self.source, weld=True, n_threads=checked_threads(None))
+        return Prepared.of(self.source, weld=True, n_threads=kit.checked_threads(None))
 
     @cached_property
     def surface(self) -> Surface:
         """Graph and geometry for borders, merging and splits, with cells in input order."""
-        prepared, n_threads = self.prepared, checked_threads(None)
+        prepared, n_threads = self.prepared, kit.checked_threads(None)
         if prepared.order is not None or prepared.n_steps:
             return graph_and_surface(self.source, True, n_threads)[1]
         return prepared.kind.surface(self.source, prepared.graph, n_threads)
@@ -235,7 +224,7 @@ def _notes_of(found: list[warnings.WarningMessage], result: Segmentation) -> tup
         if warning.category is SliverWarning:
             notes.append("Triangles are long and thin, so regions are stripes: subdivide first.")
         elif warning.category is IslandWarning:
-            n_pieces = counted(result.n_unreached, "small disconnected piece")
+            n_pieces = kit.counted(result.n_unreached, "small disconnected piece")
             became = "an additional region" if result.n_unreached == 1 else "additional regions"
             notes.append(f"{n_pieces} of the mesh became {became}.")
         else:
