@@ -399,12 +399,9 @@ def test_constrained_labels_do_not_depend_on_threads():
         ({"mask": [True, True, False, True], "init": [1, 2]}, ValueError,
          r"init\[1\] is cell 2, but the mask excludes this cell"),
         ({"barriers": [0.5] * 4}, TypeError, "barriers must contain integers, got float64"),
-        (
-            {"barriers": [1, 2]},
-            ValueError,
-            r"barriers must have one number per cell, shape \(4,\), or be edges of a"
-            r" mesh, shape \(E, 2\), got shape \(2,\)",
-        ),
+        ({"barriers": [1, 2]}, ValueError,
+         r"barriers must have one number per cell, shape \(4,\), or be edges of a mesh, shape \(E,"
+         r" 2\), got shape \(2,\)"),
         ({"barriers": [[0, 1, 2]]}, ValueError, r"barriers must have shape \(E, 2\), got \(1, 3\)"),
         ({"barriers": [[0, 9]]}, ValueError,
          r"barriers\[0\] must be vertices from 0 to 5, got \[0, 9\]"),
@@ -414,12 +411,9 @@ def test_constrained_labels_do_not_depend_on_threads():
         ({"barriers": np.ma.array([1] * 4, mask=[0, 0, 0, 1])}, ValueError,
          "barriers must not have masked entries: fill or remove these entries"),
         ({"max_num_iter": -1}, ValueError, "max_num_iter must be at least 0, got -1"),
-        (
-            {"init": [0, 0, 2, 2]},
-            ValueError,
-            "init must be seeds, or valid labels of all cells: labels must be"
-            " consecutive integers from 0, but no cell has label 1",
-        ),
+        ({"init": [0, 0, 2, 2]}, ValueError,
+         "init must be seeds, or valid labels of all cells: labels must be consecutive integers"
+         " from 0, but no cell has label 1"),
         ({"init": [-1] * 4}, ValueError,
          "init must have a label >= 0 for a cell inside the mask, got only -1"),
         ({"init": [0, 0, 1, 1], "n_segments": 3}, ValueError,

@@ -354,12 +354,9 @@ def test_paper_is_read_only_and_changes_what_it_says(sheet):
         ({"radius": 0.1, "expected_radius": 2.0}, ValueError,
          "radius is 0.1 and expected_radius is 2.0: give only one of them"),
         ({"expected_radius": 0}, ValueError, "expected_radius must be finite and positive, got 0"),
-        (
-            {"n_segments": np.zeros((9, 3), int)},
-            TypeError,
-            r"n_segments must be an integer, got an array: pass vertices and faces as"
-            r" one pair \(vertices, faces\)",
-        ),
+        ({"n_segments": np.zeros((9, 3), int)}, TypeError,
+         r"n_segments must be an integer, got an array: pass vertices and faces as one pair"
+         r" \(vertices, faces\)"),
         ({"alpha": -1}, ValueError, "alpha must be finite and not negative, got -1"),
         ({"eta_convex": -1}, ValueError, "eta_convex must be finite and not negative"),
         ({"weights": "stk"}, ValueError,

@@ -273,14 +273,11 @@ def test_a_subdivision_says_what_it_is_and_is_read_only():
         (math.nan, ValueError, "max_edge must be finite and positive"),
         ("1", TypeError, "max_edge must be a number"),
         (True, TypeError, "max_edge must be a number"),
-        (
-            1e-13,
-            ValueError,
-            "max_edge must be at least 1e-12 for coordinates of 1, got 1e-13: use a"
-            " larger max_edge, or move the mesh to the origin",
-        ),
+        (1e-13, ValueError,
+         "max_edge must be at least 1e-12 for coordinates of 1, got 1e-13: use a larger max_edge,"
+         " or move the mesh to the origin"),
     ],
-)
+)  # fmt: skip
 def test_wrong_lengths_are_refused(max_edge, error, message):
     with pytest.raises(error, match=message):
         bisect(shapes.cube(), max_edge)

@@ -280,26 +280,17 @@ def test_blanks_may_follow(read):
         ("format ascii 1.0", "",
          "expected `format` and one of ascii, binary_little_endian, binary_big_endian in the"),
         ("format ascii 1.0", "format ascii 2.0", "the PLY version must be 1.0, got '2.0'"),
-        (
-            "element face 2",
-            "element face two",
-            "expected an element with its count, or a property in the PLY header, got"
-            " 'element face two'",
-        ),
-        (
-            "element face 2",
-            "element face -2",
-            "expected an element with its count, or a property in the PLY header, got"
-            " 'element face -2'",
-        ),
+        ("element face 2", "element face two",
+         "expected an element with its count, or a property in the PLY header, got 'element face"
+         " two'"),
+        ("element face 2", "element face -2",
+         "expected an element with its count, or a property in the PLY header, got 'element face"
+         " -2'"),
         ("element face 2", "element face ²", "header, got 'element face ²'"),
         ("element face 2", "element vertex 2", "declares element vertex twice"),
-        (
-            "comment of nobody",
-            "property float w",
-            "expected an element with its count, or a property in the PLY header, got"
-            " 'property float w'",
-        ),
+        ("comment of nobody", "property float w",
+         "expected an element with its count, or a property in the PLY header, got 'property float"
+         " w'"),
         (
             "float x",
             "quadruple x",
@@ -308,12 +299,9 @@ def test_blanks_may_follow(read):
         ),
         ("property float x", "property",
          "expected a property with a type and a name in the PLY header, got 'property'"),
-        (
-            "list uchar int",
-            "list float int",
-            "expected an integer type for the length of a list in the PLY header, got"
-            " 'property lis...ertex_indices'",
-        ),
+        ("list uchar int", "list float int",
+         "expected an integer type for the length of a list in the PLY header, got 'property"
+         " lis...ertex_indices'"),
         ("list uchar int", "list uchar float",
          "the type of the PLY list vertex_indices must be an integer type"),
         ("list uchar int", "int", "have no list vertex_indices"),

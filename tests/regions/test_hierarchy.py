@@ -414,22 +414,15 @@ def test_a_hierarchy_can_be_copied():
          r"labels\[2\] must be -1 to 3 for 4 cells, got -2"),
         ([2], {"labels": [0, 1]}, ValueError,
          r"labels must have one value per cell \(4\), got 2 values"),
-        (
-            [2],
-            {"labels": [0, 0, 1, 1], "tol": 0.1},
-            TypeError,
-            "tol would have no effect because labels are given: leave out either labels"
-            " or these options",
-        ),
+        ([2], {"labels": [0, 0, 1, 1], "tol": 0.1}, TypeError,
+         "tol would have no effect because labels are given: leave out either labels or these"
+         " options"),
         ([2], {"features": [1, 2]}, ValueError,
          r"features must have one row per cell \(4\) or per vertex \(10\), got 2 rows"),
-        (
-            [2],
-            {"features": [1, 2, 3, 1e200], "scale_features": False, "labels": [0, 1, 2, 3]},
-            ValueError,
-            r"features are as large as 1e\+200, so their squares would overflow: rescale"
-            r" them, or use scale_features=True",
-        ),
+        ([2], {"features": [1, 2, 3, 1e200], "scale_features": False, "labels": [0, 1, 2, 3]},
+         ValueError,
+         r"features are as large as 1e\+200, so their squares would overflow: rescale them, or use"
+         r" scale_features=True"),
         ([2], {"scale_features": 1}, TypeError, "scale_features must be True or False"),
     ],
 )  # fmt: skip
