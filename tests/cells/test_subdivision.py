@@ -31,14 +31,6 @@ def areas(mesh):
     return reference.measure_faces(mesh)[1]
 
 
-def smallest_angles(mesh):
-    """Return the smallest angle of each face, in radians."""
-    corners = mesh.vertices[mesh.faces]
-    one, other = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
-    turn = np.linalg.norm(np.cross(one, other), axis=2)
-    return np.arctan2(turn, np.sum(one * other, axis=2)).min(axis=1)
-
-
 def test_a_face_is_cut_at_the_middle_of_its_longest_edge():
     """The longest side, from (4, 0) to (0, 3), gets vertex 3:
 
@@ -132,8 +124,8 @@ def test_what_holds_for_every_mesh(name):
     assert np.array_equal(np.bincount(parts.sources, shares), np.ones(mesh.n_faces))
     assert np.allclose(areas(parts.mesh), shares * areas(mesh)[parts.sources], rtol=1e-9)
     # Rosenberg and Stenger
-    bound = 0.5 * smallest_angles(mesh)[parts.sources]
-    assert np.all(smallest_angles(parts.mesh) >= bound * (1 - 1e-9))
+    bound = 0.5 * shapes.smallest_angles(mesh)[parts.sources]
+    assert np.all(shapes.smallest_angles(parts.mesh) >= bound * (1 - 1e-9))
 
 
 @pytest.mark.parametrize(

@@ -11,13 +11,6 @@ V4 = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n"
 
 
 @pytest.mark.parametrize(("name", "data"), [("a.off", off()), ("a.tri", tri())])
-def test_vertices_and_faces_are_those_of_the_file_in_their_order(read, name, data):
-    mesh = read(name, data)
-    assert_array_equal(mesh.vertices, VERTICES)
-    assert_array_equal(mesh.faces, FACES)
-
-
-@pytest.mark.parametrize(("name", "data"), [("a.off", off()), ("a.tri", tri())])
 @pytest.mark.parametrize("newline", [b"\r\n", b"\r", b"\n\n\n"])
 def test_line_ends_and_blank_lines(read, name, data, newline):
     assert_array_equal(read(name, data.replace(b"\n", newline)).faces, FACES)
@@ -30,9 +23,12 @@ def test_decimals_are_rounded_to_the_nearest_double(read, name, make):
 
 
 @pytest.mark.parametrize(("name", "data"), [("a.off", off()), ("a.tri", tri())])
-@pytest.mark.parametrize("block", [1, 30])
-def test_the_size_of_blocks_does_not_matter(read, limit, name, data, block):
-    limit("block of text", block)
+@pytest.mark.parametrize("block", [1, 30, None])
+def test_vertices_and_faces_are_those_of_the_file_in_blocks_of_any_size(
+    read, limit, name, data, block
+):
+    if block:
+        limit("block of text", block)
     mesh = read(name, data)
     assert_array_equal(mesh.vertices, VERTICES)
     assert_array_equal(mesh.faces, FACES)
