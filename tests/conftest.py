@@ -8,6 +8,9 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
+import shapes
+
+from superfacets import write_mesh
 
 # A shell or nohup may have made this process ignore signals, which its children would inherit.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
@@ -176,3 +179,11 @@ def run_main(monkeypatch, capsys):
         return stop.value.code, *capsys.readouterr()
 
     return run
+
+
+@pytest.fixture
+def sheet(tmp_path):
+    """Write a mesh of 1,152 faces, and return its path."""
+    path = tmp_path / "sheet.ply"
+    write_mesh(path, shapes.bumpy_sheet(24))
+    return path

@@ -4,7 +4,11 @@ import math
 
 import numpy as np
 
-from superfacets import CellGraph, Mesh
+from superfacets import CellGraph, Mesh, TetMesh, build_face_graph
+from superfacets.tools.sample import split_in_four
+
+# The six tetrahedra around the diagonal of the unit cube from corner 0 to corner 7.
+AROUND = [[0, 1, 3, 7], [0, 3, 2, 7], [0, 2, 6, 7], [0, 6, 4, 7], [0, 4, 5, 7], [0, 5, 1, 7]]
 
 
 def strip(n_faces):
@@ -293,6 +297,33 @@ def dumbbell(n_rings=31, n_around=14):
     c, d = b + n_around, a + n_around
     quads = np.stack([a, b, c, d], axis=-1).reshape(-1, 4)
     return Mesh(rings.reshape(-1, 3), np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]))
+
+
+def subdivided(mesh, times=1):
+    """Return the mesh whose faces are cut into four, this many times."""
+    arrays = (mesh.vertices, mesh.faces)
+    for _ in range(times):
+        arrays = split_in_four(*arrays)
+    return Mesh(*arrays)
+
+
+def column(n):
+    """Return a column of unit cubes, of six tetrahedra each."""
+    points = [[x, y, z] for z in range(n + 1) for y in (0, 1) for x in (0, 1)]
+    return TetMesh(points, [[4 * i + v for v in tet] for i in range(n) for tet in AROUND])
+
+
+def smallest_angles(mesh):
+    """Return the smallest angle of each face, in radians."""
+    corners = mesh.vertices[mesh.faces]
+    one, other = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
+    turn = np.linalg.norm(np.cross(one, other), axis=2)
+    return np.arctan2(turn, np.sum(one * other, axis=2)).min(axis=1)
+
+
+def unit_graph(mesh):
+    graph = build_face_graph(mesh)
+    return graph.with_weights(np.ones(graph.n_arcs))
 
 
 def line_graph(weights, measures=None):

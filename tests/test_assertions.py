@@ -15,29 +15,21 @@ WITHOUT = "the core was built without assertions (make lowest, newest and saniti
 BROKEN_CALLS = {
     "_core.find_components(offsets, neighbors, np.zeros(5, np.int32))": (
         "src/core/cells/components.cpp",
-        "arcs.are_valid() && std::cmp_equal(labels.size(), arcs.n_cells())",
-    ),
+        "arcs.are_valid() && std::cmp_equal(labels.size(), arcs.n_cells())"),
     "_core.find_components(offsets, neighbors + 1, np.zeros(2, np.int32))": (
         "src/core/cells/components.cpp",
-        "arcs.are_valid() && std::cmp_equal(labels.size(), arcs.n_cells())",
-    ),
+        "arcs.are_valid() && std::cmp_equal(labels.size(), arcs.n_cells())"),
     "_core.OrderedGraph(cells, offsets, neighbors, halves, 1)": (
         "src/core/cells/ordered_graph.cpp",
-        "std::ssize(input.lengths) == n_arcs && are_quantized(input.lengths)",
-    ),
+        "std::ssize(input.lengths) == n_arcs && are_quantized(input.lengths)"),
     "_core.OrderedGraph(three_cells, offsets, neighbors, ones, 1)": (
         "src/core/cells/ordered_graph.cpp",
-        "input.arcs.are_valid() && input.arcs.n_cells() == n_cells()",
-    ),
+        "input.arcs.are_valid() && input.arcs.n_cells() == n_cells()"),
     "_core.update_centers(ordered, np.array([0, 2], np.int32), 2, 1)": (
-        "src/core/clustering/update.cpp",
-        "all_below(labels, n_regions)",
-    ),
+        "src/core/clustering/update.cpp", "all_below(labels, n_regions)"),
     "_core.farthest_seeds(ordered, 0, 3, keep, 1)": (
-        "src/core/clustering/farthest.cpp",
-        "all.farthest_squared > kIsCenter",
-    ),
-}
+        "src/core/clustering/farthest.cpp", "all.farthest_squared > kIsCenter"),
+}  # fmt: skip
 
 SETUP = """
 import numpy as np

@@ -259,11 +259,9 @@ def test_islands_that_are_too_small_are_told():
          "min_measure must be at most max_measure, 1, got 2"),
         ({"max_measure": 20.0, "n_segments": 3},
          "max_measure=20 allows 3 regions to cover only 60 of 800: use at least 40 regions"),
-        (
-            {"min_measure": 300.0, "n_segments": 3},
-            "3 regions of at least min_measure=300 need 900, but the total size of all cells is"
-            " 800: use at most 2 regions",
-        ),
+        ({"min_measure": 300.0, "n_segments": 3},
+         "3 regions of at least min_measure=300 need 900, but the total size of all cells is 800:"
+         " use at most 2 regions"),
         ({"min_measure": 900.0, "n_segments": 3},
          "min_measure must be at most 800, the total size of all cells, got 900"),
         ({"max_measure": 0.1, "n_segments": 3},
@@ -276,21 +274,17 @@ def test_islands_that_are_too_small_are_told():
          "cell_weights must contain numbers, got <U1"),
         ({"balance": 1.0, "cell_weights": np.zeros(1600)},
          "at least one cell must have a size above 0, but all sizes are 0"),
-        (
-            {"balance": 1.0, "radius_factor": 2.0},
-            "balance cannot be combined with radius_factor, which limits the paths from"
-            " centers: leave one of them out",
-        ),
+        ({"balance": 1.0, "radius_factor": 2.0},
+         "balance cannot be combined with radius_factor, which limits the paths from centers: leave"
+         " one of them out"),
         ({"balance": 1.0, "min_size": 0.1}, "^balance sets .* leave min_size out"),
         ({"max_measure": 40.0, "min_size": 0.1}, "^max_measure sets .* leave min_size out"),
         ({"min_measure": 0.1, "radius_factor": 2.0}, "^min_measure cannot be combined with radius"),
         ({"cells_per_region": 0}, "cells_per_region must be at least 1"),
         ({"cells_per_region": 64, "balance": 1.0}, "leave balance out"),
-        (
-            {"cells_per_region": 64, "n_segments": 3},
-            "cells_per_region already sets the number of regions: leave out n_segments,"
-            " radius and expected_radius, and do not pass seeds as init",
-        ),
+        ({"cells_per_region": 64, "n_segments": 3},
+         "cells_per_region already sets the number of regions: leave out n_segments, radius and"
+         " expected_radius, and do not pass seeds as init"),
         ({"cells_per_region": 64, "islands": "nearest"},
          "cells_per_region keeps each region in one component: leave islands='nearest' out"),
     ],

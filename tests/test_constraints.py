@@ -8,25 +8,7 @@ import pytest
 import shapes
 
 import superfacets
-from superfacets import (
-    IslandWarning,
-    Mesh,
-    PointCloud,
-    PolygonMesh,
-    TetMesh,
-    build_face_graph,
-    build_point_graph,
-    build_tet_graph,
-    crease_weights,
-    enforce_connectivity,
-    hierarchy,
-    merge_small_regions,
-    region_graph,
-    segment,
-    segment_graph,
-    sharp_edges,
-    smooth_borders,
-)
+import superfacets as sf
 from superfacets.cleanup.edit import BorderCosts
 from superfacets.cleanup.smooth import SmoothOptions, straighten
 from superfacets.graph.constraints import ConstraintOptions
@@ -41,14 +23,14 @@ def grid(n):
     vertices = [[x, y, 0] for y in range(n + 1) for x in range(n + 1)]
     corners = [y * (n + 1) + x for y in range(n) for x in range(n)]
     quads = [(v, v + 1, v + n + 2, v + n + 1) for v in corners]
-    return Mesh(vertices, [t for a, b, c, d in quads for t in ([a, b, c], [a, c, d])])
+    return sf.Mesh(vertices, [t for a, b, c, d in quads for t in ([a, b, c], [a, c, d])])
 
 
 def quads(n):
     """Return the same squares as polygons."""
     corners = [y * (n + 1) + x for y in range(n) for x in range(n)]
     faces = [(v, v + 1, v + n + 2, v + n + 1) for v in corners]
-    return PolygonMesh.of_faces(grid(n).vertices, faces)
+    return sf.PolygonMesh.of_faces(grid(n).vertices, faces)
 
 
 def tets():
@@ -58,11 +40,11 @@ def tets():
     six = [(0, 1, 6, 31), (0, 6, 5, 31), (0, 5, 30, 31), (0, 30, 25, 31), (0, 25, 26, 31),
            (0, 26, 1, 31)]  # fmt: skip
     moved = corners + 0.05 * rng.uniform(-1, 1, corners.shape)
-    return TetMesh(moved, [[v + step for step in tet] for v in cubes for tet in six])
+    return sf.TetMesh(moved, [[v + step for step in tet] for v in cubes for tet in six])
 
 
 def points():
-    return PointCloud(np.random.default_rng(0).uniform(size=(700, 3)) * [1, 1, 0])
+    return sf.PointCloud(np.random.default_rng(0).uniform(size=(700, 3)) * [1, 1, 0])
 
 
 CELLS = {
@@ -72,9 +54,11 @@ CELLS = {
 
 
 def graph_of(cells):
-    if isinstance(cells, PointCloud):
-        return build_point_graph(cells)
-    return build_tet_graph(cells) if isinstance(cells, TetMesh) else build_face_graph(cells)
+    if isinstance(cells, sf.PointCloud):
+        return sf.build_point_graph(cells)
+    return (
+        sf.build_tet_graph(cells) if isinstance(cells, sf.TetMesh) else sf.build_face_graph(cells)
+    )
 
 
 def random_field(graph, n, rng):
@@ -92,8 +76,8 @@ def count_pieces(graph, labels):
 
 def run(cells, *arguments, **options):
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", IslandWarning)
-        return segment(cells, *arguments, **options)
+        warnings.simplefilter("ignore", sf.IslandWarning)
+        return sf.segment(cells, *arguments, **options)
 
 
 OPTIONS = [
@@ -124,7 +108,7 @@ def test_masks_are_never_labeled_and_labels_never_crossed(name, options):
         pairs = np.unique(np.stack([labels[mask], sides[mask]]), axis=1)
         assert pairs.shape[1] == result.n_segments  # a region has one number only
         if "islands" not in options:
-            if isinstance(cells, PointCloud):  # neighbors are searched inside the mask
+            if isinstance(cells, sf.PointCloud):  # neighbors are searched inside the mask
                 graph = find_point_graph(cells, 1, is_kept=mask)
             assert count_pieces(graph, labels) == result.n_segments
         assert result.params["mask"] == result.params["barriers"] == "given"
@@ -135,7 +119,7 @@ def test_masks_are_never_labeled_and_labels_never_crossed(name, options):
 def test_closed_loops_of_edges_are_never_crossed(name, options):
     """Edges around fields divide the mesh like labels do; without them, regions are connected."""
     mesh = CELLS[name]()
-    graph = build_face_graph(mesh)
+    graph = sf.build_face_graph(mesh)
     rng = np.random.default_rng(len(str(options)))
     sides = random_field(graph, 5, rng)
     edges = edges_between(mesh, graph, sides)
@@ -181,25 +165,25 @@ def test_a_mask_of_all_and_barriers_of_none_change_nothing(name):
 
 def test_barriers_that_nothing_crosses_anyway_change_nothing():
     mesh = shapes.bumpy_sheet(20)
-    expected = segment(mesh, 15).labels
-    assert np.array_equal(segment(mesh, 15, barriers=np.empty((0, 2), int)).labels, expected)
+    expected = sf.segment(mesh, 15).labels
+    assert np.array_equal(sf.segment(mesh, 15, barriers=np.empty((0, 2), int)).labels, expected)
     boundary = [[0, 1], [2, 1]]  # edges of the outline
-    assert np.array_equal(segment(mesh, 15, barriers=boundary).labels, expected)
+    assert np.array_equal(sf.segment(mesh, 15, barriers=boundary).labels, expected)
 
 
 @pytest.mark.parametrize("name", ["triangles", "polygons", "fins"])
 def test_what_is_left_has_the_measures_of_a_mesh_of_its_own(name):
     """Lengths, angles, sides and open borders are equal, and smoothing gives the same borders."""
     mesh = shapes.fins(9) if name == "fins" else CELLS[name]()
-    graph = build_face_graph(mesh)
+    graph = sf.build_face_graph(mesh)
     rng = np.random.default_rng(2)
     mask = rng.uniform(size=8)[random_field(graph, 8, rng)] < 0.7
     mask[0] = True
     if name == "polygons":
         corners = mesh.indices.reshape(-1, 4)
-        alone = PolygonMesh.of_faces(mesh.vertices, corners[mask])
+        alone = sf.PolygonMesh.of_faces(mesh.vertices, corners[mask])
     else:
-        alone = Mesh(mesh.vertices, mesh.faces[mask])
+        alone = sf.Mesh(mesh.vertices, mesh.faces[mask])
     surface = as_surface(alone, weld=True, n_threads=1)
     cut = ConstraintOptions(mask, None).cut(mesh, graph, weld=True, n_threads=1)
     part = cut.surface_of(as_surface(mesh, weld=True, n_threads=1))
@@ -225,28 +209,28 @@ def test_what_is_left_has_the_measures_of_a_mesh_of_its_own(name):
 def test_only_the_area_that_is_kept_counts():
     mesh = grid(12)
     left = mesh.vertices[mesh.faces].mean(axis=1)[:, 0] < 6
-    alone = Mesh(mesh.vertices, mesh.faces[left])
-    result = segment(mesh, 9, mask=left, smooth=False)
-    expected = segment(alone, 9, smooth=False)
+    alone = sf.Mesh(mesh.vertices, mesh.faces[left])
+    result = sf.segment(mesh, 9, mask=left, smooth=False)
+    expected = sf.segment(alone, 9, smooth=False)
     assert result.params["expected_radius"] == pytest.approx(np.sqrt(72 / (9 * np.pi)))
     assert np.array_equal(result.labels[left], expected.labels)
     assert np.array_equal(result.centers, np.flatnonzero(left)[expected.centers])
     with pytest.raises(
         ValueError, match="n_segments must be at most 144, the number of faces, got 145"
     ):
-        segment(mesh, 145, mask=left)
+        sf.segment(mesh, 145, mask=left)
 
 
 def test_an_open_line_of_edges_is_walked_around():
     mesh = grid(4)
     wall = [[2, 7], [7, 12], [12, 17]]  # from the outline up to the middle of the last row
-    result = segment(mesh, 1, barriers=wall)
+    result = sf.segment(mesh, 1, barriers=wall)
     assert result.n_segments == 1
-    by_steps = segment(mesh, init=[0], barriers=wall, max_num_iter=0, smooth=False)
+    by_steps = sf.segment(mesh, init=[0], barriers=wall, max_num_iter=0, smooth=False)
     assert by_steps.n_segments == 1
-    cut = segment(mesh, barriers=[*wall, [22, 17]], init=[0], smooth=False)
+    cut = sf.segment(mesh, barriers=[*wall, [22, 17]], init=[0], smooth=False)
     assert cut.n_segments == 2
-    assert count_pieces(build_face_graph(mesh), cut.labels) == 2
+    assert count_pieces(sf.build_face_graph(mesh), cut.labels) == 2
 
 
 def test_edges_are_welded_as_the_mesh_is():
@@ -259,16 +243,16 @@ def test_edges_are_welded_as_the_mesh_is():
     with pytest.raises(
         ValueError, match=r"barriers\[0\] must be an edge of the mesh, got \[15, 39\]"
     ):
-        segment(mesh, 1, barriers=named, weld=False)
+        sf.segment(mesh, 1, barriers=named, weld=False)
 
 
 def test_pieces_between_edges_stay_and_whole_parts_join_the_nearest():
     square = grid(4)
-    speck = Mesh([[9, 0, 0], [9.1, 0, 0], [9, 0.1, 0]], [[0, 1, 2]])
+    speck = sf.Mesh([[9, 0, 0], [9.1, 0, 0], [9, 0.1, 0]], [[0, 1, 2]])
     mesh = shapes.together([square, speck])
     wall = [[2, 7], [7, 12], [12, 17], [17, 22]]
-    with pytest.warns(IslandWarning, match="2 regions instead of 1: 1 part between barriers"):
-        result = segment(mesh, 1, barriers=wall, islands="nearest")
+    with pytest.warns(sf.IslandWarning, match="2 regions instead of 1: 1 part between barriers"):
+        result = sf.segment(mesh, 1, barriers=wall, islands="nearest")
     right = square.vertices[square.faces].mean(axis=1)[:, 0] > 2
     labels = result.labels
     assert len(np.unique(labels[:-1][right])) == len(np.unique(labels[:-1][~right])) == 1
@@ -277,16 +261,18 @@ def test_pieces_between_edges_stay_and_whole_parts_join_the_nearest():
 
 
 def test_islands_join_the_nearest_region_of_their_number():
-    parts = [Mesh(shapes.strip(4).vertices + [x, 0, 0], shapes.strip(4).faces) for x in (0, 5, 30)]
-    specks = [Mesh([[x, 5, 0], [x + 0.1, 5, 0], [x, 5.1, 0]], [[0, 1, 2]]) for x in (0, 6, 9)]
+    parts = [
+        sf.Mesh(shapes.strip(4).vertices + [x, 0, 0], shapes.strip(4).faces) for x in (0, 5, 30)
+    ]
+    specks = [sf.Mesh([[x, 5, 0], [x + 0.1, 5, 0], [x, 5.1, 0]], [[0, 1, 2]]) for x in (0, 6, 9)]
     mesh = shapes.together([*parts, *specks])
     sides = np.repeat([0, 1, 2, 2, 0, 3], [4, 4, 4, 1, 1, 1])
-    with pytest.warns(IslandWarning, match=r"4 regions instead of 3: 1 part between"):
-        result = segment(mesh, 3, barriers=sides, islands="nearest")
+    with pytest.warns(sf.IslandWarning, match=r"4 regions instead of 3: 1 part between"):
+        result = sf.segment(mesh, 3, barriers=sides, islands="nearest")
     of_parts = result.labels[[0, 4, 8]]
     assert result.labels[12:14].tolist() == of_parts[[2, 0]].tolist()
     assert result.labels[14] == 3
-    small = segment(
+    small = sf.segment(
         mesh, init=[0, 4, 8, 12, 13, 14], barriers=sides, islands="nearest", min_size=0.5
     )
     assert small.labels[12:14].tolist() == small.labels[[8, 0]].tolist()
@@ -295,11 +281,11 @@ def test_islands_join_the_nearest_region_of_their_number():
 
 @pytest.mark.parametrize("cells", [shapes.bumpy_sheet(20), points()], ids=["mesh", "points"])
 def test_a_run_begins_where_another_ended(cells):
-    first = segment(cells, 15, smooth=False)
-    again = segment(cells, init=first, smooth=False)
+    first = sf.segment(cells, 15, smooth=False)
+    again = sf.segment(cells, init=first, smooth=False)
     assert again.n_iter < first.n_iter
     assert again.params["init"] == "given"
-    still = segment(cells, init=first, smooth=False, max_num_iter=0)
+    still = sf.segment(cells, init=first, smooth=False, max_num_iter=0)
     assert np.array_equal(still.labels, first.labels)
     assert np.array_equal(still.centers, first.centers)
     assert (still.n_iter, still.stop_reason) == (0, "max_num_iter")
@@ -308,37 +294,37 @@ def test_a_run_begins_where_another_ended(cells):
 def test_labels_begin_with_their_central_cells():
     mesh = grid(4)
     halves = (mesh.vertices[mesh.faces].mean(axis=1)[:, 0] > 2).astype(int)
-    result = segment(mesh, init=halves, max_num_iter=0, smooth=False)
-    graph = build_face_graph(mesh)
+    result = sf.segment(mesh, init=halves, max_num_iter=0, smooth=False)
+    graph = sf.build_face_graph(mesh)
     for label in (0, 1):
         cells = np.flatnonzero(halves == label)
         steps = graph.positions[cells] - graph.positions[cells].mean(axis=0)
         assert result.centers[label] == cells[np.argmin((steps * steps).sum(axis=1))]
     partly = np.where(mesh.vertices[mesh.faces].mean(axis=1)[:, 1] > 3, -1, halves)
-    assert segment(mesh, init=partly).n_segments == 2
-    assert segment(mesh, init=partly, mask=partly >= 0).n_segments == 2
+    assert sf.segment(mesh, init=partly).n_segments == 2
+    assert sf.segment(mesh, init=partly, mask=partly >= 0).n_segments == 2
     # Centers are those of the remaining cells; a label without remaining cells makes no region.
     upper = mesh.vertices[mesh.faces].mean(axis=1)[:, 1] > 3
-    assert segment(mesh, init=halves, mask=upper).n_segments == 2
-    assert segment(mesh, init=halves, mask=halves == 1).n_segments == 1
+    assert sf.segment(mesh, init=halves, mask=upper).n_segments == 2
+    assert sf.segment(mesh, init=halves, mask=halves == 1).n_segments == 1
     with pytest.raises(
         ValueError, match="init must have a label >= 0 for a cell inside the mask, got only -1"
     ):
-        segment(mesh, init=np.where(upper, -1, halves), mask=upper)
+        sf.segment(mesh, init=np.where(upper, -1, halves), mask=upper)
 
 
 def test_all_cells_may_be_seeds():
     mesh = shapes.strip(5)
     order = [4, 2, 0, 1, 3]
-    assert segment(mesh, init=order, smooth=False).centers.tolist() == order
+    assert sf.segment(mesh, init=order, smooth=False).centers.tolist() == order
 
 
 def test_without_iterations_cells_go_to_the_centers_given():
     mesh = shapes.strip(9)
-    result = segment(mesh, init=[0, 1], max_num_iter=0, smooth=False)
+    result = sf.segment(mesh, init=[0, 1], max_num_iter=0, smooth=False)
     assert result.centers.tolist() == [0, 1]
     assert result.labels.tolist() == [0] + [1] * 8
-    assert segment(mesh, 3, max_num_iter=0).n_iter == 0
+    assert sf.segment(mesh, 3, max_num_iter=0).n_iter == 0
 
 
 @pytest.mark.parametrize("options", [{}, {"islands": "nearest"}, {"radius_factor": 2.0}], ids=str)
@@ -351,35 +337,35 @@ def test_graphs_have_masks_and_barriers_too(options):
         mask[0] = True
         sides = rng.integers(0, 3, n)
         k = int(rng.integers(1, mask.sum() + 1))
-        result = segment_graph(graph, k, mask=mask, barriers=sides, **options)
+        result = sf.segment_graph(graph, k, mask=mask, barriers=sides, **options)
         assert ((result.labels == -1) == ~mask).all()
         pairs = np.unique(np.stack([result.labels[mask], sides[mask]]), axis=1)
         assert pairs.shape[1] == result.n_segments
         if "radius_factor" in options:
             continue  # the reach depends on the number of regions
         same = {"mask": mask, "barriers": sides, **options}
-        again = segment_graph(graph, init=result, max_num_iter=0, **same)
+        again = sf.segment_graph(graph, init=result, max_num_iter=0, **same)
         assert np.array_equal(again.labels, result.labels)
 
 
 def test_results_of_graphs_are_those_of_meshes():
     mesh = shapes.bumpy_sheet(12)
-    faces = build_face_graph(mesh)
+    faces = sf.build_face_graph(mesh)
     rng = np.random.default_rng(0)
     mask = rng.uniform(size=9)[random_field(faces, 9, rng)] < 0.7
     sides = random_field(faces, 3, rng)
     options = {"mask": mask, "barriers": sides}
     expected = run(mesh, 12, weights="creases", smooth=False, denoise=0, **options)
-    weights = crease_weights(mesh, faces, expected.params["expected_radius"])
+    weights = sf.crease_weights(mesh, faces, expected.params["expected_radius"])
     graph = faces.with_weights(weights)
-    found = segment_graph(graph, 12, **options)
+    found = sf.segment_graph(graph, 12, **options)
     assert np.array_equal(found.labels, expected.labels)
     assert np.array_equal(found.centers, expected.centers)
 
 
 def test_constrained_labels_do_not_depend_on_threads():
     mesh = shapes.bumpy_sheet(60)
-    graph = build_face_graph(mesh)
+    graph = sf.build_face_graph(mesh)
     rng = np.random.default_rng(1)
     mask = rng.uniform(size=20)[random_field(graph, 20, rng)] < 0.8
     sides = random_field(graph, 7, rng)
@@ -399,12 +385,9 @@ def test_constrained_labels_do_not_depend_on_threads():
         ({"mask": [True, True, False, True], "init": [1, 2]}, ValueError,
          r"init\[1\] is cell 2, but the mask excludes this cell"),
         ({"barriers": [0.5] * 4}, TypeError, "barriers must contain integers, got float64"),
-        (
-            {"barriers": [1, 2]},
-            ValueError,
-            r"barriers must have one number per cell, shape \(4,\), or be edges of a"
-            r" mesh, shape \(E, 2\), got shape \(2,\)",
-        ),
+        ({"barriers": [1, 2]}, ValueError,
+         r"barriers must have one number per cell, shape \(4,\), or be edges of a mesh, shape \(E,"
+         r" 2\), got shape \(2,\)"),
         ({"barriers": [[0, 1, 2]]}, ValueError, r"barriers must have shape \(E, 2\), got \(1, 3\)"),
         ({"barriers": [[0, 9]]}, ValueError,
          r"barriers\[0\] must be vertices from 0 to 5, got \[0, 9\]"),
@@ -414,12 +397,9 @@ def test_constrained_labels_do_not_depend_on_threads():
         ({"barriers": np.ma.array([1] * 4, mask=[0, 0, 0, 1])}, ValueError,
          "barriers must not have masked entries: fill or remove these entries"),
         ({"max_num_iter": -1}, ValueError, "max_num_iter must be at least 0, got -1"),
-        (
-            {"init": [0, 0, 2, 2]},
-            ValueError,
-            "init must be seeds, or valid labels of all cells: labels must be"
-            " consecutive integers from 0, but no cell has label 1",
-        ),
+        ({"init": [0, 0, 2, 2]}, ValueError,
+         "init must be seeds, or valid labels of all cells: labels must be consecutive integers"
+         " from 0, but no cell has label 1"),
         ({"init": [-1] * 4}, ValueError,
          "init must have a label >= 0 for a cell inside the mask, got only -1"),
         ({"init": [0, 0, 1, 1], "n_segments": 3}, ValueError,
@@ -428,15 +408,15 @@ def test_constrained_labels_do_not_depend_on_threads():
 )  # fmt: skip
 def test_wrong_arguments_are_named(options, error, message):
     with pytest.raises(error, match=message):
-        segment(shapes.strip(4), **options)
+        sf.segment(shapes.strip(4), **options)
 
 
 def test_seeds_of_a_cloud_are_named_by_their_numbers_in_the_input():
     mask = np.arange(700) != 123
     with pytest.raises(ValueError, match=r"init\[1\] is cell 123, but the mask excludes this cell"):
-        segment(points(), mask=mask, init=[7, 123])
+        sf.segment(points(), mask=mask, init=[7, 123])
     with pytest.raises(ValueError, match=r"init\[1\] must be 0 to 699, got 700"):
-        segment(points(), init=[7, 700])
+        sf.segment(points(), init=[7, 700])
 
 
 def scan():
@@ -447,7 +427,7 @@ def scan():
     rng = np.random.default_rng(4)
     x, y = rng.uniform(-1, 1, (2, 6000))
     heights = 5 - np.abs(x) + 0.001 * rng.normal(size=6000)
-    cloud = PointCloud(np.stack([x, y, heights], axis=1), viewpoints=[0, 0, 99])
+    cloud = sf.PointCloud(np.stack([x, y, heights], axis=1), viewpoints=[0, 0, 99])
     kept = np.flatnonzero(rng.uniform(size=6000) < 0.1)
     mask = np.zeros(6000, bool)
     mask[kept] = True
@@ -472,7 +452,7 @@ def test_a_mask_of_a_cloud_is_the_same_as_no_other_points(options):
     assert np.array_equal(result.labels, whole)
     assert np.array_equal(result.centers, np.flatnonzero(mask)[expected.centers])
     assert result.n_unreached == expected.n_unreached
-    for regions in (result.regions, region_graph(cloud, result.labels, centers=result.centers)):
+    for regions in (result.regions, sf.region_graph(cloud, result.labels, centers=result.centers)):
         for name, values in expected.regions.table().items():
             if name != "center":
                 assert np.array_equal(regions.table()[name], values, equal_nan=True), name
@@ -483,7 +463,7 @@ def test_arrays_for_masked_clouds_have_a_row_per_point_of_the_cloud():
     cloud, mask, alone = scan()
     kept = np.flatnonzero(mask)
     sides = (cloud.points[:, 1] > 0.2).astype(int)
-    weights = build_point_graph(alone).weights
+    weights = sf.build_point_graph(alone).weights
     for given, of_alone in (
         ({"barriers": sides}, {"barriers": sides[mask]}),
         ({"init": kept[::50]}, {"init": np.arange(len(kept))[::50]}),
@@ -498,28 +478,28 @@ def test_arrays_for_masked_clouds_have_a_row_per_point_of_the_cloud():
 def test_prepared_clouds_take_masks():
     cloud, mask, _ = scan()
     prepared = Prepared.of(cloud, weld=True, n_threads=1)
-    found = segment(prepared, 12, mask=mask, features="normals")
-    assert np.array_equal(found.labels, segment(cloud, 12, mask=mask, features="normals").labels)
+    found = sf.segment(prepared, 12, mask=mask, features="normals")
+    assert np.array_equal(found.labels, sf.segment(cloud, 12, mask=mask, features="normals").labels)
 
 
 def test_edits_of_partly_labeled_clouds_are_those_of_the_labeled_points():
     cloud, mask, alone = scan()
-    few = segment(alone, 40, smooth=False).labels
+    few = sf.segment(alone, 40, smooth=False).labels
     labels = np.full(cloud.n_points, -1)
     labels[mask] = few
-    assert np.array_equal(smooth_borders(cloud, labels)[mask], smooth_borders(alone, few))
-    for edit in (enforce_connectivity, partial(merge_small_regions, min_size=1.1)):
+    assert np.array_equal(sf.smooth_borders(cloud, labels)[mask], sf.smooth_borders(alone, few))
+    for edit in (sf.enforce_connectivity, partial(sf.merge_small_regions, min_size=1.1)):
         assert np.array_equal(edit(cloud, labels).labels[mask], edit(alone, few).labels)
     levels = {"counts": [12, 3], "features": "normals"}
-    found, expected = hierarchy(cloud, mask=mask, **levels), hierarchy(alone, **levels)
+    found, expected = sf.hierarchy(cloud, mask=mask, **levels), sf.hierarchy(alone, **levels)
     for at_all, at_kept in zip(found.levels, expected.levels, strict=True):
         assert np.array_equal(at_all[mask], at_kept)
 
 
 @pytest.mark.parametrize("kept", [[3], [0, 4]], ids=["one", "coincident"])
 def test_masks_of_one_position_work(kept):
-    cloud = PointCloud([[0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 1, 0], [0, 0, 0]])
-    result = segment(cloud, 1, mask=np.isin(np.arange(5), kept))
+    cloud = sf.PointCloud([[0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 1, 0], [0, 0, 0]])
+    result = sf.segment(cloud, 1, mask=np.isin(np.arange(5), kept))
     assert np.flatnonzero(result.labels == 0).tolist() == kept
     assert result.regions.cell_counts.tolist() == [len(kept)]
 
@@ -528,73 +508,75 @@ def test_what_does_not_fit_the_cells_is_named():
     with pytest.raises(
         ValueError, match="init must be a segmentation of 5 cells, got one of 4 cells"
     ):
-        segment(shapes.strip(5), init=segment(shapes.strip(4), 2))
+        sf.segment(shapes.strip(5), init=sf.segment(shapes.strip(4), 2))
     for cells in (points(), tets()):
         with pytest.raises(ValueError, match=r"barriers of shape \(E, 2\) need a mesh"):
-            segment(cells, 2, barriers=[[0, 1]])
+            sf.segment(cells, 2, barriers=[[0, 1]])
     with pytest.raises(ValueError, match=r"barriers of shape \(E, 2\) need a mesh"):
-        segment_graph(shapes.line_graph([1.0, 1.0]), 2, barriers=[[0, 1]])
+        sf.segment_graph(shapes.line_graph([1.0, 1.0]), 2, barriers=[[0, 1]])
 
 
 def test_sharp_edges_divide_a_part_into_its_faces():
     block = shapes.drilled_block(64)
-    edges = sharp_edges(block)
-    labels = segment(block, 1, barriers=edges).labels  # without a warning
+    edges = sf.sharp_edges(block)
+    labels = sf.segment(block, 1, barriers=edges).labels  # without a warning
     assert sorted(np.bincount(labels)) == [2, 2, 2, 2, 68, 68, 128]  # sides, ends, the hole
-    with pytest.warns(IslandWarning) as warned:
-        segment(block, 2, barriers=edges)
+    with pytest.warns(sf.IslandWarning) as warned:
+        sf.segment(block, 2, barriers=edges)
     assert str(warned[0].message) == (
         "8 regions instead of 2: barriers divide the cells into components, each of which has at"
         " least one region"
     )
-    assert len(sharp_edges(block, 5)) == len(edges) + 64  # the hole bends by 360 / 64 degrees
-    assert len(sharp_edges(block, 90)) == len(edges)
-    assert len(sharp_edges(block, 91)) == 0
+    assert len(sf.sharp_edges(block, 5)) == len(edges) + 64  # the hole bends by 360 / 64 degrees
+    assert len(sf.sharp_edges(block, 90)) == len(edges)
+    assert len(sf.sharp_edges(block, 91)) == 0
 
 
 def test_sharp_edges_are_those_of_polygons_and_of_part_of_faces():
     cube = shapes.cube()
-    rim = sharp_edges(cube)
+    rim = sf.sharp_edges(cube)
     assert rim.shape == (12, 2)
     assert rim.dtype == np.int32
     assert (rim[:, 0] < rim[:, 1]).all()
     assert (np.ptp(cube.vertices[rim], axis=1) > 0).sum() == 12  # along the axes, no diagonals
     faces = np.array(cube.faces)
     faces[::3] = faces[::3, ::-1]
-    assert sharp_edges(Mesh(cube.vertices, faces)).tolist() == rim.tolist()
-    assert sharp_edges(PolygonMesh.of_faces(cube.vertices, cube.faces)).tolist() == rim.tolist()
-    assert len(sharp_edges(grid(3))) == 0
+    assert sf.sharp_edges(sf.Mesh(cube.vertices, faces)).tolist() == rim.tolist()
+    assert (
+        sf.sharp_edges(sf.PolygonMesh.of_faces(cube.vertices, cube.faces)).tolist() == rim.tolist()
+    )
+    assert len(sf.sharp_edges(grid(3))) == 0
 
 
 def test_sharp_edges_are_welded_as_barriers_are():
     block = shapes.drilled_block(16)
     soup = shapes.soup(block)
-    edges = sharp_edges(soup)
-    assert len(edges) == len(sharp_edges(block))
-    assert len(sharp_edges(soup, weld=False)) == 0
-    labels = segment(soup, 1, barriers=edges).labels
-    assert np.array_equal(labels, segment(block, 1, barriers=sharp_edges(block)).labels)
+    edges = sf.sharp_edges(soup)
+    assert len(edges) == len(sf.sharp_edges(block))
+    assert len(sf.sharp_edges(soup, weld=False)) == 0
+    labels = sf.segment(soup, 1, barriers=edges).labels
+    assert np.array_equal(labels, sf.segment(block, 1, barriers=sf.sharp_edges(block)).labels)
 
 
 def test_an_edge_of_three_faces_is_sharp_at_any_angle():
-    fan = Mesh(
+    fan = sf.Mesh(
         [[0, 0, 0], [0, 0, 1], [1, 0, 0], [-1, 0, 0], [-1, 0.1, 0]],
         [[0, 1, 2], [1, 0, 3], [1, 0, 4]],
     )
-    assert sharp_edges(fan, 180).tolist() == [[0, 1]]
+    assert sf.sharp_edges(fan, 180).tolist() == [[0, 1]]
 
 
 @pytest.mark.parametrize("angle", [0, -1, 181, np.nan])
 def test_angles_out_of_range_are_refused(angle):
     with pytest.raises(ValueError, match="angle must be"):
-        sharp_edges(grid(1), angle)
+        sf.sharp_edges(grid(1), angle)
 
 
 def test_sharp_edges_need_faces():
     with pytest.raises(
         ValueError, match="expected a surface mesh, got a PointCloud, which has no faces"
     ):
-        sharp_edges(points())
+        sf.sharp_edges(points())
 
 
 def test_masks_and_barriers_of_vertices_are_those_of_the_majority_of_corners():

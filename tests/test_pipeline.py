@@ -8,24 +8,7 @@ import pytest
 import shapes
 
 import superfacets
-from superfacets import (
-    PAPER,
-    PARTS,
-    IslandWarning,
-    Mesh,
-    MeshError,
-    RadiusWarning,
-    build_face_graph,
-    classify,
-    crease_weights,
-    mesh_info,
-    segment,
-    segment_graph,
-    smooth_borders,
-    superfacet_weights,
-    update_centers,
-    write_mesh,
-)
+import superfacets as sf
 from superfacets.metrics import compactness
 
 PLAIN = {"weights": "superfacets", "init": "farthest", "smooth": False, "denoise": 0}
@@ -38,12 +21,12 @@ def sheet():
 
 
 def graph_of(mesh, **options):
-    graph = build_face_graph(mesh)
-    return graph.with_weights(superfacet_weights(mesh, graph, **options))
+    graph = sf.build_face_graph(mesh)
+    return graph.with_weights(sf.superfacet_weights(mesh, graph, **options))
 
 
 def test_labels_are_int32_and_count_from_zero_without_gaps(sheet):
-    result = segment(sheet, 20)
+    result = sf.segment(sheet, 20)
     assert result.labels.dtype == result.centers.dtype == np.int32
     assert result.labels.shape == (sheet.n_faces,)
     assert np.array_equal(np.unique(result.labels), np.arange(20))
@@ -52,19 +35,19 @@ def test_labels_are_int32_and_count_from_zero_without_gaps(sheet):
 
 @pytest.mark.parametrize("k", [1, 2, 37, 300])
 def test_exact_regions_are_connected_and_exactly_as_many_as_asked(sheet, k):
-    result = segment(sheet, k)
+    result = sf.segment(sheet, k)
     assert result.n_segments == k
-    assert shapes.count_pieces(build_face_graph(sheet), result.labels) == k
+    assert shapes.count_pieces(sf.build_face_graph(sheet), result.labels) == k
 
 
-@pytest.mark.parametrize("options", [{}, dict(PAPER), {"max_num_iter": 3}, {"tol": 0.5}])
+@pytest.mark.parametrize("options", [{}, dict(sf.PAPER), {"max_num_iter": 3}, {"tol": 0.5}])
 def test_labels_are_the_classification_of_the_centers_whatever_stopped_the_loop(sheet, options):
-    result = segment(sheet, 20, **{**PLAIN, **options})
+    result = sf.segment(sheet, 20, **{**PLAIN, **options})
     graph = graph_of(sheet)
     reach = None
     if "radius_factor" in options:
         reach = options["radius_factor"] * result.params["expected_radius"]
-    again = classify(graph, result.centers, reach=reach)
+    again = sf.classify(graph, result.centers, reach=reach)
     assert np.array_equal(result.labels, again.labels)
     assert np.array_equal(result.labels[result.centers], np.arange(20))
 
@@ -76,11 +59,11 @@ def test_a_crease_becomes_a_border():
     vertices = np.stack([x, y, np.abs(x)], axis=-1).reshape(-1, 3)
     corner = (np.arange(2 * n)[:, None] * (n + 1) + np.arange(n)).ravel()
     a, b, c, d = corner, corner + n + 1, corner + n + 2, corner + 1
-    mesh = Mesh(vertices, np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]))
-    is_left = build_face_graph(mesh).positions[:, 0] < 0
+    mesh = sf.Mesh(vertices, np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]))
+    is_left = sf.build_face_graph(mesh).positions[:, 0] < 0
 
     def straddling(alpha):
-        labels = segment(mesh, 12, alpha=alpha).labels
+        labels = sf.segment(mesh, 12, alpha=alpha).labels
         left = np.bincount(labels, is_left)
         return np.count_nonzero((left > 0) & (left < np.bincount(labels)))
 
@@ -89,32 +72,32 @@ def test_a_crease_becomes_a_border():
 
 
 def test_two_islands_never_share_a_region():
-    result = segment(shapes.two_islands(), 3)
+    result = sf.segment(shapes.two_islands(), 3)
     assert result.n_segments == 3
     assert not set(result.labels[:4]) & set(result.labels[4:])
 
 
 def test_a_component_without_a_seed_adds_a_region_and_a_warning():
     with pytest.warns(
-        IslandWarning,
+        sf.IslandWarning,
         match="^2 regions instead of 1: 1 component got no seed; to join them"
         " to the nearest region, use islands='nearest'",
     ):
-        result = segment(shapes.two_islands(), 1)
+        result = sf.segment(shapes.two_islands(), 1)
     assert result.n_segments == 2
     assert result.labels.tolist() == [0] * 4 + [1] * 4
 
 
 def test_more_regions_than_the_default_number_are_a_surprise_too():
     soup = shapes.soup(shapes.bumpy_sheet(12))
-    with pytest.warns(IslandWarning, match=r"^288 regions instead of 150: 138 components"):
-        assert segment(soup, weld=False).n_segments == 288
-    segment(soup, radius=0.05, weld=False)  # no number was given
+    with pytest.warns(sf.IslandWarning, match=r"^288 regions instead of 150: 138 components"):
+        assert sf.segment(soup, weld=False).n_segments == 288
+    sf.segment(soup, radius=0.05, weld=False)  # no number was given
 
 
 def test_as_many_regions_as_faces_leaves_each_alone():
     mesh = shapes.bumpy_sheet(6)
-    result = segment(mesh, mesh.n_faces)
+    result = sf.segment(mesh, mesh.n_faces)
     assert sorted(result.labels.tolist()) == list(range(mesh.n_faces))
 
 
@@ -125,63 +108,65 @@ def test_as_many_regions_as_faces_leaves_each_alone():
     lambda: shapes.strip(1), lambda: shapes.fold(180),
 ])  # fmt: skip
 @pytest.mark.parametrize(
-    "options", [{}, dict(PAPER), dict(PARTS), {"init": "flood"}, {"init": "grid"}]
+    "options", [{}, dict(sf.PAPER), dict(sf.PARTS), {"init": "flood"}, {"init": "grid"}]
 )
 def test_awkward_meshes_are_segmented_into_connected_or_halted_regions(make, options):
     mesh = make()
     for k in {1, mesh.n_faces}:
-        result = segment(mesh, k, **options)
+        result = sf.segment(mesh, k, **options)
         assert np.array_equal(np.unique(result.labels), np.arange(result.n_segments))
         assert np.array_equal(result.labels[result.centers], np.arange(result.n_segments))
         if "radius_factor" not in options:
-            assert shapes.count_pieces(build_face_graph(mesh), result.labels) == result.n_segments
+            assert (
+                shapes.count_pieces(sf.build_face_graph(mesh), result.labels) == result.n_segments
+            )
 
 
 def test_without_number_or_radius_there_are_150_regions(sheet):
-    assert segment(sheet).n_segments == 150
-    assert segment(shapes.cube()).n_segments == 12  # at most the number of faces
+    assert sf.segment(sheet).n_segments == 150
+    assert sf.segment(shapes.cube()).n_segments == 12  # at most the number of faces
 
 
 def test_a_radius_is_a_fraction_of_the_diagonal(sheet):
-    result = segment(sheet, radius=0.1, denoise=0)
-    graph = build_face_graph(sheet)
+    result = sf.segment(sheet, radius=0.1, denoise=0)
+    graph = sf.build_face_graph(sheet)
     assert result.params["expected_radius"] == 0.1 * graph.diagonal
     disks = graph.measures.sum() / (np.pi * (0.1 * graph.diagonal) ** 2)
     assert result.n_segments == round(disks)
 
 
 def test_regions_of_an_expected_radius_do_not_depend_on_the_bounding_box(sheet):
-    result = segment(sheet, expected_radius=0.1, denoise=0)
+    result = sf.segment(sheet, expected_radius=0.1, denoise=0)
     assert result.params["n_segments"] is None
     assert result.params["expected_radius"] == 0.1
-    assert result.n_segments == round(mesh_info(sheet).area / (np.pi * 0.1**2))
-    graph = build_face_graph(sheet)
-    weighted = graph.with_weights(crease_weights(sheet, graph, 0.1))
-    assert segment_graph(weighted, expected_radius=0.1).n_segments == result.n_segments
+    assert result.n_segments == round(sf.mesh_info(sheet).area / (np.pi * 0.1**2))
+    graph = sf.build_face_graph(sheet)
+    weighted = graph.with_weights(sf.crease_weights(sheet, graph, 0.1))
+    assert sf.segment_graph(weighted, expected_radius=0.1).n_segments == result.n_segments
 
 
 def test_tol_zero_runs_until_no_center_changes(sheet):
-    result = segment(sheet, 3, **PLAIN, tol=0, max_num_iter=500)
+    result = sf.segment(sheet, 3, **PLAIN, tol=0, max_num_iter=500)
     assert result.stop_reason == "converged"
-    assert np.array_equal(update_centers(graph_of(sheet), result.labels), result.centers)
-    assert {level.n_iter for level in segment(sheet, 3, tol=1, relocate=False).levels} == {1}
+    assert np.array_equal(sf.update_centers(graph_of(sheet), result.labels), result.centers)
+    assert {level.n_iter for level in sf.segment(sheet, 3, tol=1, relocate=False).levels} == {1}
 
 
 def test_a_radius_too_small_to_square_gives_one_region_a_face(sheet):
-    with pytest.warns(RadiusWarning):
-        result = segment(sheet, radius=1e-200, max_num_iter=1)
+    with pytest.warns(sf.RadiusWarning):
+        result = sf.segment(sheet, radius=1e-200, max_num_iter=1)
     assert result.n_segments == sheet.n_faces
 
 
 def test_the_first_small_move_converges(sheet):
-    result = segment(sheet, 40, **PLAIN, tol=0.1)
+    result = sf.segment(sheet, 40, **PLAIN, tol=0.1)
     assert result.stop_reason == "converged"
     graph = graph_of(sheet)
-    moved = update_centers(graph, result.labels)
+    moved = sf.update_centers(graph, result.labels)
     move = graph.positions[moved] - graph.positions[result.centers]
     root_mean_square = np.sqrt((move**2).sum(axis=1).mean())
     assert root_mean_square <= 0.1 * result.params["expected_radius"]
-    before = segment(sheet, 40, **PLAIN, tol=0, max_num_iter=result.n_iter - 1)
+    before = sf.segment(sheet, 40, **PLAIN, tol=0, max_num_iter=result.n_iter - 1)
     assert before.stop_reason == "max_num_iter"
 
 
@@ -190,52 +175,52 @@ def test_centers_that_come_back_end_the_loop_as_settled():
     found = []
     for seed in range(60):
         graph = shapes.random_graph(40, 70, seed=seed, weight_values=[1.0, 2.0])
-        result = segment_graph(graph, 6, tol=0, max_num_iter=1000)
+        result = sf.segment_graph(graph, 6, tol=0, max_num_iter=1000)
         assert result.stop_reason in ("converged", "settled")
         if result.stop_reason == "settled":
             found.append(result.n_iter)
-            moved = update_centers(graph, result.labels)
+            moved = sf.update_centers(graph, result.labels)
             assert not np.array_equal(moved, result.centers)
     assert found
 
 
 def test_max_num_iter_ends_the_loop(sheet):
-    result = segment(sheet, 20, tol=0, max_num_iter=2)
+    result = sf.segment(sheet, 20, tol=0, max_num_iter=2)
     assert (result.n_iter, result.stop_reason) == (2, "max_num_iter")
 
 
 @pytest.mark.parametrize("n_segments", [50, 200])
 def test_max_num_iter_bounds_all_iterations_of_a_level_with_those_of_relocation(n_segments):
     mesh = shapes.bumpy_sheet(40)
-    free = segment(mesh, n_segments).levels[0].n_iter
-    still = segment(mesh, n_segments, relocate=False).levels[0].n_iter
+    free = sf.segment(mesh, n_segments).levels[0].n_iter
+    still = sf.segment(mesh, n_segments, relocate=False).levels[0].n_iter
     assert free > still + 2
     for most in (2, still, still + 1, free - 1):
-        result = segment(mesh, n_segments, max_num_iter=most)
+        result = sf.segment(mesh, n_segments, max_num_iter=most)
         assert result.levels[0].n_iter == most
         assert all(level.n_iter <= most for level in result.levels)
 
 
 def test_progress_hears_of_every_iteration(sheet):
     calls = []
-    result = segment(sheet, 40, progress=lambda *call: calls.append(call))
+    result = sf.segment(sheet, 40, progress=lambda *call: calls.append(call))
     assert [iteration for iteration, _ in calls] == list(range(1, result.n_iter + 1))
     assert all(0 <= moved <= 40 for _, moved in calls)
     assert calls[0][1] > 0
 
 
 def test_progress_can_cancel_and_what_is_there_is_returned(sheet):
-    result = segment(sheet, 40, progress=lambda iteration, _: iteration < 2)
+    result = sf.segment(sheet, 40, progress=lambda iteration, _: iteration < 2)
     assert (result.n_iter, result.stop_reason) == (2, "cancelled")
-    assert np.array_equal(result.labels, segment(sheet, 40, max_num_iter=2).labels)
+    assert np.array_equal(result.labels, sf.segment(sheet, 40, max_num_iter=2).labels)
 
 
 def test_a_false_of_numpy_cancels_too(sheet):
-    assert segment(sheet, 20, progress=lambda *_: np.bool_(False)).stop_reason == "cancelled"
+    assert sf.segment(sheet, 20, progress=lambda *_: np.bool_(False)).stop_reason == "cancelled"
 
 
 def test_only_false_cancels(sheet):
-    assert segment(sheet, 20, progress=lambda *_: None).stop_reason != "cancelled"
+    assert sf.segment(sheet, 20, progress=lambda *_: None).stop_reason != "cancelled"
 
 
 def test_an_interrupt_in_progress_comes_through(sheet):
@@ -243,28 +228,28 @@ def test_an_interrupt_in_progress_comes_through(sheet):
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        segment(sheet, 20, progress=interrupt)
+        sf.segment(sheet, 20, progress=interrupt)
 
 
 def test_given_weights_take_the_place_of_the_paper_s(sheet):
-    graph = build_face_graph(sheet)
-    weights = superfacet_weights(sheet, graph, alpha=50)
-    given = segment(sheet, 20, weights=weights, denoise=0)
-    named = segment(sheet, 20, weights="superfacets", alpha=50, smooth=False, denoise=0)
-    rough = segment(sheet, 20, weights=weights, smooth=False, denoise=0)
+    graph = sf.build_face_graph(sheet)
+    weights = sf.superfacet_weights(sheet, graph, alpha=50)
+    given = sf.segment(sheet, 20, weights=weights, denoise=0)
+    named = sf.segment(sheet, 20, weights="superfacets", alpha=50, smooth=False, denoise=0)
+    rough = sf.segment(sheet, 20, weights=weights, smooth=False, denoise=0)
     assert np.array_equal(rough.labels, named.labels)
     assert given.params["weights"] == "given"
     assert "alpha" not in given.params
 
 
 def test_given_seeds_are_the_first_centers(sheet):
-    result = segment(sheet, init=[5, 600, 1200], max_num_iter=1)
+    result = sf.segment(sheet, init=[5, 600, 1200], max_num_iter=1)
     assert result.centers.tolist() == [5, 600, 1200]
 
 
 def test_segment_graph_does_the_work_of_segment(sheet):
-    result = segment(sheet, 20, weights="superfacets", smooth=False, denoise=0)
-    assert np.array_equal(result.labels, segment_graph(graph_of(sheet), 20).labels)
+    result = sf.segment(sheet, 20, weights="superfacets", smooth=False, denoise=0)
+    assert np.array_equal(result.labels, sf.segment_graph(graph_of(sheet), 20).labels)
 
 
 def test_a_path_is_read(sheet, tmp_path):
@@ -273,11 +258,11 @@ def test_a_path_is_read(sheet, tmp_path):
     lines += [" ".join(map(repr, vertex)) for vertex in sheet.vertices.tolist()]
     lines += ["3 " + " ".join(map(str, face)) for face in sheet.faces.tolist()]
     path.write_text("\n".join(lines) + "\n")
-    assert np.array_equal(segment(path, 20).labels, segment(sheet, 20).labels)
+    assert np.array_equal(sf.segment(path, 20).labels, sf.segment(sheet, 20).labels)
 
 
 def test_the_result_is_its_labels_to_numpy(sheet):
-    result = segment(sheet, 20)
+    result = sf.segment(sheet, 20)
     assert np.array_equal(np.asarray(result), result.labels)
     assert np.asarray(result, dtype=np.int64).dtype == np.int64
     assert np.asarray(result) is result.labels
@@ -286,10 +271,10 @@ def test_the_result_is_its_labels_to_numpy(sheet):
 
 
 def test_the_result_says_what_was_done_and_how_long_it_took(sheet):
-    result = segment(sheet, 20, alpha=100)
+    result = sf.segment(sheet, 20, alpha=100)
     stages = ["mesh", "face_graph", "weights", "order", "coarsen", "seeding", "classify", "update"]
     assert list(result.timings) == [*stages, "regions"]
-    assert list(segment(sheet, 20, smooth=False).timings) == stages
+    assert list(sf.segment(sheet, 20, smooth=False).timings) == stages
     assert result.params["alpha"] == 100
     assert result.params["n_segments"] == 20
     assert repr(result).startswith(f"Segmentation({sheet.n_faces} cells, 20 regions, ")
@@ -300,7 +285,7 @@ def test_the_timings_add_up_to_most_of_the_wall_time():
     shares = []
     for _ in range(3):  # other processes may delay the code between stages
         start = time.perf_counter()
-        result = segment((mesh.vertices, mesh.faces), 50)
+        result = sf.segment((mesh.vertices, mesh.faces), 50)
         shares.append(sum(result.timings.values()) / (time.perf_counter() - start))
         assert min(result.timings.values()) > 0
     assert 0.8 < max(shares) < 1
@@ -327,18 +312,20 @@ def test_the_time_of_a_stage_is_spent_in_it(sheet, monkeypatch):
 
         with monkeypatch.context() as patch:
             patch.setattr(_core, name, slow)
-            timings = segment((sheet.vertices, sheet.faces), 20, max_num_iter=2, denoise=0).timings
+            timings = sf.segment(
+                (sheet.vertices, sheet.faces), 20, max_num_iter=2, denoise=0
+            ).timings
         assert [taken for taken, duration in timings.items() if duration] == [stage]
 
 
 def test_paper_is_read_only_and_changes_what_it_says(sheet):
-    assert dict(PAPER) == {
+    assert dict(sf.PAPER) == {
         "weights": "superfacets", "init": "farthest", "radius_factor": 2.0, "tol": 0.0,
         "smooth": False, "denoise": 0,
     }  # fmt: skip
     with pytest.raises(TypeError):
-        PAPER["tol"] = 1
-    result = segment(sheet, 20, **PAPER)
+        sf.PAPER["tol"] = 1
+    result = sf.segment(sheet, 20, **sf.PAPER)
     assert result.params["radius_factor"] == 2.0
     assert result.params["tol"] == 0
 
@@ -354,12 +341,9 @@ def test_paper_is_read_only_and_changes_what_it_says(sheet):
         ({"radius": 0.1, "expected_radius": 2.0}, ValueError,
          "radius is 0.1 and expected_radius is 2.0: give only one of them"),
         ({"expected_radius": 0}, ValueError, "expected_radius must be finite and positive, got 0"),
-        (
-            {"n_segments": np.zeros((9, 3), int)},
-            TypeError,
-            r"n_segments must be an integer, got an array: pass vertices and faces as"
-            r" one pair \(vertices, faces\)",
-        ),
+        ({"n_segments": np.zeros((9, 3), int)}, TypeError,
+         r"n_segments must be an integer, got an array: pass vertices and faces as one pair"
+         r" \(vertices, faces\)"),
         ({"alpha": -1}, ValueError, "alpha must be finite and not negative, got -1"),
         ({"eta_convex": -1}, ValueError, "eta_convex must be finite and not negative"),
         ({"weights": "stk"}, ValueError,
@@ -388,50 +372,50 @@ def test_paper_is_read_only_and_changes_what_it_says(sheet):
 )  # fmt: skip
 def test_wrong_parameters_are_refused(sheet, options, error, message):
     with pytest.raises(error, match=message):
-        segment(sheet, **options)
+        sf.segment(sheet, **options)
 
 
 def test_stages_take_any_mesh_and_say_what_graph_they_want(sheet):
     pair = (sheet.vertices, sheet.faces)
-    graph = build_face_graph(pair)
-    weights = superfacet_weights(pair, graph)
-    assert np.array_equal(weights, superfacet_weights(sheet, graph))
+    graph = sf.build_face_graph(pair)
+    weights = sf.superfacet_weights(pair, graph)
+    assert np.array_equal(weights, sf.superfacet_weights(sheet, graph))
     for call in (
-        lambda: segment_graph(sheet, 3),
+        lambda: sf.segment_graph(sheet, 3),
         lambda: superfacets.place_seeds(graph, 3),
-        lambda: classify(graph, [0]),
-        lambda: update_centers(pair, [0]),
+        lambda: sf.classify(graph, [0]),
+        lambda: sf.update_centers(pair, [0]),
     ):
         with pytest.raises(TypeError, match=r"expected a CellGraph, got (Mesh|FaceGraph|tuple)"):
             call()
 
 
 def test_the_environment_sets_the_number_of_threads(sheet, monkeypatch):
-    expected = segment(sheet, 20, n_threads=1).labels
+    expected = sf.segment(sheet, 20, n_threads=1).labels
     monkeypatch.setenv("SUPERFACETS_NUM_THREADS", "3")
-    assert np.array_equal(segment(sheet, 20).labels, expected)
+    assert np.array_equal(sf.segment(sheet, 20).labels, expected)
     for bad in ("0", "many", "-1"):
         monkeypatch.setenv("SUPERFACETS_NUM_THREADS", bad)
         with pytest.raises(ValueError, match="SUPERFACETS_NUM_THREADS"):
-            segment(sheet, 20)
+            sf.segment(sheet, 20)
 
 
 def test_borders_are_straight_by_default_and_centers_stay_in_connected_regions(sheet):
-    rough = segment(sheet, 20, smooth=False)
-    result = segment(sheet, 20)
+    rough = sf.segment(sheet, 20, smooth=False)
+    result = sf.segment(sheet, 20)
     assert np.array_equal(result.centers, rough.centers)
     assert np.array_equal(result.labels[result.centers], np.arange(20))
     assert compactness(sheet, result.labels) < compactness(sheet, rough.labels) - 0.3
-    assert shapes.count_pieces(build_face_graph(sheet), result.labels) == 20
+    assert shapes.count_pieces(sf.build_face_graph(sheet), result.labels) == 20
 
 
 def test_the_borders_of_segment_are_those_of_smooth_borders(sheet):
-    rough = segment(sheet, 20, weights="creases", smooth=False, denoise=0)
-    result = segment(sheet, 20, weights="creases", denoise=0)
-    graph = build_face_graph(sheet)
-    weights = crease_weights(sheet, graph, rough.params["expected_radius"])
+    rough = sf.segment(sheet, 20, weights="creases", smooth=False, denoise=0)
+    result = sf.segment(sheet, 20, weights="creases", denoise=0)
+    graph = sf.build_face_graph(sheet)
+    weights = sf.crease_weights(sheet, graph, rough.params["expected_radius"])
     cells = graph.with_weights(weights)  # paths and borders are measured in whole units
-    again = smooth_borders(
+    again = sf.smooth_borders(
         sheet, rough.labels, centers=rough.centers, weights=cells.lengths * cells.unit
     )
     assert np.array_equal(result.labels, again)
@@ -439,21 +423,21 @@ def test_the_borders_of_segment_are_those_of_smooth_borders(sheet):
 
 def test_regions_that_fell_apart_are_connected_if_asked_for():
     mesh = shapes.bumpy_sheet(40)
-    paper = {**PAPER, "radius_factor": 1.2}
-    broken = segment(mesh, 60, **paper)
-    graph = build_face_graph(mesh)
+    paper = {**sf.PAPER, "radius_factor": 1.2}
+    broken = sf.segment(mesh, 60, **paper)
+    graph = sf.build_face_graph(mesh)
     n_pieces = shapes.count_pieces(graph, broken.labels)
     assert n_pieces > broken.n_segments
-    result = segment(mesh, 60, **paper, enforce_connectivity=True)
+    result = sf.segment(mesh, 60, **paper, enforce_connectivity=True)
     assert shapes.count_pieces(graph, result.labels) == result.n_segments == broken.n_segments
     assert result.n_joined == n_pieces - broken.n_segments
     assert np.array_equal(result.labels[result.centers], np.arange(result.n_segments))
 
 
 def test_small_regions_join_neighbors_if_asked_for(sheet):
-    whole = segment(sheet, 40, smooth=False)
-    result = segment(sheet, 40, smooth=False, min_size=0.8)
-    areas = np.bincount(result.labels, build_face_graph(sheet).measures)
+    whole = sf.segment(sheet, 40, smooth=False)
+    result = sf.segment(sheet, 40, smooth=False, min_size=0.8)
+    areas = np.bincount(result.labels, sf.build_face_graph(sheet).measures)
     assert result.n_segments == 40 - result.n_merged < 40
     assert areas.min() >= 0.8 * areas.sum() / 40
     assert set(result.centers.tolist()) < set(whole.centers.tolist())
@@ -462,24 +446,24 @@ def test_small_regions_join_neighbors_if_asked_for(sheet):
 
 def test_islands_stay_or_join_the_nearest_region():
     mesh = shapes.two_islands()
-    kept = segment(mesh, init=[0, 3, 7], max_num_iter=1, min_size=1.2, smooth=False)
+    kept = sf.segment(mesh, init=[0, 3, 7], max_num_iter=1, min_size=1.2, smooth=False)
     assert (kept.n_segments, kept.n_islands) == (2, 0)
     assert kept.n_merged == 1
-    kept = segment(mesh, init=[0, 7], max_num_iter=1, min_size=1.2, smooth=False)
+    kept = sf.segment(mesh, init=[0, 7], max_num_iter=1, min_size=1.2, smooth=False)
     assert (kept.n_segments, kept.n_islands) == (2, 2)
 
 
 def test_stages_are_told_when_they_begin():
     told = []
     mesh = shapes.bumpy_sheet(8)
-    result = segment(mesh, 10, on_stage=told.append, smooth=False)
+    result = sf.segment(mesh, 10, on_stage=told.append, smooth=False)
     assert told == ["mesh", "face_graph", "weights", "order", "coarsen", "seeding", "classify"]
     assert set(told) | {"update"} == set(result.timings)
     told.clear()
-    segment(mesh, 10, on_stage=told.append)
+    sf.segment(mesh, 10, on_stage=told.append)
     assert told[-1] == "regions"
     with pytest.raises(TypeError, match="on_stage must be callable"):
-        segment(mesh, 10, on_stage=3)
+        sf.segment(mesh, 10, on_stage=3)
 
 
 def test_an_error_in_on_stage_ends_the_run():
@@ -488,7 +472,7 @@ def test_an_error_in_on_stage_ends_the_run():
             raise RuntimeError("enough")
 
     with pytest.raises(RuntimeError, match="enough"):
-        segment(shapes.bumpy_sheet(8), 10, on_stage=stop)
+        sf.segment(shapes.bumpy_sheet(8), 10, on_stage=stop)
 
 
 @pytest.mark.parametrize(
@@ -507,13 +491,13 @@ def test_an_error_in_on_stage_ends_the_run():
 )
 def test_names_of_other_tools_are_told_what_is_meant(name, meant):
     with pytest.raises(TypeError, match=f"segment has no parameter {name}: use {meant}"):
-        segment(shapes.cube(), 3, **{name: 1})
+        sf.segment(shapes.cube(), 3, **{name: 1})
     with pytest.raises(
         TypeError, match=r"barrier_angle: pass barriers=.*\.sharp_edges\(mesh, 30\)"
     ):
-        segment(shapes.cube(), 3, barrier_angle=30)
+        sf.segment(shapes.cube(), 3, barrier_angle=30)
     with pytest.raises(TypeError, match="unexpected keyword argument 'compactnes'"):
-        segment(shapes.cube(), 3, compactnes=1)
+        sf.segment(shapes.cube(), 3, compactnes=1)
 
 
 def test_a_mesh_without_colors_says_where_they_come_from(sheet, tmp_path):
@@ -521,27 +505,27 @@ def test_a_mesh_without_colors_says_where_they_come_from(sheet, tmp_path):
         "a Mesh has no colors, so features='color' is not available: pass the path"
         " of the file instead, or an array of colors as features"
     )
-    with pytest.raises(MeshError, match=hint):
-        segment(sheet, 3, features="color")
+    with pytest.raises(sf.MeshError, match=hint):
+        sf.segment(sheet, 3, features="color")
     with pytest.raises(
-        MeshError, match="features heat: the mesh has no property heat: it has normals, height"
+        sf.MeshError, match="features heat: the mesh has no property heat: it has normals, height"
     ):
-        segment(sheet, 3, features="heat")
-    write_mesh(tmp_path / "plain.ply", sheet)
+        sf.segment(sheet, 3, features="heat")
+    sf.write_mesh(tmp_path / "plain.ply", sheet)
     with pytest.raises(
-        MeshError,
+        sf.MeshError,
         match="features color: the mesh has no property red, green, blue: it has normals, height",
     ):
-        segment(tmp_path / "plain.ply", 3, features="color")
+        sf.segment(tmp_path / "plain.ply", 3, features="color")
 
 
 def test_a_radius_in_another_unit_than_the_mesh_is_doubted():
     sheet = shapes.bumpy_sheet(20)
-    mesh = Mesh(1000 * sheet.vertices, sheet.faces)
+    mesh = sf.Mesh(1000 * sheet.vertices, sheet.faces)
     note = r"regions have 1\.0 faces on average: is the radius in the unit of the mesh\?"
-    with pytest.warns(RadiusWarning, match=note):
-        segment(mesh, expected_radius=0.2)
-    with pytest.warns(RadiusWarning, match="a fraction of the bounding box's diagonal"):
-        segment(mesh, radius=1e-5)
-    segment(mesh, expected_radius=200.0)
-    segment(mesh, mesh.n_faces)
+    with pytest.warns(sf.RadiusWarning, match=note):
+        sf.segment(mesh, expected_radius=0.2)
+    with pytest.warns(sf.RadiusWarning, match="a fraction of the bounding box's diagonal"):
+        sf.segment(mesh, radius=1e-5)
+    sf.segment(mesh, expected_radius=200.0)
+    sf.segment(mesh, mesh.n_faces)

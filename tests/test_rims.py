@@ -3,21 +3,14 @@
 import numpy as np
 import pytest
 import shapes
+from shapes import subdivided
 
 import superfacets as sf
 from superfacets import _core
 from superfacets.graph.kinds import kind_of
-from superfacets.tools.sample import split_in_four
 from superfacets.weights.formulas import WeightOptions, weights_of_kind
 
 pytestmark = pytest.mark.filterwarnings("ignore::superfacets.SliverWarning")
-
-
-def subdivided(mesh, times):
-    arrays = (mesh.vertices, mesh.faces)
-    for _ in range(times):
-        arrays = split_in_four(*arrays)
-    return sf.Mesh(*arrays)
 
 
 def box(*sizes):

@@ -20,3 +20,12 @@ def scans(tmp_path):
 @pytest.fixture
 def scan(scans):
     return scans / "a" / "one.ply"
+
+
+@pytest.fixture
+def many(scans):
+    """Return the folder with more files, so that a batch takes a while."""
+    source = (scans / "b" / "c" / "three.ply").read_bytes()
+    for place in range(20):
+        (scans / f"more{place}.ply").write_bytes(source)
+    return scans

@@ -149,15 +149,6 @@ def start(scans, out):
     return process
 
 
-@pytest.fixture
-def many(scans):
-    """Return the folder with more files, so that a batch takes a while."""
-    source = (scans / "b" / "c" / "three.ply").read_bytes()
-    for place in range(20):
-        (scans / f"more{place}.ply").write_bytes(source)
-    return scans
-
-
 def wait_for_the_end_of_session(number):
     """Wait until the command and all processes that it has started have ended."""
     deadline = time.monotonic() + 20

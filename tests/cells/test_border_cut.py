@@ -245,15 +245,9 @@ def test_no_angle_of_a_part_is_below_a_twentieth_of_the_smallest_of_its_face(fla
     labels = segment(mesh, 40).labels
     flat = Mesh(mesh.vertices * [1, 1, flatness], mesh.faces)
     cut = cut_borders(flat, labels)
-    assert np.min(smallest_angles(cut.mesh) / smallest_angles(flat)[cut.sources]) > 0.05
-
-
-def smallest_angles(mesh):
-    """Return the smallest angle of each face, in radians."""
-    corners = mesh.vertices[mesh.faces]
-    one, other = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
-    turn = np.linalg.norm(np.cross(one, other), axis=2)
-    return np.arctan2(turn, np.sum(one * other, axis=2)).min(axis=1)
+    assert (
+        np.min(shapes.smallest_angles(cut.mesh) / shapes.smallest_angles(flat)[cut.sources]) > 0.05
+    )
 
 
 @pytest.mark.parametrize("n_threads", [2, 3])

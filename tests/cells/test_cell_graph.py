@@ -41,16 +41,11 @@ def test_lists_become_arrays_of_exact_types():
         ({"neighbors": np.array([1, 2**64 - 1], np.uint64)},
          r"neighbors\[1\] must be 0 to 1, got 18446744073709551615"),
         ({"offsets": np.array([0, 2**63, 2], np.uint64)}, "offsets must increase from 0"),
-        (
-            {"bounds": [[0, 0, 0], [-1, 0, 0]]},
-            r"bounds must be finite low and high corners of shape \(2, 3\), got"
-            r" \[\[0.0, 0.0, 0.0\], \[-1.0, 0.0, 0.0\]\]",
-        ),
-        (
-            {"positions": np.array([[0, 0, 0], [1e200, 0, 0]])},
-            r"the extent of positions must be 1e-15 to 1e\+15, got 1e\+200: rescale the"
-            r" positions",
-        ),
+        ({"bounds": [[0, 0, 0], [-1, 0, 0]]},
+         r"bounds must be finite low and high corners of shape \(2, 3\), got \[\[0.0, 0.0, 0.0\],"
+         r" \[-1.0, 0.0, 0.0\]\]"),
+        ({"positions": np.array([[0, 0, 0], [1e200, 0, 0]])},
+         r"the extent of positions must be 1e-15 to 1e\+15, got 1e\+200: rescale the positions"),
         ({"positions": [["a", "b", "c"]]}, "positions must contain numbers, got <U1"),
         (
             {"measures": [1, 1e200]},
@@ -62,11 +57,8 @@ def test_lists_become_arrays_of_exact_types():
             r"the largest value of weights must be 1e-150 to 1e\+150, got 1e\+308:"
             r" rescale the values",
         ),
-        (
-            {"weights": [0, 1e-320]},
-            r"the largest value of weights must be 1e-150 to 1e\+150, got 1e-320:"
-            r" rescale the values",
-        ),
+        ({"weights": [0, 1e-320]},
+         r"the largest value of weights must be 1e-150 to 1e\+150, got 1e-320: rescale the values"),
         ({"bounds": [0, 1]},
          r"bounds must be finite low and high corners of shape \(2, 3\), got \[0.0, 1.0\]"),
     ],

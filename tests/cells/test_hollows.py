@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 import shapes
+from shapes import subdivided
 
 import superfacets as sf
 from superfacets import Mesh, build_face_graph, crease_weights
-from superfacets.tools.sample import split_in_four
 from superfacets.weights.formulas import HOLLOW, MAX_EVENED, SOLID, TURN_BITS, convex_share_of
 
 SHARP = math.radians(40)
@@ -33,13 +33,6 @@ def flipped(mesh, which):
     faces = mesh.faces.copy()
     faces[which] = faces[which][:, ::-1]
     return Mesh(mesh.vertices, faces)
-
-
-def refined(mesh, times=1):
-    arrays = (mesh.vertices, mesh.faces)
-    for _ in range(times):
-        arrays = split_in_four(*arrays)
-    return Mesh(*arrays)
 
 
 def test_a_bowl_is_hollow():
@@ -67,7 +60,7 @@ def test_ridges_and_what_is_asked_for_convex_edges_count_as_ever():
 
 @pytest.mark.parametrize(
     "mesh",
-    [sf.sample_mesh(3_000), shapes.dumbbell(), refined(shapes.bowl(thickness=0.9))],
+    [sf.sample_mesh(3_000), shapes.dumbbell(), subdivided(shapes.bowl(thickness=0.9))],
     ids=["bear", "dumbbell", "nearly half a ball"],
 )
 def test_solid_shapes_are_not_hollow(mesh):
@@ -99,7 +92,7 @@ def test_subdivision_and_scale_change_nothing():
     is_convex = (angles < -0.05) & (angles > -SHARP)
     share = expected[is_convex].max()
     assert 0.01 < share < MAX_EVENED - 0.01
-    for other in refined(mesh), Mesh(7 * mesh.vertices + 3, mesh.faces):
+    for other in subdivided(mesh), Mesh(7 * mesh.vertices + 3, mesh.faces):
         found, angles = shares(other)
         is_convex = (angles < -0.05) & (angles > -SHARP)
         assert found[is_convex] == pytest.approx(share, abs=1e-4)
@@ -107,7 +100,7 @@ def test_subdivision_and_scale_change_nothing():
 
 @pytest.mark.parametrize("n_threads", [2, 8])
 def test_weights_do_not_depend_on_the_number_of_threads(n_threads):
-    mesh = refined(shapes.bowl(thickness=0.6), 3)
+    mesh = subdivided(shapes.bowl(thickness=0.6), 3)
     graph = build_face_graph(mesh)
     one, other = (crease_weights(mesh, graph, 0.1, n_threads=n) for n in (1, n_threads))
     assert np.array_equal(one, other)
@@ -123,7 +116,7 @@ def test_polygons_that_are_triangles_weigh_the_same():
 
 
 def test_regions_are_those_of_the_weights():
-    mesh = refined(shapes.bowl(), 2)
+    mesh = subdivided(shapes.bowl(), 2)
     result = sf.segment(mesh, 40, weights="creases", smooth=False)
     graph = build_face_graph(mesh)
     radius = result.params["expected_radius"]

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import reference
 import shapes
+from shapes import column
 
 import superfacets as sf
 from superfacets import (
@@ -31,9 +32,6 @@ SPREAD = np.sqrt(1 / 12)  # standard deviation along a line of length 1
 CORNERS = [[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)]
 SIDES = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
 OUTWARDS = [[0, 0, -1], [0, 0, 1], [0, -1, 0], [0, 1, 0], [-1, 0, 0], [1, 0, 0]]
-
-# The six tetrahedra around the diagonal of the unit cube from corner 0 to corner 7.
-AROUND = [[0, 1, 3, 7], [0, 3, 2, 7], [0, 2, 6, 7], [0, 6, 4, 7], [0, 4, 5, 7], [0, 5, 1, 7]]
 
 
 def quad_cube():
@@ -155,12 +153,6 @@ def test_two_boxes_that_touch():
     apart = region_graph(boxes, np.repeat([0, 1], 6), weld=False)
     assert apart.n_arcs == 0
     assert apart.perimeters.tolist() == [0, 0]
-
-
-def column(n):
-    """Return a column of unit cubes, of six tetrahedra each."""
-    points = [[x, y, z] for z in range(n + 1) for y in (0, 1) for x in (0, 1)]
-    return TetMesh(points, [[4 * i + v for v in tet] for i in range(n) for tet in AROUND])
 
 
 def test_a_column_of_tetrahedra():
@@ -349,8 +341,8 @@ def check_arcs(graph, expected):
     assert graph.edge_index.T.tolist() == [[arc.low, arc.high] for arc in expected]
     columns = zip(*(arc[2:] for arc in expected), strict=True)
     names = ("border_lengths", "mean_angles", "concavities", "max_angles", "edge_counts")
-    for name, column in zip(names, columns, strict=True):
-        assert getattr(graph, name) == pytest.approx(column, abs=1e-14), name
+    for name, values in zip(names, columns, strict=True):
+        assert getattr(graph, name) == pytest.approx(values, abs=1e-14), name
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 import reference
 import shapes
+from shapes import subdivided
 
 import superfacets as sf
 from superfacets import Mesh, build_face_graph, crease_weights
 from superfacets.graph.kinds import as_surface
 from superfacets.graph.surface import NO_NORMALS
-from superfacets.tools.sample import split_in_four
 from superfacets.weights.formulas import EdgeFactors, weights_of
 
 QUADS = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
@@ -28,13 +28,6 @@ def prices(mesh, **options):
 
 def is_ridge(mesh):
     return prices(mesh) != prices(mesh, ridges=0.0)
-
-
-def subdivided(mesh, times=1):
-    arrays = (mesh.vertices, mesh.faces)
-    for _ in range(times):
-        arrays = split_in_four(*arrays)
-    return Mesh(*arrays)
 
 
 def ball(times):

@@ -8,18 +8,7 @@ import pytest
 import shapes
 from models import read_off
 
-from superfacets import (
-    CellGraph,
-    Mesh,
-    SliverWarning,
-    build_face_graph,
-    crease_weights,
-    read_mesh,
-    sample_mesh,
-    segment,
-    segment_graph,
-    subdivide,
-)
+import superfacets as sf
 from superfacets.graph.face_graph import graph_and_shapes
 from superfacets.graph.size import sliver_note, sliver_share
 from superfacets.metrics import compactness
@@ -34,7 +23,7 @@ def test_the_share_counts_faces_longer_than_two_radii_and_thinner_than_half_of_o
     """The mesh has right triangles with legs 1 and 1 (area 1/2), 6 and 1 (3), and 6 and 4 (12)."""
     corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [6, 0, 1], [6, 0, 0], [0, 4, 2], [6, 0, 2],
                [0, 1, 1], [0, 0, 1], [0, 0, 2]]  # fmt: skip
-    mesh = Mesh(corners, [[0, 1, 2], [8, 3, 7], [9, 6, 5]])
+    mesh = sf.Mesh(corners, [[0, 1, 2], [8, 3, 7], [9, 6, 5]])
     assert share_of(mesh, 2.0) == 3 / 15.5
     assert share_of(mesh, 3.0) == 3 / 15.5  # the hypotenuse is 6.08
     assert share_of(mesh, 3.1) == 0  # no longer than 2 r
@@ -44,13 +33,13 @@ def test_the_share_counts_faces_longer_than_two_radii_and_thinner_than_half_of_o
 
 
 def test_a_surface_without_area_has_no_slivers():
-    line = Mesh([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2]])
+    line = sf.Mesh([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2]])
     assert share_of(line, 0.1) == 0
 
 
 def test_the_share_does_not_depend_on_the_number_of_threads():
     mesh = shapes.bumpy_sheet(120)
-    squeezed = Mesh(mesh.vertices * [1, 0.02, 0.02], mesh.faces)
+    squeezed = sf.Mesh(mesh.vertices * [1, 0.02, 0.02], mesh.faces)
     faces, known = graph_and_shapes(squeezed, weld=True, n_threads=2)
     shares = {sliver_share(squeezed, faces.measures, known.longest, 0.004, n) for n in (1, 2, 3, 8)}
     assert len(shares) == 1
@@ -61,20 +50,20 @@ def test_faces_outside_the_mask_do_not_count():
     sheet = shapes.bumpy_sheet(20)
     far = len(sheet.vertices) + np.arange(3)
     corners = np.concatenate([sheet.vertices, [[5, 0, 0], [45, 0, 0], [45, 0.05, 0]]])
-    mesh = Mesh(corners, np.concatenate([sheet.faces, [far]]))
-    with pytest.warns(SliverWarning):  # denoise=0, because smoothing would shrink the long face
-        assert segment(mesh, 20, islands="nearest", denoise=0).sliver_share > 0.4
+    mesh = sf.Mesh(corners, np.concatenate([sheet.faces, [far]]))
+    with pytest.warns(sf.SliverWarning):  # denoise=0, because smoothing would shrink the long face
+        assert sf.segment(mesh, 20, islands="nearest", denoise=0).sliver_share > 0.4
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         is_near = np.arange(mesh.n_faces) < sheet.n_faces
-        kept = segment(mesh, 20, mask=is_near, denoise=0)
+        kept = sf.segment(mesh, 20, mask=is_near, denoise=0)
     assert kept.sliver_share == 0
 
 
 def test_a_fan_over_a_flat_face_is_warned_of_once_with_what_to_do():
     block = shapes.drilled_block(256)
-    with pytest.warns(SliverWarning) as caught:
-        result = segment(block, 100)
+    with pytest.warns(sf.SliverWarning) as caught:
+        result = sf.segment(block, 100)
     assert len(caught) == 1
     message = str(caught[0].message)
     assert "\n" not in message
@@ -90,43 +79,43 @@ def test_a_fan_over_a_flat_face_is_warned_of_once_with_what_to_do():
 
 def test_after_what_the_warning_says_regions_are_rounder_and_there_is_no_warning():
     block = shapes.drilled_block(256)
-    with pytest.warns(SliverWarning):
-        striped = segment(block, 100)
-    fine = subdivide(block, striped.params["expected_radius"] / 4)
-    result = segment(fine.mesh, 100)
+    with pytest.warns(sf.SliverWarning):
+        striped = sf.segment(block, 100)
+    fine = sf.subdivide(block, striped.params["expected_radius"] / 4)
+    result = sf.segment(fine.mesh, 100)
     assert result.sliver_share == 0
     assert compactness(fine.mesh, result.labels) < 0.7 * compactness(block, striped.labels)
 
 
 def test_labels_are_the_same_with_the_warning_off():
     block = shapes.drilled_block(64)
-    with pytest.warns(SliverWarning):
-        one = segment(block, 100)
+    with pytest.warns(sf.SliverWarning):
+        one = sf.segment(block, 100)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SliverWarning)
-        assert np.array_equal(segment(block, 100).labels, one.labels)
+        warnings.simplefilter("ignore", sf.SliverWarning)
+        assert np.array_equal(sf.segment(block, 100).labels, one.labels)
 
 
 def test_the_warning_comes_before_the_work():
     calls = []
     with warnings.catch_warnings():
-        warnings.simplefilter("error", SliverWarning)
-        with pytest.raises(SliverWarning):
-            segment(shapes.drilled_block(64), 100, progress=lambda *call: calls.append(call))
+        warnings.simplefilter("error", sf.SliverWarning)
+        with pytest.raises(sf.SliverWarning):
+            sf.segment(shapes.drilled_block(64), 100, progress=lambda *call: calls.append(call))
     assert not calls
 
 
 def test_large_faces_are_not_slivers():
     """Each face of the cube is a region, which is not a stripe."""
-    assert segment(shapes.cube(), 12).sliver_share == 0
+    assert sf.segment(shapes.cube(), 12).sliver_share == 0
 
 
 def test_cells_of_a_graph_have_no_share():
     mesh = shapes.bumpy_sheet(6)
-    faces = build_face_graph(mesh)
-    graph = faces.with_weights(crease_weights(mesh, faces, 0.1))
-    assert isinstance(graph, CellGraph)
-    assert segment_graph(graph, 5).sliver_share is None
+    faces = sf.build_face_graph(mesh)
+    graph = faces.with_weights(sf.crease_weights(mesh, faces, 0.1))
+    assert isinstance(graph, sf.CellGraph)
+    assert sf.segment_graph(graph, 5).sliver_share is None
 
 
 def test_few_slivers_are_no_matter():
@@ -135,8 +124,8 @@ def test_few_slivers_are_no_matter():
 
 
 def test_nothing_is_said_of_the_sample_mesh():
-    for mesh, k in ((sample_mesh(), 150), (sample_mesh(5_000), 150)):
-        assert segment(mesh, k).sliver_share < 0.001
+    for mesh, k in ((sf.sample_mesh(), 150), (sf.sample_mesh(5_000), 150)):
+        assert sf.segment(mesh, k).sliver_share < 0.001
 
 
 def test_two_models_of_the_benchmark_that_gain_from_subdivision_are_named(benchmark_paths):
@@ -145,7 +134,7 @@ def test_two_models_of_the_benchmark_that_gain_from_subdivision_are_named(benchm
     named = set()
     for path in benchmark_paths:
         mesh = read_off(path)
-        radius = math.sqrt(build_face_graph(mesh).measures.sum() / math.pi / 150)
+        radius = math.sqrt(sf.build_face_graph(mesh).measures.sum() / math.pi / 150)
         if sliver_note(share_of(mesh, radius), ""):
             named.add(path.stem)
     assert named == {"349", "353"}
@@ -155,4 +144,4 @@ def test_two_models_of_the_benchmark_that_gain_from_subdivision_are_named(benchm
     "name", ["bunny.ply", "hand.ply", "horse.ply", "cow.obj", "spot.obj", "fandisk.obj"]
 )
 def test_nothing_is_said_of_scans_and_even_meshes(data_dir, name):
-    assert segment(read_mesh(data_dir / "meshes" / name), 150).sliver_share < 0.05
+    assert sf.segment(sf.read_mesh(data_dir / "meshes" / name), 150).sliver_share < 0.05

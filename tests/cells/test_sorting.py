@@ -174,33 +174,23 @@ GIVEN = {
     "clean-up": ({"n_segments": 40, "min_size": 0.9, "enforce_connectivity": True},) * 2,
     "unwelded": ({"n_segments": 40, "weld": False},) * 2,
     "farthest": ({"n_segments": 40, "init": "farthest", "tol": 0.0},) * 2,
-    "features": (
-        {"n_segments": 40, "features": X, "feature_weight": 50.0},
-        {"n_segments": 40, "features": X[ORDER], "feature_weight": 50.0},
-    ),
+    "features": ({"n_segments": 40, "features": X, "feature_weight": 50.0},
+                 {"n_segments": 40, "features": X[ORDER], "feature_weight": 50.0}),
     "features of vertices": (
         {"n_segments": 40, "features": BEAR.vertices, "feature_weight": 50.0},
-        {"n_segments": 40, "features": PLACED.vertices, "feature_weight": 50.0},
-    ),
-    "mask": (
-        {"n_segments": 40, "mask": X < 0.4, "islands": "nearest"},
-        {"n_segments": 40, "mask": (X < 0.4)[ORDER], "islands": "nearest"},
-    ),
-    "barriers": (
-        {"n_segments": 40, "barriers": (5 * X).astype(int), "islands": "nearest"},
-        {"n_segments": 40, "barriers": (5 * X).astype(int)[ORDER], "islands": "nearest"},
-    ),
-    "edges": (
-        {"n_segments": 40, "barriers": EDGES},
-        {"n_segments": 40, "barriers": np.argsort(NUMBERS)[EDGES]},
-    ),
+        {"n_segments": 40, "features": PLACED.vertices, "feature_weight": 50.0}),
+    "mask": ({"n_segments": 40, "mask": X < 0.4, "islands": "nearest"},
+             {"n_segments": 40, "mask": (X < 0.4)[ORDER], "islands": "nearest"}),
+    "barriers": ({"n_segments": 40, "barriers": (5 * X).astype(int), "islands": "nearest"},
+                 {"n_segments": 40, "barriers": (5 * X).astype(int)[ORDER], "islands": "nearest"}),
+    "edges": ({"n_segments": 40, "barriers": EDGES},
+              {"n_segments": 40, "barriers": np.argsort(NUMBERS)[EDGES]}),
     "seeds": ({"init": SEEDS}, {"init": np.argsort(ORDER)[SEEDS]}),
     "labels": ({"init": (30 * X).astype(int)}, {"init": (30 * X).astype(int)[ORDER]}),
     "seeds in a mask": (
         {"init": SEEDS[X[SEEDS] < 0.4], "mask": X < 0.4},
-        {"init": np.argsort(ORDER)[SEEDS[X[SEEDS] < 0.4]], "mask": (X < 0.4)[ORDER]},
-    ),
-}
+        {"init": np.argsort(ORDER)[SEEDS[X[SEEDS] < 0.4]], "mask": (X < 0.4)[ORDER]}),
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("name", GIVEN)

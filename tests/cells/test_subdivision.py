@@ -31,14 +31,6 @@ def areas(mesh):
     return reference.measure_faces(mesh)[1]
 
 
-def smallest_angles(mesh):
-    """Return the smallest angle of each face, in radians."""
-    corners = mesh.vertices[mesh.faces]
-    one, other = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
-    turn = np.linalg.norm(np.cross(one, other), axis=2)
-    return np.arctan2(turn, np.sum(one * other, axis=2)).min(axis=1)
-
-
 def test_a_face_is_cut_at_the_middle_of_its_longest_edge():
     """The longest side, from (4, 0) to (0, 3), gets vertex 3:
 
@@ -132,8 +124,8 @@ def test_what_holds_for_every_mesh(name):
     assert np.array_equal(np.bincount(parts.sources, shares), np.ones(mesh.n_faces))
     assert np.allclose(areas(parts.mesh), shares * areas(mesh)[parts.sources], rtol=1e-9)
     # Rosenberg and Stenger
-    bound = 0.5 * smallest_angles(mesh)[parts.sources]
-    assert np.all(smallest_angles(parts.mesh) >= bound * (1 - 1e-9))
+    bound = 0.5 * shapes.smallest_angles(mesh)[parts.sources]
+    assert np.all(shapes.smallest_angles(parts.mesh) >= bound * (1 - 1e-9))
 
 
 @pytest.mark.parametrize(
@@ -273,14 +265,11 @@ def test_a_subdivision_says_what_it_is_and_is_read_only():
         (math.nan, ValueError, "max_edge must be finite and positive"),
         ("1", TypeError, "max_edge must be a number"),
         (True, TypeError, "max_edge must be a number"),
-        (
-            1e-13,
-            ValueError,
-            "max_edge must be at least 1e-12 for coordinates of 1, got 1e-13: use a"
-            " larger max_edge, or move the mesh to the origin",
-        ),
+        (1e-13, ValueError,
+         "max_edge must be at least 1e-12 for coordinates of 1, got 1e-13: use a larger max_edge,"
+         " or move the mesh to the origin"),
     ],
-)
+)  # fmt: skip
 def test_wrong_lengths_are_refused(max_edge, error, message):
     with pytest.raises(error, match=message):
         bisect(shapes.cube(), max_edge)

@@ -8,20 +8,12 @@ import numpy as np
 import pytest
 import reference
 import shapes
+from shapes import AROUND, column
 
 import superfacets as sf
 from superfacets import CellGraph, MeshError, TetMesh, build_tet_graph, metrics
 
 TIP = TetMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 1, 2, 3]])
-
-# The six tetrahedra around the diagonal of the unit cube from corner 0 to corner 7.
-AROUND = [[0, 1, 3, 7], [0, 3, 2, 7], [0, 2, 6, 7], [0, 6, 4, 7], [0, 4, 5, 7], [0, 5, 1, 7]]
-
-
-def column(n):
-    """Return a column of unit cubes, of six tetrahedra each."""
-    points = [[x, y, z] for z in range(n + 1) for y in (0, 1) for x in (0, 1)]
-    return TetMesh(points, [[4 * i + v for v in tet] for i in range(n) for tet in AROUND])
 
 
 def ball(n=3_000, seed=0):

@@ -4,7 +4,6 @@ from functools import partial
 
 import numpy as np
 import pytest
-import shapes
 
 from superfacets import write_mesh
 from superfacets_cli.main import main
@@ -14,14 +13,6 @@ from superfacets_cli.main import main
 def run(run_main):
     """Return a function that runs the command here, and returns exit status, stdout and stderr."""
     return partial(run_main, main, "superfacets")
-
-
-@pytest.fixture
-def sheet(tmp_path):
-    """Write a mesh of 1,152 faces, and return its path."""
-    path = tmp_path / "sheet.ply"
-    write_mesh(path, shapes.bumpy_sheet(24))
-    return path
 
 
 @pytest.fixture(scope="module")

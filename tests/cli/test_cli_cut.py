@@ -91,18 +91,18 @@ def test_a_mesh_of_few_faces_has_a_region_for_each(run, tmp_path):
     assert "12 faces cut into 12, 12 regions" in printed
 
 
-def test_tetrahedra_have_no_faces_to_cut(run, tmp_path):
-    write_mesh(tmp_path / "tets.vtu", TetMesh(np.eye(4, 3), [[0, 1, 2, 3]]))
-    status, _, err = run("cut", tmp_path / "tets.vtu", "-o", tmp_path / "cut.ply")
+@pytest.mark.parametrize(
+    ("name", "cells", "kind"),
+    [
+        ("tets.vtu", TetMesh(np.eye(4, 3), [[0, 1, 2, 3]]), "tetrahedra"),
+        ("cloud.ply", PointCloud(np.random.default_rng(0).random((30, 3))), "points"),
+    ],
+)
+def test_tetrahedra_and_points_have_no_borders_to_cut(run, tmp_path, name, cells, kind):
+    write_mesh(tmp_path / name, cells)
+    status, _, err = run("cut", tmp_path / name, "-o", tmp_path / "cut.ply")
     assert status == 1
-    assert "tets.vtu: expected a mesh of faces to cut, got tetrahedra\n" in err
-
-
-def test_points_have_no_borders_to_cut(run, tmp_path):
-    write_mesh(tmp_path / "cloud.ply", PointCloud(np.random.default_rng(0).random((30, 3))))
-    status, _, err = run("cut", tmp_path / "cloud.ply", "-o", tmp_path / "cut.ply")
-    assert status == 1
-    assert "cloud.ply: expected a mesh of faces to cut, got points\n" in err
+    assert f"{name}: expected a mesh of faces to cut, got {kind}\n" in err
 
 
 def test_smooth_borders_are_drawn(run, sheet, labels, tmp_path):

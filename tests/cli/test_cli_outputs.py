@@ -68,12 +68,10 @@ def test_standard_input_goes_to_standard_output_unless_told_otherwise(folder):
         (["a.ply", "-o", "-", "-o", "-"],
          "give -o at most one folder, and at most once - (standard output)"),
         (["a.ply", "-o", "results"], "got none (for a folder, write results/)"),
-        (
-            ["a.ply", "-o", "b.tri"],
-            "expected the ending .ply, .vtp, .obj, .off, .glb, .ids.png, .stl, .vtu, .vtk, .csv,"
-            " .pcd, .las, .laz, .npy, .seg, .txt, .segs.json, .bin, _sp_label.npy, .pth,"
-            " .label.gii, .annot, .sstk.json, .aggregation.json, .npz, got .tri (see",
-        ),
+        (["a.ply", "-o", "b.tri"],
+         "expected the ending .ply, .vtp, .obj, .off, .glb, .ids.png, .stl, .vtu, .vtk, .csv, .pcd,"
+         " .las, .laz, .npy, .seg, .txt, .segs.json, .bin, _sp_label.npy, .pth, .label.gii, .annot,"
+         " .sstk.json, .aggregation.json, .npz, got .tri (see"),
         (["a.ply", "-o", "new.tri"], ".aggregation.json, .npz, got .tri (see"),
         (["a.ply", "-o", ""], "'' is not a file"),
         (["a.ply", "-o", "x.npy", "--to", "npy"],

@@ -15,20 +15,7 @@ import pytest
 import shapes
 from command_line import COMMAND, files_in
 
-from superfacets import (  # fmt: skip
-    PAPER,
-    PARTS,
-    SCANS,
-    MeshAttributes,
-    mesh_info,
-    read_attributes,
-    read_labels,
-    read_mesh,
-    sample_mesh,
-    segment,
-    subdivide,
-    write_mesh,
-)
+import superfacets as sf
 
 STAGES = ["mesh", "face_graph", "weights", "order", "coarsen", "seeding", "classify", "update",
           "regions", "export"]  # fmt: skip
@@ -39,9 +26,9 @@ def test_segment_writes_a_labeled_mesh_beside_the_input(run, sheet):
     output = sheet.with_name("sheet.superfacets.ply")
     assert (status, err) == (0, "")
     assert files_in(sheet.parent) == ["sheet.ply", "sheet.superfacets.ply"]
-    expected = segment(read_mesh(sheet), 150)
-    assert np.array_equal(read_labels(output), expected.labels)
-    assert np.array_equal(read_mesh(output).vertices, read_mesh(sheet).vertices)
+    expected = sf.segment(sf.read_mesh(sheet), 150)
+    assert np.array_equal(sf.read_labels(output), expected.labels)
+    assert np.array_equal(sf.read_mesh(output).vertices, sf.read_mesh(sheet).vertices)
     first, last = out.splitlines()
     assert first == f"wrote {output}"
     short = r"sheet\.ply: 150 regions of 1,152 faces in 0\.\d\d s"
@@ -57,9 +44,9 @@ def test_the_ending_of_each_output_picks_its_format(run, sheet):
     arguments = [argument for path in outputs for argument in ("-o", path)]
     status, _, _ = run("segment", sheet, "-n", 20, *arguments)
     assert status == 0
-    expected = segment(sheet, 20).labels
+    expected = sf.segment(sheet, 20).labels
     for path in outputs:
-        assert np.array_equal(read_labels(path), expected), path
+        assert np.array_equal(sf.read_labels(path), expected), path
     assert outputs[1].read_text() == "".join(f"{label}\n" for label in expected)
     assert np.load(outputs[0]).dtype == np.int32
 
@@ -76,19 +63,19 @@ def test_every_option_reaches_the_library(run, sheet, tmp_path):
          {"n_segments": 30, "weights": "superfacets", "init": "farthest", "smooth": False}),
         (["-n", 30, "--min-size", 0.5, "--islands", "nearest"],
          {"n_segments": 30, "min_size": 0.5, "islands": "nearest"}),
-        (["-n", 30, "--paper"], {"n_segments": 30, **PAPER}),
-        (["-n", 30, "--parts"], {"n_segments": 30, **PARTS}),
-        (["-n", 30, "--scans"], {"n_segments": 30, **SCANS}),
-        (["-n", 30, "--scans", "--denoise", 2], {"n_segments": 30, **SCANS, "denoise": 2}),
+        (["-n", 30, "--paper"], {"n_segments": 30, **sf.PAPER}),
+        (["-n", 30, "--parts"], {"n_segments": 30, **sf.PARTS}),
+        (["-n", 30, "--scans"], {"n_segments": 30, **sf.SCANS}),
+        (["-n", 30, "--scans", "--denoise", 2], {"n_segments": 30, **sf.SCANS, "denoise": 2}),
         (["-n", 30, "--denoise", "auto"], {"n_segments": 30, "denoise": "auto"}),
-        (["-n", 30, "--parts", "-a", 15], {"n_segments": 30, **PARTS, "alpha": 15}),
-        (["-n", 30, "--paper", "--tol", 0.3], {"n_segments": 30, **PAPER, "tol": 0.3}),
+        (["-n", 30, "--parts", "-a", 15], {"n_segments": 30, **sf.PARTS, "alpha": 15}),
+        (["-n", 30, "--paper", "--tol", 0.3], {"n_segments": 30, **sf.PAPER, "tol": 0.3}),
         (["-n", 30, "--paper", "--smooth", "--connect"],
-         {"n_segments": 30, **PAPER, "smooth": True, "enforce_connectivity": True}),
+         {"n_segments": 30, **sf.PAPER, "smooth": True, "enforce_connectivity": True}),
     ]  # fmt: skip
     for arguments, keywords in options:
         assert run("segment", sheet, *arguments, "-o", output)[0] == 0
-        assert np.array_equal(np.load(output), segment(sheet, **keywords).labels), arguments
+        assert np.array_equal(np.load(output), sf.segment(sheet, **keywords).labels), arguments
 
 
 def test_json_is_one_object_with_the_facts(run, sheet):
@@ -105,7 +92,7 @@ def test_json_is_one_object_with_the_facts(run, sheet):
 def block(tmp_path):
     """Write a CAD mesh of 272 faces, most of them long and thin, and return its path."""
     path = tmp_path / "block.ply"
-    write_mesh(path, shapes.drilled_block(64))
+    sf.write_mesh(path, shapes.drilled_block(64))
     return path
 
 
@@ -122,13 +109,13 @@ def test_subdivide_writes_the_parts_and_labels_of_the_faces_of_the_input(run, bl
     labeled, listed = tmp_path / "labeled.ply", tmp_path / "labels.npy"
     arguments = ("segment", block, "-n", 100, "-o", labeled, "-o", listed, "--json")
     status, out, err = run(*arguments, "--subdivide")
-    mesh = read_mesh(block)
-    radius = np.sqrt(mesh_info(mesh).area / (100 * np.pi))
-    parts = subdivide(mesh, 0.25 * radius)
-    expected = segment(parts.mesh, 100).labels
+    mesh = sf.read_mesh(block)
+    radius = np.sqrt(sf.mesh_info(mesh).area / (100 * np.pi))
+    parts = sf.subdivide(mesh, 0.25 * radius)
+    expected = sf.segment(parts.mesh, 100).labels
     assert status == 0
-    assert np.array_equal(read_labels(labeled), expected)
-    assert np.array_equal(read_mesh(labeled).vertices, parts.mesh.vertices)
+    assert np.array_equal(sf.read_labels(labeled), expected)
+    assert np.array_equal(sf.read_mesh(labeled).vertices, parts.mesh.vertices)
     back = parts.labels_back(expected)
     assert np.array_equal(np.load(listed), back)
     assert len(back) == mesh.n_faces
@@ -155,8 +142,8 @@ def test_a_mesh_that_is_fine_enough_is_not_said_to_be_subdivided(run, block, tmp
 
 def test_subdivide_heeds_a_radius_or_a_longest_edge(run, block, tmp_path):
     output = tmp_path / "labeled.ply"
-    mesh = read_mesh(block)
-    diagonal = mesh_info(mesh).diagonal
+    mesh = sf.read_mesh(block)
+    diagonal = sf.mesh_info(mesh).diagonal
     cases = [
         (["--subdivide", "-r", 0.1], 0.25 * 0.1 * diagonal),
         (["--subdivide", "-R", 0.1], 0.25 * 0.1),
@@ -167,7 +154,7 @@ def test_subdivide_heeds_a_radius_or_a_longest_edge(run, block, tmp_path):
         status, _, err = run("segment", block, *arguments, "-o", output)
         assert status == 0
         assert "label files" not in err
-        assert np.array_equal(read_mesh(output).faces, subdivide(mesh, max_edge).mesh.faces)
+        assert np.array_equal(sf.read_mesh(output).faces, sf.subdivide(mesh, max_edge).mesh.faces)
 
 
 def test_a_longest_edge_that_makes_too_many_faces_is_refused(run, block):
@@ -178,7 +165,7 @@ def test_a_longest_edge_that_makes_too_many_faces_is_refused(run, block):
 
 def test_more_regions_than_asked_for_are_explained(run, tmp_path):
     path = tmp_path / "islands.ply"
-    write_mesh(path, shapes.two_islands())
+    sf.write_mesh(path, shapes.two_islands())
     status, out, err = run("segment", path, "-n", 1)
     assert status == 0
     assert "2 regions" in out
@@ -205,7 +192,7 @@ def test_more_regions_than_asked_for_are_explained(run, tmp_path):
 
 @pytest.mark.parametrize("init", ["flood", "grid"])
 def test_seeds_that_do_not_give_the_number_asked_for_are_a_note(run, sheet, init):
-    made = segment(sheet, 7, init=init).n_segments
+    made = sf.segment(sheet, 7, init=init).n_segments
     assert made != 7
     assert run("segment", sheet, "-n", 7, "--init", init)[2] == (
         f"superfacets: note: {made} regions instead of 7: --init {init} matches -n only"
@@ -224,12 +211,12 @@ def test_connect_without_paper_is_a_note(run, sheet):
 
 
 def test_noise_that_was_found_is_in_the_last_line(run, tmp_path):
-    mesh = sample_mesh(20_000)
+    mesh = sf.sample_mesh(20_000)
     noise = np.random.default_rng(0).normal(0, 0.003, mesh.vertices.shape)
-    write_mesh(tmp_path / "noisy.ply", (mesh.vertices + noise, mesh.faces))
+    sf.write_mesh(tmp_path / "noisy.ply", (mesh.vertices + noise, mesh.faces))
     out = run("segment", tmp_path / "noisy.ply", "-n", 6)[1]
     assert re.search(r" s; noise found: creases measured after \d+ smoothing steps$", out.strip())
-    write_mesh(tmp_path / "cube.ply", shapes.cube())
+    sf.write_mesh(tmp_path / "cube.ply", shapes.cube())
     assert "; noise" not in run("segment", tmp_path / "cube.ply", "-n", 6)[1]
     assert "; noise" not in run("segment", tmp_path / "noisy.ply", "-n", 6, "--denoise", 5)[1]
 
@@ -267,7 +254,7 @@ def test_a_radius_larger_than_the_mesh_is_a_note(run, sheet, tmp_path):
     assert run("segment", sheet, "-R", 1e-6)[2] == f"superfacets: note: {tiny}\n"
     alone = "superfacets: note: the radius gives only one region\n"
     assert run("segment", sheet, "-R", 5)[2] == alone
-    write_mesh(tmp_path / "islands.ply", shapes.two_islands())
+    sf.write_mesh(tmp_path / "islands.ply", shapes.two_islands())
     assert run("segment", tmp_path / "islands.ply", "-r", 5)[2] == f"{note} box's diagonal\n"
 
 
@@ -381,7 +368,7 @@ def three(sheet):
     """Return a valid file, an invalid file, and another valid file."""
     bad, other = sheet.with_name("bad.ply"), sheet.with_name("other.ply")
     bad.write_bytes(b"junk")
-    write_mesh(other, shapes.bumpy_sheet(6))
+    sf.write_mesh(other, shapes.bumpy_sheet(6))
     return sheet, bad, other
 
 
@@ -434,7 +421,7 @@ def test_a_count_larger_than_the_mesh_gives_every_face_a_region(run, three):
         "superfacets: note: 73 regions were requested, but there are only 72 faces: each face"
         " became a region\n"
     )
-    assert np.array_equal(np.load(output), segment(three[2], 72).labels)
+    assert np.array_equal(np.load(output), sf.segment(three[2], 72).labels)
     assert run("segment", three[2], "-n", 72, "-o", output)[2] == ""
 
 
@@ -454,12 +441,12 @@ def colored(tmp_path):
     """Write a labeled mesh with vertex colors, a face property, a comment and an extra element."""
     path = tmp_path / "colored.ply"
     mesh = shapes.bumpy_sheet(6)
-    attributes = MeshAttributes(
+    attributes = sf.MeshAttributes(
         {"red": np.arange(mesh.n_vertices) % 256},
         {"material": np.arange(mesh.n_faces)},
         ["comment TextureFile a.png"],
     )
-    write_mesh(path, mesh, np.zeros(mesh.n_faces, int), attributes=attributes, ascii=True)
+    sf.write_mesh(path, mesh, np.zeros(mesh.n_faces, int), attributes=attributes, ascii=True)
     text = path.read_text().replace("end_header", "element edge 1\nproperty int a\nend_header")
     path.write_text(text + "7\n")
     return path
@@ -475,17 +462,17 @@ def test_a_labeled_mesh_keeps_what_the_input_held(run, colored):
         " property quality, face property red, face property green, face property blue, face"
         " property alpha",
     ]
-    found = read_attributes(output)
+    found = sf.read_attributes(output)
     assert np.array_equal(found.vertex["red"], np.arange(len(found.vertex["red"])) % 256)
     assert np.array_equal(found.face["material"], np.arange(72))
     assert found.comments == ("comment TextureFile a.png",)
-    assert read_labels(output).max() == 4
+    assert sf.read_labels(output).max() == 4
 
 
 def test_attributes_are_dropped_on_request_and_where_only_labels_are_written(run, colored):
     output, labels = colored.with_name("out.ply"), colored.with_name("out.npy")
     assert run("segment", colored, "-o", output, "--drop-attributes")[2] == ""
-    assert list(read_attributes(output).vertex) == []
+    assert list(sf.read_attributes(output).vertex) == []
     assert run("segment", colored, "-o", labels)[2] == ""
 
 
@@ -529,16 +516,16 @@ def test_parts_of_faces_keep_the_attributes_of_the_faces(run, colored):
     status, _, err = run("segment", colored, "-n", 5, "-o", output, "--subdivide")
     assert status == 0
     assert "vertex property red, which new vertices do not have" in err
-    found = read_attributes(output)
+    found = sf.read_attributes(output)
     assert not found.vertex
-    mesh = read_mesh(colored)
-    radius = np.sqrt(mesh_info(mesh).area / (5 * np.pi))
-    assert np.array_equal(found.face["material"], subdivide(mesh, 0.25 * radius).sources)
+    mesh = sf.read_mesh(colored)
+    radius = np.sqrt(sf.mesh_info(mesh).area / (5 * np.pi))
+    assert np.array_equal(found.face["material"], sf.subdivide(mesh, 0.25 * radius).sources)
     assert found.comments == ("comment TextureFile a.png",)
 
 
 def test_a_feature_without_effect_is_a_note(run, tmp_path):
-    write_mesh(tmp_path / "flat.ply", shapes.strip(8))
+    sf.write_mesh(tmp_path / "flat.ply", shapes.strip(8))
     status, _, err = run("segment", tmp_path / "flat.ply", "-n", 4, "--features", "height")
     assert status == 0
     assert "note: height: all cells have the same value, so this has no effect\n" in err

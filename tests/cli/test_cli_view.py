@@ -110,13 +110,9 @@ def test_features_have_different_names(run, sheet, tmp_path):
         ("--feature", "f.txt", b"1\nx\n", "f.txt: could not convert"),
         ("--feature", "f.npy", b"nothing", "f.npy: the header of the .npy file cannot be read"),
         ("--feature", "f.csv", b"1\n", "expected the ending .npy, .txt, .shape.gii"),
-        (
-            "--feature",
-            "f.txt",
-            b"1\n2\n",
-            "feature 'f' must have one value per cell, (1152,), or one value per vertex, (625,);"
-            " got shape (2,)",
-        ),
+        ("--feature", "f.txt", b"1\n2\n",
+         "feature 'f' must have one value per cell, (1152,), or one value per vertex, (625,); got"
+         " shape (2,)"),
     ],
 )  # fmt: skip
 def test_wrong_files_are_refused(run, sheet, tmp_path, option, name, content, message):

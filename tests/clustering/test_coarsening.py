@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import reference
 import shapes
+from shapes import unit_graph
 
 from superfacets import (
     PAPER,
@@ -24,11 +25,6 @@ INITS = ("geodesic", "curve", "farthest", "flood", "grid")
 def weighted(mesh):
     graph = build_face_graph(mesh)
     return graph.with_weights(crease_weights(mesh, graph, 0.1 * graph.diagonal))
-
-
-def unit_graph(mesh):
-    graph = build_face_graph(mesh)
-    return graph.with_weights(np.ones(graph.n_arcs))
 
 
 def specks(n=60, seed=1):
@@ -100,7 +96,7 @@ def test_a_line_in_groups_of_four_by_hand():
     assert (steps * line.unit).tolist() == [4.0] * 4
     positions = coarse.graph.positions_of(np.arange(3, dtype=np.int32))
     assert positions[:, 0].tolist() == [1.5, 5.5, (8 + 9 + 10 + 3 * 11) / 6]
-    assert coarse.graph.total_measure == line.measures.sum()
+    assert coarse.graph.measures().sum() == line.measures.sum()
 
 
 def test_a_coarse_center_is_refined_to_the_cell_nearest_to_the_mean():

@@ -24,11 +24,6 @@ from superfacets import (
 INITS = ("geodesic", "farthest")
 
 
-def graph_of(mesh):
-    graph = build_face_graph(mesh)
-    return graph.with_weights(np.ones(graph.n_arcs))
-
-
 def strips(*sizes):
     """Return strips with these numbers of faces, one above the other."""
     parts = [shapes.strip(n) for n in sizes]
@@ -137,7 +132,7 @@ def test_islands_make_no_difference_to_a_mesh_in_one_piece(init):
 
 def test_flood_leaves_islands_out_where_they_are_to_join():
     mesh = strips(40, 1)
-    graph = graph_of(mesh)
+    graph = shapes.unit_graph(mesh)
     assert 40 in place_seeds(graph, 3, init="flood")
     seeds = place_seeds(graph, 3, init="flood", islands="nearest")
     assert 40 not in seeds

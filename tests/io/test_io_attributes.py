@@ -390,12 +390,8 @@ def test_attributes_are_copies_that_cannot_be_written():
         ({"vertex": [1]}, TypeError, "vertex must be a mapping of names to arrays"),
         ({"face": {"a": np.ma.masked_equal([1, 2], 2)}}, ValueError,
          "face property 'a' must not have masked entries: fill or remove these entries"),
-        (
-            {"comments": ["comment \ud800"]},
-            ValueError,
-            r"comments must be lines that begin with comment or obj_info, got 'comment"
-            r" \\ud800'",
-        ),
+        ({"comments": ["comment \ud800"]}, ValueError,
+         r"comments must be lines that begin with comment or obj_info, got 'comment \\ud800'"),
     ],
 )  # fmt: skip
 def test_attributes_of_wrong_types_are_refused(given, error, message):

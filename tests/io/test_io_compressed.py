@@ -160,25 +160,19 @@ def with_bytes(place: int, content: bytes):
     [
         (with_bytes(0, b"DRAC0"), "the Draco data is damaged or does not have the version 2.2"),
         (with_bytes(5, b"\1"), "the Draco data is damaged or does not have the version 2.2"),
-        (
-            with_bytes(11, b"\xff\xff\xff\xff\x0f"),
-            "the Draco data has 4294967295 faces and 2 vertices, but the accessors"
-            " declare 2 faces and 5 vertices",
-        ),
-        (
-            with_bytes(11, b"\3"),
-            "the Draco data has 3 faces and 5 vertices, but the accessors declare 2"
-            " faces and 5 vertices",
-        ),
-        (
-            with_bytes(12, b"\x7f"),
-            "the Draco data has 2 faces and 127 vertices, but the accessors declare 2"
-            " faces and 5 vertices",
-        ),
+        (with_bytes(11, b"\xff\xff\xff\xff\x0f"),
+         "the Draco data has 4294967295 faces and 2 vertices, but the accessors declare 2 faces and"
+         " 5 vertices"),
+        (with_bytes(11, b"\3"),
+         "the Draco data has 3 faces and 5 vertices, but the accessors declare 2 faces and 5"
+         " vertices"),
+        (with_bytes(12, b"\x7f"),
+         "the Draco data has 2 faces and 127 vertices, but the accessors declare 2 faces and 5"
+         " vertices"),
         (with_bytes(10, b"\x80" + b"\xff" * 60), "the Draco data is truncated"),
         (with_bytes(13, b"\xee" * 30), "the Draco data is damaged: "),
     ],
-)
+)  # fmt: skip
 def test_draco_data_that_lies_is_refused(refuse, change, message):
     refuse("a.glb", change(draco_glb()), message)
 
@@ -186,21 +180,17 @@ def test_draco_data_that_lies_is_refused(refuse, change, message):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (
-            lambda d: d["accessors"][0].update(count=9),
-            "the Draco data has 2 faces and 5 vertices, but the accessors declare 3"
-            " faces and 5 vertices",
-        ),
+        (lambda d: d["accessors"][0].update(count=9),
+         "the Draco data has 2 faces and 5 vertices, but the accessors declare 3 faces and 5"
+         " vertices"),
         (
             lambda d: d["accessors"][1].update(count=10**8),
             "decompressed arrays, including meshes[0], have more than 100 times the"
             " size of the files",
         ),
-        (
-            lambda d: d["accessors"][1].update(count=4),
-            "the Draco data has 2 faces and 5 vertices, but the accessors declare 2"
-            " faces and 4 vertices",
-        ),
+        (lambda d: d["accessors"][1].update(count=4),
+         "the Draco data has 2 faces and 5 vertices, but the accessors declare 2 faces and 4"
+         " vertices"),
         (lambda d: d["accessors"][1].update(count=6),
          "the sizes of the Draco data differ from the declared sizes"),
         (lambda d: d["accessors"][1].update(componentType=5123),
@@ -229,11 +219,9 @@ def meshopt_of(document, view=0):
     [
         (lambda d: meshopt_of(d).update(byteLength=20), "bufferViews[0]: the meshopt data is"),
         (lambda d: meshopt_of(d).update(count=4), "accessors[0] is longer than its buffer"),
-        (
-            lambda d: meshopt_of(d).update(count=10**9),
-            "decompressed arrays, including bufferViews[0], have more than 100 times"
-            " the size of the files",
-        ),
+        (lambda d: meshopt_of(d).update(count=10**9),
+         "decompressed arrays, including bufferViews[0], have more than 100 times the size of the"
+         " files"),
         (lambda d: meshopt_of(d).update(byteStride=7), "the meshopt data is damaged: a row must"),
         (lambda d: meshopt_of(d, 1).update(mode="STRIPS"), "bufferViews[1]: the meshopt data is"),
         (lambda d: meshopt_of(d).update(mode=None),

@@ -295,11 +295,9 @@ class TestPyTorchGeometric:
             ({**GRAPH, "super_index": [3]}, "super_index must be regions from -1 to 2, got 3 to 3"),
             ({**GRAPH, "edge_index": [[-1], [0]], "edge_attr": [1]},
              "edge_index must be regions from 0 to 2, got -1 to 0"),
-            (
-                [GRAPH, {**COARSE, "super_index": [0]}],
-                r"graphs\[1\]: super_index must have one value per region of the previous"
-                r" graph \(3\), got 1 value",
-            ),
+            ([GRAPH, {**COARSE, "super_index": [0]}],
+             r"graphs\[1\]: super_index must have one value per region of the previous graph \(3\),"
+             r" got 1 value"),
         ],
     )  # fmt: skip
     def test_graphs_that_do_not_fit_are_refused(self, tmp_path, graphs, message):
@@ -552,13 +550,9 @@ class TestNamesAndVertices:
              "label_name must be one line of printable text, got 3"),
             ("a.vtp", {"vertex_labels": True}, ValueError,
              r"vertex_labels needs an output with the ending \.ply"),
-            (
-                "a.ply",
-                {"classes": ["a"]},
-                ValueError,
-                r"classes needs an output with the ending"
-                r" \.glb or \.obj or \.stl or \.aggregation\.json",
-            ),
+            ("a.ply", {"classes": ["a"]}, ValueError,
+             r"classes needs an output with the ending \.glb or \.obj or \.stl or"
+             r" \.aggregation\.json"),
             ("a.glb", {"classes": [1.5, 2]}, TypeError,
              r"classes must be strings or integers, got 1\.5"),
             ("a.glb", {"classes": [1]}, MeshError,

@@ -164,26 +164,18 @@ def test_npy_of_something_else_is_refused(refuse, array, message):
         (b"\x93NUMPY\2\0\xff\xff\xff\xff" + 90_000 * b" ",
          "its length must be at most 10000 bytes, got 4294967295"),
         (npy(np.array([1, None]), allow_pickle=True), "integers: the .npy header declares object"),
-        (
-            npy(LABELS)[:-1],
-            "the .npy header declares 12 bytes of labels, but is followed by 11: the"
-            " file may be truncated",
-        ),
-        (
-            npy(LABELS) + b"1",
-            "the .npy header declares 12 bytes of labels, but is followed by 13: the"
-            " file may be truncated",
-        ),
-        (
-            npy(LABELS).replace(b"(3,)", b"(9999999999,)"),
-            "the .npy header declares 39999999996 bytes of labels, but is followed by"
-            " 21: the file may be truncated or damaged",
-        ),
-        (
-            npy(LABELS).replace(b"(3,)", b"(-3,)"),
-            "the .npy header declares -12 bytes of labels, but is followed by 13: the"
-            " file may be truncated or damaged",
-        ),
+        (npy(LABELS)[:-1],
+         "the .npy header declares 12 bytes of labels, but is followed by 11: the file may be"
+         " truncated"),
+        (npy(LABELS) + b"1",
+         "the .npy header declares 12 bytes of labels, but is followed by 13: the file may be"
+         " truncated"),
+        (npy(LABELS).replace(b"(3,)", b"(9999999999,)"),
+         "the .npy header declares 39999999996 bytes of labels, but is followed by 21: the file may"
+         " be truncated or damaged"),
+        (npy(LABELS).replace(b"(3,)", b"(-3,)"),
+         "the .npy header declares -12 bytes of labels, but is followed by 13: the file may be"
+         " truncated or damaged"),
     ],
 )  # fmt: skip
 def test_npy_that_is_wrong_is_refused(refuse, data, message):

@@ -177,16 +177,12 @@ COMPRESSED = struct.pack("<II", 50, 48) + b"\x1f" + RECORDS[:32] + b"\x0f" + REC
         (header(XYZ, "binary", 5) + RECORDS,
          "declares 5 points, but the file has 4: the file may be truncated"),
         (header([*XYZ, ("w", "F4", 10**17)], "binary") + RECORDS, "the file has 0"),
-        (
-            header(XYZ, "binary_compressed"),
-            "4 points must have 48 bytes, but the file declares 0 bytes, compressed to 0, and has 0"
-            " compressed bytes: it may be truncated or damaged",
-        ),
-        (
-            header(XYZ, "binary_compressed") + COMPRESSED[:-1],
-            "declares 48 bytes, compressed to 50, and has 49 compressed bytes: it may be truncated"
-            " or damaged",
-        ),
+        (header(XYZ, "binary_compressed"),
+         "4 points must have 48 bytes, but the file declares 0 bytes, compressed to 0, and has 0"
+         " compressed bytes: it may be truncated or damaged"),
+        (header(XYZ, "binary_compressed") + COMPRESSED[:-1],
+         "declares 48 bytes, compressed to 50, and has 49 compressed bytes: it may be truncated or"
+         " damaged"),
         (header(XYZ, "binary_compressed", 10**9) + COMPRESSED,
          "1000000000 points must have 12000000000 bytes, but the file declares 48 bytes"),
         (header(XYZ, "binary_compressed") + COMPRESSED.replace(b"\x1f", b"\x20"),

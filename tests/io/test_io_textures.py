@@ -535,14 +535,10 @@ def test_any_white_space_separates_the_words_of_obj_and_mtl(square):
     ("change", "reason"),
     [
         (lambda obj: obj.with_name("square.mtl").unlink(), "'square.mtl' cannot be read in the"),
-        (
-            lambda obj: obj.with_name("square.mtl").write_text(
-                MTL.replace("newmtl door", "newmtl x")
-            ),
-            "'door # 2', which no MTL file defines",
-        ),
+        (lambda obj: obj.with_name("square.mtl").write_text(MTL.replace("newmtl door", "newmtl x")),
+         "'door # 2', which no MTL file defines"),
     ],
-)
+)  # fmt: skip
 def test_missing_materials_are_an_error_where_the_texture_is_asked_for(square, change, reason):
     change(square)
     attributes = read_attributes(square)

@@ -37,86 +37,66 @@ PLACES = (
 
 GUARDS = {
     "superfacets_textures/gltf_materials.py": {
-        ("_image", "frombuffer"): "a view of an encoded image in memory"
-    },
+        ("_image", "frombuffer"): "a view of an encoded image in memory"},
     "superfacets_textures/ids_image.py": {
         ("_table_of_ids", "bincount"): "labels are below 2**24, checked in `write_ids`",
         ("write_ids", "bincount"): "labels are below 2**24, checked before",
-        ("write_ids", "zeros"): "labels are below 2**24, checked before",
-    },
+        ("write_ids", "zeros"): "labels are below 2**24, checked before"},
     "superfacets/files/writers/obj.py": {("_lines_of", "repeat"): "sizes of faces in memory"},
     "superfacets_formats/pcd_writer.py": {
-        ("write_pcd", "empty"): "at most ROWS_AT_ONCE rows of points in memory"
-    },
+        ("write_pcd", "empty"): "at most ROWS_AT_ONCE rows of points in memory"},
     "superfacets/files/writers/ply.py": {
         ("_fill_rows", "empty"): "rows of cells in memory",
-        ("of", "arange"): "the size of faces in memory",
-    },
+        ("of", "arange"): "the size of faces in memory"},
     "superfacets_formats/vtk_writer.py": {
-        ("write_vtk", "full"): "one entry per tetrahedron in memory"
-    },
+        ("write_vtk", "full"): "one entry per tetrahedron in memory"},
     "superfacets/files/guards.py": {
-        ("numbers", "frombuffer"): "`skip` compares the size with the bytes that are left"
-    },
+        ("numbers", "frombuffer"): "`skip` compares the size with the bytes that are left"},
     "superfacets_textures/images.py": {
-        ("_open", "reader"): "`check_pixels` compares the pixels with the file"
-    },
+        ("_open", "reader"): "`check_pixels` compares the pixels with the file"},
     "superfacets_scans/masks.py": {
-        ("_picture", "reader"): "`check_pixels` compares the pixels with the file"
-    },
+        ("_picture", "reader"): "`check_pixels` compares the pixels with the file"},
     "superfacets_formats/compression.py": {
         ("decode_draco", "decode"): "counts of the data must equal those of accessors",
-        ("decode_meshopt", "decode_gltf_buffer"): "`Gltf.take` limits the sum of sizes",
-    },
+        ("decode_meshopt", "decode_gltf_buffer"): "`Gltf.take` limits the sum of sizes"},
     "superfacets_formats/cortex.py": {
         ("_decoded", "decompress"): "at most one byte more than declared, which is limited",
-        ("_gifti_array", "frombuffer"): "a view of decoded bytes, whose number is checked",
-    },
+        ("_gifti_array", "frombuffer"): "a view of decoded bytes, whose number is checked"},
     "superfacets_formats/e57.py": {
         ("_read_columns", "reader"): "`_check_counts` compares all scans with the file",
         ("_joined", "repeat"): "lengths of points in memory",
         ("_read_columns", "SourceDestBuffer"): "`_check_counts` compares all scans with the file",
         ("_read_columns", "empty"): "`_check_counts` compares all scans with the file",
         ("_viewpoints_of", "repeat"): "lengths of points in memory",
-        ("read_e57", "E57"): "reads only the XML, which is in the file",
-    },
+        ("read_e57", "E57"): "reads only the XML, which is in the file"},
     "superfacets/files/readers/gltf.py": {
-        ("read_corners", "arange"): "vertices of an accessor in memory"
-    },
+        ("read_corners", "arange"): "vertices of an accessor in memory"},
     "superfacets/files/readers/gltf_file.py": {
         ("read_accessor", "empty"): "only with 0 rows",
-        ("read_accessor", "ndarray"): "the end of the rows is compared with the view",
-    },
+        ("read_accessor", "ndarray"): "the end of the rows is compared with the view"},
     "superfacets_formats/grids.py": {
         ("numbers", "frombuffer"): "the count is compared with the bytes that are left",
-        ("tets", "full"): "cells in memory",
-    },
+        ("tets", "full"): "cells in memory"},
     "superfacets_formats/las.py": {
         ("_add_extra_columns", "ndarray"): "a view of the records in memory",
         ("_chunks", "read_chunk_table_only"): "the number of chunks is compared with the file",
         ("_decompressed", "decompress_points_with_chunk_table"): "chunks and layers are checked",
         ("_decompressed", "empty"): "at most _MAX_COMPRESSED times the file",
-        ("read_las", "frombuffer"): "the size is compared with the file",
-    },
+        ("read_las", "frombuffer"): "the size is compared with the file"},
     "superfacets_formats/msh.py": {
-        ("_read_element_blocks", "full"): "`_sizes` has read as many rows"
-    },
+        ("_read_element_blocks", "full"): "`_sizes` has read as many rows"},
     "superfacets/files/readers/npy.py": {
-        ("npy_array", "frombuffer"): "the declared size must be the size that follows"
-    },
+        ("npy_array", "frombuffer"): "the declared size must be the size that follows"},
     "superfacets/files/readers/obj.py": {
-        ("_read_blocks", "repeat"): "numbers of tokens in the text"
-    },
+        ("_read_blocks", "repeat"): "numbers of tokens in the text"},
     "superfacets_textures/obj_texture.py": {
         ("_add_coordinates", "repeat"): "numbers of tokens in the text",
-        ("_add_materials", "empty"): "lines of the text",
-    },
+        ("_add_materials", "empty"): "lines of the text"},
     "superfacets/files/readers/parts.py": {("_labels_by_part", "arange"): "names in the text"},
     "superfacets_formats/pcd.py": {
         ("_read_compressed", "frombuffer"): "8 bytes, and a view of the file",
         ("_read_compressed", "unpack_lzf"): "at most _MAX_COMPRESSED times the packed bytes",
-        ("_read_records", "frombuffer"): "`_check_points` compares the count with the file",
-    },
+        ("_read_records", "frombuffer"): "`_check_points` compares the count with the file"},
     "superfacets/files/readers/ply_body.py": {
         ("_gather", "arange"): "rows that `_walk` has found in the file",
         ("_gather", "copy_runs"): "rows that `_walk` has found in the file",
@@ -124,38 +104,29 @@ GUARDS = {
         ("_list_column", "arange"): "`_check_tokens` compares lengths with the lines",
         ("_read_uniform", "frombuffer"): "the size of all rows is compared with the file",
         ("_walk", "frombuffer"): "a view of the whole file",
-        ("_walk", "walk_rows"): "`_least_size` compares the rows with the file",
-    },
+        ("_walk", "walk_rows"): "`_least_size` compares the rows with the file"},
     "superfacets_textures/ply_texture.py": {
         ("_pairs_of_faces", "arange"): "corners in memory",
-        ("_pairs_of_faces", "repeat"): "sizes of faces in memory",
-    },
+        ("_pairs_of_faces", "repeat"): "sizes of faces in memory"},
     "superfacets/files/readers/stl.py": {
-        ("_read_binary", "frombuffer"): "the count must give the size of the file"
-    },
+        ("_read_binary", "frombuffer"): "the count must give the size of the file"},
     "superfacets/files/readers/text.py": {
         ("_as_text", "frombuffer"): "a view of the whole file",
         ("runs", "arange"): "callers compare lengths with the file",
         ("runs", "repeat"): "callers compare lengths with the file",
-        ("table", "arange"): "the width is a constant, or compared with the lines",
-    },
+        ("table", "arange"): "the width is a constant, or compared with the lines"},
     "superfacets_formats/vtk_legacy.py": {
-        ("_split_rows", "full"): "at most as many rows as numbers in memory"
-    },
+        ("_split_rows", "full"): "at most as many rows as numbers in memory"},
     "superfacets_formats/vtk_xml.py": {
         ("_content", "frombuffer"): "`_first_bytes` compares the size with the data",
         ("_decoded", "frombuffer"): "a view of decoded bytes, whose number is checked",
-        ("_unpacked", "decompress"): "at most one byte more than declared, which is limited",
-    },
+        ("_unpacked", "decompress"): "at most one byte more than declared, which is limited"},
     "superfacets/mesh/faces.py": {
         ("corner_triangles", "repeat"): "sizes of faces in memory",
-        ("of", "arange"): "sizes of faces in memory",
-        ("of", "repeat"): "sizes of faces in memory",
-        ("spread_indices", "arange"): "numbers of samples that the caller asks for",
-    },
+        ("of", "arange"): "sizes of faces in memory", ("of", "repeat"): "sizes of faces in memory",
+        ("spread_indices", "arange"): "numbers of samples that the caller asks for"},
     "superfacets_scans/label_images.py": {
-        ("_as_array", "zeros"): "at most the `MAX_PIXELS` of a camera"
-    },
+        ("_as_array", "zeros"): "at most the `MAX_PIXELS` of a camera"},
     "superfacets/mesh/polygon_mesh.py": {("triangulate", "repeat"): "sizes of faces in memory"},
     "superfacets_formats/tet_mesh.py": {("boundary", "repeat"): "tetrahedra in memory"},
     "superfacets_scans/lifting.py": {
@@ -164,13 +135,11 @@ GUARDS = {
         ("_objects_of_masks", "bincount"): "masks, of which each has a pixel",
         ("_without_gaps", "full"): "objects, of which each has a region",
         ("lift", "bincount"): "ranks of labels of regions",
-        ("lift", "zeros"): "regions, of which each has a cell",
-    },
+        ("lift", "zeros"): "regions, of which each has a cell"},
     "superfacets_scans/mask_votes.py": {
         ("_visible_regions_of", "see_surface"): "cameras have the sizes of their masks",
-        ("collect_votes", "repeat"): "numbers of masks that were read",
-    },
-}
+        ("collect_votes", "repeat"): "numbers of masks that were read"},
+}  # fmt: skip
 """For each module, the guards of its places: (function, called name)."""
 
 

@@ -96,18 +96,12 @@ def test_a_signaling_nan_is_refused_without_a_warning():
         ([[0, 0, 0], [1, 0, 0], [0, np.inf, 0]], [[0, 1, 2]],
          r"vertices\[2\] must be finite, got \[0.0, inf, 0.0\]"),
         ([[1, 1, 1]] * 3, [[0, 1, 2]], "all faces lie at one point"),
-        (
-            np.array(TRIANGLE) * 1e-17,
-            [[0, 1, 2]],
-            r"the longest side of the bounding box must be 1e-15 to 1e\+15, got 1e-17:"
-            r" rescale the mesh",
-        ),
-        (
-            np.array(TRIANGLE) * 1e300,
-            [[0, 1, 2]],
-            r"the longest side of the bounding box must be 1e-15 to 1e\+15, got 1e\+300:"
-            r" rescale the mesh",
-        ),
+        (np.array(TRIANGLE) * 1e-17, [[0, 1, 2]],
+         r"the longest side of the bounding box must be 1e-15 to 1e\+15, got 1e-17: rescale the"
+         r" mesh"),
+        (np.array(TRIANGLE) * 1e300, [[0, 1, 2]],
+         r"the longest side of the bounding box must be 1e-15 to 1e\+15, got 1e\+300: rescale the"
+         r" mesh"),
         (
             [[0, 0, 0], [-1e308, 0, 0], [1e308, 1, 0]],
             [[0, 1, 2]],

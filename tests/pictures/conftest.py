@@ -4,6 +4,7 @@ import sys
 
 import pytest
 
+from superfacets import sample_mesh
 from superfacets_show.backend import RenderError, ensure_gl
 
 
@@ -22,3 +23,8 @@ def no_display(monkeypatch, request):
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("VTK_DEFAULT_OPENGL_WINDOW", raising=False)
     monkeypatch.setattr(sys, "platform", getattr(request, "param", "linux"))
+
+
+@pytest.fixture(scope="session")
+def bear():
+    return sample_mesh(5_000)

@@ -13,7 +13,7 @@ from front_end_arrays import decode_arrays
 from shapes import bumpy_sheet, cube, soup, strip, table
 
 import superfacets as sf
-from superfacets import Mesh, PointCloud, PolygonMesh, TetMesh, View, hierarchy, sample_mesh
+from superfacets import Mesh, PointCloud, PolygonMesh, TetMesh, View, hierarchy
 from superfacets_show.colors import face_colors, oklab, scale_colors
 from superfacets_show.page.coding import Arrays, newest_codes
 from superfacets_show.page.document import Page
@@ -40,11 +40,6 @@ def drawn_corners(mesh, facts, arrays):
     low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
     points = low + (high - low) * arrays["positions"] / 65535
     return points[arrays["triangles"]]
-
-
-@pytest.fixture(scope="module")
-def bear():
-    return sample_mesh(5_000)
 
 
 @pytest.fixture(scope="module")

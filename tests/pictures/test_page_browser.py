@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import superfacets as sf
-from superfacets import PointCloud, hierarchy, sample_mesh
+from superfacets import PointCloud, hierarchy
 from superfacets_show.colors import PALETTE, oklab
 
 SIZE = {"width": 700, "height": 500}
@@ -74,11 +74,6 @@ def hue_at(picture, x, y):
 def recolor(tab, colors):
     """Give regions other colors, three bytes each."""
     tab.evaluate(f"superfacets.content.levels[0].colors.set({colors}); superfacets.setLevel(0)")
-
-
-@pytest.fixture(scope="module")
-def bear():
-    return sample_mesh(5_000)
 
 
 @pytest.fixture(scope="module")

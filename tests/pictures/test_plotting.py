@@ -299,12 +299,9 @@ def test_without_the_encoder_a_video_is_refused_before_anything_is_drawn(tmp_pat
          "color_by must be one of region, cell_count, area"),
         ({"color_by": "curvature"}, ValueError,
          "color_by must be one of region, cell_count, area, .*, high_z, got 'curvature'"),
-        (
-            {"color_by": [1, 2, 3]},
-            ValueError,
-            r"color_by must have one value per cell, \(2,\), or one value per vertex, \(4,\);"
-            r" got shape \(3,\)",
-        ),
+        ({"color_by": [1, 2, 3]}, ValueError,
+         r"color_by must have one value per cell, \(2,\), or one value per vertex, \(4,\); got"
+         r" shape \(3,\)"),
         ({"view": "above"}, ValueError, "view must be one of front"),
         ({"compare": [[0, 1, 2]]}, ValueError,
          r"labels must have one value per cell \(2\), got 3 values"),
@@ -322,15 +319,12 @@ def test_wrong_arguments_are_named(gl, tmp_path, monkeypatch, arguments, error, 
     [
         (["a", "b"], TypeError, "given must be numbers, got <U1"),
         ([1, np.inf], ValueError, "given has infinite values: use NaN"),
-        (
-            [1, 2, 3],
-            ValueError,
-            r"given must have one value per cell, \(2,\), or one value per region, \(5,\), or one"
-            r" value per vertex, \(4,\); got shape \(3,\)",
-        ),
+        ([1, 2, 3], ValueError,
+         r"given must have one value per cell, \(2,\), or one value per region, \(5,\), or one"
+         r" value per vertex, \(4,\); got shape \(3,\)"),
         (np.ma.array([1, 2], mask=[0, 1]), ValueError, "given"),
     ],
-)
+)  # fmt: skip
 def test_what_is_no_value_per_cell_or_region_is_refused(values, error, message):
     with pytest.raises(error, match=message):
         checked_values(values, "given", TWO, 5)

@@ -18,7 +18,6 @@ from superfacets import (
     TetMesh,
     plot,
     render,
-    sample_mesh,
 )
 from superfacets_show import drawing
 from superfacets_show.backend import RenderError
@@ -28,11 +27,6 @@ from superfacets_show.scene import build_scene
 
 SIZE = (160, 120)
 FRONT = View(azimuth=0, elevation=0, up="y")
-
-
-@pytest.fixture(scope="module")
-def bear():
-    return sample_mesh(5_000)
 
 
 def square():

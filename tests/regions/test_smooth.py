@@ -441,12 +441,9 @@ def test_borders_of_real_meshes_get_shorter_and_regions_stay_in_one_piece(benchm
         ({"max_distance": -1}, ValueError, "max_distance must be finite and not negative"),
         ({"weights": [1.0]}, ValueError, "weights must have one value per arc"),
         ({"n_threads": 0}, ValueError, "n_threads must be at least 1"),
-        (
-            {"mesh": 5},
-            TypeError,
-            r"expected a mesh of superfacets, a \(vertices, faces\) pair, a path, or a"
-            r" mesh of trimesh, PyVista \(PolyData\), Open3D or meshio, got int",
-        ),
+        ({"mesh": 5}, TypeError,
+         r"expected a mesh of superfacets, a \(vertices, faces\) pair, a path, or a mesh of"
+         r" trimesh, PyVista \(PolyData\), Open3D or meshio, got int"),
     ],
 )  # fmt: skip
 def test_faults_are_found(parameters, error, message):

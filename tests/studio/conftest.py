@@ -1,17 +1,6 @@
 """Fixtures of the tests of the studio."""
 
 import pytest
-import shapes
-
-from superfacets import write_mesh
-
-
-@pytest.fixture
-def sheet(tmp_path):
-    """Return a file with a mesh of 1,152 faces."""
-    path = tmp_path / "sheet.ply"
-    write_mesh(path, shapes.bumpy_sheet(24))
-    return path
 
 
 @pytest.fixture
