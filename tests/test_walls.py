@@ -20,7 +20,7 @@ MAY_POINT_DOWN = {"superfacets/segmentator.py"}
 
 
 def imports(path):
-    """Yield module and name of each import of a file, within functions, too, and of ``kit.name``."""
+    """Yield module and name of each import of a file and each ``kit.name``, also in functions."""
     package = path.relative_to(SOURCE).parts[:-1]
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):

@@ -18,18 +18,14 @@ from superfacets.tools.segment_to_files import cells_of, memory_of
 from superfacets.tools.sources import check_outputs_differ, result_ending
 
 from .cluster import Crew, local_client, remote_client
-from .jobs import BatchJob, Record, failed, hash_of, run_job
-from .manifest import Manifest
+from .jobs import BatchJob, Manifest, Record, failed, hash_of, run_job
 
 MANIFEST = "manifest.jsonl"
-"""Name of the manifest in the output folder."""
-
-MEMORY_SHARE = 0.8
-"""A file is large if its estimated memory exceeds this fraction of the memory per worker thread.
-The fraction is below 1, because estimates may be too low."""
-
+MEMORY_SHARE = 0.8  # of the memory per worker thread, for a file: estimates may be too low
 MOST_ENDS = 2  # a file is not processed again after so many processes ended with it
 START_CELLS = 2_000  # fixed time per file, as the number of cells processed in the same time
+
+OpenClient = Callable[[], contextlib.AbstractContextManager[Any]]
 
 
 @dataclass(frozen=True)
@@ -43,10 +39,9 @@ class BatchResult:
         ``input``, ``version``, ``params``, ``sha256``, and ``error`` if the file failed, otherwise
         ``cells``, ``regions``, ``seconds`` and ``outputs``.
     n_done, n_kept, n_failed : int
-        Numbers of files that this call segmented, that it skipped because they had valid results,
-        and that failed in this call or in an earlier call.
+        Numbers of files segmented in this call, skipped with valid results, and failed in any call.
     n_cells, seconds : int, float
-        Number of cells of the files that this call segmented, and its wall time in seconds.
+        Number of cells of the files segmented in this call, and its wall time in seconds.
     notes : tuple of str
         Messages about ignored lines of `manifest.jsonl`, and about the number of workers.
     """
@@ -88,26 +83,15 @@ def batch(
     inputs: StrPath | Iterable[StrPath],
     output_folder: StrPath,
     *,
-    formats: Sequence[str] = (),
-    scheduler: str | None = None,
-    workers: int | None = None,
-    timeout: float | None = None,
-    retry_failed: bool = False,
+    formats: Sequence[str] = (), scheduler: str | None = None, workers: int | None = None,
+    timeout: float | None = None, retry_failed: bool = False,
     progress: Callable[[BatchProgress], object] | None = None,
-    features: Sequence[str] = (),
-    subdivide: bool = False,
-    max_edge: float | None = None,
-    drop_attributes: bool = False,
-    ascii: bool = False,
-    label_name: str = "label",
-    vertex_labels: bool = False,
-    force: bool = False,
-    viewpoint: Sequence[float] | None = None,
-    min_opacity: float = 0.0,
-    mask_values: Sequence[int] = (),
-    labels_named: str = "label",
+    features: Sequence[str] = (), subdivide: bool = False, max_edge: float | None = None,
+    drop_attributes: bool = False, ascii: bool = False, label_name: str = "label",
+    vertex_labels: bool = False, force: bool = False, viewpoint: Sequence[float] | None = None,
+    min_opacity: float = 0.0, mask_values: Sequence[int] = (), labels_named: str = "label",
     **options: Any,
-) -> BatchResult:
+) -> BatchResult:  # fmt: skip
     """Segment many files, on all cores or on a cluster, and write their labels to a folder.
 
     If a file fails, the batch continues. A second call skips files that are already processed,
@@ -117,9 +101,9 @@ def batch(
     Parameters
     ----------
     inputs : path-like, or iterable of these
-        Files, folders, patterns such as ``"scans/**/*.ply"``, or lists such as ``"@list.txt"``, a
-        text file with one path per line, relative to its folder. Folders are searched recursively
-        for files other than ``.csv``, ``.txt`` and ``.npy``.
+        Files, folders (searched recursively for files other than ``.csv``, ``.txt``, ``.npy``),
+        patterns such as ``"scans/**/*.ply"``, or lists such as ``"@list.txt"``, a text file with
+        one path per line, relative to its folder.
     output_folder : path-like
         Folder of the results, created if it is missing. ``manifest.jsonl`` has one record per file.
         Results, such as ``NAME.superfacets.ply``, are in the same subfolder as their input.
@@ -131,13 +115,13 @@ def batch(
         the same version of the package, and access to all files at the same paths.
     workers : int, optional
         Number of worker processes on this machine, by default one per core if Dask is installed and
-        there are several files to process, else 1. Each worker processes one file at a time, on one
-        thread unless ``n_threads`` is given. With 1, files are processed in this process, one after
-        the other, on all cores: a file that crashes this process or does not end stops the batch,
-        and the next call continues with the files after it. Cannot be combined with `scheduler`.
+        there are several files to process, else 1. Each processes one file at a time, on one thread
+        unless ``n_threads`` is given. With 1, files are processed in this process, on all cores: a
+        file that crashes this process or does not end stops the batch, and the next call continues
+        with the files after it. Cannot be combined with `scheduler`.
     timeout : float, optional
-        Maximum time for a file in seconds. A file that takes longer is recorded as failed, and its
-        worker restarts. By default, there is no maximum. Needs several workers or a scheduler.
+        Maximum seconds for a file, by default unlimited. A file that takes longer is recorded as
+        failed, and its worker restarts. Needs several workers or a scheduler.
     retry_failed : bool, default False
         Whether to process failed files again even if nothing has changed.
     progress : callable, optional
@@ -161,9 +145,8 @@ def batch(
         Minimum opacity of Gaussian splats, 0 to 1, stored as a logit in their property ``opacity``.
         Splats with a lower opacity get the label -1.
     mask_values, labels_named : sequence of int, optional, and str, default "label"
-        Values >= 0 of cells to segment, such as a class of lidar points, and the property of the
-        files that contains these values, such as ``"classification"``. Cells with other values get
-        the label -1. By default, all cells are segmented.
+        Values >= 0 of cells to segment, by default all, and the property of the files that contains
+        these values, such as ``"classification"``. Cells with other values get the label -1.
     **options
         Other options of `segment`, except arrays, `progress` and `on_stage`.
 
@@ -178,18 +161,17 @@ def batch(
         If a parameter is invalid, if two files would have the same result, or if another process
         writes to the folder.
     OSError
-        If no file is found, a folder cannot be read or written, or the disk is full. A
+        If no file is found, a folder cannot be read or written, or the disk is full; a
         ConnectionError if there is no scheduler or worker, or if a worker has another version of
-        the package or cannot access the folder. Results that are already complete are kept.
+        the package or cannot access the folder. Complete results are kept.
     MissingExtraError
         If Dask is missing for several workers or for a scheduler.
 
     Notes
     -----
-    Large files, and files whose worker ended, for example because it ran out of memory, are
-    processed last, one at a time, with all memory of this machine or, on a cluster, of one worker.
-    A file is large if its estimated memory exceeds 80% of the memory of a worker per thread. If the
-    worker of a file ends again, the file is recorded as failed.
+    Files whose estimated memory exceeds 80% of the memory of a worker per thread, and files whose
+    worker ended, for example because it ran out of memory, are processed last, one at a time, with
+    all memory of this machine or of one worker of a cluster. If it ends again, the file has failed.
 
     Examples
     --------
@@ -253,7 +235,7 @@ def _checked_workers(
         workers = kit.checked_threads(None)
         if scheduler is None and workers > 1 and not kit.is_installed("distributed"):
             workers = 1
-            advice = str(MissingExtraError("several workers", "batch"))
+            advice = MissingExtraError("several workers", "batch")
             notes.append(f"files are processed one after the other: {advice}")
     elif scheduler is not None:
         raise ValueError("pass scheduler or workers, not both: a scheduler has its own workers")
@@ -290,21 +272,17 @@ def _plan(
 
 def _todo(jobs: Sequence[BatchJob], manifest: Manifest, *, retry_failed: bool) -> list[BatchJob]:
     """Return the jobs that must run, by the hashes of inputs and results; see `batch`."""
-    if not manifest.records:
-        return list(jobs)
     from concurrent.futures import ThreadPoolExecutor
 
     def is_done(job: BatchJob) -> bool:
-        record = manifest.records.get(job.name)
-        if record is None or (retry_failed and "error" in record):
+        record = manifest.records.get(job.name, {})
+        is_changed = any(record.get(key) != job.head[key] for key in ("version", "params"))
+        if is_changed or (retry_failed and "error" in record):
             return False
-        if any(record.get(key) != job.head[key] for key in ("version", "params")):
-            return False
-        if "error" not in record:
-            hashes = record.get("outputs", {})
-            for name, path in zip(job.outputs, job.files, strict=True):
-                if hashes.get(name) is None or hash_of(path) != hashes[name]:
-                    return False
+        hashes = record.get("outputs", {})
+        for name, path in zip(job.outputs, job.files, strict=True):
+            if "error" not in record and hashes.get(name) != (hash_of(path) or ""):
+                return False
         return hash_of(job.path) == record.get("sha256")
 
     pool = ThreadPoolExecutor()
@@ -315,10 +293,7 @@ def _todo(jobs: Sequence[BatchJob], manifest: Manifest, *, retry_failed: bool) -
 
 
 def _in_turn(jobs: Sequence[BatchJob], manifest: Manifest) -> Generator[tuple[BatchJob, Record]]:
-    """Run jobs in this process, and yield each job with its record.
-
-    Jobs during which an earlier process ended come last. If it happened twice, the job has failed.
-    """
+    """Run jobs in this process, first those during which no process ended."""
     for job in sorted(jobs, key=lambda job: manifest.n_begun(job.name)):
         if manifest.n_begun(job.name) >= MOST_ENDS:
             yield job, failed(job, "the process ended twice while it processed this file")
@@ -332,16 +307,10 @@ def _in_turn(jobs: Sequence[BatchJob], manifest: Manifest) -> Generator[tuple[Ba
         yield job, record
 
 
-OpenClient = Callable[[], contextlib.AbstractContextManager[Any]]
-
-
 def _on_workers(
     jobs: Sequence[BatchJob], open_many: OpenClient, open_one: OpenClient, timeout: float | None
 ) -> Generator[tuple[BatchJob, Record]]:
-    """Run all jobs that fit in the memory of a worker, then all other jobs one at a time.
-
-    Jobs whose worker ended are repeated together with these other jobs.
-    """
+    """Run jobs that fit in the memory of a worker, then others, and repeats, one at a time."""
     needs = {job.name: memory_of(job.path) for job in jobs}
     with open_many() as client:
         crew = Crew(client)

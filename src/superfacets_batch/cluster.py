@@ -21,20 +21,16 @@ from typing import Any, cast
 from superfacets import __version__
 from superfacets.kit import counted, import_extra, reason_of
 
-from .jobs import BatchJob, Record, failed, run_job
+from .jobs import BatchJob, Record, failed, other_version, run_job
 
-PATIENCE = 60.0
-"""Maximum time in seconds without a worker. Restarting one takes 2 seconds, but a job scheduler may
-need longer."""
-
+PATIENCE = 60.0  # maximum seconds without a worker: a job scheduler may need longer to start one
 TICK = 1.0  # seconds between looks at the workers
 GATHER_TIMEOUT = 10.0  # maximum seconds to receive a record of a few kilobytes
 CONNECT_TIMEOUT = 10.0  # maximum seconds to connect to a scheduler
 
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 _ENVIRONMENT = {**dict.fromkeys(_THREADS, "1"), "PYTHONSAFEPATH": "1"}
-"""Environment of workers on this machine: numeric libraries start no threads, because other workers
-use all cores, and the current folder is not in the search path of modules."""
+"""Workers here start no more threads, and import no modules from the current folder."""
 
 
 @dataclass
@@ -62,11 +58,9 @@ class Crew:
     ) -> Iterator[tuple[BatchJob, Record | None]]:
         """Yield each job with its record, or None if its worker ended.
 
-        Each thread of a worker gets one job at a time, so that no job waits at a worker, because
-        Dask counts a failure for all jobs at a worker that ends. If `is_alone` is true, there is
-        one job at a time, with all threads. A job that runs longer than `timeout` seconds fails,
-        and its worker restarts. Raises a ConnectionError if no worker is left or the scheduler has
-        ended, and the OSError of a job that must stop the batch.
+        Each thread gets one job at a time, because Dask counts a failure for all jobs at a worker
+        that ends. If `is_alone` is true, one job at a time gets all threads. Raises a
+        ConnectionError if no worker or scheduler is left, and errors that must stop the batch.
         """
         waiting = deque(jobs)
         started: dict[str, _Started] = {}
@@ -102,11 +96,7 @@ class Crew:
                 self._client.cancel([one.future for one in started.values()])
 
     def _look(self, tick: float, started: Mapping[str, _Started]) -> None:
-        """Once per tick, count threads and find the workers that run jobs.
-
-        The time of a job starts again if Dask repeats it at another worker. Raises a
-        ConnectionError after `PATIENCE` seconds without a worker.
-        """
+        """Once per tick, count threads, and find workers of jobs; another worker is a new start."""
         now = time.monotonic()
         if now < self._looked + tick:
             return
@@ -142,10 +132,7 @@ class Crew:
 
 
 def _record_of(future: Any, job: BatchJob) -> Record | None:
-    """Return the record of a job that has ended, or None if its worker ended.
-
-    Raises a TimeoutError if the record was lost together with its worker.
-    """
+    """Return the record of an ended job, None if its worker ended; TimeoutError if it was lost."""
     from distributed import KilledWorker
 
     if future.cancelled():
@@ -163,10 +150,8 @@ def _record_of(future: Any, job: BatchJob) -> Record | None:
 
 
 def _scheduler_lost() -> ConnectionError:
-    return ConnectionError(
-        "the connection to the Dask scheduler was lost: restart the scheduler and its workers, then"
-        " run again"
-    )
+    advice = "restart the scheduler and its workers, then run again"
+    return ConnectionError(f"the connection to the Dask scheduler was lost: {advice}")
 
 
 def _facts_of(dask_worker: Any) -> tuple[int, float]:
@@ -176,32 +161,23 @@ def _facts_of(dask_worker: Any) -> tuple[int, float]:
 
 @contextlib.contextmanager
 def local_client(n_workers: int, n_threads: int = 1) -> Iterator[Any]:
-    """Start worker processes on this machine, which share its memory, and yield their client.
-
-    A worker that ends restarts, and the call that it ran ends with a ``KilledWorker``.
-    """
+    """Start workers, which share the memory of this machine and restart; yield their client."""
     distributed = import_extra("distributed", "several workers", "batch")
     from dask import config
     from distributed.system import MEMORY_LIMIT
 
-    with contextlib.ExitStack() as stack:
-        stack.enter_context(_silenced())
-        # By default, a worker that takes 15 seconds to restart is removed for good.
-        stack.enter_context(config.set({"distributed.deploy.lost-worker-timeout": "1 day"}))
-        stack.enter_context(_own_settings())
-        cluster = stack.enter_context(
-            distributed.LocalCluster(
-                n_workers=0, threads_per_worker=n_threads, memory_limit=MEMORY_LIMIT // n_workers,
-                host="127.0.0.1", dashboard_address="127.0.0.1:0",
-                worker_dashboard_address="127.0.0.1:0", silence_logs=logging.CRITICAL + 1,
-                scheduler_kwargs={"allowed_failures": 0},
-            )
-        )  # fmt: skip
+    # By default, a worker that takes 15 seconds to restart is removed for good.
+    patient = {"distributed.deploy.lost-worker-timeout": "1 day"}
+    with _silenced(), config.set(patient), _own_settings(), distributed.LocalCluster(
+        n_workers=0, threads_per_worker=n_threads, memory_limit=MEMORY_LIMIT // n_workers,
+        host="127.0.0.1", dashboard_address="127.0.0.1:0", worker_dashboard_address="127.0.0.1:0",
+        silence_logs=logging.CRITICAL + 1, scheduler_kwargs={"allowed_failures": 0},
+    ) as cluster:  # fmt: skip
         cluster.sync(_block_ctrl_c)
         cluster.scale(n_workers)
-        client = stack.enter_context(distributed.Client(cluster, set_as_default=False))
-        client.wait_for_workers(n_workers, timeout=PATIENCE)
-        yield client
+        with distributed.Client(cluster, set_as_default=False) as client:
+            client.wait_for_workers(n_workers, timeout=PATIENCE)
+            yield client
 
 
 async def _block_ctrl_c() -> None:
@@ -215,10 +191,7 @@ async def _block_ctrl_c() -> None:
 
 @contextlib.contextmanager
 def _own_settings() -> Iterator[None]:
-    """Let workers start with `_ENVIRONMENT`, and without the main script.
-
-    The main script may lack ``if __name__ == "__main__":``. Both are restored at the end.
-    """
+    """Let workers start with `_ENVIRONMENT`, and without the script, which may lack a guard."""
     main, environment = sys.modules["__main__"], os.environ.copy()
     sys.modules["__main__"] = types.ModuleType("__main__")
     os.environ.update(_ENVIRONMENT)
@@ -232,14 +205,9 @@ def _own_settings() -> Iterator[None]:
 
 @contextlib.contextmanager
 def remote_client(address: str, folder: str) -> Iterator[Any]:
-    """Connect to a Dask scheduler, and yield the client; check its workers.
-
-    Raises a ConnectionError if there is no scheduler or worker, or as `_check_workers`.
-    """
+    """Connect to a Dask scheduler, check its workers, and yield the client."""
     distributed = import_extra("distributed", "a Dask scheduler", "batch")
-    with contextlib.ExitStack() as stack:
-        stack.enter_context(_silenced())
-        client = stack.enter_context(_connected(distributed, address))
+    with _silenced(), _connected(distributed, address) as client:
         try:
             client.wait_for_workers(1, timeout=PATIENCE)
         except TimeoutError:
@@ -265,34 +233,28 @@ def _check_workers(client: Any, folder: str) -> None:
     versions = client.run(metadata.version, "superfacets", on_error="return")
     seen = client.run(os.path.isdir, folder)
     for address, version in sorted(versions.items()):
-        problem = ""
+        worker = f"the worker at {address}"
         if isinstance(version, BaseException):
-            problem = "has no superfacets: install it there"
-        elif version != __version__:
-            problem = (
-                f"has superfacets {version}, but this process has {__version__}: install the same"
-                " version on both"
+            raise ConnectionError(f"{worker} has no superfacets: install it there")
+        if version != __version__:
+            raise other_version(worker, version, __version__)
+        if not seen.get(address, True):  # a worker may have ended in between
+            raise ConnectionError(
+                f"{worker} cannot access the folder {folder}: use a shared folder that has the same"
+                " path on all machines"
             )
-        elif not seen.get(address, True):  # a worker may have ended in between
-            problem = (
-                f"cannot access the folder {folder}: use a shared folder that has the same path on"
-                " all machines"
-            )
-        if problem:
-            raise ConnectionError(f"the worker at {address} {problem}")
 
 
 @contextlib.contextmanager
 def _silenced() -> Iterator[None]:
     """Suppress log messages of Dask, because Dask also raises its errors as exceptions."""
-    names = [
-        name for name in logging.root.manager.loggerDict if f"{name}.".startswith("distributed.")
-    ]
-    levels = {name: logging.getLogger(name).level for name in names}  # each has its own level
-    for name in names:
-        logging.getLogger(name).setLevel(logging.CRITICAL + 1)
+    known = [f"{name}." for name in logging.root.manager.loggerDict]
+    loggers = [logging.getLogger(name[:-1]) for name in known if name.startswith("distributed.")]
+    levels = [logger.level for logger in loggers]  # each has its own level
+    for logger in loggers:
+        logger.setLevel(logging.CRITICAL + 1)
     try:
         yield
     finally:
-        for name, level in levels.items():
-            logging.getLogger(name).setLevel(level)
+        for logger, level in zip(loggers, levels, strict=True):
+            logger.setLevel(level)

@@ -113,7 +113,7 @@ def test_a_file_too_large_for_a_share_of_the_memory_is_done_alone(scans, tmp_pat
     result = sf.batch(scans, tmp_path / "out", workers=2, progress=seen.append, **OPTIONS)
     assert result.n_done == 4
     assert [state.record["name"] for state in seen[3:]] == ["a/one.ply", "b/one.ply"]
-    assert asked == [(2,), (1, batching.checked_threads(None))]
+    assert asked == [(2,), (1, batching.kit.checked_threads(None))]
 
 
 def full_disk_job(job):

@@ -6,7 +6,7 @@ import os
 
 import pytest
 
-from superfacets_batch.manifest import Manifest
+from superfacets_batch.jobs import Manifest
 
 
 def record(name, **facts):
