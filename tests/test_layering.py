@@ -25,6 +25,7 @@ LIBRARY_LAYERS = [
     "metrics",
     "files",
     "tools",
+    "kit",  # names of all layers, for apps
     "segmentator",
     "__init__",
     "__main__",
@@ -260,9 +261,9 @@ def test_each_name_of_the_core_has_a_layer():
 
 
 def test_no_public_function_has_the_name_of_a_module_beside_it():
-    from superfacets import _MODULES
+    from superfacets import _HOMES
 
-    assert not [name for name, module in _MODULES.items() if module == f".{name}"]
+    assert not [name for name, module in _HOMES.items() if module == f".{name}"]
 
 
 def test_no_module_imports_itself_in_a_circle():
