@@ -8,9 +8,6 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
-import shapes
-
-from superfacets import write_mesh
 
 # A shell or nohup may have made this process ignore signals, which its children would inherit.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
@@ -184,6 +181,10 @@ def run_main(monkeypatch, capsys):
 @pytest.fixture
 def sheet(tmp_path):
     """Write a mesh of 1,152 faces, and return its path."""
+    import shapes
+
+    from superfacets import write_mesh
+
     path = tmp_path / "sheet.ply"
     write_mesh(path, shapes.bumpy_sheet(24))
     return path
