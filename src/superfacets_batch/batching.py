@@ -272,7 +272,6 @@ def _plan(
 
 def _todo(jobs: Sequence[BatchJob], manifest: Manifest, *, retry_failed: bool) -> list[BatchJob]:
     """Return the jobs that must run, by the hashes of inputs and results; see `batch`."""
-    from concurrent.futures import ThreadPoolExecutor
 
     def is_done(job: BatchJob) -> bool:
         record = manifest.records.get(job.name, {})
@@ -285,11 +284,7 @@ def _todo(jobs: Sequence[BatchJob], manifest: Manifest, *, retry_failed: bool) -
                 return False
         return hash_of(job.path) == record.get("sha256")
 
-    pool = ThreadPoolExecutor()
-    try:
-        return [job for job, done in zip(jobs, pool.map(is_done, jobs), strict=True) if not done]
-    finally:  # after Ctrl-C, threads finish only the files that they are reading
-        pool.shutdown(wait=False, cancel_futures=True)
+    return [job for job in jobs if not is_done(job)]
 
 
 def _in_turn(jobs: Sequence[BatchJob], manifest: Manifest) -> Generator[tuple[BatchJob, Record]]:
