@@ -1,24 +1,8 @@
 """The names of the kit and where they live; each is imported when it is first used."""
 
-# Types in signatures
-from .base.checks import check_length as check_length
-from .base.checks import checked_choice as checked_choice
-from .base.checks import checked_count as checked_count
-from .base.checks import checked_flag as checked_flag
-from .base.checks import checked_fraction as checked_fraction
-from .base.checks import checked_number as checked_number
+# ruff: isort: skip_file
 
-# Checks of arguments, and words for messages
-from .base.checks import checked_threads as checked_threads
-from .base.checks import counted as counted
-from .base.checks import freeze as freeze
-from .base.checks import owned as owned
-from .base.checks import ranked_labels as ranked_labels
-from .base.checks import refuse_mask as refuse_mask
-from .base.errors import import_extra as import_extra
-from .base.errors import is_installed as is_installed
-from .base.errors import reason_of as reason_of
-from .base.timing import timed as timed
+# Types in signatures
 from .base.types import Array as Array
 from .base.types import Bools as Bools
 from .base.types import Bytes as Bytes
@@ -26,68 +10,86 @@ from .base.types import Floats as Floats
 from .base.types import Ints as Ints
 from .base.types import Longs as Longs
 from .files.atomic import StrPath as StrPath
+from .mesh.convert import MeshLike as MeshLike
+from .mesh.base import Cells as Cells
+from .mesh.faces import FaceMesh as FaceMesh
+
+# Checks of arguments, and words for messages
+from .base.checks import checked_threads as checked_threads
+from .base.checks import checked_count as checked_count
+from .base.checks import checked_number as checked_number
+from .base.checks import checked_flag as checked_flag
+from .base.checks import checked_choice as checked_choice
+from .base.checks import checked_fraction as checked_fraction
+from .base.checks import check_length as check_length
+from .base.checks import ranked_labels as ranked_labels
+from .base.checks import refuse_mask as refuse_mask
+from .base.checks import counted as counted
+from .files.guards import shortened as shortened
+from .base.errors import reason_of as reason_of
+from .base.errors import import_extra as import_extra
+from .base.checks import freeze as freeze
+from .base.checks import owned as owned
+from .base.timing import timed as timed
+from .base.errors import is_installed as is_installed
+
+# Meshes, clouds and their cells
+from .mesh.convert import as_mesh as as_mesh
+from .mesh.convert import as_cells as as_cells
+from .graph.kinds import kind_of as kind_of
+from .graph.kinds import measures_of as measures_of
+from .mesh.faces import corners_of as corners_of
+from .mesh.faces import corner_triangles as corner_triangles
+from .mesh.faces import cut_into_triangles as cut_into_triangles
+from .graph.corner_labels import labels_of_corners as labels_of_corners
+from .graph.constraints import mask_of as mask_of
+from .graph.sums import weighted_majority as weighted_majority
+from .graph.sums import sums_by_label as sums_by_label
+from .graph.surface import Surface as Surface
+from .weights.formulas import WEIGHTS as WEIGHTS
+from .graph.size import DEFAULT_N_SEGMENTS as DEFAULT_N_SEGMENTS
+
+# Reading files
+from .files.guards import Content as Content
+from .files.guards import read_content as read_content
+from .files.guards import open_regular as open_regular
+from .files.atomic import open_own as open_own
+from .files.guards import known_ending as known_ending
+from .files.guards import named_errors as named_errors
+from .files.guards import parsed_json as parsed_json
+from .files.guards import BinaryReader as BinaryReader
+from .files.readers.text import Lines as Lines
+from .files.guards import Arrays as Arrays
+from .files.guards import as_doubles as as_doubles
+from .files.guards import most_bytes_of as most_bytes_of
+from .files.guards import rotation_of as rotation_of
+from .files.readers.npy import npy_array as npy_array
+from .files.readers.read import cell_ending as cell_ending
+from .files.readers.read import parse_cells_and_attributes as parse_cells_and_attributes
+from .files.readers.read import read_cells_and_attributes as read_cells_and_attributes
+from .files.readers.labels import parse_labels as parse_labels
+from .files.readers.labels import NO_REGION as NO_REGION
+from .files.attributes import LasFrame as LasFrame
+from .files.named_features import stored_colors as stored_colors
+from .files.formats import CELL_ENDINGS as CELL_ENDINGS
+from .files.readers.read import Z_UP_ENDINGS as Z_UP_ENDINGS
 
 # Writing files
 from .files.atomic import atomic_outputs as atomic_outputs
 from .files.atomic import checked_targets as checked_targets
-from .files.atomic import open_own as open_own
-from .files.attributes import LasFrame as LasFrame
-from .files.formats import CELL_ENDINGS as CELL_ENDINGS
-from .files.guards import Arrays as Arrays
-from .files.guards import BinaryReader as BinaryReader
-
-# Reading files
-from .files.guards import Content as Content
-from .files.guards import as_doubles as as_doubles
-from .files.guards import known_ending as known_ending
-from .files.guards import most_bytes_of as most_bytes_of
-from .files.guards import named_errors as named_errors
-from .files.guards import open_regular as open_regular
-from .files.guards import parsed_json as parsed_json
-from .files.guards import read_content as read_content
-from .files.guards import rotation_of as rotation_of
-from .files.guards import shortened as shortened
-from .files.named_features import stored_colors as stored_colors
-from .files.readers.labels import NO_REGION as NO_REGION
-from .files.readers.labels import parse_labels as parse_labels
-from .files.readers.npy import npy_array as npy_array
-from .files.readers.read import Z_UP_ENDINGS as Z_UP_ENDINGS
-from .files.readers.read import cell_ending as cell_ending
-from .files.readers.read import parse_cells_and_attributes as parse_cells_and_attributes
-from .files.readers.read import read_cells_and_attributes as read_cells_and_attributes
-from .files.readers.text import Lines as Lines
-from .files.writers.cells import ATTRIBUTE_OUTPUTS as ATTRIBUTE_OUTPUTS
-from .files.writers.cells import FormatOptions as FormatOptions
 from .files.writers.text import write_rows as write_rows
 from .files.writers.write import ENDING_OF_FORMAT as ENDING_OF_FORMAT
 from .files.writers.write import OUTPUT_ENDINGS as OUTPUT_ENDINGS
+from .files.writers.cells import ATTRIBUTE_OUTPUTS as ATTRIBUTE_OUTPUTS
+from .files.writers.cells import FormatOptions as FormatOptions
 from .files.writers.write import check_fit as check_fit
 from .files.writers.write import check_outputs as check_outputs
 from .files.writers.write import write_outputs as write_outputs
-from .graph.constraints import mask_of as mask_of
-from .graph.corner_labels import labels_of_corners as labels_of_corners
-from .graph.kinds import kind_of as kind_of
-from .graph.kinds import measures_of as measures_of
-from .graph.size import DEFAULT_N_SEGMENTS as DEFAULT_N_SEGMENTS
-from .graph.sums import sums_by_label as sums_by_label
-from .graph.sums import weighted_majority as weighted_majority
-from .graph.surface import Surface as Surface
-from .mesh.base import Cells as Cells
-from .mesh.convert import MeshLike as MeshLike
-from .mesh.convert import as_cells as as_cells
-
-# Meshes, clouds and their cells
-from .mesh.convert import as_mesh as as_mesh
-from .mesh.faces import FaceMesh as FaceMesh
-from .mesh.faces import corner_triangles as corner_triangles
-from .mesh.faces import corners_of as corners_of
-from .mesh.faces import cut_into_triangles as cut_into_triangles
 from .regions.region_graph import column_names as column_names
 
 # Whole files
 from .tools.segment_file import FileOptions as FileOptions
 from .tools.segment_file import segment_file as segment_file
-from .tools.sources import MARK as MARK
 from .tools.sources import find_sources as find_sources
 from .tools.sources import output_names as output_names
-from .weights.formulas import WEIGHTS as WEIGHTS
+from .tools.sources import MARK as MARK

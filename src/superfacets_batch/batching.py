@@ -194,23 +194,14 @@ def batch(
     began = time.perf_counter()
     folder = Path(output_folder).absolute()
     jobs = _plan(inputs, folder, formats, file_options)
-    with (
-        locked(folder), Manifest(folder / MANIFEST) as manifest, contextlib.ExitStack() as stack
-    ):  # fmt: skip
+    tidy = contextlib.ExitStack()
+    with locked(folder), Manifest(folder / MANIFEST) as manifest, tidy as stack:
         results = [path for job in jobs for path in job.files]
         remove_leftovers(results, older_than=0.0)  # of processes that were killed
         stack.callback(remove_leftovers, results, older_than=0.0)
         todo = _todo(jobs, manifest, retry_failed=retry_failed)
         tally = _Tally(todo)
-        n_workers = min(n_workers, len(todo))
-        if todo and scheduler is not None:
-            at = partial(remote_client, scheduler, str(folder))
-            work = _on_workers(todo, at, at, timeout)
-        elif n_workers > 1 or (todo and timeout is not None):
-            one = partial(local_client, 1, kit.checked_threads(None))
-            work = _on_workers(todo, partial(local_client, n_workers), one, timeout)
-        else:
-            work = _in_turn(todo, manifest)
+        work = _work_on(todo, manifest, scheduler, min(n_workers, len(todo)), timeout)
         for job, record in stack.enter_context(contextlib.closing(work)):
             manifest.append(record)
             state = tally.count(job, record)
@@ -222,6 +213,20 @@ def batch(
         records, tally.n_done, len(jobs) - n_failed - tally.n_done, n_failed, tally.n_cells,
         time.perf_counter() - began, (*manifest.notes, *notes),
     )  # fmt: skip
+
+
+def _work_on(
+    todo: Sequence[BatchJob], manifest: Manifest, scheduler: str | None, n_workers: int,
+    timeout: float | None,
+) -> Generator[tuple[BatchJob, Record]]:  # fmt: skip
+    """Run jobs on a cluster, in workers on this machine, or in this process."""
+    if todo and scheduler is not None:
+        at = partial(remote_client, scheduler, todo[0].folder)
+        return _on_workers(todo, at, at, timeout)
+    if n_workers > 1 or (todo and timeout is not None):
+        one = partial(local_client, 1, kit.checked_threads(None))
+        return _on_workers(todo, partial(local_client, n_workers), one, timeout)
+    return _in_turn(todo, manifest)
 
 
 def _checked_workers(

@@ -30,7 +30,7 @@ class HasLevels(Protocol):
         """Labels of each level, one array per level."""
 
     def cut(self, n: int) -> Ints:
-        """Labels of the level with n regions. A `Segmentation`, whose levels differ, has none."""
+        """Labels of the level with n regions. `Segmentation` has no such method."""
 
 
 LabelsLike = npt.ArrayLike | HasLevels | Sequence[npt.ArrayLike]
