@@ -2,11 +2,8 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-# Tests that take two thirds of the time: twins, studies, browsers, killed processes.
-SLOW := batches research studio/browser studio/test_studio_server.py \
-  studio/test_studio_crash.py clustering/test_chunks.py clustering/test_classification.py \
-  pictures/test_page_browser.py pictures/test_plotting.py test_benchmarks.py \
-  test_benchmark_models.py test_docs.py test_invariance.py test_twins.py test_types.py
+# Modules start in the order of `SLOW` in tests/conftest.py.
+ORDER := --dist loadscope --no-loadscope-reorder
 SOURCES := pyproject.toml CMakeLists.txt $(shell find src -type f ! -name "*.pyc")
 
 .PHONY: help demo test quick lowest newest lint workflows docs stub frontend figures reproduce bench timings fuzz sanitize compilers dist blender clean
@@ -22,10 +19,10 @@ test: $(VENV)/group-test $(VENV)/vsa ## run all tests; those of the front end on
 	@tools/check-frontend test
 	@tools/ensure-gl $(BIN)/python
 	@tools/ensure-chromium
-	$(BIN)/python -m pytest -n auto --maxprocesses 4 --dist loadscope
+	$(BIN)/python -m pytest -n auto --maxprocesses 4 $(ORDER)
 
 quick: $(VENV)/group-test ## run four tests of five in about a minute
-	$(BIN)/python -m pytest -n auto --maxprocesses 4 --dist loadscope $(SLOW:%=--ignore=tests/%)
+	$(BIN)/python -m pytest -n auto --maxprocesses 4 $(ORDER) -m "not slow"
 
 lowest: $(VENV)/group-bounds ## run tests with the lowest versions declared of all dependencies
 	@tools/ensure-gl $(BIN)/python

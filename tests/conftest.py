@@ -69,11 +69,32 @@ def browser():
         browser.close()
 
 
+SLOW = (
+    "test_benchmarks.py", "studio/browser/", "batches/", "test_benchmark_models.py", "test_twins.py",
+    "test_types.py", "research/", "test_docs.py", "clustering/test_chunks.py",
+    "clustering/test_classification.py", "pictures/test_page_browser.py",
+    "pictures/test_plotting.py", "studio/test_studio_server.py", "studio/test_studio_crash.py",
+    "test_invariance.py",
+)  # fmt: skip
+"""Files and folders whose tests take two thirds of the time, the slowest first."""
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark tests on real meshes, which `-m "not real_meshes"` leaves out."""
+    """Mark tests on real meshes and slow ones; slow ones start first, so that none is left at the end.
+
+    `-m "not real_meshes"` and `-m "not slow"` leave the marked ones out.
+    """
+
+    def order(item: pytest.Item) -> int:
+        path = item.path.relative_to(Path(__file__).parent).as_posix()
+        return next((i for i, part in enumerate(SLOW) if path.startswith(part)), len(SLOW))
+
     for item in items:
         if "data_dir" in getattr(item, "fixturenames", ()):
             item.add_marker("real_meshes")
+        if order(item) < len(SLOW):
+            item.add_marker("slow")
+    items.sort(key=order)
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
