@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from superfacets import MeshAttributes, MeshError
+from superfacets import MeshAttributes, MeshError, RegionGraph
 from superfacets.files.named_features import colors_of_cells, property_of
-from superfacets.kit import Array, Cells, checked_choice, column_names, kind_of
+from superfacets.kit import Array, Cells, checked_choice, kind_of
 from superfacets.tools.segment_file import seen_from
 from superfacets_show.animation import MOVING_ENDINGS
 from superfacets_show.camera import CLIPS, VIEW_NAMES, View
@@ -79,7 +79,8 @@ def _values_named(
     values = property_of(color_by, cells, attributes)
     if values is not None:
         return values
-    return checked_choice(color_by, "--color-by", column_names(kind_of(cells).dimension))
+    names = RegionGraph.column_names(kind_of(cells).dimension)
+    return checked_choice(color_by, "--color-by", names)
 
 
 @click.command("render")

@@ -24,7 +24,7 @@ from ..base.errors import MeshError
 from ..base.types import Array, Bools, Floats, Ints, Longs
 from ..mesh.base import Cells
 from ..mesh.convert import MeshLike, as_mesh
-from ..mesh.faces import FaceMesh, ends_of_sides, face_sizes
+from ..mesh.faces import FaceMesh, corners_of, face_sizes
 from ..mesh.weld import lowest_vertices
 from .cell_graph import CellGraph, CsrArcs
 from .corner_labels import of_cells
@@ -270,7 +270,7 @@ def _sharp_sides(
     is_same = (sources[1:] == sources[:-1]) & (graph.sides[1:] == graph.sides[:-1])
     is_sharp[1:] |= is_same
     lowest = lowest_vertices(source.vertices, weld, threads)
-    ends = lowest[ends_of_sides(source, sources[is_sharp], graph.sides[is_sharp])]
+    ends = lowest[corners_of(source).ends_of_sides(sources[is_sharp], graph.sides[is_sharp])]
     faces = np.stack([sources[is_sharp], graph.neighbors[is_sharp]], axis=1)
     return _keys_of(ends), faces
 
@@ -338,7 +338,7 @@ def _crossed_by(
     starts = np.cumsum(sizes) - sizes
     faces = np.repeat(np.arange(source.n_faces), sizes)
     sides = np.arange(len(faces)) - np.repeat(starts, sizes)
-    ends = lowest[ends_of_sides(source, faces, sides)]
+    ends = lowest[corners_of(source).ends_of_sides(faces, sides)]
     # Sides whose two ends are ends of barriers. Sides that are not barriers are removed below.
     is_crossed: Bools = np.asarray(is_end[ends].all(axis=1))
     keys, wanted_keys = _keys_of(ends[is_crossed]), _keys_of(wanted)

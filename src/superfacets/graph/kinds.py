@@ -179,6 +179,10 @@ class Kind:
         """Return the points to draw if `drawn_faces` returns None."""
         return PointCloud(self.positions(cells))
 
+    def point_graph(self, cells: Any, n_threads: int) -> PointGraph:
+        """Return the neighbors, areas and normals of the points of `cloud`."""
+        return find_point_graph(self.cloud(cells), n_threads)
+
     def border_arcs(self, cells: Any, labels: Ints, n_threads: int) -> tuple[ArcLists, Ints]:
         """Return the arcs between some of the cells, and the labels of these cells.
 

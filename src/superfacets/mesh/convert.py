@@ -62,10 +62,6 @@ class _Blocks(Protocol):  # a meshio mesh
 _ForeignMesh: TypeAlias = _Faces | _Triangles | _Tensors | _PolyData | _Blocks
 _Pair: TypeAlias = tuple[npt.ArrayLike, npt.ArrayLike] | list[npt.ArrayLike]
 
-MeshLike: TypeAlias = Cells | str | os.PathLike[str] | _Pair | _ForeignMesh
-"""Types accepted as a mesh: a `Mesh`, `PolygonMesh` or `TetMesh`, a path, a (vertices, faces) pair,
-or a mesh of trimesh, PyVista, Open3D or meshio."""
-
 
 class _Points(Protocol):  # a point cloud of Open3D's tensor API
     @property
@@ -79,6 +75,11 @@ single number."""
 CloudLike: TypeAlias = PointCloud | str | os.PathLike[str] | Rows | _Points
 """Types accepted as a point cloud: a `PointCloud`, a path, an (N, 3) array, or a cloud of trimesh,
 PyVista, Open3D or meshio."""
+
+MeshLike: TypeAlias = Cells | _Pair | _ForeignMesh | CloudLike
+"""Types of the argument of `as_cells`: a mesh or a point cloud of this package, a path, a
+(vertices, faces) pair, an (N, 3) array, or an object of trimesh, PyVista, Open3D or meshio. Apps
+annotate parameters with it. Functions that need faces raise a MeshError for other cells."""
 
 
 def as_cells(source: MeshLike | CloudLike) -> Cells:

@@ -72,6 +72,20 @@ class Corners:
         sums = np.add.reduceat(table[self.vertices], self.offsets[:-1], axis=0)
         return np.asarray(sums / np.diff(self.offsets)[:, np.newaxis])
 
+    def ends_of_sides(self, faces: Array, sides: Array) -> Ints:
+        """Return the start and end vertex of each of n sides of faces, (n, 2).
+
+        `faces` is the face of each side, and `sides` is the number of the side in its face. Side s
+        starts at corner s.
+        """
+        if self.offsets is None:
+            size = self.size or 0
+            table = self.vertices.reshape(-1, size)
+            return np.stack([table[faces, sides], table[faces, (sides + 1) % size]], axis=1)
+        starts, nexts = self.offsets[faces], sides + 1
+        nexts = np.where(starts + nexts == self.offsets[faces + 1], 0, nexts)
+        return np.stack([self.vertices[starts + sides], self.vertices[starts + nexts]], axis=1)
+
 
 def corners_of(mesh: AnyMesh) -> Corners:
     """Return the corners of the faces or tetrahedra of a mesh, as views of its arrays."""
@@ -137,19 +151,6 @@ def corner_triangles(mesh: FaceMesh) -> tuple[Ints, Array | None]:
     at_corners = mesh.vertices[corners.vertices]
     triangles = _core.triangulate(at_corners, corners.offsets, indices, checked_threads(None))
     return triangles, np.repeat(np.arange(mesh.n_faces, dtype=np.int32), corners.sizes - 2)
-
-
-def ends_of_sides(mesh: FaceMesh, faces: Array, sides: Array) -> Ints:
-    """Return the start and end vertex of each of n sides, (n, 2).
-
-    `faces` is the face of each side, and `sides` is the number of the side in its face. Side s
-    starts at corner s.
-    """
-    if isinstance(mesh, Mesh):
-        return np.stack([mesh.faces[faces, sides], mesh.faces[faces, (sides + 1) % 3]], axis=1)
-    starts, nexts = mesh.offsets[faces], sides + 1
-    nexts = np.where(starts + nexts == mesh.offsets[faces + 1], 0, nexts)
-    return np.stack([mesh.indices[starts + sides], mesh.indices[starts + nexts]], axis=1)
 
 
 def is_same_mesh(one: FaceMesh, other: FaceMesh) -> bool:

@@ -14,7 +14,7 @@ from ..graph.cell_graph import CellGraph
 from ..graph.face_graph import FaceGraph, build_face_graph
 from ..graph.kinds import as_known, kind_of
 from ..mesh.convert import CloudLike, MeshLike, as_mesh
-from ..mesh.faces import FaceMesh, ends_of_sides, face_sizes
+from ..mesh.faces import FaceMesh, corners_of, face_sizes
 from ..mesh.weld import lowest_vertices
 
 NO_REGION = -1
@@ -134,7 +134,8 @@ class _Segments:
         cls, mesh: FaceMesh, graph: FaceGraph, labels: Ints, weld: bool, n_threads: int
     ) -> _Segments:
         faces, sides, others = _border_sides(mesh, graph, labels)
-        ends = lowest_vertices(mesh.vertices, weld, n_threads)[ends_of_sides(mesh, faces, sides)]
+        lowest = lowest_vertices(mesh.vertices, weld, n_threads)
+        ends = lowest[corners_of(mesh).ends_of_sides(faces, sides)]
         is_edge = ends[:, 0] != ends[:, 1]
         ends, regions = ends[is_edge], np.stack([labels[faces], others], axis=1)[is_edge]
         low, high = ends.min(axis=1), ends.max(axis=1)

@@ -15,7 +15,6 @@ import numpy.typing as npt
 
 from superfacets import kit
 from superfacets.kit import MeshLike
-from superfacets.mesh.convert import CloudLike
 from superfacets_textures.textures import Texture
 
 from ..camera import Up, View
@@ -84,7 +83,7 @@ class Page:
 
 
 def view(
-    mesh: MeshLike | CloudLike,
+    mesh: MeshLike,
     labels: LabelsLike | None = None,
     *,
     ground_truth: npt.ArrayLike | None = None,
