@@ -253,8 +253,8 @@ def _colors_by(
 def _values_of(cells: Cells, labels: Any, color_by: Any, n_series: int) -> Floats:
     """Return one value per cell, (N,): NaN if the value is missing or the cell has no region."""
     if isinstance(color_by, str):
-        names = RegionGraph.column_names(kit.kind_of(cells).dimension)
-        kit.checked_choice(color_by, "color_by", names)
+        columns = RegionGraph.column_names(kit.kind_of(cells).dimension)
+        kit.checked_choice(color_by, "color_by", columns)
     if labels is None:
         if isinstance(color_by, str):
             raise ValueError(

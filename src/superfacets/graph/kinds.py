@@ -64,7 +64,7 @@ class OrderedCells(NamedTuple):
 
 
 class Kind:
-    """Base class of the operations on one kind of cells.
+    """Base class of the operations on one kind of cells; apps derive a class for a new kind.
 
     The argument `cells` of the methods is an object of the class for which the kind is registered.
     If `build_graph` returns a `CellGraph` with `ArcMeasures`, all other methods can be inherited.
@@ -305,7 +305,7 @@ register(PointCloud, _Points())
 
 
 def kind_of(cells: object) -> Kind:
-    """Return the kind that is registered for the class of `cells`."""
+    """Return the `Kind` of cells, whose methods and names apps use instead of testing classes."""
     found = type(cells)
     if found not in _KINDS:
         name = f"{found.__module__}.{found.__qualname__}"

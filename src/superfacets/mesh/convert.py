@@ -83,7 +83,7 @@ annotate parameters with it. Functions that need faces raise a MeshError for oth
 
 
 def as_cells(source: MeshLike | CloudLike) -> Cells:
-    """Convert any input of `segment` to a mesh or a point cloud.
+    """Convert a parameter, any input of `segment`, to a mesh or a point cloud.
 
     - A path is read by `read_cells`.
     - A (vertices, faces) pair becomes a `Mesh` if all faces are triangles, and a `PolygonMesh`
@@ -113,7 +113,7 @@ def as_cells(source: MeshLike | CloudLike) -> Cells:
 
 
 def as_mesh(source: MeshLike | PointCloud) -> FaceMesh:
-    """Convert `source` to a mesh of faces; raise a MeshError for clouds and tetrahedral meshes."""
+    """Convert a parameter to a mesh of faces; raise a MeshError for clouds and tetrahedra."""
     if isinstance(source, (str, os.PathLike)):
         source = load("superfacets.files.readers.read:read_mesh")(source)
     cells = as_cells(source)

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from .. import TetMesh
 
 FaceMesh: TypeAlias = Mesh | PolygonMesh
+"""Mesh of faces, the result of `as_mesh`."""
 AnyMesh: TypeAlias = "FaceMesh | TetMesh"
 
 
@@ -88,7 +89,7 @@ class Corners:
 
 
 def corners_of(mesh: AnyMesh) -> Corners:
-    """Return the corners of the faces or tetrahedra of a mesh, as views of its arrays."""
+    """Return the corners of all cells of a mesh of any class, as views of its arrays."""
     if isinstance(mesh, PolygonMesh):
         return Corners(mesh.indices, None, mesh.offsets)
     cells = getattr(mesh, mesh.corners_name)
@@ -129,7 +130,7 @@ def face_sizes(mesh: FaceMesh) -> Longs:
 
 
 def cut_into_triangles(mesh: FaceMesh) -> tuple[Ints, Array | None]:
-    """Cut faces into triangles; return the triangles (T, 3), and the face of each triangle (T,).
+    """Return triangles (T, 3) to draw or store faces, and the face of each triangle (T,).
 
     For a triangle mesh, the second result is None, because the triangles are the faces.
     """
@@ -142,7 +143,7 @@ def cut_into_triangles(mesh: FaceMesh) -> tuple[Ints, Array | None]:
 def corner_triangles(mesh: FaceMesh) -> tuple[Ints, Array | None]:
     """Do the same as `cut_into_triangles`, but return indices of corners instead of vertices.
 
-    These are indices in ``corners_of(mesh).vertices``.
+    These are indices in ``corners_of(mesh).vertices``, for data of corners such as textures.
     """
     corners = corners_of(mesh)
     indices = np.arange(len(corners.vertices), dtype=np.int32)

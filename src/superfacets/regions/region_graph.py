@@ -247,14 +247,14 @@ class RegionGraph:
 
     @staticmethod
     def column_names(dimension: int) -> tuple[str, ...]:
-        """Return the names of the columns of `table`; measures are areas if `dimension` is 2."""
-        measure = "area" if dimension == 2 else "volume"
+        """Return the names of the columns of `table`, given `dimension` (2 or 3)."""
         return (
-            "region", "cell_count", measure, "perimeter", "open_length", "neighbor_count",
-            "center", "centroid_x", "centroid_y", "centroid_z", "normal_x", "normal_y", "normal_z",
-            "normal_length", "plane_normal_x", "plane_normal_y", "plane_normal_z", "linearity",
-            "planarity", "sphericity", "surface_variation", "compactness", "low_x", "low_y",
-            "low_z", "high_x", "high_y", "high_z",
+            "region", "cell_count", "area" if dimension == 2 else "volume", "perimeter",
+            "open_length", "neighbor_count", "center", "centroid_x", "centroid_y", "centroid_z",
+            "normal_x", "normal_y", "normal_z", "normal_length", "plane_normal_x",
+            "plane_normal_y", "plane_normal_z", "linearity", "planarity", "sphericity",
+            "surface_variation", "compactness", "low_x", "low_y", "low_z", "high_x", "high_y",
+            "high_z",
         )  # fmt: skip
 
     def table(self) -> dict[str, Array]:

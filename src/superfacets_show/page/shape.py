@@ -71,6 +71,20 @@ class DrawnSurface:
         extent = np.where(high > low, high - low, 1.0)
         return np.asarray(np.rint((self.points - low) / extent * STEPS), np.uint16)
 
+    def view_facts(self, camera: View) -> dict[str, Any]:
+        """Return the initial view: its angles and zoom, and three axes.
+
+        The axes are the directions right, up, and toward the viewer, at azimuth 0 and elevation 0.
+        """
+        up = upright(camera, self.points, self.triangles).up
+        right, toward, upward = view_axes(View(azimuth=0, elevation=0, up=up))
+        return {
+            "axes": np.stack([right, upward, toward]).tolist(),
+            "view": {
+                "azimuth": camera.azimuth, "elevation": camera.elevation, "zoom": camera.zoom,
+            },
+        }  # fmt: skip
+
     def parts(self, positions: Array) -> dict[str, tuple[Array, Coding]]:
         """Return the arrays for the JavaScript viewer by name, each with its most compact coding.
 
@@ -116,21 +130,6 @@ class _Outline:
         if self.cells is not None:
             cells = self.cells[cells]
         return np.concatenate([ends, cells], axis=1)
-
-
-def view_facts(shape: DrawnSurface, camera: View) -> dict[str, Any]:
-    """Return the initial view: its angles and zoom, and three axes.
-
-    The axes are the directions right, up, and toward the viewer, at azimuth 0 and elevation 0.
-    """
-    up = upright(camera, shape.points, shape.triangles).up
-    right, toward, upward = view_axes(View(azimuth=0, elevation=0, up=up))
-    return {
-        "axes": np.stack([right, upward, toward]).tolist(),
-        "view": {
-            "azimuth": camera.azimuth, "elevation": camera.elevation, "zoom": camera.zoom,
-        },
-    }  # fmt: skip
 
 
 def shape_of(cells: Cells) -> DrawnSurface:
