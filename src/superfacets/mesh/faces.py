@@ -51,6 +51,11 @@ class Corners:
         return np.diff(self.offsets) if self.offsets is not None else self.size or 0
 
     @property
+    def starts(self) -> Longs:
+        """Index of the first corner of each cell, and the number of corners, (N + 1,)."""
+        return np.arange(self.n_cells + 1) * self.size if self.size else self.lists[1]
+
+    @property
     def lists(self) -> tuple[Ints, Longs, int]:
         """Arguments for `_core`: vertices, offsets (empty if None), and size (0 if None)."""
         offsets = np.empty(0, np.int64) if self.offsets is None else self.offsets
@@ -117,18 +122,6 @@ def mesh_like(
     return made
 
 
-def corners_in_a_row(mesh: FaceMesh) -> Ints:
-    """Return the vertices at the corners of all faces, shape (C,)."""
-    return mesh.indices if isinstance(mesh, PolygonMesh) else mesh.faces.ravel()
-
-
-def face_sizes(mesh: FaceMesh) -> Longs:
-    """Return the number of corners of each face, shape (F,)."""
-    if isinstance(mesh, PolygonMesh):
-        return mesh.sizes
-    return np.full(mesh.n_faces, 3, dtype=np.int64)
-
-
 def cut_into_triangles(mesh: FaceMesh) -> tuple[Ints, Array | None]:
     """Return triangles (T, 3) to draw or store faces, and the face of each triangle (T,).
 
@@ -161,7 +154,7 @@ def is_same_mesh(one: FaceMesh, other: FaceMesh) -> bool:
     is_alike = type(one) is type(other) and np.array_equal(one.vertices, other.vertices)
     if isinstance(one, PolygonMesh) and isinstance(other, PolygonMesh):
         is_alike = is_alike and np.array_equal(one.offsets, other.offsets)
-    return is_alike and np.array_equal(corners_in_a_row(one), corners_in_a_row(other))
+    return is_alike and np.array_equal(corners_of(one).vertices, corners_of(other).vertices)
 
 
 def measure_faces(mesh: FaceMesh, n_threads: int) -> tuple[Floats, Floats]:

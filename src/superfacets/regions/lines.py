@@ -14,7 +14,7 @@ from ..graph.cell_graph import CellGraph
 from ..graph.face_graph import FaceGraph, build_face_graph
 from ..graph.kinds import as_known, kind_of
 from ..mesh.convert import CloudLike, MeshLike, as_mesh
-from ..mesh.faces import FaceMesh, corners_of, face_sizes
+from ..mesh.faces import FaceMesh, corners_of
 from ..mesh.weld import lowest_vertices
 
 NO_REGION = -1
@@ -177,7 +177,7 @@ def _border_sides(
     sources = graph.sources
     own, others = labels[sources], labels[graph.neighbors]
     arcs = np.flatnonzero((own != NO_REGION) & ((own < others) | (others == NO_REGION)))
-    starts = np.concatenate([[0], np.cumsum(face_sizes(mesh))])
+    starts = corners_of(mesh).starts
     is_open = np.ones(starts[-1], dtype=bool)
     is_open[starts[sources] + graph.sides] = False
     corners = np.flatnonzero(is_open)
