@@ -19,7 +19,7 @@ from ..base.errors import MeshError
 from ..base.lazy import added, load
 from ..base.types import ArcLists, Bools, Floats, Ints, Longs
 from ..mesh.base import Cells
-from ..mesh.convert import CloudLike, MeshLike, as_cells
+from ..mesh.convert import MeshLike, as_cells
 from ..mesh.faces import (
     AnyMesh,
     Corners,
@@ -319,13 +319,13 @@ def kind_of(cells: object) -> Kind:
     return _KINDS[found]
 
 
-def as_known(source: MeshLike | CloudLike | CellGraph) -> Any:
+def as_known(source: MeshLike | CellGraph) -> Any:
     """Convert a mesh or cloud of any type with `as_cells`; return a `CellGraph` unchanged."""
     return source if isinstance(source, CellGraph) else as_cells(source)
 
 
 def as_surface(
-    source: MeshLike | CloudLike | CellGraph, *, weld: bool, n_threads: int | None,
+    source: MeshLike | CellGraph, *, weld: bool, n_threads: int | None,
     is_kept: Bools | None = None,
 ) -> Surface:  # fmt: skip
     """Return the `Surface` of a mesh, a cloud, or a graph with `ArcMeasures`.

@@ -82,7 +82,7 @@ MeshLike: TypeAlias = Cells | _Pair | _ForeignMesh | CloudLike
 annotate parameters with it. Functions that need faces raise a MeshError for other cells."""
 
 
-def as_cells(source: MeshLike | CloudLike) -> Cells:
+def as_cells(source: MeshLike) -> Cells:
     """Convert a parameter, any input of `segment`, to a mesh or a point cloud.
 
     - A path is read by `read_cells`.
@@ -112,7 +112,7 @@ def as_cells(source: MeshLike | CloudLike) -> Cells:
     return _cells_of_foreign(source)
 
 
-def as_mesh(source: MeshLike | PointCloud) -> FaceMesh:
+def as_mesh(source: MeshLike) -> FaceMesh:
     """Convert a parameter to a mesh of faces; raise a MeshError for clouds and tetrahedra."""
     if isinstance(source, (str, os.PathLike)):
         source = load("superfacets.files.readers.read:read_mesh")(source)

@@ -13,7 +13,7 @@ from ..base.types import Bools, Floats, Ints, Longs
 from ..graph.cell_graph import CellGraph
 from ..graph.face_graph import FaceGraph, build_face_graph
 from ..graph.kinds import as_known, kind_of
-from ..mesh.convert import CloudLike, MeshLike, as_mesh
+from ..mesh.convert import MeshLike, as_mesh
 from ..mesh.faces import FaceMesh, corners_of
 from ..mesh.weld import lowest_vertices
 
@@ -247,7 +247,7 @@ def _partners_of(at: Longs, regions: Ints, continues: Bools) -> Longs:
 
 
 def find_boundaries(
-    cells: MeshLike | CloudLike | CellGraph,
+    cells: MeshLike | CellGraph,
     labels: npt.ArrayLike,
     *,
     weld: bool = True,

@@ -16,7 +16,7 @@ from ..base.types import Array, Bools, Floats, Ints, Longs, Singles
 from ..graph.cell_graph import CellGraph
 from ..graph.kinds import as_known, as_surface
 from ..graph.surface import Surface
-from ..mesh.convert import CloudLike, MeshLike
+from ..mesh.convert import MeshLike
 
 _ROUNDING = 1e-14
 """Variances of a region along its principal axes are treated as 0 if they are at most this fraction
@@ -364,7 +364,7 @@ class RegionGraph:
 
 
 def region_graph(
-    cells: MeshLike | CloudLike | CellGraph,
+    cells: MeshLike | CellGraph,
     labels: npt.ArrayLike,
     *,
     centers: npt.ArrayLike | None = None,
