@@ -15,7 +15,7 @@ from superfacets.base.types import Array, Ints
 from superfacets.files.formats import MESH_ENDINGS
 from superfacets.files.readers.read import read_mesh
 from superfacets.mesh.convert import as_mesh
-from superfacets.mesh.faces import FaceMesh, corners_in_a_row, face_sizes
+from superfacets.mesh.faces import FaceMesh, corners_of
 from superfacets.metrics import GroundTruths
 
 from .princeton import Benchmark, Model
@@ -121,9 +121,9 @@ def _by_size(sources: list[StudyMesh]) -> tuple[StudyMesh, ...]:
 
 def _digest(mesh: FaceMesh, ground_truths: Iterable[Ints]) -> str:
     hashed = hashlib.blake2b(digest_size=16)
-    arrays: tuple[Array, ...] = (
-        mesh.vertices, face_sizes(mesh), corners_in_a_row(mesh), *ground_truths,
-    )  # fmt: skip
+    corners = corners_of(mesh)
+    sizes = np.diff(corners.starts)
+    arrays: tuple[Array, ...] = (mesh.vertices, sizes, corners.vertices, *ground_truths)
     for array in arrays:
         hashed.update(str(array.shape).encode())
         hashed.update(np.ascontiguousarray(array).tobytes())

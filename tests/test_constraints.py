@@ -135,11 +135,11 @@ def test_closed_loops_of_edges_are_never_crossed(name, options):
 
 def edges_between(mesh, graph, sides):
     """Return the edges whose faces have different numbers."""
-    from superfacets.mesh.faces import ends_of_sides
+    from superfacets.kit import corners_of
 
     sources = np.repeat(np.arange(graph.n_cells), np.diff(graph.offsets))
     differ = sides[sources] != sides[graph.neighbors]
-    return ends_of_sides(mesh, sources[differ], graph.sides[differ])
+    return corners_of(mesh).ends_of_sides(sources[differ], graph.sides[differ])
 
 
 def pieces_of(graph, sides):

@@ -134,12 +134,12 @@ def write_tile(path, density=64):
 def export_labels(path):
     """Label a few cells in the studio, and write the exports of the studio."""
     from superfacets_studio.documents.document import Document
-    from superfacets_studio.export.write import export
+    from superfacets_studio.export.write import write_export
 
     document = Document.open(Path(path))
     document.paint(np.arange(50, dtype=np.uint32), 1, objects=1)
-    export(document, "cells", "npy")
-    export(document, "objects", "json")
+    write_export(document, "cells", "npy")
+    write_export(document, "objects", "json")
     document.close()
 
 

@@ -5,6 +5,8 @@ import os
 import subprocess
 import sys
 import textwrap
+from importlib import import_module
+from itertools import pairwise
 from pathlib import Path
 
 import superfacets
@@ -17,6 +19,12 @@ RENEW = "SUPERFACETS_RENEW_WALLS"
 
 APPS = ("batch", "cli", "formats", "scans", "show", "studio", "textures")
 MAY_POINT_DOWN = {"superfacets/segmentator.py"}
+
+MAY_IMPORT = {
+    "show": ["textures"], "scans": ["textures"], "studio": ["show", "scans", "textures"],
+    "cli": APPS,
+}  # fmt: skip
+"""The other apps that each app may import from."""
 
 
 def imports(path):
@@ -102,6 +110,32 @@ def test_names_that_apps_take_from_the_library_only_become_fewer():
     assert sorted(allowed - found) == []  # run again with `RENEW`, so that the list shrinks
 
 
+def test_apps_take_of_each_other_only_the_few_names_of_their_packages():
+    public, taken = {*superfacets.__all__}, {app: set() for app in APPS}
+    names = {app: getattr(import_module(f"superfacets_{app}"), "__all__", []) for app in APPS}
+    for app in APPS:
+        for path in sorted((SOURCE / f"superfacets_{app}").rglob("*.py")):
+            for module, name in imports(path):
+                package, *modules = module.removeprefix("superfacets_").split(".")
+                if module.startswith("superfacets_") and package != app:
+                    assert not modules, (app, module, name)
+                    assert package in MAY_IMPORT.get(app, ()), (app, module, name)
+                    taken[package].add(name)
+    for app in APPS:
+        assert sorted(taken[app]) == sorted(names[app]), app
+        assert not public & {*names[app]}
+        assert len(names[app]) <= 12
+
+
+def test_importing_a_package_loads_none_of_its_modules():
+    packages = [f"superfacets_{app}" for app in APPS]
+    code = f"""
+        import sys, {", ".join(packages)}
+        print([name for name in sys.modules if name.startswith("superfacets_")])
+    """
+    assert python(code) == f"{packages}\n"
+
+
 ENTRY_POINTS = """
 [superfacets.formats]
 read_faces.abc = abc_package:read
@@ -167,13 +201,26 @@ def other_package(folder):
     return folder
 
 
+def explained_in(path):
+    """Return the names that a module explains: by a docstring, or by a string below."""
+    body = ast.parse(path.read_text(encoding="utf-8")).body
+    named = {node.name for node in body if hasattr(node, "name") and ast.get_docstring(node)}
+    for node, below in pairwise(body):
+        targets = getattr(node, "targets", [getattr(node, "target", None)])
+        if isinstance(below, ast.Expr) and isinstance(below.value, ast.Constant):
+            named |= {target.id for target in targets if isinstance(target, ast.Name)}
+    return named
+
+
 def test_the_kit_is_small_and_each_of_its_names_says_what_it_is():
-    assert len(kit.__all__) <= 80
-    for name in kit.__all__:
-        found = getattr(kit, name)
-        assert not name.startswith("_")
-        assert not callable(found) or (found.__doc__ or "").strip(), name
-    assert "_core" not in (SOURCE / "superfacets" / "kit.pyi").read_text(encoding="utf-8")
+    stub = ast.parse((SOURCE / "superfacets/kit.pyi").read_text(encoding="utf-8"))
+    homes = {node.names[0].name: node.module for node in stub.body if hasattr(node, "module")}
+    assert len(homes) <= 80
+    for name, module in homes.items():
+        assert hasattr(kit, name), name
+        assert "_core" not in module
+        path = SOURCE.joinpath("superfacets", *module.split(".")).with_suffix(".py")
+        assert name in explained_in(path), f"{name} has no docstring"
 
 
 def test_another_package_adds_a_format_and_a_kind(tmp_path):

@@ -12,7 +12,7 @@ from superfacets.base.timing import timed
 from superfacets.base.types import Floats, Longs
 from superfacets.clustering.result import Segmentation
 from superfacets.mesh.convert import MeshLike
-from superfacets.mesh.faces import ends_of_sides
+from superfacets.mesh.faces import corners_of
 from superfacets.weights.formulas import WeightName, WeightOptions, Weights
 
 from ..checks import import_package
@@ -137,7 +137,7 @@ def _partition(metis: Any, cells: FaceCells, excess: int) -> Longs:
 
 def _cutting_costs(cells: FaceCells) -> Floats:
     """Return, for each arc, the cost of a border along its edge, in the unit of edge lengths."""
-    sides = ends_of_sides(cells.mesh, cells.graph.sources, cells.faces.sides)
+    sides = corners_of(cells.mesh).ends_of_sides(cells.graph.sources, cells.faces.sides)
     ends = cells.mesh.vertices[sides]
     lengths: Floats = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     weights = cells.graph.weights

@@ -23,13 +23,13 @@ from .base.checks import checked_choice as checked_choice
 from .base.checks import checked_fraction as checked_fraction
 from .base.checks import check_length as check_length
 from .base.checks import ranked_labels as ranked_labels
+from .base.checks import compact_partial_labels as compact_partial_labels
 from .base.checks import refuse_mask as refuse_mask
 from .base.checks import counted as counted
 from .files.guards import shortened as shortened
 from .base.errors import reason_of as reason_of
 from .base.errors import import_extra as import_extra
 from .base.checks import freeze as freeze
-from .base.checks import owned as owned
 from .base.timing import timed as timed
 from .base.errors import is_installed as is_installed
 
@@ -37,10 +37,10 @@ from .base.errors import is_installed as is_installed
 from .mesh.convert import as_mesh as as_mesh
 from .mesh.convert import as_cells as as_cells
 from .graph.kinds import kind_of as kind_of
-from .graph.kinds import measures_of as measures_of
 from .mesh.faces import corners_of as corners_of
 from .mesh.faces import corner_triangles as corner_triangles
 from .mesh.faces import cut_into_triangles as cut_into_triangles
+from .mesh.weld import lowest_vertices as lowest_vertices
 from .graph.corner_labels import labels_of_corners as labels_of_corners
 from .graph.constraints import mask_of as mask_of
 from .graph.sums import weighted_majority as weighted_majority
@@ -85,7 +85,9 @@ from .files.writers.cells import FormatOptions as FormatOptions
 from .files.writers.write import check_fit as check_fit
 from .files.writers.write import check_outputs as check_outputs
 from .files.writers.write import write_outputs as write_outputs
-from .regions.region_graph import column_names as column_names
+
+# Packages of apps
+from .base.lazy import lazy_names as lazy_names
 
 # Whole files
 from .tools.segment_file import FileOptions as FileOptions

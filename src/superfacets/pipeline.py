@@ -14,7 +14,7 @@ from .base.timing import Clock, OnStage
 from .clustering.coarsening import coarsened
 from .clustering.plan import Start
 from .clustering.result import Segmentation
-from .mesh.convert import CloudLike, MeshLike
+from .mesh.convert import MeshLike
 from .mesh.denoising import Denoise
 from .stages.cluster import clean, cluster, finish
 from .stages.options import SegmentOptions
@@ -28,7 +28,7 @@ from .weights.formulas import WEIGHTS, WeightName, Weights
 
 @explains_parameters(OTHER_NAMES)
 def segment(
-    mesh: MeshLike | CloudLike | Prepared,
+    mesh: MeshLike | Prepared,
     n_segments: int | None = None,
     *,
     alpha: float | None = None,
@@ -235,7 +235,7 @@ if segment.__doc__ is not None:  # python -OO removes docstrings
     segment.__doc__ = segment.__doc__.replace("{weights}", _list_of_weights())
 
 
-def _run(mesh: MeshLike | CloudLike | Prepared, options: SegmentOptions) -> Segmentation:
+def _run(mesh: MeshLike | Prepared, options: SegmentOptions) -> Segmentation:
     """Run all stages of `segment`.
 
     The comments give the number of each stage in docs/pipeline.md, if it has one, and its keys in

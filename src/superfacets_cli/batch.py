@@ -8,8 +8,8 @@ from typing import Any
 
 import click
 
+from superfacets import BatchProgress, BatchResult, batch
 from superfacets.kit import ENDING_OF_FORMAT, counted
-from superfacets_batch.batching import MANIFEST, BatchProgress, BatchResult, batch
 
 from .failures import EXIT_DATA, print_error, print_notes
 from .inputs import mask_values_option
@@ -109,7 +109,7 @@ def _facts(result: BatchResult, output: Path) -> dict[str, Any]:
     counts = {name: getattr(result, name) for name in ("n_done", "n_kept", "n_failed", "n_cells")}
     failed = {record["name"]: record["error"] for record in result.records if "error" in record}
     facts = {"n_files": len(result.records), **counts, "seconds": result.seconds}
-    return {**facts, "manifest": str(output / MANIFEST), "failed": failed}
+    return {**facts, "manifest": str(output / "manifest.jsonl"), "failed": failed}
 
 
 def _summary(result: BatchResult) -> str:

@@ -11,12 +11,11 @@ from typing import Any
 import click
 import numpy as np
 
-from superfacets import MeshAttributes, MeshError, kit, write_regions
+from superfacets import MeshAttributes, MeshError, kit, regroup_segments, write_regions
 from superfacets.files.writers.cells import usual_ending
 from superfacets.files.writers.ids import UNCONVERTED
 from superfacets.kit import ATTRIBUTE_OUTPUTS, ENDING_OF_FORMAT, Cells, FormatOptions, Ints
-from superfacets_scans.aggregation import regroup_segments
-from superfacets_scans.scannet import GROUPS
+from superfacets_scans import GROUPS
 
 from . import options as opts
 from .failures import EXIT_DATA, count_failures, print_note, print_notes

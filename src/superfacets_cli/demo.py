@@ -22,8 +22,8 @@ def demo_command(output: Path) -> None:
 
     The labeled mesh and a picture of the mesh are written to DIR.
     """
-    from superfacets import sample_mesh
-    from superfacets_show.rendering import check_rendering, render
+    from superfacets import render, sample_mesh
+    from superfacets_show import check_rendering
 
     check_rendering()
     click.get_current_context().with_resource(output_folder(output))

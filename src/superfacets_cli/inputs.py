@@ -25,8 +25,7 @@ from superfacets.files.readers.npy import npy_header
 from superfacets.files.readers.read import recognized_ending
 from superfacets.graph.corner_labels import are_of_vertices
 from superfacets.kit import NO_REGION, Z_UP_ENDINGS, Array, Cells, Content, Floats, Ints
-from superfacets_formats.cortex import CORTEX_VALUES, values_of_vertices
-from superfacets_formats.las import las_steps
+from superfacets_formats import CORTEX_VALUES, las_steps, values_of_vertices
 
 from .failures import print_note, print_notes
 from .options import FILE, STANDARD_STREAM, Real, numbers, option, options
@@ -92,7 +91,7 @@ class Input(NamedTuple):
         Notes about labels that were lost are always printed. Raises a MeshError if the work file
         belongs to another input.
         """
-        from superfacets_studio.documents.history import classes_in_work
+        from superfacets_studio import classes_in_work
 
         content, digest = bytes(kit.read_content(path)), hashlib.sha256(self.data).hexdigest()
         source = Path(name_of(self.text))

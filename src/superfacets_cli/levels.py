@@ -17,7 +17,7 @@ from superfacets.base.options import ISLANDS
 from superfacets.files.named_features import features_of
 from superfacets.files.writers.write import writer_of
 from superfacets.kit import OUTPUT_ENDINGS, Cells, FormatOptions
-from superfacets_scans.scannet import write_sstk
+from superfacets_scans import write_sstk
 
 from . import options as opts
 from .failures import print_notes

@@ -9,16 +9,20 @@ from typing import Any, get_args
 import click
 import numpy as np
 
-from superfacets import MeshAttributes, ViewWarning, kit
+from superfacets import (
+    LiftedLabels,
+    MeshAttributes,
+    PinholeCamera,
+    ViewWarning,
+    kit,
+    lift,
+    read_cameras,
+    read_masks,
+)
 from superfacets.files.writers.ids import VERTEX_OUTPUTS, Segments
 from superfacets.graph.sums import positive_total
 from superfacets.kit import Array, Cells, Ints
-from superfacets_scans.cameras import read_cameras
-from superfacets_scans.label_images import Overlap
-from superfacets_scans.lifting import LiftedLabels, lift
-from superfacets_scans.masks import read_masks
-from superfacets_scans.pinhole_camera import PinholeCamera
-from superfacets_scans.scannet import GROUPS, SEGMENTS
+from superfacets_scans import GROUPS, SEGMENTS, Overlap
 
 from .inputs import GivenLabels, given_labels, labels_of_cells, read_input
 from .interrupts import run_in_background
@@ -131,7 +135,7 @@ def _segments(given: GivenLabels, names: Array, result: LiftedLabels) -> dict[st
 
 
 def _report(run: OneRun, cells: Cells, result: LiftedLabels) -> None:
-    areas = kit.measures_of(cells, 1)
+    areas = kit.kind_of(cells).measures(cells, 1)
     total = positive_total(areas)
     seen = float(areas[result.seen].sum()) / total
     labeled = float(areas[result.seen & (result.labels >= 0)].sum()) / total

@@ -5,16 +5,15 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import get_args
 
 import click
 
-from superfacets import MeshAttributes, MeshError
+from superfacets import MeshAttributes, MeshError, RegionGraph, View
 from superfacets.files.named_features import colors_of_cells, property_of
-from superfacets.kit import Array, Cells, checked_choice, column_names, kind_of
+from superfacets.kit import Array, Cells, checked_choice, kind_of
 from superfacets.tools.segment_file import seen_from
-from superfacets_show.animation import MOVING_ENDINGS
-from superfacets_show.camera import CLIPS, VIEW_NAMES, View
+from superfacets_show import VIEW_NAMES, Clip, Up
 
 from . import options as opts
 from .failures import print_note
@@ -22,9 +21,6 @@ from .inputs import VALUE_ENDINGS, Input, labels_for, read_input, read_values
 from .options import FILE, FLAG, option, options
 from .progress import WaitBar
 from .report import note_on_up
-
-if TYPE_CHECKING:
-    from superfacets_show.camera import Clip, Up
 
 _MAX_SIDE = 8192
 
@@ -48,7 +44,7 @@ def _checked_size(
 def _checked_turntable(
     ctx: click.Context, parameter: click.Parameter, path: Path | None
 ) -> Path | None:
-    if path is not None and path.suffix.lower() not in MOVING_ENDINGS:
+    if path is not None and path.suffix.lower() not in (".gif", ".mp4"):
         raise click.BadParameter(f"{path} must end in .gif or .mp4", ctx, parameter)
     return path
 
@@ -79,7 +75,8 @@ def _values_named(
     values = property_of(color_by, cells, attributes)
     if values is not None:
         return values
-    return checked_choice(color_by, "--color-by", column_names(kind_of(cells).dimension))
+    names = RegionGraph.column_names(kind_of(cells).dimension)
+    return checked_choice(color_by, "--color-by", names)
 
 
 @click.command("render")
@@ -108,7 +105,7 @@ def _values_named(
     option("--size WxH", None,
            "Size of each picture in pixels.  [default: 1200x900; 640x480 with --turntable]",
            callback=_checked_size),
-    option("--clip", CLIPS,
+    option("--clip", get_args(Clip),
            "Cut a mesh of tetrahedra open: x keeps the half with larger x, -x the half with smaller"
            " x.  [default: draw the outer surface]"),
     option("--smooth-borders", FLAG,
@@ -130,7 +127,7 @@ def render_command(
     Borders between regions of a mesh are drawn as dark lines. Adjacent regions have colors that
     color-blind people can distinguish.
     """
-    from superfacets_show.plotting import plot
+    from superfacets import plot
 
     if output is None and turntable is None:
         raise click.UsageError("nothing to write: give -o a .png, or --turntable a .gif or .mp4")

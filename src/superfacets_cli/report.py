@@ -16,7 +16,7 @@ from superfacets.kit import Cells, Floats, Ints, Longs, counted, kind_of
 from superfacets.regions.vertices import MIN_IN_FILES
 from superfacets.stages.notes import BARRIERS_NOTE, fewer_note, radius_note
 from superfacets.tools.segment_file import Outcome
-from superfacets_textures.writing import notes_on_texture
+from superfacets_textures import notes_on_texture
 
 MAX_FILLED = 0.2
 """Maximum fraction of regions that have the minimum number of vertices without a note. In scanned

@@ -20,8 +20,7 @@ from .failures import EXIT_DATA, count_failures, print_note, print_notes
 from .options import COUNT, FILE, FLAG, FOLDER, json_option, option, options
 
 if TYPE_CHECKING:
-    from superfacets_studio.documents.files import Files
-    from superfacets_studio.labels.classes import ClassList
+    from superfacets_studio import Files
 
 
 @click.command("studio")
@@ -55,13 +54,13 @@ def studio_command(
     Only browsers on this machine can open the page. Every change is saved immediately.
     """
     _check_extra()
-    from superfacets_studio.documents.files import Files
+    from superfacets_studio import Files, new_classes
 
     if is_list and exports:
         raise click.UsageError("--list and --export exclude each other: run the command twice")
     if output is not None and not exports:
         raise click.UsageError("-o is the folder of exports: say what to export with --export")
-    files = Files.of(path, work, n_segments, () if classes is None else _read_new(classes, path))
+    files = Files.of(path, work, n_segments, new_classes(classes, path))
     if exports:
         if _export(files, exports, output):
             ctx.exit(EXIT_DATA)
@@ -76,22 +75,9 @@ def studio_command(
     _serve(files, port, is_shown=not no_browser)
 
 
-def _read_new(file: Path, path: Path) -> ClassList:
-    """Read classes for new work; raise a ValueError if the folder `path` stores other classes."""
-    from superfacets_studio.labels.classes import CLASSES_FILE, read_classes
-
-    given, stored = read_classes(file), path / CLASSES_FILE
-    if stored.is_file() and read_classes(stored) != given:
-        raise ValueError(
-            f"{stored} stores other classes than {file}: omit --classes, or edit the stored classes"
-        )
-    return given
-
-
 def _serve(files: Files, port: int | None, *, is_shown: bool) -> None:
     """Run the server until the user stops it, and open the page if `is_shown`."""
-    from superfacets_studio.web.address import address_file, open_again, redirection, stored_address
-    from superfacets_studio.web.server import serve
+    from superfacets_studio import address_file, open_again, redirection, serve, stored_address
 
     opened, address = open_again(port, stored_address(address_file(files.home)))
     with opened, contextlib.ExitStack() as stack:
@@ -116,7 +102,7 @@ def _serve(files: Files, port: int | None, *, is_shown: bool) -> None:
 
 def _export(files: Files, exports: tuple[str, ...], output: Path | None) -> int:
     """Write exports of all files that have a work file, and return the number of failed files."""
-    from superfacets_studio.export.write import export, parsed_export
+    from superfacets_studio import parsed_export, write_export
 
     wanted = [parsed_export(name) for name in exports]
     started = [i for i in range(len(files.paths)) if files.work_of(i).exists()]
@@ -143,7 +129,8 @@ def _export(files: Files, exports: tuple[str, ...], output: Path | None) -> int:
                 print_note(f"{inputs[index]}: no labels are exported, because nothing is labeled")
             with output_folder(target.parent):
                 for what, format in exported:
-                    click.echo(f"wrote {export(document, what, format, folder=target.parent)}")
+                    path = write_export(document, what, format, folder=target.parent)
+                    click.echo(f"wrote {path}")
         finally:
             document.close()
 
@@ -178,7 +165,7 @@ def agree_command(
     objects that only THEIRS has get new numbers.
     """
     _check_extra()
-    from superfacets_studio.documents.document import merged_work
+    from superfacets_studio import merged_work
 
     for path in (mesh, mine, theirs):
         if path.is_dir():

@@ -20,8 +20,8 @@ from .options import FILE, camera_options, labels_named_option, option, options
 from .report import note_on_up
 
 if TYPE_CHECKING:
-    from superfacets_show.camera import Up
-    from superfacets_show.page.document import Page
+    from superfacets import Page
+    from superfacets_show import Up
 
 
 @click.command("view")
@@ -50,8 +50,8 @@ def view_command(
     the page shows them, too. Without --html, the page is a temporary file, and the browser opens
     it.
     """
-    from superfacets_show.camera import View
-    from superfacets_show.page.document import checked_page_path, view
+    from superfacets import View, view
+    from superfacets_show import checked_page_path
 
     try:
         target = None if output is None else checked_page_path(output)

@@ -11,7 +11,6 @@ from xml.sax.saxutils import escape
 import numpy as np
 
 from superfacets.kit import Array, Bytes
-from superfacets_show.colors import PALETTE
 
 from .cortex import STRUCTURE
 
@@ -37,18 +36,17 @@ Encoding="GZipBase64Binary" Endian="LittleEndian" ExternalFileName="" ExternalFi
 
 
 def write_cortex(
-    file: IO[bytes], ending: str, labels: Array, colors: Bytes | None = None, *,
+    file: IO[bytes], ending: str, labels: Array, colors: Bytes, *,
     comments: Sequence[str] = (),
 ) -> None:  # fmt: skip
     """Write the label of each vertex, or -1 for no region, as ``.label.gii`` or ``.annot``.
 
-    `colors`, (K, 3), has the color of each region, in ascending order of the labels. By default the
-    colors of `PALETTE` are repeated. GIFTI stores the anatomical
-    structure of the surface, if one of the `comments` has it.
+    `colors`, (K, 3), has the color of each region, in ascending order of the labels; fewer colors
+    are repeated. GIFTI stores the anatomical structure of the surface, if one of the `comments` has
+    it.
     """
     regions = np.unique(labels[labels >= 0])
-    if colors is None:
-        colors = PALETTE[np.arange(len(regions)) % len(PALETTE)]
+    colors = colors[np.arange(len(regions)) % len(colors)]
     if ending == ".label.gii":
         _write_gifti(file, labels, regions, colors, comments)
     else:

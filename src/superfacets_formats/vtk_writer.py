@@ -14,8 +14,7 @@ from urllib.parse import quote
 import numpy as np
 
 from superfacets.files.writers.content import Content
-from superfacets.kit import Array, write_rows
-from superfacets.mesh.faces import corners_in_a_row, face_sizes
+from superfacets.kit import Array, corners_of, write_rows
 
 Arrays = Mapping[str, Array]
 """Arrays of shape (N,) or (N, n), by name."""
@@ -79,14 +78,15 @@ def number_format(values: Array) -> str:
 def write_vtp(file: IO[bytes], content: Content) -> None:
     """Write VTP, with labels and ``colors`` as cell data."""
     mesh, attributes = content.cells, content.attributes
+    corners = corners_of(mesh)
     of_faces: dict[str, Array] = dict(attributes.face if attributes else {})
     if content.labels is not None:
         of_faces[content.label_name] = content.labels
     if content.colors is not None:
         of_faces["colors"] = content.colors
     polygons = {
-        "connectivity": corners_in_a_row(mesh).astype(np.int64),
-        "offsets": np.cumsum(face_sizes(mesh), dtype=np.int64),
+        "connectivity": corners.vertices.astype(np.int64),
+        "offsets": corners.starts[1:],
     }
     sections = {
         "PointData": attributes.vertex if attributes else {},

@@ -10,9 +10,16 @@ import numpy as np
 
 from superfacets import MeshError
 from superfacets.files.guards import check_regular
-from superfacets.kit import Array, Ints, checked_choice, named_errors, npy_array, read_content
-from superfacets_show.backend import import_pillow
-from superfacets_textures.images import check_pixels
+from superfacets.kit import (
+    Array,
+    Ints,
+    checked_choice,
+    import_extra,
+    named_errors,
+    npy_array,
+    read_content,
+)
+from superfacets_textures import check_pixels
 
 from .label_images import Overlap, flattened, label_image
 
@@ -88,7 +95,7 @@ def _masks_in(path: Path, overlap: Overlap) -> Ints | None:
 def _picture(path: Path) -> Array:
     """Return the pixels of a PNG file, or raise a MeshError if it has several channels."""
     check_regular(path)
-    reader = import_pillow("PngImagePlugin", "reading masks").PngImageFile
+    reader = import_extra("PIL.PngImagePlugin", "reading masks", "viz").PngImageFile
     try:
         with reader(path) as image:
             if len(image.getbands()) != 1:

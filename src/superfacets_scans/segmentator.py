@@ -42,7 +42,6 @@ from superfacets.kit import (
     checked_count,
     checked_number,
     checked_threads,
-    owned,
     ranked_labels,
 )
 from superfacets.mesh.faces import mean_normals
@@ -275,7 +274,7 @@ def _checked_edges(edges: Array, n_points: int) -> Ints:
         raise TypeError(f"edges must contain integers, got {edges.dtype}")
     is_wrong = np.any((edges < 0) | (edges >= n_points), axis=1, keepdims=True)[:, 0]
     refuse_first(is_wrong, "edges", edges, f"points from 0 to {n_points - 1}", MeshError)
-    return owned(edges, np.int32)
+    return np.array(edges, np.int32, order="C")
 
 
 def _distinct(steps: Ints, n_nodes: int) -> Longs:

@@ -1,1 +1,5 @@
 """Colors of regions, pictures, and HTML pages."""
+
+from superfacets.kit import lazy_names
+
+__getattr__, __dir__, __all__ = lazy_names(__name__, __file__)

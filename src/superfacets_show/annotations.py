@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 
 from superfacets.kit import Array, Ints, Longs
-from superfacets.mesh.results import NO_COLOR
 
 from .backend import import_pillow
-from .colors import Scale, scale_colors
+from .colors import NO_COLOR, Scale, scale_colors
 from .scene import Picture
 
 TITLE_SHARE, SCALE_SHARE = 0.07, 0.12

@@ -158,6 +158,6 @@ def import_vtk() -> Any:
     return SimpleNamespace(**members)
 
 
-def import_pillow(module: str, task: str = "rendering") -> Any:
+def import_pillow(module: str) -> Any:
     """Return a module of Pillow, or raise a MissingExtraError if Pillow is not installed."""
-    return import_extra(f"PIL.{module}", task, "viz")
+    return import_extra(f"PIL.{module}", "rendering", "viz")

@@ -10,14 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from superfacets import CellGraph, kit
-from superfacets.base.checks import checked_partial_labels, compact_partial_labels
-from superfacets.base.types import ArcLists
-from superfacets.graph.cell_graph import CsrArcs
-from superfacets.graph.kinds import as_known
 from superfacets.kit import Array, Bytes, Cells, Floats, Ints, Longs, MeshLike
-from superfacets.mesh.convert import CloudLike
-from superfacets.mesh.results import NO_COLOR
-from superfacets_textures.light import (
+from superfacets_textures import (
     linear_of_oklab,
     linear_of_srgb,
     oklab_of_linear,
@@ -90,6 +84,12 @@ PALETTE = np.array(
 )  # fmt: skip
 """Colors of regions, sRGB, (10, 3)."""
 
+NO_COLOR = (128, 128, 128)
+"""Color of cells without a label."""
+
+Arcs = tuple[Longs, Ints]
+"""Arcs of N cells in CSR form: offsets of shape (N + 1,) and neighbors of shape (M,)."""
+
 MIN_COLOR_DISTANCE = 0.09
 """Smallest OKLab distance between two colors of the palette for normal vision, protanopia,
 deuteranopia and tritanopia. A distance of 0.02 is just noticeable."""
@@ -106,7 +106,7 @@ _MAX_DISTINCT = 24
 _PLANAR_DEGREE = 5
 
 
-def face_colors(mesh: MeshLike | CloudLike | CellGraph, labels: npt.ArrayLike) -> Bytes:
+def face_colors(mesh: MeshLike | CellGraph, labels: npt.ArrayLike) -> Bytes:
     """Return a color for each face. Adjacent regions have clearly different colors.
 
     Parameters
@@ -133,9 +133,11 @@ def face_colors(mesh: MeshLike | CloudLike | CellGraph, labels: npt.ArrayLike) -
     array([[245, 195, 170],
            [150, 180, 250]], dtype=uint8)
     """
-    cells = as_known(mesh)
-    compact, _ = compact_partial_labels(labels, cells.n_cells, getattr(cells, "n_vertices", None))
-    return colors_of_cells(_colors_of(cells, compact), compact)
+    cells = mesh if isinstance(mesh, CellGraph) else kit.as_cells(mesh)
+    n_vertices = getattr(cells, "n_vertices", None)
+    compact, _ = kit.compact_partial_labels(labels, cells.n_cells, n_vertices)
+    arcs, of_cells = kit.kind_of(cells).border_arcs(cells, compact, kit.checked_threads(None))
+    return colors_of_cells(_colors_of_adjacency(arcs, of_cells, int(compact.max()) + 1), compact)
 
 
 def colors_of_cells(colors: Bytes, labels: Ints) -> Bytes:
@@ -143,18 +145,12 @@ def colors_of_cells(colors: Bytes, labels: Ints) -> Bytes:
     return np.concatenate([colors, np.array([NO_COLOR], dtype=np.uint8)])[labels]
 
 
-def _colors_of(cells: Cells | CellGraph, labels: Ints) -> Bytes:
-    arcs, of_cells = kit.kind_of(cells).border_arcs(cells, labels, kit.checked_threads(None))
-    n_regions = int(labels.max()) + 1
-    return _colors_of_adjacency(*_region_adjacency(arcs, of_cells, n_regions))
-
-
-def region_colors(graph: CsrArcs, labels: npt.ArrayLike) -> Bytes:
+def region_colors(arcs: Arcs, labels: Ints) -> Bytes:
     """Return the color of each region, (K, 3). Adjacent regions have clearly different colors.
 
-    `graph` has each arc in both directions, in CSR form. `labels` are 0 to K - 1, or -1 for cells
-    in no region. As long as `PALETTE` has enough colors, as on a surface, the OKLab distance
-    between colors of adjacent regions is at least `MIN_COLOR_DISTANCE` for all `VISIONS`.
+    `arcs` has each arc in both directions. `labels` are 0 to K - 1, or -1 for cells in no region.
+    As long as `PALETTE` has enough colors, as on a surface, the OKLab distance between colors of
+    adjacent regions is at least `MIN_COLOR_DISTANCE` for all `VISIONS`.
 
     Regions with few neighbors are removed repeatedly, and regions are colored in the reverse order
     of removal. Each region gets the least used color of the palette that is far from the colors of
@@ -164,12 +160,11 @@ def region_colors(graph: CsrArcs, labels: npt.ArrayLike) -> Bytes:
     repeat a color gets an unused color instead, so all colors are distinct. Time and memory are
     linear in the number of arcs.
     """
-    checked, n_regions = checked_partial_labels(labels, len(graph.offsets) - 1)
-    arcs = (graph.offsets, graph.neighbors)
-    return _colors_of_adjacency(*_region_adjacency(arcs, checked, n_regions))
+    return _colors_of_adjacency(arcs, labels, int(labels.max()) + 1)
 
 
-def _colors_of_adjacency(starts: Longs, touching: Longs) -> Bytes:
+def _colors_of_adjacency(arcs: Arcs, labels: Ints, n_regions: int) -> Bytes:
+    starts, touching = _region_adjacency(arcs, labels, n_regions)
     order = _peeled_order(starts, touching)
     return _choices()[_color_greedily(order.tolist(), starts.tolist(), touching.tolist())]
 
@@ -195,7 +190,7 @@ def _peeled_order(starts: Longs, touching: Longs) -> Longs:
     return np.concatenate(rounds[::-1])
 
 
-def _region_adjacency(arcs: ArcLists, labels: Ints, n_regions: int) -> tuple[Longs, Longs]:
+def _region_adjacency(arcs: Arcs, labels: Ints, n_regions: int) -> tuple[Longs, Longs]:
     """Return the neighbors of each region in CSR form: offsets, (K + 1,), and neighbors."""
     offsets, neighbors = arcs
     sources = np.repeat(labels, np.diff(offsets))

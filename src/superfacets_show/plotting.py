@@ -12,10 +12,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from superfacets import kit, region_graph
-from superfacets.base.checks import compact_partial_labels
+from superfacets import RegionGraph, kit, region_graph
 from superfacets.kit import Array, Cells, Floats, MeshLike
-from superfacets.mesh.convert import CloudLike
 
 from .animation import MOVING_ENDINGS, check_video, gif_of, write_video
 from .annotations import SCALE_SHARE, TITLE_SHARE, scale_strip, title_strip
@@ -106,7 +104,7 @@ class Plot:
 
 
 def plot(
-    cells: MeshLike | CloudLike,
+    cells: MeshLike,
     labels: npt.ArrayLike | None = None,
     *,
     output: str | os.PathLike[str] | None = None,
@@ -255,14 +253,16 @@ def _colors_by(
 def _values_of(cells: Cells, labels: Any, color_by: Any, n_series: int) -> Floats:
     """Return one value per cell, (N,): NaN if the value is missing or the cell has no region."""
     if isinstance(color_by, str):
-        kit.checked_choice(color_by, "color_by", kit.column_names(kit.kind_of(cells).dimension))
+        columns = RegionGraph.column_names(kit.kind_of(cells).dimension)
+        kit.checked_choice(color_by, "color_by", columns)
     if labels is None:
         if isinstance(color_by, str):
             raise ValueError(
                 f"color_by={color_by!r} is the name of a region property: pass labels too"
             )
         return checked_values(color_by, "color_by", cells, None)[0]
-    compact, ids = compact_partial_labels(labels, cells.n_cells, getattr(cells, "n_vertices", None))
+    n_vertices = getattr(cells, "n_vertices", None)
+    compact, ids = kit.compact_partial_labels(labels, cells.n_cells, n_vertices)
     if isinstance(color_by, str):
         table = region_graph(cells, compact).table()
         values = np.asarray(table[color_by], dtype=np.float64)

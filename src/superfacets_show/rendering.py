@@ -13,9 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from superfacets import BorderCut, cut_borders, kit
-from superfacets.base.checks import compact_partial_labels
 from superfacets.kit import Bools, Cells, FaceMesh, Ints, MeshLike
-from superfacets.mesh.convert import CloudLike
 
 from .backend import ensure_gl, import_pillow, import_vtk
 from .camera import CLIPS, Camera, Clip, View, place_camera
@@ -37,7 +35,7 @@ _PNG_RUNS = 3  # the strategy Z_RLE of zlib, which is fast: it compresses only r
 
 
 def render(
-    mesh: MeshLike | CloudLike,
+    mesh: MeshLike,
     labels: npt.ArrayLike | None = None,
     *,
     output: str | os.PathLike[str] | None = None,
@@ -195,7 +193,7 @@ def scene_of(
     if sources is None:
         return _surface_scene(surface, labels, colors, is_smooth=is_smooth)
     if labels is not None:
-        labels, ids = compact_partial_labels(
+        labels, ids = kit.compact_partial_labels(
             labels, cells.n_cells, getattr(cells, "n_vertices", None)
         )
         # Colors are chosen for the whole volume, so that they do not depend on `clip`.
@@ -216,7 +214,7 @@ def _surface_scene(
     """Build the scene of a surface; if `is_smooth`, faces are cut along smooth borders."""
     if labels is None or not is_smooth:
         return build_scene(surface, labels, colors)
-    compact, ids = compact_partial_labels(labels, surface.n_faces, surface.n_vertices)
+    compact, ids = kit.compact_partial_labels(labels, surface.n_faces, surface.n_vertices)
     if not len(ids):
         return build_scene(surface, labels, colors)
     given = face_colors(surface, compact) if colors is None else colors

@@ -10,11 +10,8 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from superfacets import FaceGraph, PointCloud, _core, build_face_graph, kit
-from superfacets.base.checks import compact_partial_labels
-from superfacets.graph.point_graph import PointGraph, find_point_graph
+from superfacets import FaceGraph, PointCloud, build_face_graph, kit
 from superfacets.kit import Array, Bools, Bytes, Cells, FaceMesh, Floats, Ints, Longs
-from superfacets.mesh.faces import ends_of_sides
 
 from .camera import Camera, View
 from .colors import colors_of_cells, region_colors
@@ -35,7 +32,7 @@ def border_edges(mesh: FaceMesh, graph: FaceGraph, labels: Ints) -> Ints:
     sources = np.repeat(np.arange(mesh.n_faces, dtype=np.int32), np.diff(graph.offsets))
     between = (labels[sources] != labels[graph.neighbors]) & (sources < graph.neighbors)
     faces, sides = sources[between], graph.sides[between]
-    return ends_of_sides(mesh, faces, sides)
+    return kit.corners_of(mesh).ends_of_sides(faces, sides)
 
 
 def default_border_width(mean_area: float, camera: Camera, height: int) -> float:
@@ -126,7 +123,7 @@ def build_scene(
 
     `labels` and `colors` have one entry per face, and may be None.
     """
-    representative = _core.weld_vertices(mesh.vertices, kit.checked_threads(None))
+    representative = kit.lowest_vertices(mesh.vertices, True, kit.checked_threads(None))
     drawn, sources = kit.cut_into_triangles(mesh)
     corners = representative[drawn]
     used = np.zeros(mesh.n_vertices, dtype=bool)
@@ -139,11 +136,11 @@ def build_scene(
     borders, n_regions = np.empty((0, 2), dtype=np.int64), 1
     shown = None
     if labels is not None:
-        checked, ids = compact_partial_labels(labels, mesh.n_faces, mesh.n_vertices)
+        checked, ids = kit.compact_partial_labels(labels, mesh.n_faces, mesh.n_vertices)
         shown = given_labels(checked, ids)
         graph, n_regions = build_face_graph(mesh), max(1, len(ids))
         if colors is None:
-            face_colors = colors_of_cells(region_colors(graph, checked), checked)
+            face_colors = colors_of_cells(region_colors(graph.arcs, checked), checked)
         borders = places[representative[border_edges(mesh, graph, checked)]]
     if colors is not None:
         face_colors = checked_colors(colors, mesh.n_faces)
@@ -162,12 +159,12 @@ def build_cloud_scene(
     cloud: PointCloud, labels: npt.ArrayLike | None, colors: npt.ArrayLike | None
 ) -> Scene:
     """Build the scene of a cloud, with a colored hexagon for each point."""
-    graph = find_point_graph(cloud, kit.checked_threads(None))
+    graph = kit.kind_of(cloud).point_graph(cloud, kit.checked_threads(None))
     point_colors, n_regions = np.tile(np.array(_PLAIN_COLOR, np.uint8), (cloud.n_points, 1)), 1
     shown = None
     if labels is not None:
-        checked, ids = compact_partial_labels(labels, cloud.n_points)
-        point_colors = colors_of_cells(region_colors(graph, checked), checked)
+        checked, ids = kit.compact_partial_labels(labels, cloud.n_points)
+        point_colors = colors_of_cells(region_colors(graph.arcs, checked), checked)
         n_regions = max(1, len(ids))
         shown = np.repeat(given_labels(checked, ids), len(_HEXAGON))
     elif cloud.colors is not None:
@@ -175,7 +172,9 @@ def build_cloud_scene(
     if colors is not None:
         point_colors = checked_colors(colors, cloud.n_points)
     low, high = cloud.bounds
-    corners = (hexagons_of(graph) - (low + high) / 2) / np.linalg.norm(high - low)
+    corners = (
+        hexagons_of(graph.positions, graph.normals, graph.measures) - (low + high) / 2
+    ) / np.linalg.norm(high - low)
     first = 6 * np.arange(cloud.n_points)[:, np.newaxis, np.newaxis]
     triangles = (first + _HEXAGON).reshape(-1, 3)
     shades = np.repeat(point_colors, len(_HEXAGON), axis=0)
@@ -183,25 +182,24 @@ def build_cloud_scene(
     return Scene(corners, triangles, shades, borders, n_regions, shown)
 
 
-def hexagons_of(graph: PointGraph) -> Floats:
+def hexagons_of(positions: Floats, normals: Floats, areas: Floats) -> Floats:
     """Return the corners of one hexagon per point, (6 N, 3).
 
     The corners of a hexagon are counterclockwise as seen from outside. If the area of a point is 0,
     the median of the positive areas is used.
     """
-    areas = graph.measures
     known = areas[areas > 0]
     areas = np.where(areas > 0, areas, np.median(known) if len(known) else 0.0)
-    is_flat = np.abs(graph.normals[:, :1]) < 0.7
-    across = np.cross(graph.normals, np.where(is_flat, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]]))
+    is_flat = np.abs(normals[:, :1]) < 0.7
+    across = np.cross(normals, np.where(is_flat, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]]))
     lengths = np.linalg.norm(across, axis=1, keepdims=True)
     across = np.where(lengths > 0, across / np.where(lengths > 0, lengths, 1), [[1.0, 0.0, 0.0]])
-    has_normal = (graph.normals != 0).any(axis=1, keepdims=True)
-    up = np.where(has_normal, np.cross(graph.normals, across), [[0.0, 1.0, 0.0]])
+    has_normal = (normals != 0).any(axis=1, keepdims=True)
+    up = np.where(has_normal, np.cross(normals, across), [[0.0, 1.0, 0.0]])
     radii = _RADIUS * np.sqrt(areas)[:, np.newaxis]
     angles = np.arange(6) * (np.pi / 3)
     spokes = [math.cos(angle) * across + math.sin(angle) * up for angle in angles]
-    return np.stack([graph.positions + radii * spoke for spoke in spokes], axis=1).reshape(-1, 3)
+    return np.stack([positions + radii * spoke for spoke in spokes], axis=1).reshape(-1, 3)
 
 
 # Points touch the ground if they are at most this fraction of the diagonal above the lowest point.

@@ -4,3 +4,7 @@ Each cell (face, point or tetrahedron) can have a class, such as chair, and the 
 of this class, such as the second chair. Regions are used only to select cells, so a new
 segmentation does not change labels.
 """
+
+from superfacets.kit import lazy_names
+
+__getattr__, __dir__, __all__ = lazy_names(__name__, __file__)

@@ -206,7 +206,7 @@ def drawn(monkeypatch):
         calls.append((cells, labels, given))
         return Plot([], "y")
 
-    monkeypatch.setattr("superfacets_show.plotting.plot", plot)
+    monkeypatch.setattr("superfacets.plot", plot)
     return calls
 
 

@@ -29,7 +29,7 @@ def served(monkeypatch):
         calls.append((files, opened.getsockname()))
         on_start("http://127.0.0.1:1/?token=t")
 
-    monkeypatch.setattr("superfacets_studio.web.server.serve", serve)
+    monkeypatch.setattr("superfacets_studio.serve", serve)
     monkeypatch.setattr("webbrowser.open", lambda address: calls.append(seen(address)))
     yield calls
     for files, _ in calls[:1]:

@@ -7,7 +7,7 @@ import pytest
 import shapes
 
 import superfacets as sf
-from superfacets.mesh.results import NO_COLOR
+from superfacets_show.colors import NO_COLOR
 
 SHEET = shapes.bumpy_sheet(8)
 LABELS = sf.segment(SHEET, 5)

@@ -20,9 +20,8 @@ from superfacets import (
     region_graph,
     render,
 )
-from superfacets.mesh.results import NO_COLOR
 from superfacets_show.annotations import _clearances, _places, _ticks, scale_strip, title_strip
-from superfacets_show.colors import Scale, checked_values, scale_colors, scale_of
+from superfacets_show.colors import NO_COLOR, Scale, checked_values, scale_colors, scale_of
 
 SIZE = (160, 120)
 WHITE = (255, 255, 255)

@@ -1,13 +1,14 @@
-"""The guess of the up axis: z if the mesh stands much more stably with z up."""
+"""The up axis (z if the mesh stands much more stably with z up), and border lines."""
 
 import numpy as np
 import pytest
 from models import read_off
-from shapes import bumpy_sheet, cube, soup, table
+from shapes import bumpy_sheet, cube, soup, strip, table
 
-from superfacets import Mesh, TetMesh, View, sample_mesh
+from superfacets import Mesh, TetMesh, View, build_face_graph, sample_mesh
 from superfacets_show import rendering
-from superfacets_show.scene import guess_up, surface_of
+from superfacets_show.camera import Camera
+from superfacets_show.scene import border_edges, default_border_width, guess_up, surface_of
 
 # Number of a benchmark model, and the axis that points up in it.
 UP_OF_MODELS = {5: "y", 89: "z", 101: "y", 105: "z", 145: "y", 153: "z", 381: "y", 389: "z"}
@@ -115,3 +116,28 @@ def test_the_guess_does_not_depend_on_the_clip(monkeypatch):
     for points, triangles in seen:
         assert np.array_equal(points, seen[0][0])
         assert np.array_equal(triangles, seen[0][1])
+
+
+def test_borders_run_between_faces_of_different_labels_only():
+    mesh = strip(4)
+    (edge,) = border_edges(mesh, build_face_graph(mesh), np.array([0, 0, 1, 1])).tolist()
+    assert {*edge} == {*mesh.faces[1]} & {*mesh.faces[2]}
+
+
+@pytest.mark.parametrize(
+    ("diameter", "half_slope", "height", "expected"),
+    [
+        (0.1, 0.5, 1000, 1.0),  # 50 pixels
+        (0.15, 0.5, 1000, 1.5),
+        (1.0, 0.5, 1000, 4.0),  # the maximum width
+        (1.0, 0.5, 500, 2.0),
+        (0.01, 0.5, 1000, 0.6),  # the minimum width
+        (1.0, 0.5, 20, 0.6),
+        (0.08, 0.5, 1000, 0.8),
+        (0.08, 0.25, 1000, 1.6),  # zoomed in
+    ],
+)
+def test_borders_are_two_percent_of_the_diameter_of_regions(diameter, half_slope, height, expected):
+    camera = Camera(np.array([0.0, 0.0, 2.0]), np.zeros(3), np.array([0.0, 1.0, 0.0]), half_slope)
+    width = default_border_width(np.pi / 4 * diameter**2, camera, height)
+    assert width == pytest.approx(expected)

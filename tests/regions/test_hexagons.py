@@ -124,7 +124,7 @@ def test_cells_that_hold_their_region_together_stay():
 def test_regions_of_hexagons_that_touch_have_different_colors():
     graph = honeycomb(SHEET)
     labels = sf.segment_graph(graph, 5).labels
-    colors = region_colors(graph, labels)
+    colors = region_colors(graph.arcs, labels)
     assert np.array_equal(sf.face_colors(graph, labels), colors[labels])
     sources = np.repeat(np.arange(graph.n_cells), np.diff(graph.offsets))
     across = labels[sources] != labels[graph.neighbors]

@@ -15,7 +15,7 @@ import superfacets
 from superfacets.files.readers.labels import read_labels
 from superfacets.regions.vertices import vertex_labels
 from superfacets_studio.documents.document import Document
-from superfacets_studio.export.write import export, export_bytes
+from superfacets_studio.export.write import export_bytes, write_export
 from superfacets_studio.labels.imports import read_import
 
 
@@ -32,7 +32,7 @@ def painted(document):
 
 @pytest.mark.parametrize("format", ["npy", "seg", "txt", "ply"])
 def test_classes_of_cells_are_read_back(painted, format):
-    path = export(painted, "cells", format)
+    path = write_export(painted, "cells", format)
     assert path.name == f"sheet.classes.{format}"
     assert np.array_equal(read_labels(path), painted.state.classes)
 
@@ -42,11 +42,11 @@ def test_classes_of_cells_are_read_back(painted, format):
     [("ann2.studio.jsonl", "ann2"), ("ann2.jsonl", "ann2"), ("sheet.studio.jsonl", "sheet.studio")],
 )
 def test_exports_of_another_work_file_replace_none_of_the_default_one(painted, work, stem):
-    first = export(painted, "cells", "npy")
+    first = write_export(painted, "cells", "npy")
     content = first.read_bytes()
     other = Document.open(painted.path, painted.path.with_name(work), n_segments=20)
-    assert export(other, "cells", "npy").name == f"{stem}.classes.npy"
-    assert export(other, "regions", "npy").name == f"{stem}.superfacets.npy"
+    assert write_export(other, "cells", "npy").name == f"{stem}.classes.npy"
+    assert write_export(other, "regions", "npy").name == f"{stem}.superfacets.npy"
     name, _ = export_bytes(other, "objects", "aggregation.json")
     assert name == f"{stem}.objects.scannet.zip"
     other.close()
@@ -57,7 +57,7 @@ def test_the_default_work_file_may_be_named_on_the_command_line(painted):
     painted.close()
     work = os.path.relpath(painted.journal.path)
     again = Document.open(painted.path, Path(work))
-    assert export(again, "cells", "npy").name == "sheet.classes.npy"
+    assert write_export(again, "cells", "npy").name == "sheet.classes.npy"
     again.close()
 
 
@@ -66,13 +66,13 @@ def test_an_export_replaces_a_link_and_not_the_file_behind_it(painted, tmp_path)
     private = tmp_path / "private"
     private.write_text("mine")
     (tmp_path / "sheet.classes.npy").symlink_to(private)
-    path = export(painted, "cells", "npy")
+    path = write_export(painted, "cells", "npy")
     assert np.array_equal(read_labels(path), painted.state.classes)
     assert private.read_text() == "mine"
 
 
 def test_a_mesh_has_the_colors_of_the_classes(painted):
-    attributes = superfacets.read_attributes(export(painted, "cells", "ply")).face
+    attributes = superfacets.read_attributes(write_export(painted, "cells", "ply")).face
     of_one = painted.state.classes == 1
     assert (attributes["red"][of_one] == 255).all()
     assert (attributes["green"][of_one] == 0).all()
@@ -81,7 +81,7 @@ def test_a_mesh_has_the_colors_of_the_classes(painted):
 
 def test_groups_of_obj_are_named_by_class_or_by_region(painted):
     def groups(what):
-        lines = export(painted, what, "obj").read_text().splitlines()
+        lines = write_export(painted, what, "obj").read_text().splitlines()
         return [line[2:] for line in lines if line.startswith("g ")]
 
     assert groups("cells") == ["unknown", "roof", "wall"]
@@ -89,14 +89,14 @@ def test_groups_of_obj_are_named_by_class_or_by_region(painted):
 
 
 def test_glb_has_the_colors_of_the_classes(painted):
-    data = export(painted, "cells", "glb").read_bytes()
+    data = write_export(painted, "cells", "glb").read_bytes()
     assert bytes([255, 0, 0, 255]) in data
     assert bytes([190, 190, 190, 255]) in data  # no class
 
 
 @pytest.mark.parametrize("format", ["obj", "off", "glb", "sstk.json"])
 def test_classes_are_written_in_other_formats(painted, format):
-    path = export(painted, "cells", format)
+    path = write_export(painted, "cells", format)
     assert path.stat().st_size > 100
     if format == "glb":
         assert b"roof" in path.read_bytes()
@@ -109,15 +109,15 @@ def test_classes_of_vertices_are_the_majority_around_them(painted):
     expected = vertex_labels(
         painted.cells, painted.state.classes.astype(np.int32), method="majority"
     )
-    assert np.array_equal(read_labels(export(painted, "vertices", "npy")), expected)
-    segments = json.loads(export(painted, "vertices", "segs.json").read_text())["segIndices"]
+    assert np.array_equal(read_labels(write_export(painted, "vertices", "npy")), expected)
+    segments = json.loads(write_export(painted, "vertices", "segs.json").read_text())["segIndices"]
     assert segments == expected.tolist()
 
 
 def test_regions_and_their_classes_are_written(painted):
-    labels = read_labels(export(painted, "regions", "npy"))
+    labels = read_labels(write_export(painted, "regions", "npy"))
     assert np.array_equal(labels, painted.revision.labels)
-    assert b"roof" in export(painted, "regions", "glb").read_bytes()
+    assert b"roof" in write_export(painted, "regions", "glb").read_bytes()
 
 
 def test_the_class_of_a_region_is_that_of_most_of_its_area(painted):
@@ -131,19 +131,19 @@ def test_the_class_of_a_region_is_that_of_most_of_its_area(painted):
     share = 1 - areas[few].sum() / areas[painted.revision.cells_of(3)].sum()
     assert float(rows[3]["share"]) == pytest.approx(share)
     assert json.loads(export_bytes(painted, "region_classes", "json")[1])[4]["class"] == 1
-    assert read_labels(export(painted, "region_classes", "npy")).tolist()[3:6] == [1, 1, 2]
+    assert read_labels(write_export(painted, "region_classes", "npy")).tolist()[3:6] == [1, 1, 2]
 
 
 def test_a_file_of_another_tool_is_not_replaced_unasked(painted):
     path = painted.path.with_name("sheet.bin")
     path.write_text("made by hand")
     with pytest.raises(FileExistsError, match=r"sheet\.bin exists already"):
-        export(painted, "regions", "bin")
+        write_export(painted, "regions", "bin")
     assert path.read_text() == "made by hand"
-    export(painted, "regions", "bin", replace=True)
+    write_export(painted, "regions", "bin", replace=True)
     assert path.stat().st_size == 8 * painted.cells.n_vertices
-    export(painted, "cells", "npy")
-    export(painted, "cells", "npy")  # an export of the studio
+    write_export(painted, "cells", "npy")
+    write_export(painted, "cells", "npy")  # an export of the studio
 
 
 def test_exports_are_sent_and_written(client, sheet):
@@ -295,7 +295,7 @@ def textured(tmp_path):
 @pytest.mark.parametrize("format", ["obj", "glb"])
 def test_textures_stay_with_exported_meshes(textured, what, format):
     source = textured.source.texture
-    path = export(textured, what, format)
+    path = write_export(textured, what, format)
     found = superfacets.read_attributes(path).texture
     (image,) = found.images
     assert np.array_equal(image.pixels(), source.images[0].pixels())

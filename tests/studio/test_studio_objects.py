@@ -16,7 +16,7 @@ from superfacets.regions.vertices import vertex_labels
 from superfacets_studio.documents.document import Document, merged_work, work_file_of
 from superfacets_studio.documents.files import Files
 from superfacets_studio.documents.journal import JournalError, _coded
-from superfacets_studio.export.write import export, export_bytes
+from superfacets_studio.export.write import export_bytes, write_export
 from superfacets_studio.labels.classes import default_classes
 from superfacets_studio.labels.coding import base64_of
 from superfacets_studio.labels.imports import read_import
@@ -200,16 +200,18 @@ def test_changes_after_a_review_are_marked_until_it_is_reviewed_again(client):
 
 def test_instances_of_vertices_are_class_times_1000_plus_object(furnished):
     expected = vertex_labels(furnished.cells, furnished.instances, method="majority")
-    path = export(furnished, "instances", "txt")
+    path = write_export(furnished, "instances", "txt")
     assert path.name == "sheet.instances.txt"
     assert np.array_equal(np.loadtxt(path, dtype=int), np.maximum(expected, 0))
-    assert np.array_equal(np.load(export(furnished, "instances", "npy")), np.maximum(expected, 0))
+    assert np.array_equal(
+        np.load(write_export(furnished, "instances", "npy")), np.maximum(expected, 0)
+    )
 
 
 def test_groups_are_objects_and_their_segments_are_in_one_object_each(furnished):
     half = furnished.revision.cells_of(5)[::2]
     furnished.paint(half, 1, objects=2)  # a region of two objects
-    path = export(furnished, "objects", "aggregation.json")
+    path = write_export(furnished, "objects", "aggregation.json")
     groups = json.loads(path.read_text())["segGroups"]
     assert [group["label"] for group in groups] == ["chair"] * 3 + ["table", "wall"]
     assert [group["objectId"] for group in groups] == list(range(5))
@@ -219,7 +221,7 @@ def test_groups_are_objects_and_their_segments_are_in_one_object_each(furnished)
     found = np.zeros(len(segments), int)
     for group, number in zip(groups, (1000, 1001, 1002, 2001, 3000), strict=True):
         found[np.isin(segments, group["segments"])] = number
-    assert np.array_equal(found, np.load(export(furnished, "instances", "npy")))
+    assert np.array_equal(found, np.load(write_export(furnished, "instances", "npy")))
 
 
 def test_objects_are_written_as_coco_has_them_and_read_back_exactly(client):
@@ -252,11 +254,11 @@ def test_objects_are_written_as_coco_has_them_and_read_back_exactly(client):
 
 
 def test_arrays_and_tables_have_class_and_object_of_each_cell(furnished):
-    arrays = np.load(export(furnished, "objects", "npz"), allow_pickle=False)
+    arrays = np.load(write_export(furnished, "objects", "npz"), allow_pickle=False)
     assert np.array_equal(arrays["class"] * 1000 + arrays["object"], furnished.instances)
     assert arrays["instances"].tolist() == [1000, 1001, 1002, 2001, 3000]
     assert arrays["names"].tolist() == ["chair", "chair 1", "chair 2", "table 1", "wall"]
-    with export(furnished, "objects", "csv").open() as file:
+    with write_export(furnished, "objects", "csv").open() as file:
         rows = list(csv.DictReader(file))
     instances = [int(row["class"]) * 1000 + int(row["object"]) for row in rows]
     assert instances == furnished.instances.tolist()

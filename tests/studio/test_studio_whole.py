@@ -16,7 +16,7 @@ from superfacets_studio.documents.document import Document
 from superfacets_studio.documents.history import History
 from superfacets_studio.documents.journal import Journal, WriteError
 from superfacets_studio.export import objects
-from superfacets_studio.export.write import export
+from superfacets_studio.export.write import write_export
 from superfacets_studio.labels.classes import CLASSES_FILE
 from superfacets_studio.labels.imports import read_import
 
@@ -245,13 +245,13 @@ def test_an_import_that_fails_takes_new_classes_out_of_the_list_of_the_folder(
 
 def test_of_an_export_of_two_files_both_are_written_or_none(document, monkeypatch):
     document.paint(np.arange(20, 120, dtype=np.uint32), 1, objects=1)
-    paths = [export(document, "objects", "segs.json")]
+    paths = [write_export(document, "objects", "segs.json")]
     paths.append(paths[0].with_name(paths[0].name.replace("segs", "aggregation")))
     before = [path.read_bytes() for path in paths]
     document.paint(np.arange(20, 300, dtype=np.uint32), 2, objects=1)
     monkeypatch.setitem(objects._WRITERS, "aggregation.json", lambda *_: 1 / 0)
     with pytest.raises(ZeroDivisionError):
-        export(document, "objects", "segs.json")
+        write_export(document, "objects", "segs.json")
     assert [path.read_bytes() for path in paths] == before
 
 

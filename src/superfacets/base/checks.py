@@ -47,7 +47,7 @@ _PLURALS = {"category": "categories", "index": "indices", "vertex": "vertices"}
 
 
 def counted(n: int, thing: str) -> str:
-    """Return a number and a noun, in the plural if necessary: "1 face", "2 faces"."""
+    """Return a number and a noun for a message, in the plural if necessary: "1 face", "2 faces"."""
     return f"{n} {thing if n == 1 else _PLURALS.get(thing, thing + 's')}"
 
 
@@ -59,7 +59,7 @@ def check_length(
     given: Sized, n: int, name: str, noun: str = "cell", *, n_vertices: int | None = None,
     advice: str = TO_FACES, error: type[ValueError] = ValueError,
 ) -> None:  # fmt: skip
-    """Raise an error unless `given` has `n` values, one value for each `noun`.
+    """Check a parameter: raise an error unless it has `n` values, one value for each `noun`.
 
     If there is one value per vertex instead of one per cell, the message contains `advice`.
     """
@@ -107,7 +107,7 @@ def owned_indices(array: Array) -> Ints:
 
 
 def refuse_mask(value: Any, name: str, error: type[ValueError] = ValueError) -> None:
-    """Raise an error if an array has masked entries, because NumPy would use their values."""
+    """Check a parameter: raise an error for masked entries, whose values NumPy would use."""
     if "numpy.ma" not in sys.modules:  # no masked array can exist, so the slow import is avoided
         return
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
@@ -127,7 +127,7 @@ def restored(state: Any, names: Sequence[str]) -> list[Any]:
 
 
 def freeze(instance: object, **arrays: Array) -> None:
-    """Set fields of a frozen dataclass to read-only views of arrays."""
+    """In `__post_init__` of a frozen dataclass, set fields to read-only views of arrays."""
     for name, array in arrays.items():
         view = array.view()
         view.flags.writeable = False
@@ -595,14 +595,14 @@ def checked_any_labels(labels: Any, n_cells: int, n_vertices: int | None = None)
 def compact_partial_labels(
     labels: Any, n_cells: int, n_vertices: int | None = None
 ) -> tuple[Ints, Array]:
-    """Check labels, which may be any integers, and return the result of `ranked_labels`."""
+    """Check a parameter of labels, any integers, and return the result of `ranked_labels`."""
     return ranked_labels(checked_any_labels(labels, n_cells, n_vertices))
 
 
 def ranked_labels(labels: npt.NDArray[np.integer[Any]]) -> tuple[Ints, Array]:
     """Replace K different labels by 0 to K - 1 in the same order; the label -1 is not replaced.
 
-    Returns the new labels, and the K labels that they replace.
+    Returns the new labels, and the K labels that they replace. Apps use it for labels with gaps.
     """
     if labels.min() >= -1 and labels.max() < len(labels):  # a table is faster than sorting
         is_used = np.bincount(labels + 1) > 0
@@ -624,7 +624,7 @@ def _shown(value: object) -> str:
 def checked_count(
     value: Any, name: str, high: int | None = None, of: str = "", *, low: int = 1
 ) -> int:
-    """Check and return an integer from `low` to `high`; `of` is the noun for what `high` counts."""
+    """Check a parameter, and return it as an integer from `low` to `high`, the number of `of`."""
     if isinstance(value, (bool, np.bool_)) or not hasattr(value, "__index__"):
         raise TypeError(f"{name} must be an integer, got {_shown(value)}")
     if isinstance(value, np.ndarray):
@@ -642,7 +642,7 @@ def checked_count(
 
 
 def checked_number(value: Any, name: str, *, zero: bool) -> float:
-    """Return a number as float after checking that it is finite and > 0, or >= 0 if `zero`."""
+    """Check a parameter, and return it as a finite float > 0, or >= 0 if `zero`."""
     if isinstance(value, (bool, np.bool_)) or not isinstance(value, numbers.Real):
         raise TypeError(f"{name} must be a number, got {_shown(value)}")
     try:
@@ -656,7 +656,7 @@ def checked_number(value: Any, name: str, *, zero: bool) -> float:
 
 
 def checked_fraction(value: Any, name: str) -> float:
-    """Return a number as float after checking that it is from 0 to 1."""
+    """Check a parameter, and return it as a float from 0 to 1."""
     number = checked_number(value, name, zero=True)
     if number > 1.0:
         raise ValueError(f"{name} must be from 0 to 1, got {number}")
@@ -664,14 +664,14 @@ def checked_fraction(value: Any, name: str) -> float:
 
 
 def checked_flag(value: Any, name: str) -> bool:
-    """Return `value` as bool; raise a TypeError if it is neither True nor False."""
+    """Check a parameter, and return it as bool; raise a TypeError unless it is True or False."""
     if not isinstance(value, (bool, np.bool_)):
         raise TypeError(f"{name} must be True or False, got {_shown(value)}")
     return bool(value)
 
 
 def checked_choice(value: str, name: str, choices: tuple[str, ...]) -> str:
-    """Return `value`; raise a ValueError if it is not one of `choices`."""
+    """Check a parameter, and return it; raise a ValueError if it is not one of `choices`."""
     if value not in choices:
         raise ValueError(f"{name} must be one of {', '.join(choices)}, got {value!r}")
     return value
@@ -706,10 +706,11 @@ def checked_callable(value: Any, name: str) -> Any:
 
 
 def checked_threads(n_threads: Any) -> int:
-    """Return the number of threads to use, at most `MAX_THREADS_PER_CORE` per usable core.
+    """Check the parameter `n_threads` of a function, and return the number of threads to use.
 
     If `n_threads` is None, the environment variable SUPERFACETS_NUM_THREADS is used instead. If the
-    variable is not set, the result is one thread per usable core.
+    variable is not set, the result is one thread per usable core. The result is at most
+    `MAX_THREADS_PER_CORE` per usable core.
     """
     if n_threads is not None:
         return min(checked_count(n_threads, "n_threads"), MAX_THREADS_PER_CORE * usable_cores())

@@ -24,7 +24,7 @@ class MissingExtraError(ImportError):
 
 
 def import_extra(module: str, task: str, extra: str) -> Any:
-    """Import an optional module; if it is missing, raise a MissingExtraError that names `task`."""
+    """Return an optional module; if it is missing, raise a MissingExtraError that names `task`."""
     try:
         return importlib.import_module(module)
     except ModuleNotFoundError:
@@ -72,6 +72,6 @@ class ViewWarning(UserWarning):
 
 
 def reason_of(error: BaseException) -> str:
-    """Return the class and the message of an error as one line of text."""
+    """Return the class and the message of an error as one line, for notes and records."""
     text = " ".join(str(error).split())
     return f"{type(error).__name__}: {text}" if text else type(error).__name__

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+import sys
+from collections.abc import Callable
 from functools import cache
 from importlib import import_module
 from operator import attrgetter
@@ -44,20 +45,27 @@ def added(group: str) -> dict[str, str]:
     return {point.name: point.value for point in entry_points(group=group)}
 
 
-def homes_in(stub: Path) -> dict[str, str]:
-    """Return the module that each name in a stub comes from, as the stub writes it."""
-    found = re.findall(r"^from (\S+) import (\w+)", stub.read_text(encoding="utf-8"), re.MULTILINE)
-    return {name: home for home, name in found}
+def lazy_names(
+    module: str, file: str
+) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
+    """Return `__getattr__`, `__dir__` and `__all__` for a module that imports names on first use.
 
-
-def import_from(homes: Mapping[str, str], name: str, module: str, package: str) -> Any:
-    """Import an object, or a module, that `module` lists in `homes`.
-
-    Relative modules are relative to `package`. Raises an AttributeError for other names.
+    Packages of apps call it in `__init__.py`, so that importing them stays cheap. The names, which
+    are objects or modules, are listed in the stub beside `file`, in lines such as
+    ``from .module import name as name``. `module` is the name of the calling module.
     """
-    if name not in homes:
-        raise AttributeError(f"module {module!r} has no attribute {name!r}")
-    home = import_module(homes[name], package)
-    if home.__name__ != module and hasattr(home, name):
-        return getattr(home, name)
-    return import_module(f"{home.__name__}.{name}")
+    stub = Path(file).with_suffix(".pyi")
+    lines = re.findall(r"^from (\S+) import (\w+)", stub.read_text(encoding="utf-8"), re.MULTILINE)
+    homes = {name: home for home, name in lines}
+    package = module if stub.stem == "__init__" else module.rpartition(".")[0]
+
+    def get(name: str) -> Any:
+        if name not in homes:
+            raise AttributeError(f"module {module!r} has no attribute {name!r}")
+        home = import_module(homes[name], package)
+        is_object = home.__name__ != module and hasattr(home, name)
+        value = getattr(home, name) if is_object else import_module(f"{home.__name__}.{name}")
+        setattr(sys.modules[module], name, value)  # so that later uses do not call this function
+        return value
+
+    return get, lambda: list(homes), list(homes)

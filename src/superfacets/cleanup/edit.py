@@ -17,7 +17,7 @@ from ..graph.kinds import as_known, graph_and_surface
 from ..graph.size import radius_of
 from ..graph.surface import Surface
 from ..mesh.base import Cells
-from ..mesh.convert import CloudLike, MeshLike
+from ..mesh.convert import MeshLike
 from ..weights.formulas import creases_of
 
 CREASE_SCALE = 6.0
@@ -114,7 +114,7 @@ class LabeledPart:
     @classmethod
     def read(
         cls,
-        source: MeshLike | CloudLike | CellGraph,
+        source: MeshLike | CellGraph,
         labels: npt.ArrayLike,
         weights: npt.ArrayLike | None,
         weld: bool,

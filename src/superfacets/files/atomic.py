@@ -12,6 +12,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 StrPath = str | os.PathLike[str]
+"""Types of the path of a file in signatures."""
 
 STEM_SIZE = 40
 """Maximum number of characters that are copied from the name of an output to the name of its
@@ -92,9 +93,9 @@ def remove_leftovers(targets: Iterable[Path], *, older_than: float = OLD) -> Non
 def checked_targets(paths: Sequence[StrPath]) -> list[Path]:
     """Return the real path of each output: symbolic links to its folder are resolved.
 
-    If the output itself is a link, the link is not resolved. Raises an OSError if a folder is
-    missing or not writable, or if an existing file is write-protected or not a regular file. Raises
-    a ValueError if two paths refer to the same file.
+    Apps call it before long work. If the output itself is a link, it is not resolved. Raises an
+    OSError if a folder is missing or not writable, or if an existing file is write-protected or not
+    a regular file. Raises a ValueError if two paths refer to the same file.
     """
     targets: dict[Path, None] = {}  # an ordered set
     for path in paths:

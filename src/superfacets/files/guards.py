@@ -50,11 +50,11 @@ triangles. Indices and coordinates are checked later, by `Mesh` and `PolygonMesh
 MAX_DIGITS = 20  # maximum length of an integer in JSON; int64 has 19 digits and a sign
 
 Content = bytes | mmap.mmap
-"""Content of a file. Slices of both types are bytes, and NumPy reads both types without copying."""
+"""Content of a file, for parsers. Slices are bytes, and NumPy reads both types without copying."""
 
 
 def known_ending(path: Path, endings: Sequence[str]) -> str:
-    """Return the longest of `endings` with which the file name ends.
+    """Return the longest of `endings` with which a file name ends, to choose its format.
 
     Raises a MeshError if the file name has none of the endings. Letter case is ignored. An ending
     may contain several dots, for example ``.segs.json``.
@@ -68,7 +68,7 @@ def known_ending(path: Path, endings: Sequence[str]) -> str:
 
 
 def read_content(path: Path) -> mmap.mmap:
-    """Read a file into memory, or raise a MeshError if the file is empty.
+    """Return the content of a file for a parser, or raise a MeshError if the file is empty.
 
     The file is not memory-mapped, because the process would crash if the file were truncated later.
     """
@@ -101,7 +101,7 @@ def file_beside(name: str, folder: Path | None, top: Path | None = None) -> Path
 
 @contextlib.contextmanager
 def named_errors(path: object) -> Iterator[None]:
-    """Prepend `path` to the message of any MeshError that the block raises."""
+    """In a block that parses a file, prepend `path` to the message of any MeshError."""
     try:
         yield
     except MeshError as error:
@@ -156,7 +156,7 @@ def _object_of(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def open_regular(path: Path) -> io.FileIO:
-    """Open a file for reading, or raise an OSError if it is not a regular, readable file."""
+    """Open a file that a user names, or raise an OSError if it is not a regular, readable file."""
     check_regular(path)
     return path.open("rb", buffering=0)
 
@@ -272,7 +272,7 @@ def check_corner_counts(corner_counts: Array) -> None:
 
 
 class BinaryReader:
-    """Cursor that reads numbers and texts from bytes; sizes are checked before memory is used."""
+    """Cursor with which parsers read numbers and texts; sizes are checked before memory is used."""
 
     def __init__(self, data: Content, order: Literal["<", ">"] = "<", begin: int = 0) -> None:
         self._data, self._order, self._at = data, order, begin
@@ -317,6 +317,6 @@ def most_bytes_of(n_bytes: int) -> int:
 
 
 def shortened(message: str) -> str:
-    """Shorten a message to one line of at most 200 characters."""
+    """Return a message of another library as one line of at most 200 characters."""
     line = " ".join(message.split())
     return line if len(line) <= 200 else f"{line[:197]}..."

@@ -92,7 +92,7 @@ def _has_color(cells: Any, attributes: MeshAttributes | None) -> bool:
 
 
 def stored_colors(cells: Any, attributes: MeshAttributes | None) -> Bytes | None:
-    """Return red, green and blue of each cell or of each vertex, or None if there are no colors.
+    """Return red, green and blue to show for each cell or vertex, or None if there are no colors.
 
     Files of point clouds store black for missing colors, so None is also returned if all colors of
     a cloud are black. The result ranges from 0 to 255; see `MeshAttributes.colors` for the range in

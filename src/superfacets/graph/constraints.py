@@ -24,7 +24,7 @@ from ..base.errors import MeshError
 from ..base.types import Array, Bools, Floats, Ints, Longs
 from ..mesh.base import Cells
 from ..mesh.convert import MeshLike, as_mesh
-from ..mesh.faces import FaceMesh, ends_of_sides, face_sizes
+from ..mesh.faces import FaceMesh, corners_of
 from ..mesh.weld import lowest_vertices
 from .cell_graph import CellGraph, CsrArcs
 from .corner_labels import of_cells
@@ -270,7 +270,7 @@ def _sharp_sides(
     is_same = (sources[1:] == sources[:-1]) & (graph.sides[1:] == graph.sides[:-1])
     is_sharp[1:] |= is_same
     lowest = lowest_vertices(source.vertices, weld, threads)
-    ends = lowest[ends_of_sides(source, sources[is_sharp], graph.sides[is_sharp])]
+    ends = lowest[corners_of(source).ends_of_sides(sources[is_sharp], graph.sides[is_sharp])]
     faces = np.stack([sources[is_sharp], graph.neighbors[is_sharp]], axis=1)
     return _keys_of(ends), faces
 
@@ -334,17 +334,16 @@ def _crossed_by(
     wanted = lowest[given]
     is_end = np.zeros(source.n_vertices, bool)
     is_end[wanted] = True
-    sizes = face_sizes(source)
-    starts = np.cumsum(sizes) - sizes
-    faces = np.repeat(np.arange(source.n_faces), sizes)
-    sides = np.arange(len(faces)) - np.repeat(starts, sizes)
-    ends = lowest[ends_of_sides(source, faces, sides)]
+    corners = corners_of(source)
+    faces = np.repeat(np.arange(source.n_faces), corners.sizes)
+    sides = np.arange(len(faces)) - corners.starts[faces]
+    ends = lowest[corners.ends_of_sides(faces, sides)]
     # Sides whose two ends are ends of barriers. Sides that are not barriers are removed below.
     is_crossed: Bools = np.asarray(is_end[ends].all(axis=1))
     keys, wanted_keys = _keys_of(ends[is_crossed]), _keys_of(wanted)
     refuse_first(~np.isin(wanted_keys, keys), "barriers", given, "an edge of the mesh")
     is_crossed[is_crossed] = np.isin(keys, wanted_keys)
-    return np.asarray(is_crossed[in_order(starts, order)[sources] + graph.sides])
+    return np.asarray(is_crossed[in_order(corners.starts[:-1], order)[sources] + graph.sides])
 
 
 def _keys_of(edges: Ints) -> Longs:

@@ -18,7 +18,7 @@ def labels_of_corners(cells: Any, of_vertices: Array) -> Array:
     """Return, for each cell, the most frequent label of its corners, of the same type.
 
     If several labels are equally frequent, the lowest is used. `of_vertices` has one label per
-    vertex, or per point of a cloud.
+    vertex, or per point of a cloud. Apps use it for files with labels of vertices.
     """
     corners = kind_of(cells).corners(cells)
     if corners is None:

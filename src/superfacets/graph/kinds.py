@@ -19,7 +19,7 @@ from ..base.errors import MeshError
 from ..base.lazy import added, load
 from ..base.types import ArcLists, Bools, Floats, Ints, Longs
 from ..mesh.base import Cells
-from ..mesh.convert import CloudLike, MeshLike, as_cells
+from ..mesh.convert import MeshLike, as_cells
 from ..mesh.faces import (
     AnyMesh,
     Corners,
@@ -64,7 +64,7 @@ class OrderedCells(NamedTuple):
 
 
 class Kind:
-    """Base class of the operations on one kind of cells.
+    """Base class of the operations on one kind of cells; apps derive a class for a new kind.
 
     The argument `cells` of the methods is an object of the class for which the kind is registered.
     If `build_graph` returns a `CellGraph` with `ArcMeasures`, all other methods can be inherited.
@@ -178,6 +178,10 @@ class Kind:
     def cloud(self, cells: Any) -> PointCloud:
         """Return the points to draw if `drawn_faces` returns None."""
         return PointCloud(self.positions(cells))
+
+    def point_graph(self, cells: Any, n_threads: int) -> PointGraph:
+        """Return the neighbors, areas and normals of the points of `cloud`."""
+        return find_point_graph(self.cloud(cells), n_threads)
 
     def border_arcs(self, cells: Any, labels: Ints, n_threads: int) -> tuple[ArcLists, Ints]:
         """Return the arcs between some of the cells, and the labels of these cells.
@@ -301,7 +305,7 @@ register(PointCloud, _Points())
 
 
 def kind_of(cells: object) -> Kind:
-    """Return the kind that is registered for the class of `cells`."""
+    """Return the `Kind` of cells, whose methods and names apps use instead of testing classes."""
     found = type(cells)
     if found not in _KINDS:
         name = f"{found.__module__}.{found.__qualname__}"
@@ -315,13 +319,13 @@ def kind_of(cells: object) -> Kind:
     return _KINDS[found]
 
 
-def as_known(source: MeshLike | CloudLike | CellGraph) -> Any:
+def as_known(source: MeshLike | CellGraph) -> Any:
     """Convert a mesh or cloud of any type with `as_cells`; return a `CellGraph` unchanged."""
     return source if isinstance(source, CellGraph) else as_cells(source)
 
 
 def as_surface(
-    source: MeshLike | CloudLike | CellGraph, *, weld: bool, n_threads: int | None,
+    source: MeshLike | CellGraph, *, weld: bool, n_threads: int | None,
     is_kept: Bools | None = None,
 ) -> Surface:  # fmt: skip
     """Return the `Surface` of a mesh, a cloud, or a graph with `ArcMeasures`.

@@ -21,7 +21,7 @@ def positive_total(areas: Floats) -> float:
 
 
 def sums_by_label(labels: npt.NDArray[np.integer], values: Floats, n_labels: int) -> Floats:
-    """Return, for each label, the sum of the values that have this label, shape (n_labels,)."""
+    """Return the sum of the values with each label, (n_labels,), for example areas of regions."""
     sums = np.bincount(labels, weights=values, minlength=n_labels)
     return np.asarray(sums, dtype=np.float64)
 
@@ -36,7 +36,7 @@ class Majority(NamedTuple):
 def weighted_majority(
     groups: npt.NDArray[np.integer], labels: Ints, weights: Floats, n_groups: int
 ) -> Majority:
-    """Return, for each group, the label with the largest sum of weights among its members.
+    """Return, for each group, the label with the largest sum of weights: a vote of its members.
 
     `groups`, `labels` (>= -1) and `weights` (finite and >= 0) have one entry per member: its group,
     its label and its weight. The label -1 is treated like any other label. If several labels have

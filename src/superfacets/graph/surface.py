@@ -28,7 +28,7 @@ diagonal of the bounding box."""
 class Surface(CsrArcs):
     """Cells of any kind, and arcs between cells. Lengths and angles of arcs are computed on demand.
 
-    The weights of arcs, the clean-up of regions, metrics and exports use this class.
+    A `Kind` returns it, and weights of arcs, the clean-up of regions and metrics use it.
     """
 
     handle: _core.Surface  # object of `_core` that computes lengths and angles of arcs

@@ -13,7 +13,7 @@ from ..base.types import Bytes, Ints
 from .base import Cells
 from .convert import as_cells
 from .point_cloud import PointCloud
-from .results import NO_COLOR, Results, put_results
+from .results import Results, put_results
 
 DEFAULT_NAME = "superfacets"
 """Default name of the array of labels in objects of other libraries."""
@@ -112,5 +112,5 @@ def _checked_colors(
     if of_vertices:
         raise ValueError("colors=True needs location='cells': pass colors of vertices as an array")
     shades: Bytes = load("superfacets_show.colors:face_colors")(cells, labels)
-    shades[labels < 0] = NO_COLOR
+    shades[labels < 0] = load("superfacets_show.colors:NO_COLOR")
     return shades

@@ -62,10 +62,6 @@ class _Blocks(Protocol):  # a meshio mesh
 _ForeignMesh: TypeAlias = _Faces | _Triangles | _Tensors | _PolyData | _Blocks
 _Pair: TypeAlias = tuple[npt.ArrayLike, npt.ArrayLike] | list[npt.ArrayLike]
 
-MeshLike: TypeAlias = Cells | str | os.PathLike[str] | _Pair | _ForeignMesh
-"""Types accepted as a mesh: a `Mesh`, `PolygonMesh` or `TetMesh`, a path, a (vertices, faces) pair,
-or a mesh of trimesh, PyVista, Open3D or meshio."""
-
 
 class _Points(Protocol):  # a point cloud of Open3D's tensor API
     @property
@@ -80,9 +76,14 @@ CloudLike: TypeAlias = PointCloud | str | os.PathLike[str] | Rows | _Points
 """Types accepted as a point cloud: a `PointCloud`, a path, an (N, 3) array, or a cloud of trimesh,
 PyVista, Open3D or meshio."""
 
+MeshLike: TypeAlias = Cells | _Pair | _ForeignMesh | CloudLike
+"""Types of the argument of `as_cells`: a mesh or a point cloud of this package, a path, a
+(vertices, faces) pair, an (N, 3) array, or an object of trimesh, PyVista, Open3D or meshio. Apps
+annotate parameters with it. Functions that need faces raise a MeshError for other cells."""
 
-def as_cells(source: MeshLike | CloudLike) -> Cells:
-    """Convert any input of `segment` to a mesh or a point cloud.
+
+def as_cells(source: MeshLike) -> Cells:
+    """Convert a parameter, any input of `segment`, to a mesh or a point cloud.
 
     - A path is read by `read_cells`.
     - A (vertices, faces) pair becomes a `Mesh` if all faces are triangles, and a `PolygonMesh`
@@ -111,8 +112,8 @@ def as_cells(source: MeshLike | CloudLike) -> Cells:
     return _cells_of_foreign(source)
 
 
-def as_mesh(source: MeshLike | PointCloud) -> FaceMesh:
-    """Convert `source` to a mesh of faces; raise a MeshError for clouds and tetrahedral meshes."""
+def as_mesh(source: MeshLike) -> FaceMesh:
+    """Convert a parameter to a mesh of faces; raise a MeshError for clouds and tetrahedra."""
     if isinstance(source, (str, os.PathLike)):
         source = load("superfacets.files.readers.read:read_mesh")(source)
     cells = as_cells(source)

@@ -12,9 +12,7 @@ from ..base.checks import checked_count
 from ..base.types import Floats, Ints
 from .faces import (
     FaceMesh,
-    corners_in_a_row,
     corners_of,
-    face_sizes,
     inverse_of,
     mesh_like,
     spread_indices,
@@ -112,8 +110,8 @@ def smoothed(mesh: FaceMesh, n_steps: int, *, weld: bool, n_threads: int) -> Fac
     positions = _core.taubin_smooth(
         mesh.vertices, graph.offsets, graph.neighbors, n_steps, n_threads
     )
-    offsets = np.concatenate([[0], np.cumsum(face_sizes(mesh))])
-    made = mesh_like(mesh, positions[lowest], lowest[corners_in_a_row(mesh)], offsets)
+    corners = corners_of(mesh)
+    made = mesh_like(mesh, positions[lowest], lowest[corners.vertices], corners.starts)
     return cast(FaceMesh, made)
 
 

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from .. import TetMesh
 
 FaceMesh: TypeAlias = Mesh | PolygonMesh
+"""Mesh of faces, the result of `as_mesh`."""
 AnyMesh: TypeAlias = "FaceMesh | TetMesh"
 
 
@@ -50,6 +51,11 @@ class Corners:
         return np.diff(self.offsets) if self.offsets is not None else self.size or 0
 
     @property
+    def starts(self) -> Longs:
+        """Index of the first corner of each cell, and the number of corners, (N + 1,)."""
+        return np.arange(self.n_cells + 1) * self.size if self.size else self.lists[1]
+
+    @property
     def lists(self) -> tuple[Ints, Longs, int]:
         """Arguments for `_core`: vertices, offsets (empty if None), and size (0 if None)."""
         offsets = np.empty(0, np.int64) if self.offsets is None else self.offsets
@@ -72,9 +78,23 @@ class Corners:
         sums = np.add.reduceat(table[self.vertices], self.offsets[:-1], axis=0)
         return np.asarray(sums / np.diff(self.offsets)[:, np.newaxis])
 
+    def ends_of_sides(self, faces: Array, sides: Array) -> Ints:
+        """Return the start and end vertex of each of n sides of faces, (n, 2).
+
+        `faces` is the face of each side, and `sides` is the number of the side in its face. Side s
+        starts at corner s.
+        """
+        if self.offsets is None:
+            size = self.size or 0
+            table = self.vertices.reshape(-1, size)
+            return np.stack([table[faces, sides], table[faces, (sides + 1) % size]], axis=1)
+        starts, nexts = self.offsets[faces], sides + 1
+        nexts = np.where(starts + nexts == self.offsets[faces + 1], 0, nexts)
+        return np.stack([self.vertices[starts + sides], self.vertices[starts + nexts]], axis=1)
+
 
 def corners_of(mesh: AnyMesh) -> Corners:
-    """Return the corners of the faces or tetrahedra of a mesh, as views of its arrays."""
+    """Return the corners of all cells of a mesh of any class, as views of its arrays."""
     if isinstance(mesh, PolygonMesh):
         return Corners(mesh.indices, None, mesh.offsets)
     cells = getattr(mesh, mesh.corners_name)
@@ -102,20 +122,8 @@ def mesh_like(
     return made
 
 
-def corners_in_a_row(mesh: FaceMesh) -> Ints:
-    """Return the vertices at the corners of all faces, shape (C,)."""
-    return mesh.indices if isinstance(mesh, PolygonMesh) else mesh.faces.ravel()
-
-
-def face_sizes(mesh: FaceMesh) -> Longs:
-    """Return the number of corners of each face, shape (F,)."""
-    if isinstance(mesh, PolygonMesh):
-        return mesh.sizes
-    return np.full(mesh.n_faces, 3, dtype=np.int64)
-
-
 def cut_into_triangles(mesh: FaceMesh) -> tuple[Ints, Array | None]:
-    """Cut faces into triangles; return the triangles (T, 3), and the face of each triangle (T,).
+    """Return triangles (T, 3) to draw or store faces, and the face of each triangle (T,).
 
     For a triangle mesh, the second result is None, because the triangles are the faces.
     """
@@ -128,7 +136,7 @@ def cut_into_triangles(mesh: FaceMesh) -> tuple[Ints, Array | None]:
 def corner_triangles(mesh: FaceMesh) -> tuple[Ints, Array | None]:
     """Do the same as `cut_into_triangles`, but return indices of corners instead of vertices.
 
-    These are indices in ``corners_of(mesh).vertices``.
+    These are indices in ``corners_of(mesh).vertices``, for data of corners such as textures.
     """
     corners = corners_of(mesh)
     indices = np.arange(len(corners.vertices), dtype=np.int32)
@@ -139,19 +147,6 @@ def corner_triangles(mesh: FaceMesh) -> tuple[Ints, Array | None]:
     return triangles, np.repeat(np.arange(mesh.n_faces, dtype=np.int32), corners.sizes - 2)
 
 
-def ends_of_sides(mesh: FaceMesh, faces: Array, sides: Array) -> Ints:
-    """Return the start and end vertex of each of n sides, (n, 2).
-
-    `faces` is the face of each side, and `sides` is the number of the side in its face. Side s
-    starts at corner s.
-    """
-    if isinstance(mesh, Mesh):
-        return np.stack([mesh.faces[faces, sides], mesh.faces[faces, (sides + 1) % 3]], axis=1)
-    starts, nexts = mesh.offsets[faces], sides + 1
-    nexts = np.where(starts + nexts == mesh.offsets[faces + 1], 0, nexts)
-    return np.stack([mesh.indices[starts + sides], mesh.indices[starts + nexts]], axis=1)
-
-
 def is_same_mesh(one: FaceMesh, other: FaceMesh) -> bool:
     """Return whether two meshes have the same class, vertices and faces."""
     if one is other:
@@ -159,7 +154,7 @@ def is_same_mesh(one: FaceMesh, other: FaceMesh) -> bool:
     is_alike = type(one) is type(other) and np.array_equal(one.vertices, other.vertices)
     if isinstance(one, PolygonMesh) and isinstance(other, PolygonMesh):
         is_alike = is_alike and np.array_equal(one.offsets, other.offsets)
-    return is_alike and np.array_equal(corners_in_a_row(one), corners_in_a_row(other))
+    return is_alike and np.array_equal(corners_of(one).vertices, corners_of(other).vertices)
 
 
 def measure_faces(mesh: FaceMesh, n_threads: int) -> tuple[Floats, Floats]:

@@ -9,11 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from ..base.lazy import load
 from ..base.types import Array, Bytes, Ints
 from .blocks import cell_blocks, has_blocks
-
-NO_COLOR = (128, 128, 128)
-"""Red, green and blue, from 0 to 255, of cells without a label."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +28,7 @@ class Results:
         """Arrays to store, each with the value that marks cells without a label, keyed by name."""
         named: dict[str, tuple[Array, Any]] = {self.name: (self.labels, -1)}
         if self.colors is not None:
-            named[f"{self.name}_colors"] = (self.colors, NO_COLOR)
+            named[f"{self.name}_colors"] = (self.colors, load("superfacets_show.colors:NO_COLOR"))
         return named
 
 

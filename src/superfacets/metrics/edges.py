@@ -15,7 +15,7 @@ from ..graph.face_graph import FaceGraph, build_face_graph
 from ..graph.sums import positive_total, sums_by_label
 from ..graph.surface import Surface
 from ..mesh.convert import MeshLike, as_mesh
-from ..mesh.faces import FaceMesh, ends_of_sides, vertex_graph
+from ..mesh.faces import FaceMesh, corners_of, vertex_graph
 from ..mesh.weld import lowest_vertices
 
 _POINT = 1e-12
@@ -110,7 +110,8 @@ class MeshEdges:
 
     def ends_of(self, faces: Ints, sides: Array) -> Ints:
         """Return the ends of side ``sides[i]`` of face ``faces[i]``, (n, 2), lower vertex first."""
-        return np.sort(self.representative[ends_of_sides(self.mesh, faces, sides)], axis=1)
+        ends = corners_of(self.mesh).ends_of_sides(faces, sides)
+        return np.sort(self.representative[ends], axis=1)
 
     def lengths_of(self, edges: Ints) -> Floats:
         """Return the length of each edge; edges are pairs of vertices, shape (n, 2)."""

@@ -16,7 +16,7 @@ from ..base.types import ArcLists, Bools, Floats, Ints
 from ..graph.kinds import as_surface, kind_of
 from ..graph.sums import positive_total
 from ..graph.surface import Surface
-from ..mesh.convert import CloudLike, MeshLike, as_cells
+from ..mesh.convert import MeshLike, as_cells
 from ..mesh.faces import AnyMesh, FaceMesh, is_same_mesh, vertex_graph
 from ..mesh.weld import lowest_vertices
 from ..regions.crease_labels import corners_in
@@ -95,7 +95,7 @@ class GroundTruths:
 
 
 def evaluate(
-    mesh: MeshLike | CloudLike,
+    mesh: MeshLike,
     labels: npt.ArrayLike,
     ground_truths: GroundTruths | npt.NDArray[np.integer] | Sequence[npt.ArrayLike] = (),
     *,

@@ -23,7 +23,7 @@ from ..clustering.result import Segmentation
 from ..clustering.run import segment_graph
 from ..graph.cell_graph import CellGraph
 from ..graph.constraints import ANY_GROUP, ConstraintOptions
-from ..mesh.convert import CloudLike, MeshLike
+from ..mesh.convert import MeshLike
 from ..pipeline import segment
 from ..stages.prepare import read_with_features
 from ..weights.features import FeatureOptions
@@ -124,7 +124,7 @@ class Hierarchy:
 
 
 def hierarchy(
-    cells: MeshLike | CloudLike | CellGraph,
+    cells: MeshLike | CellGraph,
     counts: Sequence[int] | npt.NDArray[np.integer[Any]],
     *,
     labels: npt.ArrayLike | None = None,
@@ -267,7 +267,7 @@ def hierarchy(
 
 
 def _read(
-    cells: MeshLike | CloudLike | CellGraph, features: FeatureOptions, mask: Any, n_threads: int
+    cells: MeshLike | CellGraph, features: FeatureOptions, mask: Any, n_threads: int
 ) -> tuple[Any, FeatureOptions]:
     """Read the cells, and replace names of features by values; return a graph unchanged."""
     if isinstance(cells, CellGraph):

@@ -13,8 +13,8 @@ from ..base.types import Bools, Floats, Ints, Longs
 from ..graph.cell_graph import CellGraph
 from ..graph.face_graph import FaceGraph, build_face_graph
 from ..graph.kinds import as_known, kind_of
-from ..mesh.convert import CloudLike, MeshLike, as_mesh
-from ..mesh.faces import FaceMesh, ends_of_sides, face_sizes
+from ..mesh.convert import MeshLike, as_mesh
+from ..mesh.faces import FaceMesh, corners_of
 from ..mesh.weld import lowest_vertices
 
 NO_REGION = -1
@@ -134,7 +134,8 @@ class _Segments:
         cls, mesh: FaceMesh, graph: FaceGraph, labels: Ints, weld: bool, n_threads: int
     ) -> _Segments:
         faces, sides, others = _border_sides(mesh, graph, labels)
-        ends = lowest_vertices(mesh.vertices, weld, n_threads)[ends_of_sides(mesh, faces, sides)]
+        lowest = lowest_vertices(mesh.vertices, weld, n_threads)
+        ends = lowest[corners_of(mesh).ends_of_sides(faces, sides)]
         is_edge = ends[:, 0] != ends[:, 1]
         ends, regions = ends[is_edge], np.stack([labels[faces], others], axis=1)[is_edge]
         low, high = ends.min(axis=1), ends.max(axis=1)
@@ -176,7 +177,7 @@ def _border_sides(
     sources = graph.sources
     own, others = labels[sources], labels[graph.neighbors]
     arcs = np.flatnonzero((own != NO_REGION) & ((own < others) | (others == NO_REGION)))
-    starts = np.concatenate([[0], np.cumsum(face_sizes(mesh))])
+    starts = corners_of(mesh).starts
     is_open = np.ones(starts[-1], dtype=bool)
     is_open[starts[sources] + graph.sides] = False
     corners = np.flatnonzero(is_open)
@@ -246,7 +247,7 @@ def _partners_of(at: Longs, regions: Ints, continues: Bools) -> Longs:
 
 
 def find_boundaries(
-    cells: MeshLike | CloudLike | CellGraph,
+    cells: MeshLike | CellGraph,
     labels: npt.ArrayLike,
     *,
     weld: bool = True,

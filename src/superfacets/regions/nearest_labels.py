@@ -15,7 +15,7 @@ from ..base.types import Array, Floats, Ints
 from ..graph.cell_graph import CellGraph
 from ..graph.kinds import as_known, kind_of
 from ..graph.sums import weighted_majority
-from ..mesh.convert import CloudLike, MeshLike
+from ..mesh.convert import MeshLike
 from ..mesh.faces import FaceMesh, cut_into_triangles
 from ..mesh.queries import checked_distance, query_points
 
@@ -36,9 +36,9 @@ parts make 64 samples per triangle, which suffice for a label."""
 
 
 def transfer(
-    mesh: MeshLike | CloudLike | CellGraph,
+    mesh: MeshLike | CellGraph,
     labels: npt.ArrayLike,
-    target: MeshLike | CloudLike | CellGraph,
+    target: MeshLike | CellGraph,
     *,
     max_distance: float | None = None,
     n_threads: int | None = None,

@@ -25,7 +25,7 @@ from ..graph.cell_graph import CellGraph
 from ..graph.kinds import as_known, measures_of
 from ..graph.sums import weighted_majority
 from ..mesh.base import Cells
-from ..mesh.convert import CloudLike, MeshLike
+from ..mesh.convert import MeshLike
 from .vertices import corner_groups
 
 Pooling = Literal["mean", "sum", "max", "min", "majority"]
@@ -40,7 +40,7 @@ def pool(
     labels: npt.ArrayLike,
     *,
     how: Pooling = "mean",
-    cells: MeshLike | CloudLike | CellGraph | None = None,
+    cells: MeshLike | CellGraph | None = None,
     measures: npt.ArrayLike | None = None,
 ) -> Array:
     """Combine the values of the cells of each region into one value, or one row of values.
@@ -168,7 +168,7 @@ def snap(
     noisy_labels: npt.ArrayLike,
     regions: npt.ArrayLike,
     *,
-    cells: MeshLike | CloudLike | CellGraph | None = None,
+    cells: MeshLike | CellGraph | None = None,
 ) -> Ints:
     """Remove noise from labels, by a majority vote of the cells in each region.
 

@@ -16,7 +16,7 @@ from ..base.types import Array, Bools, Floats, Ints, Longs, Singles
 from ..graph.cell_graph import CellGraph
 from ..graph.kinds import as_known, as_surface
 from ..graph.surface import Surface
-from ..mesh.convert import CloudLike, MeshLike
+from ..mesh.convert import MeshLike
 
 _ROUNDING = 1e-14
 """Variances of a region along its principal axes are treated as 0 if they are at most this fraction
@@ -25,17 +25,6 @@ of its largest variance."""
 _NO_NORMAL = 1e-12
 """The sum of the area vectors of a region is treated as 0 if its length is at most this fraction of
 the area of the region."""
-
-
-def column_names(dimension: int) -> tuple[str, ...]:
-    """Return the names of the columns of `RegionGraph.table`, given its `dimension`."""
-    return (
-        "region", "cell_count", "area" if dimension == 2 else "volume", "perimeter", "open_length",
-        "neighbor_count", "center", "centroid_x", "centroid_y", "centroid_z", "normal_x",
-        "normal_y", "normal_z", "normal_length", "plane_normal_x", "plane_normal_y",
-        "plane_normal_z", "linearity", "planarity", "sphericity", "surface_variation",
-        "compactness", "low_x", "low_y", "low_z", "high_x", "high_y", "high_z",
-    )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -256,6 +245,18 @@ class RegionGraph:
         values: Array = getattr(self, plural)
         return values
 
+    @staticmethod
+    def column_names(dimension: int) -> tuple[str, ...]:
+        """Return the names of the columns of `table`, given `dimension` (2 or 3)."""
+        return (
+            "region", "cell_count", "area" if dimension == 2 else "volume", "perimeter",
+            "open_length", "neighbor_count", "center", "centroid_x", "centroid_y", "centroid_z",
+            "normal_x", "normal_y", "normal_z", "normal_length", "plane_normal_x",
+            "plane_normal_y", "plane_normal_z", "linearity", "planarity", "sphericity",
+            "surface_variation", "compactness", "low_x", "low_y", "low_z", "high_x", "high_y",
+            "high_z",
+        )  # fmt: skip
+
     def table(self) -> dict[str, Array]:
         """Return a dict of columns, keyed by name. Each column has one value per region.
 
@@ -269,7 +270,7 @@ class RegionGraph:
             self.planarity, self.sphericity, self.surface_variation, self.compactness, *low.T,
             *high.T,
         )  # fmt: skip
-        return dict(zip(column_names(self.dimension), columns, strict=True))
+        return dict(zip(self.column_names(self.dimension), columns, strict=True))
 
     def to_pandas(self) -> Any:
         """Return the columns of `table` as a pandas DataFrame, indexed by region.
@@ -363,7 +364,7 @@ class RegionGraph:
 
 
 def region_graph(
-    cells: MeshLike | CloudLike | CellGraph,
+    cells: MeshLike | CellGraph,
     labels: npt.ArrayLike,
     *,
     centers: npt.ArrayLike | None = None,

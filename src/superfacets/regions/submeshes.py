@@ -15,7 +15,7 @@ from ..base.errors import MeshError
 from ..base.types import Ints, Longs
 from ..graph.kinds import kind_of
 from ..mesh.base import Cells
-from ..mesh.convert import CloudLike, MeshLike, as_cells
+from ..mesh.convert import MeshLike, as_cells
 
 
 class Submesh(NamedTuple):
@@ -38,7 +38,7 @@ class Submesh(NamedTuple):
     vertices: Ints
 
 
-def submesh(cells: MeshLike | CloudLike, labels: npt.ArrayLike, region: int) -> Submesh:
+def submesh(cells: MeshLike, labels: npt.ArrayLike, region: int) -> Submesh:
     """Return one region as a mesh, and the indices of its cells and vertices in the whole mesh.
 
     Parameters
@@ -77,7 +77,7 @@ def submesh(cells: MeshLike | CloudLike, labels: npt.ArrayLike, region: int) -> 
     return Splitter(whole).named_part(np.flatnonzero(array == number).astype(np.int32), number)
 
 
-def split_regions(cells: MeshLike | CloudLike, labels: npt.ArrayLike) -> Iterator[Submesh]:
+def split_regions(cells: MeshLike, labels: npt.ArrayLike) -> Iterator[Submesh]:
     """Yield each region as a mesh, and the indices of its cells and vertices in the whole mesh.
 
     Parameters

@@ -19,7 +19,7 @@ from ..base.types import Ints, Longs
 from ..graph.corner_labels import labels_of_corners
 from ..graph.kinds import kind_of, measures_of
 from ..graph.sums import weighted_majority
-from ..mesh.convert import CloudLike, MeshLike, as_cells
+from ..mesh.convert import MeshLike, as_cells
 from .crease_labels import corners_in, crease_labels
 
 METHODS = ("creases", "majority")
@@ -31,7 +31,7 @@ networks was made by ScanNet's Segmentator with the same minimum (its option seg
 
 
 def vertex_labels(
-    mesh: MeshLike | CloudLike,
+    mesh: MeshLike,
     labels: npt.ArrayLike,
     *,
     method: str = "creases",
@@ -130,7 +130,7 @@ def vertex_labels(
     return weighted_majority(vertices, of_corners, weights, cells.n_vertices).winners
 
 
-def face_labels(mesh: MeshLike | CloudLike, vertex_labels: npt.ArrayLike) -> Ints:
+def face_labels(mesh: MeshLike, vertex_labels: npt.ArrayLike) -> Ints:
     """Convert labels of vertices to labels of cells.
 
     A cell gets the most frequent label of its corners. If several labels are equally frequent, the

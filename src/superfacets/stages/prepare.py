@@ -19,7 +19,7 @@ from ..graph.constraints import ConstraintOptions
 from ..graph.face_graph import FaceShapes
 from ..graph.kinds import Kind, OrderedCells, kind_of
 from ..mesh.base import Cells
-from ..mesh.convert import CloudLike, MeshLike, as_cells
+from ..mesh.convert import MeshLike, as_cells
 from ..mesh.denoising import STEPS_WITH_SLACK, Denoise, Roughness, slack_of, smoothed
 from ..mesh.faces import FaceMesh
 from ..weights.features import FeatureOptions
@@ -98,7 +98,7 @@ class Prepared:
 
 
 def prepare(
-    mesh: MeshLike | CloudLike | Prepared, options: SegmentOptions, clock: Clock
+    mesh: MeshLike | Prepared, options: SegmentOptions, clock: Clock
 ) -> tuple[Prepared, SegmentOptions]:
     """Read the mesh or cloud and build the graph of its cells, unless a `Prepared` is given.
 
@@ -137,7 +137,7 @@ def _check_prepared(prepared: Prepared, options: SegmentOptions) -> None:
 
 
 def read_with_features(
-    mesh: MeshLike | CloudLike, features: FeatureOptions, constraints: ConstraintOptions,
+    mesh: MeshLike, features: FeatureOptions, constraints: ConstraintOptions,
     n_threads: int,
 ) -> tuple[Cells, FeatureOptions]:  # fmt: skip
     """Read the mesh or cloud, and replace names of features by a table of their values."""

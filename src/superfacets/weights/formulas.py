@@ -376,7 +376,7 @@ WEIGHTS: Mapping[WeightName, Weight] = {
         has_other_unit=True,
     ),
 }
-"""All formulas for weights, keyed by the values of the argument `weights` of `segment`."""
+"""All formulas for weights. Keys are choices for the argument `weights` of `segment`."""
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from ..base.checks import checked_count, checked_threads
 from ..base.types import ArcLists, Floats, Ints, Singles
 from ..graph.kinds import kind_of
 from ..graph.size import DEFAULT_N_SEGMENTS, radius_of
-from ..mesh.convert import CloudLike, MeshLike, as_cells
+from ..mesh.convert import MeshLike, as_cells
 from .formulas import WeightOptions, weights_of_kind
 
 N_COARSE = 700
@@ -76,7 +76,7 @@ class ConductingGraph(NamedTuple):
 
 
 def spectral_embedding(
-    mesh: MeshLike | CloudLike,
+    mesh: MeshLike,
     n_vectors: int = N_VECTORS,
     *,
     weld: bool = True,

@@ -13,10 +13,8 @@ from typing import Any
 
 import numpy.typing as npt
 
-from superfacets import kit
+from superfacets import Texture, kit
 from superfacets.kit import MeshLike
-from superfacets.mesh.convert import CloudLike
-from superfacets_textures.textures import Texture
 
 from ..camera import Up, View
 from ..colors import scale_colors
@@ -31,7 +29,7 @@ from .groups import (
     checked_levels,
 )
 from .own_colors import color_parts, own_colors
-from .shape import STEPS, DrawnSurface, shape_of, view_facts
+from .shape import STEPS, DrawnSurface, shape_of
 from .texture import texture_parts
 
 _MAX_TITLE = 200
@@ -84,7 +82,7 @@ class Page:
 
 
 def view(
-    mesh: MeshLike | CloudLike,
+    mesh: MeshLike,
     labels: LabelsLike | None = None,
     *,
     ground_truth: npt.ArrayLike | None = None,
@@ -236,7 +234,7 @@ def _facts_of_shape(shape: DrawnSurface, camera: View) -> dict[str, Any]:
     """
     low, high = shape.bounds
     return {
-        **view_facts(shape, camera),
+        **shape.view_facts(camera),
         "low": ((low - high) / 2 / shape.diagonal).tolist(),
         "step": ((high - low) / shape.diagonal / STEPS).tolist(),
         "point_size": shape.point_size,

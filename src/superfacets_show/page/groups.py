@@ -9,8 +9,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
-from superfacets.base.checks import compact_partial_labels
-from superfacets.kit import Cells, Floats, Ints, Longs, refuse_mask
+from superfacets.kit import Cells, Floats, Ints, Longs, compact_partial_labels, refuse_mask
 
 from ..colors import checked_values, region_colors
 from .coding import Arrays
@@ -76,7 +75,7 @@ class Labeling:
         inside = self.labels[is_in]
         counts = np.bincount(inside, minlength=self.n_regions)
         sizes = np.bincount(inside, shape.measures[is_in], minlength=self.n_regions)
-        arrays.add(f"{name}_colors", region_colors(shape.graph, self.labels).ravel(), "planes")
+        arrays.add(f"{name}_colors", region_colors(shape.arcs, self.labels).ravel(), "planes")
         arrays.add(f"{name}_counts", counts.astype(np.uint32), "planes")
         arrays.add(f"{name}_sizes", sizes.astype(np.float32), "planes")
 

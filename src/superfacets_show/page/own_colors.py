@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from superfacets import MeshAttributes
-from superfacets.base.checks import checked_colors
+from superfacets import MeshAttributes, PointCloud
 from superfacets.kit import Array, Bytes, Cells, corners_of, kind_of, stored_colors
 
 from .coding import Coding
@@ -23,7 +22,10 @@ def own_colors(
         return stored_colors(cells, attributes)
     n_vertices = getattr(cells, "n_vertices", cells.n_cells)
     n_rows = n_vertices if np.shape(colors)[:1] == (n_vertices,) else cells.n_cells
-    return np.rint(checked_colors(colors, n_rows) * 255).astype(np.uint8)
+    given: Any = colors
+    checked = PointCloud(np.zeros((n_rows, 3)), colors=given).colors  # a cloud checks its colors
+    assert checked is not None
+    return np.rint(checked * 255).astype(np.uint8)
 
 
 def color_parts(

@@ -10,13 +10,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from superfacets import FaceGraph, PointCloud, _core, build_face_graph, kit
-from superfacets.graph.cell_graph import CsrArcs
-from superfacets.graph.point_graph import PointGraph, find_point_graph
+from superfacets import FaceGraph, build_face_graph, kit
 from superfacets.kit import Array, Cells, FaceMesh, Floats, Ints, Longs
-from superfacets.mesh.faces import ends_of_sides, measure_faces
 
 from ..camera import View, view_axes
+from ..colors import Arcs
 from ..scene import upright
 from .coding import Coding
 
@@ -44,7 +42,7 @@ class DrawnSurface:
     normals: Floats | None  # (P, 3) normal of each point of a cloud; None for a mesh
     measures: Floats  # (N,) area or volume of each cell
     areas: Floats  # area of each drawn face or point
-    graph: CsrArcs  # neighbors of all cells
+    arcs: Arcs  # neighbors of all cells
     outline: _Outline | None  # edges that can be borders; None for a cloud
 
     @cached_property
@@ -72,6 +70,20 @@ class DrawnSurface:
         low, high = self.bounds
         extent = np.where(high > low, high - low, 1.0)
         return np.asarray(np.rint((self.points - low) / extent * STEPS), np.uint16)
+
+    def view_facts(self, camera: View) -> dict[str, Any]:
+        """Return the initial view: its angles and zoom, and three axes.
+
+        The axes are the directions right, up, and toward the viewer, at azimuth 0 and elevation 0.
+        """
+        up = upright(camera, self.points, self.triangles).up
+        right, toward, upward = view_axes(View(azimuth=0, elevation=0, up=up))
+        return {
+            "axes": np.stack([right, upward, toward]).tolist(),
+            "view": {
+                "azimuth": camera.azimuth, "elevation": camera.elevation, "zoom": camera.zoom,
+            },
+        }  # fmt: skip
 
     def parts(self, positions: Array) -> dict[str, tuple[Array, Coding]]:
         """Return the arrays for the JavaScript viewer by name, each with its most compact coding.
@@ -113,65 +125,53 @@ class _Outline:
             is_border |= of_face[sources] != of_face[targets]
         kept = np.flatnonzero(is_border & (sources < targets))
         faces, others = sources[kept], targets[kept]
-        ends = self.places[ends_of_sides(self.mesh, faces, self.graph.sides[kept])]
+        ends = self.places[kit.corners_of(self.mesh).ends_of_sides(faces, self.graph.sides[kept])]
         cells = np.stack([faces, others], axis=1).astype(np.uint32)
         if self.cells is not None:
             cells = self.cells[cells]
         return np.concatenate([ends, cells], axis=1)
 
 
-def view_facts(shape: DrawnSurface, camera: View) -> dict[str, Any]:
-    """Return the initial view: its angles and zoom, and three axes.
-
-    The axes are the directions right, up, and toward the viewer, at azimuth 0 and elevation 0.
-    """
-    up = upright(camera, shape.points, shape.triangles).up
-    right, toward, upward = view_axes(View(azimuth=0, elevation=0, up=up))
-    return {
-        "axes": np.stack([right, upward, toward]).tolist(),
-        "view": {
-            "azimuth": camera.azimuth, "elevation": camera.elevation, "zoom": camera.zoom,
-        },
-    }  # fmt: skip
-
-
 def shape_of(cells: Cells) -> DrawnSurface:
     """Return the `DrawnSurface` of a mesh or a cloud; of tetrahedra, only the outer surface."""
-    kind = kit.kind_of(cells)
+    kind, threads = kit.kind_of(cells), kit.checked_threads(None)
     drawn = kind.drawn_faces(cells)
     if drawn is None:
-        return _cloud_shape(kind.cloud(cells))
+        points = kind.point_graph(cells, threads)
+        return DrawnSurface(
+            points.positions, None, None, points.normals, points.measures, points.measures,
+            points.arcs, None,
+        )  # fmt: skip
     surface, sources = drawn
     if sources is None:
         return _surface_shape(surface, None, None, None)
-    threads = kit.checked_threads(None)
     graph, _ = kind.build_graph(cells, True, threads)
-    return _surface_shape(surface, sources.astype(np.uint32), graph.measures, graph)
+    return _surface_shape(surface, sources.astype(np.uint32), graph.measures, graph.arcs)
 
 
 def _surface_shape(
     mesh: FaceMesh,
     cells: npt.NDArray[np.uint32] | None,
     measures: Floats | None,
-    cell_graph: CsrArcs | None,
+    cell_arcs: Arcs | None,
 ) -> DrawnSurface:
     """Return the `DrawnSurface` of a mesh whose faces are either cells or sides of tetrahedra.
 
-    `cells`, `measures` and `cell_graph` are the tetrahedron of each face, and the volumes and the
-    graph of all tetrahedra. They are None if the faces are cells.
+    `cells`, `measures` and `cell_arcs` are the tetrahedron of each face, and the volumes and the
+    neighbors of all tetrahedra. They are None if the faces are cells.
     """
     threads = kit.checked_threads(None)
     graph = build_face_graph(mesh)
-    areas = measure_faces(mesh, threads)[1]
+    areas = kit.kind_of(mesh).measures(mesh, threads)
     drawn, sources = kit.cut_into_triangles(mesh)
-    corners = _core.weld_vertices(mesh.vertices, threads)
+    corners = kit.lowest_vertices(mesh.vertices, True, threads)
     used, triangles, places = _numbered_by_use(corners[drawn], mesh.n_vertices)
     outline = _Outline(mesh, graph, cells, places[corners])
     if sources is not None:
         cells = sources.astype(np.uint32)
     return DrawnSurface(
         mesh.vertices[used], triangles, cells, None,
-        areas if measures is None else measures, areas, cell_graph or graph, outline,
+        areas if measures is None else measures, areas, cell_arcs or graph.arcs, outline,
     )  # fmt: skip
 
 
@@ -192,13 +192,6 @@ def _numbered_by_use(
     places = np.zeros(n_vertices, dtype=np.uint32)
     places[used] = np.arange(len(used), dtype=np.uint32)
     return used, places[corners], places
-
-
-def _cloud_shape(cloud: PointCloud) -> DrawnSurface:
-    graph: PointGraph = find_point_graph(cloud, kit.checked_threads(None))
-    return DrawnSurface(
-        graph.positions, None, None, graph.normals, graph.measures, graph.measures, graph, None
-    )
 
 
 def _packed(directions: Floats) -> npt.NDArray[np.uint16]:

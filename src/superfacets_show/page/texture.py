@@ -8,11 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from superfacets.kit import Array, FaceMesh, corner_triangles
-from superfacets_textures.images import TextureImage, import_pillow
-from superfacets_textures.light import srgb_of_linear
-from superfacets_textures.texels import check_texture
-from superfacets_textures.textures import WRAPS, Texture
+from superfacets import Texture, TextureImage
+from superfacets.kit import Array, FaceMesh, corner_triangles, import_extra
+from superfacets_textures import WRAPS, check_texture, srgb_of_linear
 
 from .coding import Coding
 from .shape import STEPS
@@ -85,7 +83,7 @@ def _atlas_of(images: list[TextureImage]) -> tuple[bytes, dict[TextureImage, lis
 
     A rectangle consists of left, top, width and height in pixels.
     """
-    pillow = import_pillow("Image")
+    pillow = import_extra("PIL.Image", "reading of textures", "texture")
     side = max(1, math.isqrt(max(len(images), 1) - 1) + 1)
     most = max(ATLAS_SIZE // side // GRID * GRID, ATLAS_SIZE // side % GRID)
     rectangles: dict[TextureImage, list[int]] = {}

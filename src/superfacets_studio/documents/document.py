@@ -21,7 +21,7 @@ from superfacets.kit import (
     atomic_outputs,
     checked_threads,
     counted,
-    measures_of,
+    kind_of,
 )
 from superfacets.metrics.overlap import weights_of_cells
 
@@ -158,7 +158,7 @@ class Document:
     @cached_property
     def areas(self) -> Floats:
         """Area (or volume) of each cell."""
-        return measures_of(self.cells, checked_threads(None))
+        return kind_of(self.cells).measures(self.cells, checked_threads(None))
 
     @property
     def progress(self) -> float:

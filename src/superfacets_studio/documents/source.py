@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from superfacets import MeshError
+from superfacets import MeshError, Texture
 from superfacets.kit import (
     Bytes,
     Cells,
@@ -17,7 +17,6 @@ from superfacets.kit import (
     read_content,
     stored_colors,
 )
-from superfacets_textures.textures import Texture
 
 
 class ChangedError(RuntimeError):

@@ -16,7 +16,7 @@ import numpy as np
 from superfacets import split_regions, vertex_labels, write_mesh
 from superfacets.files.formats import WRITERS
 from superfacets.kit import Array, Bools, Ints, atomic_outputs, kind_of, write_rows
-from superfacets_scans.scannet import GROUPS, SEGMENTS, scene_of, write_groups, write_segments
+from superfacets_scans import GROUPS, SEGMENTS, scene_of, write_groups, write_segments
 
 from ..documents.document import Document
 from ..labels.classes import INSTANCES, stuff_of

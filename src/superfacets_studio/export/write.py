@@ -16,7 +16,7 @@ import numpy as np
 from superfacets import MeshAttributes, kit, vertex_labels, write_labels, write_mesh
 from superfacets.files.writers.cells import CLASS_OUTPUTS
 from superfacets.kit import ENDING_OF_FORMAT, MARK, Bytes, Floats, Ints
-from superfacets_scans.scannet import NO_CLASS
+from superfacets_scans import NO_CLASS
 
 from ..documents.document import Document, work_file_of
 from ..labels.classes import names_of
@@ -82,7 +82,7 @@ def parsed_export(name: str) -> tuple[str, str | None]:
     return kinds[kit.checked_choice(kind, "--export", tuple(kinds))], format or None
 
 
-def export(
+def write_export(
     document: Document, what: str, format: str | None, *, folder: Path | None = None,
     replace: bool = False,
 ) -> Path:  # fmt: skip
@@ -109,7 +109,7 @@ def export(
 
 
 def export_bytes(document: Document, what: str, format: str) -> tuple[str, bytes]:
-    """Return the name and content of the file that `export` would write.
+    """Return the name and content of the file that `write_export` would write.
 
     If the format consists of two files, both are packed into a .zip file.
     """

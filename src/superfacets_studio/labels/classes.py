@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from superfacets.files.attributes import is_encodable
 from superfacets.kit import atomic_outputs, parsed_json
-from superfacets_show.colors import color_distances
+from superfacets_show import color_distances
 
 CLASSES_FILE = "superfacets-classes.json"  # file in a folder that lists the classes of its meshes
 MAX_CLASS = 65_535  # highest class number that fits uint16; 0 means no class
@@ -274,6 +274,21 @@ def read_classes(path: Path) -> ClassList:
         return default_classes(names)
     except ValueError as error:
         raise ValueError(f"{path}: not a list of classes: {error}") from None
+
+
+def new_classes(file: Path | None, folder: Path) -> ClassList:
+    """Return the classes in a file for new work, or no classes if `file` is None.
+
+    Raises a ValueError if `folder` stores other classes, or if the file contains no list.
+    """
+    if file is None:
+        return ()
+    given, stored = read_classes(file), folder / CLASSES_FILE
+    if stored.is_file() and read_classes(stored) != given:
+        raise ValueError(
+            f"{stored} stores other classes than {file}: omit --classes, or edit the stored classes"
+        )
+    return given
 
 
 def _listed(content: Any) -> list[Any]:

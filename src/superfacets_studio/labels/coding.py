@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from superfacets.kit import Array, counted
-from superfacets_show.page.coding import Arrays, little_endian
+from superfacets_show import Arrays
 
 MAGIC = b"SFSTUDIO"  # first bytes of a binary reply with several arrays
 
@@ -75,8 +75,9 @@ def inflated(packed: bytes, max_bytes: int) -> bytes:
 
 def base64_of(array: Array | bytes) -> str:
     """Encode bytes, or the little-endian bytes of an array, as base64 text."""
-    data = array if isinstance(array, bytes) else little_endian(array).tobytes()
-    return base64.b64encode(data).decode("ascii")
+    if not isinstance(array, bytes):
+        array = array.astype(array.dtype.newbyteorder("<"), copy=False).tobytes()
+    return base64.b64encode(array).decode("ascii")
 
 
 def cells_from(text: object, n_cells: int) -> CellNumbers:

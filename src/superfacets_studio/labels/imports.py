@@ -15,7 +15,7 @@ import numpy.typing as npt
 from superfacets import MeshError, kit, read_labels
 from superfacets.graph.corner_labels import are_of_vertices
 from superfacets.kit import NO_REGION, Bools, Cells, Longs
-from superfacets_scans.scannet import NO_CLASS
+from superfacets_scans import NO_CLASS
 
 from .classes import MAX_CLASS, MAX_OBJECT, ClassList, names_of, stuff_of, with_named, with_new
 from .coding import CellNumbers

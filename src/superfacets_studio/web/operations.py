@@ -9,18 +9,14 @@ from urllib.parse import quote
 import numpy as np
 from starlette.responses import Response
 
-from superfacets import MeshError
+from superfacets import MeshError, View
 from superfacets.kit import Z_UP_ENDINGS, as_mesh, checked_choice, checked_flag, counted, kind_of
-from superfacets_show.camera import View
-from superfacets_show.colors import PALETTE
-from superfacets_show.page.own_colors import color_parts
-from superfacets_show.page.shape import shape_of, view_facts
-from superfacets_show.page.texture import texture_parts
+from superfacets_show import PALETTE, color_parts, shape_of, texture_parts
 
 from ..documents.agreement import Side
 from ..documents.changes import Change
 from ..documents.document import Document
-from ..export.write import export, export_bytes, names_of_exports
+from ..export.write import export_bytes, names_of_exports, write_export
 from ..labels.classes import checked_object
 from ..labels.coding import base64_of, bytes_from, cells_from, packet, unpack_cells
 from ..labels.imports import read_import
@@ -104,7 +100,7 @@ def _mesh_packet(document: Document, query: Body) -> bytes:
         "center": center.tolist(),
         "measure": "volume" if kind_of(document.cells).dimension == 3 else "area",
         "has_normals": _has_normals(document),
-        **view_facts(shape, View(up="z" if is_z_up else "auto")),
+        **shape.view_facts(View(up="z" if is_z_up else "auto")),
         "low": [0, 0, 0],
         "step": [1, 1, 1],
         "point_size": shape.point_size * shape.diagonal,
@@ -280,7 +276,7 @@ def _split(document: Document, body: Body) -> Body:
 
 def _export(document: Document, body: Body) -> Body:
     what, format = str(body.get("what", "cells")), str(body.get("format"))
-    path = export(document, what, format, replace=body.get("replace") is True)
+    path = write_export(document, what, format, replace=body.get("replace") is True)
     return {"path": str(path), "name": path.name}
 
 

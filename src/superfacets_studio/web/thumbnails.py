@@ -79,8 +79,8 @@ class Thumbnails:
 
 def main() -> None:
     """Draw the file in the first argument, and write a PNG to the path in the second argument."""
+    from superfacets import render
     from superfacets.files.readers.read import read_cells
-    from superfacets_show.rendering import render
 
     source, target = map(Path, sys.argv[1:3])
     try:

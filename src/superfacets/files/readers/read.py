@@ -175,7 +175,7 @@ def read_cells(path: str | os.PathLike[str]) -> Cells:
 
 
 def read_cells_and_attributes(path: str | os.PathLike[str]) -> tuple[Cells, MeshAttributes | None]:
-    """Read a mesh or point cloud as in `read_cells`, and its attributes.
+    """Return the mesh or point cloud in a file, as `read_cells` does, and its attributes.
 
     The attributes of a mesh are None if its format is not PLY, OBJ, GIFTI or glTF.
     """

@@ -30,7 +30,7 @@ _INTEGER = re.compile(rb"[+-]?\d+")
 
 @dataclass(frozen=True, eq=False)
 class Lines:
-    """A selection of lines of a text, each of which has at least one token."""
+    """Lines of a text, each with at least one token, from which parsers read numbers."""
 
     text: Bytes  # (B,) complete text
     starts: Longs  # (L,) offset of the first token of each line

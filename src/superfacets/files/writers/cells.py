@@ -47,7 +47,7 @@ COLORLESS_OUTPUTS = (".obj", ".stl", ".csv", ".ids.png", *TET_WRITERS)
 
 @dataclass(frozen=True)
 class FormatOptions:
-    """Options of the output formats; `write_mesh` explains each option."""
+    """Options that writers of formats get; `write_mesh` explains each option."""
 
     ascii: bool = False
     label_name: str = "label"

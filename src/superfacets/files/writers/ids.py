@@ -31,6 +31,7 @@ _SCANS = Table({name: f"superfacets_scans.scannet:{name}" for name in (
 """Functions for formats of indoor scans, by name."""
 
 _CORTEX = "superfacets_formats.cortex_writer:write_cortex"
+_PALETTE = "superfacets_show.colors:PALETTE"
 
 SEGMENTS = ".segs.json"
 
@@ -146,7 +147,7 @@ class IdWriter:
 
         assert self.labels is not None
         comments = () if self.attributes is None else self.attributes.comments
-        of_vertices, colors = self.of_vertices, None
+        of_vertices, colors = self.of_vertices, load(_PALETTE)
         if of_vertices is None:
             of_vertices = vertex_labels(self.cells, self.labels, min_vertices=1)
             regions, firsts = np.unique(self.labels, return_index=True)
@@ -199,7 +200,7 @@ def write_levels(
     elif ending in VERTEX_OUTPUTS:
         _SCANS["write_superpoints"](file, labels, ending)
     elif ending in CORTEX_OUTPUTS:
-        load(_CORTEX)(file, ending, labels)
+        load(_CORTEX)(file, ending, labels, load(_PALETTE))
     elif ending == ".npy":
         write_npy(file, labels)
     else:

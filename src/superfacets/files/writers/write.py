@@ -39,6 +39,7 @@ DERIVED_OUTPUTS = (*ID_OUTPUTS, *GRAPH_OUTPUTS)
 """Endings of files with data derived from a mesh and its labels, such as labels of vertices."""
 
 OUTPUT_ENDINGS = (*MESH_OUTPUTS, *CLOUD_OUTPUTS, *LABEL_OUTPUTS, *DERIVED_OUTPUTS)
+"""Endings of all output formats."""
 
 ENDING_OF_FORMAT = {ending.lstrip("._"): ending for ending in OUTPUT_ENDINGS}
 """Maps format names, such as ``ply``, ``segs.json`` or ``sp_label.npy``, to endings."""
