@@ -145,7 +145,10 @@ class CsrArcs:
 
 
 class BaseGraph(CsrArcs):
-    """Base class of graphs of cells. The cells have positions, measures and arcs."""
+    """Base class of graphs of cells. The cells have positions, measures and arcs.
+
+    A package that adds a kind derives from it if arcs have no weights yet, else from `CellGraph`.
+    """
 
     positions: Floats  # (N, 3) representative point of each cell
     measures: Floats  # (N,) area or volume of each cell

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from .. import _core
 from ..base.checks import checked_threads, freeze
 from ..base.types import Array, Floats, Ints, Longs
+from .base import CellsOfVertices
 from .polygon_mesh import PolygonMesh
 from .triangle_mesh import Mesh
 
@@ -73,7 +74,7 @@ class Corners:
         return np.asarray(sums / np.diff(self.offsets)[:, np.newaxis])
 
 
-def corners_of(mesh: AnyMesh) -> Corners:
+def corners_of(mesh: CellsOfVertices) -> Corners:
     """Return the corners of the faces or tetrahedra of a mesh, as views of its arrays."""
     if isinstance(mesh, PolygonMesh):
         return Corners(mesh.indices, None, mesh.offsets)

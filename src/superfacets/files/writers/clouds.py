@@ -12,7 +12,7 @@ from ...base.types import Array
 from ...mesh.point_cloud import PointCloud
 from ..attributes import COLORS, PROJECTION, LasDimension, LasFrame
 from ..guards import shortened
-from .content import Content
+from .content import Output
 from .text import write_rows
 
 _WITHOUT_WAVES = {4: 1, 5: 3, 9: 6, 10: 8}
@@ -30,7 +30,7 @@ _MAX_LETTERS = 31
 """Maximum length, in characters, of the name and of the description of an extra dimension."""
 
 
-def write_csv(file: IO[bytes], content: Content) -> None:
+def write_csv(file: IO[bytes], content: Output) -> None:
     """Write points as CSV: a header line, then one line per point with x, y, z and the label.
 
     If there are no labels, the property ``label`` is written if it contains integers.
@@ -45,7 +45,7 @@ def write_csv(file: IO[bytes], content: Content) -> None:
     write_rows(file, row, [*cloud.points.T, *more])
 
 
-def write_las(file: IO[bytes], content: Content) -> None:
+def write_las(file: IO[bytes], content: Output) -> None:
     """Write points and attributes as LAS or LAZ, with labels in the extra dimension ``label``.
 
     If the attributes come from a LAS file, the output has the same version, point format,
