@@ -41,7 +41,6 @@ from .graph.kinds import Kind as Kind
 from .graph.cell_graph import BaseGraph as BaseGraph
 from .graph.tet_cells import TetCells as TetCells
 from .tools.texels import Texels as Texels
-from .mesh.weld import lowest_vertices as lowest_vertices
 from .graph.kinds import measures_of as measures_of
 from .mesh.faces import corners_of as corners_of
 from .mesh.faces import corner_triangles as corner_triangles

@@ -15,17 +15,8 @@ from xml.etree.ElementTree import Element, ParseError, fromstring
 
 import numpy as np
 
-from superfacets import MeshAttributes, MeshError
-from superfacets.kit import (
-    Array,
-    BinaryReader,
-    Content,
-    Lines,
-    as_integers,
-    counted,
-    most_bytes_of,
-    shown,
-)
+from superfacets import MeshAttributes, MeshError, kit
+from superfacets.kit import Array, BinaryReader, Content, Lines, as_integers, counted, shown
 
 from .grids import as_count
 from .vtk_xml import NUMBER_TYPES
@@ -120,7 +111,7 @@ def _gifti_array(data: Content, **wanted: str) -> Array | None:
     n_axes = as_count(array.get("Dimensionality", ""), "Dimensionality")
     shape = [as_count(array.get(f"Dim{axis}", ""), f"Dim{axis}") for axis in range(n_axes)]
     n_bytes = math.prod(shape) * stored.itemsize
-    if n_bytes > most_bytes_of(len(data)):
+    if n_bytes > kit.most_bytes_of(len(data)):
         raise MeshError(f"an array declares {counted(n_bytes, 'byte')}, too many for the file size")
     if array.get("Encoding") == "ASCII":
         lines = Lines.of(text.encode())

@@ -81,48 +81,29 @@ _FORMATS = (
 _EXTRA = {6: 0, 10: 14}
 """Type number of the item with extra bytes, keyed by the type number of a record's first item."""
 
-_PROJECTION = b"LASF_Projection"
+PROJECTION = b"LASF_Projection"
 """User id of the records that contain the coordinate reference system."""
 
 
 class _Header(NamedTuple):
-    minor: int  # minor version: LAS 1.minor
-    is_wkt: bool  # whether the coordinate reference system is WKT
+    frame: LasFrame  # without extra dimensions
     n_points: int
-    point_format: int
     size: int  # size of a point record in bytes
     begin: int  # offset of the first point in the file
     is_compressed: bool
-    scales: tuple[float, float, float]
-    offsets: tuple[float, float, float]
     records: dict[tuple[bytes, int], bytes]  # variable length records, keyed by (user, id)
-    projection: tuple[tuple[int, bytes], ...]  # as in `LasFrame`
-    source_id: int  # as in `LasFrame`
-    has_standard_time: bool  # as in `LasFrame`
 
-
-class LasContent(NamedTuple):
-    """Content of a LAS file."""
-
-    points: dict[str, Array]  # columns x, y and z, in the unit of the file
-    fields: dict[str, Array]
-    """All other fields, with the same names as in laspy, except that underscores replace spaces."""
-    frame: LasFrame
-    left_out: tuple[str, ...]  # descriptions of data that was not read
+    @property
+    def parts(self) -> tuple[int, ...]:
+        """Type numbers of the items of a record."""
+        return _FORMATS[self.frame.point_format]
 
 
 def read_las_cloud(data: Content) -> tuple[PointCloud, MeshAttributes]:
-    """Return the points of a LAS or LAZ file with their colors and attributes."""
-    columns, stored, frame, left_out = read_las(data)
-    colors = {name: stored[name] for name in ("red", "green", "blue") if name in stored}
-    # Colors in LAS have 16 bits, but many programs write only values from 0 to 255.
-    if colors and max(int(shades.max(initial=0)) for shades in colors.values()) <= 255:
-        colors = {name: shades.astype(np.uint8) for name, shades in colors.items()}
-    return cloud_of(columns | colors, stored, left_out=left_out, las=frame)
+    """Return the points of a LAS or LAZ file with their colors and attributes; no wave packets.
 
-
-def read_las(data: Content) -> LasContent:
-    """Return the points of a LAS or LAZ file, without wave packets."""
+    Attributes have the same names as in laspy, except that underscores replace spaces.
+    """
     header = _header_of(data)
     n_bytes = header.n_points * header.size
     if header.is_compressed:
@@ -137,18 +118,22 @@ def read_las(data: Content) -> LasContent:
         records = np.frombuffer(data, np.uint8, n_bytes, header.begin)
     columns = dict(_columns(records, header))
     frame, left_out = _add_extra_columns(columns, records, header)
-    if {9, 13} & {*_FORMATS[header.point_format]}:
+    if {9, 13} & {*header.parts}:
         left_out += ("wave packets",)
     points = {}
-    for axis, scale, offset in zip("xyz", header.scales, header.offsets, strict=True):
+    for axis, scale, offset in zip("xyz", header.frame.scales, header.frame.offsets, strict=True):
         with np.errstate(over="ignore", invalid="ignore"):  # `PointCloud` refuses infinite results
             points[axis] = columns.pop(axis.upper()) * scale + offset
-    return LasContent(points, columns, frame, left_out)
+    colors = {name: columns[name] for name in ("red", "green", "blue") if name in columns}
+    # Colors in LAS have 16 bits, but many programs write only values from 0 to 255.
+    if colors and max(int(shades.max(initial=0)) for shades in colors.values()) <= 255:
+        colors = {name: shades.astype(np.uint8) for name, shades in colors.items()}
+    return cloud_of(points | colors, columns, left_out=left_out, las=frame)
 
 
 def las_steps(data: Content) -> tuple[float, float, float]:
     """Return the quantization steps of x, y and z in a LAS or LAZ file, in the unit of the file."""
-    return _header_of(data).scales
+    return _header_of(data).frame.scales
 
 
 def _header_of(data: Content) -> _Header:
@@ -172,15 +157,16 @@ def _header_of(data: Content) -> _Header:
     numbers = struct.unpack_from("<6d", data, 131)
     records = _records(data[header_size:begin], n_records)
     projection = {
-        number: content for (user, number), content in records.items() if user == _PROJECTION
+        number: content for (user, number), content in records.items() if user == PROJECTION
     }
     if minor >= 4:
         projection = _extended_projection(data) | projection
-    return _Header(
-        minor, bool(data[6] & 16), n_points, point_format, size, begin, is_compressed, numbers[:3],
-        numbers[3:], records, tuple(projection.items()), int.from_bytes(data[4:6], "little"),
-        bool(data[6] & 1),
+    frame = LasFrame(
+        minor, point_format, numbers[:3], numbers[3:], tuple(projection.items()),
+        is_wkt=bool(data[6] & 16), source_id=int.from_bytes(data[4:6], "little"),
+        has_standard_time=bool(data[6] & 1),
     )  # fmt: skip
+    return _Header(frame, n_points, size, begin, is_compressed, records)
 
 
 def _size_of(fields: tuple[_Field, ...]) -> int:
@@ -215,14 +201,14 @@ def _extended_projection(data: Content) -> dict[int, bytes]:
                 f"extended record {record} of {n_records} exceeds the file: the file may be"
                 " truncated"
             )
-        if user.rstrip(b"\0") == _PROJECTION:
+        if user.rstrip(b"\0") == PROJECTION:
             found[number] = bytes(data[place + 60 : place + 60 + size])
         place += 60 + size
     return found
 
 
 def _columns(records: Bytes, header: _Header) -> Iterator[tuple[str, Array]]:
-    fields = [field for part in _FORMATS[header.point_format] for field in _PARTS[part].fields]
+    fields = [field for part in header.parts for field in _PARTS[part].fields]
     place = 0
     for kind, name in fields:
         column: Array = np.ndarray(header.n_points, kind, records, place, header.size)
@@ -244,7 +230,7 @@ def _add_extra_columns(
     Returns the frame with the added dimensions, and descriptions of the data that was left out.
     """
     added, left_out = [], []
-    place = sum(_size_of(_PARTS[part].fields) for part in _FORMATS[header.point_format])
+    place = sum(_size_of(_PARTS[part].fields) for part in header.parts)
     described = header.records.get((b"LASF_Spec", 4), b"")
     for dimension, n_bytes in LasFrame.dimensions(described if place < header.size else b""):
         if place + n_bytes > header.size:
@@ -261,18 +247,7 @@ def _add_extra_columns(
         else:
             left_out.append(f"extra dimension {dimension.name!r}")
         place += n_bytes
-    frame = LasFrame(
-        header.minor,
-        header.point_format,
-        header.scales,
-        header.offsets,
-        header.projection,
-        header.is_wkt,
-        tuple(added),
-        header.source_id,
-        header.has_standard_time,
-    )
-    return frame, tuple(left_out)
+    return header.frame._replace(extra=tuple(added)), tuple(left_out)
 
 
 def _is_rounded(stored: Array) -> bool:
@@ -308,7 +283,7 @@ def _decompressed(data: Content, header: _Header) -> Bytes:
 
 def _n_layers(description: bytes, header: _Header) -> int:
     """Check the items of a record; return the number of layers per chunk, 0 for formats 0 to 5."""
-    parts = _FORMATS[header.point_format]
+    parts = header.parts
     expected = [(part, _size_of(_PARTS[part].fields)) for part in parts]
     n_extra = header.size - sum(size for _, size in expected)
     if n_extra:

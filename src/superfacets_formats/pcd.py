@@ -69,27 +69,12 @@ class _Header(NamedTuple):
         return sum(field.dtype.itemsize * field.length for field in self.fields)
 
 
-class PcdPoints(NamedTuple):
-    """Points with a valid position in a PCD file."""
-
-    columns: dict[str, Array]  # all fields by name; packed colors become red, green and blue
-    viewpoint: Floats | None  # (3,) position of the scanner; None if it is unknown
-    left_out: tuple[str, ...]  # descriptions of fields that were skipped
-
-
 def read_pcd_cloud(data: Content) -> tuple[PointCloud, MeshAttributes]:
-    """Return the points of a PCD file with their normals, colors and attributes."""
-    found = read_pcd(data)
-    columns = {_OTHER_NAMES.get(name, name): values for name, values in found.columns.items()}
-    others = {name: values for name, values in columns.items() if name not in "xyz"}
-    return cloud_of(columns, others, left_out=found.left_out, viewpoint=found.viewpoint)
+    """Return the points of a PCD file with their normals, colors and attributes.
 
-
-def read_pcd(data: Content) -> PcdPoints:
-    """Read all fields of the points. Points with a NaN or infinite coordinate are skipped.
-
-    Organized clouds, which have one point per pixel, contain points without a position. If points
-    are skipped, the column ``record`` has the index of each remaining point in the file.
+    Organized clouds, which have one point per pixel, contain points with a NaN or infinite
+    coordinate. They are skipped, and the attribute ``record`` has the index of each remaining point
+    in the file.
     """
     header = _header_of(data)
     read = {"ascii": _read_text, "binary": _read_records, "binary_compressed": _read_compressed}
@@ -105,7 +90,9 @@ def read_pcd(data: Content) -> PcdPoints:
             continue
         columns[name] = values
     columns = _with_positions(_with_colors(columns), left_out)
-    return PcdPoints(columns, header.viewpoint, tuple(left_out))
+    columns = {_OTHER_NAMES.get(name, name): values for name, values in columns.items()}
+    others = {name: values for name, values in columns.items() if name not in "xyz"}
+    return cloud_of(columns, others, left_out=left_out, viewpoint=header.viewpoint)
 
 
 def _header_of(data: Content) -> _Header:

@@ -110,7 +110,7 @@ def build_tet_graph(mesh: MeshLike, *, weld: bool = True, n_threads: int | None 
     if not isinstance(cells, TetMesh):
         raise MeshError(f"expected a tetrahedral mesh, got a {type(cells).__name__}")
     threads = kit.checked_threads(n_threads)
-    found, measures = cells.arcs_and_measures(weld=weld, n_threads=threads)
+    found, measures = cells.arcs_and_measures(weld, threads)
     offsets, neighbors, sides, _, counts = found
     positions, volumes, border_areas, step_lengths, open_areas = measures
     arcs = ArcMeasures(border_areas, step_lengths, None, sides, open_areas)

@@ -98,7 +98,7 @@ class TetMesh(TetCells):
         ValueError, TypeError
             If `keep` is not an array with one bool per tetrahedron.
         """
-        tets, opposite = self.boundary_sides(keep, weld=weld)
+        tets, opposite = self.boundary_sides(keep, weld)
         triangles = self.tets[tets[:, np.newaxis], _SIDES[opposite]]
         is_inverted = signed_volumes(self)[tets] < 0
         triangles[is_inverted] = triangles[is_inverted][:, ::-1]

@@ -224,7 +224,7 @@ def ids_in_layout(
     is_drawn = is_here[faces] & (labels[faces] >= 0)
     return Texels(*size, wrap).painted(
         labels[faces[is_drawn]], texture.coordinates, texture.corners[triangles[is_drawn]],
-        bleed=BLEED, n_threads=kit.checked_threads(None),
+        BLEED, kit.checked_threads(None),
     )  # fmt: skip
 
 

@@ -83,7 +83,7 @@ GUARDS = {
         ("_chunks", "read_chunk_table_only"): "the number of chunks is compared with the file",
         ("_decompressed", "decompress_points_with_chunk_table"): "chunks and layers are checked",
         ("_decompressed", "empty"): "at most _MAX_COMPRESSED times the file",
-        ("read_las", "frombuffer"): "the size is compared with the file"},
+        ("read_las_cloud", "frombuffer"): "the size is compared with the file"},
     "superfacets_formats/msh.py": {
         ("_read_element_blocks", "full"): "`_sizes` has read as many rows",
         ("_read_elements", "repeat"): "numbers of tokens in the text"},
@@ -152,8 +152,8 @@ SIZED = {
 
 LIBRARIES = {
     "decompress", "decompress_points_with_chunk_table", "read_chunk_table_only", "decode",
-    "decode_gltf_buffer", "unpack_lzf", "unpacked", "walk_rows", "copy_runs", "SourceDestBuffer", "E57",
-    "see_surface", "reader",
+    "decode_gltf_buffer", "unpack_lzf", "unpacked", "walk_rows", "copy_runs", "SourceDestBuffer",
+    "E57", "see_surface", "reader",
 }  # fmt: skip
 """Other functions that allocate memory by numbers in files."""
 

@@ -31,9 +31,6 @@ COLORS = ("red", "green", "blue")
 IMAGE_COMMENT = "comment TextureFile "
 """Begin of the comments in PLY that name an image of the texture."""
 
-PROJECTION = "LASF_Projection"
-"""User id of the LAS records that contain the coordinate reference system."""
-
 _WKT, _GEOTIFF = 2112, 34735
 """Ids of the LAS records that define the reference system: in WKT format, and in GeoTIFF format."""
 

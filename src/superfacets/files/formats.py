@@ -100,8 +100,8 @@ _ROLES: dict[str, dict[str, str]] = {
         ".ply": f"{_WRITE}ply:write_cloud_ply",
         ".csv": f"{_WRITE}clouds:write_csv",
         ".pcd": "superfacets_formats.pcd_writer:write_pcd",
-        ".las": f"{_WRITE}clouds:write_las",
-        ".laz": f"{_WRITE}clouds:write_las",
+        ".las": "superfacets_formats.las_writer:write_las",
+        ".laz": "superfacets_formats.las_writer:write_las",
     },
 }
 

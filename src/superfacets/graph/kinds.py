@@ -20,14 +20,7 @@ from ..base.lazy import added, load
 from ..base.types import ArcLists, Bools, Floats, Ints, Longs
 from ..mesh.base import Cells, CellsOfVertices
 from ..mesh.convert import CloudLike, MeshLike, as_cells
-from ..mesh.faces import (
-    Corners,
-    FaceMesh,
-    corners_of,
-    cut_into_triangles,
-    measure_faces,
-    mesh_like,
-)
+from ..mesh.faces import Corners, FaceMesh, corners_of, cut_into_triangles, measure_faces, mesh_like
 from ..mesh.point_cloud import PointCloud
 from ..mesh.polygon_mesh import PolygonMesh
 from ..mesh.triangle_mesh import Mesh

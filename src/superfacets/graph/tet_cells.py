@@ -15,10 +15,9 @@ from ..mesh.weld import lowest_vertices
 
 
 class TetCells(CellsOfVertices):
-    """Base class of a mesh of tetrahedra, for the package that reads, writes and draws them.
+    """Base class of a mesh of tetrahedra, for the app that reads, writes and draws them.
 
-    A derived dataclass has the fields `vertices`, (V, 3), `tets`, (N, 4), and `bounds`, and calls
-    `_check` first.
+    A derived dataclass has the fields `vertices`, (V, 3), `tets`, (N, 4), and `bounds`.
     """
 
     corners_name: ClassVar[str] = "tets"
@@ -35,13 +34,12 @@ class TetCells(CellsOfVertices):
         vertices, tets, bounds = checked_tets(self.vertices, self.tets)
         freeze(self, vertices=vertices, tets=tets, bounds=bounds)
 
-    def arcs_and_measures(self, *, weld: bool, n_threads: int) -> tuple[Any, tuple[Floats, ...]]:
+    def arcs_and_measures(self, weld: bool, n_threads: int) -> tuple[Any, tuple[Floats, ...]]:
         """Return arcs between tetrahedra that share a triangle, and measures.
 
-        The arcs are offsets (N + 1,), neighbors (M,), sides (M,), an array for other meshes, and
-        the numbers of triangles: all, boundary, non-manifold. The measures are centroids (N, 3),
-        volumes (N,), areas of shared triangles (M,), step lengths (M,), and areas of boundary
-        triangles (N,). Raises a MeshError if there are too many arcs.
+        Arcs: offsets, neighbors and sides, an unused array, and numbers of all, boundary and
+        non-manifold triangles. Measures: centroids, volumes, areas of shared triangles, lengths of
+        steps, and areas of boundary triangles. Raises a MeshError if there are too many arcs.
         """
         lowest = lowest_vertices(self.vertices, weld, n_threads)
         try:
@@ -49,16 +47,13 @@ class TetCells(CellsOfVertices):
         except ValueError as error:
             raise MeshError(str(error)) from None
 
-    def boundary_sides(self, keep: Any, *, weld: bool) -> tuple[Array, Array]:
+    def boundary_sides(self, keep: Any, weld: bool) -> tuple[Array, Array]:
         """Return the triangles that belong to exactly one of the tetrahedra that `keep` marks.
 
-        A triangle is given by its tetrahedron and by the opposite corner, 0 to 3. `keep` is a
-        mask, (N,), or None for all. Raises a MeshError if there is no such triangle.
+        A triangle is given by its tetrahedron and by the opposite corner, 0 to 3.
         """
         kept = checked_mask(keep, self.n_cells, "keep")
-        (offsets, neighbors, sides, *_), _ = self.arcs_and_measures(
-            weld=weld, n_threads=checked_threads(None)
-        )
+        offsets, neighbors, sides = self.arcs_and_measures(weld, checked_threads(None))[0][:3]
         is_outside = np.repeat(kept[:, np.newaxis], 4, axis=1)
         sources = np.repeat(np.arange(self.n_cells), np.diff(offsets))
         inner = kept[neighbors]

@@ -14,7 +14,7 @@ class Texels:
     """Grid of the texels of an image, and how the image continues outside of [0, 1].
 
     Apps use it for the colors under faces, and for images of regions in the layout of a texture.
-    The triangles of both methods are rows of `coordinates`, (T, 2), at their `corners`, (n, 3).
+    The triangles are rows of `coordinates`, (T, 2), at their `corners`, (n, 3).
     """
 
     WRAPS: ClassVar[tuple[str, ...]] = ("repeat", "clamp", "mirror")
@@ -29,18 +29,19 @@ class Texels:
     ) -> tuple[Floats, Floats]:
         """Return mean, (n, 3), and standard deviation, (n,), of the texels in each triangle.
 
-        `pixels`, (height, width, 3), are converted by the table `linear`, (256,), and results are
-        from 0 to 1. They are NaN if a corner is -1, or if a coordinate is not finite or too large.
+        The table `linear`, (256,), converts `pixels`, (height, width, 3), to linear light. Both
+        results are NaN if a corner is -1, or if a coordinate is not finite or too large.
         """
         if pixels.shape != (self.height, self.width, 3):
             raise ValueError(f"pixels must fit {self.width} x {self.height}, got {pixels.shape}")
+        size = self.width, self.height
+        where = _flat(coordinates, corners)
         return _core.texel_colors(
-            pixels.reshape(-1), self.width, self.height, *self._codes, linear,
-            *_flat(coordinates, corners), n_threads,
-        )  # fmt: skip
+            pixels.reshape(-1), *size, *self._codes, linear, *where, n_threads
+        )
 
     def painted(
-        self, ids: Ints, coordinates: Floats, corners: Ints, *, bleed: int, n_threads: int
+        self, ids: Ints, coordinates: Floats, corners: Ints, bleed: int, n_threads: int
     ) -> Ints:
         """Return an image, (height, width), of the id of the triangle at each texel; -1 for none.
 
@@ -48,16 +49,14 @@ class Texels:
         """
         if ids.shape != corners.shape[:1]:
             raise ValueError(f"ids must have shape ({len(corners)},), got {ids.shape}")
-        painted = _core.paint_ids(
-            self.width, self.height, *self._codes, *_flat(coordinates, corners), ids, bleed,
-            n_threads,
-        )  # fmt: skip
+        size = self.width, self.height
+        where = _flat(coordinates, corners)
+        painted = _core.paint_ids(*size, *self._codes, *where, ids, bleed, n_threads)
         return painted.reshape(self.height, self.width)
 
     @property
     def _codes(self) -> tuple[int, int]:
-        u, v = map(self.WRAPS.index, self.wrap)
-        return u, v
+        return self.WRAPS.index(self.wrap[0]), self.WRAPS.index(self.wrap[1])
 
 
 def _flat(coordinates: Floats, corners: Ints) -> tuple[Floats, Ints]:
