@@ -15,7 +15,7 @@ from superfacets.base.types import Array, Ints
 from superfacets.files.formats import MESH_ENDINGS
 from superfacets.files.readers.read import read_mesh
 from superfacets.mesh.convert import as_mesh
-from superfacets.mesh.faces import FaceMesh, corners_in_a_row, face_sizes
+from superfacets.mesh.faces import FaceMesh, corners_of, face_sizes
 from superfacets.metrics import GroundTruths
 
 from .princeton import Benchmark, Model
@@ -122,7 +122,7 @@ def _by_size(sources: list[StudyMesh]) -> tuple[StudyMesh, ...]:
 def _digest(mesh: FaceMesh, ground_truths: Iterable[Ints]) -> str:
     hashed = hashlib.blake2b(digest_size=16)
     arrays: tuple[Array, ...] = (
-        mesh.vertices, face_sizes(mesh), corners_in_a_row(mesh), *ground_truths,
+        mesh.vertices, face_sizes(mesh), corners_of(mesh).vertices, *ground_truths,
     )  # fmt: skip
     for array in arrays:
         hashed.update(str(array.shape).encode())

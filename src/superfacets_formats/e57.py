@@ -13,18 +13,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from superfacets import MeshAttributes, MeshError, PointCloud
-from superfacets.kit import (
-    Array,
-    Content,
-    Floats,
-    Ints,
-    counted,
-    import_extra,
-    most_bytes_of,
-    reason_of,
-    shortened,
-)
+from superfacets import MeshAttributes, MeshError, PointCloud, kit
+from superfacets.kit import Array, Content, Floats, Ints, counted, reason_of, shortened
 
 _CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ")
 _SPHERICAL = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
@@ -64,7 +54,7 @@ def read_e57(data: Content) -> tuple[PointCloud, MeshAttributes]:
     and intensities are kept only if all scans have them, and viewpoints only if all have poses,
     of which at least one is not the identity.
     """
-    pye57 = import_extra("pye57", "an .e57 file", "e57")
+    pye57 = kit.import_extra("pye57", "an .e57 file", "e57")
     _check_description(data)
     with _temporary_file(data, "scans.e57") as path:
         try:
@@ -117,7 +107,7 @@ def _check_description(data: Content) -> None:
 def _check_counts(file: Any, n_bytes: int) -> None:
     """Compare the size of the positions of all scans with the size of the file."""
     counts = [file.get_header(place).point_count for place in range(file.scan_count)]
-    if sum(counts) * _AT_REST[0].nbytes > most_bytes_of(n_bytes):
+    if sum(counts) * _AT_REST[0].nbytes > kit.most_bytes_of(n_bytes):
         raise MeshError(
             f"the scans declare {counted(sum(counts), 'point')}, too many for {n_bytes} bytes"
         )

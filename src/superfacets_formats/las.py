@@ -15,18 +15,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from superfacets import MeshAttributes, MeshError, PointCloud
-from superfacets.kit import (
-    Array,
-    Bytes,
-    Content,
-    LasFrame,
-    cloud_of,
-    counted,
-    import_extra,
-    reason_of,
-    shortened,
-)
+from superfacets import MeshAttributes, MeshError, PointCloud, kit
+from superfacets.kit import Array, Bytes, Content, LasFrame, cloud_of, counted, reason_of, shortened
 
 _MAX_COMPRESSED = 1000
 """Maximum ratio of decompressed bytes to bytes of the file. The usual ratio is 5 to 20. Only files
@@ -257,7 +247,7 @@ def _is_rounded(stored: Array) -> bool:
 
 
 def _decompressed(data: Content, header: _Header) -> Bytes:
-    lazrs = import_extra("lazrs", "a .laz file", "las")
+    lazrs = kit.import_extra("lazrs", "a .laz file", "las")
     n_bytes = header.n_points * header.size
     if n_bytes > max(_SMALL, _MAX_COMPRESSED * len(data)):
         raise MeshError(

@@ -8,18 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from superfacets import MeshAttributes, MeshError, PointCloud
-from superfacets.kit import (
-    Array,
-    BinaryReader,
-    Bools,
-    Content,
-    Floats,
-    Lines,
-    cloud_of,
-    counted,
-    shown,
-)
+from superfacets import MeshAttributes, MeshError, PointCloud, kit
+from superfacets.kit import Array, BinaryReader, Bools, Content, Floats, Lines, counted, shown
 
 from .grids import as_count
 
@@ -92,7 +82,7 @@ def read_pcd_cloud(data: Content) -> tuple[PointCloud, MeshAttributes]:
     columns = _with_positions(_with_colors(columns), left_out)
     columns = {_OTHER_NAMES.get(name, name): values for name, values in columns.items()}
     others = {name: values for name, values in columns.items() if name not in "xyz"}
-    return cloud_of(columns, others, left_out=left_out, viewpoint=header.viewpoint)
+    return kit.cloud_of(columns, others, left_out=left_out, viewpoint=header.viewpoint)
 
 
 def _header_of(data: Content) -> _Header:

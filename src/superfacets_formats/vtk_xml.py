@@ -11,17 +11,8 @@ from xml.etree.ElementTree import Element, ParseError, fromstring
 
 import numpy as np
 
-from superfacets import MeshError
-from superfacets.kit import (
-    Array,
-    Content,
-    Lines,
-    as_integers,
-    counted,
-    most_bytes_of,
-    named_errors,
-    shown,
-)
+from superfacets import MeshError, kit
+from superfacets.kit import Array, Content, Lines, as_integers, counted, named_errors, shown
 
 from .grids import as_count, sizes_between
 
@@ -82,7 +73,7 @@ class XmlFile:
     """A VTK XML file of one type, whose arrays are decoded on demand."""
 
     def __init__(self, data: Content, kind: str) -> None:
-        self._left = most_bytes_of(len(data))
+        self._left = kit.most_bytes_of(len(data))
         self._appended = memoryview(b"")
         begin = data.find(b"<AppendedData")
         text = data[:]

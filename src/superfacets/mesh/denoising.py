@@ -12,7 +12,6 @@ from ..base.checks import checked_count
 from ..base.types import Floats, Ints
 from .faces import (
     FaceMesh,
-    corners_in_a_row,
     corners_of,
     face_sizes,
     inverse_of,
@@ -113,7 +112,7 @@ def smoothed(mesh: FaceMesh, n_steps: int, *, weld: bool, n_threads: int) -> Fac
         mesh.vertices, graph.offsets, graph.neighbors, n_steps, n_threads
     )
     offsets = np.concatenate([[0], np.cumsum(face_sizes(mesh))])
-    made = mesh_like(mesh, positions[lowest], lowest[corners_in_a_row(mesh)], offsets)
+    made = mesh_like(mesh, positions[lowest], lowest[corners_of(mesh).vertices], offsets)
     return cast(FaceMesh, made)
 
 

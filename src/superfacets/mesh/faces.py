@@ -103,11 +103,6 @@ def mesh_like(
     return made
 
 
-def corners_in_a_row(mesh: FaceMesh) -> Ints:
-    """Return the vertices at the corners of all faces, shape (C,)."""
-    return mesh.indices if isinstance(mesh, PolygonMesh) else mesh.faces.ravel()
-
-
 def face_sizes(mesh: FaceMesh) -> Longs:
     """Return the number of corners of each face, shape (F,)."""
     if isinstance(mesh, PolygonMesh):
@@ -160,7 +155,7 @@ def is_same_mesh(one: FaceMesh, other: FaceMesh) -> bool:
     is_alike = type(one) is type(other) and np.array_equal(one.vertices, other.vertices)
     if isinstance(one, PolygonMesh) and isinstance(other, PolygonMesh):
         is_alike = is_alike and np.array_equal(one.offsets, other.offsets)
-    return is_alike and np.array_equal(corners_in_a_row(one), corners_in_a_row(other))
+    return is_alike and np.array_equal(corners_of(one).vertices, corners_of(other).vertices)
 
 
 def measure_faces(mesh: FaceMesh, n_threads: int) -> tuple[Floats, Floats]:
