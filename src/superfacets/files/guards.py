@@ -24,9 +24,6 @@ from ..base.checks import checked_threads, counted
 from ..base.errors import MeshError
 from ..base.types import Array, Bytes, Floats, Longs
 
-TriangleArrays = tuple[Floats, Array]
-"""Vertices, (V, 3), and faces, (F, 3), in the order of the file."""
-
 MAX_GROWTH = 100
 """Maximum size of the arrays of a file, as a multiple of the file size, in formats that compress
 arrays or refer to an array several times."""

@@ -13,7 +13,7 @@ from ...base.errors import MeshError
 from ...base.lazy import load
 from ...base.types import Array, Floats
 from ..attributes import MeshAttributes
-from ..guards import MAX_GROWTH, Content, TriangleArrays, most_bytes_of, named_errors
+from ..guards import MAX_GROWTH, Content, most_bytes_of, named_errors
 from .gltf_file import COMPONENTS, WIDTHS, Gltf
 
 DRACO = "KHR_draco_mesh_compression"
@@ -23,14 +23,14 @@ TRIANGLES, TRIANGLE_STRIP, TRIANGLE_FAN = 4, 5, 6
 BYTES_PER_VERTEX, BYTES_PER_FACE = 24, 12
 
 
-def read_gltf(data: Content, folder: Path | None) -> TriangleArrays:
-    """Return vertices and faces of a glTF file; it may refer to other files in `folder`."""
+def read_gltf(data: Content, folder: Path | None) -> tuple[Floats, Array]:
+    """Return vertices, (V, 3), and faces, (F, 3), of a glTF file; other files are in `folder`."""
     return GltfScene.open(data, folder).read()
 
 
 def read_gltf_with_attributes(
     data: Content, folder: Path | None
-) -> tuple[TriangleArrays, MeshAttributes]:
+) -> tuple[tuple[Floats, Array], MeshAttributes]:
     """Return vertices, faces and texture of a glTF file."""
     scene = GltfScene.open(data, folder)
     return scene.read(), load("superfacets_textures.gltf_texture:read_texture")(scene, folder)
@@ -71,7 +71,7 @@ class GltfScene(Gltf):
             stack.extend((child, matrix) for child in reversed(_indices(node, "children")))
         return sorted(visits, key=lambda visit: visit[0])
 
-    def read(self) -> TriangleArrays:
+    def read(self) -> tuple[Floats, Array]:
         """Return vertices and faces: meshes in the order of the file, each for every node.
 
         Primitives of one mesh that use the same positions share vertices. Lines and points are
@@ -160,7 +160,7 @@ class GltfScene(Gltf):
                 " times is allowed: save the scene without copies"
             )
 
-    def _read_mesh(self, index: int) -> TriangleArrays:
+    def _read_mesh(self, index: int) -> tuple[Floats, Array]:
         positions: dict[int, Floats] = {}  # keyed by accessor, in order of first use
         first_vertices: dict[int, int] = {}
         faces: list[Array] = []
@@ -273,7 +273,7 @@ def _has_triangles(primitive: dict[str, Any]) -> bool:
     return mode == TRIANGLES
 
 
-def _place(positions: Floats, faces: Array, matrix: Floats) -> TriangleArrays:
+def _place(positions: Floats, faces: Array, matrix: Floats) -> tuple[Floats, Array]:
     """Transform a mesh. After a reflection, reverse faces, so that they are not inside out."""
     if np.array_equal(matrix, np.eye(4)):
         return positions, faces

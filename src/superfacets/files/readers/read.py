@@ -175,9 +175,10 @@ def read_cells(path: str | os.PathLike[str]) -> Cells:
 
 
 def read_cells_and_attributes(path: str | os.PathLike[str]) -> tuple[Cells, MeshAttributes | None]:
-    """Read a mesh or point cloud as in `read_cells`, and its attributes.
+    """Read a mesh or point cloud as in `read_cells`, and its attributes, in one pass.
 
-    The attributes of a mesh are None if its format is not PLY, OBJ, GIFTI or glTF.
+    Apps use it where a path may be passed instead of a mesh. The attributes of a mesh are None if
+    its format is not PLY, OBJ, GIFTI or glTF.
     """
     return _read(path, CELL_ENDINGS, parse_cells_and_attributes)
 
