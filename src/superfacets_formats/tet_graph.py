@@ -69,7 +69,7 @@ class TetGraph(BaseGraph):
         steps = self.arc_measures.step_lengths
         assert steps is not None
         given = steps / self.diagonal if weights is None else weights
-        return CellGraph._of_arcs(self, given, n_threads, self.arc_measures, 3)
+        return self._weighted(given, n_threads, self.arc_measures, 3)
 
     def __repr__(self) -> str:
         return f"TetGraph({kit.counted(self.n_cells, 'tet')}, {kit.counted(self.n_arcs, 'arc')})"

@@ -102,7 +102,7 @@ class TetMesh(TetCells):
         triangles = self.tets[tets[:, np.newaxis], _SIDES[opposite]]
         is_inverted = signed_volumes(self)[tets] < 0
         triangles[is_inverted] = triangles[is_inverted][:, ::-1]
-        return TetBoundary(Mesh._of_new(self.vertices, triangles), tets.astype(np.int32))
+        return TetBoundary(Mesh(self.vertices, triangles), tets.astype(np.int32))
 
     def __repr__(self) -> str:
         return f"TetMesh({counted(self.n_vertices, 'vertex')}, {counted(self.n_tets, 'tet')})"

@@ -167,6 +167,21 @@ class BaseGraph(CsrArcs):
         unit = unit_factor * _core.unit_of_lengths(_core.sum_of(checked, n_threads))
         return _core.round_weights(checked, unit, n_threads), unit
 
+    def _weighted(
+        self, weights: npt.ArrayLike, n_threads: int | None,
+        arc_measures: ArcMeasures | None = None, dimension: int = 2,
+    ) -> CellGraph:  # fmt: skip
+        """Make a graph with these weights from this graph, whose arrays are already checked."""
+        graph = object.__new__(CellGraph)
+        fields = ("positions", "measures", "offsets", "neighbors", "bounds")
+        values = {name: getattr(self, name) for name in fields}
+        values |= {"weights": weights, "weight_unit": self.diagonal}
+        values |= {"arc_measures": arc_measures, "dimension": dimension}
+        for name, value in values.items():
+            object.__setattr__(graph, name, value)
+        graph._check_and_quantize(checked_threads(n_threads))
+        return graph
+
 
 @dataclass(frozen=True, eq=False)
 class CellGraph(BaseGraph):
@@ -259,26 +274,6 @@ class CellGraph(BaseGraph):
                 raise TypeError(f"arc_measures must be an ArcMeasures object, got {kind}")
             checked = self.arc_measures.checked(offsets, self.n_arcs, checked_threads(None))
             object.__setattr__(self, "arc_measures", checked)
-
-    @classmethod
-    def _of_arcs(
-        cls,
-        arcs: BaseGraph,
-        weights: npt.ArrayLike,
-        n_threads: int | None,
-        arc_measures: ArcMeasures | None = None,
-        dimension: int = 2,
-    ) -> CellGraph:
-        """Make a graph with these weights from a graph whose cells and arcs are already checked."""
-        graph = object.__new__(cls)
-        fields = ("positions", "measures", "offsets", "neighbors", "bounds")
-        values = {name: getattr(arcs, name) for name in fields}
-        values |= {"weights": weights, "weight_unit": arcs.diagonal}
-        values |= {"arc_measures": arc_measures, "dimension": dimension}
-        for name, value in values.items():
-            object.__setattr__(graph, name, value)
-        graph._check_and_quantize(checked_threads(n_threads))
-        return graph
 
     def _check_and_quantize(self, n_threads: int) -> None:
         measures = checked_measures(self.measures, self.n_cells, n_threads)
