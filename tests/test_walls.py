@@ -153,9 +153,8 @@ fail = no_package:fail
 
 PACKAGE = """
 import click, numpy as np
-from superfacets.graph.kinds import Kind
-from superfacets.mesh.base import Cells
 from superfacets import ArcMeasures, CellGraph
+from superfacets.kit import Cells, Kind
 
 class Dots(Cells):
     def __init__(self, places):

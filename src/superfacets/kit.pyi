@@ -37,6 +37,10 @@ from .base.errors import is_installed as is_installed
 from .mesh.convert import as_mesh as as_mesh
 from .mesh.convert import as_cells as as_cells
 from .graph.kinds import kind_of as kind_of
+from .graph.kinds import Kind as Kind
+from .graph.cell_graph import BaseGraph as BaseGraph
+from .graph.tet_cells import TetCells as TetCells
+from .tools.texels import Texels as Texels
 from .mesh.faces import corners_of as corners_of
 from .mesh.faces import corner_triangles as corner_triangles
 from .mesh.faces import cut_into_triangles as cut_into_triangles
@@ -59,8 +63,11 @@ from .files.guards import named_errors as named_errors
 from .files.guards import parsed_json as parsed_json
 from .files.guards import BinaryReader as BinaryReader
 from .files.readers.text import Lines as Lines
-from .files.guards import Arrays as Arrays
-from .files.guards import as_doubles as as_doubles
+from .files.readers.text import as_integers as as_integers
+from .files.readers.text import shown as shown
+from .files.readers.clouds import cloud_of as cloud_of
+from .files.readers.gltf import GltfScene as GltfScene
+from .files.guards import file_beside as file_beside
 from .files.guards import most_bytes_of as most_bytes_of
 from .files.guards import rotation_of as rotation_of
 from .files.readers.npy import npy_array as npy_array
@@ -75,6 +82,7 @@ from .files.formats import CELL_ENDINGS as CELL_ENDINGS
 from .files.readers.read import Z_UP_ENDINGS as Z_UP_ENDINGS
 
 # Writing files
+from .files.writers.content import Output as Output
 from .files.atomic import atomic_outputs as atomic_outputs
 from .files.atomic import checked_targets as checked_targets
 from .files.writers.text import write_rows as write_rows

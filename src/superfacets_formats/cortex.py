@@ -15,10 +15,10 @@ from xml.etree.ElementTree import Element, ParseError, fromstring
 
 import numpy as np
 
-from superfacets import MeshAttributes, MeshError
-from superfacets.files.readers.text import as_count, as_integers, shown, split_lines
-from superfacets.kit import Array, Arrays, BinaryReader, Content, as_doubles, counted, most_bytes_of
+from superfacets import MeshAttributes, MeshError, kit
+from superfacets.kit import Array, BinaryReader, Content, Lines, as_integers, counted, shown
 
+from .grids import as_count
 from .vtk_xml import NUMBER_TYPES
 
 GIFTI_VALUES = (".shape.gii", ".func.gii")
@@ -51,7 +51,7 @@ def is_surface(data: Content) -> bool:
     return data[:3] == TRIANGLES
 
 
-def read_gifti(data: Content) -> Arrays:
+def read_gifti(data: Content) -> tuple[Array, Array]:
     """Return vertices and triangles of a GIFTI surface; its transforms are not applied."""
     points, triangles = (
         _gifti_array(data, Intent=f"NIFTI_INTENT_{intent}") for intent in ("POINTSET", "TRIANGLE")
@@ -60,10 +60,12 @@ def read_gifti(data: Content) -> Arrays:
         raise MeshError("the GIFTI file has no surface: points or triangles are missing")
     if points.shape[1:] != (3,) or triangles.shape[1:] != (3,):
         raise MeshError("points and triangles of a GIFTI file must have 3 numbers each")
-    return as_doubles(points), as_integers(triangles, "vertex indices")
+    return points, as_integers(triangles, "vertex indices")
 
 
-def read_gifti_with_attributes(data: Content, folder: Path | None) -> tuple[Arrays, MeshAttributes]:
+def read_gifti_with_attributes(
+    data: Content, folder: Path | None
+) -> tuple[tuple[Array, Array], MeshAttributes]:
     """Return a surface, and a comment with its anatomical structure, such as CortexLeft."""
     pairs = {pair.findtext("Name"): pair.findtext("Value") for pair in _parsed(data).iter("MD")}
     found = pairs.get(STRUCTURE.split()[1])
@@ -109,10 +111,10 @@ def _gifti_array(data: Content, **wanted: str) -> Array | None:
     n_axes = as_count(array.get("Dimensionality", ""), "Dimensionality")
     shape = [as_count(array.get(f"Dim{axis}", ""), f"Dim{axis}") for axis in range(n_axes)]
     n_bytes = math.prod(shape) * stored.itemsize
-    if n_bytes > most_bytes_of(len(data)):
+    if n_bytes > kit.most_bytes_of(len(data)):
         raise MeshError(f"an array declares {counted(n_bytes, 'byte')}, too many for the file size")
     if array.get("Encoding") == "ASCII":
-        lines = split_lines(text.encode())
+        lines = Lines.of(text.encode())
         values = lines.parse(np.float64 if stored.kind == "f" else np.int64).astype(stored)
     else:
         order: Literal["<", ">"] = "<" if array.get("Endian") == "LittleEndian" else ">"
@@ -138,7 +140,7 @@ def _decoded(text: str, n_bytes: int, *, is_packed: bool) -> bytes:
     return content
 
 
-def read_surface(data: Content) -> Arrays:
+def read_surface(data: Content) -> tuple[Array, Array]:
     """Return vertices and triangles of a FreeSurfer surface."""
     if not is_surface(data):
         raise MeshError("not a FreeSurfer surface of triangles: the magic number is missing")
@@ -147,7 +149,7 @@ def read_surface(data: Content) -> Arrays:
         reader.text(b"\n")
     n_vertices, n_faces = reader.take("2i")
     vertices = reader.numbers(3 * n_vertices, "f4").reshape(-1, 3)
-    return as_doubles(vertices), reader.numbers(3 * n_faces, "i4").reshape(-1, 3)
+    return vertices, reader.numbers(3 * n_faces, "i4").reshape(-1, 3)
 
 
 def values_of_vertices(data: Content, ending: str) -> Array:

@@ -2,27 +2,19 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
 import re
 import struct
+from collections.abc import Iterator
+from pathlib import Path
+from tempfile import TemporaryDirectory, TemporaryFile
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from superfacets import MeshAttributes, MeshError, PointCloud
-from superfacets.base.types import Singles
-from superfacets.files.guards import temporary_file
-from superfacets.kit import (
-    Array,
-    Content,
-    Floats,
-    Ints,
-    counted,
-    import_extra,
-    most_bytes_of,
-    reason_of,
-    rotation_of,
-    shortened,
-)
+from superfacets import MeshAttributes, MeshError, PointCloud, kit
+from superfacets.kit import Array, Content, Floats, Ints, counted, reason_of, shortened
 
 _CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ")
 _SPHERICAL = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
@@ -48,8 +40,8 @@ class _Scan(NamedTuple):
     """Valid points of a scan."""
 
     points: Floats  # (n, 3) positions
-    colors: Singles | None  # (n, 3) red, green and blue, 0 to 1
-    intensity: Singles | None  # (n,) intensity of each point
+    colors: Array | None  # (n, 3) red, green and blue, 0 to 1
+    intensity: Array | None  # (n,) intensity of each point
     records: Ints  # (n,) index of each point's record in the scan
     frame: Floats | None  # (4, 3) `_AT_REST` transformed by the pose; None if there is no pose
 
@@ -62,9 +54,9 @@ def read_e57(data: Content) -> tuple[PointCloud, MeshAttributes]:
     and intensities are kept only if all scans have them, and viewpoints only if all have poses,
     of which at least one is not the identity.
     """
-    pye57 = import_extra("pye57", "an .e57 file", "e57")
+    pye57 = kit.import_extra("pye57", "an .e57 file", "e57")
     _check_description(data)
-    with temporary_file(data, "scans.e57") as path:
+    with _temporary_file(data, "scans.e57") as path:
         try:
             with pye57.E57(path) as file:
                 _check_counts(file, len(data))
@@ -76,6 +68,24 @@ def read_e57(data: Content) -> tuple[PointCloud, MeshAttributes]:
     if not scans:
         raise MeshError("the E57 file has no scans")
     return _joined(scans)
+
+
+@contextlib.contextmanager
+def _temporary_file(data: Content, name: str) -> Iterator[str]:
+    """Yield the path of a temporary file that contains `data`, because pye57 reads only files.
+
+    On POSIX systems the path refers to the descriptor of a file that is not in any folder, so that
+    a killed process leaves no file behind. On other systems the file is called `name`.
+    """
+    if os.name == "posix":
+        with TemporaryFile() as file:
+            file.write(data)
+            file.seek(0)
+            yield f"/dev/fd/{file.fileno()}"
+    else:
+        with TemporaryDirectory(prefix="superfacets-") as folder:
+            Path(folder, name).write_bytes(data)
+            yield str(Path(folder, name))
 
 
 def _check_description(data: Content) -> None:
@@ -97,7 +107,7 @@ def _check_description(data: Content) -> None:
 def _check_counts(file: Any, n_bytes: int) -> None:
     """Compare the size of the positions of all scans with the size of the file."""
     counts = [file.get_header(place).point_count for place in range(file.scan_count)]
-    if sum(counts) * _AT_REST[0].nbytes > most_bytes_of(n_bytes):
+    if sum(counts) * _AT_REST[0].nbytes > kit.most_bytes_of(n_bytes):
         raise MeshError(
             f"the scans declare {counted(sum(counts), 'point')}, too many for {n_bytes} bytes"
         )
@@ -194,13 +204,16 @@ def _moved(points: Floats, header: Any, place: int) -> Floats:
         length = np.linalg.norm(quaternion)
         if not (np.isfinite(length) and length > 0):
             raise MeshError(f"scan {place} has an invalid rotation: {quaternion.tolist()}")
-        points = np.einsum("ij,kj->ik", points, rotation_of(quaternion / length))
+        w, axis = quaternion[0] / length, quaternion[1:] / length
+        crossed = np.cross(np.eye(3), axis)  # crossed @ vector equals np.cross(axis, vector)
+        rotation = np.eye(3) + 2 * (w * crossed + crossed @ crossed)
+        points = np.einsum("ij,kj->ik", points, rotation)
     if pose.isDefined("translation"):
         points = points + [_number_in(pose["translation"][axis]) for axis in "xyz"]
     return points
 
 
-def _colors_of(pye57: Any, header: Any, columns: dict[str, Array]) -> Singles | None:
+def _colors_of(pye57: Any, header: Any, columns: dict[str, Array]) -> Array | None:
     """Scale colors to [0, 1], or return None if their limits are infinite or not ascending."""
     shades = np.empty((len(columns[_COLORS[0]]), 3), np.float32)
     for place, name in enumerate(_COLORS):

@@ -9,8 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from superfacets import MeshError
-from superfacets.files.readers.text import as_count, as_integers, runs, split_lines
-from superfacets.kit import Array, Bools, Content, Floats, Lines, Longs, counted
+from superfacets.kit import Array, Bools, Content, Floats, Lines, Longs, as_integers, counted, shown
 
 TETS = {10: 4, 24: 10}
 """Number of nodes for each VTK type of tetrahedra. The first four nodes are the corners."""
@@ -62,7 +61,7 @@ class Grid:
         if chosen.all() and (self.sizes == 4).all():
             return self.corners.reshape(-1, 4)
         starts = np.cumsum(self.sizes, dtype=np.int64) - self.sizes
-        return self.corners[runs(starts[chosen], np.full(int(chosen.sum()), 4))].reshape(-1, 4)
+        return np.asarray(self.corners[starts[chosen][:, np.newaxis] + np.arange(4)])
 
     def is_tet(self) -> Bools:
         """Return whether each cell is a tetrahedron, (C,)."""
@@ -71,6 +70,13 @@ class Grid:
 
 def _named(kinds: list[int]) -> str:
     return ", ".join(sorted(_NAMES.get(kind, f"VTK type {kind}") for kind in kinds[:10]))
+
+
+def as_count(token: bytes | str, what: str) -> int:
+    """Parse an integer >= 0 of at most 18 digits; other tokens raise a MeshError."""
+    if not token.isdigit() or len(token) > 18 or not token.isascii():
+        raise MeshError(f"{what} must be integers >= 0, got {shown(token)}")
+    return int(token)
 
 
 def sizes_between(offsets: Array, what: str) -> Longs:
@@ -93,7 +99,7 @@ class Cursor:
     @cached_property
     def _lines(self) -> tuple[Lines, Longs]:
         """Lines of a text file, and the number of tokens up to the end of each line."""
-        lines = split_lines(self.data)
+        lines = Lines.of(self.data)
         return lines, np.cumsum(lines.counts, dtype=np.int64)
 
     def any_line(self) -> bytes:

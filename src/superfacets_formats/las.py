@@ -15,19 +15,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from superfacets import MeshAttributes, MeshError
-from superfacets.files.attributes import COLORS, PROJECTION, LasDimension, is_word
-from superfacets.files.readers.clouds import CloudFile, cloud_of
-from superfacets.kit import (
-    Array,
-    Bytes,
-    Content,
-    LasFrame,
-    counted,
-    import_extra,
-    reason_of,
-    shortened,
-)
+from superfacets import MeshAttributes, MeshError, PointCloud, kit
+from superfacets.kit import Array, Bytes, Content, LasFrame, cloud_of, counted, reason_of, shortened
 
 _MAX_COMPRESSED = 1000
 """Maximum ratio of decompressed bytes to bytes of the file. The usual ratio is 5 to 20. Only files
@@ -82,48 +71,29 @@ _FORMATS = (
 _EXTRA = {6: 0, 10: 14}
 """Type number of the item with extra bytes, keyed by the type number of a record's first item."""
 
-_EXTRA_TYPES = ("", "u1", "i1", "<u2", "<i2", "<u4", "<i4", "<u8", "<i8", "<f4", "<f8")
+PROJECTION = b"LASF_Projection"
+"""User id of the records that contain the coordinate reference system."""
 
 
 class _Header(NamedTuple):
-    minor: int  # minor version: LAS 1.minor
-    is_wkt: bool  # whether the coordinate reference system is WKT
+    frame: LasFrame  # without extra dimensions
     n_points: int
-    point_format: int
     size: int  # size of a point record in bytes
     begin: int  # offset of the first point in the file
     is_compressed: bool
-    scales: tuple[float, float, float]
-    offsets: tuple[float, float, float]
     records: dict[tuple[bytes, int], bytes]  # variable length records, keyed by (user, id)
-    projection: tuple[tuple[int, bytes], ...]  # as in `LasFrame`
-    source_id: int  # as in `LasFrame`
-    has_standard_time: bool  # as in `LasFrame`
+
+    @property
+    def parts(self) -> tuple[int, ...]:
+        """Type numbers of the items of a record."""
+        return _FORMATS[self.frame.point_format]
 
 
-class LasContent(NamedTuple):
-    """Content of a LAS file."""
+def read_las_cloud(data: Content) -> tuple[PointCloud, MeshAttributes]:
+    """Return the points of a LAS or LAZ file with their colors and attributes; no wave packets.
 
-    points: dict[str, Array]  # columns x, y and z, in the unit of the file
-    fields: dict[str, Array]
-    """All other fields, with the same names as in laspy, except that underscores replace spaces."""
-    frame: LasFrame
-    left_out: tuple[str, ...]  # descriptions of data that was not read
-
-
-def read_las_cloud(data: Content) -> CloudFile:
-    """Return the points of a LAS or LAZ file with their colors and attributes."""
-    columns, stored, frame, left_out = read_las(data)
-    if {*COLORS} <= stored.keys():
-        columns |= {name: stored[name] for name in COLORS}
-        # Colors in LAS have 16 bits, but many programs write only values from 0 to 255.
-        if max(int(stored[name].max(initial=0)) for name in COLORS) <= 255:
-            columns |= {name: stored[name].astype(np.uint8) for name in COLORS}
-    return cloud_of(columns, MeshAttributes(vertex=stored, left_out=left_out, las=frame))
-
-
-def read_las(data: Content) -> LasContent:
-    """Return the points of a LAS or LAZ file, without wave packets."""
+    Attributes have the same names as in laspy, except that underscores replace spaces.
+    """
     header = _header_of(data)
     n_bytes = header.n_points * header.size
     if header.is_compressed:
@@ -137,30 +107,23 @@ def read_las(data: Content) -> LasContent:
     else:
         records = np.frombuffer(data, np.uint8, n_bytes, header.begin)
     columns = dict(_columns(records, header))
-    extra, left_out = _add_extra_columns(columns, records, header)
-    if {9, 13} & {*_FORMATS[header.point_format]}:
+    frame, left_out = _add_extra_columns(columns, records, header)
+    if {9, 13} & {*header.parts}:
         left_out += ("wave packets",)
     points = {}
-    for axis, scale, offset in zip("xyz", header.scales, header.offsets, strict=True):
+    for axis, scale, offset in zip("xyz", header.frame.scales, header.frame.offsets, strict=True):
         with np.errstate(over="ignore", invalid="ignore"):  # `PointCloud` refuses infinite results
             points[axis] = columns.pop(axis.upper()) * scale + offset
-    frame = LasFrame(
-        header.minor,
-        header.point_format,
-        header.scales,
-        header.offsets,
-        header.projection,
-        header.is_wkt,
-        extra,
-        header.source_id,
-        header.has_standard_time,
-    )
-    return LasContent(points, columns, frame, left_out)
+    colors = {name: columns[name] for name in ("red", "green", "blue") if name in columns}
+    # Colors in LAS have 16 bits, but many programs write only values from 0 to 255.
+    if colors and max(int(shades.max(initial=0)) for shades in colors.values()) <= 255:
+        colors = {name: shades.astype(np.uint8) for name, shades in colors.items()}
+    return cloud_of(points | colors, columns, left_out=left_out, las=frame)
 
 
 def las_steps(data: Content) -> tuple[float, float, float]:
     """Return the quantization steps of x, y and z in a LAS or LAZ file, in the unit of the file."""
-    return _header_of(data).scales
+    return _header_of(data).frame.scales
 
 
 def _header_of(data: Content) -> _Header:
@@ -184,17 +147,16 @@ def _header_of(data: Content) -> _Header:
     numbers = struct.unpack_from("<6d", data, 131)
     records = _records(data[header_size:begin], n_records)
     projection = {
-        number: content
-        for (user, number), content in records.items()
-        if user == PROJECTION.encode()
+        number: content for (user, number), content in records.items() if user == PROJECTION
     }
     if minor >= 4:
         projection = _extended_projection(data) | projection
-    return _Header(
-        minor, bool(data[6] & 16), n_points, point_format, size, begin, is_compressed, numbers[:3],
-        numbers[3:], records, tuple(projection.items()), int.from_bytes(data[4:6], "little"),
-        bool(data[6] & 1),
+    frame = LasFrame(
+        minor, point_format, numbers[:3], numbers[3:], tuple(projection.items()),
+        is_wkt=bool(data[6] & 16), source_id=int.from_bytes(data[4:6], "little"),
+        has_standard_time=bool(data[6] & 1),
     )  # fmt: skip
+    return _Header(frame, n_points, size, begin, is_compressed, records)
 
 
 def _size_of(fields: tuple[_Field, ...]) -> int:
@@ -229,14 +191,14 @@ def _extended_projection(data: Content) -> dict[int, bytes]:
                 f"extended record {record} of {n_records} exceeds the file: the file may be"
                 " truncated"
             )
-        if user.rstrip(b"\0") == PROJECTION.encode():
+        if user.rstrip(b"\0") == PROJECTION:
             found[number] = bytes(data[place + 60 : place + 60 + size])
         place += 60 + size
     return found
 
 
 def _columns(records: Bytes, header: _Header) -> Iterator[tuple[str, Array]]:
-    fields = [field for part in _FORMATS[header.point_format] for field in _PARTS[part].fields]
+    fields = [field for part in header.parts for field in _PARTS[part].fields]
     place = 0
     for kind, name in fields:
         column: Array = np.ndarray(header.n_points, kind, records, place, header.size)
@@ -252,20 +214,19 @@ def _columns(records: Bytes, header: _Header) -> Iterator[tuple[str, Array]]:
 
 def _add_extra_columns(
     columns: dict[str, Array], records: Bytes, header: _Header
-) -> tuple[tuple[LasDimension, ...], tuple[str, ...]]:
+) -> tuple[LasFrame, tuple[str, ...]]:
     """Add the extra dimensions of the points to `columns`.
 
-    Returns the added dimensions, and descriptions of the data that was left out.
+    Returns the frame with the added dimensions, and descriptions of the data that was left out.
     """
     added, left_out = [], []
-    place = sum(_size_of(_PARTS[part].fields) for part in _FORMATS[header.point_format])
+    place = sum(_size_of(_PARTS[part].fields) for part in header.parts)
     described = header.records.get((b"LASF_Spec", 4), b"")
-    for begin in range(0, len(described) - 191 if place < header.size else 0, 192):
-        dimension, n_bytes = _dimension_of(described[begin : begin + 192])
+    for dimension, n_bytes in LasFrame.dimensions(described if place < header.size else b""):
         if place + n_bytes > header.size:
             raise MeshError(f"the extra dimensions of a point do not fit in {header.size} bytes")
         name, n_numbers = dimension.attribute, dimension.n_numbers
-        if dimension.kind and is_word(name) and name not in columns:
+        if dimension.is_readable and name not in columns:
             shape = (header.n_points, n_numbers) if n_numbers > 1 else (header.n_points,)
             strides = (header.size, n_bytes // n_numbers)[: len(shape)]
             stored: Array = np.ndarray(shape, dimension.kind, records, place, strides)
@@ -276,7 +237,7 @@ def _add_extra_columns(
         else:
             left_out.append(f"extra dimension {dimension.name!r}")
         place += n_bytes
-    return tuple(added), tuple(left_out)
+    return header.frame._replace(extra=tuple(added)), tuple(left_out)
 
 
 def _is_rounded(stored: Array) -> bool:
@@ -285,36 +246,8 @@ def _is_rounded(stored: Array) -> bool:
     return is_long and max(int(stored.max()), -int(stored.min())) > 2**53
 
 
-def _dimension_of(description: bytes) -> tuple[LasDimension, int]:
-    """Return an extra dimension, and its size in bytes per point.
-
-    For undocumented bytes, `kind` is empty. The types 11 to 30 are deprecated pairs and triples of
-    the types 1 to 10.
-    """
-    kind, options, name = struct.unpack_from("<2xBB32s", description)
-    if kind > 30:
-        raise MeshError(f"an extra dimension of the points has the unknown type {kind}")
-    n = (kind - 1) // 10 + 1 if kind else 1
-    scales = struct.unpack_from(f"<{n}d", description, 112) if options & 8 else (1.0,) * n
-    offsets = struct.unpack_from(f"<{n}d", description, 136) if options & 16 else (0.0,) * n
-    is_scaled = kind > 0 and options & 24
-    dimension = LasDimension(
-        _text(name).decode("utf-8", "replace"),
-        _EXTRA_TYPES[(kind - 1) % 10 + 1] if kind else "",
-        n,
-        _text(description[160:192]).decode("ascii", "ignore"),
-        *((scales, offsets) if is_scaled else ()),
-    )
-    return dimension, n * np.dtype(dimension.kind).itemsize if kind else options
-
-
-def _text(content: bytes) -> bytes:
-    """Return the content before the first zero byte."""
-    return content.split(b"\0")[0]
-
-
 def _decompressed(data: Content, header: _Header) -> Bytes:
-    lazrs = import_extra("lazrs", "a .laz file", "las")
+    lazrs = kit.import_extra("lazrs", "a .laz file", "las")
     n_bytes = header.n_points * header.size
     if n_bytes > max(_SMALL, _MAX_COMPRESSED * len(data)):
         raise MeshError(
@@ -340,7 +273,7 @@ def _decompressed(data: Content, header: _Header) -> Bytes:
 
 def _n_layers(description: bytes, header: _Header) -> int:
     """Check the items of a record; return the number of layers per chunk, 0 for formats 0 to 5."""
-    parts = _FORMATS[header.point_format]
+    parts = header.parts
     expected = [(part, _size_of(_PARTS[part].fields)) for part in parts]
     n_extra = header.size - sum(size for _, size in expected)
     if n_extra:

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from superfacets import MeshError
-from superfacets.files.readers.text import as_count, as_integers, shown, split_lines
-from superfacets.kit import Array, Content, Lines, counted
+from superfacets.kit import Array, Content, Lines, as_integers, counted, shown
 
-from .grids import Grid
+from .grids import Grid, as_count
 
 _KINDS = {
     b"Edges": (3, 2), b"Triangles": (5, 3), b"Quadrilaterals": (9, 4), b"Tetrahedra": (10, 4),
@@ -20,7 +19,7 @@ _KINDS = {
 
 def read_medit(data: Content, name: str) -> Grid:
     """Read the cells of a file. The only cell data are references, called ``medit:ref``."""
-    lines = split_lines(data, comment=b"#")
+    lines = Lines.of(data, comment=b"#")
     letters = lines.text[lines.starts] | 0x20
     heads = np.flatnonzero((letters >= ord("a")) & (letters <= ord("z")))
     none = np.empty(0, np.int64)

@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 
 from superfacets import MeshError
-from superfacets.files.readers.text import as_count, as_integers, runs, shown
-from superfacets.kit import Array, Content, as_doubles
+from superfacets.kit import Array, Content, as_integers, shown
 
-from .grids import Cursor, Grid
+from .grids import Cursor, Grid, as_count
 
 # VTK cell type and number of nodes, indexed by Gmsh type, 1 to 19. Other types are not supported.
 _KINDS = np.array([0, 3, 5, 9, 10, 12, 13, 14, 21, 22, 28, 24, 29, 32, 14, 1, 23, 25, 26, 27])
@@ -126,7 +125,8 @@ class _MshReader(Cursor):
             raise MeshError(f"line {line}: the element has too many or too few numbers")
         values = np.append(values, 0)  # read by index -1, which stands for a missing tag
         tags = [values[np.where(n_tags > i, starts + 3 + i, -1)] for i in range(2)]
-        nodes = values[runs(starts + 3 + n_tags, n_nodes)]
+        is_node = np.arange(len(values) - 1) >= np.repeat(starts + 3 + n_tags, rows.counts)
+        nodes = values[:-1][is_node]
         self._elements.append((values[starts], types, *tags, nodes))
         return True
 
@@ -249,7 +249,7 @@ class _MshReader(Cursor):
             values = second
         elif self._values is not None:
             values = self._values[1][_places(self._values[0], tags, "ElementData")]
-        return Grid(as_doubles(points), _KINDS[types], _N_NODES[types], corners, values)
+        return Grid(points, _KINDS[types], _N_NODES[types], corners, values)
 
 
 def _natural(value: Any, what: str) -> int:

@@ -8,12 +8,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from superfacets import MeshAttributes, MeshError, _core
-from superfacets.files.attributes import is_word
-from superfacets.files.guards import narrowed
-from superfacets.files.readers.clouds import OTHER_NAMES, CloudFile, cloud_of
-from superfacets.files.readers.text import as_count, shown, split_lines
-from superfacets.kit import Array, Bools, Content, Floats, as_doubles, counted
+from superfacets import MeshAttributes, MeshError, PointCloud, kit
+from superfacets.kit import Array, BinaryReader, Bools, Content, Floats, Lines, counted, shown
+
+from .grids import as_count
 
 _KINDS = {
     f"{letter}{size}": f"<{letter.lower()}{size}"
@@ -23,6 +21,14 @@ _KINDS = {
 """NumPy type for each TYPE and SIZE of a field in the header, for example F4."""
 
 _DATA = re.compile(rb"^[ \t]*DATA[ \t]+(\S+)[^\n]*\n", re.MULTILINE)
+
+_OTHER_NAMES = {
+    "normal_x": "nx", "normal_y": "ny", "normal_z": "nz", "r": "red", "g": "green", "b": "blue",
+}  # fmt: skip
+"""Names of normals and colors in `MeshAttributes`, keyed by their names in PCD."""
+
+_WORD = re.compile("[!-~]+")
+"""Matches names that can be names in `MeshAttributes`."""
 
 _PADDING = "_"
 """Name of fields that are only padding."""
@@ -53,28 +59,12 @@ class _Header(NamedTuple):
         return sum(field.dtype.itemsize * field.length for field in self.fields)
 
 
-class PcdPoints(NamedTuple):
-    """Points with a valid position in a PCD file."""
+def read_pcd_cloud(data: Content) -> tuple[PointCloud, MeshAttributes]:
+    """Return the points of a PCD file with their normals, colors and attributes.
 
-    columns: dict[str, Array]  # all fields by name; packed colors become red, green and blue
-    viewpoint: Floats | None  # (3,) position of the scanner; None if it is unknown
-    left_out: tuple[str, ...]  # descriptions of fields that were skipped
-
-
-def read_pcd_cloud(data: Content) -> CloudFile:
-    """Return the points of a PCD file with their normals, colors and attributes."""
-    found = read_pcd(data)
-    columns = {OTHER_NAMES.get(name, name): values for name, values in found.columns.items()}
-    others = {name: values for name, values in columns.items() if name not in "xyz"}
-    attributes = MeshAttributes(vertex=others, left_out=found.left_out)
-    return cloud_of(columns, attributes, found.viewpoint)
-
-
-def read_pcd(data: Content) -> PcdPoints:
-    """Read all fields of the points. Points with a NaN or infinite coordinate are skipped.
-
-    Organized clouds, which have one point per pixel, contain points without a position. If points
-    are skipped, the column ``record`` has the index of each remaining point in the file.
+    Organized clouds, which have one point per pixel, contain points with a NaN or infinite
+    coordinate. They are skipped, and the attribute ``record`` has the index of each remaining point
+    in the file.
     """
     header = _header_of(data)
     read = {"ascii": _read_text, "binary": _read_records, "binary_compressed": _read_compressed}
@@ -85,13 +75,14 @@ def read_pcd(data: Content) -> PcdPoints:
         name = field.name
         if name == _PADDING:
             continue
-        if name in columns or not is_word(name):
+        if name in columns or not _WORD.fullmatch(name):
             left_out.append(f"field {shown(name)}, whose name is repeated or not a word of ASCII")
             continue
         columns[name] = values
     columns = _with_positions(_with_colors(columns), left_out)
-    kept = {name: values if name in "xyz" else narrowed(values) for name, values in columns.items()}
-    return PcdPoints(kept, header.viewpoint, tuple(left_out))
+    columns = {_OTHER_NAMES.get(name, name): values for name, values in columns.items()}
+    others = {name: values for name, values in columns.items() if name not in "xyz"}
+    return kit.cloud_of(columns, others, left_out=left_out, viewpoint=header.viewpoint)
 
 
 def _header_of(data: Content) -> _Header:
@@ -153,7 +144,7 @@ def _viewpoint_of(words: list[str]) -> Floats | None:
 
 
 def _read_text(data: Content, header: _Header) -> list[Array]:
-    lines = split_lines(data, begin=header.begin, comment=b"#")
+    lines = Lines.of(data, begin=header.begin, comment=b"#")
     width = sum(field.length for field in header.fields)
     lines.refuse(lines.counts != width, f"expected {counted(width, 'number')}")
     _check_points(len(lines), header)
@@ -194,17 +185,15 @@ def _read_compressed(data: Content, header: _Header) -> list[Array]:
     """Read columns that are stored one after the other and compressed together."""
     begin = header.begin + 8
     sizes = np.frombuffer(data[header.begin : begin].ljust(8, b"\0"), "<u4").tolist()
-    packed = np.frombuffer(data, np.uint8)[begin : begin + sizes[0]]
+    n_packed = min(sizes[0], max(len(data) - begin, 0))
     n_bytes = header.n_points * header.record_size
-    if len(packed) != sizes[0] or sizes[1] != n_bytes or n_bytes > _MAX_COMPRESSED * len(packed):
+    if n_packed != sizes[0] or sizes[1] != n_bytes or n_bytes > _MAX_COMPRESSED * n_packed:
         raise MeshError(
             f"{counted(header.n_points, 'point')} must have {n_bytes} bytes, but the file declares"
-            f" {sizes[1]} bytes, compressed to {sizes[0]}, and has {len(packed)} compressed bytes:"
+            f" {sizes[1]} bytes, compressed to {sizes[0]}, and has {n_packed} compressed bytes:"
             " it may be truncated or damaged"
         )
-    content = _core.unpack_lzf(packed, n_bytes)
-    if len(content) != n_bytes:
-        raise MeshError("the compressed points cannot be decompressed: the file is damaged")
+    content = BinaryReader(data, begin=begin).unpacked(n_packed, n_bytes)
     columns, place = [], 0
     for field in header.fields:
         end = place + header.n_points * field.length * field.dtype.itemsize
@@ -240,8 +229,7 @@ def _with_colors(columns: dict[str, Array]) -> dict[str, Array]:
 
 
 def _with_positions(columns: dict[str, Array], left_out: list[str]) -> dict[str, Array]:
-    points = np.array([as_doubles(columns[axis]) for axis in "xyz"])
-    is_known: Bools = np.asarray(np.isfinite(points).all(axis=0))
+    is_known: Bools = np.all([np.isfinite(columns[axis]) for axis in "xyz"], axis=0)
     records = np.flatnonzero(is_known).astype(np.int32)
     if not len(records):
         raise MeshError("no point of the file has a position: all coordinates are NaN")

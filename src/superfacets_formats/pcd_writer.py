@@ -6,16 +6,17 @@ from typing import IO
 
 import numpy as np
 
-from superfacets.files.writers.content import Content
-from superfacets.files.writers.text import ROWS_AT_ONCE, fits_single
-from superfacets.kit import Array, write_rows
+from superfacets.kit import Array, Output, write_rows
 
 _NAMES = {"nx": "normal_x", "ny": "normal_y", "nz": "normal_z"}
+
+ROWS_AT_ONCE = 1 << 14
+"""Number of records that are written at a time."""
 
 _FORMATS = {"f4": "%.9g", "f8": "%.17g"}
 
 
-def write_pcd(file: IO[bytes], content: Content) -> None:
+def write_pcd(file: IO[bytes], content: Output) -> None:
     """Write positions, normals, packed colors, labels and attributes as binary or text PCD.
 
     Coordinates are float32 if float32 is exact, otherwise float64. Labels are unsigned integers, or
@@ -56,15 +57,18 @@ def write_pcd(file: IO[bytes], content: Content) -> None:
         file.write(rows.tobytes())
 
 
-def _columns_of(content: Content) -> dict[str, Array]:
+def _columns_of(content: Output) -> dict[str, Array]:
     """Return the PCD fields, keyed by name.
 
     An attribute is skipped if another field has its name, or if it stores colors that are already
     packed in the field ``rgb``.
     """
     cloud, labels, colors = content.cells, content.labels, content.colors
-    dtype = np.float32 if fits_single(cloud.points) else np.float64
-    columns: dict[str, Array] = dict(zip("xyz", cloud.points.T.astype(dtype), strict=True))
+    with np.errstate(over="ignore"):  # overflow gives infinity, which differs from the value
+        points = cloud.points.astype(np.float32)
+    if not np.array_equal(points, cloud.points):
+        points = cloud.points
+    columns: dict[str, Array] = dict(zip("xyz", np.ascontiguousarray(points.T), strict=True))
     if cloud.normals is not None:
         columns |= zip(_NAMES.values(), cloud.normals.T.astype(np.float32), strict=True)
     if colors is None and cloud.colors is not None:

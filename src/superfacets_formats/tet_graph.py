@@ -8,14 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from superfacets import ArcMeasures, CellGraph, MeshError, _core, kit
-from superfacets.graph.cell_graph import BaseGraph
-from superfacets.graph.kinds import DrawnFaces, Kind, Nearest
-from superfacets.kit import Bools, Floats, Ints, Longs, MeshLike, Surface
-from superfacets.mesh.faces import Corners
-from superfacets.mesh.weld import lowest_vertices
+from superfacets import ArcMeasures, CellGraph, MeshError, kit
+from superfacets.kit import BaseGraph, Bools, Floats, Ints, Kind, Longs, MeshLike, Surface
 
-from .tet_mesh import TetMesh, signed_volumes
+from .tet_mesh import TetBoundary, TetMesh, signed_volumes
 
 
 class TriangleCounts(NamedTuple):
@@ -73,7 +69,7 @@ class TetGraph(BaseGraph):
         steps = self.arc_measures.step_lengths
         assert steps is not None
         given = steps / self.diagonal if weights is None else weights
-        return CellGraph._of_arcs(self, given, n_threads, self.arc_measures, 3)
+        return self._weighted(given, n_threads, self.arc_measures, 3)
 
     def __repr__(self) -> str:
         return f"TetGraph({kit.counted(self.n_cells, 'tet')}, {kit.counted(self.n_arcs, 'arc')})"
@@ -114,11 +110,7 @@ def build_tet_graph(mesh: MeshLike, *, weld: bool = True, n_threads: int | None 
     if not isinstance(cells, TetMesh):
         raise MeshError(f"expected a tetrahedral mesh, got a {type(cells).__name__}")
     threads = kit.checked_threads(n_threads)
-    lowest = lowest_vertices(cells.vertices, weld, threads)
-    try:
-        found, measures = _core.build_tet_graph(cells.vertices, cells.tets, lowest, threads)
-    except ValueError as error:  # `_core` raises this error for too many arcs
-        raise MeshError(str(error)) from None
+    found, measures = cells.arcs_and_measures(weld, threads)
     offsets, neighbors, sides, _, counts = found
     positions, volumes, border_areas, step_lengths, open_areas = measures
     arcs = ArcMeasures(border_areas, step_lengths, None, sides, open_areas)
@@ -135,22 +127,6 @@ def build_tet_graph(mesh: MeshLike, *, weld: bool = True, n_threads: int | None 
     return graph
 
 
-def tet_surface(mesh: TetMesh, graph: TetGraph, n_threads: int) -> Surface:
-    """Return the `Surface` of a tetrahedral mesh; `graph` is the graph of this mesh."""
-    given = graph.arc_measures
-    assert given.step_lengths is not None
-    assert given.sides is not None
-    assert given.open_lengths is not None
-    handle = _core.TetSurface(
-        mesh.vertices, mesh.tets, graph.positions, graph.measures, graph.offsets, graph.neighbors,
-        given.border_lengths, given.step_lengths, given.sides, given.open_lengths,
-    )  # fmt: skip
-    return Surface(
-        handle, graph.offsets, graph.neighbors, graph.bounds, graph.diagonal, n_threads,
-        weights=given.step_lengths / graph.diagonal, dimension=3,
-    )  # fmt: skip
-
-
 class _Tets(Kind):
     name = "tetrahedra"
     noun = "tet"
@@ -161,7 +137,7 @@ class _Tets(Kind):
         return build_tet_graph(cells, weld=weld, n_threads=n_threads), None
 
     def surface(self, cells: TetMesh, graph: TetGraph, n_threads: int) -> Surface:
-        return tet_surface(cells, graph, n_threads)
+        return Surface.of_tets(cells, graph, graph.arc_measures, n_threads)
 
     def measures(self, cells: TetMesh, n_threads: int) -> Floats:
         return np.abs(signed_volumes(cells))
@@ -171,14 +147,11 @@ class _Tets(Kind):
 
     def nearest(
         self, cells: TetMesh, queries: Floats, max_distance: float, n_threads: int
-    ) -> Nearest:
-        return _core.nearest_tets(cells.vertices, cells.tets, queries, max_distance, n_threads)
+    ) -> tuple[Ints, Floats, Floats]:
+        return cells.nearest(queries, max_distance, n_threads)
 
-    def corners(self, cells: TetMesh) -> Corners:
-        return kit.corners_of(cells)
-
-    def drawn_faces(self, cells: TetMesh, keep: Bools | None = None) -> DrawnFaces:
-        return DrawnFaces(*cells.boundary(keep))
+    def drawn_faces(self, cells: TetMesh, keep: Bools | None = None) -> TetBoundary:
+        return cells.boundary(keep)
 
 
 TETS = _Tets()

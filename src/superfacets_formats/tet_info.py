@@ -6,11 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from superfacets import _core
-from superfacets.kit import checked_threads
-from superfacets.tools.info import count_components, count_positions
-
-from .tet_graph import build_tet_graph
+from .tet_graph import TetGraph
 from .tet_mesh import TetMesh, signed_volumes
 
 _VOLUME_NOISE = 4e-16
@@ -48,23 +44,24 @@ class TetInfo:
     """Length of the diagonal of the bounding box."""
 
 
-def tet_info(mesh: TetMesh, weld: bool) -> TetInfo:
-    """Return counts and sizes of a tetrahedral mesh, for `mesh_info`."""
-    graph = build_tet_graph(mesh, weld=weld)
+def tet_info(
+    mesh: TetMesh, graph: TetGraph, n_positions: int, n_components: int, volume: float
+) -> TetInfo:
+    """Return counts and sizes of a tetrahedral mesh and its graph, for `mesh_info`."""
     low, high = graph.bounds.tolist()
     edges = mesh.vertices[mesh.tets[:, 1:]] - mesh.vertices[mesh.tets[:, :1]]
     noise = _VOLUME_NOISE * np.linalg.norm(edges, axis=2).max(axis=1) ** 3
     return TetInfo(
         n_tets=mesh.n_tets,
         n_vertices=mesh.n_vertices,
-        n_positions=count_positions(mesh.vertices),
-        n_components=count_components(graph),
+        n_positions=n_positions,
+        n_components=n_components,
         n_triangles=graph.triangle_counts.triangles,
         n_boundary_triangles=graph.triangle_counts.boundary,
         n_nonmanifold_triangles=graph.triangle_counts.non_manifold,
         n_flat_tets=int(np.count_nonzero(graph.measures <= noise)),
         n_turned_tets=int(np.count_nonzero(signed_volumes(mesh) < -noise)),
-        volume=_core.sum_of(graph.measures, checked_threads(None)),
+        volume=volume,
         bounds=(tuple(low), tuple(high)),
         diagonal=graph.diagonal,
     )

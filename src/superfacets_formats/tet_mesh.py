@@ -8,11 +8,8 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from superfacets import Mesh, MeshError, _core
-from superfacets.base.checks import checked_mask, checked_tets
-from superfacets.kit import Floats, Ints, Longs, checked_threads, counted, freeze
-from superfacets.mesh.base import CellsOfVertices
-from superfacets.mesh.weld import lowest_vertices
+from superfacets import Mesh
+from superfacets.kit import Floats, Ints, Longs, TetCells, counted
 
 # Row i lists the three corners opposite to corner i of a tetrahedron. The three corners are
 # counterclockwise seen from outside if the signed volume of the tetrahedron is positive.
@@ -36,7 +33,7 @@ class TetBoundary(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class TetMesh(CellsOfVertices):
+class TetMesh(TetCells):
     """A tetrahedral mesh with checked, read-only arrays.
 
     Tetrahedra keep their order, and each tetrahedron gets one label. Tetrahedra may be inverted,
@@ -67,7 +64,6 @@ class TetMesh(CellsOfVertices):
     (TetMesh(4 vertices, 1 tet), Mesh(4 vertices, 4 faces))
     """
 
-    corners_name: ClassVar[str] = "tets"
     sides: ClassVar[Longs | None] = _SIDES
 
     vertices: Floats
@@ -75,13 +71,7 @@ class TetMesh(CellsOfVertices):
     bounds: Floats = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        vertices, tets, bounds = checked_tets(self.vertices, self.tets)
-        freeze(self, vertices=vertices, tets=tets, bounds=bounds)
-
-    @property
-    def n_cells(self) -> int:
-        """Number of cells. The cells of this mesh are its tetrahedra."""
-        return len(self.tets)
+        self._check()
 
     @property
     def n_tets(self) -> int:
@@ -108,25 +98,11 @@ class TetMesh(CellsOfVertices):
         ValueError, TypeError
             If `keep` is not an array with one bool per tetrahedron.
         """
-        kept = checked_mask(keep, self.n_tets, "keep")
-        threads = checked_threads(None)
-        lowest = lowest_vertices(self.vertices, weld, threads)
-        graph, _ = _core.build_tet_graph(self.vertices, self.tets, lowest, threads)
-        offsets, neighbors, sides, *_ = graph
-        is_outside = np.repeat(kept[:, np.newaxis], 4, axis=1)
-        sources = np.repeat(np.arange(self.n_tets), np.diff(offsets))
-        inner = kept[neighbors]
-        is_outside[sources[inner], sides[inner]] = False
-        tets, opposite = np.nonzero(is_outside)
-        if not len(tets):
-            why = "every triangle belongs to two or more tetrahedra"
-            if not kept.any():
-                why = "no tetrahedron is kept"
-            raise MeshError(f"the mesh has no boundary, because {why}")
+        tets, opposite = self.boundary_sides(keep, weld)
         triangles = self.tets[tets[:, np.newaxis], _SIDES[opposite]]
         is_inverted = signed_volumes(self)[tets] < 0
         triangles[is_inverted] = triangles[is_inverted][:, ::-1]
-        return TetBoundary(Mesh._of_new(self.vertices, triangles), tets.astype(np.int32))
+        return TetBoundary(Mesh(self.vertices, triangles), tets.astype(np.int32))
 
     def __repr__(self) -> str:
         return f"TetMesh({counted(self.n_vertices, 'vertex')}, {counted(self.n_tets, 'tet')})"

@@ -6,8 +6,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from superfacets import MeshError
-from superfacets.files.readers.text import as_integers
-from superfacets.kit import Array, Content, check_length, counted
+from superfacets.kit import Array, Content, as_integers, check_length, counted
 
 from .grids import Grid
 from .medit import read_medit

@@ -8,10 +8,9 @@ from urllib.parse import unquote_to_bytes
 import numpy as np
 
 from superfacets import MeshError
-from superfacets.files.readers.text import as_count, shown
-from superfacets.kit import Array, Content, as_doubles, counted
+from superfacets.kit import Array, Content, counted, shown
 
-from .grids import Cursor, Grid, sizes_between
+from .grids import Cursor, Grid, as_count, sizes_between
 from .vtk_xml import NUMBER_TYPES
 
 _TYPES = {
@@ -146,7 +145,7 @@ class _LegacyReader(Cursor):
         if missing:
             section = {"points": "POINTS", "corners": "CELLS", "kinds": "CELL_TYPES"}[missing[0]]
             raise MeshError(f"the file has no section {section}: it may be truncated")
-        points = as_doubles(self._arrays["points"]).reshape(-1, 3)
+        points = self._arrays["points"].reshape(-1, 3)
         kinds, sizes, corners = (self._arrays[key] for key in ("kinds", "sizes", "corners"))
         return Grid(points, kinds, sizes, corners, self._values)
 

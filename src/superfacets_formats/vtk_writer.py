@@ -13,8 +13,7 @@ from urllib.parse import quote
 
 import numpy as np
 
-from superfacets.files.writers.content import Content
-from superfacets.kit import Array, corners_of, write_rows
+from superfacets.kit import Array, Output, corners_of, write_rows
 
 Arrays = Mapping[str, Array]
 """Arrays of shape (N,) or (N, n), by name."""
@@ -75,7 +74,7 @@ def number_format(values: Array) -> str:
     return "%d" if values.dtype.kind in "iu" else "%.9g" if values.dtype.itemsize == 4 else "%.17g"
 
 
-def write_vtp(file: IO[bytes], content: Content) -> None:
+def write_vtp(file: IO[bytes], content: Output) -> None:
     """Write VTP, with labels and ``colors`` as cell data."""
     mesh, attributes = content.cells, content.attributes
     corners = corners_of(mesh)
@@ -102,7 +101,7 @@ _TETRA = 10
 """VTK's code for tetrahedra."""
 
 
-def write_vtu(file: IO[bytes], content: Content) -> None:
+def write_vtu(file: IO[bytes], content: Output) -> None:
     """Write tetrahedra as VTU, with labels as cell data."""
     mesh, labels = content.cells, content.labels
     cells: Arrays = {
@@ -119,7 +118,7 @@ def write_vtu(file: IO[bytes], content: Content) -> None:
     write_vtk_xml(file, "UnstructuredGrid", counts, sections, ascii=content.ascii)
 
 
-def write_vtk(file: IO[bytes], content: Content) -> None:
+def write_vtk(file: IO[bytes], content: Output) -> None:
     """Write tetrahedra as legacy VTK, with labels as a field of cell data."""
     mesh, labels, ascii = content.cells, content.labels, content.ascii
     n = mesh.n_tets

@@ -11,21 +11,10 @@ from xml.etree.ElementTree import Element, ParseError, fromstring
 
 import numpy as np
 
-from superfacets import MeshError
-from superfacets.files.guards import checked_faces
-from superfacets.files.readers.text import as_count, as_integers, shown, split_lines
-from superfacets.kit import (
-    Array,
-    Arrays,
-    Content,
-    Floats,
-    as_doubles,
-    counted,
-    most_bytes_of,
-    named_errors,
-)
+from superfacets import MeshError, kit
+from superfacets.kit import Array, Content, Lines, as_integers, counted, named_errors, shown
 
-from .grids import sizes_between
+from .grids import as_count, sizes_between
 
 NUMBER_TYPES = {
     **{f"Int{8 * n}": f"i{n}" for n in (1, 2, 4, 8)},
@@ -49,12 +38,12 @@ def is_vtp(data: Content) -> bool:
     return b"<VTKFile" in head and b"PolyData" in head
 
 
-def read_vtp(data: Content) -> Arrays:
-    """Return vertices and polygons of a VTP file; single points and lines are skipped."""
+def read_vtp(data: Content) -> tuple[Array, Array, Array]:
+    """Return vertices, and sizes and corners of polygons; single points and lines are skipped."""
     points, sizes, corners = _open(data).cells("Polys", "NumberOfPolys")
     if not len(sizes):
         raise MeshError("the VTP file has no polygons")
-    return points, checked_faces(sizes, corners)
+    return points, sizes, corners
 
 
 def vtp_labels(data: Content, name: str) -> Array | None:
@@ -84,7 +73,7 @@ class XmlFile:
     """A VTK XML file of one type, whose arrays are decoded on demand."""
 
     def __init__(self, data: Content, kind: str) -> None:
-        self._left = most_bytes_of(len(data))
+        self._left = kit.most_bytes_of(len(data))
         self._appended = memoryview(b"")
         begin = data.find(b"<AppendedData")
         text = data[:]
@@ -105,9 +94,9 @@ class XmlFile:
         appended = root.find("AppendedData")
         self._encoding = "" if appended is None else appended.get("encoding", "")
 
-    def cells(self, section: str, count: str) -> tuple[Floats, Array, Array]:
+    def cells(self, section: str, count: str) -> tuple[Array, Array, Array]:
         """Return vertices, (V, 3), sizes of cells, and flat corners of cells, of all pieces."""
-        parts: list[tuple[Floats, Array, Array]] = [(np.empty((0, 3)), _NONE, _NONE)]
+        parts: list[tuple[Array, Array, Array]] = [(np.empty((0, 3)), _NONE, _NONE)]
         n_points = 0
         for piece in self.pieces:
             points = self._points(piece)
@@ -143,14 +132,15 @@ class XmlFile:
             parts.append(values[n_before:])
         return np.concatenate(parts) if parts else None
 
-    def _points(self, piece: Element) -> Floats:
+    def _points(self, piece: Element) -> Array:
         n_points = _count(piece, "NumberOfPoints")
         array = piece.find("Points/DataArray")
         if not n_points:
             return np.empty((0, 3))
         if array is None or array.get("NumberOfComponents") != "3":
             raise MeshError("the Points of the file must have 3 components")
-        return as_doubles(self._values(array, 3 * n_points)).reshape(-1, 3)
+        with np.errstate(invalid="ignore"):  # signaling NaNs
+            return self._values(array, 3 * n_points).astype(np.float64, copy=False).reshape(-1, 3)
 
     def _integers(self, piece: Element, section: str, name: str, n: int) -> Array:
         """Return the named array of `n` integers, or raise a MeshError if it is missing."""
@@ -282,7 +272,7 @@ def _parsed_xml(text: bytes) -> Element:
 
 def _parsed(text: bytes, stored: np.dtype[Any]) -> Array:
     """Parse all numbers in a text, and convert them to the type `stored`."""
-    lines = split_lines(text)
+    lines = Lines.of(text)
     if stored.kind != "f":
         return as_integers(lines.parse_integers_or_floats(), "values")
     with np.errstate(over="ignore", invalid="ignore"):

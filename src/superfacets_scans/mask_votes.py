@@ -59,10 +59,11 @@ class SeenSurface:
                 f"masks need a mesh, got {kind_of(cells).plural}, which have no surface: lift the"
                 " masks to a mesh of the object, then use transfer"
             )
-        self._vertices = drawn.mesh.vertices
-        self._triangles, sources = cut_into_triangles(drawn.mesh)
+        mesh, cell_of_face = drawn
+        self._vertices = mesh.vertices
+        self._triangles, sources = cut_into_triangles(mesh)
         owners = np.arange(len(self._triangles)) if sources is None else sources
-        self._cells = owners if drawn.sources is None else drawn.sources[owners]
+        self._cells = owners if cell_of_face is None else cell_of_face[owners]
         # Pixels without a triangle have index -1, and therefore get the last label, which is -1.
         self._labels = np.append(labels[self._cells], np.int32(-1))
         self._n_threads = n_threads

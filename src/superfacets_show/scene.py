@@ -231,7 +231,7 @@ def surface_of(cells: Cells) -> tuple[Floats, Array | None]:
     drawn = kind.drawn_faces(cells)
     if drawn is None:
         return kind.cloud(cells).points, None
-    return drawn.mesh.vertices, kit.cut_into_triangles(drawn.mesh)[0]
+    return drawn[0].vertices, kit.cut_into_triangles(drawn[0])[0]
 
 
 def guess_up(points: Floats, triangles: Array | None) -> Literal["y", "z"]:

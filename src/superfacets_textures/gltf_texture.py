@@ -11,25 +11,7 @@ from urllib.parse import unquote
 import numpy as np
 
 from superfacets import MeshAttributes, MeshError
-from superfacets.files.guards import TriangleArrays
-from superfacets.files.readers.gltf import (
-    Scene,
-    is_mirrored,
-    open_scene,
-    positions_of,
-    read_corners,
-    read_scene,
-    triangle_primitives,
-)
-from superfacets.files.readers.gltf_file import (
-    Gltf,
-    decoded,
-    numbers,
-    read_accessor,
-    view_content,
-    whole,
-)
-from superfacets.kit import Array, Content, Floats, Ints, as_doubles, counted, most_bytes_of
+from superfacets.kit import Array, Floats, GltfScene, Ints, counted, most_bytes_of
 
 from .images import ENDING_OF_IMAGE, UNKNOWN, TextureImage, image_beside, kind_of_image, problems_of
 from .textures import Material, MaterialSource, Texture, with_textures
@@ -40,19 +22,14 @@ _TRANSFORM = "KHR_texture_transform"
 _WEBP, _BASIS = "EXT_texture_webp", "KHR_texture_basisu"
 
 
-def read_gltf_with_attributes(
-    data: Content, folder: Path | None
-) -> tuple[TriangleArrays, MeshAttributes]:
-    """Return vertices, faces and texture of a glTF file; it may refer to files in `folder`."""
-    scene = open_scene(data, folder)
-    return read_scene(scene), read_texture(scene, folder)
+def read_texture(scene: GltfScene, folder: Path | None) -> MeshAttributes:
+    """Return the texture of a scene, or if it cannot be read, the reason in `left_out`.
 
-
-def read_texture(scene: Scene, folder: Path | None) -> MeshAttributes:
-    """Return the texture of a scene, or if it cannot be read, the reason in `left_out`."""
-    reader = _Reader(scene.gltf, folder)
+    Images may be in `folder`.
+    """
+    reader = _Reader(scene, folder)
     try:
-        texture = reader.texture(scene)
+        texture = reader.texture()
     except MeshError as error:
         return MeshAttributes(left_out=(f"texture: {error}",))
     return MeshAttributes(left_out=(*reader.left_out,), texture=texture)
@@ -81,7 +58,7 @@ class _Use:
 class _Reader:
     """Reader that reads each material, image and array of texture coordinates only once."""
 
-    gltf: Gltf
+    gltf: GltfScene
     folder: Path | None
     left_out: list[str] = field(default_factory=list)
     materials: list[Material] = field(default_factory=list)
@@ -93,14 +70,14 @@ class _Reader:
     _image_of: dict[int, TextureImage] = field(default_factory=dict)
     _first_of: dict[tuple[int, _Use], int] = field(default_factory=dict)
 
-    def texture(self, scene: Scene) -> Texture | None:
+    def texture(self) -> Texture | None:
         """Return the texture of a scene, or None if it has neither coordinates nor materials."""
-        parts = {index: self._parts(index) for index in dict(scene.visits)}
+        parts = {index: self._parts(index) for index in dict(self.gltf.visits)}
         corners: list[Array] = []
         face_materials: list[Ints] = []
-        for index, matrix in scene.visits:
+        for index, matrix in self.gltf.visits:
             for indices, material in parts[index]:
-                corners.append(indices[:, [0, 2, 1]] if is_mirrored(matrix) else indices)
+                corners.append(indices[:, [0, 2, 1]] if self.gltf.is_mirrored(matrix) else indices)
                 face_materials.append(np.full(len(indices), material, np.int32))
         if not self.coordinates and not self.materials:
             return None
@@ -117,9 +94,9 @@ class _Reader:
         An index is -1 if there are no coordinates or no material.
         """
         parts = []
-        for primitive in triangle_primitives(self.gltf, index):
-            positions = read_accessor(self.gltf, positions_of(primitive, index), "VEC3")
-            corners = read_corners(self.gltf, primitive, len(positions)).reshape(-1, 3)
+        for primitive in self.gltf.primitives(index):
+            positions = self.gltf.rows(self.gltf.positions_of(primitive, index), "VEC3")
+            corners = self.gltf.corners(primitive, len(positions)).reshape(-1, 3)
             material = self._material(primitive["material"]) if "material" in primitive else -1
             use = self.uses[material] if material >= 0 else _Use()
             accessor = primitive["attributes"].get(f"TEXCOORD_{use.coordinates}")
@@ -132,15 +109,12 @@ class _Reader:
 
     def _first_coordinate(self, accessor: Any, use: _Use, n_vertices: int) -> int:
         """Return the index of an accessor's first coordinate; add the coordinates if new."""
-        key = (whole({"accessor": accessor}, "accessor"), use)
+        key = (self.gltf.whole({"accessor": accessor}, "accessor"), use)
         if key not in self._first_of:
-            stored = read_accessor(self.gltf, accessor, "VEC2")
-            if len(stored) != n_vertices:
+            pairs = self.gltf.doubles(accessor, "VEC2")
+            if len(pairs) != n_vertices:
                 expected = counted(n_vertices, "texture coordinate")
-                raise MeshError(f"expected {expected}, got {len(stored)}")
-            pairs = as_doubles(stored)
-            if stored.dtype.kind != "f" and self.gltf.item("accessors", accessor).get("normalized"):
-                pairs = np.maximum(pairs / np.iinfo(stored.dtype).max, -1.0)
+                raise MeshError(f"expected {expected}, got {len(pairs)}")
             self._first_of[key] = self.n_coordinates
             self.n_coordinates += len(pairs)
             if pairs.itemsize * 2 * self.n_coordinates > most_bytes_of(self.gltf.n_bytes):
@@ -163,7 +137,7 @@ class _Reader:
         shading = document.get("pbrMetallicRoughness", {})
         if not isinstance(shading, dict):
             raise MeshError(f"materials[{index}].pbrMetallicRoughness must be a JSON object")
-        red, green, blue, _ = numbers(shading, "baseColorFactor", [1.0] * 4).tolist()
+        red, green, blue, _ = self.gltf.numbers(shading, "baseColorFactor", [1.0] * 4).tolist()
         info = shading.get("baseColorTexture")
         use = _use_of(info) if isinstance(info, dict) else _Use()
         source = _SourceReader(self, use)
@@ -176,7 +150,7 @@ class _Reader:
         if not isinstance(info, dict):
             return Material(name, (red, green, blue), source=kept), use
         image, sampler = self.image_and_sampler(info.get("index"))
-        codes = [whole(sampler, key, 10497) for key in ("wrapS", "wrapT")]
+        codes = [self.gltf.whole(sampler, key, 10497) for key in ("wrapS", "wrapT")]
         wrap_u, wrap_v = (WRAP_OF_CODE.get(code, "repeat") for code in codes)
         return Material(name, (red, green, blue), image, (wrap_u, wrap_v), kept), use
 
@@ -203,10 +177,10 @@ class _Reader:
         if isinstance(address, str) and not address.startswith("data:"):
             return image_beside(unquote(address), self.folder)
         if isinstance(address, str):
-            content = decoded(address)
+            content = self.gltf.decoded(address)
         else:
             self.gltf.item("bufferViews", document.get("bufferView"))
-            content = bytes(view_content(self.gltf, document["bufferView"]))
+            content = bytes(self.gltf.view(document["bufferView"]))
             self.n_image_bytes += len(content)
             if self.n_image_bytes > self.gltf.n_bytes:  # otherwise, a small file could fill memory
                 raise MeshError("broken glTF: the images in the file overlap")
@@ -251,10 +225,10 @@ def _use_of(info: dict[str, Any]) -> _Use:
     transform = extensions.get(_TRANSFORM, {}) if isinstance(extensions, dict) else None
     if not isinstance(transform, dict):
         raise MeshError("broken glTF: extensions of a texture reference must be objects")
-    offset = tuple(numbers(transform, "offset", [0.0, 0.0]).tolist())
-    scale = tuple(numbers(transform, "scale", [1.0, 1.0]).tolist())
+    offset = tuple(GltfScene.numbers(transform, "offset", [0.0, 0.0]).tolist())
+    scale = tuple(GltfScene.numbers(transform, "scale", [1.0, 1.0]).tolist())
     rotation = transform.get("rotation", 0.0)
     if type(rotation) not in (int, float) or not np.isfinite(rotation):
         raise MeshError("broken glTF: the rotation of a texture must be a finite number")
-    place = whole(transform, "texCoord", whole(info, "texCoord", 0))
+    place = GltfScene.whole(transform, "texCoord", GltfScene.whole(info, "texCoord", 0))
     return _Use(place, offset, float(rotation), scale)

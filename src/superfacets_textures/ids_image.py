@@ -8,8 +8,7 @@ from typing import IO
 import numpy as np
 
 from superfacets import MeshError
-from superfacets.files.writers.content import Content
-from superfacets.kit import Array, Bools, Bytes, Ints, atomic_outputs, kind_of
+from superfacets.kit import Array, Bools, Bytes, Ints, Output, atomic_outputs, kind_of
 
 from .images import import_pillow
 from .texels import ids_in_layout
@@ -20,7 +19,7 @@ PLAIN_SIZE = (2048, 2048)
 """Width and height of an id image if the texture has no color image, or if it cannot be read."""
 
 
-def write_ids(file: IO[bytes], content: Content) -> None:
+def write_ids(file: IO[bytes], content: Output) -> None:
     """Write an image with the region id of each texel, and a table of ids in the same folder.
 
     The texture coordinates of the mesh apply to this image. The id of a region is its label + 1,
@@ -68,7 +67,7 @@ def _as_colors(ids: Ints) -> Bytes:
     return np.stack([numbers & 255, numbers >> 8 & 255, numbers >> 16], axis=2).astype(np.uint8)
 
 
-def _table_of_ids(content: Content, labels: Ints, n_texels: Array) -> bytes:
+def _table_of_ids(content: Output, labels: Ints, n_texels: Array) -> bytes:
     """Return a CSV table with id, label, number of texels and area of each region."""
     measures = kind_of(content.cells).measures(content.cells, 1)
     kept = labels >= 0

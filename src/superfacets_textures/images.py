@@ -14,8 +14,7 @@ from typing import Any
 import numpy as np
 
 from superfacets import MeshError
-from superfacets.files.guards import file_beside
-from superfacets.kit import Bytes, import_extra, open_regular, read_content, shortened
+from superfacets.kit import Bytes, file_beside, import_extra, open_regular, read_content, shortened
 
 MAX_PIXELS = 1 << 28
 """Maximum number of pixels of an image, 16,384 x 16,384."""

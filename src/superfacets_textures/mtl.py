@@ -11,9 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from superfacets import MeshError
-from superfacets.files.guards import file_beside
-from superfacets.files.readers.text import split_word
-from superfacets.kit import read_content
+from superfacets.kit import file_beside, read_content
 
 from .images import TextureImage, image_beside
 from .light import linear_of_srgb
@@ -120,6 +118,12 @@ def _split_options(text: str) -> tuple[list[str], str]:
             options.append(value)
             rest = after
     return options, rest
+
+
+def split_word(text: str) -> tuple[str, str]:
+    """Return the first word of a text, and the rest; any white space separates them."""
+    word, *rest = text.split(maxsplit=1) or [""]
+    return word, rest[0].rstrip() if rest else ""
 
 
 def _is_number(text: str) -> bool:

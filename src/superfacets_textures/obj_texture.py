@@ -8,31 +8,26 @@ from pathlib import Path
 import numpy as np
 
 from superfacets import MeshAttributes, MeshError
-from superfacets.files.guards import Polygons
-from superfacets.files.readers.obj import read_obj, without_continuations
-from superfacets.files.readers.text import iterate_lines, split_word
-from superfacets.kit import Array, Arrays, Bools, Content, Floats, Ints, Lines
+from superfacets.kit import Array, Bools, Content, Floats, Ints, Lines
 
 from .images import problems_of
-from .mtl import read_libraries
+from .mtl import read_libraries, split_word
 from .textures import Material, Texture
 
 KEYWORDS = (b"vt", b"f", b"usemtl", b"mtllib")
 COORDINATES, FACE, MATERIAL, LIBRARY = range(4)
 
 
-def read_obj_with_attributes(data: Content, folder: Path | None) -> tuple[Arrays, MeshAttributes]:
-    """Return vertices, faces and texture of an OBJ file; MTL files must be in `folder`.
+def read_texture(data: Content, folder: Path | None) -> MeshAttributes:
+    """Return the texture of a valid OBJ file without continued lines; MTL files are in `folder`.
 
     If the texture cannot be read, the result has no texture, and `left_out` has the reason.
     """
-    data = without_continuations(data)
-    arrays = read_obj(data)
     try:
-        texture, left_out = _read_texture(data, folder, arrays)
+        texture, left_out = _read_texture(data, folder)
     except MeshError as error:
-        return arrays, MeshAttributes(left_out=(f"texture: {error}",))
-    return arrays, MeshAttributes(left_out=(*left_out,), texture=texture)
+        return MeshAttributes(left_out=(f"texture: {error}",))
+    return MeshAttributes(left_out=(*left_out,), texture=texture)
 
 
 @dataclass
@@ -48,11 +43,9 @@ class _Found:
     n_coordinates: int = 0
 
 
-def _read_texture(
-    data: Content, folder: Path | None, arrays: Arrays
-) -> tuple[Texture | None, list[str]]:
+def _read_texture(data: Content, folder: Path | None) -> tuple[Texture | None, list[str]]:
     found = _Found()
-    for lines in iterate_lines(data, comment=b"#"):
+    for lines in Lines.blocks(data, comment=b"#"):
         kinds = lines.keywords(KEYWORDS)
         _add_coordinates(lines, kinds, found)
         _add_materials(lines, kinds, found)
@@ -61,9 +54,6 @@ def _read_texture(
     coordinates = np.concatenate(found.coordinates)
     corners = np.concatenate(found.indices)
     corners = np.where((corners < 0) | (corners >= len(coordinates)), -1, corners)
-    faces = arrays[1]
-    n_corners = len(faces.indices) if isinstance(faces, Polygons) else faces.size
-    assert len(corners) == n_corners
     known, libraries, left_out = read_libraries(found.libraries, folder)
     missing = [name for name in found.names if name not in known]
     if missing and not left_out:

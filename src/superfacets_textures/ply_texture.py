@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from superfacets import MeshAttributes
-from superfacets.files.attributes import IMAGE_COMMENT, is_image
-from superfacets.files.guards import Polygons
-from superfacets.files.readers.ply_body import Column
-from superfacets.files.readers.ply_header import Header
 from superfacets.kit import Array, Ints, Longs
 
 from .images import image_beside, problems_of
@@ -28,17 +25,18 @@ OF_TEXTURE = (OF_CORNERS, IMAGE_OF_FACE)
 
 def with_texture(
     attributes: MeshAttributes,
-    header: Header,
-    tables: list[list[Column]],
-    faces: Array | Polygons,
+    names: Sequence[str],
+    faces: Array | tuple[Longs, Array],
+    lists_of_faces: Callable[[str], tuple[Array, Array] | None],
     folder: Path | None,
 ) -> MeshAttributes:
-    """Add a texture to the attributes, if the file has image names and texture coordinates."""
-    names = images_in(attributes.comments)
-    if not names:
-        return attributes
+    """Add a texture to the attributes, if the file has texture coordinates.
+
+    `names` are names of images. `faces` are triangles, (F, 3), or offsets and corners of polygons.
+    `lists_of_faces` returns values, flat, and lengths of the lists with a name, or None.
+    """
     corners, offsets = _corners_of(faces)
-    found = _pairs_of_faces(header, tables, offsets)
+    found = _pairs_of_faces(lists_of_faces(OF_CORNERS), offsets)
     if found is None:
         found = _pairs_of_vertices(attributes, corners)
     if found is None:
@@ -54,36 +52,21 @@ def with_texture(
     return replace(attributes, texture=texture, left_out=(*left_out, *problems_of(images)))
 
 
-def images_in(comments: tuple[str, ...]) -> list[str]:
-    """Return the names of images in the comments of a PLY header."""
-    found = [line[len(IMAGE_COMMENT) :].strip() for line in comments if is_image(line)]
-    return [name for name in found if name]
-
-
-def _corners_of(faces: Array | Polygons) -> tuple[Array, Longs]:
+def _corners_of(faces: Array | tuple[Longs, Array]) -> tuple[Array, Longs]:
     """Return the vertex of each corner, flat, and the index of the first corner of each face."""
-    if isinstance(faces, Polygons):
-        return faces.indices, faces.offsets
+    if isinstance(faces, tuple):
+        return faces[1], faces[0]
     return faces.ravel(), 3 * np.arange(len(faces) + 1)
 
 
-def _pairs_of_faces(
-    header: Header, tables: list[list[Column]], offsets: Longs
-) -> tuple[Array, Ints] | None:
+def _pairs_of_faces(lists: tuple[Array, Array] | None, offsets: Longs) -> tuple[Array, Ints] | None:
     """Return texture coordinates stored in faces, and the row of each corner, or None.
 
     The row is -1 for corners of faces without coordinates.
     """
-    place = header.find("face")
-    column = None if place is None else header.elements[place].find(OF_CORNERS)
-    if place is None or column is None or place != header.faces:
+    if lists is None or len(lists[1]) != len(offsets) - 1:
         return None
-    found = tables[place][column]
-    if found.lengths is None or header.elements[place].n_rows != len(offsets) - 1:
-        return None
-    values = found.ragged if found.values is None else found.values.ravel()
-    assert values is not None
-    lengths = np.asarray(found.lengths, np.int64)
+    values, lengths = lists
     sizes = np.diff(offsets)
     has_pairs = np.repeat(lengths == 2 * sizes, sizes)
     firsts = np.repeat((np.cumsum(lengths) - lengths) // 2, sizes)

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from superfacets import MeshError, _core, kit
-from superfacets.kit import Array, Bools, Bytes, FaceMesh, Floats, Ints, MeshLike
+from superfacets import MeshError, kit
+from superfacets.kit import Array, Bools, Bytes, FaceMesh, Floats, Ints, MeshLike, Texels
 
 from .images import TextureImage
 from .light import linear_of_srgb, oklab_of_linear, srgb_of_linear
-from .textures import WRAPS, Texture
+from .textures import Texture
 
 LINEAR = np.rint(65535 * linear_of_srgb(np.arange(256) / 255)).astype(np.int32)
 """Lookup table from 8-bit sRGB values to linear light, from 0 to 65,535."""
@@ -177,13 +177,8 @@ def _texels_under(
     """
     image, wrap = sampled
     pixels = image.pixels()
-    height, width = pixels.shape[:2]
-    wrap_u, wrap_v = map(WRAPS.index, wrap)
-    means, spreads = _core.texel_colors(
-        pixels.reshape(-1), width, height, wrap_u, wrap_v, LINEAR, texture.coordinates.reshape(-1),
-        corners.reshape(-1), n_threads,
-    )  # fmt: skip
-    return means, spreads
+    texels = Texels(pixels.shape[1], pixels.shape[0], wrap)
+    return texels.colors(pixels, LINEAR, texture.coordinates, corners, n_threads)
 
 
 def _uv_areas(texture: Texture, triangles: Array) -> Floats:
@@ -224,17 +219,13 @@ def ids_in_layout(
     All other texels are -1. `size` is the width and height of the image, and `wrap` are the wrap
     modes of the two texture coordinates.
     """
-    width, height = size
     triangles, sources = kit.corner_triangles(mesh)
     faces = np.arange(mesh.n_faces) if sources is None else sources
     is_drawn = is_here[faces] & (labels[faces] >= 0)
-    wrap_u, wrap_v = map(WRAPS.index, wrap)
-    painted: Ints = _core.paint_ids(
-        width, height, wrap_u, wrap_v, texture.coordinates.reshape(-1),
-        texture.corners[triangles[is_drawn]].reshape(-1), labels[faces[is_drawn]], BLEED,
-        kit.checked_threads(None),
+    return Texels(*size, wrap).painted(
+        labels[faces[is_drawn]], texture.coordinates, texture.corners[triangles[is_drawn]],
+        BLEED, kit.checked_threads(None),
     )  # fmt: skip
-    return painted.reshape(height, width)
 
 
 def subdivided_texture(

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from superfacets.kit import Array, Floats, Ints, counted, freeze, refuse_mask
+from superfacets.kit import Array, Floats, Ints, Texels, counted, freeze, refuse_mask
 
 from .images import TextureImage
 
-WRAPS = ("repeat", "clamp", "mirror")
-"""Wrap modes: how an image continues outside [0, 1]. The C++ core uses indices of this tuple."""
+WRAPS = Texels.WRAPS
+"""Wrap modes: how an image continues outside [0, 1]."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 
-from superfacets.files.writers.text import finite_singles
 from superfacets.kit import Array, atomic_outputs, counted
 
 from .images import ENDING_OF_IMAGE, TextureImage, kind_of_image
@@ -173,7 +172,7 @@ def ply_texture(
     ] + [-1]
     corners = texture.corners.reshape(-1, 3)
     pairs = np.concatenate([texture.coordinates, [[0.0, 0.0]]])[corners].reshape(-1, 6)
-    fields: dict[str, Array] = {"texcoord": finite_singles(pairs)}
+    fields: dict[str, Array] = {"texcoord": pairs}
     if len(comments) > 1 or -1 in of_materials:
         fields["texnumber"] = np.array(of_materials, np.int32)[texture.face_materials]
     return comments, fields

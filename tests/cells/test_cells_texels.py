@@ -6,7 +6,7 @@ from reference import texel_colors
 from textured_meshes import checkered_ball, facade, grid, save_png
 
 import superfacets as sf
-from superfacets import Material, Mesh, MeshAttributes, PolygonMesh, Texture, TextureImage
+from superfacets import Material, Mesh, MeshAttributes, PolygonMesh, Texture, TextureImage, kit
 from superfacets.files.named_features import features_of
 from superfacets.weights.features import FeatureOptions, FeatureTable
 from superfacets_textures.textures import WRAPS
@@ -245,3 +245,14 @@ def test_features_need_pillow(tmp_path, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "PIL.PngImagePlugin", None)
     with pytest.raises(sf.MissingExtraError, match=r"pip install 'superfacets\[texture\]'"):
         sf.texture_colors(made.mesh, made.texture)
+
+
+def test_texels_check_the_arrays_that_they_get():
+    texels, square = kit.Texels(4, 2, ("repeat", "clamp")), np.zeros((2, 2))
+    corners, linear = np.array([[0, 1, 1]], np.int32), np.arange(256, dtype=np.int32)
+    with pytest.raises(ValueError, match=r"^pixels must fit 4 x 2, got \(4, 2, 3\)"):
+        texels.colors(np.zeros((4, 2, 3), np.uint8), linear, square, corners, 1)
+    with pytest.raises(ValueError, match=r"^corners must be below 2, got 2"):
+        texels.colors(np.zeros((2, 4, 3), np.uint8), linear, square, corners + 1, 1)
+    with pytest.raises(ValueError, match=r"^ids must have shape \(1,\), got \(2,\)"):
+        texels.painted(np.zeros(2, np.int32), square, corners, 0, 1)

@@ -9,8 +9,7 @@ import pytest
 import shapes
 from command_line import COMMAND
 
-from superfacets import MeshError, read_labels, read_mesh, segment, write_mesh
-from superfacets.files.readers.gltf import open_scene
+from superfacets import MeshError, kit, read_labels, read_mesh, segment, write_mesh
 from superfacets.files.readers.read import recognized_ending
 from superfacets_cli.inputs import read_input
 
@@ -91,10 +90,8 @@ def test_messages_name_standard_input(give):
 
 def test_gltf_on_standard_input_reaches_no_files():
     document = b'{"asset": {"version": "2.0"}, "buffers": [{"uri": "a.bin", "byteLength": 1}]}'
-    with pytest.raises(
-        MeshError, match=r"^the buffer 'a\.bin' is not in the folder of the glTF file"
-    ):
-        open_scene(document, None)
+    with pytest.raises(MeshError, match=r"^the buffer 'a\.bin' is not in the folder of the glTF"):
+        kit.GltfScene.open(document, None).read()
 
 
 def test_a_format_overrides_the_ending(run, tmp_path):

@@ -25,7 +25,7 @@ from superfacets import (
 )
 from superfacets.files.attributes import LasDimension, LasFrame
 from superfacets.mesh.convert import as_cells, as_mesh
-from superfacets_formats.las import read_las
+from superfacets_formats.las import read_las_cloud
 
 POINTS = np.array([[0, 0, 0], [1.5, 0, 0], [1, 1, 0.25], [0, 1, -3]])
 COLORS = np.array([[255, 0, 0], [0, 255, 0], [0, 0, 255], [51, 51, 51]], np.uint8)
@@ -193,10 +193,11 @@ def content_of(las, compressed):
 @pytest.mark.parametrize("point_format", range(11))
 def test_las_holds_what_laspy_reads(laspy, point_format, compressed):
     las = las_of(laspy, point_format)
-    points, columns, frame, left_out = read_las(bytes(content_of(las, compressed)))
-    assert frame.point_format == point_format
-    assert left_out == (("wave packets",) if point_format in (4, 5, 9, 10) else ())
-    assert all(np.array_equal(points[axis], getattr(las, axis)) for axis in "xyz")
+    cloud, attributes = read_las_cloud(bytes(content_of(las, compressed)))
+    columns = attributes.vertex
+    assert attributes.las.point_format == point_format
+    assert attributes.left_out == (("wave packets",) if point_format in (4, 5, 9, 10) else ())
+    assert np.array_equal(cloud.points, np.transpose([las.x, las.y, las.z]))
     waves = ("wavepacket", "return_point_wave", "x_t", "y_t", "z_t", "X", "Y", "Z")
     names = [name for name in las.point_format.dimension_names if not name.startswith(waves)]
     assert list(columns) == [name.replace(" ", "_") for name in names]
@@ -219,8 +220,8 @@ def test_chunks_of_any_size_are_read(laspy):
         compressor.compress_many(part)
         compressor.finish_current_chunk()
     compressor.done()
-    points, *_ = read_las(stream.getvalue())
-    assert np.array_equal(points["x"], las.x)
+    cloud, _ = read_las_cloud(stream.getvalue())
+    assert np.array_equal(cloud.points[:, 0], las.x)
 
 
 def las_description(content):
@@ -233,8 +234,8 @@ def test_a_table_of_chunks_at_the_end_is_found(laspy):
     content = content_of(las_of(laspy, 3), True)
     begin = begin_of(content)
     moved = content[:begin] + b"\xff" * 8 + content[begin + 8 :] + content[begin : begin + 8]
-    expected, *_ = read_las(bytes(content))
-    assert np.array_equal(read_las(bytes(moved))[0]["z"], expected["z"])
+    expected, _ = read_las_cloud(bytes(content))
+    assert np.array_equal(read_las_cloud(bytes(moved))[0].points, expected.points)
 
 
 @pytest.mark.parametrize("point_format", [3, 6])
@@ -242,7 +243,7 @@ def test_a_cut_las_is_refused_wherever_it_is_cut(laspy, point_format):
     content = bytes(content_of(las_of(laspy, point_format), False))
     for size in range(0, len(content), 7):
         with pytest.raises(MeshError):
-            read_las(content[:size])
+            read_las_cloud(content[:size])
 
 
 @pytest.mark.parametrize("point_format", [3, 6])
@@ -253,7 +254,7 @@ def test_a_cut_laz_is_refused_wherever_it_is_cut(laspy, point_format):
     )
     for size in [*range(0, begin, 50), *range(begin, table + 8)]:
         with pytest.raises(MeshError):
-            read_las(content[:size])
+            read_las_cloud(content[:size])
 
 
 def changed(content, place, number, size=4):
@@ -278,7 +279,7 @@ def changed(content, place, number, size=4):
 def test_a_header_of_las_that_is_wrong_is_named(laspy, place, number, size, message):
     content = content_of(las_of(laspy, 6), False)
     with pytest.raises(MeshError, match=message):
-        read_las(changed(content, place, number, size))
+        read_las_cloud(changed(content, place, number, size))
 
 
 @pytest.mark.parametrize(
@@ -314,15 +315,15 @@ def test_numbers_of_laz_are_compared_with_the_file(laspy, place, number, message
     }  # fmt: skip
     size = 1 if place == "format" else 2 if place in ("compressor", "item") else 4
     with pytest.raises(MeshError, match=message):
-        read_las(changed(content, places[place], number, size))
+        read_las_cloud(changed(content, places[place], number, size))
 
 
 def test_names_that_are_no_words_are_left_out(laspy):
     content = content_of(las_of(laspy, 6), False)
     content[content.index(b"scaled")] = 7
-    found = read_las(bytes(content))
-    assert "long" in found.fields
-    assert "scaled" not in found.fields
+    _, found = read_las_cloud(bytes(content))
+    assert "long" in found.vertex
+    assert "scaled" not in found.vertex
     assert found.left_out == (r"extra dimension '\x07caled'",)
 
 
@@ -331,8 +332,8 @@ def test_a_dimension_with_the_name_of_another_field_is_left_out(laspy):
     content = content_of(las, False)
     at = content.index(b"scaled")
     content[at : at + 9] = b"intensity"
-    found = read_las(bytes(content))
-    assert np.array_equal(found.fields["intensity"], las.intensity)
+    _, found = read_las_cloud(bytes(content))
+    assert np.array_equal(found.vertex["intensity"], las.intensity)
     assert found.left_out == ("extra dimension 'intensity'",)
 
 
@@ -424,7 +425,7 @@ def test_a_reference_system_after_the_points_goes_back_into_las(laspy, tmp_path,
     data = path.read_bytes()
     for n_missing in (1, n_bytes, n_bytes + 1, n_bytes + 60):
         with pytest.raises(MeshError, match=r"extended record 1 of 2 exceeds the file"):
-            read_las(data[:-n_missing])
+            read_las_cloud(data[:-n_missing])
 
 
 @pytest.mark.parametrize(
@@ -456,7 +457,7 @@ def test_without_lazrs_the_extra_is_named(laspy, monkeypatch):
     content = bytes(content_of(las_of(laspy, 0), True))
     monkeypatch.setitem(sys.modules, "lazrs", None)
     with pytest.raises(MissingExtraError, match=r"superfacets\[las\]"):
-        read_las(content)
+        read_las_cloud(content)
 
 
 def test_las_is_read_without_laspy_and_written_with_it(cloud, tmp_path, monkeypatch):

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from superfacets import MeshError
-from superfacets.files.readers.text import Lines, iterate_lines, split_lines
+from superfacets.kit import Lines
 
 
 def test_lines_know_where_they_are():
-    lines = split_lines(b"\n  ab 1 2 \r\n\t\nc\n   # d\n e # f", comment=b"#")
+    lines = Lines.of(b"\n  ab 1 2 \r\n\t\nc\n   # d\n e # f", comment=b"#")
     assert [lines.number(line) for line in range(3)] == [2, 4, 6]
     assert lines.counts.tolist() == [3, 1, 1]
     assert [lines.content(line).strip() for line in range(3)] == [b"ab 1 2", b"c", b"e"]
@@ -19,7 +19,7 @@ def test_lines_know_where_they_are():
 
 @pytest.mark.parametrize("text", [b"", b"\n", b" \t\r\n \n"])
 def test_a_text_may_have_no_lines(text):
-    lines = split_lines(text)
+    lines = Lines.of(text)
     assert len(lines) == 0
     assert len(lines.parse(np.float64)) == 0
     assert len(lines.parse_integers_or_floats()) == 0
@@ -27,11 +27,11 @@ def test_a_text_may_have_no_lines(text):
 
 def test_bytes_that_are_neither_tokens_nor_blanks_are_refused():
     with pytest.raises(MeshError, match=r"line 2: expected a number, got '\\x01'"):
-        split_lines(b"1\n\1\n2").parse(np.float64)
+        Lines.of(b"1\n\1\n2").parse(np.float64)
 
 
 def test_zeros_may_fill_up_a_text():
-    assert split_lines(b"1\n2\n\0\0\0").parse(np.int64).tolist() == [1, 2]
+    assert Lines.of(b"1\n2\n\0\0\0").parse(np.int64).tolist() == [1, 2]
 
 
 @pytest.mark.parametrize("bad", [1, 2500, 5000])
@@ -41,7 +41,7 @@ def test_the_first_bad_token_is_found_among_many_lines(bad, dtype):
     tokens[bad - 1] = b"x"
     tokens[-1] = b"x"
     with pytest.raises(MeshError, match=f"line {bad}: expected a"):
-        split_lines(b"\n".join(tokens)).parse(dtype)
+        Lines.of(b"\n".join(tokens)).parse(dtype)
 
 
 def concatenate(parts):
@@ -58,7 +58,7 @@ def assert_same_lines(found, expected):
 def test_blocks_are_the_same_lines(limit):
     text = b"".join(b" " * (i % 7) + b"%d x\n" % i * (i % 3) + b"\n" for i in range(100_000))
     limit("block of text", 10_000)
-    whole, blocks = split_lines(text), list(iterate_lines(text))
+    whole, blocks = Lines.of(text), list(Lines.blocks(text))
     assert len(blocks) > 100
     assert_same_lines(concatenate(blocks), whole)
 
@@ -70,8 +70,8 @@ def test_lines_are_cut_at_their_ends_only(limit, block, end, is_whole):
     text = b"1 2\n\n 3\n45 6 7 # 8\n" * 3 + b"9" + b"\n" * is_whole
     text = text.replace(b"\n", end)
     limit("block of text", block)
-    lines = concatenate(list(iterate_lines(text, comment=b"#")))
-    assert_same_lines(lines, split_lines(text, comment=b"#"))
+    lines = concatenate(list(Lines.blocks(text, comment=b"#")))
+    assert_same_lines(lines, Lines.of(text, comment=b"#"))
     assert lines.parse(np.int64).tolist() == [1, 2, 3, 45, 6, 7] * 3 + [9]
 
 
@@ -81,7 +81,7 @@ def test_threads_do_not_change_what_is_read(monkeypatch, n_threads):
     source = random.Random(7)
     # A text of one megabyte, which is parsed in several pieces.
     rows = [[source.uniform(-9, 9) for _ in range(source.randint(0, 5))] for _ in range(30_000)]
-    lines = split_lines("\r\n".join(" ".join(map(repr, row)) for row in rows).encode())
+    lines = Lines.of("\r\n".join(" ".join(map(repr, row)) for row in rows).encode())
     full = [row for row in rows if row]
     assert lines.counts.tolist() == [len(row) for row in full]
     assert lines.parse(np.float64).tolist() == [value for row in full for value in row]
@@ -121,7 +121,7 @@ HARD_DECIMALS = [
 
 @pytest.mark.parametrize("token", HARD_DECIMALS)
 def test_decimals_are_rounded_as_python_rounds_them(token):
-    values = split_lines(f"1 {token}\n2".encode()).parse(np.float64)
+    values = Lines.of(f"1 {token}\n2".encode()).parse(np.float64)
     np.testing.assert_array_equal(values, [1.0, float(token), 2.0])
     assert np.signbit(values[1]) == (token[0] == "-")
 
@@ -131,7 +131,7 @@ def test_any_double_comes_back():
     doubles = bits.view(np.float64)
     for form in ("%.17g", "%r", "%.20e"):
         text = "\n".join(form % value for value in doubles.tolist()).encode()
-        np.testing.assert_array_equal(split_lines(text).parse(np.float64), doubles)
+        np.testing.assert_array_equal(Lines.of(text).parse(np.float64), doubles)
 
 
 def test_decimals_of_any_length_are_rounded_as_python_rounds_them():
@@ -143,14 +143,14 @@ def test_decimals_of_any_length_are_rounded_as_python_rounds_them():
         + source.choice(["", f"e{source.randint(-330, 310)}", f"E+{source.randint(0, 30)}"])
         for _ in range(20_000)
     ]
-    values = split_lines(" ".join(tokens).encode()).parse(np.float64)
+    values = Lines.of(" ".join(tokens).encode()).parse(np.float64)
     assert values.tolist() == [float(token) for token in tokens]
 
 
 @pytest.mark.parametrize("token", ["0x10", "1e", "1e+", "1_0", "1,5", "1-2", "nan(1)", "1d5", "."])
 def test_what_other_parsers_take_for_numbers_is_refused(token):
     with pytest.raises(MeshError, match=r"line 2: expected a number, got"):
-        split_lines(f"1\n{token}\n".encode()).parse(np.float64)
+        Lines.of(f"1\n{token}\n".encode()).parse(np.float64)
 
 
 @pytest.mark.parametrize(
@@ -164,9 +164,9 @@ def test_what_other_parsers_take_for_numbers_is_refused(token):
     ],
 )  # fmt: skip
 def test_integers_are_exact_or_the_nearest_that_fits(token, value, dtype):
-    values = split_lines(f"9007199254740993 {token}\n1".encode()).parse(np.int64)
+    values = Lines.of(f"9007199254740993 {token}\n1".encode()).parse(np.int64)
     assert values.tolist() == [9007199254740993, value, 1]
-    assert split_lines(token.encode()).parse(np.int64).dtype == dtype
+    assert Lines.of(token.encode()).parse(np.int64).dtype == dtype
 
 
 @pytest.mark.parametrize(
@@ -178,7 +178,7 @@ def test_integers_are_exact_or_the_nearest_that_fits(token, value, dtype):
     ],
 )  # fmt: skip
 def test_corners_begin_with_their_vertex(text, indices):
-    assert split_lines(text.encode()).parse_corners().tolist() == indices
+    assert Lines.of(text.encode()).parse_corners().tolist() == indices
 
 
 @pytest.mark.parametrize(
@@ -193,11 +193,11 @@ def test_corners_begin_with_their_vertex(text, indices):
 )
 def test_other_corners_are_refused(text, message):
     with pytest.raises(MeshError, match=message):
-        split_lines(text.encode()).parse_corners()
+        Lines.of(text.encode()).parse_corners()
 
 
 def test_keywords_are_whole_tokens():
-    lines = split_lines(b"v 1\nvt 2\n v\t3\nV 4\nv#5\nvertex\nv\0 6\n", comment=b"#")
+    lines = Lines.of(b"v 1\nvt 2\n v\t3\nV 4\nv#5\nvertex\nv\0 6\n", comment=b"#")
     assert lines.keywords([b"v", b"vertex"]).tolist() == [0, 2, 0, 2, 0, 1, 0]
     assert lines.keywords([b"v"], any_case=True).tolist() == [0, 1, 0, 0, 0, 1, 0]
     lines = lines[:6]
@@ -216,7 +216,7 @@ def test_tokens_are_numbers_where_python_says_so(dtype, convert):
             expected = convert(token) if "_" not in token else None
         except ValueError:
             expected = None
-        lines = split_lines(f"7\n{token}\n8".encode())
+        lines = Lines.of(f"7\n{token}\n8".encode())
         if expected is None:
             with pytest.raises(MeshError, match="line 2: expected a"):
                 lines.parse(dtype)

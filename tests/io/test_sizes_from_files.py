@@ -51,7 +51,9 @@ GUARDS = {
     "superfacets_formats/vtk_writer.py": {
         ("write_vtk", "full"): "one entry per tetrahedron in memory"},
     "superfacets/files/guards.py": {
-        ("numbers", "frombuffer"): "`skip` compares the size with the bytes that are left"},
+        ("numbers", "frombuffer"): "`skip` compares the size with the bytes that are left",
+        ("unpacked", "frombuffer"): "a view of the file",
+        ("unpacked", "unpack_lzf"): "the caller compares the size with the file"},
     "superfacets_textures/images.py": {
         ("_open", "reader"): "`check_pixels` compares the pixels with the file"},
     "superfacets_scans/masks.py": {
@@ -70,21 +72,21 @@ GUARDS = {
         ("_viewpoints_of", "repeat"): "lengths of points in memory",
         ("read_e57", "E57"): "reads only the XML, which is in the file"},
     "superfacets/files/readers/gltf.py": {
-        ("read_corners", "arange"): "vertices of an accessor in memory"},
+        ("corners", "arange"): "vertices of an accessor in memory"},
     "superfacets/files/readers/gltf_file.py": {
-        ("read_accessor", "empty"): "only with 0 rows",
-        ("read_accessor", "ndarray"): "the end of the rows is compared with the view"},
+        ("rows", "empty"): "only with 0 rows",
+        ("rows", "ndarray"): "the end of the rows is compared with the view"},
     "superfacets_formats/grids.py": {
-        ("numbers", "frombuffer"): "the count is compared with the bytes that are left",
-        ("tets", "full"): "cells in memory"},
+        ("numbers", "frombuffer"): "the count is compared with the bytes that are left"},
     "superfacets_formats/las.py": {
         ("_add_extra_columns", "ndarray"): "a view of the records in memory",
         ("_chunks", "read_chunk_table_only"): "the number of chunks is compared with the file",
         ("_decompressed", "decompress_points_with_chunk_table"): "chunks and layers are checked",
         ("_decompressed", "empty"): "at most _MAX_COMPRESSED times the file",
-        ("read_las", "frombuffer"): "the size is compared with the file"},
+        ("read_las_cloud", "frombuffer"): "the size is compared with the file"},
     "superfacets_formats/msh.py": {
-        ("_read_element_blocks", "full"): "`_sizes` has read as many rows"},
+        ("_read_element_blocks", "full"): "`_sizes` has read as many rows",
+        ("_read_elements", "repeat"): "numbers of tokens in the text"},
     "superfacets/files/readers/npy.py": {
         ("npy_array", "frombuffer"): "the declared size must be the size that follows"},
     "superfacets/files/readers/obj.py": {
@@ -94,8 +96,8 @@ GUARDS = {
         ("_add_materials", "empty"): "lines of the text"},
     "superfacets/files/readers/parts.py": {("_labels_by_part", "arange"): "names in the text"},
     "superfacets_formats/pcd.py": {
-        ("_read_compressed", "frombuffer"): "8 bytes, and a view of the file",
-        ("_read_compressed", "unpack_lzf"): "at most _MAX_COMPRESSED times the packed bytes",
+        ("_read_compressed", "frombuffer"): "8 bytes",
+        ("_read_compressed", "unpacked"): "at most _MAX_COMPRESSED times the packed bytes",
         ("_read_records", "frombuffer"): "`_check_points` compares the count with the file"},
     "superfacets/files/readers/ply_body.py": {
         ("_gather", "arange"): "rows that `_walk` has found in the file",
@@ -128,7 +130,6 @@ GUARDS = {
     "superfacets_scans/label_images.py": {
         ("_as_array", "zeros"): "at most the `MAX_PIXELS` of a camera"},
     "superfacets/mesh/polygon_mesh.py": {("triangulate", "repeat"): "sizes of faces in memory"},
-    "superfacets_formats/tet_mesh.py": {("boundary", "repeat"): "tetrahedra in memory"},
     "superfacets_scans/lifting.py": {
         ("_by_image", "arange"): "images that were read",
         ("_objects_of_masks", "arange"): "regions, of which each has a cell",
@@ -151,8 +152,8 @@ SIZED = {
 
 LIBRARIES = {
     "decompress", "decompress_points_with_chunk_table", "read_chunk_table_only", "decode",
-    "decode_gltf_buffer", "unpack_lzf", "walk_rows", "copy_runs", "SourceDestBuffer", "E57",
-    "see_surface", "reader",
+    "decode_gltf_buffer", "unpack_lzf", "unpacked", "walk_rows", "copy_runs", "SourceDestBuffer",
+    "E57", "see_surface", "reader",
 }  # fmt: skip
 """Other functions that allocate memory by numbers in files."""
 

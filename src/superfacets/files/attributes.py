@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import reprlib
-from collections.abc import Mapping
+import struct
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
@@ -12,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..base.checks import counted, owned, refuse_mask
+from ..base.errors import MeshError
 from ..base.lazy import load
 from ..base.types import Array, Bytes
 from .guards import narrowed
@@ -29,11 +31,14 @@ COLORS = ("red", "green", "blue")
 IMAGE_COMMENT = "comment TextureFile "
 """Begin of the comments in PLY that name an image of the texture."""
 
-PROJECTION = "LASF_Projection"
-"""User id of the LAS records that contain the coordinate reference system."""
-
 _WKT, _GEOTIFF = 2112, 34735
 """Ids of the LAS records that define the reference system: in WKT format, and in GeoTIFF format."""
+
+
+_DIMENSION = 192
+"""Size in bytes of the description of an extra dimension in a LAS file."""
+
+_EXTRA_TYPES = ("", "u1", "i1", "<u2", "<i2", "<u4", "<i4", "<u8", "<i8", "<f4", "<f8")
 
 
 class LasDimension(NamedTuple):
@@ -52,6 +57,11 @@ class LasDimension(NamedTuple):
     def attribute(self) -> str:
         """Name of the dimension in `MeshAttributes`, where underscores replace spaces."""
         return "_".join(self.name.split())
+
+    @property
+    def is_readable(self) -> bool:
+        """Whether the type is documented, and the name can be a name in `MeshAttributes`."""
+        return bool(self.kind) and is_word(self.attribute)
 
     def decoded(self, stored: Array) -> Array:
         """Return the values that stored numbers represent."""
@@ -76,7 +86,11 @@ class LasDimension(NamedTuple):
 
 
 class LasFrame(NamedTuple):
-    """Version, point format, quantization and coordinate reference system of a LAS file."""
+    """Version, point format, quantization and coordinate reference system of a LAS file.
+
+    The reader of LAS stores it in `MeshAttributes.las`, so that written files are like the file
+    that was read; the command `info` shows it.
+    """
 
     minor: int  # minor version: LAS 1.minor
     point_format: int
@@ -102,6 +116,32 @@ class LasFrame(NamedTuple):
         if _WKT in numbers and (self.is_wkt or _GEOTIFF not in numbers):
             return "WKT"
         return "GeoTIFF" if _GEOTIFF in numbers else None
+
+    @staticmethod
+    def dimensions(record: bytes) -> Iterator[tuple[LasDimension, int]]:
+        """Yield the extra dimensions that a LAS record describes, with their sizes in bytes.
+
+        For undocumented bytes, `kind` is empty. The types 11 to 30 are deprecated pairs and triples
+        of the types 1 to 10. Raises a MeshError for other types.
+        """
+        for begin in range(0, len(record) - _DIMENSION + 1, _DIMENSION):
+            kind, options, name = struct.unpack_from("<2xBB32s", record, begin)
+            if kind > 30:
+                raise MeshError(f"an extra dimension of the points has the unknown type {kind}")
+            n = (kind - 1) // 10 + 1 if kind else 1
+            factors = struct.unpack_from(f"<{n}d", record, begin + 112)
+            terms = struct.unpack_from(f"<{n}d", record, begin + 136)
+            scaling = (
+                factors if options & 8 else (1.0,) * n, terms if options & 16 else (0.0,) * n
+            )  # fmt: skip
+            dimension = LasDimension(
+                name.split(b"\0")[0].decode("utf-8", "replace"),
+                _EXTRA_TYPES[(kind - 1) % 10 + 1] if kind else "",
+                n,
+                record[begin + 160 : begin + 192].split(b"\0")[0].decode("ascii", "ignore"),
+                *(scaling if kind > 0 and options & 24 else ()),
+            )
+            yield dimension, n * np.dtype(dimension.kind).itemsize if kind else options
 
 
 @dataclass(frozen=True, eq=False)
@@ -285,6 +325,12 @@ def _stored_type(array: Array, what: str) -> npt.DTypeLike:
 def is_image(comment: str) -> bool:
     """Return whether a comment of a PLY file has the name of an image."""
     return comment.startswith(IMAGE_COMMENT)
+
+
+def images_in(comments: Sequence[str]) -> list[str]:
+    """Return the names of images in the comments of a PLY file."""
+    found = [line[len(IMAGE_COMMENT) :].strip() for line in comments if is_image(line)]
+    return [name for name in found if name]
 
 
 def is_word(name: object) -> bool:

@@ -3,7 +3,8 @@
 Other packages add formats by entry points of the group ``superfacets.formats``. The name of an
 entry point is a role and an ending, for example ``read_faces.abc``; its value is a function:
 
-- ``read_faces``: takes the content of a file, and returns vertices and faces (`guards.Arrays`);
+- ``read_faces``: takes the content of a file, and returns vertices and triangles,
+  or vertices, sizes of polygons, and the corners of all polygons;
 - ``scenes``: the same for files that refer to other files; also takes their folder (or None);
 - ``read_points``: returns a `PointCloud` and the `MeshAttributes` of the points;
 - ``read_KIND``, where ``KIND`` is a `Kind.name`, as in ``read_tetrahedra``: returns the cells;
@@ -11,7 +12,7 @@ entry point is a role and an ending, for example ``read_faces.abc``; its value i
 - ``labels``: takes the content and the name of a property; returns the labels of cells. In a table
   ``found_labels`` the result may be None, and in ``vertex_labels`` labels are of vertices;
 - ``recognize``: takes the content of a file without a name; returns whether it has this format;
-- ``write_KIND``: takes a binary file and a `Content`. ``write_polygons`` also writes triangles.
+- ``write_KIND``: takes a binary file and an `Output`. ``write_polygons`` also writes triangles.
 """
 
 from __future__ import annotations
@@ -54,11 +55,9 @@ _ROLES: dict[str, dict[str, str]] = {
     },
     "attributes": {
         ".ply": f"{_READ}ply:read_ply_with_attributes",
-        ".obj": "superfacets_textures.obj_texture:read_obj_with_attributes",
+        ".obj": f"{_READ}obj:read_obj_with_attributes",
         ".gii": "superfacets_formats.cortex:read_gifti_with_attributes",
-        **dict.fromkeys(
-            (".glb", ".gltf"), "superfacets_textures.gltf_texture:read_gltf_with_attributes"
-        ),
+        **dict.fromkeys((".glb", ".gltf"), f"{_READ}gltf:read_gltf_with_attributes"),
     },
     "labels": {
         ".npy": f"{_READ}labels:read_npy_labels",
@@ -101,8 +100,8 @@ _ROLES: dict[str, dict[str, str]] = {
         ".ply": f"{_WRITE}ply:write_cloud_ply",
         ".csv": f"{_WRITE}clouds:write_csv",
         ".pcd": "superfacets_formats.pcd_writer:write_pcd",
-        ".las": f"{_WRITE}clouds:write_las",
-        ".laz": f"{_WRITE}clouds:write_las",
+        ".las": "superfacets_formats.las_writer:write_las",
+        ".laz": "superfacets_formats.las_writer:write_las",
     },
 }
 

@@ -14,7 +14,6 @@ import struct
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from tempfile import TemporaryDirectory, TemporaryFile
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -23,10 +22,7 @@ import numpy.typing as npt
 from .. import _core
 from ..base.checks import checked_threads, counted
 from ..base.errors import MeshError
-from ..base.types import Array, Floats, Longs
-
-TriangleArrays = tuple[Floats, Array]
-"""Vertices, (V, 3), and faces, (F, 3), in the order of the file."""
+from ..base.types import Array, Bytes, Floats, Longs
 
 MAX_GROWTH = 100
 """Maximum size of the arrays of a file, as a multiple of the file size, in formats that compress
@@ -89,6 +85,7 @@ def read_content(path: Path) -> mmap.mmap:
 def file_beside(name: str, folder: Path | None, top: Path | None = None) -> Path | None:
     """Return the file at the relative path `name`, or None if the file is outside of `top`.
 
+    Readers use it for images, materials and buffers that a mesh file names.
     The path is relative to `folder`, which is also the default of `top`. For security, a mesh file
     cannot refer to files elsewhere on the machine: URLs and absolute paths are refused, and ``..``
     and symbolic links are resolved before the path is compared with `top`. The file may be missing.
@@ -189,24 +186,6 @@ def _new_memory(size: int) -> mmap.mmap:
     return memory
 
 
-@contextlib.contextmanager
-def temporary_file(data: Content, name: str) -> Iterator[str]:
-    """Yield the path of a temporary file that contains `data`, for libraries that read only files.
-
-    On POSIX systems the path refers to the descriptor of a file that is not in any folder, so that
-    a killed process leaves no file behind. On other systems the file is called `name`.
-    """
-    if os.name == "posix":
-        with TemporaryFile() as file:
-            file.write(data)
-            file.seek(0)
-            yield f"/dev/fd/{file.fileno()}"
-    else:
-        with TemporaryDirectory(prefix="superfacets-") as folder:
-            Path(folder, name).write_bytes(data)
-            yield str(Path(folder, name))
-
-
 def contiguous_rows(rows: Array) -> Array:
     """Return an (N, n) array in contiguous memory, for example a field of a structured array.
 
@@ -272,7 +251,10 @@ def check_corner_counts(corner_counts: Array) -> None:
 
 
 class BinaryReader:
-    """Cursor with which parsers read numbers and texts; sizes are checked before memory is used."""
+    """Cursor that reads numbers and texts from bytes; sizes are checked before memory is used.
+
+    Readers of binary formats use it. `order` is the byte order, and `begin` the first offset.
+    """
 
     def __init__(self, data: Content, order: Literal["<", ">"] = "<", begin: int = 0) -> None:
         self._data, self._order, self._at = data, order, begin
@@ -296,6 +278,19 @@ class BinaryReader:
         self.skip((place if place >= 0 else len(self._data)) + 1 - start)
         return self._data[start:place].decode("utf-8", "replace")
 
+    def unpacked(self, n_packed: int, n_bytes: int) -> Bytes:
+        """Return the `n_bytes` bytes to which the next `n_packed` bytes of LZF data expand.
+
+        The caller compares `n_bytes` with the file. Raises a MeshError if the data is damaged.
+        """
+        start = self._at
+        self.skip(n_packed)
+        packed = np.frombuffer(self._data, np.uint8, n_packed, start)
+        content = _core.unpack_lzf(packed, n_bytes)
+        if len(content) != n_bytes:
+            raise MeshError("the compressed points cannot be decompressed: the file is damaged")
+        return content
+
     def skip(self, n_bytes: int) -> None:
         """Skip bytes; raise a MeshError if their number is negative, or if fewer bytes are left."""
         if not 0 <= n_bytes <= len(self._data) - self._at:
@@ -312,7 +307,10 @@ def hint_at_integers(names: Sequence[str]) -> str:
 
 
 def most_bytes_of(n_bytes: int) -> int:
-    """Return the maximum size of arrays, in bytes, that a file of `n_bytes` bytes may expand to."""
+    """Return the maximum size of arrays, in bytes, that a file of `n_bytes` bytes may expand to.
+
+    Readers of compressed formats use it before they allocate memory.
+    """
     return max(ALWAYS_ALLOWED, MAX_GROWTH * n_bytes)
 
 

@@ -145,7 +145,10 @@ class CsrArcs:
 
 
 class BaseGraph(CsrArcs):
-    """Base class of graphs of cells. The cells have positions, measures and arcs."""
+    """Base class of graphs of cells. The cells have positions, measures and arcs.
+
+    A package that adds a kind derives from it if arcs have no weights yet, else from `CellGraph`.
+    """
 
     positions: Floats  # (N, 3) representative point of each cell
     measures: Floats  # (N,) area or volume of each cell
@@ -163,6 +166,21 @@ class BaseGraph(CsrArcs):
         checked = checked_weights(weights, self.n_arcs, n_threads)
         unit = unit_factor * _core.unit_of_lengths(_core.sum_of(checked, n_threads))
         return _core.round_weights(checked, unit, n_threads), unit
+
+    def _weighted(
+        self, weights: npt.ArrayLike, n_threads: int | None,
+        arc_measures: ArcMeasures | None = None, dimension: int = 2,
+    ) -> CellGraph:  # fmt: skip
+        """Make a graph with these weights from this graph, whose arrays are already checked."""
+        graph = object.__new__(CellGraph)
+        fields = ("positions", "measures", "offsets", "neighbors", "bounds")
+        values = {name: getattr(self, name) for name in fields}
+        values |= {"weights": weights, "weight_unit": self.diagonal}
+        values |= {"arc_measures": arc_measures, "dimension": dimension}
+        for name, value in values.items():
+            object.__setattr__(graph, name, value)
+        graph._check_and_quantize(checked_threads(n_threads))
+        return graph
 
 
 @dataclass(frozen=True, eq=False)
@@ -256,26 +274,6 @@ class CellGraph(BaseGraph):
                 raise TypeError(f"arc_measures must be an ArcMeasures object, got {kind}")
             checked = self.arc_measures.checked(offsets, self.n_arcs, checked_threads(None))
             object.__setattr__(self, "arc_measures", checked)
-
-    @classmethod
-    def _of_arcs(
-        cls,
-        arcs: BaseGraph,
-        weights: npt.ArrayLike,
-        n_threads: int | None,
-        arc_measures: ArcMeasures | None = None,
-        dimension: int = 2,
-    ) -> CellGraph:
-        """Make a graph with these weights from a graph whose cells and arcs are already checked."""
-        graph = object.__new__(cls)
-        fields = ("positions", "measures", "offsets", "neighbors", "bounds")
-        values = {name: getattr(arcs, name) for name in fields}
-        values |= {"weights": weights, "weight_unit": arcs.diagonal}
-        values |= {"arc_measures": arc_measures, "dimension": dimension}
-        for name, value in values.items():
-            object.__setattr__(graph, name, value)
-        graph._check_and_quantize(checked_threads(n_threads))
-        return graph
 
     def _check_and_quantize(self, n_threads: int) -> None:
         measures = checked_measures(self.measures, self.n_cells, n_threads)

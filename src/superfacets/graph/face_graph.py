@@ -116,7 +116,7 @@ class FaceGraph(BaseGraph):
 
     def with_weights(self, weights: npt.ArrayLike, *, n_threads: int | None = None) -> CellGraph:
         """Return a `CellGraph` with one weight per arc; weights must be finite and >= 0."""
-        return CellGraph._of_arcs(self, weights, n_threads)
+        return self._weighted(weights, n_threads)
 
     def __repr__(self) -> str:
         return f"FaceGraph({counted(self.n_cells, 'face')}, {counted(self.n_arcs, 'arc')})"

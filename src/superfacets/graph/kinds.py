@@ -18,10 +18,9 @@ from ..base.checks import checked_threads
 from ..base.errors import MeshError
 from ..base.lazy import added, load
 from ..base.types import ArcLists, Bools, Floats, Ints, Longs
-from ..mesh.base import Cells
+from ..mesh.base import Cells, CellsOfVertices
 from ..mesh.convert import MeshLike, as_cells
 from ..mesh.faces import (
-    AnyMesh,
     Corners,
     FaceMesh,
     corners_of,
@@ -44,11 +43,9 @@ Nearest: TypeAlias = tuple[Ints, Floats, Floats]
 cell, and the point of this cell that is nearest to the query point."""
 
 
-class DrawnFaces(NamedTuple):
-    """Faces to draw in pictures of cells, such as the boundary of tetrahedra."""
-
-    mesh: FaceMesh
-    sources: Ints | None  # (F,) cell that each face belongs to; None if the faces are the cells
+DrawnFaces: TypeAlias = tuple[FaceMesh, Ints | None]
+"""Faces to draw in pictures of cells, such as the boundary of tetrahedra, and the cell that each
+face belongs to, (F,); None if the faces are the cells."""
 
 
 class OrderedCells(NamedTuple):
@@ -64,7 +61,7 @@ class OrderedCells(NamedTuple):
 
 
 class Kind:
-    """Base class of the operations on one kind of cells; apps derive a class for a new kind.
+    """Base class of the operations on one kind of cells, for packages that add a kind.
 
     The argument `cells` of the methods is an object of the class for which the kind is registered.
     If `build_graph` returns a `CellGraph` with `ArcMeasures`, all other methods can be inherited.
@@ -148,7 +145,7 @@ class Kind:
 
     def corners(self, cells: Any) -> Corners | None:
         """Return the vertices at the corners of the cells, or None if cells have no corners."""
-        return None
+        return corners_of(cells) if isinstance(cells, CellsOfVertices) else None
 
     def part(self, cells: Any, chosen: Ints) -> Any:
         """Return a cloud of the points with the indices `chosen`.
@@ -228,11 +225,8 @@ class _Faces(Kind):
             nearest = np.append(sources, np.int32(-1))[nearest]  # index -1 selects the appended -1
         return nearest, distances, points
 
-    def corners(self, cells: AnyMesh) -> Corners:
-        return corners_of(cells)
-
     def drawn_faces(self, cells: FaceMesh, keep: Bools | None = None) -> DrawnFaces:
-        return DrawnFaces(cells, None)
+        return cells, None
 
 
 class _Triangles(_Faces):

@@ -12,8 +12,9 @@ from ..base.checks import checked_threads, counted
 from ..base.types import Floats, Ints, Longs
 from ..mesh.convert import MeshLike, as_mesh
 from ..mesh.faces import FaceMesh, signed_volume
-from .cell_graph import ArcMeasures, CellGraph, CsrArcs
+from .cell_graph import ArcMeasures, BaseGraph, CellGraph, CsrArcs
 from .face_graph import FaceGraph, core_surface
+from .tet_cells import TetCells
 
 NO_NORMALS = np.empty((0, 3))
 """Empty array in place of normals. If `_core` gets this array, it computes the normals of triangles
@@ -28,7 +29,8 @@ diagonal of the bounding box."""
 class Surface(CsrArcs):
     """Cells of any kind, and arcs between cells. Lengths and angles of arcs are computed on demand.
 
-    A `Kind` returns it, and weights of arcs, the clean-up of regions and metrics use it.
+    The weights of arcs, the clean-up of regions, metrics and exports use this class, and apps use
+    `Kind.surface` to get one.
     """
 
     handle: _core.Surface  # object of `_core` that computes lengths and angles of arcs
@@ -59,6 +61,23 @@ class Surface(CsrArcs):
         return cls(
             handle, graph.offsets, graph.neighbors, graph.bounds, graph.diagonal, n_threads,
             mesh, volume=volume,
+        )  # fmt: skip
+
+    @classmethod
+    def of_tets(
+        cls, mesh: TetCells, graph: BaseGraph, arcs: ArcMeasures, n_threads: int
+    ) -> Surface:
+        """Make the surface of a tetrahedral mesh from its graph and all measures of the arcs."""
+        assert arcs.step_lengths is not None
+        assert arcs.sides is not None
+        assert arcs.open_lengths is not None
+        handle = _core.TetSurface(
+            mesh.vertices, mesh.tets, graph.positions, graph.measures, graph.offsets,
+            graph.neighbors, arcs.border_lengths, arcs.step_lengths, arcs.sides, arcs.open_lengths,
+        )  # fmt: skip
+        return cls(
+            handle, graph.offsets, graph.neighbors, graph.bounds, graph.diagonal, n_threads,
+            weights=arcs.step_lengths / graph.diagonal, dimension=3,
         )  # fmt: skip
 
     @classmethod

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from .. import _core
 from ..base.checks import checked_threads, freeze
 from ..base.types import Array, Floats, Ints, Longs
+from .base import CellsOfVertices
 from .polygon_mesh import PolygonMesh
 from .triangle_mesh import Mesh
 
@@ -93,8 +94,8 @@ class Corners:
         return np.stack([self.vertices[starts + sides], self.vertices[starts + nexts]], axis=1)
 
 
-def corners_of(mesh: AnyMesh) -> Corners:
-    """Return the corners of all cells of a mesh of any class, as views of its arrays."""
+def corners_of(mesh: CellsOfVertices) -> Corners:
+    """Return the corners of the faces or tetrahedra of a mesh, as views of its arrays."""
     if isinstance(mesh, PolygonMesh):
         return Corners(mesh.indices, None, mesh.offsets)
     cells = getattr(mesh, mesh.corners_name)

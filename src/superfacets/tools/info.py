@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +11,7 @@ import numpy as np
 from .. import _core
 from ..base.checks import checked_threads
 from ..base.errors import MeshError
-from ..base.lazy import Table
+from ..base.lazy import load
 from ..base.types import Floats
 from ..graph.cell_graph import BaseGraph
 from ..graph.face_graph import FaceGraph, graph_and_shapes
@@ -18,6 +19,7 @@ from ..graph.kinds import kind_of
 from ..graph.point_graph import find_point_graph
 from ..graph.size import checked_n_segments, radius_of, sliver_share
 from ..graph.surface import is_inside_out
+from ..graph.tet_cells import TetCells
 from ..mesh.base import Cells
 from ..mesh.convert import CloudLike, MeshLike, as_cells, as_cloud
 from ..mesh.faces import FaceMesh, count_degenerate, cut_into_triangles
@@ -224,12 +226,20 @@ def _cloud_info(cloud: PointCloud, weld: bool = True) -> CloudInfo:
     )
 
 
-_FACTS = Table({
+def _tet_info(mesh: TetCells, weld: bool) -> Any:
+    threads = checked_threads(None)
+    graph, _ = kind_of(mesh).build_graph(mesh, weld, threads)
+    counts = count_positions(mesh.vertices), count_components(graph)
+    volume = _core.sum_of(graph.measures, threads)
+    return load("superfacets_formats.tet_info:tet_info")(mesh, graph, *counts, volume)
+
+
+_FACTS: dict[str, Callable[[Any, bool], Any]] = {
     "triangles": _face_info,
     "polygons": _face_info,
-    "tetrahedra": "superfacets_formats.tet_info:tet_info",
+    "tetrahedra": _tet_info,
     "points": _cloud_info,
-})  # fmt: skip
+}
 """Functions that compute counts and sizes, keyed by `Kind.name`."""
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -14,14 +14,14 @@ from ...base.checks import counted
 from ...base.errors import MeshError
 from ...base.types import Array, Bools, Floats
 from ...mesh.point_cloud import PointCloud
-from ..attributes import COLORS, MeshAttributes, is_word
+from ..attributes import COLORS, LasFrame, MeshAttributes, is_word
 from ..formats import READERS
-from ..guards import Content, as_doubles, as_rows
+from ..guards import Content, as_doubles, as_rows, narrowed
 from .npy import npy_array
 from .ply import attributes_of
 from .ply_body import read_tables
 from .ply_header import parse_header
-from .text import Lines, split_lines
+from .text import Lines
 
 _NORMALS = ("nx", "ny", "nz")
 _SPLAT_COLORS = ("f_dc_0", "f_dc_1", "f_dc_2")
@@ -47,11 +47,8 @@ OTHER_NAMES = {"r": "red", "g": "green", "b": "blue", "normal_x": "nx", "normal_
 CLOUD_READERS = READERS["points"]
 
 
-class CloudFile(NamedTuple):
-    """A point cloud, and the attributes of its points."""
-
-    cloud: PointCloud
-    attributes: MeshAttributes
+CloudFile: TypeAlias = tuple[PointCloud, MeshAttributes]
+"""A point cloud, and the attributes of its points."""
 
 
 def holds_cloud(data: Content, ending: str) -> bool:
@@ -74,14 +71,14 @@ def read_ply_cloud(data: Content) -> CloudFile:
         if values is None or values.ndim != 1:
             raise MeshError(f"the vertices of the PLY file have no property {axis}")
         columns[axis] = values
-    return cloud_of(columns, attributes)
+    return cloud_of(columns, {})[0], attributes
 
 
 def read_text_cloud(data: Content) -> CloudFile:
     """Parse numbers separated by spaces, commas or semicolons; line 1 may have column names."""
     if data.find(b",") >= 0 or data.find(b";") >= 0:
         data = data[:].translate(bytes.maketrans(b",;", b"  "))
-    lines = split_lines(data, comment=b"#")
+    lines = Lines.of(data, comment=b"#")
     names = _names_in(lines)
     if names is not None:
         lines = lines[1:]
@@ -143,7 +140,7 @@ def _cloud_of_table(table: Floats, names: list[str] | None) -> CloudFile:
         for name, values in columns.items()
         if name not in "xyz" and is_word(name)
     }
-    return cloud_of(columns | others, MeshAttributes(vertex=others))
+    return cloud_of(columns | others, others)
 
 
 def _narrowed(column: Floats) -> Array:
@@ -171,9 +168,18 @@ def _meaning_of(further: Floats) -> tuple[str, ...]:
 
 
 def cloud_of(
-    columns: dict[str, Array], attributes: MeshAttributes, viewpoint: Floats | None = None
-) -> CloudFile:
-    """Return the cloud of columns with names as in PLY, such as x, nx and red."""
+    columns: Mapping[str, Array], stored: Mapping[str, Array], *, left_out: Sequence[str] = (),
+    las: LasFrame | None = None, viewpoint: Floats | None = None,
+) -> CloudFile:  # fmt: skip
+    """Return the cloud of columns, (N,) each, with names as in PLY, and attributes of its points.
+
+    Readers of clouds use it. Positions are x, y and z, normals nx, ny and nz, and colors red, green
+    and blue. `stored` are the attributes, (N,) or (N, n); integers of 64 bits become int32, or
+    float64 if they do not fit. `left_out` and `las` are the same as in `MeshAttributes`, and
+    `viewpoint` is a viewpoint of `PointCloud`.
+    """
+    kept = {name: narrowed(values) for name, values in stored.items()}
+    attributes = MeshAttributes(vertex=kept, left_out=tuple(left_out), las=las)
 
     def rows(names: Sequence[str], dtype: npt.DTypeLike) -> Array:
         return as_rows([columns[name] for name in names], dtype)
@@ -191,7 +197,7 @@ def cloud_of(
         shades = 0.5 + _SPLAT_COLOR * rows(_SPLAT_COLORS, np.float64)
         colors = np.clip(shades, 0.0, 1.0) if np.isfinite(shades).all() else None
     axes = splat_axes(columns) if normals is None else None
-    return CloudFile(PointCloud(points, normals, colors, axes, viewpoint), attributes)
+    return PointCloud(points, normals, colors, axes, viewpoint), attributes
 
 
 def splat_axes(columns: Mapping[str, Array]) -> Floats | None:

@@ -11,7 +11,7 @@ import reprlib
 import struct
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 from urllib.parse import unquote
 
 import numpy as np
@@ -23,6 +23,7 @@ from ...base.types import Array, Floats
 from ..guards import (
     MAX_GROWTH,
     Content,
+    as_doubles,
     file_beside,
     most_bytes_of,
     named_errors,
@@ -56,6 +57,26 @@ class Gltf:
     """Buffer view of the Draco data, and decoded rows, keyed by the index of the accessor."""
     n_unpacked: int = 0  # total size of decompressed views and rows, in bytes
 
+    @classmethod
+    def open(cls, data: Content, folder: Path | None) -> Self:
+        """Parse a .glb or .gltf file, and read its buffers."""
+        text, binary = _split_chunks(data) if data[:4] == b"glTF" else (data[:], memoryview(b""))
+        document = parsed_json(text, "the glTF file")
+        if not isinstance(document, dict) or not isinstance(document.get("asset"), dict):
+            raise MeshError("not a glTF file: the JSON has no asset")
+        version = document["asset"].get("version")
+        if not isinstance(version, str) or not version.startswith("2."):
+            raise MeshError(f"the glTF version must be 2.0, got {reprlib.repr(version)}")
+        required = document.get("extensionsRequired", [])
+        used = [name for name in UNSUPPORTED if isinstance(required, list) and name in required]
+        if used:
+            raise MeshError(
+                f"the glTF extension {used[0]} is not supported: save the file without it"
+            )
+        files: dict[Path, memoryview] = {}
+        buffers = _read_buffers(document, binary, folder, files)
+        return cls(document, buffers, len(data) + sum(map(len, files.values())))
+
     def item(self, kind: str, index: object) -> dict[str, Any]:
         """Return the object at `index` of the list `kind`; a missing object raises a MeshError."""
         listed = self.document.get(kind)
@@ -74,23 +95,113 @@ class Gltf:
                 " of the files: save the file uncompressed"
             )
 
+    @staticmethod
+    def items(item: dict[str, Any], key: str) -> list[dict[str, Any]]:
+        """Return the list of objects at `key`, or an empty list if the key is missing."""
+        values = item.get(key, [])
+        if not isinstance(values, list) or not all(isinstance(value, dict) for value in values):
+            raise MeshError(f"broken glTF: {key} is not a list of objects")
+        return values
 
-def open_gltf(data: Content, folder: Path | None) -> Gltf:
-    """Parse a .glb or .gltf file, and read its buffers."""
-    text, binary = _split_chunks(data) if data[:4] == b"glTF" else (data[:], memoryview(b""))
-    document = parsed_json(text, "the glTF file")
-    if not isinstance(document, dict) or not isinstance(document.get("asset"), dict):
-        raise MeshError("not a glTF file: the JSON has no asset")
-    version = document["asset"].get("version")
-    if not isinstance(version, str) or not version.startswith("2."):
-        raise MeshError(f"the glTF version must be 2.0, got {reprlib.repr(version)}")
-    required = document.get("extensionsRequired", [])
-    used = [name for name in UNSUPPORTED if isinstance(required, list) and name in required]
-    if used:
-        raise MeshError(f"the glTF extension {used[0]} is not supported: save the file without it")
-    files: dict[Path, memoryview] = {}
-    buffers = _read_buffers(document, binary, folder, files)
-    return Gltf(document, buffers, len(data) + sum(map(len, files.values())))
+    @staticmethod
+    def whole(item: dict[str, Any], key: str, default: int | None = None) -> int:
+        """Return the integer >= 0 at `key`, or `default`; raise a MeshError for other values."""
+        value = item.get(key, default)
+        if type(value) is not int or value < 0:
+            raise MeshError(
+                f"broken glTF: {key} must be an integer >= 0, got {reprlib.repr(value)}"
+            )
+        return value
+
+    @staticmethod
+    def numbers(item: dict[str, Any], key: str, default: list[float]) -> Floats:
+        """Return the list of numbers at `key`, or `default` if the key is missing.
+
+        Raises a MeshError if the list does not have the length of `default`.
+        """
+        values = item.get(key, default)
+        is_list = isinstance(values, list) and len(values) == len(default)
+        if not is_list or not all(type(value) in (int, float) for value in values):
+            raise MeshError(f"broken glTF: {key} must be a list of {len(default)} numbers")
+        return np.array(values, dtype=np.float64)
+
+    @staticmethod
+    def decoded(address: str) -> bytes:
+        """Return the bytes of a data URI."""
+        _, marker, encoded = address.partition(";base64,")
+        try:
+            return base64.b64decode(encoded if marker else "*", validate=True)
+        except ValueError:
+            raise MeshError(f"broken glTF: {reprlib.repr(address)} is not base64") from None
+
+    def rows(self, index: object, kind: str) -> Array:
+        """Return the array of an accessor of type `kind`, of shape (n,), (n, 2) or (n, 3)."""
+        accessor = self.item("accessors", index)
+        where = f"accessors[{index}]"
+        if accessor.get("type") != kind or self.whole(accessor, "componentType") not in COMPONENTS:
+            raise MeshError(f"broken glTF: {where} must have the type {kind}")
+        if type(index) is int and index in self.unpacked:
+            return self.unpacked[index][1]
+        if "sparse" in accessor or "bufferView" not in accessor:
+            raise MeshError(f"{where} is sparse or has no buffer view, which is not supported")
+        dtype = np.dtype(COMPONENTS[accessor["componentType"]])
+        n_rows = self.whole(accessor, "count")
+        view = self.item("bufferViews", accessor["bufferView"])
+        content = self.view(accessor["bufferView"])
+        begin = self.whole(accessor, "byteOffset", 0)
+        row_size = dtype.itemsize * WIDTHS[kind]
+        stride = self.whole(view, "byteStride", row_size)
+        if stride < row_size:
+            raise MeshError(f"broken glTF: the rows of {where} overlap")
+        if n_rows and begin + stride * (n_rows - 1) + row_size > len(content):
+            raise MeshError(
+                f"broken glTF: {where} is longer than its buffer view: the file may be truncated"
+            )
+        shape = (n_rows,) if kind == "SCALAR" else (n_rows, WIDTHS[kind])
+        strides = (stride,) if kind == "SCALAR" else (stride, dtype.itemsize)
+        if not n_rows:
+            return np.empty(shape, dtype=dtype)
+        return np.ndarray(shape, dtype=dtype, buffer=content, offset=begin, strides=strides)
+
+    def doubles(self, index: object, kind: str) -> Floats:
+        """Return the same as `rows`, as float64; normalized integers become 0 to 1 or -1 to 1."""
+        stored = self.rows(index, kind)
+        values = as_doubles(stored)
+        if stored.dtype.kind == "f" or self.item("accessors", index).get("normalized") is not True:
+            return values
+        return np.maximum(values / np.iinfo(stored.dtype).max, -1.0)
+
+    def view(self, index: int) -> memoryview:
+        """Return the bytes of a buffer view; decompress it if there is no uncompressed copy."""
+        view = self.item("bufferViews", index)
+        packed = _meshopt_of(view)
+        self.item("buffers", view.get("buffer"))
+        if packed is None or len(self.buffers[view["buffer"]]):
+            return self._range(view)
+        if index not in self.unpacked_views:
+            n_rows, row_size = self.whole(packed, "count"), self.whole(packed, "byteStride")
+            self.take(n_rows * row_size, f"bufferViews[{index}]")
+            mode, filter = packed.get("mode"), packed.get("filter", "NONE")
+            if not isinstance(mode, str) or not isinstance(filter, str):
+                raise MeshError(
+                    f"broken glTF: bufferViews[{index}] has an unknown compression mode"
+                )
+            content = self._range(packed)
+            with named_errors(f"bufferViews[{index}]"):
+                unpack = load("superfacets_formats.compression:decode_meshopt")
+                self.unpacked_views[index] = unpack(content, n_rows, row_size, mode, filter)
+        return self.unpacked_views[index]
+
+    def _range(self, view: dict[str, Any]) -> memoryview:
+        self.item("buffers", view.get("buffer"))
+        buffer = self.buffers[view["buffer"]]
+        begin, size = self.whole(view, "byteOffset", 0), self.whole(view, "byteLength")
+        if begin + size > len(buffer):
+            raise MeshError(
+                "broken glTF: a buffer view is longer than its buffer: the file may be truncated"
+            )
+        content: memoryview = buffer[begin : begin + size]
+        return content
 
 
 def _split_chunks(data: Content) -> tuple[bytes, memoryview]:
@@ -118,101 +229,11 @@ def _split_chunks(data: Content) -> tuple[bytes, memoryview]:
     return data[20:json_end], binary
 
 
-def items(item: dict[str, Any], key: str) -> list[dict[str, Any]]:
-    """Return the list of objects at `key`, or an empty list if the key is missing."""
-    values = item.get(key, [])
-    if not isinstance(values, list) or not all(isinstance(value, dict) for value in values):
-        raise MeshError(f"broken glTF: {key} is not a list of objects")
-    return values
-
-
-def whole(item: dict[str, Any], key: str, default: int | None = None) -> int:
-    """Return the integer >= 0 at `key`, or `default`; raise a MeshError for other values."""
-    value = item.get(key, default)
-    if type(value) is not int or value < 0:
-        raise MeshError(f"broken glTF: {key} must be an integer >= 0, got {reprlib.repr(value)}")
-    return value
-
-
-def numbers(item: dict[str, Any], key: str, default: list[float]) -> Floats:
-    """Return the list of numbers at `key`, or `default` if the key is missing.
-
-    Raises a MeshError if the list does not have the length of `default`.
-    """
-    values = item.get(key, default)
-    is_list = isinstance(values, list) and len(values) == len(default)
-    if not is_list or not all(type(value) in (int, float) for value in values):
-        raise MeshError(f"broken glTF: {key} must be a list of {len(default)} numbers")
-    return np.array(values, dtype=np.float64)
-
-
-def read_accessor(gltf: Gltf, index: object, kind: str) -> Array:
-    """Return the array of an accessor of type `kind`, of shape (n,), (n, 2) or (n, 3)."""
-    accessor = gltf.item("accessors", index)
-    where = f"accessors[{index}]"
-    if accessor.get("type") != kind or whole(accessor, "componentType") not in COMPONENTS:
-        raise MeshError(f"broken glTF: {where} must have the type {kind}")
-    if type(index) is int and index in gltf.unpacked:
-        return gltf.unpacked[index][1]
-    if "sparse" in accessor or "bufferView" not in accessor:
-        raise MeshError(f"{where} is sparse or has no buffer view, which is not supported")
-    dtype = np.dtype(COMPONENTS[accessor["componentType"]])
-    n_rows = whole(accessor, "count")
-    view = gltf.item("bufferViews", accessor["bufferView"])
-    content = view_content(gltf, accessor["bufferView"])
-    begin = whole(accessor, "byteOffset", 0)
-    row_size = dtype.itemsize * WIDTHS[kind]
-    stride = whole(view, "byteStride", row_size)
-    if stride < row_size:
-        raise MeshError(f"broken glTF: the rows of {where} overlap")
-    if n_rows and begin + stride * (n_rows - 1) + row_size > len(content):
-        raise MeshError(
-            f"broken glTF: {where} is longer than its buffer view: the file may be truncated"
-        )
-    shape = (n_rows,) if kind == "SCALAR" else (n_rows, WIDTHS[kind])
-    strides = (stride,) if kind == "SCALAR" else (stride, dtype.itemsize)
-    if not n_rows:
-        return np.empty(shape, dtype=dtype)
-    return np.ndarray(shape, dtype=dtype, buffer=content, offset=begin, strides=strides)
-
-
-def view_content(gltf: Gltf, index: int) -> memoryview:
-    """Return the bytes of a buffer view; decompress it if there is no uncompressed copy."""
-    view = gltf.item("bufferViews", index)
-    packed = _meshopt_of(view)
-    gltf.item("buffers", view.get("buffer"))
-    if packed is None or len(gltf.buffers[view["buffer"]]):
-        return _range(gltf, view)
-    if index not in gltf.unpacked_views:
-        n_rows, row_size = whole(packed, "count"), whole(packed, "byteStride")
-        gltf.take(n_rows * row_size, f"bufferViews[{index}]")
-        mode, filter = packed.get("mode"), packed.get("filter", "NONE")
-        if not isinstance(mode, str) or not isinstance(filter, str):
-            raise MeshError(f"broken glTF: bufferViews[{index}] has an unknown compression mode")
-        content = _range(gltf, packed)
-        with named_errors(f"bufferViews[{index}]"):
-            unpack = load("superfacets_formats.compression:decode_meshopt")
-            gltf.unpacked_views[index] = unpack(content, n_rows, row_size, mode, filter)
-    return gltf.unpacked_views[index]
-
-
 def _meshopt_of(item: dict[str, Any]) -> dict[str, Any] | None:
     """Return the meshopt extension of a buffer or buffer view, or None if it is missing."""
     extensions = item.get("extensions")
     named = extensions if isinstance(extensions, dict) else {}
     return next((named[name] for name in MESHOPT if isinstance(named.get(name), dict)), None)
-
-
-def _range(gltf: Gltf, view: dict[str, Any]) -> memoryview:
-    gltf.item("buffers", view.get("buffer"))
-    buffer = gltf.buffers[view["buffer"]]
-    begin, size = whole(view, "byteOffset", 0), whole(view, "byteLength")
-    if begin + size > len(buffer):
-        raise MeshError(
-            "broken glTF: a buffer view is longer than its buffer: the file may be truncated"
-        )
-    content: memoryview = buffer[begin : begin + size]
-    return content
 
 
 def _read_buffers(
@@ -223,7 +244,7 @@ def _read_buffers(
     A buffer without bytes is the fallback of a buffer with meshopt compression.
     """
     contents: list[memoryview] = []
-    for index, buffer in enumerate(items(document, "buffers")):
+    for index, buffer in enumerate(Gltf.items(document, "buffers")):
         address = buffer.get("uri")
         if address is None and (_meshopt_of(buffer) or {}).get("fallback") is True:
             contents.append(memoryview(b""))
@@ -234,7 +255,7 @@ def _read_buffers(
             content = _fetch(address, folder, files)
         else:
             raise MeshError(f"broken glTF: buffers[{index}] must have a uri")
-        declared = whole(buffer, "byteLength")
+        declared = Gltf.whole(buffer, "byteLength")
         if declared > len(content):
             raise MeshError(
                 f"buffers[{index}] declares {reprlib.repr(declared)} bytes but has {len(content)}:"
@@ -248,7 +269,7 @@ def _fetch(address: str, folder: Path | None, files: dict[Path, memoryview]) -> 
     """Read a data URI, or a file in the folder of the document; `files` caches files by path."""
     shown = reprlib.repr(address)
     if address.startswith("data:"):
-        return memoryview(decoded(address))
+        return memoryview(Gltf.decoded(address))
     try:
         path = file_at(address, folder)
         if path is None:
@@ -258,15 +279,6 @@ def _fetch(address: str, folder: Path | None, files: dict[Path, memoryview]) -> 
     except (OSError, UnicodeError):
         raise MeshError(f"the buffer file {shown} of the glTF file cannot be read") from None
     return files[path]
-
-
-def decoded(address: str) -> bytes:
-    """Return the bytes of a data URI."""
-    _, marker, encoded = address.partition(";base64,")
-    try:
-        return base64.b64decode(encoded if marker else "*", validate=True)
-    except ValueError:
-        raise MeshError(f"broken glTF: {reprlib.repr(address)} is not base64") from None
 
 
 def file_at(address: str, folder: Path | None) -> Path | None:

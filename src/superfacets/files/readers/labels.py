@@ -18,7 +18,7 @@ from .clouds import CLOUD_READERS
 from .npy import npy_array, npy_header
 from .parts import PART_ENDINGS, has_region_parts
 from .ply import has_ply_labels
-from .text import shown, split_lines
+from .text import Lines, shown
 
 MAX_LABEL = 2**31 - 1
 """Largest allowed label, because labels are int32."""
@@ -143,7 +143,7 @@ def checked_labels(labels: Any, n_faces: int | None = None, n_vertices: int | No
 
 def read_text_labels(data: Content, name: str) -> Array:
     """Return the integers of a text file, one per line."""
-    lines = split_lines(data)
+    lines = Lines.of(data)
     crowded = np.flatnonzero(lines.counts != 1)
     if len(crowded):
         line, found = lines.number(crowded[0]), shown(lines.content(crowded[0]).strip())

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from pathlib import Path
 from typing import NoReturn
 
 import numpy as np
 
 from ...base.errors import MeshError
+from ...base.lazy import load
 from ...base.types import Array, Floats, Ints
+from ..attributes import MeshAttributes
 from ..guards import Arrays, Content, checked_faces
-from .text import iterate_lines
+from .text import Lines
 
 KEYWORDS = (b"v", b"f")
 VERTEX, FACE = range(2)
@@ -37,6 +40,14 @@ def read_obj(data: Content) -> Arrays:
     return vertices, faces
 
 
+def read_obj_with_attributes(data: Content, folder: Path | None) -> tuple[Arrays, MeshAttributes]:
+    """Return vertices, faces and texture of an OBJ file; MTL files must be in `folder`."""
+    data = without_continuations(data)
+    vertices, faces = read_obj(data)
+    read_texture = load("superfacets_textures.obj_texture:read_texture")
+    return (vertices, faces), read_texture(data, folder)
+
+
 def without_continuations(data: Content) -> Content:
     """Join each line that ends in a backslash, and has no comment, with the next line."""
     return _CONTINUED.sub(rb"\1 ", data) if data.find(b"\\") >= 0 else data
@@ -48,7 +59,7 @@ def _read_blocks(data: Content) -> Iterator[tuple[Floats, Array, Ints]]:
     Corners are vertex indices, counted from 0. They may be out of range.
     """
     n_vertices = 0
-    for lines in iterate_lines(data, comment=b"#"):
+    for lines in Lines.blocks(data, comment=b"#"):
         keywords = lines.keywords(KEYWORDS)
         is_vertex, is_face = keywords == VERTEX, keywords == FACE
         vertices = lines.after_keyword(is_vertex, b"v").parse_vertices()
@@ -70,7 +81,7 @@ def _raise_index_error(data: Content, lengths: Array, corners: Array, n_vertices
     face = int(np.searchsorted(ends, place, side="right"))
     corner = place - int(ends[face] - lengths[face])
     row = face
-    for lines in iterate_lines(data, comment=b"#"):
+    for lines in Lines.blocks(data, comment=b"#"):
         found = lines[lines.keywords(KEYWORDS) == FACE]
         if row < len(found):
             break

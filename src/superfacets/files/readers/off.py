@@ -13,7 +13,7 @@ from ...base.checks import counted
 from ...base.errors import MeshError
 from ...base.types import Array
 from ..guards import Arrays, Content, Polygons, check_corner_counts, checked_faces, contiguous_rows
-from .text import Lines, as_integers, runs, shown, split_lines, table
+from .text import Lines, as_integers, runs, shown, table
 
 # ST, C and N declare texture coordinates, colors and normals after x, y and z on vertex lines. Some
 # data sets, such as ModelNet, have no space between the word and the counts.
@@ -22,7 +22,7 @@ MAGIC = re.compile(rb"(?:ST)?C?N?OFF(?=[\s\d]|$)\s*")
 
 def read_off(data: Content) -> Arrays:
     """Return vertices and faces of an OFF file; colors and normals are skipped."""
-    lines = split_lines(data, comment=b"#")
+    lines = Lines.of(data, comment=b"#")
     n_vertices, n_faces, n_header = _read_header(lines)
     n_rows = len(lines) - n_header
     if n_rows < n_vertices + n_faces:
@@ -81,7 +81,7 @@ def _read_faces(lines: Lines) -> Array | Polygons:
 
 def read_tri(data: Content) -> Arrays:
     """Return vertices and faces of a .tri file, in which indices are counted from 0."""
-    lines = split_lines(data)
+    lines = Lines.of(data)
     vertices, rest = _read_block(lines, "vertex", np.float64)
     faces, rest = _read_block(rest, "triangle", np.int64)
     if len(rest):

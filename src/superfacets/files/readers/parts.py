@@ -14,7 +14,7 @@ from ...base.types import Array
 from ..guards import Content
 from .obj import read_obj, without_continuations
 from .stl import is_binary_stl, read_stl
-from .text import iterate_lines
+from .text import Lines
 
 PART_ENDINGS = (".stl", ".obj")
 """Endings of formats that store labels as named parts. `write_mesh` sorts the faces by part."""
@@ -56,7 +56,7 @@ def _labels_by_part(
     """
     names: dict[bytes, int] = {}
     blocks, last = [], -1
-    for lines in iterate_lines(data, comment=comment):
+    for lines in Lines.blocks(data, comment=comment):
         keywords = lines.keywords(words, any_case=any_case)
         is_part = (keywords > 0) & (keywords < len(words))
         parts = [last]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from ...base.errors import MeshError
 from ...base.lazy import load
 from ...base.types import Array, Longs
-from ..attributes import MeshAttributes, is_image, is_word
+from ..attributes import MeshAttributes, images_in, is_word
 from ..guards import Arrays, Content, as_rows, checked_faces, contiguous_rows, hint_at_integers
 from .ply_body import Column, read_tables
 from .ply_header import INDEX_NAMES, STRIPS, Element, Header, Property, parse_header
@@ -34,10 +35,26 @@ def read_ply_with_attributes(
     header = parse_header(data)
     arrays, tables = _read_arrays(header, data)
     attributes = attributes_of(header, tables)
-    if any(map(is_image, attributes.comments)):
+    if images := images_in(attributes.comments):
         with_texture = load("superfacets_textures.ply_texture:with_texture")
-        attributes = with_texture(attributes, header, tables, arrays[1], folder)
+        lists = partial(_lists_of_faces, header, tables)
+        attributes = with_texture(attributes, images, arrays[1], lists, folder)
     return arrays, attributes
+
+
+def _lists_of_faces(
+    header: Header, tables: list[list[Column]], name: str
+) -> tuple[Array, Array] | None:
+    """Return the values, flat, and the lengths of the lists `name` of faces, or None."""
+    place = header.find("face")
+    column = None if place is None else header.elements[place].find(name)
+    if place is None or column is None or place != header.faces:
+        return None
+    found = tables[place][column]
+    if found.lengths is None:
+        return None
+    values = found.ragged if found.values is None else found.values.ravel()
+    return _present(values), np.asarray(found.lengths, np.int64)
 
 
 def _read_arrays(header: Header, data: Content) -> tuple[Arrays, list[list[Column]]]:

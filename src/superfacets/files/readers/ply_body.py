@@ -14,7 +14,7 @@ from ...base.errors import MeshError
 from ...base.types import Array, Bools, Ints, Longs
 from ..guards import Content
 from .ply_header import Element, Header, Property
-from .text import Lines, as_integers, runs, split_lines
+from .text import Lines, as_integers, runs
 
 MAX_RECORD_SIZE = 2**31 - 1
 """Maximum size of a NumPy record in bytes."""
@@ -149,7 +149,7 @@ def _gather(stored: Property, data: Content, starts: Longs, lengths: Longs) -> C
 
 
 def _read_text(header: Header, data: Content) -> list[list[Column]]:
-    lines = split_lines(data, begin=header.size)
+    lines = Lines.of(data, begin=header.size)
     tables = []
     for element in header.elements:
         n_rows = element.n_rows if element.properties else 0

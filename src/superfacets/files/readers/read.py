@@ -17,7 +17,7 @@ from ...mesh.polygon_mesh import PolygonMesh
 from ...mesh.triangle_mesh import Mesh
 from ..attributes import MeshAttributes
 from ..formats import CELL_ENDINGS, FORMATS, MESH_ENDINGS, READERS
-from ..guards import Content, Polygons, known_ending, named_errors, read_content
+from ..guards import Content, Polygons, checked_faces, known_ending, named_errors, read_content
 from .clouds import CLOUD_READERS, holds_cloud
 from .off import MAGIC as OFF_MAGIC
 from .stl import cad_advice, has_binary_size
@@ -177,7 +177,8 @@ def read_cells(path: str | os.PathLike[str]) -> Cells:
 def read_cells_and_attributes(path: str | os.PathLike[str]) -> tuple[Cells, MeshAttributes | None]:
     """Return the mesh or point cloud in a file, as `read_cells` does, and its attributes.
 
-    The attributes of a mesh are None if its format is not PLY, OBJ, GIFTI or glTF.
+    Apps use it where a path may be passed instead of a mesh. The attributes of a mesh are None if
+    its format is not PLY, OBJ, GIFTI or glTF.
     """
     return _read(path, CELL_ENDINGS, parse_cells_and_attributes)
 
@@ -290,10 +291,13 @@ def parse_cells_and_attributes(
 
 
 def _mesh_of(read: Any) -> AnyMesh:
-    """Return the mesh of vertices and faces; cells of other kinds are returned unchanged."""
+    """Return the mesh of what a reader returned; cells of other kinds are returned unchanged.
+
+    A reader returns vertices and faces, or vertices, sizes of faces and corners of all faces.
+    """
     if not isinstance(read, tuple):
         return cast("AnyMesh", read)
-    vertices, faces = read
+    vertices, faces = read if len(read) == 2 else (read[0], checked_faces(*read[1:]))
     if isinstance(faces, Polygons):
         return PolygonMesh._of_new(vertices, *faces)
     return Mesh._of_new(vertices, faces)

@@ -11,7 +11,7 @@ from ...base.checks import MAX_CELLS, counted
 from ...base.errors import MeshError
 from ...base.types import Floats, Singles
 from ..guards import Arrays, Content, as_doubles, contiguous_rows
-from .text import iterate_lines, split_lines
+from .text import Lines
 
 HEADER_SIZE = 80
 
@@ -80,7 +80,7 @@ def _read_binary(data: Content) -> Singles:
 
 def _read_ascii(data: Content) -> Floats:
     blocks = []
-    for lines in iterate_lines(data):
+    for lines in Lines.blocks(data):
         found = lines.keywords(KEYWORDS, any_case=True)
         corners = lines.after_keyword(found == VERTEX, KEYWORDS[VERTEX])
         corners.refuse(corners.counts != 3, "a vertex needs 3 coordinates")
@@ -96,7 +96,7 @@ def _check_solids(keywords: npt.NDArray[np.int8], data: Content) -> None:
     borders = keywords[(keywords == SOLID) | (keywords == ENDSOLID)]
     expected = np.resize([SOLID, ENDSOLID], len(borders) + len(borders) % 2)
     if keywords[-1] != ENDSOLID or not np.array_equal(borders, expected):
-        number = split_lines(data).number(-1)
+        number = Lines.of(data).number(-1)
         raise MeshError(
             f"line {number}: the file ends, but a `solid` has no `endsolid`: the file may be"
             " truncated"
@@ -113,7 +113,7 @@ def _check_facets(keywords: npt.NDArray[np.int8], data: Content) -> None:
             raise MeshError("the last facet is incomplete: the file may be truncated")
         return
     place = int(np.argmax(is_wrong))
-    number = split_lines(data).number(np.flatnonzero(is_content)[place])
+    number = Lines.of(data).number(np.flatnonzero(is_content)[place])
     wanted = TRIANGLE_LINES[place % 7]
     if wanted == ENDLOOP and content[place] == VERTEX:
         raise MeshError(

@@ -22,7 +22,7 @@ from ..guards import Content
 _Kernel = Callable[[Bytes, Longs, Longs, Ints, int], tuple[Array, Longs]]
 
 BLOCK = 1 << 23
-"""Number of bytes of text per block of `iterate_lines`, small to save memory."""
+"""Number of bytes of text per block of `Lines.blocks`, small to save memory."""
 
 _NUMBER = re.compile(rb"[+-]?(\d+\.?\d*([eE][+-]?\d+)?|\.\d+([eE][+-]?\d+)?|nan|inf(inity)?)", re.I)
 _INTEGER = re.compile(rb"[+-]?\d+")
@@ -30,12 +30,32 @@ _INTEGER = re.compile(rb"[+-]?\d+")
 
 @dataclass(frozen=True, eq=False)
 class Lines:
-    """Lines of a text, each with at least one token, from which parsers read numbers."""
+    """A selection of lines of a text, each of which has at least one token.
+
+    Readers of text formats use it to parse many numbers at once: ``Lines.of(data)`` has all lines,
+    a slice or mask selects lines, and `parse` returns their numbers as one array.
+    """
 
     text: Bytes  # (B,) complete text
     starts: Longs  # (L,) offset of the first token of each line
     ends: Longs  # (L,) offset of the end of each line, before its comment and newline
     counts: Ints  # (L,) number of tokens, which are separated by whitespace
+
+    @classmethod
+    def of(cls, data: Content, *, begin: int = 0, comment: bytes = b"") -> Lines:
+        r"""Find all lines of `data`, from byte `begin` on, that have at least one token.
+
+        Lines end at ``\n``, or at ``\r`` in old files without ``\n``. The character `comment`
+        begins a comment, which ends with the line and is skipped.
+        """
+        return _scan(_as_text(data), begin, None, comment)
+
+    @classmethod
+    def blocks(cls, data: Content, *, comment: bytes = b"") -> Iterator[Lines]:
+        """Yield the same lines as `of`, in blocks, to save memory."""
+        text = _as_text(data)
+        for begin in range(0, max(1, len(text)), BLOCK):
+            yield _scan(text, _next_line(text, begin), begin + BLOCK, comment)
 
     def __len__(self) -> int:
         return len(self.starts)
@@ -162,38 +182,9 @@ def _read_second_index(token: bytes) -> int:
     return _read_integer(others[0]) if others and others[0] else 0
 
 
-def split_word(text: str) -> tuple[str, str]:
-    """Return the first word of a text, and the rest; any white space separates them."""
-    word, *rest = text.split(maxsplit=1) or [""]
-    return word, rest[0].rstrip() if rest else ""
-
-
-def as_count(token: bytes | str, what: str) -> int:
-    """Parse an integer >= 0 of at most 18 digits; other tokens raise a MeshError."""
-    if not token.isdigit() or len(token) > 18 or not token.isascii():
-        raise MeshError(f"{what} must be integers >= 0, got {shown(token)}")
-    return int(token)
-
-
 def shown(token: bytes | str) -> str:
-    """Shorten and escape text from a file for a message."""
+    """Return text from a file, shortened, escaped and in quotes; readers use it in messages."""
     return reprlib.repr(token.decode("latin-1") if isinstance(token, bytes) else token)
-
-
-def split_lines(data: Content, *, begin: int = 0, comment: bytes = b"") -> Lines:
-    r"""Find all lines of `data`, from byte `begin` on, that have at least one token.
-
-    Lines end at ``\n``, or at ``\r`` in old files without ``\n``. The character `comment` begins a
-    comment, which ends with the line and is skipped.
-    """
-    return _scan(_as_text(data), begin, None, comment)
-
-
-def iterate_lines(data: Content, *, comment: bytes = b"") -> Iterator[Lines]:
-    """Yield the same lines as `split_lines`, in blocks, to save memory."""
-    text = _as_text(data)
-    for begin in range(0, max(1, len(text)), BLOCK):
-        yield _scan(text, _next_line(text, begin), begin + BLOCK, comment)
 
 
 def _as_text(data: Content) -> Bytes:
@@ -245,7 +236,11 @@ def runs(starts: Array, lengths: Array) -> Longs:
 
 
 def as_integers(values: Array, what: str) -> Array:
-    """Convert values to integers, or raise a MeshError that `what` must be integers."""
+    """Return values as integers of any size; readers use it for indices that files store as floats.
+
+    Arrays of integers are returned unchanged. Raises a MeshError that `what` must be integers if a
+    value is not a whole number of magnitude at most 2**53.
+    """
     if values.dtype.kind in "iu":
         return values
     with np.errstate(invalid="ignore"):  # signaling NaNs

@@ -20,7 +20,7 @@ from ...graph.kinds import Kind, kind_of
 from ...mesh.base import Cells
 from ..attributes import MeshAttributes
 from ..formats import FORMATS, WRITERS
-from .content import Content
+from .content import Output
 
 FACE_WRITERS = FORMATS["write_polygons"]
 TET_WRITERS = FORMATS["write_tetrahedra"]
@@ -158,7 +158,7 @@ class CellWriter:
         # only given colors, and no colors that are computed from labels.
         is_plain = ending in COLORLESS_OUTPUTS or (ending == ".glb" and texture is not None)
         colors = self.given_colors if is_plain else self._colors
-        content = Content(
+        content = Output(
             self.cells, ending, self.labels, colors, self.attributes, of_vertices,
             options.classes, options.label_name, options.ascii, path,
         )  # fmt: skip

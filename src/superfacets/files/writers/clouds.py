@@ -1,36 +1,14 @@
-"""Write point clouds with one label per point as CSV, LAS or LAZ."""
+"""Write point clouds with one label per point as CSV."""
 
 from __future__ import annotations
 
-import io
-from typing import IO, Any
+from typing import IO
 
-import numpy as np
-
-from ...base.errors import MeshError, import_extra, reason_of
-from ...base.types import Array
-from ...mesh.point_cloud import PointCloud
-from ..attributes import COLORS, PROJECTION, LasDimension, LasFrame
-from ..guards import shortened
-from .content import Content
+from .content import Output
 from .text import write_rows
 
-_WITHOUT_WAVES = {4: 1, 5: 3, 9: 6, 10: 8}
-"""Maps each LAS point format with wave packets to the same format without wave packets."""
 
-_LAS_STEPS = 2.0**31 - 2
-"""Maximum range of a coordinate, in quantization steps. LAS stores the number of steps as a 32-bit
-integer."""
-
-_MAX_VLR_BYTES = 65535
-"""Maximum size of a variable length record, in bytes. Larger records are written after the points,
-as extended variable length records, which LAS 1.4 introduced."""
-
-_MAX_LETTERS = 31
-"""Maximum length, in characters, of the name and of the description of an extra dimension."""
-
-
-def write_csv(file: IO[bytes], content: Content) -> None:
+def write_csv(file: IO[bytes], content: Output) -> None:
     """Write points as CSV: a header line, then one line per point with x, y, z and the label.
 
     If there are no labels, the property ``label`` is written if it contains integers.
@@ -43,96 +21,3 @@ def write_csv(file: IO[bytes], content: Content) -> None:
     file.write(b"x,y,z,label\n" if more else b"x,y,z\n")
     row = ",".join(["%.17g"] * 3 + ["%d"] * len(more)) + "\n"
     write_rows(file, row, [*cloud.points.T, *more])
-
-
-def write_las(file: IO[bytes], content: Content) -> None:
-    """Write points and attributes as LAS or LAZ, with labels in the extra dimension ``label``.
-
-    If the attributes come from a LAS file, the output has the same version, point format,
-    quantization, coordinate reference system and types of extra dimensions, with three exceptions:
-    a quantization or type that cannot represent the values is replaced, point formats with wave
-    packets become formats without wave packets, and old versions become at least LAS 1.2. If there
-    are no attributes from a LAS file, the output is LAS 1.4 with point format 6, or 7 if the cloud
-    has colors.
-    """
-    laspy = import_extra("laspy", "a .las or .laz file", "las")
-    cloud, attributes = content.cells, content.attributes
-    frame = _frame_of(cloud, None if attributes is None else attributes.las)
-    header = laspy.LasHeader(point_format=frame.point_format, version=f"1.{frame.minor}")
-    header.scales, header.offsets = np.array(frame.scales), np.array(frame.offsets)
-    header.file_source_id = frame.source_id
-    if frame.is_wkt:  # laspy 2.5 also sets this flag if the assigned value is False
-        header.global_encoding.wkt = True
-    if frame.has_standard_time:
-        header.global_encoding.gps_time_type = laspy.header.GpsTimeType.STANDARD
-    las = laspy.LasData(header)
-    for number, record in frame.projection:
-        vlr = laspy.VLR(PROJECTION, number, record_data=record)
-        if len(record) <= _MAX_VLR_BYTES:
-            header.vlrs.append(vlr)
-        else:
-            las.evlrs = laspy.vlrs.vlrlist.VLRList([*(las.evlrs or ()), vlr])
-    las.x, las.y, las.z = cloud.points.T
-    stored = {} if attributes is None else dict(attributes.vertex)
-    if cloud.colors is not None and not {*COLORS} <= stored.keys():
-        for name, shades in zip(COLORS, cloud.colors.T, strict=True):
-            stored[name] = np.rint(shades * 65535).astype(np.uint16)
-    dimensions = {dimension.attribute: dimension for dimension in frame.extra}
-    if content.labels is not None:
-        stored["label"] = content.labels
-        dimensions.pop("label", None)  # labels are always int32
-    known = set(las.point_format.dimension_names)
-    for name, values in stored.items():
-        if name not in known:
-            _add_dimension(las, name, values, dimensions.get(name))
-        elif values.ndim == 1:
-            las[name] = values
-    written = io.BytesIO()  # laspy needs a seekable file to complete the header
-    try:
-        las.write(written, do_compress=content.ending == ".laz")
-    except Exception as error:  # laspy raises exceptions of many classes
-        reason = shortened(reason_of(error))
-        raise MeshError(f"the cloud cannot be written as {content.ending}: {reason}") from None
-    file.write(written.getbuffer())
-
-
-def _add_dimension(las: Any, name: str, values: Array, given: LasDimension | None) -> None:
-    """Add an extra dimension with the given values to a `laspy.LasData`.
-
-    The stored type is the type in `given` if it can represent all values, and otherwise the type of
-    the array. A dimension has at most 3 numbers per point, so arrays with more columns are skipped.
-    """
-    n = 1 if values.ndim == 1 else values.shape[1]
-    if not 1 <= n <= 3:
-        return
-    stored = None if given is None else given.encoded(values)
-    if given is None or stored is None:
-        given, stored = LasDimension(name, values.dtype.str, n, ""), values
-    shape = () if n == 1 else (n,)
-    extra_bytes = import_extra("laspy", "a .las or .laz file", "las").ExtraBytesParams
-    las.add_extra_dim(extra_bytes(
-        name=given.name[:_MAX_LETTERS], type=np.dtype((given.kind, shape)),
-        description=given.description[:_MAX_LETTERS],
-        offsets=given.offsets or None, scales=given.scales or None,
-    ))  # fmt: skip
-    las.points.array[given.name[:_MAX_LETTERS]] = stored.reshape(-1, *shape)
-
-
-def _frame_of(cloud: PointCloud, given: LasFrame | None) -> LasFrame:
-    """Return the LAS settings in `given`, changed if they cannot represent the points.
-
-    If `given` is None, return new settings.
-    """
-    low, high = cloud.bounds
-    with np.errstate(divide="ignore"):  # steps are powers of ten, as is common in LAS
-        scales = 10.0 ** np.maximum(np.ceil(np.log10((high - low) / _LAS_STEPS)), -6.0)
-    usual = LasFrame(4, 7 if cloud.colors is not None else 6, tuple(scales), tuple(low))
-    if given is None:
-        return usual
-    point_format = _WITHOUT_WAVES.get(given.point_format, given.point_format)
-    minor = max(given.minor, 4 if point_format > 5 else 2)
-    with np.errstate(all="ignore"):
-        steps = (cloud.bounds - given.offsets) / given.scales
-    if not (np.all(np.asarray(given.scales) > 0) and np.all(np.abs(steps) < 2.0**31 - 1)):
-        given = given._replace(scales=usual.scales, offsets=usual.offsets)
-    return given._replace(minor=minor, point_format=point_format)

@@ -1,4 +1,4 @@
-"""Define `Content`, the input of the functions that write a file in one format."""
+"""Define `Output`, the input of the functions that write a file in one format."""
 
 from __future__ import annotations
 
@@ -17,8 +17,11 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Content:
-    """Checked cells to write, with their labels, colors, attributes and format options."""
+class Output:
+    """Checked cells to write, with their labels, colors, attributes and format options.
+
+    Functions that write a format get it as their second argument; see `files.formats`.
+    """
 
     cells: Any
     ending: str

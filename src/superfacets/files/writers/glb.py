@@ -20,7 +20,7 @@ from ...base.lazy import load
 from ...base.types import Array, Bools, Bytes, Floats, Ints, Longs
 from ...mesh.faces import FaceMesh, corner_triangles, corners_of
 from ...regions.region_graph import region_graph
-from .content import Content
+from .content import Output
 from .text import finite_singles, fits_single
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ ALIGNMENT = 8
 """Alignment of buffer views in bytes, which property tables require."""
 
 
-def write_glb(file: IO[bytes], content: Content) -> None:
+def write_glb(file: IO[bytes], content: Output) -> None:
     """Write GLB. Polygons are triangulated, and unused vertices are skipped.
 
     Coordinates are float32. If float32 cannot represent them exactly, their origin is moved to the
@@ -98,7 +98,7 @@ class _Regions:
 
 
 def _add_primitive(
-    scene: _Scene, split: _Split, content: Content, regions: _Regions | None
+    scene: _Scene, split: _Split, content: Output, regions: _Regions | None
 ) -> dict[str, Any]:
     """Append the arrays of the triangles in `split` to the scene; return their glTF primitive."""
     attributes = {"POSITION": scene.positions(content.cells.vertices, split.vertices)}

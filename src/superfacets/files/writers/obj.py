@@ -11,7 +11,7 @@ import numpy.typing as npt
 from ...base.lazy import load
 from ...base.types import Array, Ints, Longs
 from ...mesh.faces import FaceMesh, corners_of
-from .content import Content
+from .content import Output
 from .text import ROWS_AT_ONCE, coordinate_format, text_rows, write_rows
 
 if TYPE_CHECKING:
@@ -25,10 +25,10 @@ because a ``usemtl`` line applies to all faces up to the next ``usemtl`` line.""
 _SAFE = str.maketrans("#\\", "__")
 
 
-def write_obj(file: IO[bytes], content: Content) -> None:
+def write_obj(file: IO[bytes], content: Output) -> None:
     """Write OBJ with one group per region, or per class; faces keep their order within a region.
 
-    Groups are named by `Content.part_names`, with underscores instead of ``#`` and backslashes.
+    Groups are named by `Output.part_names`, with underscores instead of ``#`` and backslashes.
     Materials are written to an MTL file in the same folder. Colors and attributes are not written.
     """
     mesh, labels, texture = content.cells, content.labels, content.texture
@@ -121,7 +121,7 @@ def _lines_of(
     return lines.tolist()
 
 
-def write_off(file: IO[bytes], content: Content) -> None:
+def write_off(file: IO[bytes], content: Output) -> None:
     """Write OFF. The color of a face, three numbers from 0 to 255, follows its corners.
 
     The first line is OFF, because COFF would declare vertex colors. Labels and attributes are not

@@ -14,8 +14,8 @@ from ...mesh.faces import FaceMesh, corners_of
 from ...mesh.point_cloud import PointCloud
 from ..attributes import COLORS, PLY_TYPES, MeshAttributes, is_image
 from ..readers.ply_header import INDEX_NAMES
-from .content import Content
-from .text import ROWS_AT_ONCE, fits_single, text_rows
+from .content import Output
+from .text import ROWS_AT_ONCE, finite_singles, fits_single, text_rows
 
 OWN_NAMES = {
     "vertex": ("x", "y", "z", "label"),
@@ -38,7 +38,7 @@ def names_replaced(attributes: MeshAttributes, *, of_points: bool = False) -> li
     ]
 
 
-def write_ply(file: IO[bytes], content: Content) -> None:
+def write_ply(file: IO[bytes], content: Output) -> None:
     """Write a mesh as PLY, with the properties that `superfacets.write_mesh` describes."""
     mesh, attributes = content.cells, content.attributes
     vertices = _Element("vertex", mesh.n_vertices, _vertex_columns(mesh.vertices))
@@ -59,11 +59,13 @@ def write_ply(file: IO[bytes], content: Content) -> None:
         describe = load("superfacets_textures.writing:ply_texture")
         lines, fields = describe(content.texture, placer, has_triangles=is_cut)
         comments = (*(line for line in comments if not is_image(line)), *lines)
+        if "texcoord" in fields:
+            fields["texcoord"] = finite_singles(fields["texcoord"])
         faces.add(fields)
     _write_elements(file, [vertices, faces], comments, ascii=content.ascii)
 
 
-def write_cloud_ply(file: IO[bytes], content: Content) -> None:
+def write_cloud_ply(file: IO[bytes], content: Output) -> None:
     """Write a point cloud as PLY, with one label per point."""
     cloud = content.cells
     points = _Element("vertex", cloud.n_points, _point_columns(cloud, content))
@@ -142,7 +144,7 @@ def _columns(names: Sequence[str], dtype: str, table: Array) -> list[_Column]:
     return [_Column(name, dtype, values) for name, values in zip(names, table.T, strict=True)]
 
 
-def _point_columns(cloud: PointCloud, content: Content) -> list[_Column]:
+def _point_columns(cloud: PointCloud, content: Output) -> list[_Column]:
     """Return columns of positions, normals, labels, and colors (given, or else of the cloud)."""
     colors = content.colors
     columns = _vertex_columns(cloud.points)

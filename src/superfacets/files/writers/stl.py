@@ -9,16 +9,16 @@ import numpy as np
 from ...base.checks import checked_threads
 from ...mesh.faces import area_vectors
 from ..readers.stl import HEADER_SIZE, TRIANGLE
-from .content import Content
+from .content import Output
 from .text import coordinate_format, fits_single, write_rows
 
 
-def write_stl(file: IO[bytes], content: Content) -> None:
+def write_stl(file: IO[bytes], content: Output) -> None:
     """Write one solid per region, in ascending order of labels, or one per class.
 
-    Meshing and flow simulation programs use the names of solids, `Content.part_names`, for patches.
+    Meshing and flow simulation programs use the names of solids, `Output.part_names`, for patches.
     Files with labels are text, because binary STL has only one solid. A file without labels is
-    binary if float32 is exact for all coordinates and `Content.ascii` is false; otherwise it is
+    binary if float32 is exact for all coordinates and `Output.ascii` is false; otherwise it is
     text with one solid. Undefined normals are 0.
     """
     mesh, labels = content.cells, content.labels
