@@ -22,6 +22,7 @@ from .base.checks import checked_flag as checked_flag
 from .base.checks import checked_choice as checked_choice
 from .base.checks import checked_fraction as checked_fraction
 from .base.checks import check_length as check_length
+from .base.checks import checked_classes as checked_classes
 from .base.checks import ranked_labels as ranked_labels
 from .base.checks import refuse_mask as refuse_mask
 from .base.checks import counted as counted
@@ -41,11 +42,15 @@ from .graph.kinds import measures_of as measures_of
 from .mesh.faces import corners_of as corners_of
 from .mesh.faces import corner_triangles as corner_triangles
 from .mesh.faces import cut_into_triangles as cut_into_triangles
+from .mesh.weld import lowest_vertices as lowest_vertices
 from .graph.corner_labels import labels_of_corners as labels_of_corners
 from .graph.constraints import mask_of as mask_of
 from .graph.sums import weighted_majority as weighted_majority
 from .graph.sums import sums_by_label as sums_by_label
 from .graph.surface import Surface as Surface
+from .stages.prepare import Prepared as Prepared
+from .regions.vertex_edges import VertexEdges as VertexEdges
+from .regions.shared_masks import MaskedAreas as MaskedAreas
 from .weights.formulas import WEIGHTS as WEIGHTS
 from .graph.size import DEFAULT_N_SEGMENTS as DEFAULT_N_SEGMENTS
 
@@ -72,7 +77,6 @@ from .files.readers.labels import NO_REGION as NO_REGION
 from .files.attributes import LasFrame as LasFrame
 from .files.named_features import stored_colors as stored_colors
 from .files.formats import CELL_ENDINGS as CELL_ENDINGS
-from .files.readers.read import Z_UP_ENDINGS as Z_UP_ENDINGS
 
 # Writing files
 from .files.atomic import atomic_outputs as atomic_outputs

@@ -191,10 +191,10 @@ def _moved(points: Floats, header: Any, place: int) -> Floats:
     pose = header.node["pose"]
     if pose.isDefined("rotation"):
         quaternion = np.array([_number_in(pose["rotation"][axis]) for axis in "wxyz"])
-        length = np.linalg.norm(quaternion)
-        if not (np.isfinite(length) and length > 0):
+        rotation = rotation_of(quaternion)
+        if rotation is None:
             raise MeshError(f"scan {place} has an invalid rotation: {quaternion.tolist()}")
-        points = np.einsum("ij,kj->ik", points, rotation_of(quaternion / length))
+        points = np.einsum("ij,kj->ik", points, rotation)
     if pose.isDefined("translation"):
         points = points + [_number_in(pose["translation"][axis]) for axis in "xyz"]
     return points

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from superfacets.kit import Floats, checked_count, freeze, owned, refuse_mask
+from superfacets.kit import Floats, checked_count, freeze, refuse_mask
 
 MAX_SIDE = 1 << 16
 """Maximum width and height of an image, in pixels."""
@@ -143,7 +143,7 @@ def _checked_intrinsics(intrinsics: Any) -> Floats:
         raise ValueError(
             f"intrinsics must be finite, with positive focal lengths, got {given.tolist()}"
         )
-    return owned(given, np.float64)
+    return given.copy()
 
 
 def _checked_image_size(size: Any) -> tuple[int, int]:

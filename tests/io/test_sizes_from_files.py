@@ -131,13 +131,12 @@ GUARDS = {
     "superfacets_formats/tet_mesh.py": {("boundary", "repeat"): "tetrahedra in memory"},
     "superfacets_scans/lifting.py": {
         ("_by_image", "arange"): "images that were read",
-        ("_objects_of_masks", "arange"): "regions, of which each has a cell",
         ("_objects_of_masks", "bincount"): "masks, of which each has a pixel",
         ("_without_gaps", "full"): "objects, of which each has a region",
         ("lift", "bincount"): "ranks of labels of regions",
         ("lift", "zeros"): "regions, of which each has a cell"},
     "superfacets_scans/mask_votes.py": {
-        ("_visible_regions_of", "see_surface"): "cameras have the sizes of their masks",
+        ("_visible_regions_of", "seen_by"): "cameras have the sizes of their masks",
         ("collect_votes", "repeat"): "numbers of masks that were read"},
 }  # fmt: skip
 """For each module, the guards of its places: (function, called name)."""
@@ -152,7 +151,7 @@ SIZED = {
 LIBRARIES = {
     "decompress", "decompress_points_with_chunk_table", "read_chunk_table_only", "decode",
     "decode_gltf_buffer", "unpack_lzf", "walk_rows", "copy_runs", "SourceDestBuffer", "E57",
-    "see_surface", "reader",
+    "seen_by", "reader",
 }  # fmt: skip
 """Other functions that allocate memory by numbers in files."""
 

@@ -11,7 +11,7 @@ from looking import camera_at, cameras_in_room, masks_of
 from numpy.testing import assert_array_equal
 
 import superfacets as sf
-from superfacets import _core
+from superfacets.kit import MaskedAreas
 
 SQUARE = sf.Mesh([[0, 0, 0], [4, 0, 0], [4, 4, 0], [0, 4, 0]], [[0, 1, 2], [0, 2, 3]])
 
@@ -192,12 +192,10 @@ def test_groups_are_those_of_the_reference(seed):
     ]
     table = np.concatenate(areas, axis=1).astype(float)
     regions, masks = np.nonzero(table)
-    offsets = np.searchsorted(regions, np.arange(n_regions + 1))
     image_of = np.repeat(np.arange(4, dtype=np.int32), counts)
     for least in (0.2, 0.5, 0.8):
-        found = _core.join_by_masks(
-            offsets, masks.astype(np.int32), table[regions, masks], image_of, least
-        )
+        votes = MaskedAreas(regions, masks.astype(np.int32), table[regions, masks], image_of)
+        found = votes.groups(n_regions, least)
         assert found.tolist() == reference.join_by_masks(areas, least)
 
 

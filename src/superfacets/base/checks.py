@@ -553,22 +553,17 @@ def checked_regions(
     return array, n_regions
 
 
-def checked_classes(labels: Any, n_cells: int, name: str, n_vertices: int | None = None) -> Ints:
-    """Return labels of cells as int32; they may be any integers >= 0, or -1 for no label.
+def checked_classes(
+    labels: Any, n: int, name: str, noun: str = "cell", *, n_vertices: int | None = None
+) -> Ints:
+    """Return labels of cells, or of vertices, as a new int32 array, shape (n,).
 
-    `n_vertices` is the same as in `check_length`.
+    Labels may be any integers >= 0, or -1 for no label. `name` is the name of the labels in
+    messages; `noun` and `n_vertices` are the same as in `check_length`. Functions of apps use it
+    for labels that may have gaps. Raises a ValueError or TypeError if the labels are not valid.
     """
-    return _checked_classes(_row_of_labels(labels, n_cells, name, n_vertices), name)
-
-
-def checked_vertex_classes(labels: Any, n_vertices: int, name: str) -> Ints:
-    """Return labels of vertices as int32; they may be any integers >= 0, or -1 for no label."""
     given = integer_array(labels, name)
-    check_length(given, n_vertices, name, "vertex")
-    return _checked_classes(given, name)
-
-
-def _checked_classes(given: Array, name: str) -> Ints:
+    check_length(given, n, name, noun, n_vertices=n_vertices)
     array = given.astype(np.int32, order="C")  # copies, so the caller cannot change the labels
     is_wrong = (array < -1) | (array != given)
     refuse_first(is_wrong, name, given, f"-1 to {MAX_CELLS}")

@@ -142,11 +142,7 @@ class KeptCells:
 
     def surface_of(self, whole: Surface) -> Surface:
         """Return the surface of the kept cells. `whole` is the surface of all cells."""
-        handle = _core.SubSurface(whole.handle, self.offsets, self.neighbors, self.cells, self.arcs)
-        return Surface(
-            handle, self.offsets, self.neighbors, whole.bounds, whole.weight_unit,
-            whole.n_threads, dimension=whole.dimension,
-        )  # fmt: skip
+        return whole.with_arcs(self.cells, self.arcs, self.offsets, self.neighbors)
 
     def new_cells(self, cells: npt.ArrayLike, name: str, order: Ints | None = None) -> Ints:
         """Convert indices of cells in the whole graph to numbers of kept cells.

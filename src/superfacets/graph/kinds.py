@@ -50,6 +50,36 @@ class DrawnFaces(NamedTuple):
     mesh: FaceMesh
     sources: Ints | None  # (F,) cell that each face belongs to; None if the faces are the cells
 
+    def seen_by(self, views: Floats, sizes: Ints, n_threads: int) -> tuple[Ints, Floats, Ints]:
+        """Return the visible cell, or -1, and its area in each pixel of images; and all seen cells.
+
+        Parameters
+        ----------
+        views : ndarray of float64, shape (n, 13)
+            For each image, the rows of a matrix (3, 4) that maps (x, y, z, 1) to depth * (u, v, 1),
+            with pixel (u, v), and then the product of the two focal lengths in pixels.
+        sizes : ndarray of int32, shape (n, 2)
+            Width and height of each image, > 0.
+
+        Returns
+        -------
+        tuple of ndarray
+            Cells (P,) and areas (P,) of all pixels, image by image and row by row, and the cells
+            that an image shows, each once for each of its visible triangles. An area is 0 if no
+            cell is visible, or if the angle between surface and line of sight is below 6 degrees.
+        """
+        if views.shape != (len(sizes), 13) or sizes.shape != (len(views), 2) or sizes.min() < 1:
+            raise ValueError("views and sizes must have a row of 13 and of 2 numbers per image")
+        triangles, faces = cut_into_triangles(self.mesh)
+        found, areas, is_seen = _core.see_surface(
+            self.mesh.vertices, triangles, views, sizes.ravel(), n_threads
+        )
+        seen = np.flatnonzero(is_seen).astype(np.int32)
+        for owners in (faces, self.sources):
+            if owners is not None:
+                seen, found = owners[seen], np.append(owners, np.int32(-1))[found]
+        return found, areas, seen
+
 
 class OrderedCells(NamedTuple):
     """Cells and their graph, in input order or sorted along a space-filling curve for speed.

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..base.checks import checked_number, checked_threads, checked_vertex_classes, counted
+from ..base.checks import checked_classes, checked_number, checked_threads, counted
 from ..base.types import ArcLists, Bools, Floats, Ints
 from ..graph.kinds import as_surface, kind_of
 from ..graph.sums import positive_total
@@ -218,9 +218,9 @@ def evaluate_vertices(
     """
     cells: Any = as_cells(mesh)
     corners, n = corners_in(cells), cells.n_vertices
-    checked = checked_vertex_classes(vertex_labels, n, "vertex_labels")
+    checked = checked_classes(vertex_labels, n, "vertex_labels", "vertex")
     regions, n_regions = compact_complete(checked, n)
-    listed = [checked_vertex_classes(truth, n, "truth") for truth in _listed(ground_truths)]
+    listed = [checked_classes(truth, n, "truth", "vertex") for truth in _listed(ground_truths)]
     truths = [compact_truth(truth, n) for truth in listed]
     is_used = np.bincount(corners.vertices, minlength=n) > 0
     n_pieces = _core.find_components(*_arcs_of_vertices(cells, is_used), regions)[1]

@@ -8,20 +8,12 @@ import numpy as np
 
 from .. import _core
 from ..base.errors import MeshError
-from ..base.types import Array, Floats, Ints, Longs
+from ..base.types import Array, Ints
 from ..graph.kinds import kind_of, measures_of
 from ..graph.sums import Majority, weighted_majority
-from ..mesh.faces import Corners, mean_normals, vertex_graph
+from ..mesh.faces import Corners
 from ..mesh.weld import lowest_vertices
-
-
-class VertexEdges(NamedTuple):
-    """Vertices of a mesh, or points, and the edges between them in CSR form, in both directions."""
-
-    offsets: Longs  # (V + 1,) index in `neighbors` of the first edge of each vertex
-    neighbors: Ints  # (M,) vertex at the other end of each edge
-    positions: Floats  # (V, 3) position of each vertex
-    normals: Floats  # (V, 3) mean unit normal of the faces around each vertex; 0 in a volume
+from .vertex_edges import VertexEdges
 
 
 class _Regions(NamedTuple):
@@ -34,13 +26,11 @@ class _Regions(NamedTuple):
 
 
 def crease_labels(
-    cells: Any, labels: Ints, n_labels: int, n_threads: int, *, least: int = 1, merge: bool = False
+    cells: Any, labels: Ints, n_labels: int, n_threads: int, *, least: int = 1
 ) -> Ints:
     """Convert labels of cells to labels of vertices by the method "creases" of `vertex_labels`.
 
-    The cells must have corners, and their labels must be from -1 to `n_labels` - 1. If `merge` is
-    true, a region that cannot grow to `least` vertices is merged with a neighboring region. The
-    resulting region gets the lower of the two labels.
+    The cells must have corners, and their labels must be from -1 to `n_labels` - 1.
     """
     found = np.full(cells.n_vertices, -1, np.int32)
     if labels.max() < 0:
@@ -48,15 +38,14 @@ def crease_labels(
     cells, labels = _labeled_part(cells, labels)
     lowest = lowest_vertices(cells.vertices, True, n_threads)
     corners = corners_in(cells)
-    graph = vertex_graph(cells, lowest, n_threads)
-    edges = VertexEdges(*graph[:2], cells.vertices, mean_normals(cells, lowest))
+    edges = VertexEdges.of_mesh(cells, lowest, n_threads)
     welded = Corners(lowest[corners.vertices], corners.size, corners.offsets)
     regions = _Regions(cells, welded, labels, n_labels)
     of_positions = _labels_along_creases(edges, regions, n_threads)
     is_used = np.zeros(cells.n_vertices, bool)
     is_used[corners.vertices] = True
     counts = np.bincount(lowest[is_used], minlength=cells.n_vertices).astype(np.int32)
-    of_positions = large_regions(edges, of_positions, counts, least, merge=merge)
+    of_positions = edges.grown(of_positions, counts, least)
     found[is_used] = of_positions[lowest[is_used]]
     return found
 
@@ -68,23 +57,6 @@ def corners_in(cells: Any) -> Corners:
     if corners is None:
         raise MeshError(f"labels of vertices need a mesh, got {kind.plural} without vertices")
     return corners
-
-
-def large_regions(
-    edges: VertexEdges, labels: Ints, counts: Ints, least: int, *, merge: bool
-) -> Ints:
-    """Grow regions of vertices to `least` vertices, and return the new labels of all vertices.
-
-    A small region takes vertices from neighboring regions, as long as these stay connected and keep
-    `least` vertices. A region that cannot get enough vertices does not change or, if `merge` is
-    true, is merged with a neighboring region. `counts` is the number of mesh vertices at each
-    welded vertex. All vertices with edges must have a label >= 0.
-    """
-    if least < 2:
-        return labels
-    size = (counts, int(labels.max()) + 1, least)
-    labels = _core.grow_small_regions(*edges, labels, *size)
-    return _core.merge_small_regions(*edges, labels, *size) if merge else labels
 
 
 def _labeled_part(cells: Any, labels: Ints) -> tuple[Any, Ints]:

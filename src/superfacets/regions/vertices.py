@@ -12,7 +12,6 @@ from ..base.checks import (
     checked_classes,
     checked_count,
     checked_threads,
-    checked_vertex_classes,
     ranked_labels,
 )
 from ..base.types import Ints, Longs
@@ -169,7 +168,7 @@ def face_labels(mesh: MeshLike | CloudLike, vertex_labels: npt.ArrayLike) -> Int
     """
     cells: Any = as_cells(mesh)
     n_vertices = cells.n_cells if kind_of(cells).are_points else cells.n_vertices
-    array = checked_vertex_classes(vertex_labels, n_vertices, "vertex_labels")
+    array = checked_classes(vertex_labels, n_vertices, "vertex_labels", "vertex")
     return labels_of_corners(cells, array).astype(np.int32)
 
 
@@ -184,13 +183,8 @@ def vertex_ids(cells: Any, labels: npt.NDArray[np.integer[Any]]) -> Longs:
     ranks, names = ranked_labels(labels)
     threads = checked_threads(None)
     found = crease_labels(cells, ranks, len(names), threads, least=MIN_IN_FILES)
-    return with_unused(found, names)
-
-
-def with_unused(labels: Ints, names: npt.NDArray[np.integer[Any]]) -> Longs:
-    """Return ``names[labels]``, but replace each label -1 by a unique id above all names."""
-    ids = names.astype(np.int64)[labels]
-    unused = np.flatnonzero(labels < 0)
+    ids = names.astype(np.int64)[found]
+    unused = np.flatnonzero(found < 0)
     ids[unused] = int(names[-1]) + 1 + np.arange(len(unused))
     return ids
 

@@ -17,7 +17,8 @@ from ..clustering.plan import Plan
 from ..graph.cell_graph import BaseGraph
 from ..graph.constraints import ConstraintOptions
 from ..graph.face_graph import FaceShapes
-from ..graph.kinds import Kind, OrderedCells, kind_of
+from ..graph.kinds import Kind, OrderedCells, graph_and_surface, kind_of
+from ..graph.surface import Surface
 from ..mesh.base import Cells
 from ..mesh.convert import CloudLike, MeshLike, as_cells
 from ..mesh.denoising import STEPS_WITH_SLACK, Denoise, Roughness, slack_of, smoothed
@@ -88,6 +89,12 @@ class Prepared:
                 denoised, made = smoothed_in(n_steps)
             slack = slack_of(n_steps, is_regular=roughness.is_regular)
         return cls(source, denoised, n_steps, slack, kind, *made)
+
+    def surface(self, *, weld: bool, n_threads: int) -> Surface:
+        """Return the `Surface` of `source`, whose cells are in the order of the caller."""
+        if self.order is not None or self.n_steps:
+            return graph_and_surface(self.source, weld, n_threads)[1]
+        return self.kind.surface(self.source, self.graph, n_threads)
 
     def given_measures(self, n_threads: int) -> Floats:
         """Return the areas or volumes of the cells before the mesh was smoothed, (N,)."""

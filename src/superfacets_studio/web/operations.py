@@ -10,8 +10,8 @@ import numpy as np
 from starlette.responses import Response
 
 from superfacets import MeshError
-from superfacets.kit import Z_UP_ENDINGS, as_mesh, checked_choice, checked_flag, counted, kind_of
-from superfacets_show.camera import View
+from superfacets.kit import as_mesh, checked_choice, checked_flag, counted, kind_of
+from superfacets_show.camera import Z_UP_ENDINGS, View
 from superfacets_show.colors import PALETTE
 from superfacets_show.page.own_colors import color_parts
 from superfacets_show.page.shape import shape_of, view_facts
