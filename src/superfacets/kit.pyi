@@ -38,7 +38,6 @@ from .base.errors import is_installed as is_installed
 from .mesh.convert import as_mesh as as_mesh
 from .mesh.convert import as_cells as as_cells
 from .graph.kinds import kind_of as kind_of
-from .graph.kinds import measures_of as measures_of
 from .mesh.faces import corners_of as corners_of
 from .mesh.faces import corner_triangles as corner_triangles
 from .mesh.faces import cut_into_triangles as cut_into_triangles

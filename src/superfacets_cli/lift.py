@@ -131,7 +131,7 @@ def _segments(given: GivenLabels, names: Array, result: LiftedLabels) -> dict[st
 
 
 def _report(run: OneRun, cells: Cells, result: LiftedLabels) -> None:
-    areas = kit.measures_of(cells, 1)
+    areas = kit.kind_of(cells).measures(cells, 1)
     total = positive_total(areas)
     seen = float(areas[result.seen].sum()) / total
     labeled = float(areas[result.seen & (result.labels >= 0)].sum()) / total

@@ -19,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from superfacets import (
+    CellGraph,
     IslandWarning,
     Mesh,
     MeshError,
@@ -196,12 +197,12 @@ def segment_point(
     assert cloud.normals is not None
     steps = _checked_edges(_array_of(edges), cloud.n_points)
     threads = checked_threads(None)
-    joined = VertexEdges.of_pairs(cloud.points, cloud.normals, steps)
+    joined = _edges_of(cloud, steps)
     if n_segments is None:
         number = max(joined.count_segments(steps, threshold, least, threads), 1)
     else:
         number = checked_count(n_segments, "n_segments", cloud.n_points, "points")
-    graph = joined.cell_graph(number, threads)
+    graph = _graph_of(joined, cloud, number)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", IslandWarning)
         labels = segment_graph(graph, number).labels
@@ -275,6 +276,29 @@ def _checked_edges(edges: Array, n_points: int) -> Ints:
             f"edges[{first}] must be points from 0 to {n_points - 1}, got {edges[first].tolist()}"
         )
     return np.array(edges, np.int32, order="C")
+
+
+def _edges_of(cloud: PointCloud, steps: Ints) -> VertexEdges:
+    """Return the edges between different points, in both directions and without duplicates."""
+    assert cloud.normals is not None
+    n = cloud.n_points
+    first, second = np.concatenate([steps, steps[:, ::-1]]).T.astype(np.int64)
+    sources, targets = np.divmod(np.unique((first * n + second)[first != second]), n)
+    offsets = np.concatenate([[0], np.cumsum(np.bincount(sources, minlength=n))])
+    return VertexEdges(offsets, targets.astype(np.int32), cloud.points, cloud.normals)
+
+
+def _graph_of(edges: VertexEdges, cloud: PointCloud, number: int) -> CellGraph:
+    """Build a graph with two arcs per edge. Crease costs are scaled for `number` regions."""
+    counts = np.diff(edges.offsets)
+    sources = np.repeat(np.arange(len(counts)), counts)
+    steps = cloud.points[edges.neighbors] - cloud.points[sources]
+    squares = np.bincount(sources, np.einsum("ij,ij->i", steps, steps), len(counts))
+    areas = 2 * np.pi * squares / np.maximum(counts * (counts + 1), 1)
+    weights, unit = edges.crease_weights(areas, number, checked_threads(None))
+    return CellGraph(
+        cloud.points, areas, edges.offsets, edges.neighbors, weights, cloud.bounds, weight_unit=unit
+    )
 
 
 def _merged(edges: VertexEdges, of_vertices: Ints, lowest: Ints, least: int) -> Ints:

@@ -556,11 +556,10 @@ def checked_regions(
 def checked_classes(
     labels: Any, n: int, name: str, noun: str = "cell", *, n_vertices: int | None = None
 ) -> Ints:
-    """Return labels of cells, or of vertices, as a new int32 array, shape (n,).
+    """Return labels of cells (or of another `noun`), which may have gaps, as a new int32 array.
 
-    Labels may be any integers >= 0, or -1 for no label. `name` is the name of the labels in
-    messages; `noun` and `n_vertices` are the same as in `check_length`. Functions of apps use it
-    for labels that may have gaps. Raises a ValueError or TypeError if the labels are not valid.
+    Apps check labels with it: any integers >= 0, or -1 for no label, shape (n,). Raises a
+    ValueError or TypeError for others. `noun` and `n_vertices` are the same as in `check_length`.
     """
     given = integer_array(labels, name)
     check_length(given, n, name, noun, n_vertices=n_vertices)
@@ -599,7 +598,7 @@ def ranked_labels(labels: npt.NDArray[np.integer[Any]]) -> tuple[Ints, Array]:
 
     Returns the new labels, and the K labels that they replace.
     """
-    if labels.min() >= -1 and labels.max() < len(labels):  # a table is faster than sorting
+    if labels.min(initial=0) >= -1 and labels.max(initial=0) < len(labels):  # a table is faster than sorting
         is_used = np.bincount(labels + 1) > 0
         names, indices = np.arange(-1, len(is_used) - 1), labels + 1
     else:

@@ -159,10 +159,9 @@ def _create(temporary: Path, target: Path) -> None:
 def open_own(path: Path, flags: int, busy: str | None = None) -> int:
     """Open a file that only this package writes, and return its descriptor.
 
-    Apps open work files and journals with it. If `busy` is given, the file is locked until it is
-    closed or this process ends, and a ValueError with the message `busy` is raised if it is already
-    locked. Raises an OSError if the path is not a regular file, or cannot be opened or locked.
-    Symbolic links are refused, because somebody else may have created a link to an important file.
+    Apps open their journals with it. If `busy` is given, the file is locked until it is closed, or
+    a ValueError with the message `busy` is raised if it is already locked. Raises an OSError if the
+    path is not a regular file. Links are refused, because they may lead to an important file.
     """
     with contextlib.suppress(FileNotFoundError):
         mode = path.lstat().st_mode

@@ -142,7 +142,7 @@ class KeptCells:
 
     def surface_of(self, whole: Surface) -> Surface:
         """Return the surface of the kept cells. `whole` is the surface of all cells."""
-        return whole.with_arcs(self.cells, self.arcs, self.offsets, self.neighbors)
+        return whole.part(self.cells, self.arcs, self.offsets, self.neighbors)
 
     def new_cells(self, cells: npt.ArrayLike, name: str, order: Ints | None = None) -> Ints:
         """Convert indices of cells in the whole graph to numbers of kept cells.

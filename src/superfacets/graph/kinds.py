@@ -51,22 +51,12 @@ class DrawnFaces(NamedTuple):
     sources: Ints | None  # (F,) cell that each face belongs to; None if the faces are the cells
 
     def seen_by(self, views: Floats, sizes: Ints, n_threads: int) -> tuple[Ints, Floats, Ints]:
-        """Return the visible cell, or -1, and its area in each pixel of images; and all seen cells.
+        """Return the visible cell, or -1, and its area in each pixel of n images, and seen cells.
 
-        Parameters
-        ----------
-        views : ndarray of float64, shape (n, 13)
-            For each image, the rows of a matrix (3, 4) that maps (x, y, z, 1) to depth * (u, v, 1),
-            with pixel (u, v), and then the product of the two focal lengths in pixels.
-        sizes : ndarray of int32, shape (n, 2)
-            Width and height of each image, > 0.
-
-        Returns
-        -------
-        tuple of ndarray
-            Cells (P,) and areas (P,) of all pixels, image by image and row by row, and the cells
-            that an image shows, each once for each of its visible triangles. An area is 0 if no
-            cell is visible, or if the angle between surface and line of sight is below 6 degrees.
+        A row of `views`, (n, 13), is a matrix (3, 4) that maps (x, y, z, 1) to depth * (u, v, 1),
+        with pixel (u, v), and the product of the focal lengths in pixels. `sizes`, (n, 2) int32,
+        are width and height of images, whose pixels are returned row by row. An area is 0 if no
+        cell is visible, or if the angle between surface and line of sight is below 6 degrees.
         """
         if views.shape != (len(sizes), 13) or sizes.shape != (len(views), 2) or sizes.min() < 1:
             raise ValueError("views and sizes must have a row of 13 and of 2 numbers per image")
@@ -371,8 +361,3 @@ def graph_and_surface(
     kind = kind_of(cells)
     graph = kind.ordered(cells, weld, n_threads, is_sorted=False, is_kept=is_kept).graph
     return graph, kind.surface(cells, graph, n_threads)
-
-
-def measures_of(cells: Cells | CellGraph, n_threads: int) -> Floats:
-    """Return the area or volume of each cell, or the area around each point, shape (N,)."""
-    return kind_of(cells).measures(cells, n_threads)

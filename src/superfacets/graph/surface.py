@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..base.checks import checked_classes, checked_seeds, checked_threads, counted
+from ..base.checks import checked_classes, checked_threads, counted
 from ..base.types import Floats, Ints, Longs
 from ..mesh.convert import MeshLike, as_mesh
 from ..mesh.faces import FaceMesh, signed_volume
@@ -105,33 +105,14 @@ class Surface(CsrArcs):
         return ArcMeasures(*self.handle.arc_measures(self.n_threads))
 
     def components(self, labels: npt.ArrayLike) -> Ints:
-        """Return the connected component of each cell, (N,), numbered by their lowest cells from 0.
-
-        Cells are connected if arcs between cells with their label connect them. Raises a ValueError
-        or TypeError unless there is one label per cell, an integer >= -1.
-        """
+        """Return the connected component of cells with equal labels, from 0, of each cell, (N,)."""
         return _core.find_components(*self.arcs, checked_classes(labels, self.n_cells, "labels"))[0]
 
-    def part(self, cells: npt.ArrayLike) -> Surface:
-        """Return the surface of some cells, in ascending order, with the arcs between these cells.
+    def part(self, cells: Ints, arcs: Longs, offsets: Longs, neighbors: Ints) -> Surface:
+        """Return the surface of the cells and arcs with these indices, renumbered from 0.
 
-        Time and memory are proportional to the size of the part, except for a lookup of its cells.
-        Raises a ValueError or TypeError unless `cells` are distinct indices of cells.
+        `offsets` and `neighbors` are the chosen arcs in CSR form, with the new numbers of cells.
         """
-        chosen = np.sort(checked_seeds(cells, self.n_cells, "cells"))
-        starts = self.offsets[chosen]
-        counts = self.offsets[chosen + np.int64(1)] - starts
-        ends = np.cumsum(counts)
-        arcs = np.arange(int(ends[-1])) + np.repeat(starts - ends + counts, counts)
-        sources, neighbors = np.repeat(np.arange(len(chosen)), counts), self.neighbors[arcs]
-        targets = np.minimum(np.searchsorted(chosen, neighbors), len(chosen) - 1)
-        is_kept = chosen[targets] == neighbors
-        of_cells = np.bincount(sources[is_kept], minlength=len(chosen))
-        offsets = np.concatenate([[0], np.cumsum(of_cells)])
-        return self.with_arcs(chosen, arcs[is_kept], offsets, targets[is_kept].astype(np.int32))
-
-    def with_arcs(self, cells: Ints, arcs: Longs, offsets: Longs, neighbors: Ints) -> Surface:
-        """Return the surface of some cells and arcs; `offsets` and `neighbors` join the cells."""
         handle = _core.SubSurface(self.handle, offsets, neighbors, cells, arcs)
         return Surface(
             handle, offsets, neighbors, self.bounds, self.weight_unit, self.n_threads,

@@ -9,7 +9,7 @@ import numpy as np
 from .. import _core
 from ..base.errors import MeshError
 from ..base.types import Array, Ints
-from ..graph.kinds import kind_of, measures_of
+from ..graph.kinds import kind_of
 from ..graph.sums import Majority, weighted_majority
 from ..mesh.faces import Corners
 from ..mesh.weld import lowest_vertices
@@ -94,7 +94,7 @@ def _majority(regions: _Regions, n_vertices: int, n_threads: int) -> Majority:
     """
     vertices, sizes = regions.corners.vertices, regions.corners.sizes
     of_corners = np.repeat(regions.labels, sizes)
-    areas = np.repeat(measures_of(regions.cells, n_threads), sizes)
+    areas = np.repeat(kind_of(regions.cells).measures(regions.cells, n_threads), sizes)
     winners, is_divided = weighted_majority(vertices, of_corners, areas, n_vertices)
     winners = _core.share_vertices(vertices, of_corners, winners, regions.n, n_threads)
     return Majority(winners, is_divided)

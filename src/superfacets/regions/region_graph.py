@@ -139,10 +139,7 @@ class RegionGraph:
 
     @classmethod
     def of_surface(cls, surface: Surface, labels: npt.ArrayLike) -> RegionGraph:
-        """Return the result of `region_graph` for cells whose `Surface` is known.
-
-        Raises the same errors for `labels` as `region_graph`.
-        """
+        """Return the result of `region_graph` for cells whose `Surface` is known."""
         return region_graph_of(surface, *checked_regions(labels, surface.n_cells))
 
     @property

@@ -16,7 +16,7 @@ from ..base.checks import (
 )
 from ..base.types import Ints, Longs
 from ..graph.corner_labels import labels_of_corners
-from ..graph.kinds import kind_of, measures_of
+from ..graph.kinds import kind_of
 from ..graph.sums import weighted_majority
 from ..mesh.convert import CloudLike, MeshLike, as_cells
 from .crease_labels import corners_in, crease_labels
@@ -116,12 +116,13 @@ def vertex_labels(
         )
     if kind_of(cells).are_points:
         return array
-    vertices, sizes = corner_groups(cells)
+    corners = corners_in(cells)
+    vertices, sizes = corners.vertices, corners.sizes
     if method == "creases":
         ranks, names = ranked_labels(array)
         found = crease_labels(cells, ranks, len(names), threads, least=least)
         return np.append(names, -1).astype(np.int32)[found]
-    weights = np.repeat(measures_of(cells, threads), sizes)
+    weights = np.repeat(kind_of(cells).measures(cells, threads), sizes)
     of_corners = np.repeat(array, sizes)
     if array.min() < 0:
         kept = of_corners >= 0
@@ -187,9 +188,3 @@ def vertex_ids(cells: Any, labels: npt.NDArray[np.integer[Any]]) -> Longs:
     unused = np.flatnonzero(found < 0)
     ids[unused] = int(names[-1]) + 1 + np.arange(len(unused))
     return ids
-
-
-def corner_groups(cells: Any) -> tuple[Ints, Longs | int]:
-    """Return the vertices at the corners of all cells, and the number of corners of each cell."""
-    corners = corners_in(cells)
-    return corners.vertices, corners.sizes

@@ -81,13 +81,23 @@ def _indices_in(cells: CellNumbers, stroke: CellNumbers) -> Longs:
 
 def _region_graph(surface: Surface, cells: CellNumbers) -> _RegionGraph:
     """Extract the graph of a region; time and memory are proportional to the region's size."""
-    part = surface.part(cells)
+    starts = surface.offsets[cells]
+    counts = surface.offsets[cells.astype(np.int64) + 1] - starts
+    ends = np.cumsum(counts)
+    arcs = np.arange(int(ends[-1])) + np.repeat(starts - ends + counts, counts)
+    sources = np.repeat(np.arange(len(cells), dtype=np.int32), counts)
+    neighbors = surface.neighbors[arcs].astype(np.uint32)
+    targets = np.minimum(np.searchsorted(cells, neighbors), len(cells) - 1).astype(np.int32)
+    kept = cells[targets] == neighbors
+    arcs, sources, targets = arcs[kept], sources[kept], targets[kept]
+    offsets = np.concatenate([[0], np.cumsum(np.bincount(sources, minlength=len(cells)))])
+    part = surface.part(cells.astype(np.int32), arcs, offsets, targets)
     found = part.arc_measures()
     assert found.angles is not None
     assert found.step_lengths is not None
     turns = np.where(found.angles > 0, found.angles, -CONVEX * found.angles)
     costs = found.border_lengths * np.exp(-SHARPNESS / np.pi * turns)
-    return _RegionGraph(part.measures, part.sources, part.neighbors, costs, found.step_lengths)
+    return _RegionGraph(part.measures, sources, targets, costs, found.step_lengths)
 
 
 def _cut(part: _RegionGraph, red: Any, blue: Any) -> Bools:

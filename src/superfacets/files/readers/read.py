@@ -176,8 +176,8 @@ def read_cells_and_attributes(
 ) -> tuple[Cells, MeshAttributes | None]:
     """Read a mesh or point cloud as in `read_cells`, and its attributes.
 
-    Apps that show colors or textures use it. If an app has read the file already, `content` is its
-    content. The attributes of a mesh are None if its format is not PLY, OBJ, GIFTI or glTF.
+    Apps that show colors or textures use it; `content` is the content of the file, if it is known.
+    The attributes of a mesh are None if its format is not PLY, OBJ, GIFTI or glTF.
     """
     return _read(path, CELL_ENDINGS, parse_cells_and_attributes, content)
 
