@@ -20,7 +20,6 @@ from .base.checks import checked_count as checked_count
 from .base.checks import checked_number as checked_number
 from .base.checks import checked_flag as checked_flag
 from .base.checks import checked_choice as checked_choice
-from .base.checks import checked_fraction as checked_fraction
 from .base.checks import check_length as check_length
 from .base.checks import checked_classes as checked_classes
 from .base.checks import ranked_labels as ranked_labels
@@ -30,7 +29,6 @@ from .files.guards import shortened as shortened
 from .base.errors import reason_of as reason_of
 from .base.errors import import_extra as import_extra
 from .base.checks import freeze as freeze
-from .base.checks import owned as owned
 from .base.timing import timed as timed
 from .base.errors import is_installed as is_installed
 
@@ -48,7 +46,7 @@ from .graph.sums import weighted_majority as weighted_majority
 from .graph.sums import sums_by_label as sums_by_label
 from .graph.surface import Surface as Surface
 from .stages.prepare import Prepared as Prepared
-from .regions.vertex_edges import VertexEdges as VertexEdges
+from .regions.crease_labels import VertexEdges as VertexEdges
 from .regions.shared_masks import MaskedAreas as MaskedAreas
 from .weights.formulas import WEIGHTS as WEIGHTS
 from .graph.size import DEFAULT_N_SEGMENTS as DEFAULT_N_SEGMENTS
@@ -95,4 +93,3 @@ from .tools.segment_file import FileOptions as FileOptions
 from .tools.segment_file import segment_file as segment_file
 from .tools.sources import find_sources as find_sources
 from .tools.sources import output_names as output_names
-from .tools.sources import MARK as MARK

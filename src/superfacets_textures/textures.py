@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from superfacets.kit import Array, Floats, Ints, counted, freeze, owned, refuse_mask
+from superfacets.kit import Array, Floats, Ints, counted, freeze, refuse_mask
 
 from .images import TextureImage
 
@@ -123,7 +123,7 @@ class Texture:
     format: str = ""
 
     def __post_init__(self) -> None:
-        coordinates = owned(_numbers(self.coordinates, "coordinates", "iuf"), np.float64)
+        coordinates = _numbers(self.coordinates, "coordinates", "iuf").astype(np.float64)
         if coordinates.ndim != 2 or coordinates.shape[1] != 2:
             raise ValueError(f"coordinates must have shape (T, 2), got {coordinates.shape}")
         corners = _indices(self.corners, "corners", len(coordinates))
@@ -170,4 +170,4 @@ def _indices(values: npt.ArrayLike, name: str, count: int) -> Ints:
     if array.size and (array.min() < -1 or array.max() >= count):
         wrong = int(np.argmax((array < -1) | (array >= count)))
         raise ValueError(f"{name}[{wrong}] must be from -1 to {count - 1}, got {array[wrong]}")
-    return owned(array, np.int32)
+    return array.astype(np.int32)

@@ -119,10 +119,6 @@ class Surface(CsrArcs):
             dimension=self.dimension,
         )  # fmt: skip
 
-    def extra_pieces(self, labels: Ints, n_regions: int) -> int:
-        """Return the number of connected components of all regions, minus the number of regions."""
-        return _core.find_components(*self.arcs, labels)[1] - n_regions
-
 
 def arc_measures(mesh: MeshLike, graph: FaceGraph, *, n_threads: int | None = None) -> ArcMeasures:
     """Return the lengths and angles of the arcs of a face graph, for example for a `CellGraph`.

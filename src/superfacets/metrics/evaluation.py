@@ -262,7 +262,7 @@ def _of_volume(
 def _of_regions(surface: Surface, regions: Ints, n_regions: int) -> dict[str, float]:
     return {
         "n_regions": n_regions,
-        "n_extra_pieces": surface.extra_pieces(regions, n_regions),
+        "n_extra_pieces": int(surface.components(regions).max()) + 1 - n_regions,
         "compactness": compactness_of(surface, regions, n_regions),
     }
 

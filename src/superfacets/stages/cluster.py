@@ -94,7 +94,9 @@ def _sized(
     Issues a BalanceWarning if sizes are exact and some regions are disconnected.
     """
     labels, centers = settle(costs, result.labels, result.centers, goals, smoothing)
-    n_extra = costs.surface.extra_pieces(labels, len(centers)) if goals.is_exact else 0
+    n_extra = 0
+    if goals.is_exact:
+        n_extra = int(costs.surface.components(labels).max()) + 1 - len(centers)
     if n_extra > 0:
         note = (
             f"some regions are disconnected, with {counted(n_extra, 'extra piece')}: no connected"
