@@ -10,7 +10,7 @@ import shapes
 from numpy.testing import assert_array_equal
 
 import superfacets as sf
-from superfacets import _core
+from superfacets import _core, kit
 from superfacets_scans import segmentator
 from superfacets_scans.segmentator import compute_vn, segment_mesh, segment_point
 
@@ -285,3 +285,10 @@ def test_what_is_wrong_is_refused(arguments, keywords, error, message):
         call = lambda **given: segment_point(points, normals, edges, **given)  # noqa: E731
     with pytest.raises(error, match=message):
         call(**keywords)
+
+
+def test_edges_to_vertices_that_do_not_exist_are_refused():
+    nothing = np.zeros(3, np.int64), np.empty(0, np.int32)
+    edges = kit.VertexEdges(*nothing, np.zeros((2, 3)), np.zeros((2, 3)))
+    with pytest.raises(ValueError, match="pairs must be vertices from 0 to 1"):
+        edges.count_segments(np.array([[0, 2]]), 0.01, 1, 1)

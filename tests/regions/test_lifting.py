@@ -199,6 +199,12 @@ def test_groups_are_those_of_the_reference(seed):
         assert found.tolist() == reference.join_by_masks(areas, least)
 
 
+def test_areas_of_masks_that_do_not_exist_are_refused():
+    one, images = np.ones(1, np.int32), np.zeros(1, np.int32)
+    with pytest.raises(ValueError, match="each area must have a region and a mask, an index bel"):
+        MaskedAreas(one * 0, one, np.ones(1), images).groups(1, 0.5)
+
+
 def test_the_result_does_not_depend_on_the_number_of_threads():
     mesh, sides, cameras = box_views()
     masks = masks_of(mesh, sides // 3, cameras)
@@ -246,6 +252,7 @@ def test_polygons_and_tetrahedra_are_seen_from_outside():
          "masks need a mesh, got points, which have no surface: lift the masks to a mesh of the"
          " object, then use transfer"),
         ({"regions": [0, 2]}, ValueError, r"^regions\[1\] must be -1 to 1 for 2 cells, got 2$"),
+        ({"regions": [1, 1]}, ValueError, r"^regions must be consecutive .* no cell has label 0"),
         ({"regions": [-1, -1]}, ValueError, "^regions must contain at least one region, but"),
         ({"agreement": 0}, ValueError, "above 0"),
         ({"agreement": 1.5}, ValueError, "agreement must be from 0 to 1, got 1.5"),
