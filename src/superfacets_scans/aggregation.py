@@ -118,7 +118,7 @@ def group_segments(
         check_truth_stays([output])
     options = FormatOptions.checked([GROUPS], classes=classes, scores=scores)
     ids = ranked_labels(read_labels(segments))[1]
-    of_segments = checked_classes(objects, len(ids), "objects", "segment")
+    of_segments = checked_classes(np.atleast_1d(objects), len(ids), "objects", "segment")
     options.check_classes(of_segments, "object")
     with atomic_outputs([output]) as (temporary,), temporary.open("wb") as file:
         write_aggregation(

@@ -14,9 +14,8 @@ import pytest
 import shapes
 
 import superfacets_studio
-from superfacets import write_mesh
-from superfacets.base.errors import MeshError
-from superfacets.files.guards import parsed_json
+from superfacets import MeshError, write_mesh
+from superfacets.kit import parsed_json
 from superfacets_studio.documents.journal import _coded
 from superfacets_studio.labels.coding import unpack_cells
 from superfacets_studio.labels.imports import read_import

@@ -135,3 +135,14 @@ def test_prepared_points_take_weights_by_name_alone():
         " the input order: pass the mesh instead, or leave these parameters out",
     ):
         superfacets.segment(prepared, 9, weights=[1.0])
+
+
+def test_the_surface_of_prepared_cells_has_components_and_a_region_graph():
+    mesh = shapes.bumpy_sheet(24)
+    mesh = superfacets.Mesh(mesh.vertices, np.random.default_rng(0).permutation(mesh.faces))
+    surface, labels = Segmenter(mesh).surface, superfacets.segment(mesh, 9).labels
+    graph = superfacets.RegionGraph.of_surface(surface, labels)
+    assert np.array_equal(graph.edge_index, superfacets.region_graph(mesh, labels).edge_index)
+    assert len(np.unique(surface.components(labels))) == 9
+    with pytest.raises(ValueError, match="labels must have one value per cell"):
+        surface.components([5])

@@ -107,13 +107,9 @@ class LabeledPart:
 
     @classmethod
     def read(
-        cls,
-        source: MeshLike | CloudLike | CellGraph,
-        labels: npt.ArrayLike,
-        weights: npt.ArrayLike | None,
-        weld: bool,
-        n_threads: int | None,
-    ) -> LabeledPart:
+        cls, source: MeshLike | CloudLike | CellGraph, labels: npt.ArrayLike,
+        weights: npt.ArrayLike | None, weld: bool, n_threads: int | None,
+    ) -> LabeledPart:  # fmt: skip
         """Check the arguments of functions like `smooth_borders`, and select the labeled cells."""
         cells = as_known(source)
         threads = checked_threads(n_threads)

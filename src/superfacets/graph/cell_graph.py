@@ -259,13 +259,9 @@ class CellGraph(BaseGraph):
 
     @classmethod
     def _of_arcs(
-        cls,
-        arcs: BaseGraph,
-        weights: npt.ArrayLike,
-        n_threads: int | None,
-        arc_measures: ArcMeasures | None = None,
-        dimension: int = 2,
-    ) -> CellGraph:
+        cls, arcs: BaseGraph, weights: npt.ArrayLike, n_threads: int | None,
+        arc_measures: ArcMeasures | None = None, dimension: int = 2,
+    ) -> CellGraph:  # fmt: skip
         """Make a graph with these weights from a graph whose cells and arcs are already checked."""
         graph = object.__new__(cls)
         fields = ("positions", "measures", "offsets", "neighbors", "bounds")

@@ -71,16 +71,12 @@ class Surface(CsrArcs):
                 "the CellGraph must have border lengths: make it with arc_measures=ArcMeasures(...)"
             )
         handle = _core.GraphSurface(
-            graph.positions,
-            graph.measures,
-            graph.offsets,
-            graph.neighbors,
-            given.border_lengths,
+            graph.positions, graph.measures, graph.offsets, graph.neighbors, given.border_lengths,
             np.empty(0) if given.step_lengths is None else given.step_lengths,
             np.empty(0) if given.angles is None else given.angles,
             np.empty(0, np.int32) if given.sides is None else given.sides,
             np.empty(0) if given.open_lengths is None else given.open_lengths,
-        )
+        )  # fmt: skip
         return cls(
             handle, graph.offsets, graph.neighbors, graph.bounds, graph.weight_unit, n_threads,
             weights=graph.weights, dimension=graph.dimension,

@@ -246,11 +246,9 @@ def _arcs_of_vertices(cells: AnyMesh, is_used: Bools) -> ArcLists:
 
 
 def _of_volume(
-    surface: Surface,
-    weights: Floats,
-    labels: npt.ArrayLike,
+    surface: Surface, weights: Floats, labels: npt.ArrayLike,
     ground_truths: npt.NDArray[np.integer] | Sequence[npt.ArrayLike],
-) -> dict[str, float]:
+) -> dict[str, float]:  # fmt: skip
     """Return the metrics that need no normals or border edges, for tetrahedra or points."""
     regions, n_regions = compact_complete(labels, surface.n_cells)
     values = _of_regions(surface, regions, n_regions)
@@ -285,11 +283,9 @@ def _listed(truths: npt.NDArray[np.integer] | Sequence[npt.ArrayLike]) -> list[n
 
 
 def _prepared(
-    mesh: FaceMesh,
-    ground_truths: GroundTruths | npt.NDArray[np.integer] | Sequence[npt.ArrayLike],
-    weld: bool,
-    n_threads: int | None,
-) -> GroundTruths:
+    mesh: FaceMesh, ground_truths: GroundTruths | npt.NDArray[np.integer] | Sequence[npt.ArrayLike],
+    weld: bool, n_threads: int | None,
+) -> GroundTruths:  # fmt: skip
     if isinstance(ground_truths, GroundTruths):
         if not is_same_mesh(ground_truths.edges.mesh, mesh):
             raise ValueError(_WRONG_MESH)

@@ -151,12 +151,9 @@ def overlap_of(
         found, indices = np.unique(pairs, return_inverse=True)
         shared = sums_by_label(indices, areas, 0)
     return Overlap(
-        (found // n_segments).astype(np.int32),
-        (found % n_segments).astype(np.int32),
-        shared,
-        sums_by_label(regions, areas, n_regions),
-        sums_by_label(segments, areas, n_segments),
-    )
+        (found // n_segments).astype(np.int32), (found % n_segments).astype(np.int32), shared,
+        sums_by_label(regions, areas, n_regions), sums_by_label(segments, areas, n_segments),
+    )  # fmt: skip
 
 
 def undersegmentation_error(

@@ -248,12 +248,9 @@ class _Members:
 
 
 def _members_of(
-    values: Array,
-    labels: Ints,
-    n_regions: int,
-    weights: Floats | None,
+    values: Array, labels: Ints, n_regions: int, weights: Floats | None,
     source: Cells | CellGraph | None,
-) -> _Members:
+) -> _Members:  # fmt: skip
     """Return the members of all regions, sorted by region.
 
     Members are cells or, if `values` has one row per vertex, corners of cells.
@@ -274,12 +271,9 @@ def _members_of(
     order = np.argsort(labels, kind="stable")[np.count_nonzero(labels < 0) :]
     sorted_labels = labels[order]
     starts = np.concatenate([[0], np.cumsum(np.bincount(sorted_labels, minlength=n_regions))])
-    return _Members(
-        sorted_labels,
-        order if rows is None else rows[order],
-        None if weights is None else weights[order],
-        starts.astype(np.int64),
-    )
+    weights = None if weights is None else weights[order]
+    rows = order if rows is None else rows[order]
+    return _Members(sorted_labels, rows, weights, starts.astype(np.int64))
 
 
 def _means(table: Array, members: _Members) -> Floats:

@@ -74,7 +74,7 @@ def submesh(cells: MeshLike | CloudLike, labels: npt.ArrayLike, region: int) -> 
     number = operator.index(region)
     if not 0 <= number < n_regions:
         raise ValueError(f"region must be 0 to {n_regions - 1}, got {number}")
-    return named_part_of(whole, np.flatnonzero(array == number).astype(np.int32), number)
+    return part_of(whole, np.flatnonzero(array == number).astype(np.int32), number)
 
 
 def split_regions(cells: MeshLike | CloudLike, labels: npt.ArrayLike) -> Iterator[Submesh]:
@@ -108,7 +108,7 @@ def split_regions(cells: MeshLike | CloudLike, labels: npt.ArrayLike) -> Iterato
     order = np.argsort(array, kind="stable").astype(np.int32)
     starts = np.searchsorted(array[order], np.arange(n_regions + 1))
     if kind_of(whole).corners(whole) is None:
-        return (part_of(whole, order[a:b]) for a, b in pairwise(starts))
+        return (part_of(whole, order[a:b], i) for i, (a, b) in enumerate(pairwise(starts)))
     return _all_parts(whole, order[starts[0] :], starts - starts[0])
 
 
@@ -137,7 +137,7 @@ def _all_parts(whole: Any, order: Ints, starts: Longs) -> Iterator[Submesh]:
         zip(pairwise(starts.tolist()), pairwise(firsts.tolist()), strict=True)
     ):
         if not has_extent[part]:
-            yield named_part_of(whole, order[a:b], part)  # always raises a MeshError
+            yield part_of(whole, order[a:b], part)  # always raises a MeshError
             continue
         ends = offsets[a : b + 1]
         mesh = kind.with_corners(
@@ -147,10 +147,10 @@ def _all_parts(whole: Any, order: Ints, starts: Longs) -> Iterator[Submesh]:
         yield Submesh(mesh, order[a:b].copy(), vertices[low:high].copy())
 
 
-def part_of(whole: Any, cells: Ints) -> Submesh:
+def part_of(whole: Any, cells: Ints, region: int) -> Submesh:
     """Return the part of a mesh or cloud made of `cells`, whose indices must be ascending.
 
-    Time is O(n log n) for n cells.
+    The message of a MeshError contains `region`. Time is O(n log n) for n cells.
     """
     kind = kind_of(whole)
     corners = kind.corners(whole)
@@ -159,13 +159,8 @@ def part_of(whole: Any, cells: Ints) -> Submesh:
     of_cells, offsets = corners.of(cells)
     vertices, numbers = np.unique(of_cells, return_inverse=True)
     points = whole.vertices[vertices]
-    part = kind.with_corners(whole, points, numbers.astype(np.int32), offsets)
-    return Submesh(part, cells, vertices)
-
-
-def named_part_of(whole: Any, cells: Ints, region: int) -> Submesh:
-    """Return the same as `part_of`; the message of a MeshError contains `region`."""
     try:
-        return part_of(whole, cells)
+        part = kind.with_corners(whole, points, numbers.astype(np.int32), offsets)
     except MeshError as error:  # raised if all vertices have the same position
         raise MeshError(f"region {region}: {error}") from None
+    return Submesh(part, cells, vertices)

@@ -122,12 +122,9 @@ def _cleaned(
             costs, result.labels, result.n_segments, options.min_size, options.islands, groups
         )
         result = replace(
-            result,
-            labels=edit.labels,
-            centers=result.centers[edit.sources],
-            n_merged=edit.n_joined,
-            n_islands=edit.n_islands,
-        )
+            result, labels=edit.labels, centers=result.centers[edit.sources],
+            n_merged=edit.n_joined, n_islands=edit.n_islands,
+        )  # fmt: skip
     if options.smooth:
         sizes = None if goals is None else goals[:2]
         labels = straighten(costs, result.labels, result.centers, smoothing, sizes)
@@ -164,12 +161,9 @@ def finish(
     if "regions" in timings:
         timings["regions"] = timings.pop("regions")  # moved to the end: this stage runs last
     result = replace(
-        result,
-        sliver_share=planned.sliver_share,
-        timings=timings,
-        params=weighed.options.params(result),
-        cells=source,
-    )
+        result, sliver_share=planned.sliver_share, timings=timings,
+        params=weighed.options.params(result), cells=source,
+    )  # fmt: skip
     note = radius_note(result)
     if note is not None:
         warnings.warn(note, RadiusWarning, stacklevel=5)

@@ -178,12 +178,9 @@ def plan_regions(prepared: Prepared, options: SegmentOptions, clock: Clock) -> P
     n_threads = options.loop.n_threads
     with clock.timed("face_graph", begins=False):
         cut = options.constraints.cut(
-            prepared.denoised,
-            prepared.graph,
-            weld=options.weld,
-            n_threads=n_threads,
+            prepared.denoised, prepared.graph, weld=options.weld, n_threads=n_threads,
             order=prepared.order,
-        )
+        )  # fmt: skip
         measures = prepared.given_measures(n_threads)
         sizes = SizeRules.of(options.balance, prepared.graph, cut, prepared.order, measures)
         size = options.size if sizes is None else sizes.asked(options.size)
