@@ -129,12 +129,10 @@ def test_the_result_does_not_depend_on_the_number_of_threads():
 
 def test_polygons_are_seen_as_cells():
     quad = sf.PolygonMesh.of_faces(SQUARE.vertices, [[0, 1, 2, 3]])
-    camera = above(10.0, at=(0, 2))  # its left half shows nothing
+    camera, drawn = above(10.0, at=(0, 2)), kind_of(quad).drawn_faces(quad)
     row = np.array([[*camera.projection.ravel(), np.prod(camera.intrinsics[:2])]])
-    drawn = kind_of(quad).drawn_faces(quad)
-    cells, areas, seen = drawn.seen_by(row, np.array([camera.size], np.int32), 1)
-    assert cells.reshape(4, 4).tolist() == [[-1, -1, 0, 0]] * 4
-    assert_allclose(areas.reshape(4, 4), [[0, 0, 1, 1]] * 4)
-    assert {*seen.tolist()} <= {0}
+    cells, areas, _ = drawn.seen_by(row, np.array([camera.size], np.int32), 1)
+    assert cells.tolist() == [-1, -1, 0, 0] * 4  # the left half shows nothing
+    assert_allclose(areas, [0, 0, 1, 1] * 4)
     with pytest.raises(ValueError, match="views and sizes must have a row of 13 and of 2 numbers"):
         drawn.seen_by(row[:, 1:], np.array([camera.size], np.int32), 1)

@@ -146,3 +146,5 @@ def test_the_surface_of_prepared_cells_has_components_and_a_region_graph():
     assert len(np.unique(surface.components(labels))) == 9
     with pytest.raises(ValueError, match="labels must have one value per cell"):
         surface.components([5])
+    with pytest.raises(ValueError, match="offsets and neighbors must be the arcs of the cells in"):
+        surface.part(labels[:1], *np.zeros((3, 1), np.int64))

@@ -109,6 +109,8 @@ class Surface(CsrArcs):
 
         `offsets` and `neighbors` are the chosen arcs in CSR form, with the new numbers of cells.
         """
+        if len(offsets) != len(cells) + 1 or not offsets[-1] == len(arcs) == len(neighbors):
+            raise ValueError("offsets and neighbors must be the arcs of the cells in CSR form")
         handle = _core.SubSurface(self.handle, offsets, neighbors, cells, arcs)
         return Surface(
             handle, offsets, neighbors, self.bounds, self.weight_unit, self.n_threads,

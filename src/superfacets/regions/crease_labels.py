@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .. import _core
-from ..base.checks import check_spread
+from ..base.checks import check_length, check_spread, checked_classes
 from ..base.errors import MeshError
 from ..base.types import Array, Floats, Ints, Longs
 from ..graph.kinds import kind_of
@@ -52,22 +52,29 @@ class VertexEdges(NamedTuple):
         keep `least` vertices. `counts` is the number of mesh vertices at each welded vertex. All
         vertices with edges must have a label >= 0.
         """
-        size = (counts, int(labels.max()) + 1, least)
-        return labels if least < 2 else _core.grow_small_regions(*self, labels, *size)
+        given = self._checked(labels, counts)
+        return given[0] if least < 2 else _core.grow_small_regions(*self, *given, least)
 
     def merged(self, labels: Ints, counts: Ints, least: int) -> Ints:
         """Return new labels like `grown`, after merging regions of fewer than `least` vertices.
 
         A merged region gets the lower of the two labels.
         """
-        size = (counts, int(labels.max()) + 1, least)
-        return labels if least < 2 else _core.merge_small_regions(*self, labels, *size)
+        given = self._checked(labels, counts)
+        return given[0] if least < 2 else _core.merge_small_regions(*self, *given, least)
+
+    def _checked(self, labels: Ints, counts: Ints) -> tuple[Ints, Ints, int]:
+        """Return checked labels and counts, and the number of labels."""
+        array = checked_classes(labels, len(self.positions), "labels", "vertex")
+        check_length(counts, len(array), "counts", "vertex")
+        return array, counts, int(array.max()) + 1
 
     def crease_weights(self, areas: Floats, n_regions: int, n_threads: int) -> tuple[Floats, float]:
         """Return the weights of edges as in `build_point_graph`, for `n_regions`, and their unit.
 
         Raises a MeshError if all points are at one position.
         """
+        check_length(areas, len(self.positions), "areas", "point")
         bounds = np.array([self.positions.min(axis=0), self.positions.max(axis=0)])
         check_spread(bounds)
         graph = PointGraph(
