@@ -123,7 +123,7 @@ class Texture:
     format: str = ""
 
     def __post_init__(self) -> None:
-        coordinates = _numbers(self.coordinates, "coordinates", "iuf").astype(np.float64)
+        coordinates = _numbers(self.coordinates, "coordinates", "iuf").astype(np.float64, "C")
         if coordinates.ndim != 2 or coordinates.shape[1] != 2:
             raise ValueError(f"coordinates must have shape (T, 2), got {coordinates.shape}")
         corners = _indices(self.corners, "corners", len(coordinates))

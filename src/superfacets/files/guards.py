@@ -109,10 +109,11 @@ def named_errors(path: object) -> Iterator[None]:
 
 
 def parsed_json(text: str | bytes | bytearray, name: str = "it") -> Any:
-    """Parse JSON whose numbers fit into int64 or float64, and whose objects have different keys.
+    """Return the content of JSON text. Apps read files and requests of users with it.
 
-    Raises a MeshError that begins with `name` for all other text. As NaN and infinity are refused,
-    `int` of a number never fails, and a check of both ends of a range is enough.
+    Numbers must fit into int64 or float64, and the keys of an object must differ. Raises a
+    MeshError that begins with `name` for all other text. As NaN and infinity are refused, `int` of
+    a number never fails, and a check of both ends of a range is enough.
     """
     try:
         return json.loads(

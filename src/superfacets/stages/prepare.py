@@ -34,7 +34,7 @@ _FEATURES = "superfacets.files.named_features:features_of"
 class Prepared:
     """A mesh or cloud and the graph of its cells, prepared once for several calls of `segment`.
 
-    `segment` accepts a `Prepared` in place of the mesh and returns the same labels. In this case,
+    Apps that segment a mesh often pass it to `segment` in place of the mesh; labels are equal. Then
     `weld` has no effect, `denoise` must be ``"auto"`` or `n_steps`, and `features` must be numbers.
     If the cells are sorted (`order` is not None), arrays of weights are not accepted, and
     `radius_factor` only for points. `cells`, `graph`, `shapes` and `order` have the same meaning as
