@@ -28,8 +28,8 @@ std::int64_t count_graph_segments(std::span<const Point> positions, std::span<co
                                   std::span<const Vertex> ends, const SegmentLimits& limits,
                                   ThreadTeam& team);
 
-// Returns for each vertex of a mesh some vertex that represents its segment. Each face (a, b, c) has
-// the edges (a, b), (a, c) and (c, b). Corners are replaced by representative[vertex] (see
+// Returns for each vertex of a mesh some vertex that represents its segment. Each face (a, b, c)
+// has the edges (a, b), (a, c) and (c, b). Corners are replaced by representative[vertex] (see
 // weld_vertices). Connected components with fewer than `least` nodes, which count_graph_segments
 // does not count, are segments too.
 Buffer<Vertex> mesh_segments(std::span<const Point> positions, std::span<const Point> normals,
