@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from superfacets.base.checks import checked_threads, checked_vertex_classes, ranked_labels
+from superfacets.base.checks import checked_classes, checked_threads, ranked_labels
 from superfacets.base.errors import IslandWarning, MeshError
 from superfacets.base.types import Array, Bools, Ints, Longs
 from superfacets.files.atomic import checked_targets
@@ -91,7 +91,7 @@ class Room:
         given = given or {COMPUTED: felzenszwalb_segments(mesh)}
         given |= {str(folder): _labels_in(folder, path) for folder in folders}
         truth, *segments = (
-            checked_vertex_classes(array, mesh.n_vertices, name)
+            checked_classes(array, mesh.n_vertices, name, "vertex")
             for name, array in {"instances": arrays[2], **given}.items()
         )
         truth, names = ranked_labels(truth)

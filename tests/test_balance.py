@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 import superfacets as sf
 from superfacets import _core
-from superfacets.cleanup.edit import CREASE_SCALE, read_regions
+from superfacets.cleanup.edit import CREASE_SCALE, read_labeled
 from superfacets.graph.kinds import as_surface
 from superfacets_cli.main import commands
 
@@ -438,7 +438,7 @@ def test_moves_of_cells_equal_their_twin(seed, may_split):
     rng = np.random.default_rng(seed)
     seeds = rng.permutation(mesh.n_faces)[:6]
     labels = sf.segment(mesh, init=seeds, max_num_iter=0, smooth=False).labels
-    costs, array, k = read_regions(as_surface(mesh, weld=True, n_threads=1), labels)
+    _, costs, array, k = read_labeled(mesh, labels, None, True, 1)
     sizes = np.ones(mesh.n_faces) if may_split else rng.integers(1, 4, mesh.n_faces).astype(float)
     goals = np.full(k, sizes.sum() / k)
     lows, highs = (goals // 1, goals // 1) if may_split else (0.9 * goals, 1.1 * goals)

@@ -20,8 +20,8 @@ from .base.checks import checked_count as checked_count
 from .base.checks import checked_number as checked_number
 from .base.checks import checked_flag as checked_flag
 from .base.checks import checked_choice as checked_choice
-from .base.checks import checked_fraction as checked_fraction
 from .base.checks import check_length as check_length
+from .base.checks import checked_classes as checked_classes
 from .base.checks import ranked_labels as ranked_labels
 from .base.checks import compact_partial_labels as compact_partial_labels
 from .base.checks import refuse_mask as refuse_mask
@@ -50,6 +50,9 @@ from .graph.constraints import mask_of as mask_of
 from .graph.sums import weighted_majority as weighted_majority
 from .graph.sums import sums_by_label as sums_by_label
 from .graph.surface import Surface as Surface
+from .stages.prepare import Prepared as Prepared
+from .regions.crease_labels import VertexEdges as VertexEdges
+from .regions.shared_masks import MaskedAreas as MaskedAreas
 from .weights.formulas import WEIGHTS as WEIGHTS
 from .graph.size import DEFAULT_N_SEGMENTS as DEFAULT_N_SEGMENTS
 
@@ -79,7 +82,6 @@ from .files.readers.labels import NO_REGION as NO_REGION
 from .files.attributes import LasFrame as LasFrame
 from .files.named_features import stored_colors as stored_colors
 from .files.formats import CELL_ENDINGS as CELL_ENDINGS
-from .files.readers.read import Z_UP_ENDINGS as Z_UP_ENDINGS
 
 # Writing files
 from .files.writers.content import Output as Output
@@ -102,4 +104,3 @@ from .tools.segment_file import FileOptions as FileOptions
 from .tools.segment_file import segment_file as segment_file
 from .tools.sources import find_sources as find_sources
 from .tools.sources import output_names as output_names
-from .tools.sources import MARK as MARK

@@ -24,8 +24,9 @@ from superfacets.files.readers.labels import (
 from superfacets.files.readers.npy import npy_header
 from superfacets.files.readers.read import recognized_ending
 from superfacets.graph.corner_labels import are_of_vertices
-from superfacets.kit import NO_REGION, Z_UP_ENDINGS, Array, Cells, Content, Floats, Ints
+from superfacets.kit import NO_REGION, Array, Cells, Content, Floats, Ints
 from superfacets_formats import CORTEX_VALUES, las_steps, values_of_vertices
+from superfacets_show import Z_UP_ENDINGS
 
 from .failures import print_note, print_notes
 from .options import FILE, STANDARD_STREAM, Real, numbers, option, options

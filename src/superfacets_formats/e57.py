@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from superfacets import MeshAttributes, MeshError, PointCloud, kit
-from superfacets.kit import Array, Content, Floats, Ints, counted, reason_of, shortened
+from superfacets.kit import Array, Content, Floats, Ints, counted, reason_of, rotation_of, shortened
 
 _CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ")
 _SPHERICAL = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
@@ -201,12 +201,9 @@ def _moved(points: Floats, header: Any, place: int) -> Floats:
     pose = header.node["pose"]
     if pose.isDefined("rotation"):
         quaternion = np.array([_number_in(pose["rotation"][axis]) for axis in "wxyz"])
-        length = np.linalg.norm(quaternion)
-        if not (np.isfinite(length) and length > 0):
+        rotation = rotation_of(quaternion)
+        if rotation is None:
             raise MeshError(f"scan {place} has an invalid rotation: {quaternion.tolist()}")
-        w, axis = quaternion[0] / length, quaternion[1:] / length
-        crossed = np.cross(np.eye(3), axis)  # crossed @ vector equals np.cross(axis, vector)
-        rotation = np.eye(3) + 2 * (w * crossed + crossed @ crossed)
         points = np.einsum("ij,kj->ik", points, rotation)
     if pose.isDefined("translation"):
         points = points + [_number_in(pose["translation"][axis]) for axis in "xyz"]

@@ -12,15 +12,12 @@ import numpy as np
 import numpy.typing as npt
 
 from superfacets import MeshError, read_labels
-from superfacets.base.checks import checked_classes
-from superfacets.files.guards import read_json
 from superfacets.kit import (
     FormatOptions,
     Ints,
     Longs,
-    StrPath,
     atomic_outputs,
-    check_length,
+    checked_classes,
     counted,
     known_ending,
     ranked_labels,
@@ -30,8 +27,10 @@ from superfacets.kit import (
 from .scannet import (
     GROUPS,
     SEGMENTS,
+    StrPath,
     check_truth_stays,
     name_in_groups,
+    read_json,
     scene_of,
     write_aggregation,
 )
@@ -119,8 +118,7 @@ def group_segments(
         check_truth_stays([output])
     options = FormatOptions.checked([GROUPS], classes=classes, scores=scores)
     ids = ranked_labels(read_labels(segments))[1]
-    check_length(np.atleast_1d(objects), len(ids), "objects", "segment")
-    of_segments = checked_classes(objects, len(ids), "objects")
+    of_segments = checked_classes(np.atleast_1d(objects), len(ids), "objects", "segment")
     options.check_classes(of_segments, "object")
     with atomic_outputs([output]) as (temporary,), temporary.open("wb") as file:
         write_aggregation(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -112,10 +111,9 @@ def _intrinsics_of(camera: int, model: str, params: list[float]) -> Floats:
 
 def _pose_of(numbers: list[float]) -> Floats:
     """Return the matrix from camera to world, (4, 4)."""
-    pose, length = np.eye(4), float(np.linalg.norm(numbers[:4]))
-    if not np.isfinite(numbers).all() or not 0 < length < math.inf:
+    pose, to_camera = np.eye(4), rotation_of(numbers[:4])
+    if to_camera is None or not np.isfinite(numbers).all():
         raise MeshError(f"a pose must be a quaternion and a translation, got {numbers}")
-    to_camera = rotation_of(np.array(numbers[:4]) / length)
     pose[:3, :3] = to_camera.T
     with np.errstate(over="ignore"):  # `PinholeCamera` refuses infinite poses
         pose[:3, 3] = -(to_camera * np.array(numbers[4:])[:, np.newaxis]).sum(axis=0)

@@ -10,17 +10,18 @@ from typing import Any, get_args
 import numpy as np
 import numpy.typing as npt
 
-from superfacets import MeshError, _core
-from superfacets.base.checks import checked_classes, checked_regions, checked_vertex_classes
+from superfacets import MeshError
 from superfacets.kit import (
     Bools,
     Floats,
     Ints,
+    MaskedAreas,
     MeshLike,
     as_cells,
     checked_choice,
+    checked_classes,
     checked_flag,
-    checked_fraction,
+    checked_number,
     checked_threads,
     counted,
     labels_of_corners,
@@ -174,7 +175,9 @@ def lift(
     labels, n_regions = _labels_of_regions(cells, regions)
     views = _checked_cameras(cameras)
     is_consistent = checked_flag(consistent_ids, "consistent_ids")
-    least = checked_fraction(agreement, "agreement")
+    least = checked_number(agreement, "agreement", zero=True)
+    if least > 1:
+        raise ValueError(f"agreement must be from 0 to 1, got {least}")
     if least == 0:
         raise ValueError(
             "agreement must be above 0, got 0: all regions would be merged into one object"
@@ -234,7 +237,7 @@ def project_labels(
     """
     cells = as_cells(mesh)
     n_vertices = getattr(cells, "n_vertices", None)
-    given = checked_classes(labels, cells.n_cells, "labels", n_vertices)
+    given = checked_classes(labels, cells.n_cells, "labels", n_vertices=n_vertices)
     views = _checked_cameras(cameras)
     surface = SeenSurface(cells, given, checked_threads(n_threads))
     return [
@@ -246,12 +249,28 @@ def project_labels(
 def _labels_of_regions(cells: Any, regions: Any) -> tuple[Ints, int]:
     """Return the region of each cell, from 0 or -1, and the number of regions."""
     n_vertices: Any = getattr(cells, "n_vertices", None)
-    if n_vertices == cells.n_cells or np.shape(regions) != (n_vertices,):
-        return checked_regions(regions, cells.n_cells, n_vertices, "regions")
-    of_vertices, names = ranked_labels(checked_vertex_classes(regions, n_vertices, "regions"))
+    are_of_cells = n_vertices == cells.n_cells or np.shape(regions) != (n_vertices,)
+    n, noun = (cells.n_cells, "cell") if are_of_cells else (n_vertices, "vertex")
+    given = checked_classes(regions, n, "regions", noun, n_vertices=n_vertices)
+    ranks, names = ranked_labels(given)
     if not len(names):
         raise ValueError("regions must contain at least one region, but all labels are -1")
-    return labels_of_corners(cells, of_vertices).astype(np.int32), len(names)
+    if not are_of_cells:
+        return labels_of_corners(cells, ranks).astype(np.int32), len(names)
+    if names[-1] >= n:
+        first = int(np.argmax(given >= n))
+        cells_of = counted(n, "cell")
+        raise ValueError(
+            f"regions[{first}] must be -1 to {n - 1} for {cells_of}, got {given[first]}"
+        )
+    if names[-1] >= len(names):
+        missing = int(np.argmax(names != np.arange(len(names))))
+        raise ValueError(
+            f"regions must be consecutive integers from 0, but no cell has label {missing}:"
+            " renumber them with np.unique(regions, return_inverse=True)[1]"
+            f"{' - 1' if given.min() < 0 else ''}"
+        )
+    return ranks, len(names)
 
 
 def _checked_cameras(cameras: Any) -> list[PinholeCamera]:
@@ -279,10 +298,8 @@ def _objects_of_masks(votes: Votes, n_regions: int, least: float) -> Ints:
             f"masks contain up to {counts.max()} regions, which is too many to find objects: make"
             " fewer regions, or use consistent_ids=True if possible"
         )
-    order = chosen[np.lexsort((votes.masks[chosen], votes.regions[chosen]))]
-    masks, regions, areas = votes.masks[order], votes.regions[order], votes.areas[order]
-    offsets = np.searchsorted(regions, np.arange(n_regions + 1))
-    groups = _core.join_by_masks(offsets, masks, areas, votes.image_of, least)
+    masks, regions, areas = votes.masks[chosen], votes.regions[chosen], votes.areas[chosen]
+    groups = MaskedAreas(regions, masks, areas, votes.image_of).groups(n_regions, least)
     return weighted_majority(masks, groups[regions], areas, len(votes.ids)).winners
 
 

@@ -9,14 +9,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from superfacets import MeshError, ViewWarning, _core
+from superfacets import MeshError, ViewWarning
 from superfacets.kit import (
     Array,
     Bools,
     Floats,
     Ints,
     counted,
-    cut_into_triangles,
     kind_of,
     named_errors,
     ranked_labels,
@@ -59,13 +58,9 @@ class SeenSurface:
                 f"masks need a mesh, got {kind_of(cells).plural}, which have no surface: lift the"
                 " masks to a mesh of the object, then use transfer"
             )
-        mesh, cell_of_face = drawn
-        self._vertices = mesh.vertices
-        self._triangles, sources = cut_into_triangles(mesh)
-        owners = np.arange(len(self._triangles)) if sources is None else sources
-        self._cells = owners if cell_of_face is None else cell_of_face[owners]
-        # Pixels without a triangle have index -1, and therefore get the last label, which is -1.
-        self._labels = np.append(labels[self._cells], np.int32(-1))
+        self._cells, self._faces = cells, drawn
+        # Pixels without a cell have index -1, and therefore get the last label, which is -1.
+        self._labels = np.append(labels, np.int32(-1))
         self._n_threads = n_threads
         self.is_seen = np.zeros(len(labels), bool)
 
@@ -89,13 +84,13 @@ class SeenSurface:
             for camera in cameras
         ]
         sizes = np.array([camera.size for camera in cameras], np.int32)
-        triangles, areas, is_seen = _core.see_surface(
-            self._vertices, self._triangles, np.array(rows), sizes.ravel(), self._n_threads
+        cells, areas, seen = kind_of(self._cells).seen_cells(
+            self._faces, np.array(rows), sizes, self._n_threads
         )
-        self.is_seen[self._cells[is_seen.view(bool)]] = True
+        self.is_seen[seen] = True
         ends = np.cumsum(sizes.prod(axis=1, dtype=np.int64))
         for start, end in zip([0, *ends[:-1]], ends, strict=True):
-            yield self._labels[triangles[start:end]], areas[start:end]
+            yield self._labels[cells[start:end]], areas[start:end]
 
 
 def collect_votes(

@@ -9,7 +9,6 @@ from typing import get_args
 import numpy as np
 
 from superfacets import MeshError
-from superfacets.files.guards import check_regular
 from superfacets.kit import (
     Array,
     Ints,
@@ -17,6 +16,7 @@ from superfacets.kit import (
     import_extra,
     named_errors,
     npy_array,
+    open_regular,
     read_content,
 )
 from superfacets_textures import check_pixels
@@ -94,17 +94,16 @@ def _masks_in(path: Path, overlap: Overlap) -> Ints | None:
 
 def _picture(path: Path) -> Array:
     """Return the pixels of a PNG file, or raise a MeshError if it has several channels."""
-    check_regular(path)
-    reader = import_extra("PIL.PngImagePlugin", "reading masks", "viz").PngImageFile
-    try:
-        with reader(path) as image:
-            if len(image.getbands()) != 1:
-                raise MeshError(
-                    f"{path}: masks must be gray, with one id per pixel, got colors ({image.mode})"
-                )
-            check_pixels(f"{path}:", image.size, path.stat().st_size)
-            return np.array(image)
-    except (OSError, SyntaxError, ValueError) as error:
-        if isinstance(error, MeshError):
-            raise
-        raise MeshError(f"{path}: is not a complete PNG: {error}") from None
+    with open_regular(path) as file:
+        reader = import_extra("PIL.PngImagePlugin", "reading masks", "viz").PngImageFile
+        try:
+            with reader(file) as image:
+                if len(image.getbands()) != 1:
+                    colors = f"got colors ({image.mode})"
+                    raise MeshError(f"{path}: masks must be gray, with one id per pixel, {colors}")
+                check_pixels(f"{path}:", image.size, path.stat().st_size)
+                return np.array(image)
+        except (OSError, SyntaxError, ValueError) as error:
+            if isinstance(error, MeshError):
+                raise
+            raise MeshError(f"{path}: is not a complete PNG: {error}") from None

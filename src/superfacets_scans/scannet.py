@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import importlib.util
+import io
 import json
+import os
 import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -13,8 +15,9 @@ import numpy as np
 import numpy.typing as npt
 
 from superfacets import MeshError, MissingExtraError
-from superfacets.files.writers.text import write_list, write_npy
-from superfacets.kit import Longs, StrPath
+from superfacets.kit import Longs, open_regular, parsed_json
+
+StrPath = str | os.PathLike[str]
 
 MAX_ID = 1 << 24
 """Exclusive upper bound of ids. Some readers store ids as float32, which is exact up to 2**24."""
@@ -27,6 +30,9 @@ GROUPS = ".aggregation.json"
 
 APP_ID = "superfacets"
 """Value of ``appId`` in files written by this package."""
+
+AT_ONCE = 1 << 16
+"""Number of integers of a list that are converted to text at a time."""
 
 _MESH_NAME = re.compile(r"_vh_clean(_2)?([._]|$)")
 """Pattern of the suffix that ScanNet appends to the scene name in the names of mesh files."""
@@ -42,6 +48,12 @@ def scene_of(path: Path | None, ending: str) -> str:
     stem = _THRESHOLD.sub("", path.name[: -len(ending)])
     found = _MESH_NAME.search(stem)
     return stem[: found.start()] if found and found.start() else stem
+
+
+def read_json(path: Path) -> Any:
+    """Parse a JSON file; raise a MeshError that names the file if it is not valid."""
+    with open_regular(path) as file:
+        return parsed_json(file.read(), f"{path}:")
 
 
 def check_truth_stays(paths: Iterable[StrPath]) -> None:
@@ -96,7 +108,7 @@ def write_segments(file: IO[bytes], ids: npt.NDArray[np.integer], scene: str) ->
     check_ids(ids)
     params = f'{{"params":{{"software":"superfacets","nSegments":{len(np.unique(ids))}}},"sceneId":'
     file.write(f'{params}{json.dumps(scene)},"segIndices":'.encode("ascii"))
-    write_list(file, ids)
+    _write_list(file, ids)
     file.write(b"}")
 
 
@@ -162,7 +174,7 @@ def write_sstk(file: IO[bytes], levels: Sequence[npt.NDArray[np.integer]]) -> No
     for level, labels in enumerate(levels):
         file.write(b"," if level else b"")
         file.write(b'{"name":"level%d","elementType":"triangles","index":' % level)
-        write_list(file, labels)
+        _write_list(file, labels)
         file.write(b"}")
     names = ",".join(f'"level{level}"' for level in range(len(levels)))
     file.write(f'],"hierarchies":[{{"levels":[{names}]}}]}}'.encode("ascii"))
@@ -178,7 +190,9 @@ def write_superpoints(file: IO[bytes], ids: npt.NDArray[np.integer], ending: str
     if ending == ".bin":
         file.write(numbers.data)
     else:
-        write_npy(file, numbers)
+        array = io.BytesIO()  # `numpy.save` calls ``tell``, which fails on pipes
+        np.save(array, numbers)
+        file.write(array.getbuffer())
 
 
 def check_torch() -> None:
@@ -196,6 +210,15 @@ def write_tensor(file: IO[bytes], ids: npt.NDArray[np.integer]) -> None:
     import torch
 
     torch.save(torch.from_numpy(_without_gaps(ids)), file)
+
+
+def _write_list(file: IO[bytes], numbers: npt.NDArray[np.integer]) -> None:
+    """Write integers as a JSON list, without spaces, many integers at a time."""
+    file.write(b"[")
+    for begin in range(0, len(numbers), AT_ONCE):
+        texts = map(str, numbers[begin : begin + AT_ONCE].tolist())
+        file.write(b"," * (begin > 0) + ",".join(texts).encode("ascii"))
+    file.write(b"]")
 
 
 def _without_gaps(ids: npt.NDArray[np.integer]) -> Longs:

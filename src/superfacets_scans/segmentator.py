@@ -24,33 +24,28 @@ from superfacets import (
     Mesh,
     MeshError,
     PointCloud,
-    _core,
     segment,
     segment_graph,
+    vertex_labels,
 )
-from superfacets.base.checks import check_spread, refuse_first
-from superfacets.graph.point_graph import PointGraph, point_surface
-from superfacets.graph.surface import NO_NORMALS
 from superfacets.kit import (
-    WEIGHTS,
     Array,
     Floats,
     Ints,
-    Longs,
     MeshLike,
+    VertexEdges,
     as_mesh,
     checked_count,
     checked_number,
     checked_threads,
+    lowest_vertices,
     ranked_labels,
 )
-from superfacets.mesh.faces import mean_normals
-from superfacets.mesh.weld import lowest_vertices
-from superfacets.regions.crease_labels import VertexEdges, crease_labels, large_regions
-from superfacets.regions.vertices import with_unused
-from superfacets.weights.formulas import EdgeFactors, weights_of
 
 __all__ = ["compute_vn", "segment_mesh", "segment_point"]
+
+EDGES_IN_ORDER = np.array([[0, 1], [0, 2], [2, 1]])
+"""Corners at the ends of the edges of a face, in the order of the original package."""
 
 
 def segment_mesh(
@@ -129,18 +124,22 @@ def segment_mesh(
     threshold, least = _checked(kThresh, segMinVerts)
     mesh = Mesh(_array_of(vertices), _array_of(faces))
     threads = checked_threads(None)
+    lowest = lowest_vertices(mesh.vertices, True, threads)
+    joined = VertexEdges.of_mesh(mesh, lowest, threads)
     if n_segments is None:
-        number = _number_in_mesh(mesh, threshold, least, threads)
+        steps = lowest[mesh.faces[:, EDGES_IN_ORDER]].reshape(-1, 2)
+        number = max(joined.count_segments(steps, threshold, least, threads), 1)
     else:
         number = checked_count(n_segments, "n_segments", mesh.n_faces, "faces")
     with warnings.catch_warnings():  # additional regions for small components are expected
         warnings.simplefilter("ignore", IslandWarning)
         of_faces = segment(mesh, min(number, mesh.n_faces)).labels
-    names = np.arange(of_faces.max() + 1)
-    labels = crease_labels(
-        mesh, of_faces, len(names), threads, least=least, merge=n_segments is None
-    )
-    return _like(with_unused(labels, names), faces)
+    labels = vertex_labels(mesh, of_faces, min_vertices=least)
+    if n_segments is None:
+        labels = _merged(joined, labels, lowest, least)
+    unused = np.flatnonzero(labels < 0)
+    labels[unused] = labels.max() + 1 + np.arange(len(unused))
+    return _like(labels, faces)
 
 
 def segment_point(
@@ -198,21 +197,18 @@ def segment_point(
     assert cloud.normals is not None
     steps = _checked_edges(_array_of(edges), cloud.n_points)
     threads = checked_threads(None)
+    joined = _edges_of(cloud, steps)
     if n_segments is None:
-        number = _core.count_graph_segments(
-            cloud.points, cloud.normals, steps.ravel(), threshold, least, threads
-        )
-        number = max(number, 1)
+        number = max(joined.count_segments(steps, threshold, least, threads), 1)
     else:
         number = checked_count(n_segments, "n_segments", cloud.n_points, "points")
-    graph = _graph_of_points(cloud, steps, number)
+    graph = _graph_of(joined, cloud, number)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", IslandWarning)
         labels = segment_graph(graph, number).labels
-    joined = VertexEdges(graph.offsets, graph.neighbors, cloud.points, cloud.normals)
     counts = np.ones(cloud.n_points, np.int32)
-    labels = large_regions(joined, labels, counts, least, merge=n_segments is None)
-    return _like(labels, edges)
+    labels = joined.grown(labels, counts, least)
+    return _like(joined.merged(labels, counts, least) if n_segments is None else labels, edges)
 
 
 def compute_vn(mesh: MeshLike) -> Floats:
@@ -243,8 +239,9 @@ def compute_vn(mesh: MeshLike) -> Floats:
     array([[0. , 0.5, 0.5],
            [0. , 0.5, 0.5]])
     """
-    checked = as_mesh(mesh)
-    return mean_normals(checked, lowest_vertices(checked.vertices, False, checked_threads(None)))
+    checked, threads = as_mesh(mesh), checked_threads(None)
+    each = lowest_vertices(checked.vertices, False, threads)
+    return VertexEdges.of_mesh(checked, each, threads).normals
 
 
 def _checked(threshold: Any, least: Any) -> tuple[float, int]:
@@ -272,49 +269,46 @@ def _checked_edges(edges: Array, n_points: int) -> Ints:
         raise ValueError(f"edges must have shape (E, 2), got {edges.shape}")
     if edges.dtype.kind not in "iu":
         raise TypeError(f"edges must contain integers, got {edges.dtype}")
-    is_wrong = np.any((edges < 0) | (edges >= n_points), axis=1, keepdims=True)[:, 0]
-    refuse_first(is_wrong, "edges", edges, f"points from 0 to {n_points - 1}", MeshError)
+    is_wrong = ((edges < 0) | (edges >= n_points)).any(axis=1)
+    if is_wrong.any():
+        first = int(np.argmax(is_wrong))
+        raise MeshError(
+            f"edges[{first}] must be points from 0 to {n_points - 1}, got {edges[first].tolist()}"
+        )
     return np.array(edges, np.int32, order="C")
 
 
-def _distinct(steps: Ints, n_nodes: int) -> Longs:
-    """Return directed pairs of different nodes, sorted and without duplicates, shape (E, 2)."""
-    first, second = steps.T.astype(np.int64)
-    keys = np.unique((first * n_nodes + second)[first != second])
-    return np.stack([keys // n_nodes, keys % n_nodes], axis=1)
-
-
-def _number_in_mesh(mesh: Mesh, threshold: float, least: int, n_threads: int) -> int:
-    """Return the number of segments of `least` or more vertices in the original; at least 1."""
-    lowest = lowest_vertices(mesh.vertices, True, n_threads)
-    normals = mean_normals(mesh, lowest)
-    number = _core.count_mesh_segments(
-        mesh.vertices, normals, mesh.faces, lowest, threshold, least, n_threads
-    )
-    return max(number, 1)
-
-
-def _graph_of_points(cloud: PointCloud, edges: Ints, number: int) -> CellGraph:
-    """Build a graph with two arcs per edge. Crease costs are scaled for `number` regions."""
-    check_spread(cloud.bounds)
-    n = cloud.n_points
-    sources, targets = _distinct(np.concatenate([edges, edges[:, ::-1]]), n).T
-    counts = np.bincount(sources, minlength=n)
-    offsets = np.concatenate([[0], np.cumsum(counts)])
-    steps = cloud.points[targets] - cloud.points[sources]
-    squares = np.bincount(sources, np.einsum("ij,ij->i", steps, steps), n)
-    areas = 2 * np.pi * squares / np.maximum(counts * (counts + 1), 1)
+def _edges_of(cloud: PointCloud, steps: Ints) -> VertexEdges:
+    """Return the edges between different points, in both directions and without duplicates."""
     assert cloud.normals is not None
-    graph = PointGraph(
-        cloud.points, areas, cloud.normals, offsets.astype(np.int64), targets.astype(np.int32),
-        np.arange(n, dtype=np.int32), cloud.bounds,
-    )  # fmt: skip
-    surface = point_surface(graph, checked_threads(None))
-    creases = WEIGHTS["creases"].defaults
-    radius = float(np.sqrt(areas.sum() / (np.pi * number)))
-    factors = EdgeFactors.of_radius(radius, creases["alpha"], creases["eta_convex"])
-    weights = weights_of(surface, (graph.positions, graph.measures, NO_NORMALS), factors)
+    n = cloud.n_points
+    first, second = np.concatenate([steps, steps[:, ::-1]]).T.astype(np.int64)
+    sources, targets = np.divmod(np.unique((first * n + second)[first != second]), n)
+    offsets = np.concatenate([[0], np.cumsum(np.bincount(sources, minlength=n))])
+    return VertexEdges(offsets, targets.astype(np.int32), cloud.points, cloud.normals)
+
+
+def _graph_of(edges: VertexEdges, cloud: PointCloud, number: int) -> CellGraph:
+    """Build a graph with two arcs per edge. Crease costs are scaled for `number` regions."""
+    counts = np.diff(edges.offsets)
+    sources = np.repeat(np.arange(len(counts)), counts)
+    steps = cloud.points[edges.neighbors] - cloud.points[sources]
+    squares = np.bincount(sources, np.einsum("ij,ij->i", steps, steps), len(counts))
+    areas = 2 * np.pi * squares / np.maximum(counts * (counts + 1), 1)
+    weights, unit = edges.crease_weights(areas, number, checked_threads(None))
     return CellGraph(
-        graph.positions, areas, graph.offsets, graph.neighbors, weights, graph.bounds,
-        weight_unit=graph.diagonal,
-    )  # fmt: skip
+        cloud.points, areas, edges.offsets, edges.neighbors, weights, cloud.bounds, weight_unit=unit
+    )
+
+
+def _merged(edges: VertexEdges, of_vertices: Ints, lowest: Ints, least: int) -> Ints:
+    """Merge regions of fewer than `least` vertices; vertices that no face uses keep the label -1.
+
+    `lowest` is the lowest vertex at the position of each vertex.
+    """
+    is_used = of_vertices >= 0
+    of_positions = np.full(len(lowest), -1, np.int32)
+    of_positions[lowest[is_used]] = of_vertices[is_used]
+    counts = np.bincount(lowest[is_used], minlength=len(lowest)).astype(np.int32)
+    merged = edges.merged(of_positions, counts, least)
+    return np.where(is_used, merged[lowest], np.int32(-1))

@@ -172,4 +172,4 @@ def _indices(values: npt.ArrayLike, name: str, count: int) -> Ints:
     if array.size and (array.min() < -1 or array.max() >= count):
         wrong = int(np.argmax((array < -1) | (array >= count)))
         raise ValueError(f"{name}[{wrong}] must be from -1 to {count - 1}, got {array[wrong]}")
-    return np.array(array, np.int32, order="C")
+    return array.astype(np.int32)

@@ -8,6 +8,7 @@ from looking import camera_at, see
 from numpy.testing import assert_allclose, assert_array_equal
 
 import superfacets as sf
+from superfacets.kit import kind_of
 
 SQUARE = sf.Mesh([[0, 0, 0], [4, 0, 0], [4, 4, 0], [0, 4, 0]], [[0, 1, 2], [0, 2, 3]])
 
@@ -124,3 +125,15 @@ def test_the_result_does_not_depend_on_the_number_of_threads():
     for n_threads in (2, 3, 8):
         for one, other in zip(see(mesh, cameras, n_threads), expected, strict=True):
             assert_array_equal(one, other)
+
+
+def test_polygons_are_seen_as_cells():
+    quad = sf.PolygonMesh.of_faces(SQUARE.vertices, [[0, 1, 2, 3]])
+    camera, kind = above(10.0, at=(0, 2)), kind_of(quad)
+    drawn = kind.drawn_faces(quad)
+    row = np.array([[*camera.projection.ravel(), np.prod(camera.intrinsics[:2])]])
+    cells, areas, _ = kind.seen_cells(drawn, row, np.array([camera.size], np.int32), 1)
+    assert cells.tolist() == [-1, -1, 0, 0] * 4  # the left half shows nothing
+    assert_allclose(areas, [0, 0, 1, 1] * 4)
+    with pytest.raises(ValueError, match="views and sizes must have a row of 13 and of 2 numbers"):
+        kind.seen_cells(drawn, row[:, 1:], np.array([camera.size], np.int32), 1)

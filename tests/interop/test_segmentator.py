@@ -8,9 +8,11 @@ import pytest
 import reference
 import shapes
 from numpy.testing import assert_array_equal
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 import superfacets as sf
-from superfacets import _core
+from superfacets import kit
 from superfacets_scans import segmentator
 from superfacets_scans.segmentator import compute_vn, segment_mesh, segment_point
 
@@ -57,12 +59,9 @@ def literal_count(mesh, threshold=0.01, least=20, normals=None):
 
 def parts_of(n_nodes, edges, ids):
     """Return the connected part of each node, where parts consist of nodes with equal ids."""
-    ends = edges[ids[edges[:, 0]] == ids[edges[:, 1]]]
-    ends = np.concatenate([ends, ends[:, ::-1]]).astype(np.int32)
-    order = np.argsort(ends[:, 0], kind="stable")
-    offsets = np.concatenate([[0], np.cumsum(np.bincount(ends[:, 0], minlength=n_nodes))])
-    alike = np.zeros(n_nodes, np.int32)
-    return _core.find_components(offsets, np.ascontiguousarray(ends[order, 1]), alike)[0]
+    ends = edges[ids[edges[:, 0]] == ids[edges[:, 1]]].T
+    pairs = coo_array((np.ones(ends.shape[1]), tuple(ends)), (n_nodes, n_nodes))
+    return connected_components(pairs, directed=False)[1]
 
 
 def check_ids(ids, edges, least):
@@ -285,3 +284,9 @@ def test_what_is_wrong_is_refused(arguments, keywords, error, message):
         call = lambda **given: segment_point(points, normals, edges, **given)  # noqa: E731
     with pytest.raises(error, match=message):
         call(**keywords)
+
+
+def test_edges_to_vertices_that_do_not_exist_are_refused():
+    edges = kit.VertexEdges(np.zeros(3, int), np.zeros(0, np.int32), *np.zeros((2, 2, 3)))
+    with pytest.raises(ValueError, match="pairs must be vertices from 0 to 1"):
+        edges.count_segments(np.array([[0, 2]]), 0.01, 1, 1)

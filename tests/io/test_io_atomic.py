@@ -304,6 +304,15 @@ def test_a_name_of_ours_is_not_opened_where_it_is_no_regular_file(tmp_path):
     assert not (tmp_path / "made").exists()
 
 
+def test_a_file_of_our_own_can_be_locked_until_it_is_closed(tmp_path):
+    path, flags = tmp_path / "journal", os.O_RDWR | os.O_CREAT
+    file = open_own(path, flags, "busy")
+    with pytest.raises(ValueError, match=r"^busy$"):
+        open_own(path, flags, "busy")
+    os.close(file)
+    os.close(open_own(path, flags, "busy"))
+
+
 @pytest.mark.skipif(not hasattr(os, "O_NOFOLLOW"), reason="no such flag here")
 def test_a_link_that_comes_after_the_look_is_not_followed_either(tmp_path, monkeypatch):
     (tmp_path / "link").symlink_to(tmp_path / "made")

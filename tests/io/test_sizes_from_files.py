@@ -132,13 +132,12 @@ GUARDS = {
     "superfacets/mesh/polygon_mesh.py": {("triangulate", "repeat"): "sizes of faces in memory"},
     "superfacets_scans/lifting.py": {
         ("_by_image", "arange"): "images that were read",
-        ("_objects_of_masks", "arange"): "regions, of which each has a cell",
         ("_objects_of_masks", "bincount"): "masks, of which each has a pixel",
         ("_without_gaps", "full"): "objects, of which each has a region",
         ("lift", "bincount"): "ranks of labels of regions",
         ("lift", "zeros"): "regions, of which each has a cell"},
     "superfacets_scans/mask_votes.py": {
-        ("_visible_regions_of", "see_surface"): "cameras have the sizes of their masks",
+        ("_visible_regions_of", "seen_cells"): "cameras have the sizes of their masks",
         ("collect_votes", "repeat"): "numbers of masks that were read"},
 }  # fmt: skip
 """For each module, the guards of its places: (function, called name)."""
@@ -153,7 +152,7 @@ SIZED = {
 LIBRARIES = {
     "decompress", "decompress_points_with_chunk_table", "read_chunk_table_only", "decode",
     "decode_gltf_buffer", "unpack_lzf", "unpacked", "walk_rows", "copy_runs", "SourceDestBuffer",
-    "E57", "see_surface", "reader",
+    "E57", "seen_cells", "reader",
 }  # fmt: skip
 """Other functions that allocate memory by numbers in files."""
 

@@ -13,8 +13,7 @@ import shapes
 
 import superfacets as sf
 from superfacets import ArcMeasures, CellGraph, _core, metrics
-from superfacets.cleanup.edit import read_regions
-from superfacets.graph.kinds import as_surface
+from superfacets.cleanup.edit import read_labeled
 from superfacets_show.colors import region_colors
 
 AREA = 1.5 * math.sqrt(3.0)
@@ -88,7 +87,7 @@ def test_a_small_region_joins_over_a_plane_rather_than_a_crease():
 def test_what_a_border_in_a_crease_costs():
     """With three regions, r = sqrt(6 A / (3 pi)), and a border counts exp(-price / (6 r))."""
     graph = honeycomb(ROW, crease=[{(0, 2), (0, 3)}], price=2.0)
-    costs, labels, _ = read_regions(as_surface(graph, weld=True, n_threads=1), [0, 0, 0, 1, 1, 2])
+    _, costs, labels, _ = read_labeled(graph, [0, 0, 0, 1, 1, 2], None, True, 1)
     low, high, lengths = _core.region_borders(*costs.args, labels, 1)
     assert (low.tolist(), high.tolist()) == ([0, 1], [1, 2])
     radius = math.sqrt(2 * AREA / math.pi)

@@ -11,7 +11,7 @@ from looking import camera_at, cameras_in_room, masks_of
 from numpy.testing import assert_array_equal
 
 import superfacets as sf
-from superfacets import _core
+from superfacets.kit import MaskedAreas
 
 SQUARE = sf.Mesh([[0, 0, 0], [4, 0, 0], [4, 4, 0], [0, 4, 0]], [[0, 1, 2], [0, 2, 3]])
 
@@ -192,13 +192,17 @@ def test_groups_are_those_of_the_reference(seed):
     ]
     table = np.concatenate(areas, axis=1).astype(float)
     regions, masks = np.nonzero(table)
-    offsets = np.searchsorted(regions, np.arange(n_regions + 1))
     image_of = np.repeat(np.arange(4, dtype=np.int32), counts)
     for least in (0.2, 0.5, 0.8):
-        found = _core.join_by_masks(
-            offsets, masks.astype(np.int32), table[regions, masks], image_of, least
-        )
+        votes = MaskedAreas(regions, masks.astype(np.int32), table[regions, masks], image_of)
+        found = votes.groups(n_regions, least)
         assert found.tolist() == reference.join_by_masks(areas, least)
+
+
+def test_areas_of_masks_that_do_not_exist_are_refused():
+    one, images = np.ones(1, np.int32), np.zeros(1, np.int32)
+    with pytest.raises(ValueError, match="each area must have a region and a mask, an index bel"):
+        MaskedAreas(one * 0, one, np.ones(1), images).groups(1, 0.5)
 
 
 def test_the_result_does_not_depend_on_the_number_of_threads():
@@ -248,6 +252,7 @@ def test_polygons_and_tetrahedra_are_seen_from_outside():
          "masks need a mesh, got points, which have no surface: lift the masks to a mesh of the"
          " object, then use transfer"),
         ({"regions": [0, 2]}, ValueError, r"^regions\[1\] must be -1 to 1 for 2 cells, got 2$"),
+        ({"regions": [1, 1]}, ValueError, r"^regions must be consecutive .* no cell has label 0"),
         ({"regions": [-1, -1]}, ValueError, "^regions must contain at least one region, but"),
         ({"agreement": 0}, ValueError, "above 0"),
         ({"agreement": 1.5}, ValueError, "agreement must be from 0 to 1, got 1.5"),

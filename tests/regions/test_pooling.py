@@ -6,7 +6,7 @@ import shapes
 from numpy.testing import assert_allclose, assert_array_equal
 
 import superfacets as sf
-from superfacets.graph.kinds import measures_of
+from superfacets.graph.kinds import kind_of
 
 HOWS = ("mean", "sum", "max", "min", "majority")
 
@@ -109,7 +109,7 @@ def test_cells_give_their_areas():
     graph = sf.CellGraph([[0, 0, 0], [1, 0, 0]], [1, 3], [0, 1, 2], [1, 0], [1, 1])
     assert sf.pool([0.0, 4.0], [0, 0], cells=graph).tolist() == [3.0]
     cloud = sf.PointCloud(np.random.default_rng(0).random((50, 3)))
-    areas = measures_of(cloud, 1)
+    areas = kind_of(cloud).measures(cloud, 1)
     assert_allclose(sf.pool(areas > areas.mean(), np.zeros(50, int), how="sum", cells=cloud),
                     [areas[areas > areas.mean()].sum()])  # fmt: skip
 

@@ -17,9 +17,8 @@ from superfacets import (
     segment,
     smooth_borders,
 )
-from superfacets.cleanup.edit import read_regions
+from superfacets.cleanup.edit import read_labeled
 from superfacets.cleanup.merge import merge_regions
-from superfacets.graph.kinds import as_surface
 
 
 def roof(*angles):
@@ -132,7 +131,7 @@ def test_islands_of_many_groups_join_the_nearest_of_their_own():
         positions, np.where(is_small, 0.1, 1.0), np.zeros(n + 1, int), [], [],
         arc_measures=ArcMeasures([]),
     )  # fmt: skip
-    costs, labels, _ = read_regions(as_surface(graph, weld=True, n_threads=1), rng.permutation(n))
+    _, costs, labels, _ = read_labeled(graph, rng.permutation(n), None, True, 1)
     edit = merge_regions(costs, labels, n, 0.5, "nearest", groups)
     roots, n_islands = labels.copy(), 0
     for cell in np.flatnonzero(is_small):
@@ -164,7 +163,7 @@ def test_borders_are_the_same_for_any_number_of_threads():
     labels = segment(mesh, 50, smooth=False).labels
     tables = []
     for n_threads in (1, 3):
-        costs, array, _ = read_regions(as_surface(mesh, weld=True, n_threads=n_threads), labels)
+        _, costs, array, _ = read_labeled(mesh, labels, None, True, n_threads)
         tables.append(_core.region_borders(*costs.args, array, n_threads))
     for one, other in zip(*tables, strict=True):
         assert np.array_equal(one, other)
@@ -172,7 +171,7 @@ def test_borders_are_the_same_for_any_number_of_threads():
 
 def test_borders_on_a_plane_are_as_long_as_their_edges():
     mesh = roof(0, 0)
-    costs, labels, _ = read_regions(as_surface(mesh, weld=True, n_threads=1), [0, 0, 1, 1, 2, 2])
+    _, costs, labels, _ = read_labeled(mesh, [0, 0, 1, 1, 2, 2], None, True, 1)
     low, high, lengths = _core.region_borders(*costs.args, labels, 1)
     assert (low.tolist(), high.tolist()) == ([0, 1], [1, 2])
     assert lengths == pytest.approx([1.0, 1.0])

@@ -18,9 +18,8 @@ from superfacets import (
     sample_mesh,
     segment,
 )
-from superfacets.cleanup.edit import CREASE_SCALE, read_regions
+from superfacets.cleanup.edit import CREASE_SCALE, read_labeled
 from superfacets.cleanup.smooth import MAX_CHAIN, MAX_SWEEPS, ROUNDNESS, smooth_borders
-from superfacets.graph.kinds import as_surface
 
 
 def sheet(drawing, height=lambda x, y: 0.0):
@@ -223,7 +222,7 @@ def labelings(mesh):
 def test_the_kernel_equals_its_twin(name):
     mesh = MESHES[name]()
     for labels in labelings(mesh):
-        costs, array, _ = read_regions(as_surface(mesh, weld=True, n_threads=1), labels)
+        _, costs, array, _ = read_labeled(mesh, labels, None, True, 1)
         fixed = {int(np.argmax(array == 0))}
         expected = reference.smooth_borders(
             build_face_graph(mesh), mesh, steps_of(costs), array.tolist(), fixed,
@@ -234,7 +233,7 @@ def test_the_kernel_equals_its_twin(name):
 
 
 def check_twin(mesh, labels, max_chain, max_sweeps, stiffness=0.0, sizes=(), goals=()):
-    costs, array, _ = read_regions(as_surface(mesh, weld=True, n_threads=1), labels)
+    _, costs, array, _ = read_labeled(mesh, labels, None, True, 1)
     stiff = (stiffness / costs.radius, ROUNDNESS * stiffness / costs.radius**3)
     expected = reference.smooth_borders(
         build_face_graph(mesh), mesh, steps_of(costs), array.tolist(), set(),
@@ -418,8 +417,8 @@ def test_borders_of_real_meshes_get_shorter_and_regions_stay_in_one_piece(benchm
     for path in benchmark_paths[::12]:
         mesh = read_off(path)
         graph = build_face_graph(mesh)
-        surface = as_surface(mesh, weld=True, n_threads=None)
-        costs, labels, n_regions = read_regions(surface, segment(mesh, k, smooth=False).labels)
+        given = segment(mesh, k, smooth=False).labels
+        _, costs, labels, n_regions = read_labeled(mesh, given, None, True, 2)
         smoothed = smooth_borders(mesh, labels)
         assert shapes.count_pieces(graph, smoothed) == shapes.count_pieces(graph, labels)
         assert len(np.unique(smoothed)) == n_regions

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from superfacets.graph.sums import sums_by_label
+from superfacets.kit import sums_by_label
 from superfacets_studio.labels.classes import INSTANCES
 
 N_OF_STROKE = 3

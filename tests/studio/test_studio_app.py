@@ -14,7 +14,7 @@ import shapes
 from studio_client import PORT, TOKEN, decoded, encoded, unpacked
 
 import superfacets
-from superfacets import PointCloud, PolygonMesh, write_mesh
+from superfacets import PointCloud, PolygonMesh, RenderError, write_mesh
 from superfacets_show.colors import PALETTE
 from superfacets_studio.regions.revisions import MAX_KEPT, similar_regions
 
@@ -419,7 +419,6 @@ pathlib.Path(sys.argv[2]).write_bytes(b"PNG")
 
 
 def test_a_thumbnail_that_takes_too_long_is_given_up(sheet, monkeypatch, limit):
-    from superfacets.base.errors import RenderError
     from superfacets_studio.web import thumbnails
 
     stand_in(monkeypatch, "import time; time.sleep(60)")
@@ -429,7 +428,6 @@ def test_a_thumbnail_that_takes_too_long_is_given_up(sheet, monkeypatch, limit):
 
 
 def test_a_studio_that_ends_waits_for_no_thumbnail(sheet, monkeypatch):
-    from superfacets.base.errors import RenderError
     from superfacets_studio.web.thumbnails import Thumbnails
 
     stand_in(monkeypatch, "import time; time.sleep(60)")
@@ -445,7 +443,6 @@ def test_a_studio_that_ends_waits_for_no_thumbnail(sheet, monkeypatch):
 
 
 def test_a_thumbnail_is_drawn_by_a_process_of_its_own(sheet):
-    from superfacets.base.errors import RenderError
     from superfacets_show.backend import ensure_gl
 
     pytest.importorskip("vtkmodules")
@@ -462,7 +459,6 @@ def test_a_thumbnail_is_drawn_by_a_process_of_its_own(sheet):
 
 
 def test_a_thumbnail_runs_no_code_of_the_current_folder(sheet, tmp_path, monkeypatch):
-    from superfacets.base.errors import RenderError
     from superfacets_studio.web.thumbnails import Thumbnails
 
     (tmp_path / "superfacets.py").write_text("open('PWNED', 'w')")

@@ -12,8 +12,7 @@ import pytest
 from textured_meshes import grid, save_png
 
 import superfacets
-from superfacets.files.readers.labels import read_labels
-from superfacets.regions.vertices import vertex_labels
+from superfacets import read_labels, vertex_labels
 from superfacets_studio.documents.document import Document
 from superfacets_studio.export.write import export_bytes, write_export
 from superfacets_studio.labels.imports import read_import

@@ -14,18 +14,17 @@ import pytest
 import shapes
 
 import superfacets_studio
-from superfacets import write_mesh
-from superfacets.base.errors import MeshError
-from superfacets.files.guards import parsed_json
+from superfacets import MeshError, write_mesh
+from superfacets.kit import parsed_json
 from superfacets_studio.documents.journal import _coded
 from superfacets_studio.labels.coding import unpack_cells
 from superfacets_studio.labels.imports import read_import
 from superfacets_studio.web.operations import OPERATIONS
 
 SIZED = {
-    "arange", "at", "bincount", "broadcast_to", "cumsum", "empty", "find_components", "frombuffer",
+    "arange", "at", "bincount", "broadcast_to", "cumsum", "empty", "frombuffer",
     "full", "ones", "reduceat", "repeat", "tile", "zeros",
-    "count_graph_segments", "count_mesh_segments",
+    "components", "count_segments",
 }  # fmt: skip
 """Functions that allocate memory, or write to it, as their arguments say."""
 
@@ -35,9 +34,10 @@ CLASSES = "class numbers are at most MAX_CLASS: uint16 in `State.paint`, or `che
 GUARDS = {
     "scans.aggregation.objects_of": "as many as the file lists; ids are found by searchsorted",
     "scans.aggregation.regroup_segments": "as many as the files list; they must be equally many",
-    "scans.segmentator._graph_of_points": "`_checked_edges` refuses ends outside of the points",
-    "scans.segmentator._number_in_mesh": "`Mesh` refuses corners outside of the vertices",
     "scans.segmentator.segment_mesh": OWN,
+    "scans.segmentator._edges_of": "`_checked_edges` refuses ends outside of the points",
+    "scans.segmentator._graph_of": OWN,
+    "scans.segmentator._merged": "labels are those of regions of faces",
     "scans.segmentator.segment_point": "`_checked_edges` refuses ends outside of the points",
     "studio.documents.agreement._matched_classes": CLASSES,
     "studio.documents.agreement._matched_objects": OWN,
@@ -46,6 +46,7 @@ GUARDS = {
     "studio.documents.changes.objects": "constant; `checked_class_list` limits class numbers",
     "studio.documents.changes.painting": "cells are checked; as many values as cells, or an error",
     "studio.documents.changes.unpacked": "compressed by `Painted.of`, not read from a file",
+    "studio.documents.document.agreement": OWN,
     "studio.documents.document._paint_suggestions": OWN,
     "studio.documents.document.apply_import": "constant; classes are uint16",
     "studio.documents.document.class_list": CLASSES,

@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 import superfacets
-from superfacets import write_mesh
-from superfacets.regions.vertices import vertex_labels
+from superfacets import vertex_labels, write_mesh
 from superfacets_studio.documents.document import Document, merged_work, work_file_of
 from superfacets_studio.documents.files import Files
 from superfacets_studio.documents.journal import JournalError, _coded

@@ -7,9 +7,7 @@ import pytest
 import shapes
 
 import superfacets
-from superfacets import PointCloud, crease_weights
-from superfacets.base.checks import checked_threads
-from superfacets.stages.prepare import Prepared
+from superfacets import PointCloud, crease_weights, kit
 from superfacets_studio.regions.segmenting import (
     Cancelled,
     SegmentationTask,
@@ -90,8 +88,7 @@ def test_a_level_below_the_number_of_components_is_refused():
     segmenter = Segmenter(apart)
     with pytest.raises(
         ValueError,
-        match="level must be at least 2 because the last regions have no neighbors, got"
-        " 1: without barriers, islands='nearest' also merges across gaps",
+        match=r"level must be at least 2 because the last regions have no neighbors, got 1$",
     ):
         segmenter.run({**default_parameters(64, 8), "level": 1})
     segmenter.close()
@@ -118,7 +115,7 @@ def test_offered_levels_halve():
 
 def test_prepared_cells_give_the_same_labels():
     mesh = shapes.bumpy_sheet(12)
-    prepared = Prepared.of(mesh, weld=True, n_threads=checked_threads(None))
+    prepared = kit.Prepared.of(mesh, weld=True, n_threads=2)
     weights = crease_weights(mesh, superfacets.build_face_graph(mesh), 0.1)
     for options in ({"n_segments": 9}, {"radius": 0.1}, {"n_segments": 9, "weights": weights}):
         expected = superfacets.segment(mesh, **options)
@@ -129,7 +126,7 @@ def test_prepared_cells_give_the_same_labels():
 
 def test_prepared_points_take_weights_by_name_alone():
     cloud = PointCloud(np.random.default_rng(0).random((200, 3)))
-    prepared = Prepared.of(cloud, weld=True, n_threads=checked_threads(None))
+    prepared = kit.Prepared.of(cloud, weld=True, n_threads=2)
     expected = superfacets.segment(cloud, 9).labels
     assert np.array_equal(superfacets.segment(prepared, 9).labels, expected)
     with pytest.raises(
@@ -138,3 +135,16 @@ def test_prepared_points_take_weights_by_name_alone():
         " the input order: pass the mesh instead, or leave these parameters out",
     ):
         superfacets.segment(prepared, 9, weights=[1.0])
+
+
+def test_the_surface_of_prepared_cells_has_components_and_a_region_graph():
+    mesh = shapes.bumpy_sheet(24)
+    mesh = superfacets.Mesh(mesh.vertices, np.random.default_rng(0).permutation(mesh.faces))
+    surface, labels = Segmenter(mesh).surface, superfacets.segment(mesh, 9).labels
+    graph = superfacets.RegionGraph.of_surface(surface, labels)
+    assert np.array_equal(graph.edge_index, superfacets.region_graph(mesh, labels).edge_index)
+    assert len(np.unique(surface.components(labels))) == 9
+    with pytest.raises(ValueError, match="labels must have one value per cell"):
+        surface.components([5])
+    with pytest.raises(ValueError, match="offsets and neighbors must be the arcs of the cells in"):
+        surface.part(labels[:1], *np.zeros((3, 1), np.int64))

@@ -5,7 +5,7 @@ import pytest
 import shapes
 
 from superfacets import Mesh
-from superfacets.graph.kinds import as_surface
+from superfacets_studio.regions.segmenting import Segmenter
 from superfacets_studio.regions.splitting import split_cells
 
 
@@ -20,7 +20,7 @@ def sheet(height, n=20):
 
 
 def split(mesh, cells=None, red=None, blue=None):
-    surface = as_surface(mesh, weld=True, n_threads=1)
+    surface = Segmenter(mesh).surface
     x, y, _ = surface.positions.T
     cells = np.arange(surface.n_cells, dtype=np.uint32) if cells is None else cells
     near = np.abs(y - 0.5) < 0.1
@@ -46,7 +46,7 @@ def test_grooves_and_ridges_are_the_border(sign, place):
 
 def test_both_sides_hold_their_strokes_and_hold_together():
     mesh = shapes.bumpy_sheet(16)
-    surface = as_surface(mesh, weld=True, n_threads=1)
+    surface = Segmenter(mesh).surface
     generator = np.random.default_rng(3)
     for _ in range(10):
         red, blue = generator.choice(mesh.n_faces, 2, replace=False)

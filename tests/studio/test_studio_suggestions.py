@@ -11,9 +11,7 @@ pytest.importorskip("httpx", reason="httpx is not installed")
 
 from studio_client import decoded, encoded, unpacked
 
-from superfacets import Mesh, write_mesh
-from superfacets.base.errors import MeshError
-from superfacets.files.readers.read import read_mesh
+from superfacets import Mesh, MeshError, read_mesh, write_mesh
 from superfacets_studio.documents.document import Document
 from superfacets_studio.documents.journal import JournalError
 from superfacets_studio.labels.coding import unpack_cells

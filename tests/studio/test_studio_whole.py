@@ -9,8 +9,7 @@ import pytest
 import shapes
 from studio_client import encoded
 
-from superfacets import write_mesh
-from superfacets.base.errors import MeshError
+from superfacets import MeshError, write_mesh
 from superfacets_studio.documents.changes import Change
 from superfacets_studio.documents.document import Document
 from superfacets_studio.documents.history import History

@@ -87,12 +87,6 @@ std::int64_t segments_of_graph(Points positions, Points normals, Integers ends, 
   return count_graph_segments(positions, normals, ends, {threshold, least}, team);
 }
 
-std::int64_t segments_of_mesh(Points positions, Points normals, Triangles faces,
-                              Integers representative, double threshold, std::int64_t least,
-                              ThreadTeam& team) {
-  return count_mesh_segments(positions, normals, faces, representative, {threshold, least}, team);
-}
-
 Buffer<Vertex> segments_of_vertices(Points positions, Points normals, Triangles faces,
                                     Integers representative, double threshold, std::int64_t least,
                                     ThreadTeam& team) {
@@ -155,8 +149,6 @@ void bind_regions(nb::module_& module) {
              "n_balances"_a, "margin"_a, "n_threads"_a);
   module.def("count_graph_segments", threaded(&segments_of_graph), "positions"_a, "normals"_a,
              "ends"_a, "threshold"_a, "least"_a, "n_threads"_a);
-  module.def("count_mesh_segments", threaded(&segments_of_mesh), "positions"_a, "normals"_a,
-             "faces"_a, "representative"_a, "threshold"_a, "least"_a, "n_threads"_a);
   module.def("mesh_segments", threaded(&segments_of_vertices), "positions"_a, "normals"_a,
              "faces"_a, "representative"_a, "threshold"_a, "least"_a, "n_threads"_a);
   module.def("spread_labels", threaded(&labels_spread), "offsets"_a, "neighbors"_a, "positions"_a,

@@ -80,14 +80,6 @@ std::int64_t count_graph_segments(std::span<const Point> positions, std::span<co
   return count_segments(std::move(edges), positions.size(), limits);
 }
 
-std::int64_t count_mesh_segments(std::span<const Point> positions, std::span<const Point> normals,
-                                 std::span<const Triangle> faces,
-                                 std::span<const Vertex> representative,
-                                 const SegmentLimits& limits, ThreadTeam& team) {
-  return count_segments(edges_of_mesh(positions, normals, faces, representative, team),
-                        positions.size(), limits);
-}
-
 Buffer<Vertex> mesh_segments(std::span<const Point> positions, std::span<const Point> normals,
                              std::span<const Triangle> faces,
                              std::span<const Vertex> representative, const SegmentLimits& limits,

@@ -28,15 +28,10 @@ std::int64_t count_graph_segments(std::span<const Point> positions, std::span<co
                                   std::span<const Vertex> ends, const SegmentLimits& limits,
                                   ThreadTeam& team);
 
-// Version of count_graph_segments for a mesh. Each face (a, b, c) has the edges (a, b), (a, c) and
-// (c, b). Corners are replaced by representative[vertex] (see weld_vertices).
-std::int64_t count_mesh_segments(std::span<const Point> positions, std::span<const Point> normals,
-                                 std::span<const Triangle> faces,
-                                 std::span<const Vertex> representative,
-                                 const SegmentLimits& limits, ThreadTeam& team);
-
-// Returns for each vertex some vertex that represents its segment. Connected components with fewer
-// than `least` nodes, which count_mesh_segments does not count, are segments too.
+// Returns for each vertex of a mesh some vertex that represents its segment. Each face (a, b, c)
+// has the edges (a, b), (a, c) and (c, b). Corners are replaced by representative[vertex] (see
+// weld_vertices). Connected components with fewer than `least` nodes, which count_graph_segments
+// does not count, are segments too.
 Buffer<Vertex> mesh_segments(std::span<const Point> positions, std::span<const Point> normals,
                              std::span<const Triangle> faces,
                              std::span<const Vertex> representative, const SegmentLimits& limits,

@@ -553,22 +553,16 @@ def checked_regions(
     return array, n_regions
 
 
-def checked_classes(labels: Any, n_cells: int, name: str, n_vertices: int | None = None) -> Ints:
-    """Return labels of cells as int32; they may be any integers >= 0, or -1 for no label.
+def checked_classes(
+    labels: Any, n: int, name: str, noun: str = "cell", *, n_vertices: int | None = None
+) -> Ints:
+    """Return labels of cells (or of another `noun`), which may have gaps, as a new int32 array.
 
-    `n_vertices` is the same as in `check_length`.
+    Apps check labels with it: any integers >= 0, or -1 for no label, shape (n,). Raises a
+    ValueError or TypeError for others. `noun` and `n_vertices` are the same as in `check_length`.
     """
-    return _checked_classes(_row_of_labels(labels, n_cells, name, n_vertices), name)
-
-
-def checked_vertex_classes(labels: Any, n_vertices: int, name: str) -> Ints:
-    """Return labels of vertices as int32; they may be any integers >= 0, or -1 for no label."""
     given = integer_array(labels, name)
-    check_length(given, n_vertices, name, "vertex")
-    return _checked_classes(given, name)
-
-
-def _checked_classes(given: Array, name: str) -> Ints:
+    check_length(given, n, name, noun, n_vertices=n_vertices)
     array = given.astype(np.int32, order="C")  # copies, so the caller cannot change the labels
     is_wrong = (array < -1) | (array != given)
     refuse_first(is_wrong, name, given, f"-1 to {MAX_CELLS}")
@@ -604,7 +598,9 @@ def ranked_labels(labels: npt.NDArray[np.integer[Any]]) -> tuple[Ints, Array]:
 
     Returns the new labels, and the K labels that they replace. Apps use it for labels with gaps.
     """
-    if labels.min() >= -1 and labels.max() < len(labels):  # a table is faster than sorting
+    if labels.min(initial=0) >= -1 and labels.max(initial=0) < len(
+        labels
+    ):  # a table is faster than sorting
         is_used = np.bincount(labels + 1) > 0
         names, indices = np.arange(-1, len(is_used) - 1), labels + 1
     else:

@@ -75,30 +75,24 @@ class RegionEdit(NamedTuple):
     n_islands: int
 
 
-def surface_of_labeled(
-    cells: Cells | CellGraph, labels: npt.ArrayLike, weld: bool, n_threads: int
-) -> tuple[BaseGraph, Surface]:
-    """Return the graph and the `Surface` of cells; points labeled -1 have no neighbors."""
-    array, _ = checked_regions(labels, cells.n_cells)
-    return graph_and_surface(cells, weld, n_threads, array >= 0)
+def read_labeled(
+    cells: Cells | CellGraph, labels: npt.ArrayLike, weights: npt.ArrayLike | None, weld: bool,
+    n_threads: int,
+) -> tuple[BaseGraph, BorderCosts, Ints, int]:  # fmt: skip
+    """Check labels and weights; return graph, border costs, labels, and the number of regions.
 
-
-def read_regions(
-    surface: Surface, labels: npt.ArrayLike, weights: npt.ArrayLike | None = None
-) -> tuple[BorderCosts, Ints, int]:
-    """Check labels and weights; return the border costs, the labels, and the number of regions.
-
-    Cells labeled -1 are in no region. If `weights` is None, the weights of a `CellGraph` are used
-    or, for a mesh or cloud, the weights from `creases_of`.
+    Cells labeled -1 are in no region; such points have no neighbors. If `weights` is None, the
+    weights of a `CellGraph` are used or, for a mesh or cloud, the weights from `creases_of`.
     """
-    array, n_regions = checked_regions(labels, surface.n_cells)
+    array, n_regions = checked_regions(labels, cells.n_cells)
+    graph, surface = graph_and_surface(cells, weld, n_threads, array >= 0)
     measures = surface.measures if array.min() >= 0 else surface.measures[array >= 0]
     radius = radius_of(measures, n_regions, surface.n_threads, surface.dimension)
     radius = radius or surface.diagonal or 1.0
     if weights is None:
         weights = creases_of(surface, radius) if surface.weights is None else surface.weights
     checked = checked_weights(weights, surface.n_arcs, surface.n_threads)
-    return BorderCosts.of_weights(surface, checked, radius), array, n_regions
+    return graph, BorderCosts.of_weights(surface, checked, radius), array, n_regions
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,20 +107,16 @@ class LabeledPart:
 
     @classmethod
     def read(
-        cls,
-        source: MeshLike | CellGraph,
-        labels: npt.ArrayLike,
-        weights: npt.ArrayLike | None,
-        weld: bool,
-        n_threads: int | None,
-    ) -> LabeledPart:
+        cls, source: MeshLike | CellGraph, labels: npt.ArrayLike,
+        weights: npt.ArrayLike | None, weld: bool, n_threads: int | None,
+    ) -> LabeledPart:  # fmt: skip
         """Check the arguments of functions like `smooth_borders`, and select the labeled cells."""
         cells = as_known(source)
-        _, surface = surface_of_labeled(cells, labels, weld, checked_threads(n_threads))
-        costs, array, n_regions = read_regions(surface, labels, weights)
+        threads = checked_threads(n_threads)
+        _, costs, array, n_regions = read_labeled(cells, labels, weights, weld, threads)
         if array.min() >= 0:
             return cls(costs, array, n_regions, array, None)
-        is_kept = array >= 0
+        is_kept, surface = array >= 0, costs.surface
         sources = surface.sources
         keeps_arc = is_kept[sources] & is_kept[surface.neighbors]
         cut = KeptCells.of(surface, is_kept, keeps_arc, sources, NO_GROUPS)

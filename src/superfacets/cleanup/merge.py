@@ -92,13 +92,9 @@ def merge_small_regions(
 
 
 def merge_regions(
-    costs: BorderCosts,
-    labels: Ints,
-    n_regions: int,
-    min_size: float,
-    islands: str,
+    costs: BorderCosts, labels: Ints, n_regions: int, min_size: float, islands: str,
     groups: Ints = NO_GROUPS,
-) -> RegionEdit:
+) -> RegionEdit:  # fmt: skip
     """Merge small regions as `merge_small_regions` does, without checking the arguments.
 
     If `groups` (see `KeptCells.groups`) are given, a region without neighbors joins only regions of

@@ -178,12 +178,9 @@ def smooth_borders(
 
 
 def straighten(
-    costs: BorderCosts,
-    labels: Ints,
-    fixed: Ints,
-    options: SmoothOptions,
+    costs: BorderCosts, labels: Ints, fixed: Ints, options: SmoothOptions,
     goals: tuple[Floats, Floats] | None = None,
-) -> Ints:
+) -> Ints:  # fmt: skip
     """Smooth borders as `smooth_borders` does, without checking arguments, and return new labels.
 
     Cells in `fixed` keep their labels. `goals` is a tuple of two arrays: the size of each cell, and

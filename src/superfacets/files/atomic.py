@@ -157,10 +157,12 @@ def _create(temporary: Path, target: Path) -> None:
         temporary.chmod(stat.S_IMODE(target.stat().st_mode))
 
 
-def open_own(path: Path, flags: int) -> int:
-    """Open a lock file and return its descriptor, or raise an OSError if it is not a regular file.
+def open_own(path: Path, flags: int, busy: str | None = None) -> int:
+    """Open a file that only this package writes, and return its descriptor.
 
-    Symbolic links are refused, because somebody else may have created a link to an important file.
+    Apps open their journals with it. If `busy` is given, the file is locked until it is closed, or
+    a ValueError with the message `busy` is raised if it is already locked. Raises an OSError if the
+    path is not a regular file. Links are refused, because they may lead to an important file.
     """
     with contextlib.suppress(FileNotFoundError):
         mode = path.lstat().st_mode
@@ -168,7 +170,14 @@ def open_own(path: Path, flags: int) -> int:
             raise OSError(f"{path}: expected a file, got a link: remove the link")
         if not stat.S_ISREG(mode):
             raise OSError(f"{path}: is not a regular file")
-    return os.open(path, flags | _FLAGS, 0o666)
+    file = os.open(path, flags | _FLAGS, 0o666)
+    try:
+        if busy is not None:
+            _lock(file, path, busy)
+    except BaseException:
+        os.close(file)
+        raise
+    return file
 
 
 @contextlib.contextmanager
@@ -181,20 +190,16 @@ def locked(folder: Path) -> Iterator[None]:
     """
     writable_folder(folder)
     path = folder / ".lock"
-    file = open_own(path, os.O_RDWR | os.O_CREAT)
+    busy = f"{folder}: another run is writing to this folder"
+    file = open_own(path, os.O_RDWR | os.O_CREAT, busy)
     try:
-        lock_file(file, path, f"{folder}: another run is writing to this folder")
         yield
     finally:
         os.close(file)
 
 
-def lock_file(file: int, path: Path, message: str) -> None:
-    """Lock an open file until it is closed.
-
-    Raises a ValueError with `message` if the file is already locked, and an OSError if the file
-    system does not support locks.
-    """
+def _lock(file: int, path: Path, busy: str) -> None:
+    """Lock an open file, or raise a ValueError with the message `busy` if it is already locked."""
     from filelock import lock_descriptor
 
     try:
@@ -202,4 +207,4 @@ def lock_file(file: int, path: Path, message: str) -> None:
     except OSError as error:
         raise OSError(error.errno, f"cannot be locked: {error.strerror}", str(path)) from None
     if not is_ours:
-        raise ValueError(message)
+        raise ValueError(busy)

@@ -105,17 +105,12 @@ def named_errors(path: object) -> Iterator[None]:
         raise MeshError(f"{path}: {error}") from None
 
 
-def read_json(path: Path) -> Any:
-    """Parse a JSON file with `parsed_json`; errors name the file."""
-    check_regular(path)
-    return parsed_json(path.read_bytes(), f"{path}:")
-
-
 def parsed_json(text: str | bytes | bytearray, name: str = "it") -> Any:
-    """Parse JSON whose numbers fit into int64 or float64, and whose objects have different keys.
+    """Return the content of JSON text. Apps read files and requests of users with it.
 
-    Raises a MeshError that begins with `name` for all other text. As NaN and infinity are refused,
-    `int` of a number never fails, and a check of both ends of a range is enough.
+    Numbers must fit into int64 or float64, and the keys of an object must differ. Raises a
+    MeshError that begins with `name` for all other text. As NaN and infinity are refused, `int` of
+    a number never fails, and a check of both ends of a range is enough.
     """
     try:
         return json.loads(
@@ -153,13 +148,7 @@ def _object_of(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def open_regular(path: Path) -> io.FileIO:
-    """Open a file that a user names, or raise an OSError if it is not a regular, readable file."""
-    check_regular(path)
-    return path.open("rb", buffering=0)
-
-
-def check_regular(path: Path) -> None:
-    """Raise an OSError if `path` is not a regular file that can be read.
+    """Open a file for reading, or raise an OSError if it is not a regular, readable file.
 
     Other kinds of files are not opened, because a pipe may block and a device may be endless.
     """
@@ -173,6 +162,7 @@ def check_regular(path: Path) -> None:
         raise OSError(f"{path}: is not a regular file, but a device or a pipe")
     if not os.access(path, os.R_OK):
         raise PermissionError(f"{path}: you have no permission to read the file")
+    return path.open("rb", buffering=0)
 
 
 def _new_memory(size: int) -> mmap.mmap:
@@ -223,11 +213,21 @@ def narrowed(column: Array) -> Array:
     return column.astype(np.int32 if fits else np.float64)
 
 
-def rotation_of(quaternion: Floats) -> Floats:
-    """Return the rotation matrix of a unit quaternion (w, x, y, z)."""
-    w, axis = quaternion[0], quaternion[1:]
-    crossed = np.cross(np.eye(3), axis)  # crossed @ vector equals np.cross(axis, vector)
-    return np.asarray(np.eye(3) + 2 * (w * crossed + crossed @ crossed))
+def rotation_of(quaternion: Sequence[float] | Floats) -> Floats | None:
+    """Return the rotation matrix, (3, 3), of a quaternion (w, x, y, z) of any norm except 0.
+
+    The result is None if the quaternion is 0 or not finite. Readers of poses use this function.
+    """
+    length = np.abs(quaternion).max()
+    if not 0 < length < math.inf:
+        return None
+    w, x, y, z = np.asarray(quaternion) / length
+    s = 2 / (x * x + y * y + z * z + w * w)
+    return np.array([
+        [1 - s * (y * y + z * z), s * (x * y - z * w), s * (x * z + y * w)],
+        [s * (x * y + z * w), 1 - s * (x * x + z * z), s * (y * z - x * w)],
+        [s * (x * z - y * w), s * (y * z + x * w), 1 - s * (x * x + y * y)],
+    ])  # fmt: skip
 
 
 def checked_faces(corner_counts: Array, corners: Array) -> Array | Polygons:

@@ -73,14 +73,9 @@ class ConstraintOptions:
         return _checked_kept(self.mask, cells.n_cells)
 
     def cut(
-        self,
-        source: Cells | CellGraph,
-        graph: CsrArcs,
-        *,
-        weld: bool,
-        n_threads: int,
+        self, source: Cells | CellGraph, graph: CsrArcs, *, weld: bool, n_threads: int,
         order: Ints | None = None,
-    ) -> KeptCells | None:
+    ) -> KeptCells | None:  # fmt: skip
         """Return the cells and arcs to keep, or None if there is neither a mask nor barriers.
 
         A mask removes cells and all of their arcs. Barriers remove only arcs. If the cells of
@@ -132,21 +127,13 @@ class KeptCells:
         numbers = np.cumsum(is_kept, dtype=np.int32) - np.int32(1)
         counts = np.bincount(sources[arcs], minlength=len(is_kept))[cells]
         return cls(
-            len(is_kept),
-            cells,
-            arcs,
-            np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
-            numbers[graph.neighbors[arcs]],
-            groups[cells] if len(groups) else NO_GROUPS,
-        )
+            len(is_kept), cells, arcs, np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
+            numbers[graph.neighbors[arcs]], groups[cells] if len(groups) else NO_GROUPS,
+        )  # fmt: skip
 
     def surface_of(self, whole: Surface) -> Surface:
         """Return the surface of the kept cells. `whole` is the surface of all cells."""
-        handle = _core.SubSurface(whole.handle, self.offsets, self.neighbors, self.cells, self.arcs)
-        return Surface(
-            handle, self.offsets, self.neighbors, whole.bounds, whole.weight_unit,
-            whole.n_threads, dimension=whole.dimension,
-        )  # fmt: skip
+        return whole.part(self.cells, self.arcs, self.offsets, self.neighbors)
 
     def new_cells(self, cells: npt.ArrayLike, name: str, order: Ints | None = None) -> Ints:
         """Convert indices of cells in the whole graph to numbers of kept cells.

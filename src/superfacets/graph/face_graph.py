@@ -100,15 +100,9 @@ class FaceGraph(BaseGraph):
             refuse_first(sides > 2, "sides", sides, "0, 1 or 2 (for polygons, pass int32 sides)")
         refuse_first(sides < 0, "sides", sides, "not negative")
         freeze(
-            self,
-            positions=positions,
-            measures=measures,
-            offsets=offsets,
-            neighbors=neighbors,
-            sides=sides,
-            same_turn=same_turn,
-            bounds=checked_bounds(self.bounds, positions),
-        )
+            self, positions=positions, measures=measures, offsets=offsets, neighbors=neighbors,
+            sides=sides, same_turn=same_turn, bounds=checked_bounds(self.bounds, positions),
+        )  # fmt: skip
 
     def __setstate__(self, state: Any) -> None:
         """Restore a copied or pickled graph, and check the arrays of the graph again."""

@@ -172,6 +172,31 @@ class Kind:
         """
         return None
 
+    @staticmethod
+    def seen_cells(
+        drawn: DrawnFaces, views: Floats, sizes: Ints, n_threads: int
+    ) -> tuple[Ints, Floats, Ints]:
+        """Return the visible cell, or -1, and its area in each pixel of n images, and seen cells.
+
+        `drawn` is the result of `drawn_faces`. A row of `views`, (n, 13), is a matrix (3, 4) that
+        maps (x, y, z, 1) to depth * (u, v, 1), with pixel (u, v), and the product of the focal
+        lengths in pixels. `sizes`, (n, 2) int32, are width and height of images, whose pixels are
+        returned row by row. An area is 0 if no cell is visible, or if the angle between surface and
+        line of sight is below 6 degrees.
+        """
+        if views.shape != (len(sizes), 13) or sizes.shape != (len(views), 2) or sizes.min() < 1:
+            raise ValueError("views and sizes must have a row of 13 and of 2 numbers per image")
+        mesh, sources = drawn
+        triangles, faces = cut_into_triangles(mesh)
+        found, areas, is_seen = _core.see_surface(
+            mesh.vertices, triangles, views, sizes.ravel(), n_threads
+        )
+        seen = np.flatnonzero(is_seen).astype(np.int32)
+        for owners in (faces, sources):
+            if owners is not None:
+                seen, found = owners[seen], np.append(owners, np.int32(-1))[found]
+        return found, areas, seen
+
     def cloud(self, cells: Any) -> PointCloud:
         """Return the points to draw if `drawn_faces` returns None."""
         return PointCloud(self.positions(cells))
@@ -339,8 +364,3 @@ def graph_and_surface(
     kind = kind_of(cells)
     graph = kind.ordered(cells, weld, n_threads, is_sorted=False, is_kept=is_kept).graph
     return graph, kind.surface(cells, graph, n_threads)
-
-
-def measures_of(cells: Cells | CellGraph, n_threads: int) -> Floats:
-    """Return the area or volume of each cell, or the area around each point, shape (N,)."""
-    return kind_of(cells).measures(cells, n_threads)

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import numpy.typing as npt
 
 from .. import _core
-from ..base.checks import checked_threads, counted
+from ..base.checks import checked_classes, checked_threads, counted
 from ..base.types import Floats, Ints, Longs
 from ..mesh.convert import MeshLike, as_mesh
 from ..mesh.faces import FaceMesh, signed_volume
@@ -89,16 +90,12 @@ class Surface(CsrArcs):
                 "the CellGraph must have border lengths: make it with arc_measures=ArcMeasures(...)"
             )
         handle = _core.GraphSurface(
-            graph.positions,
-            graph.measures,
-            graph.offsets,
-            graph.neighbors,
-            given.border_lengths,
+            graph.positions, graph.measures, graph.offsets, graph.neighbors, given.border_lengths,
             np.empty(0) if given.step_lengths is None else given.step_lengths,
             np.empty(0) if given.angles is None else given.angles,
             np.empty(0, np.int32) if given.sides is None else given.sides,
             np.empty(0) if given.open_lengths is None else given.open_lengths,
-        )
+        )  # fmt: skip
         return cls(
             handle, graph.offsets, graph.neighbors, graph.bounds, graph.weight_unit, n_threads,
             weights=graph.weights, dimension=graph.dimension,
@@ -118,9 +115,26 @@ class Surface(CsrArcs):
     def _cells(self) -> tuple[Floats, Floats]:
         return self.handle.cells(self.n_threads)
 
-    def extra_pieces(self, labels: Ints, n_regions: int) -> int:
-        """Return the number of connected components of all regions, minus the number of regions."""
-        return _core.find_components(*self.arcs, labels)[1] - n_regions
+    def arc_measures(self) -> ArcMeasures:
+        """Return the lengths and angles of all arcs, as the function `arc_measures` does."""
+        return ArcMeasures(*self.handle.arc_measures(self.n_threads))
+
+    def components(self, labels: npt.ArrayLike) -> Ints:
+        """Return the connected component of cells with equal labels, from 0, of each cell, (N,)."""
+        return _core.find_components(*self.arcs, checked_classes(labels, self.n_cells, "labels"))[0]
+
+    def part(self, cells: Ints, arcs: Longs, offsets: Longs, neighbors: Ints) -> Surface:
+        """Return the surface of the cells and arcs with these indices, renumbered from 0.
+
+        `offsets` and `neighbors` are the chosen arcs in CSR form, with the new numbers of cells.
+        """
+        if len(offsets) != len(cells) + 1 or not offsets[-1] == len(arcs) == len(neighbors):
+            raise ValueError("offsets and neighbors must be the arcs of the cells in CSR form")
+        handle = _core.SubSurface(self.handle, offsets, neighbors, cells, arcs)
+        return Surface(
+            handle, offsets, neighbors, self.bounds, self.weight_unit, self.n_threads,
+            dimension=self.dimension,
+        )  # fmt: skip
 
 
 def arc_measures(mesh: MeshLike, graph: FaceGraph, *, n_threads: int | None = None) -> ArcMeasures:
@@ -159,8 +173,8 @@ def arc_measures(mesh: MeshLike, graph: FaceGraph, *, n_threads: int | None = No
     ([1.571, 1.571], [1.0, 1.0])
     """
     threads = checked_threads(n_threads)
-    handle = Surface.of_faces(as_mesh(mesh), graph, threads).handle
-    return ArcMeasures(*handle.arc_measures(threads)).checked(graph.offsets, graph.n_arcs, threads)
+    found = Surface.of_faces(as_mesh(mesh), graph, threads).arc_measures()
+    return found.checked(graph.offsets, graph.n_arcs, threads)
 
 
 def is_inside_out(mesh: FaceMesh, graph: FaceGraph, *, n_threads: int | None = None) -> bool:

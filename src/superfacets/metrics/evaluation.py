@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..base.checks import checked_number, checked_threads, checked_vertex_classes, counted
+from ..base.checks import checked_classes, checked_number, checked_threads, counted
 from ..base.types import ArcLists, Bools, Floats, Ints
 from ..graph.kinds import as_surface, kind_of
 from ..graph.sums import positive_total
@@ -218,9 +218,9 @@ def evaluate_vertices(
     """
     cells: Any = as_cells(mesh)
     corners, n = corners_in(cells), cells.n_vertices
-    checked = checked_vertex_classes(vertex_labels, n, "vertex_labels")
+    checked = checked_classes(vertex_labels, n, "vertex_labels", "vertex")
     regions, n_regions = compact_complete(checked, n)
-    listed = [checked_vertex_classes(truth, n, "truth") for truth in _listed(ground_truths)]
+    listed = [checked_classes(truth, n, "truth", "vertex") for truth in _listed(ground_truths)]
     truths = [compact_truth(truth, n) for truth in listed]
     is_used = np.bincount(corners.vertices, minlength=n) > 0
     n_pieces = _core.find_components(*_arcs_of_vertices(cells, is_used), regions)[1]
@@ -246,11 +246,9 @@ def _arcs_of_vertices(cells: AnyMesh, is_used: Bools) -> ArcLists:
 
 
 def _of_volume(
-    surface: Surface,
-    weights: Floats,
-    labels: npt.ArrayLike,
+    surface: Surface, weights: Floats, labels: npt.ArrayLike,
     ground_truths: npt.NDArray[np.integer] | Sequence[npt.ArrayLike],
-) -> dict[str, float]:
+) -> dict[str, float]:  # fmt: skip
     """Return the metrics that need no normals or border edges, for tetrahedra or points."""
     regions, n_regions = compact_complete(labels, surface.n_cells)
     values = _of_regions(surface, regions, n_regions)
@@ -262,7 +260,7 @@ def _of_volume(
 def _of_regions(surface: Surface, regions: Ints, n_regions: int) -> dict[str, float]:
     return {
         "n_regions": n_regions,
-        "n_extra_pieces": surface.extra_pieces(regions, n_regions),
+        "n_extra_pieces": int(surface.components(regions).max()) + 1 - n_regions,
         "compactness": compactness_of(surface, regions, n_regions),
     }
 
@@ -285,11 +283,9 @@ def _listed(truths: npt.NDArray[np.integer] | Sequence[npt.ArrayLike]) -> list[n
 
 
 def _prepared(
-    mesh: FaceMesh,
-    ground_truths: GroundTruths | npt.NDArray[np.integer] | Sequence[npt.ArrayLike],
-    weld: bool,
-    n_threads: int | None,
-) -> GroundTruths:
+    mesh: FaceMesh, ground_truths: GroundTruths | npt.NDArray[np.integer] | Sequence[npt.ArrayLike],
+    weld: bool, n_threads: int | None,
+) -> GroundTruths:  # fmt: skip
     if isinstance(ground_truths, GroundTruths):
         if not is_same_mesh(ground_truths.edges.mesh, mesh):
             raise ValueError(_WRONG_MESH)

@@ -22,7 +22,7 @@ from ..base.checks import (
 from ..base.errors import MeshError
 from ..base.types import Floats, Ints
 from ..graph.cell_graph import CellGraph
-from ..graph.kinds import as_known, kind_of, measures_of
+from ..graph.kinds import as_known, kind_of
 from ..graph.sums import positive_total, sums_by_label
 from ..mesh.base import Cells
 from ..mesh.convert import MeshLike
@@ -151,12 +151,9 @@ def overlap_of(
         found, indices = np.unique(pairs, return_inverse=True)
         shared = sums_by_label(indices, areas, 0)
     return Overlap(
-        (found // n_segments).astype(np.int32),
-        (found % n_segments).astype(np.int32),
-        shared,
-        sums_by_label(regions, areas, n_regions),
-        sums_by_label(segments, areas, n_segments),
-    )
+        (found // n_segments).astype(np.int32), (found % n_segments).astype(np.int32), shared,
+        sums_by_label(regions, areas, n_regions), sums_by_label(segments, areas, n_segments),
+    )  # fmt: skip
 
 
 def undersegmentation_error(
@@ -384,7 +381,7 @@ def weights_of_cells(cells: Cells | CellGraph) -> Floats:
     """Return the weight of each cell in an `Overlap`: its area or volume, but 1 for each point."""
     if kind_of(cells).are_points:
         return np.ones(cells.n_cells)
-    return measures_of(cells, checked_threads(None))
+    return kind_of(cells).measures(cells, checked_threads(None))
 
 
 def _best_shared(groups: Ints, areas: Floats, n_groups: int) -> float:

@@ -206,18 +206,10 @@ class _RegionsToCut:
         """Cut faces along smooth borders, except faces of regions for which `is_kept` is 1."""
         try:
             return _core.cut_borders(
-                self.mesh.vertices,
-                self.mesh.faces,
-                self.representative,
-                self.labels,
-                self.n_regions + 1,
-                np.ascontiguousarray(is_kept[self.labels]),
-                n_rounds=_N_ROUNDS,
-                n_steps=_N_STEPS,
-                n_balances=_N_BALANCES,
-                margin=_MARGIN,
-                n_threads=self.n_threads,
-            )
+                self.mesh.vertices, self.mesh.faces, self.representative, self.labels,
+                self.n_regions + 1, np.ascontiguousarray(is_kept[self.labels]), n_rounds=_N_ROUNDS,
+                n_steps=_N_STEPS, n_balances=_N_BALANCES, margin=_MARGIN, n_threads=self.n_threads,
+            )  # fmt: skip
         except ValueError:  # `_core` raises this error for too many faces
             raise MeshError("the cut mesh would have too many faces for 32-bit indices") from None
 

@@ -7,21 +7,82 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .. import _core
+from ..base.checks import check_length, check_spread, checked_classes
 from ..base.errors import MeshError
 from ..base.types import Array, Floats, Ints, Longs
-from ..graph.kinds import kind_of, measures_of
+from ..graph.kinds import kind_of
+from ..graph.point_graph import PointGraph, point_surface
 from ..graph.sums import Majority, weighted_majority
-from ..mesh.faces import Corners, mean_normals, vertex_graph
+from ..mesh.faces import AnyMesh, Corners, mean_normals, vertex_graph
 from ..mesh.weld import lowest_vertices
+from ..weights.formulas import creases_of
 
 
 class VertexEdges(NamedTuple):
-    """Vertices of a mesh, or points, and the edges between them in CSR form, in both directions."""
+    """Vertices of a mesh, or points, and edges in CSR form; apps that label vertices use it."""
 
     offsets: Longs  # (V + 1,) index in `neighbors` of the first edge of each vertex
     neighbors: Ints  # (M,) vertex at the other end of each edge
     positions: Floats  # (V, 3) position of each vertex
     normals: Floats  # (V, 3) mean unit normal of the faces around each vertex; 0 in a volume
+
+    @classmethod
+    def of_mesh(cls, mesh: AnyMesh, lowest: Ints, n_threads: int) -> VertexEdges:
+        """Return the edges of a mesh between the vertices in `lowest`, see `lowest_vertices`."""
+        graph = vertex_graph(mesh, lowest, n_threads)
+        return cls(*graph[:2], mesh.vertices, mean_normals(mesh, lowest))
+
+    def count_segments(self, pairs: Ints, threshold: float, least: int, n_threads: int) -> int:
+        """Return the number of segments of `least` or more vertices by Felzenszwalb's method.
+
+        `threshold` is divided by the size of a segment. `pairs`, (E, 2), are the edges in the order
+        in which edges of equal weight are visited. An edge and its reverse may differ in weight.
+        """
+        ends = np.ascontiguousarray(pairs, np.int32).ravel()
+        if ends.size and not 0 <= ends.min() <= ends.max() < len(self.positions):
+            raise ValueError(f"pairs must be vertices from 0 to {len(self.positions) - 1}")
+        return _core.count_graph_segments(
+            self.positions, self.normals, ends, threshold, least, n_threads
+        )
+
+    def grown(self, labels: Ints, counts: Ints, least: int) -> Ints:
+        """Return new labels of all vertices, after growing regions to `least` vertices if possible.
+
+        A small region takes vertices from neighboring regions, as long as these stay connected and
+        keep `least` vertices. `counts` is the number of mesh vertices at each welded vertex. All
+        vertices with edges must have a label >= 0.
+        """
+        given = self._checked(labels, counts)
+        return given[0] if least < 2 else _core.grow_small_regions(*self, *given, least)
+
+    def merged(self, labels: Ints, counts: Ints, least: int) -> Ints:
+        """Return new labels like `grown`, after merging regions of fewer than `least` vertices.
+
+        A merged region gets the lower of the two labels.
+        """
+        given = self._checked(labels, counts)
+        return given[0] if least < 2 else _core.merge_small_regions(*self, *given, least)
+
+    def _checked(self, labels: Ints, counts: Ints) -> tuple[Ints, Ints, int]:
+        """Return checked labels and counts, and the number of labels."""
+        array = checked_classes(labels, len(self.positions), "labels", "vertex")
+        check_length(counts, len(array), "counts", "vertex")
+        return array, counts, int(array.max()) + 1
+
+    def crease_weights(self, areas: Floats, n_regions: int, n_threads: int) -> tuple[Floats, float]:
+        """Return the weights of edges as in `build_point_graph`, for `n_regions`, and their unit.
+
+        Raises a MeshError if all points are at one position.
+        """
+        check_length(areas, len(self.positions), "areas", "point")
+        bounds = np.array([self.positions.min(axis=0), self.positions.max(axis=0)])
+        check_spread(bounds)
+        graph = PointGraph(
+            self.positions, areas, self.normals, self.offsets, self.neighbors,
+            np.arange(len(areas), dtype=np.int32), bounds,
+        )  # fmt: skip
+        radius = float(np.sqrt(areas.sum() / (np.pi * n_regions)))
+        return creases_of(point_surface(graph, n_threads), radius, 0.0), graph.diagonal
 
 
 class _Regions(NamedTuple):
@@ -34,13 +95,11 @@ class _Regions(NamedTuple):
 
 
 def crease_labels(
-    cells: Any, labels: Ints, n_labels: int, n_threads: int, *, least: int = 1, merge: bool = False
+    cells: Any, labels: Ints, n_labels: int, n_threads: int, *, least: int = 1
 ) -> Ints:
     """Convert labels of cells to labels of vertices by the method "creases" of `vertex_labels`.
 
-    The cells must have corners, and their labels must be from -1 to `n_labels` - 1. If `merge` is
-    true, a region that cannot grow to `least` vertices is merged with a neighboring region. The
-    resulting region gets the lower of the two labels.
+    The cells must have corners, and their labels must be from -1 to `n_labels` - 1.
     """
     found = np.full(cells.n_vertices, -1, np.int32)
     if labels.max() < 0:
@@ -48,15 +107,14 @@ def crease_labels(
     cells, labels = _labeled_part(cells, labels)
     lowest = lowest_vertices(cells.vertices, True, n_threads)
     corners = corners_in(cells)
-    graph = vertex_graph(cells, lowest, n_threads)
-    edges = VertexEdges(*graph[:2], cells.vertices, mean_normals(cells, lowest))
+    edges = VertexEdges.of_mesh(cells, lowest, n_threads)
     welded = Corners(lowest[corners.vertices], corners.size, corners.offsets)
     regions = _Regions(cells, welded, labels, n_labels)
     of_positions = _labels_along_creases(edges, regions, n_threads)
     is_used = np.zeros(cells.n_vertices, bool)
     is_used[corners.vertices] = True
     counts = np.bincount(lowest[is_used], minlength=cells.n_vertices).astype(np.int32)
-    of_positions = large_regions(edges, of_positions, counts, least, merge=merge)
+    of_positions = edges.grown(of_positions, counts, least)
     found[is_used] = of_positions[lowest[is_used]]
     return found
 
@@ -68,23 +126,6 @@ def corners_in(cells: Any) -> Corners:
     if corners is None:
         raise MeshError(f"labels of vertices need a mesh, got {kind.plural} without vertices")
     return corners
-
-
-def large_regions(
-    edges: VertexEdges, labels: Ints, counts: Ints, least: int, *, merge: bool
-) -> Ints:
-    """Grow regions of vertices to `least` vertices, and return the new labels of all vertices.
-
-    A small region takes vertices from neighboring regions, as long as these stay connected and keep
-    `least` vertices. A region that cannot get enough vertices does not change or, if `merge` is
-    true, is merged with a neighboring region. `counts` is the number of mesh vertices at each
-    welded vertex. All vertices with edges must have a label >= 0.
-    """
-    if least < 2:
-        return labels
-    size = (counts, int(labels.max()) + 1, least)
-    labels = _core.grow_small_regions(*edges, labels, *size)
-    return _core.merge_small_regions(*edges, labels, *size) if merge else labels
 
 
 def _labeled_part(cells: Any, labels: Ints) -> tuple[Any, Ints]:
@@ -122,7 +163,7 @@ def _majority(regions: _Regions, n_vertices: int, n_threads: int) -> Majority:
     """
     vertices, sizes = regions.corners.vertices, regions.corners.sizes
     of_corners = np.repeat(regions.labels, sizes)
-    areas = np.repeat(measures_of(regions.cells, n_threads), sizes)
+    areas = np.repeat(kind_of(regions.cells).measures(regions.cells, n_threads), sizes)
     winners, is_divided = weighted_majority(vertices, of_corners, areas, n_vertices)
     winners = _core.share_vertices(vertices, of_corners, winners, regions.n, n_threads)
     return Majority(winners, is_divided)

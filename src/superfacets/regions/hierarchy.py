@@ -18,7 +18,7 @@ from ..base.checks import VALUE_RANGE, checked_choice, checked_count, checked_th
 from ..base.errors import IslandWarning
 from ..base.options import ISLANDS, Islands
 from ..base.types import Floats, Ints
-from ..cleanup.edit import read_regions, surface_of_labeled
+from ..cleanup.edit import read_labeled
 from ..clustering.result import Segmentation
 from ..clustering.run import segment_graph
 from ..graph.cell_graph import CellGraph
@@ -27,7 +27,7 @@ from ..mesh.convert import MeshLike
 from ..pipeline import segment
 from ..stages.prepare import read_with_features
 from ..weights.features import FeatureOptions
-from .merge_tree import MergeTree, checked_cut, merge_neighbors
+from .merge_tree import merge_neighbors
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,15 +61,15 @@ class Hierarchy:
     costs: Floats = field(repr=False)
     segmentation: Segmentation | None = field(default=None, repr=False)
 
-    @property
+    @cached_property
     def n_finest(self) -> int:
         """Number of regions before the first merge, K, and largest valid argument of `cut`."""
-        return self._tree.n_regions
+        return int(self.finest.max()) + 1
 
     @property
     def n_fewest(self) -> int:
         """Number of regions after all merges, and smallest valid argument of `cut`."""
-        return self._tree.n_fewest
+        return self.n_finest - len(self.children)
 
     @cached_property
     def levels(self) -> list[Ints]:
@@ -84,16 +84,35 @@ class Hierarchy:
         equals ``levels[i + 1]``.
         """
         found = []
-        at_all = [self._tree.regions_at(n) for n in self.counts]
+        at_all = [self._regions_at(n) for n in self.counts]
         for n, fine, coarse in zip(self.counts, at_all, at_all[1:], strict=False):
             parents = np.empty(n, np.int32)
             parents[fine] = coarse
             found.append(parents)
         return found
 
-    @cached_property
-    def _tree(self) -> MergeTree:
-        return MergeTree(int(self.finest.max()) + 1, self.children, self.costs)
+    def _regions_at(self, n: int, name: str = "n") -> Ints:
+        """Return the label, 0 to n - 1, of each of the K regions if they are merged to n regions.
+
+        The n regions are numbered in the order of their lowest regions among the K regions. Raises
+        a ValueError with the `name` of n if merges cannot result in n regions.
+        """
+        n = checked_count(n, name, self.n_finest, "regions on the finest level")
+        if n < self.n_fewest:
+            raise ValueError(
+                f"{name} must be at least {self.n_fewest} because the last regions have no"
+                f" neighbors, got {n}: without barriers, islands='nearest' also merges across gaps"
+            )
+        merged = self.children[: self.n_finest - n]
+        parents = np.arange(self.n_finest + len(merged))
+        parents[merged.ravel()] = self.n_finest + np.repeat(np.arange(len(merged)), 2)
+        while not np.array_equal(above := parents[parents], parents):
+            parents = above  # pointer jumping: each pass halves the distance to the roots
+        roots = parents[: self.n_finest]
+        _, lowest, inverse = np.unique(roots, return_index=True, return_inverse=True)
+        ranks = np.empty(n, np.int32)
+        ranks[np.argsort(lowest)] = np.arange(n)
+        return ranks[inverse]
 
     def cut(self, n: int) -> Ints:
         """Return the labels of the level with n regions.
@@ -114,8 +133,7 @@ class Hierarchy:
         ValueError, TypeError
             If n is out of range or not an integer.
         """
-        n = checked_cut(n, "n", self._tree)
-        return np.append(self._tree.regions_at(n), np.int32(-1))[self.finest]
+        return np.append(self._regions_at(n), np.int32(-1))[self.finest]
 
     def __repr__(self) -> str:
         counts = ", ".join(map(str, self.counts))
@@ -253,17 +271,17 @@ def hierarchy(
         found = _finest(source, wanted[0], weld, options)
         labels = found.labels
     with _core.Workspace():  # all steps share the threads of the workspace
-        graph, surface = surface_of_labeled(source, labels, weld, threads)
-        costs, regions, n_regions = read_regions(surface, labels)
-        table = _checked_features(given.table(source, surface.measures))
+        graph, costs, regions, n_regions = read_labeled(source, labels, None, weld, threads)
+        table = _checked_features(given.table(source, costs.surface.measures))
         cut = constraints.cut(source, graph, weld=weld, n_threads=threads)
         if cut is not None:
             _check_sides(regions, cut.groups)
             costs = costs.of_cut(cut)
-        tree = merge_neighbors(costs, regions, n_regions, table, islands)
-    for count in wanted:
-        checked_cut(count, "each number in counts", tree)
-    return Hierarchy(wanted, regions, tree.children, tree.costs, found)
+        merges = merge_neighbors(costs, regions, n_regions, table, islands)
+    nested = Hierarchy(wanted, regions, *merges, found)
+    for count in (wanted[0], wanted[-1]):
+        nested._regions_at(count, "each number in counts")
+    return nested
 
 
 def _read(

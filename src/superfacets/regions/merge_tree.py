@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from .. import _core
-from ..base.checks import checked_count
 from ..base.types import Floats, Ints
 from ..cleanup.edit import BorderCosts
 from ..graph.sums import sums_by_label
@@ -32,65 +31,13 @@ open length. The open length is the sum of the edge lengths, where edges in crea
 shorter."""
 
 
-@dataclass(frozen=True, eq=False)
-class MergeTree:
-    """Binary tree of M merges of K regions. Merges are numbered in the order of execution.
-
-    Attributes
-    ----------
-    n_regions : int
-        Number of regions before the first merge, K.
-    children : ndarray of int32, shape (M, 2)
-        The two nodes that each merge joins, the lower node first. Nodes 0 to K - 1 are the regions.
-        Node K + m is the result of merge m.
-    costs : ndarray of float64, shape (M,)
-        Cost of each merge. A merge usually costs more than the merge before.
-    """
-
-    n_regions: int
-    children: Ints
-    costs: Floats
-
-    @property
-    def n_fewest(self) -> int:
-        """Number of regions after all merges."""
-        return self.n_regions - len(self.children)
-
-    def regions_at(self, n: int) -> Ints:
-        """Return the label, 0 to n - 1, of each of the K regions if they are merged to n regions.
-
-        The n regions are numbered in the order of their lowest regions among the K regions.
-        """
-        n_merges = self.n_regions - n
-        parents = np.arange(self.n_regions + n_merges)
-        merged = self.children[:n_merges]
-        parents[merged.ravel()] = self.n_regions + np.repeat(np.arange(n_merges), 2)
-        while not np.array_equal(above := parents[parents], parents):
-            parents = above  # pointer jumping: each pass halves the distance to the roots
-        roots = parents[: self.n_regions]
-        _, lowest, inverse = np.unique(roots, return_index=True, return_inverse=True)
-        ranks = np.empty(n, np.int32)
-        ranks[np.argsort(lowest)] = np.arange(n)
-        return ranks[inverse]
-
-
-def checked_cut(n: int, name: str, tree: MergeTree) -> int:
-    """Return n as an int; raise a ValueError if merges cannot result in n regions."""
-    count = checked_count(n, name, tree.n_regions, "regions on the finest level")
-    if count < tree.n_fewest:
-        raise ValueError(
-            f"{name} must be at least {tree.n_fewest} because the last regions have no neighbors,"
-            f" got {count}: without barriers, islands='nearest' also merges across gaps"
-        )
-    return count
-
-
 def merge_neighbors(
     costs: BorderCosts, labels: Ints, n_regions: int, features: Floats | None, islands: str
-) -> MergeTree:
+) -> tuple[Ints, Floats]:
     """Repeatedly merge the two neighbors with the lowest merge cost, until no neighbors are left.
 
-    If `islands` is "nearest", regions at the gaps of `_gaps_between` are neighbors, too.
+    Returns the two nodes that each merge joins, (M, 2), and its cost, (M,); see `Hierarchy`. If
+    `islands` is "nearest", regions at the gaps of `_gaps_between` are neighbors, too.
     """
     surface = costs.surface
     is_kept = labels >= 0
@@ -110,7 +57,7 @@ def merge_neighbors(
     children, merge_costs = _core.merge_tree(
         areas, centroids, table, *borders, MERGE_CREASE_WEIGHT, surface.dimension
     )
-    return MergeTree(n_regions, children.reshape(-1, 2), merge_costs)
+    return children.reshape(-1, 2), merge_costs
 
 
 def _borders_of(costs: BorderCosts, labels: Ints, n_regions: int) -> Borders:

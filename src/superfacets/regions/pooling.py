@@ -17,16 +17,17 @@ from ..base.checks import (
     checked_partial_labels,
     checked_threads,
     counted,
+    ranked_labels,
     refuse_first,
     refuse_mask,
 )
 from ..base.types import Array, Floats, Ints, Longs
 from ..graph.cell_graph import CellGraph
-from ..graph.kinds import as_known, measures_of
+from ..graph.kinds import as_known, kind_of
 from ..graph.sums import weighted_majority
 from ..mesh.base import Cells
 from ..mesh.convert import MeshLike
-from .vertices import corner_groups
+from .crease_labels import corners_in
 
 Pooling = Literal["mean", "sum", "max", "min", "majority"]
 _POOLINGS = ("mean", "sum", "max", "min", "majority")
@@ -247,12 +248,9 @@ class _Members:
 
 
 def _members_of(
-    values: Array,
-    labels: Ints,
-    n_regions: int,
-    weights: Floats | None,
+    values: Array, labels: Ints, n_regions: int, weights: Floats | None,
     source: Cells | CellGraph | None,
-) -> _Members:
+) -> _Members:  # fmt: skip
     """Return the members of all regions, sorted by region.
 
     Members are cells or, if `values` has one row per vertex, corners of cells.
@@ -266,18 +264,16 @@ def _members_of(
                 f"values must have one row per cell ({len(labels)}){vertices}, got"
                 f" {counted(len(values), 'row')}"
             )
-        rows, sizes = corner_groups(source)
+        corners = corners_in(source)
+        rows, sizes = corners.vertices, corners.sizes
         labels = np.repeat(labels, sizes)
         weights = None if weights is None else np.repeat(weights / sizes, sizes)
     order = np.argsort(labels, kind="stable")[np.count_nonzero(labels < 0) :]
     sorted_labels = labels[order]
     starts = np.concatenate([[0], np.cumsum(np.bincount(sorted_labels, minlength=n_regions))])
-    return _Members(
-        sorted_labels,
-        order if rows is None else rows[order],
-        None if weights is None else weights[order],
-        starts.astype(np.int64),
-    )
+    weights = None if weights is None else weights[order]
+    rows = order if rows is None else rows[order]
+    return _Members(sorted_labels, rows, weights, starts.astype(np.int64))
 
 
 def _means(table: Array, members: _Members) -> Floats:
@@ -325,7 +321,8 @@ def _extremes(operation: np.ufunc, table: Array, members: _Members) -> Array:
 
 def _majorities(column: Array, members: _Members) -> Array:
     """Return the value with the largest total weight in each region, or -1 if all values are -1."""
-    votes, names = _codes(column[members.rows])
+    values = column[members.rows]
+    votes, names = ranked_labels(values if values.itemsize > 2 else values.astype(np.int32))
     regions, weights = members.regions, members.weights
     if weights is None:
         weights = np.ones(len(votes))
@@ -333,23 +330,8 @@ def _majorities(column: Array, members: _Members) -> Array:
     if not is_known.all():
         regions, votes, weights = regions[is_known], votes[is_known], weights[is_known]
     winners = weighted_majority(regions, votes, weights, members.n_regions).winners
-    return winners.astype(column.dtype) if names is None else names[winners]
-
-
-def _codes(values: Array) -> tuple[Ints, Array | None]:
-    """Encode integers as int32 codes, and return the codes and a table that maps codes to values.
-
-    The code of -1 is -1. All other codes have the same order as the values. The table is None if
-    the codes equal the values.
-    """
-    low, high = (int(values.min()), int(values.max())) if len(values) else (0, 0)
-    if low >= -1 and high <= np.iinfo(np.int32).max:
-        return values.astype(np.int32), None
-    names, codes = np.unique(values, return_inverse=True)
-    if low < 0:
-        codes[values == -1] = -1
-        names = np.append(names, -1)  # so that names[code] is -1 for code -1
-    return codes.astype(np.int32), names
+    names = np.append(names.astype(column.dtype), np.array([-1]).astype(column.dtype))
+    return names[winners]
 
 
 def _checked_values(values: npt.ArrayLike, how: str) -> Array:
@@ -387,7 +369,7 @@ def _weights_of(
     threads = checked_threads(None)
     if measures is not None:
         return checked_nonnegative_array(measures, n_cells, "measures", "cell", threads)
-    return None if source is None else measures_of(source, threads)
+    return None if source is None else kind_of(source).measures(source, threads)
 
 
 def _checked_fill(fill: Any, dtype: np.dtype[Any]) -> Array:

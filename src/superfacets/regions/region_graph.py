@@ -126,6 +126,11 @@ class RegionGraph:
     )  # fmt: skip
     """Names of the columns of ``x`` in the result of `to_pyg`."""
 
+    @classmethod
+    def of_surface(cls, surface: Surface, labels: npt.ArrayLike) -> RegionGraph:
+        """Return the result of `region_graph` for cells whose `Surface` is known."""
+        return region_graph_of(surface, *checked_regions(labels, surface.n_cells))
+
     @property
     def n_regions(self) -> int:
         """Number of regions, K."""

@@ -74,7 +74,7 @@ def submesh(cells: MeshLike, labels: npt.ArrayLike, region: int) -> Submesh:
     number = operator.index(region)
     if not 0 <= number < n_regions:
         raise ValueError(f"region must be 0 to {n_regions - 1}, got {number}")
-    return Splitter(whole).named_part(np.flatnonzero(array == number).astype(np.int32), number)
+    return part_of(whole, np.flatnonzero(array == number).astype(np.int32), number)
 
 
 def split_regions(cells: MeshLike, labels: npt.ArrayLike) -> Iterator[Submesh]:
@@ -108,15 +108,14 @@ def split_regions(cells: MeshLike, labels: npt.ArrayLike) -> Iterator[Submesh]:
     order = np.argsort(array, kind="stable").astype(np.int32)
     starts = np.searchsorted(array[order], np.arange(n_regions + 1))
     if kind_of(whole).corners(whole) is None:
-        splitter = Splitter(whole)
-        return (splitter.part(order[a:b]) for a, b in pairwise(starts))
+        return (part_of(whole, order[a:b], i) for i, (a, b) in enumerate(pairwise(starts)))
     return _all_parts(whole, order[starts[0] :], starts - starts[0])
 
 
 def _all_parts(whole: Any, order: Ints, starts: Longs) -> Iterator[Submesh]:
     """Yield the parts of a mesh. The cells of part i are ``order[starts[i]:starts[i + 1]]``.
 
-    This function is faster than a `Splitter`, because it renumbers the vertices of all parts in one
+    This function is faster than `part_of`, because it renumbers the vertices of all parts in one
     operation.
     """
     kind = kind_of(whole)
@@ -134,12 +133,11 @@ def _all_parts(whole: Any, order: Ints, starts: Longs) -> Iterator[Submesh]:
     with np.errstate(over="ignore"):
         sizes = (bounds[:, 1] - bounds[:, 0]).max(axis=1)
     has_extent = (sizes >= EXTENT_RANGE[0]) & (sizes <= EXTENT_RANGE[1])
-    splitter = Splitter(whole)
     for part, ((a, b), (low, high)) in enumerate(
         zip(pairwise(starts.tolist()), pairwise(firsts.tolist()), strict=True)
     ):
         if not has_extent[part]:
-            yield splitter.named_part(order[a:b], part)  # always raises a MeshError
+            yield part_of(whole, order[a:b], part)  # always raises a MeshError
             continue
         ends = offsets[a : b + 1]
         mesh = kind.with_corners(
@@ -149,31 +147,20 @@ def _all_parts(whole: Any, order: Ints, starts: Longs) -> Iterator[Submesh]:
         yield Submesh(mesh, order[a:b].copy(), vertices[low:high].copy())
 
 
-class Splitter:
-    """Extracts parts of a mesh. A part of n cells takes O(n log n) time."""
+def part_of(whole: Any, cells: Ints, region: int) -> Submesh:
+    """Return the part of a mesh or cloud made of `cells`, whose indices must be ascending.
 
-    def __init__(self, whole: Any) -> None:
-        self._whole = whole
-        self._corners = kind_of(whole).corners(whole)
-        n_vertices = 0 if self._corners is None else whole.n_vertices
-        # (V,) index in the current part of each vertex; undefined for vertices outside the part.
-        self._numbers = np.empty(n_vertices, dtype=np.int32)
-
-    def part(self, cells: Ints) -> Submesh:
-        """Return the part made of `cells`, whose indices must be in ascending order."""
-        whole = self._whole
-        kind = kind_of(whole)
-        if self._corners is None:
-            return Submesh(kind.part(whole, cells), cells, cells)
-        corners, offsets = self._corners.of(cells)
-        vertices = np.unique(corners)
-        self._numbers[vertices] = np.arange(len(vertices), dtype=np.int32)
-        points, numbers = whole.vertices[vertices], self._numbers[corners]
-        return Submesh(kind.with_corners(whole, points, numbers, offsets), cells, vertices)
-
-    def named_part(self, cells: Ints, region: int) -> Submesh:
-        """Return the part made of `cells`; the message of a MeshError contains `region`."""
-        try:
-            return self.part(cells)
-        except MeshError as error:  # raised if all vertices have the same position
-            raise MeshError(f"region {region}: {error}") from None
+    The message of a MeshError contains `region`. Time is O(n log n) for n cells.
+    """
+    kind = kind_of(whole)
+    corners = kind.corners(whole)
+    if corners is None:
+        return Submesh(kind.part(whole, cells), cells, cells)
+    of_cells, offsets = corners.of(cells)
+    vertices, numbers = np.unique(of_cells, return_inverse=True)
+    points = whole.vertices[vertices]
+    try:
+        part = kind.with_corners(whole, points, numbers.astype(np.int32), offsets)
+    except MeshError as error:  # raised if all vertices have the same position
+        raise MeshError(f"region {region}: {error}") from None
+    return Submesh(part, cells, vertices)

@@ -12,12 +12,11 @@ from ..base.checks import (
     checked_classes,
     checked_count,
     checked_threads,
-    checked_vertex_classes,
     ranked_labels,
 )
 from ..base.types import Ints, Longs
 from ..graph.corner_labels import labels_of_corners
-from ..graph.kinds import kind_of, measures_of
+from ..graph.kinds import kind_of
 from ..graph.sums import weighted_majority
 from ..mesh.convert import MeshLike, as_cells
 from .crease_labels import corners_in, crease_labels
@@ -117,12 +116,13 @@ def vertex_labels(
         )
     if kind_of(cells).are_points:
         return array
-    vertices, sizes = corner_groups(cells)
+    corners = corners_in(cells)
+    vertices, sizes = corners.vertices, corners.sizes
     if method == "creases":
         ranks, names = ranked_labels(array)
         found = crease_labels(cells, ranks, len(names), threads, least=least)
         return np.append(names, -1).astype(np.int32)[found]
-    weights = np.repeat(measures_of(cells, threads), sizes)
+    weights = np.repeat(kind_of(cells).measures(cells, threads), sizes)
     of_corners = np.repeat(array, sizes)
     if array.min() < 0:
         kept = of_corners >= 0
@@ -169,7 +169,7 @@ def face_labels(mesh: MeshLike, vertex_labels: npt.ArrayLike) -> Ints:
     """
     cells: Any = as_cells(mesh)
     n_vertices = cells.n_cells if kind_of(cells).are_points else cells.n_vertices
-    array = checked_vertex_classes(vertex_labels, n_vertices, "vertex_labels")
+    array = checked_classes(vertex_labels, n_vertices, "vertex_labels", "vertex")
     return labels_of_corners(cells, array).astype(np.int32)
 
 
@@ -184,18 +184,7 @@ def vertex_ids(cells: Any, labels: npt.NDArray[np.integer[Any]]) -> Longs:
     ranks, names = ranked_labels(labels)
     threads = checked_threads(None)
     found = crease_labels(cells, ranks, len(names), threads, least=MIN_IN_FILES)
-    return with_unused(found, names)
-
-
-def with_unused(labels: Ints, names: npt.NDArray[np.integer[Any]]) -> Longs:
-    """Return ``names[labels]``, but replace each label -1 by a unique id above all names."""
-    ids = names.astype(np.int64)[labels]
-    unused = np.flatnonzero(labels < 0)
+    ids = names.astype(np.int64)[found]
+    unused = np.flatnonzero(found < 0)
     ids[unused] = int(names[-1]) + 1 + np.arange(len(unused))
     return ids
-
-
-def corner_groups(cells: Any) -> tuple[Ints, Longs | int]:
-    """Return the vertices at the corners of all cells, and the number of corners of each cell."""
-    corners = corners_in(cells)
-    return corners.vertices, corners.sizes

@@ -94,7 +94,9 @@ def _sized(
     Issues a BalanceWarning if sizes are exact and some regions are disconnected.
     """
     labels, centers = settle(costs, result.labels, result.centers, goals, smoothing)
-    n_extra = costs.surface.extra_pieces(labels, len(centers)) if goals.is_exact else 0
+    n_extra = 0
+    if goals.is_exact:
+        n_extra = int(costs.surface.components(labels).max()) + 1 - len(centers)
     if n_extra > 0:
         note = (
             f"some regions are disconnected, with {counted(n_extra, 'extra piece')}: no connected"
@@ -120,12 +122,9 @@ def _cleaned(
             costs, result.labels, result.n_segments, options.min_size, options.islands, groups
         )
         result = replace(
-            result,
-            labels=edit.labels,
-            centers=result.centers[edit.sources],
-            n_merged=edit.n_joined,
-            n_islands=edit.n_islands,
-        )
+            result, labels=edit.labels, centers=result.centers[edit.sources],
+            n_merged=edit.n_joined, n_islands=edit.n_islands,
+        )  # fmt: skip
     if options.smooth:
         sizes = None if goals is None else goals[:2]
         labels = straighten(costs, result.labels, result.centers, smoothing, sizes)
@@ -162,12 +161,9 @@ def finish(
     if "regions" in timings:
         timings["regions"] = timings.pop("regions")  # moved to the end: this stage runs last
     result = replace(
-        result,
-        sliver_share=planned.sliver_share,
-        timings=timings,
-        params=weighed.options.params(result),
-        cells=source,
-    )
+        result, sliver_share=planned.sliver_share, timings=timings,
+        params=weighed.options.params(result), cells=source,
+    )  # fmt: skip
     note = radius_note(result)
     if note is not None:
         warnings.warn(note, RadiusWarning, stacklevel=5)

@@ -17,7 +17,8 @@ from ..clustering.plan import Plan
 from ..graph.cell_graph import BaseGraph
 from ..graph.constraints import ConstraintOptions
 from ..graph.face_graph import FaceShapes
-from ..graph.kinds import Kind, OrderedCells, kind_of
+from ..graph.kinds import Kind, OrderedCells, graph_and_surface, kind_of
+from ..graph.surface import Surface
 from ..mesh.base import Cells
 from ..mesh.convert import MeshLike, as_cells
 from ..mesh.denoising import STEPS_WITH_SLACK, Denoise, Roughness, slack_of, smoothed
@@ -33,7 +34,7 @@ _FEATURES = "superfacets.files.named_features:features_of"
 class Prepared:
     """A mesh or cloud and the graph of its cells, prepared once for several calls of `segment`.
 
-    `segment` accepts a `Prepared` in place of the mesh and returns the same labels. In this case,
+    Apps that segment a mesh often pass it to `segment` in place of the mesh; labels are equal. Then
     `weld` has no effect, `denoise` must be ``"auto"`` or `n_steps`, and `features` must be numbers.
     If the cells are sorted (`order` is not None), arrays of weights are not accepted, and
     `radius_factor` only for points. `cells`, `graph`, `shapes` and `order` have the same meaning as
@@ -88,6 +89,12 @@ class Prepared:
                 denoised, made = smoothed_in(n_steps)
             slack = slack_of(n_steps, is_regular=roughness.is_regular)
         return cls(source, denoised, n_steps, slack, kind, *made)
+
+    def surface(self, *, weld: bool, n_threads: int) -> Surface:
+        """Return the `Surface` of `source`, whose cells are in the order of the caller."""
+        if self.order is not None or self.n_steps:
+            return graph_and_surface(self.source, weld, n_threads)[1]
+        return self.kind.surface(self.source, self.graph, n_threads)
 
     def given_measures(self, n_threads: int) -> Floats:
         """Return the areas or volumes of the cells before the mesh was smoothed, (N,)."""
@@ -171,12 +178,9 @@ def plan_regions(prepared: Prepared, options: SegmentOptions, clock: Clock) -> P
     n_threads = options.loop.n_threads
     with clock.timed("face_graph", begins=False):
         cut = options.constraints.cut(
-            prepared.denoised,
-            prepared.graph,
-            weld=options.weld,
-            n_threads=n_threads,
+            prepared.denoised, prepared.graph, weld=options.weld, n_threads=n_threads,
             order=prepared.order,
-        )
+        )  # fmt: skip
         measures = prepared.given_measures(n_threads)
         sizes = SizeRules.of(options.balance, prepared.graph, cut, prepared.order, measures)
         size = options.size if sizes is None else sizes.asked(options.size)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..base.checks import checked_count, checked_number, checked_threads
-from ..graph.cell_graph import ArcMeasures, CellGraph
+from ..graph.cell_graph import CellGraph
 from ..graph.point_graph import CUTOFF, N_NEIGHBORS, find_point_graph, point_surface
 from ..graph.surface import NO_NORMALS
 from ..mesh.convert import CloudLike, as_cloud
@@ -110,5 +110,5 @@ def build_point_graph(
         weights_of(surface, cells, factors),
         graph.bounds,
         weight_unit=graph.diagonal,
-        arc_measures=ArcMeasures(*surface.handle.arc_measures(threads)),
+        arc_measures=surface.arc_measures(),
     )

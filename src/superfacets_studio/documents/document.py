@@ -13,17 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from superfacets import _core
-from superfacets.kit import (
-    Cells,
-    Floats,
-    Ints,
-    atomic_outputs,
-    checked_threads,
-    counted,
-    kind_of,
-)
-from superfacets.metrics.overlap import weights_of_cells
+from superfacets.kit import Cells, Floats, Ints, atomic_outputs, checked_threads, counted, kind_of
 
 from ..labels.classes import (
     CLASSES_FILE,
@@ -242,10 +232,7 @@ class Document:
             is_in = (self.state.classes == class_id) & (self.state.objects == object_id)
             if not class_id or not is_in.any():
                 raise ValueError(f"there is no object {object_id} of class {class_id}")
-            surface = self.segmenter.surface
-            pieces, _ = _core.find_components(
-                surface.offsets, surface.neighbors, is_in.astype(np.int32)
-            )
+            pieces = self.segmenter.surface.components(is_in.astype(np.int32))
             cells = np.flatnonzero(is_in)
             ids, ranks = np.unique(pieces[cells], return_inverse=True)
             if object_id and len(ids) == 1:
@@ -420,7 +407,9 @@ class Document:
 
         Raises ValueError if `compare` was not called before.
         """
-        return agreement(self.state, self._compared(), weights_of_cells(self.cells))
+        are_points = kind_of(self.cells).are_points  # points are counted
+        areas = np.ones(self.n_cells) if are_points else self.areas
+        return agreement(self.state, self._compared(), areas)
 
     def differing(self) -> CellNumbers:
         """Return the indices of cells that are labeled in both work files, but differently."""

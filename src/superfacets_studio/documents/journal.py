@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import Any
 
 from superfacets import MeshError
-from superfacets.files.atomic import lock_file
 from superfacets.kit import open_own
 
 FORMAT = "superfacets studio"
@@ -60,9 +59,12 @@ class Journal:
         if it is not a work file or was written by a later version, or if a line before the last
         line is damaged. Raises OSError if the file cannot be read or written.
         """
-        file = open_own(path, os.O_RDWR | os.O_CREAT | os.O_APPEND)
+        busy = f"{path}: another studio has this work file open"
         try:
-            lock_file(file, path, f"{path}: another studio has this work file open")
+            file = open_own(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, busy)
+        except ValueError as error:
+            raise JournalError(str(error)) from None
+        try:
             with os.fdopen(file, "rb", closefd=False) as reader:
                 reader.seek(0)
                 data = reader.read()

@@ -7,13 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from superfacets import MeshError, Texture
+from superfacets import Texture
 from superfacets.kit import (
     Bytes,
     Cells,
-    cell_ending,
     kind_of,
-    parse_cells_and_attributes,
+    read_cells_and_attributes,
     read_content,
     stored_colors,
 )
@@ -40,10 +39,7 @@ class Source:
         """Read an input file; raise a MeshError or OSError if this fails."""
         seen = _stamp(path)
         content = read_content(path)
-        try:
-            cells, attributes = parse_cells_and_attributes(content, cell_ending(path), path.parent)
-        except MeshError as error:
-            raise MeshError(f"{path}: {str(error).removeprefix(f'{path}: ')}") from None
+        cells, attributes = read_cells_and_attributes(path, content)
         texture = None if attributes is None else attributes.texture
         colors = stored_colors(cells, attributes)
         digest = hashlib.sha256(content).hexdigest()

@@ -14,14 +14,21 @@ from typing import Any
 import numpy as np
 
 from superfacets import split_regions, vertex_labels, write_mesh
-from superfacets.files.formats import WRITERS
-from superfacets.kit import Array, Bools, Ints, atomic_outputs, kind_of, write_rows
+from superfacets.kit import Array, Bools, Ints, atomic_outputs
 from superfacets_scans import GROUPS, SEGMENTS, scene_of, write_groups, write_segments
 
 from ..documents.document import Document
 from ..labels.classes import INSTANCES, stuff_of
 
 FORMATS = ("json", "npz", "csv", "aggregation.json", "segs.json", "zip")
+
+FORMATS_OF_KIND = {
+    "triangles": ("ply", "obj", "off", "glb", "vtp"),
+    "polygons": ("ply", "obj", "off", "glb", "vtp"),
+    "tets": ("vtu", "vtk"),
+    "points": ("ply", "csv", "las", "laz"),
+}
+"""Formats of meshes and clouds, the default first, for each kind of cells."""
 
 PAIRED = {"aggregation.json": "segs.json", "segs.json": "aggregation.json"}
 """Two formats of ScanNet whose files belong together, each mapped to the other. One file contains
@@ -134,7 +141,9 @@ def _write_table(document: Document, temporary: Path, path: Path) -> None:
     columns = {"cell": np.arange(document.n_cells), **_columns(document)}
     with temporary.open("wb") as file:
         file.write(",".join(columns).encode("ascii") + b"\n")
-        write_rows(file, ",".join(["%d"] * len(columns)) + "\n", list(columns.values()))
+        row = b",".join([b"%d"] * len(columns)) + b"\n"
+        numbers = (column.tolist() for column in columns.values())
+        file.writelines(row % values for values in zip(*numbers, strict=True))
 
 
 def _segments(document: Document) -> tuple[Ints, Ints]:
@@ -168,7 +177,7 @@ def _write_groups(document: Document, temporary: Path, path: Path) -> None:
 def _write_meshes(document: Document, temporary: Path, path: Path) -> None:
     instances = document.instances
     objects = objects_of(document, instances)
-    ending = next(iter(WRITERS[kind_of(document.cells).name]))
+    ending = f".{FORMATS_OF_KIND[document.source.kind][0]}"
     ranks = np.searchsorted([one.instance for one in objects], instances)
     labels = np.where(instances > 0, ranks, -1).astype(np.int32)
     with zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED) as archive:

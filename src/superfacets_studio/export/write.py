@@ -14,24 +14,18 @@ from typing import Any
 import numpy as np
 
 from superfacets import MeshAttributes, kit, vertex_labels, write_labels, write_mesh
-from superfacets.files.writers.cells import CLASS_OUTPUTS
-from superfacets.kit import ENDING_OF_FORMAT, MARK, Bytes, Floats, Ints
+from superfacets.kit import Bytes, Floats, Ints
 from superfacets_scans import NO_CLASS
 
 from ..documents.document import Document, work_file_of
 from ..labels.classes import names_of
 from ..regions.revisions import Revision
-from .objects import FORMATS, PAIRED, vertex_instances, write_objects
+from .objects import FORMATS, FORMATS_OF_KIND, PAIRED, vertex_instances, write_objects
 
 _GRAY = (190, 190, 190)
 
 _LISTS = ("npy", "seg", "txt")
-_OF_KIND = {
-    "triangles": ("ply", "obj", "off", "glb", "vtp"),
-    "polygons": ("ply", "obj", "off", "glb", "vtp"),
-    "tets": ("vtu", "vtk"),
-    "points": ("ply", "csv", "las", "laz"),
-}
+_NAMED = ("glb", "obj")  # formats that store a class per label
 _COLORED = ("ply", "off", "glb", "vtp", "las", "laz")
 _TEXTURED = (".obj", ".glb")
 
@@ -42,16 +36,19 @@ MARKS = {
     "objects": ".objects",
     "region_classes": ".region-classes",
 }
-"""Marker before the file ending, for each kind of export except regions, which have `MARK`."""
+"""Marker before the file ending, for each kind of export except regions."""
+
+OF_REGIONS = ".superfacets"
+"""Marker in names of regions, as in the results of `superfacets segment`."""
 
 
 def formats_of(kind: str) -> dict[str, list[str]]:
     """Return the available formats of each kind of export, for a kind of cells."""
     of_triangles = ("sstk.json",) if kind == "triangles" else ()
     of_vertices = ("segs.json", "bin", "sp_label.npy")
-    regions = (*_LISTS, *_OF_KIND[kind], *of_vertices, *of_triangles, "npz")
+    regions = (*_LISTS, *FORMATS_OF_KIND[kind], *of_vertices, *of_triangles, "npz")
     return {
-        "cells": [*_LISTS, *_OF_KIND[kind], *of_triangles],
+        "cells": [*_LISTS, *FORMATS_OF_KIND[kind], *of_triangles],
         "objects": list(FORMATS),
         "vertices": [*_LISTS, "segs.json"],
         "instances": ["txt", "npy"],
@@ -77,7 +74,7 @@ def parsed_export(name: str) -> tuple[str, str | None]:
     Names are the ends of the default file names: marker and format. Raises ValueError if there is
     no such kind of export.
     """
-    kinds = {mark[1:]: what for what, mark in {**MARKS, "regions": MARK}.items()}
+    kinds = {mark[1:]: what for what, mark in {**MARKS, "regions": OF_REGIONS}.items()}
     kind, _, format = name.partition(".")
     return kinds[kit.checked_choice(kind, "--export", tuple(kinds))], format or None
 
@@ -100,7 +97,7 @@ def write_export(
     """
     format = format or formats_of(document.source.kind)[what][0]
     path = (folder or document.path.parent) / _name_of(document, what, format)
-    is_ours = any(mark in path.name for mark in (MARK, *MARKS.values()))
+    is_ours = any(mark in path.name for mark in (OF_REGIONS, *MARKS.values()))
     if path.exists() and not is_ours and not replace:
         raise FileExistsError(f"{path.name} exists already, and may come from another tool")
     kit.checked_targets([path])
@@ -142,7 +139,7 @@ def _name_of(document: Document, what: str, format: str) -> str:
     offered = formats_of(document.source.kind)
     kit.checked_choice(what, "what", tuple(offered))
     kit.checked_choice(format, "format", tuple(offered[what]))
-    ending = ENDING_OF_FORMAT.get(format, f".{format}")
+    ending = f"_{format}" if format == "sp_label.npy" else f".{format}"
     stem = _stem_of(document)
     if what == "regions":
         return kit.output_names(stem + document.path.suffix, (ending,))[0]
@@ -175,7 +172,7 @@ def _write_cells(document: Document, format: str, path: Path) -> None:
     if format in (*_LISTS, "sstk.json"):
         write_labels(path, classes)
         return
-    names = _names_of(document, np.unique(classes)) if path.suffix in CLASS_OUTPUTS else None
+    names = _names_of(document, np.unique(classes)) if format in _NAMED else None
     attributes = _attributes_for(document, path)
     is_textured = attributes is not None and attributes.texture is not None
     is_colored = format in _COLORED and not is_textured  # viewers multiply colors with the texture

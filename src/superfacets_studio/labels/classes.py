@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from superfacets.files.attributes import is_encodable
 from superfacets.kit import atomic_outputs, parsed_json
 from superfacets_show import color_distances
 
@@ -65,6 +64,11 @@ ObjectNames = tuple[dict[str, Any], ...]
 
 Paint = npt.NDArray[np.uint32]
 """Class and object of each cell, encoded as one number by `paint_of`."""
+
+
+def is_unicode(text: str) -> bool:
+    """Return whether a text is valid Unicode, without lone surrogates."""
+    return re.search(r"[\ud800-\udfff]", text) is None
 
 
 def paint_of(classes: npt.ArrayLike, objects: npt.ArrayLike = 0) -> Paint:
@@ -221,7 +225,7 @@ def _checked(entry: Any, index: int) -> dict[str, Any]:
     if not isinstance(key, str) or len(key) > 1:
         raise ValueError(f"classes[{index}]: key must be one character, or empty")
     for part, text in (("name", name), ("key", key)):
-        if not is_encodable(text):
+        if not is_unicode(text):
             raise ValueError(f"classes[{index}]: {part} is not valid Unicode: lone surrogate")
     is_stuff = entry.get("stuff", False)
     if not isinstance(is_stuff, bool):
@@ -237,7 +241,7 @@ def with_object_name(
 
     Raises ValueError if the name is too long, is not a string, or is not valid Unicode.
     """
-    if not isinstance(name, str) or not is_encodable(name):
+    if not isinstance(name, str) or not is_unicode(name):
         raise ValueError("the name of an object must be a string of valid Unicode")
     if len(name) > _MAX_NAME:
         raise ValueError(f"the name of an object must have at most {_MAX_NAME} characters")

@@ -13,8 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from superfacets import MeshError, kit, read_labels
-from superfacets.graph.corner_labels import are_of_vertices
-from superfacets.kit import NO_REGION, Bools, Cells, Longs
+from superfacets.kit import Bools, Cells, Longs
 from superfacets_scans import NO_CLASS
 
 from .classes import MAX_CLASS, MAX_OBJECT, ClassList, names_of, stuff_of, with_named, with_new
@@ -107,7 +106,7 @@ def _labels_in(data: bytes, ending: str, cells: Cells) -> Longs:
                 labels = read_labels(path).astype(np.int64)
             except MeshError as error:
                 raise MeshError(str(error).removeprefix(f"{path}: ")) from None
-        return kit.labels_of_corners(cells, labels) if are_of_vertices(labels, cells) else labels
+        return _of_cells(cells, labels)
     document = kit.parsed_json(data)
     if ending in OF_VERTICES:
         return _of_corners(cells, _integers(document["segIndices"], "segIndices"))
@@ -141,6 +140,20 @@ def _integers(values: Any, name: str) -> Longs:
     return array.astype(np.int64)
 
 
+def _of_cells(cells: Any, labels: Longs) -> Longs:
+    """Return labels of cells, also if there is one label per vertex instead of one per cell."""
+    n_vertices = getattr(cells, "n_vertices", None)  # point clouds have no vertices
+    if len(labels) == cells.n_cells:
+        return labels
+    if len(labels) == n_vertices:
+        return kit.labels_of_corners(cells, labels)
+    vertices = "" if n_vertices is None else f" or per vertex ({n_vertices})"
+    raise MeshError(
+        f"labels must have one value per {kit.kind_of(cells).noun} ({cells.n_cells}){vertices},"
+        f" got {kit.counted(len(labels), 'value')}"
+    )
+
+
 def _of_corners(cells: Any, of_vertices: Longs) -> Longs:
     """Return the most frequent label at the corners of each cell; of several, the lowest."""
     n_vertices = cells.n_cells if kit.kind_of(cells).are_points else cells.n_vertices
@@ -150,10 +163,10 @@ def _of_corners(cells: Any, of_vertices: Longs) -> Longs:
 
 def _by_number(labels: Longs, known: ClassList) -> Imported:
     for label in (labels.min(), labels.max()):
-        if not NO_REGION <= label <= MAX_CLASS:
+        if not -1 <= label <= MAX_CLASS:
             raise MeshError(
-                f"label {label} is not a class: classes are 1 to {MAX_CLASS}, and 0 and {NO_REGION}"
-                " mean no class"
+                f"label {label} is not a class: classes are 1 to {MAX_CLASS}, and 0 and -1 mean no"
+                " class"
             )
     classes = np.maximum(labels, 0)
     new = sorted({*np.unique(classes).tolist()} - {0, *names_of(known)})

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from superfacets import _core
 from superfacets.kit import Longs, Surface
 
 from .classes import INSTANCES, MAX_CLASS, ClassList, stuff_of
@@ -93,6 +92,6 @@ def _pieces(imported: Imported, surface: Surface) -> Longs:
     """
     labels = np.zeros(len(surface.offsets) - 1, np.int32)
     labels[imported.cells] = imported.classes
-    pieces, _ = _core.find_components(surface.offsets, surface.neighbors, labels)
+    pieces = surface.components(labels)
     is_whole = np.isin(imported.classes, [0, *stuff_of(imported.class_list)])
     return np.where(is_whole, 0, pieces[imported.cells].astype(np.int64))

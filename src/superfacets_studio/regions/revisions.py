@@ -14,7 +14,6 @@ import numpy.typing as npt
 
 from superfacets import RegionGraph, kit
 from superfacets.kit import Bools, Floats, Ints, Longs, Surface
-from superfacets.regions.region_graph import region_graph_of
 
 MAX_KEPT = 6  # number of most recently used revisions that are kept
 
@@ -89,7 +88,7 @@ class Revision:
     def graph(self, surface: Surface) -> RegionGraph:
         """Return the graph of adjacent regions, which is computed on first use."""
         if self._graph is None:
-            self._graph = region_graph_of(surface, self.labels, self.n_regions)
+            self._graph = RegionGraph.of_surface(surface, self.labels)
         return self._graph
 
 
@@ -142,7 +141,9 @@ def similar_regions(graph: RegionGraph, region: int, tolerance: float) -> list[i
     that are nearly flat if `region` is flat. Raises ValueError or TypeError if the region does not
     exist, or if the tolerance is not between 0 and 1.
     """
-    limit = kit.checked_fraction(tolerance, "tolerance")
+    limit = kit.checked_number(tolerance, "tolerance", zero=True)
+    if limit > 1:
+        raise ValueError(f"tolerance must be from 0 to 1, got {limit}")
     _check_exists(region, graph.n_regions)
     if graph.normal_lengths[region] >= FLAT:
         halves = np.linalg.norm(graph.normals - graph.normals[region], axis=1) / 2.0

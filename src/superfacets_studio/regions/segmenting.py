@@ -12,25 +12,30 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-from superfacets import IslandWarning, Segmentation, SliverWarning, _core, kit, segment
-from superfacets.cleanup.edit import read_regions
-from superfacets.graph.kinds import graph_and_surface
-from superfacets.kit import DEFAULT_N_SEGMENTS, WEIGHTS, Cells, Ints, Surface
-from superfacets.regions.merge_tree import MergeTree, checked_cut, merge_neighbors
-from superfacets.stages.prepare import Prepared
+from superfacets import (
+    Hierarchy,
+    IslandWarning,
+    Segmentation,
+    SliverWarning,
+    hierarchy,
+    kit,
+    segment,
+)
+from superfacets.kit import WEIGHTS, Cells, Ints, Prepared, Surface
 
 MAX_KEPT = 4  # number of cached segmentations, and of cached merge trees
 LEVEL_STEP = 2  # ratio of the numbers of regions of two successive levels
 FEWEST_OFFERED = 4  # minimum number of regions on any level except the finest
 MAX_REGIONS = 20_000  # maximum of the slider; with more, regions would be too small for labeling
 MAX_ALPHA, MAX_RIDGES = 100.0, 1.0
+USUAL_REGIONS = 150  # number of regions of a new work file, the default of `segment`
 
 Parameters = dict[str, Any]
 
 
 def default_parameters(n_cells: int, n_segments: int | None = None) -> Parameters:
     """Return default parameters, with `n_segments` regions if given, but at most `n_cells`."""
-    n = DEFAULT_N_SEGMENTS if n_segments is None else n_segments
+    n = USUAL_REGIONS if n_segments is None else n_segments
     weights = {name: WEIGHTS["parts"].defaults[name] for name in ("alpha", "ridges")}
     return {"n_segments": min(n, n_cells), **weights, "smooth": True, "level": None}
 
@@ -129,7 +134,7 @@ class Segmenter:
 
     source: Cells
     _kept: OrderedDict[tuple[Any, ...], UnsplitRegions] = field(default_factory=OrderedDict)
-    _trees: OrderedDict[tuple[Any, ...], MergeTree] = field(default_factory=OrderedDict)
+    _trees: OrderedDict[tuple[Any, ...], Hierarchy] = field(default_factory=OrderedDict)
     _worker: ThreadPoolExecutor = field(
         default_factory=lambda: ThreadPoolExecutor(1, thread_name_prefix="superfacets-studio")
     )
@@ -144,10 +149,7 @@ class Segmenter:
     @cached_property
     def surface(self) -> Surface:
         """Graph and geometry for borders, merging and splits, with cells in input order."""
-        prepared, n_threads = self.prepared, kit.checked_threads(None)
-        if prepared.order is not None or prepared.n_steps:
-            return graph_and_surface(self.source, True, n_threads)[1]
-        return prepared.kind.surface(self.source, prepared.graph, n_threads)
+        return self.prepared.surface(weld=True, n_threads=kit.checked_threads(None))
 
     def run(self, parameters: Parameters, task: SegmentationTask | None = None) -> UnsplitRegions:
         """Segment with checked parameters; this call cancels the previous call of `run`.
@@ -179,8 +181,11 @@ class Segmenter:
         if level is None:
             return finest
         tree = self._tree(parameters, finest, task)
-        ranks = tree.regions_at(checked_cut(level, "level", tree))
-        return _base_of(ranks[finest.labels], finest.notes)
+        kit.checked_count(level, "level", tree.n_finest, "regions on the finest level")
+        if level < tree.n_fewest:
+            reason = "because the last regions have no neighbors"
+            raise ValueError(f"level must be at least {tree.n_fewest} {reason}, got {level}")
+        return _base_of(tree.cut(level), finest.notes)
 
     def _finest(self, parameters: Parameters, task: SegmentationTask) -> UnsplitRegions:
         key = _key(parameters)
@@ -201,13 +206,11 @@ class Segmenter:
 
     def _tree(
         self, parameters: Parameters, finest: UnsplitRegions, task: SegmentationTask
-    ) -> MergeTree:
+    ) -> Hierarchy:
         key = _key(parameters)
         if key not in self._trees:
             task.on_stage("merging")
-            with _core.Workspace():
-                costs, labels, n_regions = read_regions(self.surface, finest.labels)
-                self._trees[key] = merge_neighbors(costs, labels, n_regions, None, "keep")
+            self._trees[key] = hierarchy(self.source, [finest.n_regions], labels=finest.labels)
             _trim(self._trees)
         self._trees.move_to_end(key)
         return self._trees[key]

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from superfacets.graph.constraints import NO_GROUPS, KeptCells
 from superfacets.kit import Bools, Floats, Ints, Longs, Surface
 
 from ..labels.coding import CellNumbers
@@ -92,12 +91,13 @@ def _region_graph(surface: Surface, cells: CellNumbers) -> _RegionGraph:
     kept = cells[targets] == neighbors
     arcs, sources, targets = arcs[kept], sources[kept], targets[kept]
     offsets = np.concatenate([[0], np.cumsum(np.bincount(sources, minlength=len(cells)))])
-    cut = KeptCells(surface.n_cells, cells.astype(np.int32), arcs, offsets, targets, NO_GROUPS)
-    part = cut.surface_of(surface)
-    borders, steps, angles, _, _ = part.handle.arc_measures(part.n_threads)
-    turns = np.where(angles > 0, angles, -CONVEX * angles)
-    costs = borders * np.exp(-SHARPNESS / np.pi * turns)
-    return _RegionGraph(part.measures, sources, targets, costs, steps)
+    part = surface.part(cells.astype(np.int32), arcs, offsets, targets)
+    found = part.arc_measures()
+    assert found.angles is not None
+    assert found.step_lengths is not None
+    turns = np.where(found.angles > 0, found.angles, -CONVEX * found.angles)
+    costs = found.border_lengths * np.exp(-SHARPNESS / np.pi * turns)
+    return _RegionGraph(part.measures, sources, targets, costs, found.step_lengths)
 
 
 def _cut(part: _RegionGraph, red: Any, blue: Any) -> Bools:

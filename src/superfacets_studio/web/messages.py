@@ -11,12 +11,12 @@ from starlette.requests import ClientDisconnect, Request
 from starlette.responses import JSONResponse, Response
 
 from superfacets import RenderError
-from superfacets.files.attributes import is_encodable
 from superfacets.kit import parsed_json
 
 from ..documents.history import NothingError
 from ..documents.journal import JournalError, WriteError
 from ..documents.source import ChangedError
+from ..labels.classes import is_unicode
 from ..regions.revisions import GoneError
 
 Body = dict[str, Any]
@@ -77,7 +77,7 @@ async def body_of(request: Request) -> Body:
     """
     text = await _content(request)
     body = parsed_json(text or b"{}", "the request")
-    if b"\\u" in text and not is_encodable(json.dumps(body, ensure_ascii=False)):
+    if b"\\u" in text and not is_unicode(json.dumps(body, ensure_ascii=False)):
         raise ValueError("the request contains text that is not valid Unicode: lone surrogate")
     if not isinstance(body, dict):
         raise ValueError("the request is not a JSON object")

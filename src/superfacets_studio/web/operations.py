@@ -10,8 +10,8 @@ import numpy as np
 from starlette.responses import Response
 
 from superfacets import MeshError, View
-from superfacets.kit import Z_UP_ENDINGS, as_mesh, checked_choice, checked_flag, counted, kind_of
-from superfacets_show import PALETTE, color_parts, shape_of, texture_parts
+from superfacets.kit import as_mesh, checked_choice, checked_flag, counted, kind_of
+from superfacets_show import PALETTE, Z_UP_ENDINGS, color_parts, shape_of, texture_parts
 
 from ..documents.agreement import Side
 from ..documents.changes import Change

@@ -80,11 +80,10 @@ class Thumbnails:
 def main() -> None:
     """Draw the file in the first argument, and write a PNG to the path in the second argument."""
     from superfacets import render
-    from superfacets.files.readers.read import read_cells
 
     source, target = map(Path, sys.argv[1:3])
     try:
-        render(read_cells(source), output=target, size=SIZE)
+        render(source, output=target, size=SIZE)
     except Exception as error:
         sys.exit(f"{type(error).__name__}: {error}")
 

@@ -22,9 +22,6 @@ from .clouds import CLOUD_READERS, holds_cloud
 from .off import MAGIC as OFF_MAGIC
 from .stl import cad_advice, has_binary_size
 
-Z_UP_ENDINGS = (".las", ".laz", ".e57")
-"""Endings of formats in which z points up. glTF defines y, but many files do not follow this."""
-
 _CAD_FORMATS = {".step": "STEP", ".stp": "STEP", ".iges": "IGES", ".igs": "IGES", ".brep": "BREP",
                 ".fcstd": "FCStd"}  # fmt: skip
 _BEGINS = {b"ply\n": ".ply", b"ply\r": ".ply", b"glTF": ".glb"}
@@ -174,13 +171,15 @@ def read_cells(path: str | os.PathLike[str]) -> Cells:
     return _read(path, CELL_ENDINGS, parse)[0]
 
 
-def read_cells_and_attributes(path: str | os.PathLike[str]) -> tuple[Cells, MeshAttributes | None]:
-    """Return the mesh or point cloud in a file, as `read_cells` does, and its attributes.
+def read_cells_and_attributes(
+    path: str | os.PathLike[str], content: Content | None = None
+) -> tuple[Cells, MeshAttributes | None]:
+    """Read a mesh or point cloud as in `read_cells`, and its attributes.
 
-    Apps use it where a path may be passed instead of a mesh. The attributes of a mesh are None if
-    its format is not PLY, OBJ, GIFTI or glTF.
+    Apps that show colors or textures use it; `content` is the content of the file, if it is known.
+    The attributes of a mesh are None if its format is not PLY, OBJ, GIFTI or glTF.
     """
-    return _read(path, CELL_ENDINGS, parse_cells_and_attributes)
+    return _read(path, CELL_ENDINGS, parse_cells_and_attributes, content)
 
 
 def read_attributes(path: str | os.PathLike[str]) -> MeshAttributes:
@@ -243,11 +242,12 @@ def _read(
     path: str | os.PathLike[str],
     endings: tuple[str, ...],
     parse: Callable[[Content, str, Path | None], Parsed],
+    content: Content | None = None,
 ) -> Parsed:
     """Read and parse a file with one of these endings; error messages begin with its path."""
     path = Path(path)
     ending = cell_ending(path, endings)
-    data = read_content(path)
+    data = read_content(path) if content is None else content
     with named_errors(path):
         return parse(data, ending, path.parent)
 

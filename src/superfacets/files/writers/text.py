@@ -7,7 +7,6 @@ from typing import IO, Any
 
 import numpy as np
 import numpy.lib.format as npy_format
-import numpy.typing as npt
 
 from ...base.types import Array, Floats, Singles
 
@@ -32,15 +31,6 @@ def write_rows(file: IO[bytes], row: str, columns: Sequence[Array]) -> None:
     """
     for begin in range(0, len(columns[0]), ROWS_AT_ONCE):
         file.write(text_rows(row, [column[begin : begin + ROWS_AT_ONCE] for column in columns]))
-
-
-def write_list(file: IO[bytes], numbers: npt.NDArray[np.integer[Any]]) -> None:
-    """Write integers as a JSON list, without spaces."""
-    file.write(b"[")
-    if len(numbers):
-        write_rows(file, "%d,", [numbers[:-1]])
-        file.write(b"%d" % int(numbers[-1]))
-    file.write(b"]")
 
 
 def coordinate_format(values: Floats) -> str:

@@ -17,7 +17,7 @@ from ...base.types import Ints, Longs
 from ...graph.kinds import kind_of
 from ...mesh.base import Cells
 from ...mesh.convert import as_cells
-from ...regions.submeshes import Splitter, Submesh
+from ...regions.submeshes import Submesh, part_of
 from ..atomic import StrPath, atomic_outputs, checked_targets, output_folder
 from ..attributes import MeshAttributes, is_image
 from ..guards import known_ending
@@ -311,10 +311,9 @@ def write_regions(
     CellWriter(cells, None, None, attributes, options).checked([ending])
     paths = [Path(folder, f"region_{value:0{n_digits}}{ending}") for value in values]
     _check_no_other_regions(Path(folder), paths, ending)
-    splitter = Splitter(cells)
     with output_folder(Path(folder)), atomic_outputs(paths) as temporaries:
         for temporary, cells_of, value in zip(temporaries, members, values, strict=True):
-            part = splitter.named_part(cells_of, value)
+            part = part_of(cells, cells_of, value)
             with temporary.open("wb") as file:
                 is_named = ascii and ending == ".stl"
                 named = np.full(len(cells_of), value, np.int32) if is_named else None
