@@ -42,7 +42,6 @@ from .mesh.faces import corners_of as corners_of
 from .mesh.faces import corner_triangles as corner_triangles
 from .mesh.faces import cut_into_triangles as cut_into_triangles
 from .graph.corner_labels import labels_of_corners as labels_of_corners
-from .graph.constraints import mask_of as mask_of
 from .graph.sums import weighted_majority as weighted_majority
 from .graph.sums import sums_by_label as sums_by_label
 from .graph.surface import Surface as Surface
@@ -64,32 +63,25 @@ from .files.guards import as_doubles as as_doubles
 from .files.guards import most_bytes_of as most_bytes_of
 from .files.guards import rotation_of as rotation_of
 from .files.readers.npy import npy_array as npy_array
-from .files.readers.read import cell_ending as cell_ending
-from .files.readers.read import parse_cells_and_attributes as parse_cells_and_attributes
 from .files.readers.read import read_cells_and_attributes as read_cells_and_attributes
-from .files.readers.labels import parse_labels as parse_labels
 from .files.readers.labels import NO_REGION as NO_REGION
 from .files.attributes import LasFrame as LasFrame
 from .files.named_features import stored_colors as stored_colors
-from .files.formats import CELL_ENDINGS as CELL_ENDINGS
-from .files.readers.read import Z_UP_ENDINGS as Z_UP_ENDINGS
+from .files.named_features import CellData as CellData
+from .files.cell_file import CellFile as CellFile
+from .files.readers.npy import npz_array as npz_array
+from .files.formats import FORMATS as FORMATS
+from .base.lazy import Table as Table
 
 # Writing files
 from .files.atomic import atomic_outputs as atomic_outputs
 from .files.atomic import checked_targets as checked_targets
+from .files.atomic import output_folder as output_folder
+from .files.atomic import locked as locked
 from .files.writers.text import write_rows as write_rows
-from .files.writers.write import ENDING_OF_FORMAT as ENDING_OF_FORMAT
-from .files.writers.write import OUTPUT_ENDINGS as OUTPUT_ENDINGS
-from .files.writers.cells import ATTRIBUTE_OUTPUTS as ATTRIBUTE_OUTPUTS
 from .files.writers.cells import FormatOptions as FormatOptions
-from .files.writers.write import check_fit as check_fit
-from .files.writers.write import check_outputs as check_outputs
-from .files.writers.write import write_outputs as write_outputs
-from .regions.region_graph import column_names as column_names
+from .files.writers.write import Outputs as Outputs
 
 # Whole files
 from .tools.segment_file import FileOptions as FileOptions
-from .tools.segment_file import segment_file as segment_file
-from .tools.sources import find_sources as find_sources
-from .tools.sources import output_names as output_names
-from .tools.sources import MARK as MARK
+from .tools.sources import InputFile as InputFile

@@ -13,7 +13,6 @@ import numpy as np
 
 from superfacets import (
     BorderLines,
-    MeshAttributes,
     MeshError,
     RegionGraph,
     border_lines,
@@ -21,23 +20,14 @@ from superfacets import (
     pool,
     region_graph,
 )
-from superfacets.files.named_features import property_of
-from superfacets.files.writers.tables import (
-    LINE_ENDINGS,
-    TABLE_ENDINGS,
-    Line,
-    print_csv,
-    write_lines,
-    write_tables,
-)
-from superfacets.kit import Array, Cells, Floats, Ints
-from superfacets.tools.segment_file import seen_from
+from superfacets.kit import Array, CellData, Floats, Ints
 
 from . import options as opts
-from .inputs import check_inputs, labels_beside, name_of, read_input
+from .inputs import check_inputs, labels_beside, read_input
 from .interrupts import run_in_background
 from .options import FILE, option, options
 from .outputs import Job, check_files
+from .tables import LINE_ENDINGS, TABLE_ENDINGS, Line, print_csv, write_lines, write_tables
 
 Drawn = tuple[Floats, list[Line]]
 """Vertices of a mesh, and its border lines."""
@@ -90,7 +80,7 @@ def regions_command(
         if borders is not None and not kit.kind_of(whole).has_faces:
             raise click.UsageError(f"--borders needs a mesh with faces: {cells} has none")
         if viewpoint is not None:
-            whole = seen_from(viewpoint, whole)
+            whole = kit.kind_of(whole).seen_from(whole, viewpoint)
         compact, names = kit.ranked_labels(given)  # label numbers in a file may have gaps
         if not len(names):
             raise MeshError(f"{labels or cells}: no cell is in a region: all labels are -1")
@@ -126,9 +116,10 @@ def _read(
     cells, attributes = source.cells_and_attributes(keep=bool(mean))
     given = labels_beside(source, labels, cells, name, is_quiet=is_quiet)
     if given is None:
-        raise MeshError(f"{name_of(text)} has no labels: give a label file as LABELS")
+        raise MeshError(f"{source.name} has no labels: give a label file as LABELS")
     integers = {key: source.integers(cells.n_cells, key) for key in majority}
-    return cells, given, integers, {key: _values_of(key, text, cells, attributes) for key in mean}
+    data = CellData(cells, attributes)
+    return cells, given, integers, {key: _values_of(key, source.name, data) for key in mean}
 
 
 def _write(
@@ -156,16 +147,17 @@ def _most_frequent(regions: Ints, values: Ints, n_regions: int) -> Ints:
     return kit.weighted_majority(regions[kept], values[kept], weights, n_regions).winners
 
 
-def _values_of(name: str, path: str, cells: Cells, attributes: MeshAttributes | None) -> Floats:
+def _values_of(name: str, file: str, data: CellData) -> Floats:
     """Return the property `name`, one value per cell.
 
     If it does not exist, a MeshError lists all properties.
     """
-    values = property_of(name, cells, attributes)
+    values = data.property(name)
     if values is None:
-        stored = () if attributes is None else (*attributes.face, *attributes.vertex)
+        kept = data.attributes
+        stored = () if kept is None else (*kept.face, *kept.vertex)
         listed = f"the properties are {', '.join(stored)}" if stored else "it has no properties"
-        raise MeshError(f"{name_of(path)} has no property {name}: {listed}")
+        raise MeshError(f"{file} has no property {name}: {listed}")
     return values
 
 

@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from superfacets import MeshError
-from superfacets.files.writers.ids import GRAPH_OUTPUTS
 from superfacets.kit import (
+    FORMATS,
     Array,
     StrPath,
     atomic_outputs,
@@ -75,7 +75,7 @@ def write_graphs(path: StrPath, graphs: Graph | Sequence[Graph]) -> None:
     ...         file["level0_super_index"].tolist(), file["level1_super_index"].tolist()
     ([0, 0, 1], [0, 0])
     """
-    known_ending(Path(path), GRAPH_OUTPUTS)
+    known_ending(Path(path), FORMATS.graph_outputs)
     arrays = _checked_graphs(graphs)
     with atomic_outputs([path]) as (temporary,), temporary.open("wb") as file:
         write_arrays(file, arrays)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from superfacets import kit, region_graph
+from superfacets import RegionGraph, kit, region_graph
 from superfacets.base.checks import compact_partial_labels
 from superfacets.kit import Array, Cells, Floats, MeshLike
 from superfacets.mesh.convert import CloudLike
@@ -255,7 +255,8 @@ def _colors_by(
 def _values_of(cells: Cells, labels: Any, color_by: Any, n_series: int) -> Floats:
     """Return one value per cell, (N,): NaN if the value is missing or the cell has no region."""
     if isinstance(color_by, str):
-        kit.checked_choice(color_by, "color_by", kit.column_names(kit.kind_of(cells).dimension))
+        columns = RegionGraph.column_names(kit.kind_of(cells).dimension)
+        kit.checked_choice(color_by, "color_by", columns)
     if labels is None:
         if isinstance(color_by, str):
             raise ValueError(

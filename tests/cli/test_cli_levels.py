@@ -11,7 +11,7 @@ from command_line import COMMAND, files_in
 import superfacets as sf
 from superfacets import hierarchy, read_labels, read_mesh, segment, write_labels
 from superfacets.files.writers.cells import CellWriter
-from superfacets.files.writers.write import write_outputs
+from superfacets.kit import Outputs
 
 
 def test_levels_writes_all_levels_to_one_file(run, sheet, tmp_path):
@@ -57,7 +57,7 @@ def test_the_number_of_a_level_stands_before_the_whole_ending(run, sheet, tmp_pa
     (tmp_path / "other").mkdir()
     expected = tmp_path / "other" / f"a{ending}"  # same name, as some formats store the scene name
     for n, labels in zip((12, 5), hierarchy(read_mesh(sheet), [12, 5]).levels, strict=True):
-        write_outputs([expected], read_mesh(sheet), labels)
+        Outputs([expected]).write(read_mesh(sheet), labels)
         assert (tmp_path / f"a.{n}{ending}").read_bytes() == expected.read_bytes()
 
 

@@ -17,7 +17,7 @@ import pytest
 
 import superfacets
 from superfacets import MeshError, read_labels, read_masks
-from superfacets.files.readers.labels import VERTEX_ENDINGS
+from superfacets.files.formats import FORMATS
 from superfacets.files.readers.npy import npz_array
 from superfacets.files.readers.read import read_cells
 
@@ -261,7 +261,7 @@ ATTACKS = {
 @pytest.mark.parametrize("name", ATTACKS)
 def test_a_small_file_that_declares_much_is_refused_without_memory(tmp_path, name):
     (tmp_path / name).write_bytes(ATTACKS[name])
-    read = read_labels if name.endswith((*VERTEX_ENDINGS, ".npy")) else read_cells
+    read = read_labels if name.endswith((*FORMATS["vertex_labels"], ".npy")) else read_cells
     with refused_within(32 << 20):
         read(tmp_path / name)
 

@@ -29,11 +29,20 @@ def load(target: str) -> Any:
 
 
 class Table(dict[str, Any]):
-    """Dict whose values may be strings ``package.module:name``; indexing loads the object."""
+    """Dict whose values may be strings ``package.module:name``; indexing loads the object.
+
+    Apps use it for objects that other packages add, such as commands. Indexing raises an
+    ImportError with a message of one line if the package is missing or broken.
+    """
 
     def __getitem__(self, key: str) -> Any:
         found = super().__getitem__(key)
         return load(found) if isinstance(found, str) else found
+
+    @classmethod
+    def added(cls, group: str) -> Table:
+        """Return the objects that installed packages add by entry points of a group."""
+        return cls(added(group))
 
 
 @cache

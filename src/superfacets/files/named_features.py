@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -28,42 +29,73 @@ _FROM_TEXTURE = ("texture", "texture_spread")
 """Names of features that are always computed from the texture."""
 
 
-def features_of(
-    names: Sequence[str], cells: Any, attributes: MeshAttributes | None, n_threads: int,
-    is_kept: Bools | None = None,
-) -> FeatureTable | None:  # fmt: skip
-    """Return the features with the given names, one row per cell, or None if there are no names.
+@dataclass(frozen=True)
+class CellData:
+    """Data of a mesh or point cloud, chosen by name; one row per cell.
 
-    - ``"color"`` is the red, green and blue of each cell, from the cloud or from the file. If there
-      are no such colors, but a texture, it is the same as ``"texture"``.
-    - ``"texture"`` is the mean color of the texels of a face in OKLab, and ``"texture_spread"`` is
-      the standard deviation of the texel colors in a face.
-    - ``"normals"`` and ``"height"`` (z) are computed from the mesh or the cloud.
-    - Any other name is a property of the faces, points or vertices in the file.
-
-    If `is_kept` is given, (N,), missing normals of a cloud are estimated from the kept points only;
-    the normals of the other points are 0.
-
-    Raises a MeshError if a feature is not available. For an unknown name, the message lists the
-    available names.
+    Commands use it for features, for properties and colors to draw, and for statistics of regions.
     """
-    if not names:
-        return None
-    columns, groups, of_columns = [], [], list[str]()
-    for name in names:
-        has_texels = attributes is not None and attributes.texture is not None
-        is_texture = name in _FROM_TEXTURE or (
-            name == "color" and has_texels and not _has_color(cells, attributes)
-        )
-        if is_texture:
-            texels = _texels_of(name, cells, attributes, n_threads)
-            columns.append(texels.spread[:, None] if name == "texture_spread" else texels.oklab)
-            groups.append((columns[-1].shape[1], JUST_VISIBLE))
-        else:
-            columns.append(_columns_of(name, cells, attributes, n_threads, is_kept))
-            groups += [(1, 0.0)] * columns[-1].shape[1]
-        of_columns += [name] * columns[-1].shape[1]
-    return FeatureTable(np.concatenate(columns, axis=1), tuple(groups), tuple(of_columns))
+
+    cells: Any
+    attributes: MeshAttributes | None  # properties and texture of the file; None if there are none
+
+    def features(
+        self, names: Sequence[str], n_threads: int, is_kept: Bools | None = None
+    ) -> FeatureTable | None:
+        """Return the features with the given names, or None if there are no names.
+
+        - ``"color"`` is the red, green and blue of each cell, from the cloud or from the file. If
+          there are no such colors, but a texture, it is the same as ``"texture"``.
+        - ``"texture"`` is the mean color of the texels of a face in OKLab, and ``"texture_spread"``
+          is the standard deviation of the texel colors in a face.
+        - ``"normals"`` and ``"height"`` (z) are computed from the mesh or the cloud.
+        - Any other name is a property of the faces, points or vertices in the file.
+
+        If `is_kept` is given, (N,), missing normals of a cloud are estimated from the kept points
+        only; the normals of the other points are 0.
+
+        Raises a MeshError if a feature is not available. For an unknown name, the message lists the
+        available names.
+        """
+        cells, attributes = self.cells, self.attributes
+        columns, groups, of_columns = [], [], list[str]()
+        for name in names:
+            has_texels = attributes is not None and attributes.texture is not None
+            is_texture = name in _FROM_TEXTURE or (
+                name == "color" and has_texels and not _has_color(cells, attributes)
+            )
+            if is_texture:
+                texels = _texels_of(name, cells, attributes, n_threads)
+                columns.append(texels.spread[:, None] if name == "texture_spread" else texels.oklab)
+                groups.append((columns[-1].shape[1], JUST_VISIBLE))
+            else:
+                columns.append(_columns_of(name, cells, attributes, n_threads, is_kept))
+                groups += [(1, 0.0)] * columns[-1].shape[1]
+            of_columns += [name] * columns[-1].shape[1]
+        if not names:
+            return None
+        return FeatureTable(np.concatenate(columns, axis=1), tuple(groups), tuple(of_columns))
+
+    def property(self, name: str) -> Floats | None:
+        """Return the values of a property in the file, (N,), or None if the file lacks it.
+
+        A property of the vertices of a mesh is averaged over the corners of each cell. Raises a
+        MeshError if the property has more than one number per cell or vertex.
+        """
+        table = _properties_of((name,), self.cells, self.attributes)
+        if table is not None and table.shape[1] != 1:
+            raise MeshError(f"{name} has {table.shape[1]} numbers per row, but one is needed")
+        return None if table is None else table[:, 0]
+
+    def colors(self) -> Bytes | None:
+        """Return `stored_colors`, where colors of vertices are averaged over the corners of cells.
+
+        If a mesh has as many vertices as cells, the colors are treated as colors of vertices.
+        """
+        colors = stored_colors(self.cells, self.attributes)
+        if colors is None or len(colors) != getattr(self.cells, "n_vertices", None):
+            return colors
+        return np.asarray(np.rint(_per_cell(colors.astype(np.float64), self.cells)), np.uint8)
 
 
 def _texels_of(
@@ -103,17 +135,6 @@ def stored_colors(cells: Any, attributes: MeshAttributes | None) -> Bytes | None
     return np.asarray(np.rint(cells.colors * 255), np.uint8) if cells.colors.any() else None
 
 
-def colors_of_cells(cells: Any, attributes: MeshAttributes | None) -> Bytes | None:
-    """Return `stored_colors`, where colors of vertices are averaged over the corners of each cell.
-
-    If a mesh has as many vertices as cells, the colors are treated as colors of vertices.
-    """
-    colors = stored_colors(cells, attributes)
-    if colors is None or len(colors) != getattr(cells, "n_vertices", None):
-        return colors
-    return np.asarray(np.rint(_per_cell(colors.astype(np.float64), cells)), np.uint8)
-
-
 def _columns_of(
     name: str, cells: Any, attributes: MeshAttributes | None, n_threads: int, is_kept: Bools | None
 ) -> Floats:
@@ -132,18 +153,6 @@ def _columns_of(
             f" {', '.join(_names_in(cells, attributes))}"
         )
     return table
-
-
-def property_of(name: str, cells: Any, attributes: MeshAttributes | None) -> Floats | None:
-    """Return the values of a property in the file, one per cell, or None if the file lacks it.
-
-    A property of the vertices of a mesh is averaged over the corners of each cell. Raises a
-    MeshError if the property has more than one number per cell or vertex.
-    """
-    table = _properties_of((name,), cells, attributes)
-    if table is not None and table.shape[1] != 1:
-        raise MeshError(f"{name} has {table.shape[1]} numbers per row, but one is needed")
-    return None if table is None else table[:, 0]
 
 
 def _properties_of(

@@ -27,17 +27,6 @@ _NO_NORMAL = 1e-12
 the area of the region."""
 
 
-def column_names(dimension: int) -> tuple[str, ...]:
-    """Return the names of the columns of `RegionGraph.table`, given its `dimension`."""
-    return (
-        "region", "cell_count", "area" if dimension == 2 else "volume", "perimeter", "open_length",
-        "neighbor_count", "center", "centroid_x", "centroid_y", "centroid_z", "normal_x",
-        "normal_y", "normal_z", "normal_length", "plane_normal_x", "plane_normal_y",
-        "plane_normal_z", "linearity", "planarity", "sphericity", "surface_variation",
-        "compactness", "low_x", "low_y", "low_z", "high_x", "high_y", "high_z",
-    )  # fmt: skip
-
-
 @dataclass(frozen=True, eq=False)
 class RegionGraph:
     """Graph of K regions and E pairs of neighboring regions; the result of `region_graph`.
@@ -256,6 +245,18 @@ class RegionGraph:
         values: Array = getattr(self, plural)
         return values
 
+    @staticmethod
+    def column_names(dimension: int) -> tuple[str, ...]:
+        """Return the names of the columns of `table`, given `dimension` (2 or 3)."""
+        return (
+            "region", "cell_count", "area" if dimension == 2 else "volume", "perimeter",
+            "open_length", "neighbor_count", "center", "centroid_x", "centroid_y", "centroid_z",
+            "normal_x", "normal_y", "normal_z", "normal_length", "plane_normal_x",
+            "plane_normal_y", "plane_normal_z", "linearity", "planarity", "sphericity",
+            "surface_variation", "compactness", "low_x", "low_y", "low_z", "high_x", "high_y",
+            "high_z",
+        )  # fmt: skip
+
     def table(self) -> dict[str, Array]:
         """Return a dict of columns, keyed by name. Each column has one value per region.
 
@@ -269,7 +270,7 @@ class RegionGraph:
             self.planarity, self.sphericity, self.surface_variation, self.compactness, *low.T,
             *high.T,
         )  # fmt: skip
-        return dict(zip(column_names(self.dimension), columns, strict=True))
+        return dict(zip(self.column_names(self.dimension), columns, strict=True))
 
     def to_pandas(self) -> Any:
         """Return the columns of `table` as a pandas DataFrame, indexed by region.

@@ -26,7 +26,7 @@ from ..weights.features import FeatureOptions
 from .options import SegmentOptions
 
 _READER = "superfacets.files.readers.read:read_cells_and_attributes"
-_FEATURES = "superfacets.files.named_features:features_of"
+_DATA = "superfacets.files.named_features:CellData"
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,7 +153,8 @@ def read_with_features(
                 "a Mesh has no colors, so features='color' is not available: pass the path of the"
                 " file instead, or an array of colors as features"
             )
-    table = load(_FEATURES)(names, source, attributes, n_threads, constraints.kept_points(source))
+    data = load(_DATA)(source, attributes)
+    table = data.features(names, n_threads, constraints.kept_points(source))
     return source, replace(features, given=table)
 
 

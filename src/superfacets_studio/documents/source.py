@@ -7,16 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from superfacets import MeshError
-from superfacets.kit import (
-    Bytes,
-    Cells,
-    cell_ending,
-    kind_of,
-    parse_cells_and_attributes,
-    read_content,
-    stored_colors,
-)
+from superfacets.kit import Bytes, CellFile, Cells, kind_of, read_content, stored_colors
 from superfacets_textures.textures import Texture
 
 
@@ -40,15 +31,12 @@ class Source:
     def read(cls, path: Path) -> Source:
         """Read an input file; raise a MeshError or OSError if this fails."""
         seen = _stamp(path)
-        content = read_content(path)
-        try:
-            cells, attributes = parse_cells_and_attributes(content, cell_ending(path), path.parent)
-        except MeshError as error:
-            raise MeshError(f"{path}: {str(error).removeprefix(f'{path}: ')}") from None
+        file = CellFile.read(path)
+        cells, attributes = file.cells_and_attributes()
         texture = None if attributes is None else attributes.texture
         colors = stored_colors(cells, attributes)
-        digest = hashlib.sha256(content).hexdigest()
-        return cls(path, cells, len(content), digest, seen, texture, colors)
+        digest = hashlib.sha256(file.data).hexdigest()
+        return cls(path, cells, len(file.data), digest, seen, texture, colors)
 
     @property
     def n_cells(self) -> int:

@@ -13,8 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from superfacets import split_regions, vertex_labels, write_mesh
-from superfacets.files.formats import WRITERS
+from superfacets import kit, split_regions, vertex_labels, write_mesh
 from superfacets.kit import Array, Bools, Ints, atomic_outputs, kind_of, write_rows
 from superfacets_scans.scannet import GROUPS, SEGMENTS, scene_of, write_groups, write_segments
 
@@ -168,7 +167,7 @@ def _write_groups(document: Document, temporary: Path, path: Path) -> None:
 def _write_meshes(document: Document, temporary: Path, path: Path) -> None:
     instances = document.instances
     objects = objects_of(document, instances)
-    ending = next(iter(WRITERS[kind_of(document.cells).name]))
+    ending = kit.FORMATS.usual_output(kind_of(document.cells).name)
     ranks = np.searchsorted([one.instance for one in objects], instances)
     labels = np.where(instances > 0, ranks, -1).astype(np.int32)
     with zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED) as archive:

@@ -14,8 +14,7 @@ from typing import Any
 import numpy as np
 
 from superfacets import MeshAttributes, kit, vertex_labels, write_labels, write_mesh
-from superfacets.files.writers.cells import CLASS_OUTPUTS
-from superfacets.kit import ENDING_OF_FORMAT, MARK, Bytes, Floats, Ints
+from superfacets.kit import Bytes, Floats, Ints
 from superfacets_scans.scannet import NO_CLASS
 
 from ..documents.document import Document, work_file_of
@@ -42,7 +41,7 @@ MARKS = {
     "objects": ".objects",
     "region_classes": ".region-classes",
 }
-"""Marker before the file ending, for each kind of export except regions, which have `MARK`."""
+"""Marker before the file ending, for each kind of export except regions (`InputFile.MARK`)."""
 
 
 def formats_of(kind: str) -> dict[str, list[str]]:
@@ -77,7 +76,7 @@ def parsed_export(name: str) -> tuple[str, str | None]:
     Names are the ends of the default file names: marker and format. Raises ValueError if there is
     no such kind of export.
     """
-    kinds = {mark[1:]: what for what, mark in {**MARKS, "regions": MARK}.items()}
+    kinds = {mark[1:]: what for what, mark in {**MARKS, "regions": kit.InputFile.MARK}.items()}
     kind, _, format = name.partition(".")
     return kinds[kit.checked_choice(kind, "--export", tuple(kinds))], format or None
 
@@ -100,7 +99,7 @@ def export(
     """
     format = format or formats_of(document.source.kind)[what][0]
     path = (folder or document.path.parent) / _name_of(document, what, format)
-    is_ours = any(mark in path.name for mark in (MARK, *MARKS.values()))
+    is_ours = any(mark in path.name for mark in (kit.InputFile.MARK, *MARKS.values()))
     if path.exists() and not is_ours and not replace:
         raise FileExistsError(f"{path.name} exists already, and may come from another tool")
     kit.checked_targets([path])
@@ -142,10 +141,10 @@ def _name_of(document: Document, what: str, format: str) -> str:
     offered = formats_of(document.source.kind)
     kit.checked_choice(what, "what", tuple(offered))
     kit.checked_choice(format, "format", tuple(offered[what]))
-    ending = ENDING_OF_FORMAT.get(format, f".{format}")
+    ending = kit.FORMATS.ending_of.get(format, f".{format}")
     stem = _stem_of(document)
     if what == "regions":
-        return kit.output_names(stem + document.path.suffix, (ending,))[0]
+        return kit.InputFile("", stem + document.path.suffix).output_names((ending,))[0]
     return f"{stem}{MARKS[what]}{ending}"
 
 
@@ -175,7 +174,11 @@ def _write_cells(document: Document, format: str, path: Path) -> None:
     if format in (*_LISTS, "sstk.json"):
         write_labels(path, classes)
         return
-    names = _names_of(document, np.unique(classes)) if path.suffix in CLASS_OUTPUTS else None
+    names = (
+        _names_of(document, np.unique(classes))
+        if path.suffix in kit.FORMATS.class_outputs
+        else None
+    )
     attributes = _attributes_for(document, path)
     is_textured = attributes is not None and attributes.texture is not None
     is_colored = format in _COLORED and not is_textured  # viewers multiply colors with the texture

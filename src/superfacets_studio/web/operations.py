@@ -10,7 +10,7 @@ import numpy as np
 from starlette.responses import Response
 
 from superfacets import MeshError
-from superfacets.kit import Z_UP_ENDINGS, as_mesh, checked_choice, checked_flag, counted, kind_of
+from superfacets.kit import FORMATS, as_mesh, checked_choice, checked_flag, counted, kind_of
 from superfacets_show.camera import View
 from superfacets_show.colors import PALETTE
 from superfacets_show.page.own_colors import color_parts
@@ -97,7 +97,7 @@ def _mesh_packet(document: Document, query: Body) -> bytes:
     """
     shape = shape_of(document.cells)
     center = document.cells.bounds.mean(axis=0)
-    is_z_up = document.source.path.suffix.lower() in Z_UP_ENDINGS
+    is_z_up = document.source.path.suffix.lower() in FORMATS.z_up
     header = {
         "kind": document.source.kind,
         "n_cells": document.n_cells,

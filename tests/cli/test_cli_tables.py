@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from superfacets import MeshError
-from superfacets.files.writers.tables import Line, write_lines, write_tables
+from superfacets_cli.tables import Line, write_lines, write_tables
 
 COLUMNS = {"region": np.array([3, 7]), "area": np.array([0.1, np.nan])}
 

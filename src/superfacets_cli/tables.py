@@ -12,11 +12,8 @@ from typing import IO, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ...base.errors import import_extra
-from ...base.lazy import load
-from ...base.types import Array, Floats, Longs
-from ..atomic import StrPath, atomic_outputs
-from ..guards import known_ending
+from superfacets.kit import Array, Floats, Longs, atomic_outputs, import_extra, known_ending
+from superfacets_formats.vtk_writer import write_vtk_xml
 
 Columns = Mapping[str, Array]
 """Columns of a table, keyed by column name; all columns have the same length."""
@@ -33,14 +30,14 @@ class Line(NamedTuple):
     vertices: npt.NDArray[np.integer]  # indices of vertices; a closed line repeats the first vertex
 
 
-def write_tables(tables: Sequence[tuple[StrPath, Columns]]) -> None:
+def write_tables(tables: Sequence[tuple[Path, Columns]]) -> None:
     """Write each table to its path, in the format of its ending: all tables, or none.
 
     The endings are ``.csv``, ``.json`` and ``.parquet``. NaN becomes an empty field in CSV, and
     null in JSON. A JSON file has a list with one object per row. Numbers are written with enough
     digits to restore them exactly. Parquet needs pandas and pyarrow.
     """
-    endings = [known_ending(Path(path), TABLE_ENDINGS) for path, _ in tables]
+    endings = [known_ending(path, TABLE_ENDINGS) for path, _ in tables]
     with atomic_outputs([path for path, _ in tables]) as temporaries:
         for temporary, ending, (_, columns) in zip(temporaries, endings, tables, strict=True):
             if ending == ".parquet":
@@ -79,13 +76,13 @@ def _write_parquet(path: Path, columns: Columns) -> None:
     pandas.DataFrame(dict(columns)).to_parquet(path, engine="pyarrow", index=False)
 
 
-def write_lines(path: StrPath, vertices: Floats, lines: Iterable[Line]) -> None:
+def write_lines(path: Path, vertices: Floats, lines: Iterable[Line]) -> None:
     """Write border lines as OBJ or VTP, with the vertices on the lines.
 
     In OBJ, each line is a group ``border_3_7``, or ``border_3_open`` at the boundary of the mesh.
     In VTP, the numbers of the two regions are the cell data ``low`` and ``high``.
     """
-    ending, written = known_ending(Path(path), LINE_ENDINGS), list(lines)
+    ending, written = known_ending(path, LINE_ENDINGS), list(lines)
     rows = [line.vertices for line in written]
     used, along = np.unique(np.concatenate([np.empty(0, int), *rows]), return_inverse=True)
     ends = np.cumsum([*map(len, rows)], dtype=np.int64)
@@ -118,5 +115,4 @@ def _write_vtp_lines(
         "Lines": {"connectivity": along.astype(np.int64), "offsets": ends},
     }
     counts = {"NumberOfPoints": len(points), "NumberOfLines": len(lines)}
-    write_vtk_xml = load("superfacets_formats.vtk_writer:write_vtk_xml")
     write_vtk_xml(file, "PolyData", counts, sections, ascii=False)
