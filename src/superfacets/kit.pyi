@@ -31,7 +31,6 @@ from .base.errors import import_extra as import_extra
 from .base.checks import freeze as freeze
 from .base.checks import owned as owned
 from .base.timing import timed as timed
-from .base.errors import is_installed as is_installed
 
 # Meshes, clouds and their cells
 from .mesh.convert import as_mesh as as_mesh
@@ -63,7 +62,6 @@ from .files.guards import as_doubles as as_doubles
 from .files.guards import most_bytes_of as most_bytes_of
 from .files.guards import rotation_of as rotation_of
 from .files.readers.npy import npy_array as npy_array
-from .files.readers.read import read_cells_and_attributes as read_cells_and_attributes
 from .files.readers.labels import NO_REGION as NO_REGION
 from .files.attributes import LasFrame as LasFrame
 from .files.named_features import stored_colors as stored_colors

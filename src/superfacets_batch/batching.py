@@ -259,12 +259,13 @@ def _plan(
     inputs: StrPath | Iterable[StrPath], folder: Path, formats: Sequence[str], options: FileOptions
 ) -> list[BatchJob]:
     """Return a job for each file, even if it has results."""
+    known = FORMATS.ending_of
     for name in formats:
-        if name not in FORMATS.ending_of or formats.count(name) > 1:
-            known = ", ".join(FORMATS.ending_of)
-            what = "an unknown name" if name not in FORMATS.ending_of else "a repeated name"
-            raise ValueError(f"formats has {what}, {name!r}: use distinct names from {known}")
-    endings = tuple(FORMATS.ending_of[name] for name in formats)
+        if name not in known or formats.count(name) > 1:
+            what = "an unknown name" if name not in known else "a repeated name"
+            names = ", ".join(known)
+            raise ValueError(f"formats has {what}, {name!r}: use distinct names from {names}")
+    endings = tuple(known[name] for name in formats)
     sources = InputFile.find(inputs)
     options.form(endings or [source.usual_ending for source in sources])
     InputFile.check_outputs_differ(sources, endings)

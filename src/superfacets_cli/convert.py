@@ -21,7 +21,7 @@ from .failures import EXIT_DATA, count_failures, print_note, print_notes
 from .inputs import GivenLabels, given_labels, labels_of_cells, read_input
 from .interrupts import run_in_background
 from .options import FILE, option, options
-from .outputs import Job, names_of_results, output_option, plan_jobs, to_option
+from .outputs import Job, output_option, plan_jobs, to_option
 from .progress import WaitBar
 from .report import notes_on_numbers, notes_on_written
 
@@ -205,9 +205,7 @@ def _plan(
         raise click.UsageError("nothing to write: name a file with -o, or a folder with --split")
     also_read = [] if labels is None else [str(labels)]
     if folder is None:
-        jobs = plan_jobs(
-            inputs, outputs, formats, ascii=ascii, also_read=also_read, names=names_of_results
-        )
+        jobs = plan_jobs(inputs, outputs, formats, ascii=ascii, also_read=also_read)
         return jobs, None
     for path in (Path(name) for name in [*inputs, *also_read]):
         if path.name.startswith("region_") and path.resolve().parent == folder.resolve():

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -80,8 +80,6 @@ def one_output_options(what: str, name: str) -> opts.Decorator:
 
 
 MANY_FILES = 8  # reports list up to this number of output files one by one
-
-Names = Callable[[str, Sequence[str]], Sequence[str]]
 
 
 @dataclass(frozen=True)
@@ -205,7 +203,7 @@ class OneRun:
 
 def plan_jobs(
     inputs: Sequence[str], outputs: Sequence[str], formats: Sequence[str], *, ascii: bool,
-    also_read: Sequence[str] = (), names: Names = names_of_results,
+    also_read: Sequence[str] = (),
 ) -> list[Job]:  # fmt: skip
     """Return the job of each input; raise a usage error if the command line is ambiguous.
 
@@ -213,8 +211,7 @@ def plan_jobs(
     results are written to the folder of each input, or to standard output for standard input.
     `formats` apply to outputs whose file name is not given (default: PLY, or VTU for tetrahedra).
     With `ascii`, meshes are written as text, so standard output may be a terminal. No output may
-    overwrite a file of `also_read`. `names` is called with an input and the file endings of its
-    results, and returns the names of the result files in an output folder.
+    overwrite a file of `also_read`.
     """
     folders = [text for text in outputs if _is_folder(text)]
     _check_outputs(inputs, outputs, folders)
@@ -229,7 +226,7 @@ def plan_jobs(
     for text in inputs:
         files = list(named)
         if folders:
-            files += [Path(folders[0], name) for name in names(text, endings)]
+            files += [Path(folders[0], name) for name in names_of_results(text, endings)]
         elif not outputs and text != opts.STANDARD_STREAM:
             beside = _folder_beside(text)
             files += [beside / name for name in names_of_results(text, endings)]

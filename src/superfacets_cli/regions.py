@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +11,6 @@ import click
 import numpy as np
 
 from superfacets import (
-    BorderLines,
     MeshError,
     RegionGraph,
     border_lines,
@@ -27,10 +25,7 @@ from .inputs import check_inputs, labels_beside, read_input
 from .interrupts import run_in_background
 from .options import FILE, option, options
 from .outputs import Job, check_files
-from .tables import LINE_ENDINGS, TABLE_ENDINGS, Line, print_csv, write_lines, write_tables
-
-Drawn = tuple[Floats, list[Line]]
-"""Vertices of a mesh, and its border lines."""
+from .tables import LINE_ENDINGS, TABLE_ENDINGS, print_csv, write_borders, write_tables
 
 
 @click.command("regions")
@@ -73,7 +68,7 @@ def regions_command(
     check_files([Job(cells, files)], also_read=[str(labels)] if labels else [])
     kit.checked_targets(files)
 
-    def compute() -> tuple[RegionGraph, dict[str, Array], Drawn | None]:
+    def compute() -> tuple[RegionGraph, dict[str, Array], tuple[Any, ...] | None]:
         whole, given, integers, reals = _read(
             cells, format, labels, labels_named, majority, mean, is_quiet=is_quiet
         )
@@ -92,7 +87,7 @@ def regions_command(
             columns[f"mean_{name}"] = pool(numbers, compact)
         if borders is None:
             return graph, columns, None
-        return graph, columns, (whole.vertices, [*_named(border_lines(whole, compact), names)])
+        return graph, columns, (whole.vertices, border_lines(whole, compact), names)
 
     graph, columns, drawn = run_in_background(compute)
     _write(graph, columns, drawn, output, arcs, borders)
@@ -123,8 +118,8 @@ def _read(
 
 
 def _write(
-    graph: RegionGraph, columns: dict[str, Array], drawn: Drawn | None, output: Path | None,
-    arcs: Path | None, borders: Path | None,
+    graph: RegionGraph, columns: dict[str, Array], drawn: tuple[Any, ...] | None,
+    output: Path | None, arcs: Path | None, borders: Path | None,
 ) -> None:  # fmt: skip
     """Write the tables and the borders; print the table of regions if `output` is None."""
     low, high = columns["region"][graph.edge_index]
@@ -133,7 +128,7 @@ def _write(
     tables = [(output, columns), (arcs, of_arcs)]
     write_tables([(path, table) for path, table in tables if path is not None])
     if borders is not None and drawn is not None:
-        write_lines(borders, *drawn)
+        write_borders(borders, *drawn)
     if output is None:
         if sys.stdout is None:
             raise OSError("standard output is closed")
@@ -174,11 +169,3 @@ def _checked_outputs(
     except ValueError as error:
         raise click.UsageError(str(error)) from None
     return tuple(path for path in (output, arcs, borders) if path is not None)
-
-
-def _named(lines: BorderLines, names: Ints) -> Iterator[Line]:
-    """Yield each border line, with the numbers of its regions in the label file."""
-    for i, (low, high) in enumerate(lines.regions.tolist()):
-        line = lines.line(i)
-        closed = np.append(line, line[0]) if lines.is_closed[i] else line
-        yield Line(int(names[low]), high if high < 0 else int(names[high]), closed)

@@ -35,7 +35,7 @@ from .options import (
     options,
     quiet_option,
 )
-from .outputs import Job, check_mask, names_of_results, output_option, plan_jobs, to_option
+from .outputs import Job, check_mask, output_option, plan_jobs, to_option
 from .progress import RunBar
 from .report import facts_of, notes_of, summary_of
 from .segment_options import SegmentCommand, file_options, options_of, segment_options
@@ -87,9 +87,7 @@ def segment_command(
             " give --mask-values without --mask"
         )
     also_read = [str(path) for path in (mask, barriers) if path is not None]
-    jobs = plan_jobs(
-        inputs, outputs, formats, ascii=chosen.ascii, also_read=also_read, names=names_of_results
-    )
+    jobs = plan_jobs(inputs, outputs, formats, ascii=chosen.ascii, also_read=also_read)
     endings = [ending for job in jobs for ending in job.endings]
     has_mask = mask is not None or mask_values is not None
     check_mask(endings, has_mask=has_mask)

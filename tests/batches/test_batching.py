@@ -15,7 +15,7 @@ import shapes
 from batch_folders import lines_of, records_of, results_in
 
 import superfacets as sf
-from superfacets.files.atomic import locked
+from superfacets.kit import locked
 from superfacets_batch import batching, jobs
 
 

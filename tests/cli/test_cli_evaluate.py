@@ -5,8 +5,7 @@ import json
 import pytest
 import shapes
 
-from superfacets import write_labels, write_mesh
-from superfacets.metrics import evaluate_vertices
+from superfacets import metrics, write_labels, write_mesh
 
 
 @pytest.fixture
@@ -79,7 +78,7 @@ def test_labels_and_truth_of_vertices_are_compared_at_the_vertices(run, labeled_
     assert (status, "which can split" in err) == (0, False)
     assert "note: labels are compared at the vertices, without metrics of borders" in err
     facts = json.loads(printed)
-    expected = evaluate_vertices(shapes.strip(4), [0, 0, 0, 1, 1, 2], [[0, 0, 1, 1, -1, 1]])
+    expected = metrics.evaluate_vertices(shapes.strip(4), [0, 0, 0, 1, 1, 2], [[0, 0, 1, 1, -1, 1]])
     assert {name: facts[name] for name in expected} == expected
 
 

@@ -31,14 +31,6 @@ def import_extra(module: str, task: str, extra: str) -> Any:
         raise MissingExtraError(task, extra) from None
 
 
-def is_installed(module: str) -> bool:
-    """Return whether an optional module can be imported, without importing it."""
-    try:
-        return importlib.util.find_spec(module) is not None
-    except ValueError:  # the module is marked as missing in `sys.modules`
-        return False
-
-
 class RenderError(RuntimeError):
     """Pictures cannot be rendered on this machine. The message says what to install."""
 

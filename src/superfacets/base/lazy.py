@@ -40,17 +40,12 @@ class Table(dict[str, Any]):
         return load(found) if isinstance(found, str) else found
 
     @classmethod
+    @cache
     def added(cls, group: str) -> Table:
         """Return the objects that installed packages add by entry points of a group."""
-        return cls(added(group))
+        from importlib.metadata import entry_points  # slow to import
 
-
-@cache
-def added(group: str) -> dict[str, str]:
-    """Return the names and targets that installed packages add by entry points of a group."""
-    from importlib.metadata import entry_points  # slow to import
-
-    return {point.name: point.value for point in entry_points(group=group)}
+        return cls({point.name: point.value for point in entry_points(group=group)})
 
 
 def homes_in(stub: Path) -> dict[str, str]:

@@ -16,6 +16,7 @@ from ..graph.constraints import mask_of
 from ..graph.corner_labels import are_of_vertices
 from ..graph.kinds import kind_of
 from ..mesh.base import Cells
+from .atomic import StrPath
 from .attributes import MeshAttributes
 from .formats import FORMATS
 from .guards import Content, known_ending, named_errors, read_content
@@ -37,9 +38,11 @@ class CellFile:
     folder: Path | None = None  # folder of other files that the file names; None if there is none
 
     @classmethod
-    def read(cls, path: Path, ending: str | None = None) -> CellFile:
+    def read(cls, path: StrPath, ending: str | None = None) -> CellFile:
         """Read a file in the format of `ending`; by default, the ending of its name."""
-        return cls(str(path), read_content(path), ending or cell_ending(path), path.parent)
+        path = Path(path)
+        ending = ending or cell_ending(path)
+        return cls(str(path), read_content(path), ending, path.parent)
 
     @classmethod
     def of_stream(cls, data: Content, name: str, ending: str | None = None) -> CellFile | None:

@@ -17,7 +17,7 @@ import numpy as np
 from .. import _core
 from ..base.checks import checked_threads
 from ..base.errors import MeshError
-from ..base.lazy import added, load
+from ..base.lazy import Table, load
 from ..base.types import ArcLists, Bools, Floats, Ints, Longs
 from ..mesh.base import Cells
 from ..mesh.convert import CloudLike, MeshLike, as_cells
@@ -315,7 +315,7 @@ def kind_of(cells: object) -> Kind:
     found = type(cells)
     if found not in _KINDS:
         name = f"{found.__module__}.{found.__qualname__}"
-        target = _NAMED.get(name) or added("superfacets.kinds").get(name)
+        target = _NAMED.get(name) or Table.added("superfacets.kinds").get(name)
         if target is None:
             raise TypeError(
                 f"{found.__name__} is not a registered class of cells: add an entry point of the"

@@ -25,7 +25,7 @@ from ..mesh.faces import FaceMesh
 from ..weights.features import FeatureOptions
 from .options import SegmentOptions
 
-_READER = "superfacets.files.readers.read:read_cells_and_attributes"
+_FILE = "superfacets.files.cell_file:CellFile"
 _DATA = "superfacets.files.named_features:CellData"
 
 
@@ -145,7 +145,7 @@ def read_with_features(
     if not names:
         return as_cells(mesh), features
     if isinstance(mesh, (str, os.PathLike)):
-        source, attributes = load(_READER)(mesh)
+        source, attributes = load(_FILE).read(mesh).cells_and_attributes()
     else:
         source, attributes = as_cells(mesh), None
         if "color" in names and kind_of(source).has_faces:

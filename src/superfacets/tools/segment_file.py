@@ -22,7 +22,7 @@ from ..base.errors import MeshError
 from ..base.lazy import load
 from ..base.options import INITS, ISLANDS, Progress, SizeOptions
 from ..base.timing import OnStage, timed
-from ..base.types import Array, Floats, Longs
+from ..base.types import Array, Bools, Floats, Longs
 from ..clustering.result import Segmentation
 from ..files.attributes import MeshAttributes
 from ..files.formats import FORMATS
@@ -184,11 +184,7 @@ class FileOptions:
             threads = checked_threads(self.keywords.get("n_threads"))
             of_cells: dict[str, Any] = {**constraints}
             if self.min_opacity > 0:
-                is_opaque = _opacities(attributes) >= self.min_opacity
-                if not is_opaque.any():
-                    raise MeshError(
-                        f"no splat has an opacity >= {self.min_opacity:g}: lower min_opacity"
-                    )
+                is_opaque = _are_opaque(attributes, self.min_opacity)
                 of_cells["mask"] = is_opaque & of_cells.get("mask", True)
             is_kept = of_cells.get("mask")
             features = CellData(mesh, attributes).features(self.features, threads, is_kept)
@@ -228,9 +224,8 @@ class FileOptions:
         """
         for folder in {path.parent for path in files}:
             folder.mkdir(parents=True, exist_ok=True)
-        outputs = Outputs(files, FormatOptions(force=self.force))
+        outputs = Outputs(files, self.form([*Outputs(files).endings]))
         outputs.check()
-        outputs = replace(outputs, options=self.form([*outputs.endings]))
         path = Path(source)
 
         def load(keep: bool) -> tuple[Cells, MeshAttributes | None, dict[str, Array]]:
@@ -270,8 +265,8 @@ def _check_keywords(keywords: Mapping[str, Any]) -> None:
     SegmentOptions.checked(**{**_DEFAULTS, **keywords})
 
 
-def _opacities(attributes: MeshAttributes | None) -> Floats:
-    """Return the opacity of each splat, 0 to 1; raise a MeshError if an opacity is missing."""
+def _are_opaque(attributes: MeshAttributes | None, least: float) -> Bools:
+    """Return whether the opacity of each splat is at least `least`; a MeshError if none is."""
     stored = {} if attributes is None else attributes.vertex
     if "opacity" not in stored:
         raise MeshError("min_opacity needs Gaussian splats, but the file has no property opacity")
@@ -279,7 +274,10 @@ def _opacities(attributes: MeshAttributes | None) -> Floats:
         first = np.flatnonzero(np.isnan(stored["opacity"]))[0]
         raise MeshError(f"opacity[{first}] is nan: min_opacity needs the opacity of all splats")
     with np.errstate(over="ignore"):  # converts logits to opacities
-        return np.asarray(1.0 / (1.0 + np.exp(-stored["opacity"].astype(np.float64))))
+        is_opaque = 1.0 / (1.0 + np.exp(-stored["opacity"].astype(np.float64))) >= least
+    if not is_opaque.any():
+        raise MeshError(f"no splat has an opacity >= {least:g}: lower min_opacity")
+    return np.asarray(is_opaque)
 
 
 def _subdivided(source: Cells, options: FileOptions) -> Subdivision:
@@ -297,7 +295,7 @@ def _segmented(
     mesh: Cells, of_cells: Mapping[str, Any], options: FileOptions, progress: Progress | None,
     on_stage: OnStage | None,
 ) -> tuple[Segmentation, tuple[Warning, ...]]:  # fmt: skip
-    """Segment a mesh, and return all warnings.
+    """Segment a mesh, and return the warnings.
 
     `n_segments` is reduced if there are fewer cells inside the mask.
     """

@@ -79,12 +79,12 @@ class Thumbnails:
 
 def main() -> None:
     """Draw the file in the first argument, and write a PNG to the path in the second argument."""
-    from superfacets.files.readers.read import read_cells
+    from superfacets.kit import CellFile
     from superfacets_show.rendering import render
 
     source, target = map(Path, sys.argv[1:3])
     try:
-        render(read_cells(source), output=target, size=SIZE)
+        render(CellFile.read(source).cells(), output=target, size=SIZE)
     except Exception as error:
         sys.exit(f"{type(error).__name__}: {error}")
 

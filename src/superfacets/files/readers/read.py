@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -163,20 +162,6 @@ def read_cloud(path: str | os.PathLike[str]) -> PointCloud:
         path, tuple(CLOUD_READERS), lambda data, ending, _: CLOUD_READERS[ending](data)[0]
     )
     return found
-
-
-def read_cells(path: str | os.PathLike[str]) -> Cells:
-    """Read a mesh, or a point cloud if the file has no faces."""
-    parse = partial(parse_cells_and_attributes, keep=False)
-    return _read(path, FORMATS.cells, parse)[0]
-
-
-def read_cells_and_attributes(path: str | os.PathLike[str]) -> tuple[Cells, MeshAttributes | None]:
-    """Read a mesh or point cloud as in `read_cells`, and its attributes.
-
-    The attributes of a mesh are None if its format is not PLY, OBJ, GIFTI or glTF.
-    """
-    return _read(path, FORMATS.cells, parse_cells_and_attributes)
 
 
 def read_attributes(path: str | os.PathLike[str]) -> MeshAttributes:
