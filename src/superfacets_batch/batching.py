@@ -8,12 +8,11 @@ from collections.abc import Callable, Generator, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from importlib.util import find_spec
-from os import PathLike
 from pathlib import Path
 from typing import Any
 
 from superfacets import MissingExtraError, __version__, kit
-from superfacets.kit import FORMATS, FileOptions, InputFile
+from superfacets.kit import FORMATS, FileOptions, InputFile, StrPath
 
 from .cluster import Crew, local_client, remote_client
 from .jobs import BatchJob, Manifest, Record, failed, hash_of, run_job
@@ -23,7 +22,6 @@ MEMORY_SHARE = 0.8  # of the memory per worker thread, for a file: estimates may
 MOST_ENDS = 2  # a file is not processed again after so many processes ended with it
 START_CELLS = 2_000  # fixed time per file, as the number of cells processed in the same time
 
-StrPath = str | PathLike[str]
 OpenClient = Callable[[], contextlib.AbstractContextManager[Any]]
 
 
@@ -236,7 +234,11 @@ def _checked_workers(
         kit.checked_number(timeout, "timeout", zero=False)
     if workers is None:
         workers = kit.checked_threads(None)
-        if scheduler is None and workers > 1 and not _has_dask():
+        try:
+            has_dask = find_spec("distributed") is not None
+        except ValueError:  # the module is marked as missing in `sys.modules`
+            has_dask = False
+        if scheduler is None and workers > 1 and not has_dask:
             workers = 1
             advice = MissingExtraError("several workers", "batch")
             notes.append(f"files are processed one after the other: {advice}")
@@ -246,13 +248,6 @@ def _checked_workers(
     if timeout is not None and scheduler is None and n_workers == 1:
         raise ValueError("timeout needs several workers or a scheduler")
     return n_workers, notes
-
-
-def _has_dask() -> bool:
-    try:
-        return find_spec("distributed") is not None
-    except ValueError:  # the module is marked as missing in `sys.modules`
-        return False
 
 
 def _plan(

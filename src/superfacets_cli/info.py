@@ -11,23 +11,13 @@ from typing import Any
 import click
 import numpy as np
 
-from superfacets import (
-    CloudInfo,
-    MeshAttributes,
-    MeshInfo,
-    SliverWarning,
-    TetInfo,
-    cloud_info,
-    mesh_info,
-)
+from superfacets import CloudInfo, MeshAttributes, MeshInfo, SliverWarning, cloud_info, mesh_info
 from superfacets.kit import kind_of
 
 from .failures import EXIT_DATA, count_failures, print_note
 from .inputs import check_inputs, name_of, read_input
 from .interrupts import run_in_background
 from .options import INPUT, USUAL_COUNT, format_option, json_option
-
-Info = MeshInfo | TetInfo | CloudInfo
 
 MAX_BYTES_OF_ATTRIBUTES = 100 << 20
 """Maximum size, in bytes, of files whose attributes are read to report constant properties."""
@@ -80,7 +70,7 @@ def info_command(
         ctx.exit(EXIT_DATA)
 
 
-def _read(text: str, format: str | None) -> tuple[Info, MeshAttributes | None, Any]:
+def _read(text: str, format: str | None) -> tuple[Any, MeshAttributes | None, Any]:
     path = Path(text)
     keep = not path.is_file() or path.stat().st_size <= MAX_BYTES_OF_ATTRIBUTES
     source = read_input(text, format)
@@ -122,7 +112,7 @@ def _coordinate(value: float, diagonal: float) -> str:
     return np.format_float_positional(round(value, n_digits) + 0.0, trim="-")
 
 
-def _rows_of(info: Info) -> list[tuple[str, str]]:
+def _rows_of(info: Any) -> list[tuple[str, str]]:
     low, high = (
         " ".join(_coordinate(value, info.diagonal) for value in corner) for corner in info.bounds
     )

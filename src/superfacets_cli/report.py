@@ -25,17 +25,13 @@ rooms with a larger fraction, more vertices were in wrong objects than with fewe
 
 
 def notes_of(
-    outcome: Any,
-    n_requested: int | None,
-    endings: Collection[str],
-    sizes: Longs,
+    outcome: Any, n_requested: int | None, endings: Collection[str], sizes: Longs,
     holds_labels: bool,
-) -> list[str]:
+) -> list[str]:  # fmt: skip
     """Return notes on unexpected results; `outcome` is a result of `FileOptions.segment`.
 
     `n_requested` is the number of regions given with -n, or None. `sizes` is the same as in
-    `notes_on_written`.
-    `holds_labels` is True if some output stores labels without the cells.
+    `notes_on_written`. `holds_labels` is True if some output stores labels without the cells.
     """
     mesh, result, listed = outcome.mesh, outcome.result, outcome.listed
     kind = kind_of(mesh)
@@ -114,7 +110,7 @@ def _notes_on_number(
             " matches -n only approximately"
         ]
     if n_made <= n_requested:
-        return islands if n_made < n_requested else []
+        return islands if n_made < n_requested and "min_measure" in params else []
     more = f"{counted(n_made - n_requested, 'more region')} than requested"
     if params["islands"] == "nearest":
         return [f"{more}: some parts between barriers had no seed and became regions"]

@@ -157,7 +157,7 @@ class Formats(dict[str, Table]):
         }
         """Writers of cells, keyed by `Kind.name`, then by ending. The first ending is the default.
         If a kind is missing here, only its labels can be written, to label files."""
-        faces, tets = self["write_polygons"], self["write_tetrahedra"]
+        faces = self["write_polygons"]
         self.writers["triangles"] = ChainMap(self["write_triangles"], faces)
         kinds = [table for kind, table in self.writers.items() if kind != "points"]
         self.mesh_outputs = _distinct(self.writers["triangles"], *kinds)
@@ -166,12 +166,8 @@ class Formats(dict[str, Table]):
         """Files of point clouds only."""
         self.attribute_outputs = (*faces, ".pcd", ".las", ".laz", ".label.gii")
         """Files for which commands read the attributes of the input, including its texture."""
-        self.named_outputs = (".vtp", *tets)
-        """Files that store labels in a named array."""
         self.class_outputs = (".glb", ".obj", ".stl", ".aggregation.json")
         """Files that store a class per region."""
-        self.colorless_outputs = (".obj", ".stl", ".csv", ".ids.png", *tets)
-        """Files that store no colors."""
         self.label_outputs = (".npy", ".seg", ".txt")
         """Files with one label per cell."""
         self.graph_outputs = (".npz",)

@@ -22,6 +22,9 @@ from ..attributes import MeshAttributes
 from ..formats import FORMATS
 from .content import Content
 
+_COLORLESS = (".obj", ".stl", ".csv", ".ids.png", *FORMATS["write_tetrahedra"])
+"""Endings of formats that store no colors."""
+
 
 @dataclass(frozen=True)
 class FormatOptions:
@@ -53,7 +56,7 @@ class FormatOptions:
         if not isinstance(named, str) or not named or not named.isprintable():
             raise ValueError(f"label_name must be one line of printable text, got {named!r}")
         for name, is_given, fitting in (
-            ("label_name", named != "label", FORMATS.named_outputs),
+            ("label_name", named != "label", (".vtp", *FORMATS["write_tetrahedra"])),
             ("vertex_labels", options.vertex_labels, (".ply",)),
             ("classes", classes is not None, FORMATS.class_outputs),
             ("scores", scores is not None, (".aggregation.json",)),
@@ -134,7 +137,7 @@ class CellWriter:
         texture = None if self.attributes is None else self.attributes.texture
         # Viewers multiply vertex colors with the texture. Therefore, a GLB file with a texture gets
         # only given colors, and no colors that are computed from labels.
-        is_plain = ending in FORMATS.colorless_outputs or (ending == ".glb" and texture is not None)
+        is_plain = ending in _COLORLESS or (ending == ".glb" and texture is not None)
         colors = self.given_colors if is_plain else self._colors
         content = Content(
             self.cells, ending, self.labels, colors, self.attributes, of_vertices,

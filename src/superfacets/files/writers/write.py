@@ -140,19 +140,12 @@ def write_mesh(
     ...     print(path.read_text().splitlines()[-1])
     3 0 2 3 0 0 255 255
     """
-    path = Path(path)
-    ending = known_ending(path, (*FORMATS.cell_outputs, *FORMATS.derived_outputs))
+    ending = known_ending(Path(path), (*FORMATS.cell_outputs, *FORMATS.derived_outputs))
     options = FormatOptions.checked(
         [ending], ascii=ascii, label_name=label_name, vertex_labels=vertex_labels,
-        classes=classes, scores=scores,
+        classes=classes, scores=scores, force=force,
     )  # fmt: skip
-    if not force:
-        _check_truth_stays([path])
-    cells = as_cells(mesh)
-    cell_labels = None if labels is None else _labels_of(cells, labels)
-    writer = _writer_of(cells, cell_labels, ending, options, attributes, colors)
-    with atomic_outputs([path]) as (temporary,), temporary.open("wb") as file:
-        writer.write(file, ending, path)
+    Outputs([path], options).write(mesh, labels, colors=colors, attributes=attributes)
 
 
 def _check_truth_stays(paths: Sequence[StrPath]) -> None:
@@ -389,6 +382,7 @@ class Outputs:
         mesh: Any,
         labels: npt.ArrayLike | None,
         *,
+        colors: npt.ArrayLike | None = None,
         attributes: MeshAttributes | None = None,
         listed: npt.ArrayLike | None = None,
         listed_mesh: Any = None,
@@ -420,7 +414,7 @@ class Outputs:
         if listed is not None:
             of_listed = cells if listed_mesh is None else as_cells(listed_mesh)
             ids = IdWriter(of_listed, checked_labels(listed), options, segments_file=file)
-        of_cells = CellWriter(cells, cell_labels, None, attributes, options, of_vertices)
+        of_cells = CellWriter(cells, cell_labels, colors, attributes, options, of_vertices)
         listing = all_endings.difference(FORMATS.cell_outputs)
         ids.checked([*listing])
         of_cells = of_cells.checked([*all_endings - listing])
@@ -458,9 +452,9 @@ def _ending_of(path: Path) -> str:
 
 def _writer_of(
     cells: Cells, labels: Ints | None, ending: str, form: FormatOptions,
-    attributes: MeshAttributes | None = None, colors: npt.ArrayLike | None = None,
+    attributes: MeshAttributes | None = None,
 ) -> CellWriter | IdWriter:  # fmt: skip
     """Return the writer for an ending, or raise an error if the format cannot store the cells."""
     if ending in FORMATS.cell_outputs:
-        return CellWriter(cells, labels, colors, attributes, form).checked([ending])
+        return CellWriter(cells, labels, None, attributes, form).checked([ending])
     return IdWriter(cells, labels, form, attributes=attributes).checked([ending])
