@@ -257,9 +257,8 @@ def _plan(
     known = FORMATS.ending_of
     for name in formats:
         if name not in known or formats.count(name) > 1:
-            what = "an unknown name" if name not in known else "a repeated name"
-            names = ", ".join(known)
-            raise ValueError(f"formats has {what}, {name!r}: use distinct names from {names}")
+            what = f"{'a repeated' if name in known else 'an unknown'} name, {name!r}"
+            raise ValueError(f"formats has {what}: use distinct names from {', '.join(known)}")
     endings = tuple(known[name] for name in formats)
     sources = InputFile.find(inputs)
     options.form(endings or [source.usual_ending for source in sources])
@@ -269,8 +268,7 @@ def _plan(
         BatchJob(
             source.name,
             {"name": source.name, "input": source.input, "version": __version__, "params": params},
-            str(Path(source.input).absolute()), str(folder), source.output_names(endings),
-            options,
+            str(Path(source.input).absolute()), str(folder), source.output_names(endings), options,
         )
         for source in sources
     ]  # fmt: skip

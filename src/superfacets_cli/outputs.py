@@ -152,7 +152,7 @@ def _labeled(path: Path, noun: str) -> str:
     ending = kit.known_ending(path, FORMATS.outputs)
     if ending in FORMATS.label_outputs:
         return f" (a label per {noun})"
-    if ending in (*FORMATS.vertex_outputs, *FORMATS.cortex_outputs):
+    if ending in (*FORMATS.vertex_outputs, *FORMATS.key_labels):
         return f" (a label per {'point' if noun == 'point' else 'vertex'})"
     return ""
 

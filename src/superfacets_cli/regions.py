@@ -147,7 +147,7 @@ def _values_of(name: str, file: str, data: CellData) -> Floats:
 
     If it does not exist, a MeshError lists all properties.
     """
-    values = data.property(name)
+    values = data.values(name)
     if values is None:
         kept = data.attributes
         stored = () if kept is None else (*kept.face, *kept.vertex)

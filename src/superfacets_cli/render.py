@@ -72,7 +72,7 @@ def _values_named(color_by: str | None, data: CellData) -> Array | str | None:
         return None
     if Path(color_by).suffix.lower() in VALUE_ENDINGS:
         return read_values(Path(color_by))
-    values = data.property(color_by)
+    values = data.values(color_by)
     if values is not None:
         return values
     columns = RegionGraph.column_names(kind_of(data.cells).dimension)

@@ -94,8 +94,10 @@ class CellFile:
         ending = known_ending(path, FORMATS.labels)
         labeled = CellFile(str(path), read_content(path), ending, path.parent)
         with named_errors(path):
-            labels = labeled._values(name) if are_values else None
-            if labels is None:
+            is_mask = are_values and ending == ".npy" and npy_header(labeled.data)[1].kind == "b"
+            if is_mask:
+                labels = checked_labels(npy_array(labeled.data, "labels").view(np.uint8))
+            else:
                 labels = parse_labels(labeled.data, ending, None, name)
             n_vertices = getattr(cells, "n_vertices", None)
             if n_vertices is not None and ending in FORMATS["vertex_labels"]:
@@ -106,19 +108,12 @@ class CellFile:
             self._check_same_order(cells, labeled, are_of_vertices=of_vertices)
         return labels, of_vertices
 
-    def _values(self, name: str) -> Ints | None:
-        """Return the bools of a .npy file as labels 0 and 1, or None if it has no bools."""
-        if self.ending != ".npy" or npy_header(self.data)[1].kind != "b":
-            return None
-        return checked_labels(npy_array(self.data, "labels").view(np.uint8))
-
     def _check_same_order(self, cells: Any, labeled: CellFile, *, are_of_vertices: bool) -> None:
         """Raise a MeshError if labeled cells differ from these cells in position or order.
 
         If `are_of_vertices` is true, the points in `labeled` are compared with the vertices of
         `cells`. Positions may differ by rounding to float32, which many formats store, and by one
-        quantization step of LAS. These tolerances are smaller than the distances that the formats
-        can represent.
+        quantization step of LAS, which is less than the distances that formats can represent.
         """
         kind, others = kind_of(cells), labeled.cells()
         expected = cells.vertices if are_of_vertices else kind.positions(cells)

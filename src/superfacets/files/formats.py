@@ -148,7 +148,8 @@ class Formats(dict[str, Table]):
         self.placed_labels = (".ply", *self.part_labels, *self.found_labels)
         """Label files that also contain the labeled cells, and therefore their positions."""
         self.key_labels = (".label.gii", ".annot")
-        """Files in which the label of a vertex is its key, or its row in a table, minus 1."""
+        """Files with one label per vertex, which may be -1, and a table of colors and names. The
+        label is the key of the vertex, or its row in the table, minus 1."""
 
     def _list_outputs(self) -> None:
         tables = ((role, table) for role, table in self.items() if role[:6] == "write_")
@@ -176,9 +177,7 @@ class Formats(dict[str, Table]):
         """Files whose ids are renumbered from 0, without gaps."""
         self.vertex_outputs = (".segs.json", *self.renumbered_outputs)
         """Files with one id per vertex, 0 or greater."""
-        self.cortex_outputs = self.key_labels
-        """Files with one label per vertex, which may be -1, and a table of colors and names."""
-        ids = (*self.vertex_outputs, *self.cortex_outputs)
+        ids = (*self.vertex_outputs, *self.key_labels)
         self.unconverted_outputs = (*ids, ".aggregation.json")
         """Files that store given labels of vertices unchanged. Other label files store labels of
         cells, even if labels of vertices are given."""

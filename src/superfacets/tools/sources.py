@@ -28,10 +28,7 @@ PER_BYTE = 3
 """Memory in bytes per byte of the input file, for its content, the mesh, and the output."""
 
 FILE_BYTES = {".stl": 50, ".ply": 18, ".obj": 30, ".off": 30, ".tri": 30, ".laz": 3, ".vtp": 6}
-"""Minimum number of bytes per cell in a file, for each ending."""
-
-USUAL_FILE_BYTES = 12
-"""Minimum number of bytes per cell in a file, for endings that are not in `FILE_BYTES`."""
+"""Minimum number of bytes per cell in a file, for each ending; 12 for all other endings."""
 
 
 @dataclass(frozen=True)
@@ -101,7 +98,7 @@ class InputFile:
     @property
     def most_cells(self) -> int:
         """Upper bound of the number of cells, from the size of the file; 0 if it is missing."""
-        return self._size // FILE_BYTES.get(Path(self.input).suffix.lower(), USUAL_FILE_BYTES)
+        return self._size // FILE_BYTES.get(Path(self.input).suffix.lower(), 12)
 
     @property
     def memory(self) -> int:

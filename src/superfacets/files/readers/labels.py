@@ -23,9 +23,6 @@ from .text import shown, split_lines
 MAX_LABEL = 2**31 - 1
 """Largest allowed label, because labels are int32."""
 
-WORK_ENDING = ".jsonl"
-"""Ending of work files of the studio. Only the layers above the studio can read them."""
-
 NO_REGION = -1
 """Label of cells that are in no region."""
 
@@ -90,7 +87,7 @@ def read_labels(
     array([0, 1], dtype=int32)
     """
     path = Path(path)
-    if path.suffix.lower() == WORK_ENDING:
+    if path.suffix.lower() == ".jsonl":
         raise MeshError(
             f"{path}: work files of the studio cannot be read without their mesh: write the labels"
             f" with superfacets convert MESH {path.name} -o labels.npy"

@@ -85,7 +85,7 @@ class IdWriter:
         assert self.labels is not None
         if ending in FORMATS.graph_outputs:
             load("superfacets_scans.pyg:write_arrays")(file, self._graph)
-        elif ending in FORMATS.cortex_outputs:
+        elif ending in FORMATS.key_labels:
             self._write_cortex(file, ending)
         elif ending == ".aggregation.json":
             self._write_groups(file, _SCANS["scene_of"](path, ending))
@@ -178,7 +178,7 @@ def write_levels(
         _SCANS["write_tensor"](file, labels)
     elif ending in FORMATS.vertex_outputs:
         _SCANS["write_superpoints"](file, labels, ending)
-    elif ending in FORMATS.cortex_outputs:
+    elif ending in FORMATS.key_labels:
         load(_CORTEX)(file, ending, labels)
     elif ending == ".npy":
         write_npy(file, labels)
@@ -203,7 +203,7 @@ def _check_labels(labels: Ints, ending: str) -> None:
         raise MeshError(f"labels[{first}] must be >= 0 in {ending}, got {labels[first]}")
     if ending == ".pth":
         _SCANS["check_torch"]()
-    if ending in FORMATS.cortex_outputs:
+    if ending in FORMATS.key_labels:
         _SCANS["check_ids"](labels)
 
 

@@ -148,9 +148,9 @@ def write_mesh(
     Outputs([path], options).write(mesh, labels, colors=colors, attributes=attributes)
 
 
-def _check_truth_stays(paths: Sequence[StrPath]) -> None:
-    """Raise a FileExistsError if writing to `paths` would destroy ground truth of scans."""
-    if any(Path(path).suffix.lower() == ".json" for path in paths):
+def _check_truth_stays(paths: Sequence[StrPath], force: bool) -> None:
+    """Raise a FileExistsError if writing would destroy ground truth of scans, unless `force`."""
+    if not force and any(Path(path).suffix.lower() == ".json" for path in paths):
         load("superfacets_scans.scannet:check_truth_stays")(paths)
 
 
@@ -207,8 +207,7 @@ def write_labels(path: StrPath, labels: npt.ArrayLike, *, force: bool = False) -
     """
     path = Path(path)
     ending = known_ending(path, (*FORMATS.label_outputs, *FORMATS.id_outputs))
-    if not force:
-        _check_truth_stays([path])
+    _check_truth_stays([path], force)
     levels = checked_levels(labels, ending)
     with atomic_outputs([path]) as (temporary,), temporary.open("wb") as file:
         write_levels(file, ending, path, levels)
@@ -353,8 +352,7 @@ class Outputs:
         Raises a ValueError if an ending is unknown or a path is given twice. Raises an OSError if a
         folder is missing or not writable, if a path is not a regular file, or if `force` is needed.
         """
-        if not self.options.force:
-            _check_truth_stays(self.files)
+        _check_truth_stays(self.files, self.options.force)
         for path in self.files:
             _ending_of(Path(path))
         checked_targets(self.files)
@@ -404,8 +402,7 @@ class Outputs:
         labels but there are none.
         """
         paths, all_endings, options = [*map(Path, self.files)], self.endings, self.options
-        if not options.force:
-            _check_truth_stays(paths)
+        _check_truth_stays(paths, options.force)
         cells = as_cells(mesh)
         cell_labels = None if labels is None else _labels_of(cells, labels)
         file = next((path for path in paths if _ending_of(path) == SEGMENTS), None)
