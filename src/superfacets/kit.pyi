@@ -28,9 +28,9 @@ from .base.checks import counted as counted
 from .files.guards import shortened as shortened
 from .base.errors import reason_of as reason_of
 from .base.errors import import_extra as import_extra
+from .base.lazy import Table as Table
 from .base.checks import freeze as freeze
 from .base.checks import owned as owned
-from .base.timing import timed as timed
 
 # Meshes, clouds and their cells
 from .mesh.convert import as_mesh as as_mesh
@@ -48,6 +48,7 @@ from .weights.formulas import WEIGHTS as WEIGHTS
 from .graph.size import DEFAULT_N_SEGMENTS as DEFAULT_N_SEGMENTS
 
 # Reading files
+from .files.formats import FORMATS as FORMATS
 from .files.guards import Content as Content
 from .files.guards import read_content as read_content
 from .files.guards import open_regular as open_regular
@@ -62,14 +63,12 @@ from .files.guards import as_doubles as as_doubles
 from .files.guards import most_bytes_of as most_bytes_of
 from .files.guards import rotation_of as rotation_of
 from .files.readers.npy import npy_array as npy_array
+from .files.readers.npy import npz_array as npz_array
 from .files.readers.labels import NO_REGION as NO_REGION
 from .files.attributes import LasFrame as LasFrame
 from .files.named_features import stored_colors as stored_colors
 from .files.named_features import CellData as CellData
 from .files.cell_file import CellFile as CellFile
-from .files.readers.npy import npz_array as npz_array
-from .files.formats import FORMATS as FORMATS
-from .base.lazy import Table as Table
 
 # Writing files
 from .files.atomic import atomic_outputs as atomic_outputs

@@ -1,11 +1,13 @@
 """The command `evaluate`."""
 
+import inspect
 import json
 
 import pytest
 import shapes
 
-from superfacets import metrics, write_labels, write_mesh
+from superfacets import metrics, segment, write_labels, write_mesh
+from superfacets_cli.options import USUAL_COUNT
 
 
 @pytest.fixture
@@ -67,6 +69,12 @@ def test_faces_in_no_region_are_an_error(run, labeled_strip):
     assert (status, err) == (1, f"superfacets: error: labels{expected}")
     status, printed, _ = run("evaluate", mesh, labels, "--gt", hole)
     assert (status, "undersegmentation_error    0\n" in printed) == (0, True)
+
+
+def test_defaults_in_help_texts_are_the_defaults_of_the_functions(run):
+    tolerance = inspect.signature(metrics.evaluate).parameters["tolerance"].default
+    assert f"[default: {tolerance};" in " ".join(run("evaluate", "-h")[1].split())
+    assert segment(shapes.bumpy_sheet()).n_segments == USUAL_COUNT
 
 
 def test_labels_and_truth_of_vertices_are_compared_at_the_vertices(run, labeled_strip):

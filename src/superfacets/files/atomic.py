@@ -160,7 +160,8 @@ def _create(temporary: Path, target: Path) -> None:
 def open_own(path: Path, flags: int) -> int:
     """Open a lock file and return its descriptor, or raise an OSError if it is not a regular file.
 
-    Symbolic links are refused, because somebody else may have created a link to an important file.
+    Programs use it for files that only one process may write. Symbolic links are refused, because
+    somebody else may have created a link to an important file.
     """
     with contextlib.suppress(FileNotFoundError):
         mode = path.lstat().st_mode

@@ -29,7 +29,7 @@ _NOT_JSON = re.compile(r"(?<=\d)L|,(?=\s*[\]}])")
 
 
 def npy_array(data: Content, what: str = "numbers") -> Array:
-    """Return the array of a .npy file.
+    """Return the array of a .npy file. Readers of labels, values and masks use it.
 
     numpy.load allocates the memory that the header declares, even if the header is damaged. This
     function first checks that the declared size matches the file. Pickled arrays of objects are
@@ -49,7 +49,7 @@ def npy_array(data: Content, what: str = "numbers") -> Array:
 
 
 def npz_array(data: Content, name: str) -> Array:
-    """Return one array of a .npz file by name.
+    """Return one array of a .npz file by name. Commands use it to read labels of levels.
 
     If the archive is damaged, raises exceptions of zipfile or zlib, a KeyError or a MeshError.
     """
