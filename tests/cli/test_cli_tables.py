@@ -28,18 +28,15 @@ def test_all_tables_appear_or_none(tmp_path):
 
 
 def lines_of(vertices, offsets, regions, is_closed):
-    ends, n = np.array([], np.int32), len(is_closed)
-    return BorderLines(
-        np.array(vertices, np.int32), np.array(offsets), np.array(regions, np.int32),
-        np.array(is_closed, bool), np.ones(n), ends,
-    )  # fmt: skip
+    arrays = map(np.array, (vertices, offsets, regions, is_closed))
+    return BorderLines(*arrays, lengths=np.ones(len(is_closed)), junctions=np.array([]))
 
 
 def test_lines_hold_the_vertices_that_they_use(tmp_path):
     vertices = np.arange(12.0).reshape(4, 3) / 10
     path, names = tmp_path / "lines.obj", np.array([3, 7])
     lines = lines_of([3, 1, 1, 0], [0, 2, 4], [[0, 1], [1, -1]], [False, True])
-    none = lines_of([], [0], np.empty((0, 2)), [])
+    none = lines_of([], [0], np.empty((0, 2), int), [])
     write_borders(path, vertices, lines, names)
     assert path.read_text().splitlines() == [
         "v 0.0 0.1 0.2", "v 0.3 0.4 0.5", "v 0.9 1.0 1.1",

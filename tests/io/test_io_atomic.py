@@ -135,22 +135,19 @@ def test_names_as_long_as_can_be(tmp_path):
     assert path.read_text() == "5\n"
 
 
-@pytest.mark.parametrize(
-    "call",
-    [lambda paths: Outputs(paths).check(), lambda paths: write_labels(paths[0], [0])],
-)
+@pytest.mark.parametrize("call", [lambda *p: Outputs(p).check(), lambda p: write_labels(p, [0])])
 def test_targets_that_cannot_be_written_are_os_errors(tmp_path, call, forbid):
     with pytest.raises(FileNotFoundError, match=r"a\.seg: the folder .*absent does not exist"):
-        call([tmp_path / "absent" / "a.seg"])
+        call(tmp_path / "absent" / "a.seg")
     (tmp_path / "file").touch()
     with pytest.raises(NotADirectoryError, match=r"a\.seg: .*file is not a folder"):
-        call([tmp_path / "file" / "a.seg"])
+        call(tmp_path / "file" / "a.seg")
     (tmp_path / "folder.seg").mkdir()
     with pytest.raises(IsADirectoryError, match=r"folder\.seg: is a folder, not a file"):
-        call([tmp_path / "folder.seg"])
+        call(tmp_path / "folder.seg")
     forbid()  # root may write everywhere
     with pytest.raises(PermissionError, match=r"a\.seg: the folder .* is not writable"):
-        call([tmp_path / "a.seg"])
+        call(tmp_path / "a.seg")
 
 
 def test_a_folder_for_outputs_is_made_unless_a_file_is_there_or_it_cannot_be_written(
