@@ -63,7 +63,6 @@ from .files.guards import as_doubles as as_doubles
 from .files.guards import most_bytes_of as most_bytes_of
 from .files.guards import rotation_of as rotation_of
 from .files.readers.npy import npy_array as npy_array
-from .files.readers.npy import npz_array as npz_array
 from .files.readers.labels import NO_REGION as NO_REGION
 from .files.attributes import LasFrame as LasFrame
 from .files.named_features import stored_colors as stored_colors
@@ -77,7 +76,7 @@ from .files.atomic import output_folder as output_folder
 from .files.atomic import locked as locked
 from .files.writers.text import write_rows as write_rows
 from .files.writers.cells import FormatOptions as FormatOptions
-from .files.writers.write import Outputs as Outputs
+from .files.writers.write import OutputFiles as OutputFiles
 
 # Whole files
 from .tools.segment_file import FileOptions as FileOptions

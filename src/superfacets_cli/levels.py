@@ -13,7 +13,7 @@ import click
 import numpy as np
 
 from superfacets import Hierarchy, IslandWarning, MeshAttributes, SliverWarning, hierarchy, kit
-from superfacets.kit import FORMATS, CellData, Cells, FileOptions, Outputs
+from superfacets.kit import FORMATS, CellData, Cells, FileOptions, OutputFiles
 from superfacets_scans.scannet import write_sstk
 
 from . import options as opts
@@ -91,9 +91,9 @@ def levels_command(
         if labels is not None:  # label numbers in a file may have gaps
             of_file = labels_for(source, cells, labels, labels_named, is_quiet=is_quiet)
             given, _ = kit.ranked_labels(of_file)
-        Outputs([path for path in job.files if not path.name.lower().endswith(ARRAYS)]).check_fit(
-            cells, given
-        )
+        OutputFiles(
+            [path for path in job.files if not path.name.lower().endswith(ARRAYS)]
+        ).check_fit(cells, given)
         constraints = constraints_of(mask, mask_values, barriers, source, cells, name=labels_named)
         n_threads, is_kept = kit.checked_threads(options["n_threads"]), constraints.get("mask")
         table: Any = CellData(cells, attributes).features(features, n_threads, is_kept)
@@ -169,7 +169,9 @@ def _writers(
             yield partial(_write_all, ending=ending, nested=nested)
             continue
         for labels in nested.levels:
-            write = partial(Outputs([output]).write_one, path=output, cells=cells, labels=labels)
+            write = partial(
+                OutputFiles([output]).write_one, path=output, cells=cells, labels=labels
+            )
             yield partial(write, attributes=attributes)
 
 

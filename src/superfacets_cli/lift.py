@@ -115,7 +115,7 @@ def _lifted(
 
 
 def _segments(given: GivenLabels, names: Array, result: LiftedLabels) -> dict[str, Any]:
-    """Return the keyword arguments of `Outputs.write` for given segments of vertices.
+    """Return the keyword arguments of `OutputFiles.write` for given segments of vertices.
 
     `names` is the segment of each region in `result`. Segments without a face have no region.
     """

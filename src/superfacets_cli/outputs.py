@@ -13,7 +13,7 @@ from typing import Any
 import click
 
 from superfacets import MeshAttributes, kit
-from superfacets.kit import FORMATS, Cells, FormatOptions, Ints, Outputs, output_folder
+from superfacets.kit import FORMATS, Cells, FormatOptions, Ints, OutputFiles, output_folder
 
 from . import options as opts
 from .failures import print_note, print_notes
@@ -129,9 +129,11 @@ class Job:
         files = [f"{path}{_labeled(path, noun)}" for path in self.files]
         return files if self.stream is None else [*files, "standard output"]
 
-    def outputs(self, form: FormatOptions) -> Outputs:
+    def outputs(self, form: FormatOptions) -> OutputFiles:
         """Return the files and the stream, to write them in these formats."""
-        return Outputs(self.files, form, {self.stream: sys.stdout.buffer} if self.stream else {})
+        return OutputFiles(
+            self.files, form, {self.stream: sys.stdout.buffer} if self.stream else {}
+        )
 
     def print(self, text: str) -> None:
         """Print on stdout, or on stderr if stdout is used for the result."""
@@ -185,7 +187,7 @@ class OneRun:
     ) -> None:  # fmt: skip
         """Write the outputs; print `notes`, and notes on data that the outputs do not store.
 
-        `of_vertices` are arguments of `Outputs.write` for labels of vertices.
+        `of_vertices` are arguments of `OutputFiles.write` for labels of vertices.
         """
         outputs = replace(self.outputs, options=replace(self.outputs.options, **form))
         with WaitBar(is_quiet=self.is_quiet):

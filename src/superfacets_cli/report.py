@@ -16,7 +16,7 @@ from superfacets import (
     Segmentation,
     SliverWarning,
 )
-from superfacets.kit import FORMATS, Cells, Floats, Ints, Longs, Outputs, counted, kind_of
+from superfacets.kit import FORMATS, Cells, Floats, Ints, Longs, OutputFiles, counted, kind_of
 from superfacets_textures.writing import notes_on_texture
 
 MAX_FILLED = 0.2
@@ -160,8 +160,8 @@ def notes_on_written(
 ) -> list[str]:  # fmt: skip
     """Return notes on data that outputs with these file endings do not store.
 
-    `sizes` is the result of `Outputs.write`: the number of vertices of each region in files with
-    vertex labels. `are_replaced` is False if the labels come from the input, so that they replace
+    `sizes` is the result of `OutputFiles.write`: the number of vertices of each region in files
+    with vertex labels. `are_replaced` is False if the labels come from the input, so that they replace
     no property of the input.
     """
     notes = []
@@ -169,14 +169,14 @@ def notes_on_written(
     if n_lost := int(np.count_nonzero(sizes == 0)):
         lost = counted(n_lost, "region")
         notes.append(f"{lost} lost in {files}: all their vertices have labels of other regions")
-    if n_small := int(np.count_nonzero((sizes > 0) & (sizes < Outputs.MIN_VERTICES))):
-        small = f"{counted(n_small, 'region')} with fewer than {Outputs.MIN_VERTICES} vertices"
+    if n_small := int(np.count_nonzero((sizes > 0) & (sizes < OutputFiles.MIN_VERTICES))):
+        small = f"{counted(n_small, 'region')} with fewer than {OutputFiles.MIN_VERTICES} vertices"
         notes.append(f"{small} in {files}: no neighbor has vertices to spare")
     if attributes is None:
         return notes
     if attributes.left_out:
         notes.append(f"data of the input that is not copied: {', '.join(attributes.left_out)}")
-    replaced = Outputs.replaced_by_labels(cells, attributes, endings)
+    replaced = OutputFiles.replaced_by_labels(cells, attributes, endings)
     if replaced and are_replaced:
         notes.append(f"data of the input that labels replace: {', '.join(replaced)}")
     if attributes.texture is not None:
@@ -188,13 +188,13 @@ def notes_on_written(
 
 def _notes_on_filled(sizes: Longs, endings: Collection[str]) -> list[str]:
     """Return a note if many regions were enlarged to the minimum; `sizes` as above."""
-    n_filled = int(np.count_nonzero(sizes == Outputs.MIN_VERTICES))
+    n_filled = int(np.count_nonzero(sizes == OutputFiles.MIN_VERTICES))
     if n_filled <= MAX_FILLED * len(sizes):
         return []
     files = " and ".join(sorted({*endings} & {*FORMATS.vertex_outputs}))
     return [
         f"{n_filled} of {counted(len(sizes), 'region')} in {files} have the minimum of"
-        f" {Outputs.MIN_VERTICES} vertices, because small regions take vertices from neighbors;"
+        f" {OutputFiles.MIN_VERTICES} vertices, because small regions take vertices from neighbors;"
         " this makes borders less accurate: try a smaller -n, or --min-size 0.1"
     ]
 

@@ -13,7 +13,7 @@ import click
 import numpy as np
 
 from superfacets import MeshAttributes, MeshError, Segmentation, kit
-from superfacets.kit import Array, CellFile, Cells, FileOptions, FormatOptions, Outputs
+from superfacets.kit import Array, CellFile, Cells, FileOptions, FormatOptions, OutputFiles
 
 from .failures import EXIT_DATA, count_failures, print_note, print_notes
 from .inputs import (
@@ -159,7 +159,9 @@ class _Run:
         facts = facts_of(result, timings, noun, sharp_inside)
         job.report(facts, text, noun, as_json=self.as_json, is_quiet=self.is_quiet)
 
-    def _compute(self, job: Job, outputs: Outputs, bar: RunBar, timings: dict[str, float]) -> Any:
+    def _compute(
+        self, job: Job, outputs: OutputFiles, bar: RunBar, timings: dict[str, float]
+    ) -> Any:
         """Read, subdivide and segment the input, without writing files."""
         return self.options.segment(
             lambda keep: self._load(job, outputs, keep=keep),
@@ -171,7 +173,7 @@ class _Run:
         )
 
     def _load(
-        self, job: Job, outputs: Outputs, *, keep: bool
+        self, job: Job, outputs: OutputFiles, *, keep: bool
     ) -> tuple[Cells, MeshAttributes | None, dict[str, Array]]:
         """Read the input and its constraints.
 

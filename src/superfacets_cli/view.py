@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import click
 
 from superfacets import MeshError, MissingExtraError
-from superfacets.kit import Array, CellFile, Cells, npz_array, read_content, stored_colors
+from superfacets.kit import Array, CellFile, Cells, stored_colors
 
 from .failures import print_note
 from .inputs import labels_beside, labels_for, read_input, read_values, up_axis
@@ -104,8 +104,4 @@ def _levels_of(source: CellFile, path: Path | None, cells: Cells, name: str) -> 
     """Return labels of one level, shape (N,), or of all L levels in an .npz, shape (L, N)."""
     if path is None or path.suffix.lower() != ".npz":
         return labels_beside(source, path, cells, name, is_quiet=True)
-    content = read_content(path)
-    try:
-        return npz_array(content, "labels")
-    except Exception:  # zipfile and zlib raise many kinds of errors for damaged files
-        raise MeshError(f"{path}: is not a .npz of superfacets levels, or is damaged") from None
+    return CellFile.levels_in(path)

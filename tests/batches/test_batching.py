@@ -325,7 +325,7 @@ def test_the_time_left_is_that_of_equal_files(scan, out):
 
 def test_a_full_disk_stops_the_batch_and_blames_no_file(scan, out, monkeypatch, broken):
     broken(
-        "superfacets.kit.Outputs.write",
+        "superfacets.kit.OutputFiles.write",
         OSError(errno.ENOSPC, "No space left on device", "x.npy"),
     )
     with pytest.raises(OSError, match=r"No space left on device: 'x.npy'"):

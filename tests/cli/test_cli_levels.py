@@ -10,7 +10,7 @@ from command_line import COMMAND, files_in
 
 import superfacets as sf
 from superfacets import hierarchy, read_labels, read_mesh, segment, write_labels
-from superfacets.kit import FORMATS, Outputs
+from superfacets.kit import FORMATS, OutputFiles
 
 
 def test_levels_writes_all_levels_to_one_file(run, sheet, tmp_path):
@@ -56,7 +56,7 @@ def test_the_number_of_a_level_stands_before_the_whole_ending(run, sheet, tmp_pa
     (tmp_path / "other").mkdir()
     expected = tmp_path / "other" / f"a{ending}"  # same name, as some formats store the scene name
     for n, labels in zip((12, 5), hierarchy(read_mesh(sheet), [12, 5]).levels, strict=True):
-        Outputs([expected]).write(read_mesh(sheet), labels)
+        OutputFiles([expected]).write(read_mesh(sheet), labels)
         assert (tmp_path / f"a.{n}{ending}").read_bytes() == expected.read_bytes()
 
 

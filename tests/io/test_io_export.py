@@ -34,7 +34,7 @@ from superfacets import (
 )
 from superfacets.files.formats import FORMATS
 from superfacets.files.writers.cells import FormatOptions
-from superfacets.files.writers.write import Outputs
+from superfacets.files.writers.write import OutputFiles
 from superfacets_scans.scannet import scene_of
 
 SEGMENTS = "scene0000_00_vh_clean_2.0.010000.segs.json"
@@ -537,7 +537,7 @@ class TestNamesAndVertices:
 
     def test_labels_of_cells_left_out_come_back(self, square, tmp_path):
         for name in ("a.ply", "a.npy", "a.seg"):
-            Outputs([tmp_path / name]).write(square, [-1, 3])
+            OutputFiles([tmp_path / name]).write(square, [-1, 3])
             assert read_labels(tmp_path / name).tolist() == [-1, 3]
 
     @pytest.mark.parametrize(
@@ -770,7 +770,7 @@ def test_labels_of_vertices_may_be_of_the_mesh_before_it_was_subdivided(tmp_path
     names = ["a.segs.json", "a.ply", "a.sstk.json"]
     paths = [tmp_path / name for name in names]
     options = FormatOptions(ascii=True)
-    Outputs(paths, options).write(fine, np.arange(12), listed=[7, 0], listed_mesh=square)
+    OutputFiles(paths, options).write(fine, np.arange(12), listed=[7, 0], listed_mesh=square)
     assert json.loads(paths[0].read_text())["segIndices"] == [0, 7, 0, 0, 8]
     assert json.loads(paths[2].read_text())["elementCount"] == 2
     assert read_mesh(paths[1]).n_faces == 12

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..base.checks import check_length
 from ..base.errors import MeshError
-from ..base.types import Bools, Floats, Ints
+from ..base.types import Array, Bools, Floats, Ints
 from ..graph.constraints import mask_of
 from ..graph.corner_labels import are_of_vertices
 from ..graph.kinds import kind_of
@@ -21,7 +21,7 @@ from .attributes import MeshAttributes
 from .formats import FORMATS
 from .guards import Content, known_ending, named_errors, read_content
 from .readers.labels import checked_labels, find_labels, parse_labels
-from .readers.npy import npy_array, npy_header
+from .readers.npy import npy_array, npy_header, npz_array
 from .readers.read import cell_ending, parse_cells_and_attributes, recognized_ending
 
 
@@ -107,6 +107,15 @@ class CellFile:
         if ending in FORMATS.placed_labels:
             self._check_same_order(cells, labeled, are_of_vertices=of_vertices)
         return labels, of_vertices
+
+    @staticmethod
+    def levels_in(path: Path) -> Array:
+        """Return the labels of all L levels in an .npz of ``superfacets levels``, shape (L, N)."""
+        content = read_content(path)
+        try:
+            return npz_array(content, "labels")
+        except Exception:  # zipfile and zlib raise many kinds of errors for damaged files
+            raise MeshError(f"{path}: is not a .npz of superfacets levels, or is damaged") from None
 
     def _check_same_order(self, cells: Any, labeled: CellFile, *, are_of_vertices: bool) -> None:
         """Raise a MeshError if labeled cells differ from these cells in position or order.

@@ -161,10 +161,8 @@ class Formats(dict[str, Table]):
         faces = self["write_polygons"]
         self.writers["triangles"] = ChainMap(self["write_triangles"], faces)
         kinds = [table for kind, table in self.writers.items() if kind != "points"]
-        self.mesh_outputs = _distinct(self.writers["triangles"], *kinds)
-        points = self.writers["points"]
-        self.cloud_outputs = tuple(one for one in points if one not in self.mesh_outputs)
-        """Files of point clouds only."""
+        self.cell_outputs = _distinct(self.writers["triangles"], *kinds, self.writers["points"])
+        """Files that store the cells. All others store only labels, or data derived from them."""
         self.attribute_outputs = (*faces, ".pcd", ".las", ".laz", ".label.gii")
         """Files for which commands read the attributes of the input, including its texture."""
         self.class_outputs = (".glb", ".obj", ".stl", ".aggregation.json")
@@ -185,8 +183,6 @@ class Formats(dict[str, Table]):
         """Label files that `write_mesh` derives from a mesh and its labels."""
         self.derived_outputs = (*self.id_outputs, *self.graph_outputs)
         """Files with data derived from a mesh and its labels, such as labels of vertices."""
-        self.cell_outputs = (*self.mesh_outputs, *self.cloud_outputs)
-        """Files that store the cells. All others store only labels, or data derived from them."""
         self.outputs = (*self.cell_outputs, *self.label_outputs, *self.derived_outputs)
         """All output files."""
         self.ending_of = {ending.lstrip("._"): ending for ending in self.outputs}

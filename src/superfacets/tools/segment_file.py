@@ -31,7 +31,7 @@ from ..files.named_features import CellData
 from ..files.readers.labels import parse_labels
 from ..files.readers.read import cell_ending, parse_cells_and_attributes
 from ..files.writers.cells import FormatOptions
-from ..files.writers.write import Outputs
+from ..files.writers.write import OutputFiles
 from ..graph.constraints import mask_of, sharp_edges, sharp_edges_inside
 from ..graph.kinds import kind_of
 from ..graph.point_graph import checked_viewpoint
@@ -74,8 +74,8 @@ class Outcome:
     None if there are no barrier edges, or if no `barrier_angle` was given."""
     warnings: tuple[Warning, ...] = ()  # warnings of `segment`
 
-    def write(self, outputs: Outputs) -> Longs:
-        """Write all outputs, and return the same as `Outputs.write`."""
+    def write(self, outputs: OutputFiles) -> Longs:
+        """Write all outputs, and return the same as `OutputFiles.write`."""
         return outputs.write(
             self.mesh, self.result.labels, attributes=self.attributes, listed=self.listed,
             listed_mesh=self.listed_mesh,
@@ -178,9 +178,8 @@ class FileOptions:
         """
         keeps = not self.drop_attributes and holds_attributes
         with timed(timings, "mesh", on_stage):
-            mesh, attributes, constraints = load(
-                keeps or bool(self.features) or self.min_opacity > 0
-            )
+            reads = keeps or bool(self.features) or self.min_opacity > 0
+            mesh, attributes, constraints = load(reads)
             threads = checked_threads(self.keywords.get("n_threads"))
             of_cells: dict[str, Any] = {**constraints}
             if self.min_opacity > 0:
@@ -197,18 +196,16 @@ class FileOptions:
                 parts = _subdivided(mesh, self)
             mesh = parts.mesh
             of_cells = {name: values[parts.sources] for name, values in of_cells.items()}
-            attributes = (
-                None if attributes is None else attributes_of_parts(attributes, given, parts)
-            )
+            if attributes is not None:
+                attributes = attributes_of_parts(attributes, given, parts)
         if barrier_angle is not None:
             of_cells["barriers"] = sharp_edges(as_mesh(mesh), barrier_angle, n_threads=threads)
         seen = mesh if self.viewpoint is None else kind_of(mesh).seen_from(mesh, self.viewpoint)
         result, found = _segmented(seen, of_cells, self, progress, on_stage)
         outcome = Outcome(mesh, attributes, replace(result, cells=mesh), warnings=found)
         if barrier_angle is not None and len(of_cells["barriers"]):
-            inside = sharp_edges_inside(
-                as_mesh(mesh), result.labels, barrier_angle, n_threads=threads
-            )
+            surface, labels = as_mesh(mesh), result.labels
+            inside = sharp_edges_inside(surface, labels, barrier_angle, n_threads=threads)
             outcome = replace(outcome, sharp_inside=inside)
         if parts is None:
             return outcome
@@ -224,7 +221,7 @@ class FileOptions:
         """
         for folder in {path.parent for path in files}:
             folder.mkdir(parents=True, exist_ok=True)
-        outputs = Outputs(files, self.form([*Outputs(files).endings]))
+        outputs = OutputFiles(files, self.form([*OutputFiles(files).endings]))
         outputs.check()
         path = Path(source)
 

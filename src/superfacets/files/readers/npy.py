@@ -49,7 +49,7 @@ def npy_array(data: Content, what: str = "numbers") -> Array:
 
 
 def npz_array(data: Content, name: str) -> Array:
-    """Return one array of a .npz file by name. Commands use it to read labels of levels.
+    """Return one array of a .npz file by name.
 
     If the archive is damaged, raises exceptions of zipfile or zlib, a KeyError or a MeshError.
     """

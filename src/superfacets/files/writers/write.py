@@ -145,7 +145,7 @@ def write_mesh(
         [ending], ascii=ascii, label_name=label_name, vertex_labels=vertex_labels,
         classes=classes, scores=scores, force=force,
     )  # fmt: skip
-    Outputs([path], options).write(mesh, labels, colors=colors, attributes=attributes)
+    OutputFiles([path], options).write(mesh, labels, colors=colors, attributes=attributes)
 
 
 def _check_truth_stays(paths: Sequence[StrPath], force: bool) -> None:
@@ -325,7 +325,7 @@ def _check_no_other_regions(folder: Path, paths: Sequence[Path], ending: str) ->
 
 
 @dataclass(frozen=True)
-class Outputs:
+class OutputFiles:
     """Files, and open binary streams, that are written together: either all files, or none.
 
     Commands check outputs before a long computation with `check` and `check_fit`, and write them
