@@ -161,8 +161,8 @@ def notes_on_written(
     """Return notes on data that outputs with these file endings do not store.
 
     `sizes` is the result of `OutputFiles.write`: the number of vertices of each region in files
-    with vertex labels. `are_replaced` is False if the labels come from the input, so that they replace
-    no property of the input.
+    with vertex labels. `are_replaced` is False if the labels come from the input, so that they
+    replace no property of the input.
     """
     notes = []
     files = " and ".join(sorted({*endings} & {*FORMATS.vertex_outputs}))
