@@ -12,7 +12,7 @@ import numpy as np
 
 from superfacets.base.errors import MeshError
 from superfacets.base.types import Array, Ints
-from superfacets.files.formats import MESH_ENDINGS
+from superfacets.files.formats import FORMATS
 from superfacets.files.readers.read import read_mesh
 from superfacets.mesh.convert import as_mesh
 from superfacets.mesh.faces import FaceMesh, corners_of
@@ -83,7 +83,7 @@ def find_meshes(folder: Path) -> StudyMeshes:
     """Return the readable mesh files of a folder, and messages about unreadable mesh files."""
     found, problems = [], []
     for path in sorted(folder.iterdir()):
-        if path.suffix.lower() not in MESH_ENDINGS:
+        if path.suffix.lower() not in FORMATS.meshes:
             continue
         try:
             mesh = as_mesh(read_mesh(path))

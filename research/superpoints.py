@@ -22,8 +22,9 @@ from superfacets.base.checks import checked_classes, checked_threads, ranked_lab
 from superfacets.base.errors import IslandWarning, MeshError
 from superfacets.base.types import Array, Bools, Ints, Longs
 from superfacets.files.atomic import checked_targets
+from superfacets.files.formats import FORMATS
 from superfacets.files.guards import known_ending
-from superfacets.files.readers.labels import LABEL_ENDINGS, read_labels
+from superfacets.files.readers.labels import read_labels
 from superfacets.graph.sums import weighted_majority
 from superfacets.mesh.faces import vertex_graph
 from superfacets.mesh.triangle_mesh import Mesh
@@ -204,7 +205,7 @@ def study(paths: Iterable[Path], folders: Sequence[Path] = (), output: Path | No
 
 def _labels_in(folder: Path, room: Path) -> Ints:
     name = room.stem
-    paths = [path for path in folder.glob(f"{name}.*") if path.name.endswith(LABEL_ENDINGS)]
+    paths = [path for path in folder.glob(f"{name}.*") if path.name.endswith(FORMATS.labels)]
     if not paths:
         raise MeshError(
             f"{folder} has no labels of the room {name}: add {name}.segs.json or"

@@ -139,7 +139,7 @@ LIMITS = {
     "bytes of a request": ["superfacets_studio.web.messages.MAX_BODY"],
     "time for a thumbnail": ["superfacets_studio.web.thumbnails.SECONDS"],
     "wait for a worker": ["superfacets_batch.cluster.PATIENCE"],
-    "memory of a worker process": ["superfacets.tools.segment_to_files.BASE"],
+    "memory of a worker process": ["superfacets.tools.sources.BASE"],
     "wait for a scheduler": ["superfacets_batch.cluster.CONNECT_TIMEOUT"],
 }  # fmt: skip
 """Limits that tests change, because reaching the real ones would take too long."""

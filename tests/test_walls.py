@@ -18,6 +18,11 @@ RENEW = "SUPERFACETS_RENEW_WALLS"
 """If this environment variable is set, the list of exceptions is written again."""
 
 APPS = ("batch", "cli", "formats", "scans", "show", "studio", "textures")
+MODULES = {"kit": kit, "metrics": superfacets.metrics}
+"""Modules of the package whose names in ``__all__`` are for apps."""
+
+PUBLIC = {"superfacets", *(f"superfacets.{name}" for name in MODULES)}
+
 MAY_POINT_DOWN = {"superfacets/segmentator.py"}
 
 MAY_IMPORT = {
@@ -28,7 +33,7 @@ MAY_IMPORT = {
 
 
 def imports(path):
-    """Yield module and name of each import of a file and each ``kit.name``, also in functions."""
+    """Yield module and name of each import of a file, and of each attribute of a public module."""
     package = path.relative_to(SOURCE).parts[:-1]
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
@@ -37,8 +42,8 @@ def imports(path):
             above = package[: len(package) - node.level + 1] if node.level else ()
             module = ".".join([*above, *filter(None, [node.module])])
             yield from ((module, alias.name) for alias in node.names)
-        elif isinstance(node, ast.Attribute) and getattr(node.value, "id", "") == "kit":
-            yield ("superfacets.kit", node.attr)
+        elif isinstance(node, ast.Attribute) and getattr(node.value, "id", "") in MODULES:
+            yield (f"superfacets.{node.value.id}", node.attr)
 
 
 def is_module(name):
@@ -86,14 +91,15 @@ def test_each_name_in_the_tables_exists():
 
 def taken_names():
     """Return what apps import from the library beyond public names: app, module and name."""
-    documented = {*superfacets.__all__, "__version__", "kit", *kit.__all__}
+    documented = {*superfacets.__all__, "__version__", "kit"}
     found = set()
     for app in APPS:
         for path in sorted((SOURCE / f"superfacets_{app}").rglob("*.py")):
             for module, name in imports(path):
                 if module.split(".")[0] != "superfacets":
                     continue
-                is_public = module in ("superfacets", "superfacets.kit") and name in documented
+                listed = getattr(MODULES.get(module.rpartition(".")[2]), "__all__", documented)
+                is_public = module in PUBLIC and name in listed
                 whole = is_module(f"{module}.{name}")
                 taken = f"{module}.{name} -" if whole else f"{module} {name or '-'}"
                 if not is_public:

@@ -29,9 +29,8 @@ from .base.checks import counted as counted
 from .files.guards import shortened as shortened
 from .base.errors import reason_of as reason_of
 from .base.errors import import_extra as import_extra
+from .base.lazy import Table as Table
 from .base.checks import freeze as freeze
-from .base.timing import timed as timed
-from .base.errors import is_installed as is_installed
 
 # Meshes, clouds and their cells
 from .mesh.convert import as_mesh as as_mesh
@@ -46,7 +45,6 @@ from .mesh.faces import corner_triangles as corner_triangles
 from .mesh.faces import cut_into_triangles as cut_into_triangles
 from .mesh.weld import lowest_vertices as lowest_vertices
 from .graph.corner_labels import labels_of_corners as labels_of_corners
-from .graph.constraints import mask_of as mask_of
 from .graph.sums import weighted_majority as weighted_majority
 from .graph.sums import sums_by_label as sums_by_label
 from .graph.surface import Surface as Surface
@@ -57,6 +55,7 @@ from .weights.formulas import WEIGHTS as WEIGHTS
 from .graph.size import DEFAULT_N_SEGMENTS as DEFAULT_N_SEGMENTS
 
 # Reading files
+from .files.formats import FORMATS as FORMATS
 from .files.guards import Content as Content
 from .files.guards import read_content as read_content
 from .files.guards import open_regular as open_regular
@@ -74,33 +73,27 @@ from .files.guards import file_beside as file_beside
 from .files.guards import most_bytes_of as most_bytes_of
 from .files.guards import rotation_of as rotation_of
 from .files.readers.npy import npy_array as npy_array
-from .files.readers.read import cell_ending as cell_ending
-from .files.readers.read import parse_cells_and_attributes as parse_cells_and_attributes
-from .files.readers.read import read_cells_and_attributes as read_cells_and_attributes
-from .files.readers.labels import parse_labels as parse_labels
 from .files.readers.labels import NO_REGION as NO_REGION
 from .files.attributes import LasFrame as LasFrame
 from .files.named_features import stored_colors as stored_colors
-from .files.formats import CELL_ENDINGS as CELL_ENDINGS
+from .files.named_features import CellData as CellData
+from .files.cell_file import CellFile as CellFile
 
 # Writing files
 from .files.writers.content import Output as Output
 from .files.atomic import atomic_outputs as atomic_outputs
 from .files.atomic import checked_targets as checked_targets
+from .files.atomic import output_folder as output_folder
+from .files.atomic import locked as locked
 from .files.writers.text import write_rows as write_rows
-from .files.writers.write import ENDING_OF_FORMAT as ENDING_OF_FORMAT
-from .files.writers.write import OUTPUT_ENDINGS as OUTPUT_ENDINGS
-from .files.writers.cells import ATTRIBUTE_OUTPUTS as ATTRIBUTE_OUTPUTS
 from .files.writers.cells import FormatOptions as FormatOptions
-from .files.writers.write import check_fit as check_fit
-from .files.writers.write import check_outputs as check_outputs
-from .files.writers.write import write_outputs as write_outputs
 
 # Packages of apps
 from .base.lazy import lazy_names as lazy_names
 
 # Whole files
 from .tools.segment_file import FileOptions as FileOptions
-from .tools.segment_file import segment_file as segment_file
-from .tools.sources import find_sources as find_sources
-from .tools.sources import output_names as output_names
+from .files.writers.write import OutputFiles as OutputFiles
+
+# Whole files
+from .tools.sources import InputFile as InputFile

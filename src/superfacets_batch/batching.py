@@ -7,15 +7,12 @@ import time
 from collections.abc import Callable, Generator, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 from superfacets import MissingExtraError, __version__, kit
-from superfacets.base.checks import checked_callable
-from superfacets.files.atomic import locked, remove_leftovers
-from superfacets.kit import ENDING_OF_FORMAT, FileOptions, StrPath
-from superfacets.tools.segment_to_files import cells_of, memory_of
-from superfacets.tools.sources import check_outputs_differ, result_ending
+from superfacets.kit import FORMATS, FileOptions, InputFile, StrPath
 
 from .cluster import Crew, local_client, remote_client
 from .jobs import BatchJob, Manifest, Record, failed, hash_of, run_job
@@ -190,23 +187,22 @@ def batch(
         force, viewpoint, min_opacity, mask_values, labels_named,
     )  # fmt: skip
     n_workers, notes = _checked_workers(workers, scheduler, timeout)
-    checked_callable(progress, "progress")
+    if progress is not None and not callable(progress):
+        raise TypeError(f"progress must be callable, got {progress!r}")
     began = time.perf_counter()
     folder = Path(output_folder).absolute()
     jobs = _plan(inputs, folder, formats, file_options)
-    tidy = contextlib.ExitStack()
-    with locked(folder), Manifest(folder / MANIFEST) as manifest, tidy as stack:
-        results = [path for job in jobs for path in job.files]
-        remove_leftovers(results, older_than=0.0)  # of processes that were killed
-        stack.callback(remove_leftovers, results, older_than=0.0)
+    results = [path for job in jobs for path in job.files]
+    with kit.locked(folder, results), Manifest(folder / MANIFEST) as manifest:
         todo = _todo(jobs, manifest, retry_failed=retry_failed)
         tally = _Tally(todo)
         work = _work_on(todo, manifest, scheduler, min(n_workers, len(todo)), timeout)
-        for job, record in stack.enter_context(contextlib.closing(work)):
-            manifest.append(record)
-            state = tally.count(job, record)
-            if progress is not None:
-                progress(state)
+        with contextlib.closing(work):
+            for job, record in work:
+                manifest.append(record)
+                state = tally.count(job, record)
+                if progress is not None:
+                    progress(state)
         records = tuple(manifest.records[job.name] for job in jobs)
     n_failed = sum("error" in record for record in records)
     return BatchResult(
@@ -238,7 +234,11 @@ def _checked_workers(
         kit.checked_number(timeout, "timeout", zero=False)
     if workers is None:
         workers = kit.checked_threads(None)
-        if scheduler is None and workers > 1 and not kit.is_installed("distributed"):
+        try:
+            has_dask = find_spec("distributed") is not None
+        except ValueError:  # the module is marked as missing in `sys.modules`
+            has_dask = False
+        if scheduler is None and workers > 1 and not has_dask:
             workers = 1
             advice = MissingExtraError("several workers", "batch")
             notes.append(f"files are processed one after the other: {advice}")
@@ -254,22 +254,21 @@ def _plan(
     inputs: StrPath | Iterable[StrPath], folder: Path, formats: Sequence[str], options: FileOptions
 ) -> list[BatchJob]:
     """Return a job for each file, even if it has results."""
+    known = FORMATS.ending_of
     for name in formats:
-        if name not in ENDING_OF_FORMAT or formats.count(name) > 1:
-            known = ", ".join(ENDING_OF_FORMAT)
-            what = "an unknown name" if name not in ENDING_OF_FORMAT else "a repeated name"
-            raise ValueError(f"formats has {what}, {name!r}: use distinct names from {known}")
-    endings = tuple(ENDING_OF_FORMAT[name] for name in formats)
-    sources = kit.find_sources(inputs)
-    options.form(endings or [result_ending(source.name) for source in sources])
-    check_outputs_differ(sources, endings)
+        if name not in known or formats.count(name) > 1:
+            what = f"{'a repeated' if name in known else 'an unknown'} name, {name!r}"
+            raise ValueError(f"formats has {what}: use distinct names from {', '.join(known)}")
+    endings = tuple(known[name] for name in formats)
+    sources = InputFile.find(inputs)
+    options.form(endings or [source.usual_ending for source in sources])
+    InputFile.check_outputs_differ(sources, endings)
     params = {**options.params, "formats": list(formats)}
     return [
         BatchJob(
             source.name,
             {"name": source.name, "input": source.input, "version": __version__, "params": params},
-            str(Path(source.input).absolute()), str(folder), kit.output_names(source.name, endings),
-            options,
+            str(Path(source.input).absolute()), str(folder), source.output_names(endings), options,
         )
         for source in sources
     ]  # fmt: skip
@@ -311,7 +310,7 @@ def _on_workers(
     jobs: Sequence[BatchJob], open_many: OpenClient, open_one: OpenClient, timeout: float | None
 ) -> Generator[tuple[BatchJob, Record]]:
     """Run jobs that fit in the memory of a worker, then others, and repeats, one at a time."""
-    needs = {job.name: memory_of(job.path) for job in jobs}
+    needs = {job.name: InputFile(job.path, job.name).memory for job in jobs}
     with open_many() as client:
         crew = Crew(client)
         room = MEMORY_SHARE * crew.share
@@ -334,7 +333,9 @@ class _Tally:
 
     def __init__(self, jobs: Sequence[BatchJob]) -> None:
         self.n_done = self.n_cells = self._n_ended = self._ended_work = 0
-        self._work = {job.name: START_CELLS + cells_of(job.path) for job in jobs}
+        self._work = {
+            job.name: START_CELLS + InputFile(job.path, job.name).most_cells for job in jobs
+        }
         self._all_work = sum(self._work.values())
         self._began = time.perf_counter()
 

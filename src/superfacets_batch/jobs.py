@@ -14,8 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from superfacets import __version__, kit
-from superfacets.kit import Content, FileOptions, StrPath, open_regular
-from superfacets.tools.segment_to_files import segment_to_files
+from superfacets.kit import Content, FileOptions, open_regular
 
 Record = dict[str, Any]  # content of one line of the manifest
 
@@ -65,7 +64,7 @@ def run_job(job: BatchJob) -> Record:
         record["sha256"] = known or hash_of(job.path)
 
     try:
-        result, seconds = segment_to_files(job.path, job.files, job.options, on_content=set_hash)
+        result, seconds = job.options.segment_to_files(job.path, job.files, set_hash)
         return record | {
             "cells": len(result.labels),
             "regions": result.n_segments,
@@ -83,7 +82,7 @@ def failed(job: BatchJob, error: str) -> Record:
     return {**job.head, "sha256": hash_of(job.path), "error": error}
 
 
-def hash_of(path: StrPath) -> str | None:
+def hash_of(path: str | Path) -> str | None:
     """Return the SHA-256 hash of a file, or None if it is not readable."""
     try:
         with open_regular(Path(path)) as file:

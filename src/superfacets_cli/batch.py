@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from superfacets import BatchProgress, BatchResult, batch
-from superfacets.kit import ENDING_OF_FORMAT, counted
+from superfacets.kit import FORMATS, counted
 
 from .failures import EXIT_DATA, print_error, print_notes
 from .inputs import mask_values_option
@@ -70,7 +70,7 @@ def batch_command(
     status is 1.
     """
     arguments = options_of(**given).arguments
-    endings = [ENDING_OF_FORMAT[name] for name in formats]
+    endings = [FORMATS.ending_of[name] for name in formats]
     check_mask(endings, has_mask=bool(arguments["mask_values"]))
     tried: list[str] = []
     with FileBar(is_quiet=is_quiet) as bar, soon_ended():

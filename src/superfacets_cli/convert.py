@@ -12,9 +12,7 @@ import click
 import numpy as np
 
 from superfacets import MeshAttributes, MeshError, kit, regroup_segments, write_regions
-from superfacets.files.writers.cells import usual_ending
-from superfacets.files.writers.ids import UNCONVERTED
-from superfacets.kit import ATTRIBUTE_OUTPUTS, ENDING_OF_FORMAT, Cells, FormatOptions, Ints
+from superfacets.kit import FORMATS, Cells, FormatOptions, Ints
 from superfacets_scans import GROUPS
 
 from . import options as opts
@@ -22,11 +20,11 @@ from .failures import EXIT_DATA, count_failures, print_note, print_notes
 from .inputs import GivenLabels, given_labels, labels_of_cells, read_input
 from .interrupts import run_in_background
 from .options import FILE, option, options
-from .outputs import Job, names_of_results, output_option, plan_jobs, to_option
+from .outputs import Job, output_option, plan_jobs, to_option
 from .progress import WaitBar
 from .report import notes_on_numbers, notes_on_written
 
-_KEPT_IN_PARTS = (*ATTRIBUTE_OUTPUTS, ".csv")
+_KEPT_IN_PARTS = (*FORMATS.attribute_outputs, ".csv")
 """Endings of files of --split that keep properties of the input; CSV keeps only ``label``."""
 
 
@@ -123,11 +121,12 @@ class _Run:
 
     def do(self, job: Job) -> None:
         """Convert one file, and print a report."""
-        kit.check_outputs(job.files, force=self.form.force)
+        outputs = job.outputs(self.form)
+        outputs.check()
         cells, given, attributes = run_in_background(lambda: self._read(job))
         labels = of_vertices = None
         if given is not None:
-            is_kept = self.folder is None and {*job.endings} <= {*UNCONVERTED}
+            is_kept = self.folder is None and {*job.endings} <= {*FORMATS.unconverted_outputs}
             labels = labels_of_cells(cells, given, is_quiet=self.is_quiet or is_kept)
             of_vertices = given.labels if given.are_of_vertices else None
         if labels is None and (self.folder is not None or job.holds_labels):
@@ -138,9 +137,7 @@ class _Run:
             )
         parts = [] if labels is None else self._split(cells, labels, attributes)
         with WaitBar(is_quiet=self.is_quiet):
-            sizes = job.write(
-                cells, labels, attributes=attributes, options=self.form, of_vertices=of_vertices
-            )
+            sizes = outputs.write(cells, labels, attributes=attributes, of_vertices=of_vertices)
         if not self.is_quiet:
             # Labels from the input itself replace nothing, and files of --split have no labels.
             replaces = self.labels is not None and bool(job.endings)
@@ -164,7 +161,9 @@ class _Run:
         """Write the files of --split, and return their paths."""
         if self.folder is None:
             return []
-        ending = usual_ending(kit.kind_of(cells).name) if self.ending is None else self.ending
+        ending = (
+            FORMATS.usual_output(kit.kind_of(cells).name) if self.ending is None else self.ending
+        )
         kept = attributes if ending in _KEPT_IN_PARTS else None
         paths = write_regions(
             self.folder, cells, labels, ending=ending, attributes=kept, ascii=self.form.ascii
@@ -193,7 +192,7 @@ def _inputs_of(mesh: Path, labels: Path | None, folder: Path | None) -> list[str
         return [str(mesh)]
     if labels is not None or folder is not None:
         raise click.UsageError("LABELS and --split need a single mesh, but IN is a folder")
-    return [source.input for source in kit.find_sources(mesh)]
+    return [source.input for source in kit.InputFile.find(mesh)]
 
 
 def _plan(
@@ -205,16 +204,14 @@ def _plan(
         raise click.UsageError("nothing to write: name a file with -o, or a folder with --split")
     also_read = [] if labels is None else [str(labels)]
     if folder is None:
-        jobs = plan_jobs(
-            inputs, outputs, formats, ascii=ascii, also_read=also_read, names=names_of_results
-        )
+        jobs = plan_jobs(inputs, outputs, formats, ascii=ascii, also_read=also_read)
         return jobs, None
     for path in (Path(name) for name in [*inputs, *also_read]):
         if path.name.startswith("region_") and path.resolve().parent == folder.resolve():
             raise click.UsageError(f"{path}: a file written by --split could overwrite the input")
     if len(formats) > 1:
         raise click.UsageError("--split writes a single format: give --to only once")
-    ending = ENDING_OF_FORMAT[formats[0]] if formats else None
+    ending = FORMATS.ending_of[formats[0]] if formats else None
     if not outputs:
         return [Job(inputs[0], ())], ending
     return plan_jobs(inputs, outputs, (), ascii=ascii, also_read=also_read), ending

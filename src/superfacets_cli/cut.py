@@ -9,11 +9,11 @@ import click
 import numpy as np
 
 from superfacets import BorderCut, MeshError, cut_borders, kit, segment
-from superfacets.kit import DEFAULT_N_SEGMENTS, FaceMesh, Ints
+from superfacets.kit import CellFile, FaceMesh, Ints
 
-from .inputs import Input, labels_beside, read_input
+from .inputs import labels_beside, read_input
 from .interrupts import run_in_background
-from .options import COUNT, FILE, format_option, option
+from .options import COUNT, FILE, USUAL_COUNT, format_option, option
 from .outputs import OneRun, one_output_options
 
 
@@ -22,7 +22,7 @@ from .outputs import OneRun, one_output_options
 @option(
     "-n --n-segments", COUNT,
     "Segment the mesh into this many regions first.  [default: use the labels in IN; if IN has no"
-    f" labels, {DEFAULT_N_SEGMENTS}]",
+    f" labels, {USUAL_COUNT}]",
 )  # fmt: skip
 @option(
     "--labels L", FILE,
@@ -46,7 +46,7 @@ def cut_command(
     def compute() -> tuple[BorderCut, Ints]:
         source = read_input(str(mesh), format)
         surface = _surface_of(source)
-        kit.check_fit(surface, None, run.job.endings, run.form)
+        run.outputs.check_fit(surface)
         found = None
         if n_segments is None:
             found = labels_beside(source, labels, surface, run.labels_named, is_quiet=run.is_quiet)
@@ -69,9 +69,9 @@ def cut_command(
     run.report(facts, f"{faces}, {kit.counted(n_regions, 'region')}{kept}")
 
 
-def _surface_of(source: Input) -> FaceMesh:
+def _surface_of(source: CellFile) -> FaceMesh:
     cells = source.cells()
     kind = kit.kind_of(cells)
     if not kind.has_faces:
-        raise MeshError(f"{source.text}: expected a mesh of faces to cut, got {kind.plural}")
+        raise MeshError(f"{source.name}: expected a mesh of faces to cut, got {kind.plural}")
     return kit.as_mesh(cells)

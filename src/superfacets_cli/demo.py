@@ -6,9 +6,8 @@ from pathlib import Path
 
 import click
 
-from superfacets import segment
-from superfacets.files.atomic import output_folder
-from superfacets.kit import timed, write_outputs
+from superfacets import segment, write_mesh
+from superfacets.kit import output_folder
 
 from .options import FOLDER, option
 from .progress import RunBar
@@ -30,11 +29,11 @@ def demo_command(output: Path) -> None:
     labeled, picture = output / "bear.superfacets.ply", output / "bear.superfacets.png"
     timings: dict[str, float] = {}
     with RunBar("bear") as bar:
-        with timed(timings, "mesh", bar.on_stage):
+        with bar.timed("mesh", timings):
             surface = sample_mesh()
         result = segment(surface, progress=bar.on_iteration, on_stage=bar.on_stage)
-        with timed(timings, "export", bar.on_stage):
-            write_outputs([labeled], surface, result.labels)
+        with bar.timed("export", timings):
+            write_mesh(labeled, surface, result.labels)
     click.echo(f"wrote {labeled}\nbear: {summary_of(result, {**result.timings, **timings})}")
     render(surface, result.labels, output=picture)
     click.echo(f"wrote {picture}")

@@ -8,7 +8,6 @@ from pathlib import Path
 import click
 
 from superfacets.kit import counted
-from superfacets.metrics.cuts import DEFAULT_TOLERANCE
 
 from .failures import print_note
 from .inputs import given_labels, labels_of_cells, read_input
@@ -25,7 +24,7 @@ from .options import FILE, NOT_NEGATIVE, json_option, labels_named_option, optio
            "One or more label files with the ground truth, such as seg/1/*.seg.", multiple=True),
     option("--tolerance", NOT_NEGATIVE,
            "Maximum distance between matching borders, as a fraction of the mesh's diagonal.",
-           default=DEFAULT_TOLERANCE),
+           default=0.01),
     labels_named_option,
     json_option(),
 )  # fmt: skip
@@ -40,7 +39,7 @@ def evaluate_command(
     ground truth, -1 means unannotated. If LABELS and all ground truths have one label per vertex,
     they are compared at the vertices, without metrics of borders and normals.
     """
-    from superfacets.metrics import evaluate, evaluate_vertices
+    from superfacets import metrics
 
     if more and not truths:
         raise click.UsageError(
@@ -57,9 +56,9 @@ def evaluate_command(
                 "labels are compared at the vertices, without metrics of borders and normals: for"
                 " these metrics, convert the labels with superfacets.face_labels"
             )
-            return evaluate_vertices(cells, regions, segments)
+            return metrics.evaluate_vertices(cells, regions, segments)
         regions, *segments = (labels_of_cells(cells, each, is_quiet=False) for each in given)
-        return evaluate(cells, regions, segments, tolerance=tolerance)
+        return metrics.evaluate(cells, regions, segments, tolerance=tolerance)
 
     values = run_in_background(compute)
     n_truths = len(truths) + len(more)

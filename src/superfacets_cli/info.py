@@ -6,21 +6,18 @@ import dataclasses
 import json
 import math
 from pathlib import Path
+from typing import Any
 
 import click
 import numpy as np
 
-from superfacets import CloudInfo, MeshAttributes, MeshInfo, TetInfo
-from superfacets.graph.size import sliver_note
-from superfacets.kit import DEFAULT_N_SEGMENTS, LasFrame
-from superfacets.tools.info import facts_of
+from superfacets import CloudInfo, MeshAttributes, MeshInfo, SliverWarning, cloud_info, mesh_info
+from superfacets.kit import kind_of
 
 from .failures import EXIT_DATA, count_failures, print_note
 from .inputs import check_inputs, name_of, read_input
 from .interrupts import run_in_background
-from .options import INPUT, format_option, json_option
-
-Info = MeshInfo | TetInfo | CloudInfo
+from .options import INPUT, USUAL_COUNT, format_option, json_option
 
 MAX_BYTES_OF_ATTRIBUTES = 100 << 20
 """Maximum size, in bytes, of files whose attributes are read to report constant properties."""
@@ -52,7 +49,7 @@ def info_command(
         info, attributes, frame = run_in_background(lambda: _read(text, format))
         of_las = {} if frame is None else _facts_of(frame)
         slivers = info.sliver_share if isinstance(info, MeshInfo) else 0.0
-        note = sliver_note(slivers, "try segment --subdivide")
+        note = SliverWarning.text(slivers, "try segment --subdivide")
         if note is not None:
             print_note(f"{name_of(text)}: {note}")
         if isinstance(info, MeshInfo) and info.faces_down:
@@ -73,7 +70,7 @@ def info_command(
         ctx.exit(EXIT_DATA)
 
 
-def _read(text: str, format: str | None) -> tuple[Info, MeshAttributes | None, LasFrame | None]:
+def _read(text: str, format: str | None) -> tuple[Any, MeshAttributes | None, Any]:
     path = Path(text)
     keep = not path.is_file() or path.stat().st_size <= MAX_BYTES_OF_ATTRIBUTES
     source = read_input(text, format)
@@ -81,10 +78,11 @@ def _read(text: str, format: str | None) -> tuple[Info, MeshAttributes | None, L
     cells, attributes = source.cells_and_attributes(keep=keep or is_las)
     frame = None if attributes is None else attributes.las
     # Constant fields of LAS files are not reported: most files leave some fields unused.
-    return facts_of(cells), attributes if keep and not is_las else None, frame
+    measure: Any = cloud_info if kind_of(cells).are_points else mesh_info
+    return measure(cells), attributes if keep and not is_las else None, frame
 
 
-def _facts_of(frame: LasFrame) -> dict[str, str | int]:
+def _facts_of(frame: Any) -> dict[str, str | int]:
     return {
         "LAS_version": f"1.{frame.minor}",
         "point_format": frame.point_format,
@@ -114,7 +112,7 @@ def _coordinate(value: float, diagonal: float) -> str:
     return np.format_float_positional(round(value, n_digits) + 0.0, trim="-")
 
 
-def _rows_of(info: Info) -> list[tuple[str, str]]:
+def _rows_of(info: Any) -> list[tuple[str, str]]:
     low, high = (
         " ".join(_coordinate(value, info.diagonal) for value in corner) for corner in info.bounds
     )
@@ -123,7 +121,7 @@ def _rows_of(info: Info) -> list[tuple[str, str]]:
     if isinstance(info, CloudInfo):
         rows += [("normals", _normals_of(info)), ("colors", _colors_of(info))]
     if isinstance(info, MeshInfo):
-        slivers = f"{info.sliver_share:.0%} of the area, for {DEFAULT_N_SEGMENTS} regions"
+        slivers = f"{info.sliver_share:.0%} of the area, for {USUAL_COUNT} regions"
         rows += [("inside out", "yes" if info.is_inside_out else "no"), ("slivers", slivers)]
     sizes = ("diagonal", "spacing", "area", "volume")
     lengths = [(name, f"{facts[name]:g}") for name in sizes if name in facts]

@@ -13,10 +13,7 @@ import click
 import numpy as np
 
 from superfacets import Hierarchy, IslandWarning, MeshAttributes, SliverWarning, hierarchy, kit
-from superfacets.base.options import ISLANDS
-from superfacets.files.named_features import features_of
-from superfacets.files.writers.write import writer_of
-from superfacets.kit import OUTPUT_ENDINGS, Cells, FormatOptions
+from superfacets.kit import FORMATS, CellData, Cells, FileOptions, OutputFiles
 from superfacets_scans import write_sstk
 
 from . import options as opts
@@ -46,7 +43,7 @@ ALL_LEVELS = (ARRAYS, ".sstk.json")  # file endings of formats that store all le
     option("--labels L", FILE,
            "Label file with the regions to merge: .npy, .seg, .txt or a labeled mesh.  [default:"
            " segment IN into K regions, for the largest K]"),
-    option("--islands", ISLANDS,
+    option("--islands", FileOptions.CHOICES["islands"],
            "Merge only regions that touch (keep), or also the nearest regions across gaps between"
            " components (nearest).", default="keep"),
     option("--features NAME", None,
@@ -94,10 +91,12 @@ def levels_command(
         if labels is not None:  # label numbers in a file may have gaps
             of_file = labels_for(source, cells, labels, labels_named, is_quiet=is_quiet)
             given, _ = kit.ranked_labels(of_file)
-        kit.check_fit(cells, given, job.endings - {ARRAYS}, FormatOptions())
+        OutputFiles(
+            [path for path in job.files if not path.name.lower().endswith(ARRAYS)]
+        ).check_fit(cells, given)
         constraints = constraints_of(mask, mask_values, barriers, source, cells, name=labels_named)
         n_threads, is_kept = kit.checked_threads(options["n_threads"]), constraints.get("mask")
-        table: Any = features_of(features, cells, attributes, n_threads, is_kept)
+        table: Any = CellData(cells, attributes).features(features, n_threads, is_kept)
         with warnings.catch_warnings():  # they are about the finest regions, which are then merged
             warnings.simplefilter("ignore", IslandWarning)
             warnings.simplefilter("ignore", SliverWarning)
@@ -137,7 +136,7 @@ def _paths_of_levels(text: str, counts: tuple[int, ...]) -> list[str]:
         return [text]
     output = Path(text)
     try:
-        ending = kit.known_ending(output, OUTPUT_ENDINGS)
+        ending = kit.known_ending(output, FORMATS.outputs)
     except ValueError as error:
         raise click.UsageError(str(error)) from None
     if ending in ALL_LEVELS:
@@ -165,13 +164,15 @@ def _writers(
 ) -> Iterator[Callable[[IO[bytes]], None]]:
     """Yield one function per output file; it gets the open file, and writes to it."""
     for output in outputs:
-        ending = kit.known_ending(output, OUTPUT_ENDINGS)
+        ending = kit.known_ending(output, FORMATS.outputs)
         if ending in ALL_LEVELS:
             yield partial(_write_all, ending=ending, nested=nested)
             continue
         for labels in nested.levels:
-            writer = writer_of(cells, labels, ending, FormatOptions(), attributes)
-            yield partial(writer.write, ending=ending, path=output)
+            write = partial(
+                OutputFiles([output]).write_one, path=output, cells=cells, labels=labels
+            )
+            yield partial(write, attributes=attributes)
 
 
 def _write_all(file: IO[bytes], ending: str, nested: Hierarchy) -> None:

@@ -19,9 +19,7 @@ from superfacets import (
     read_cameras,
     read_masks,
 )
-from superfacets.files.writers.ids import VERTEX_OUTPUTS, Segments
-from superfacets.graph.sums import positive_total
-from superfacets.kit import Array, Cells, Ints
+from superfacets.kit import FORMATS, Array, Cells, Ints
 from superfacets_scans import GROUPS, SEGMENTS, Overlap
 
 from .inputs import GivenLabels, given_labels, labels_of_cells, read_input
@@ -71,7 +69,7 @@ def lift_command(
     """
     run = OneRun(source, (labels, cameras), given)
     has_segments = labels.name.endswith(SEGMENTS)
-    if (refusing := sorted(run.job.endings & {*VERTEX_OUTPUTS})) and not has_segments:
+    if (refusing := sorted(run.job.endings & {*FORMATS.vertex_outputs})) and not has_segments:
         raise click.UsageError(
             f"{refusing[0]} files cannot store regions without a label: give LABELS as a"
             f" {SEGMENTS} file, whose segments are then written, or use another format"
@@ -81,7 +79,7 @@ def lift_command(
     def compute() -> tuple[Cells, MeshAttributes | None, LiftedLabels, dict[str, Any]]:
         file = read_input(str(source), format)
         cells, attributes = file.cells_and_attributes(keep=run.keeps_attributes)
-        kit.check_fit(cells, None, run.job.endings, run.form)
+        run.outputs.check_fit(cells)
         of_file = given_labels(file, cells, labels, run.labels_named)
         regions, names = kit.ranked_labels(labels_of_cells(cells, of_file, is_quiet=run.is_quiet))
         ids = read_masks(masks, overlap=overlap)
@@ -121,7 +119,7 @@ def _lifted(
 
 
 def _segments(given: GivenLabels, names: Array, result: LiftedLabels) -> dict[str, Any]:
-    """Return the keyword arguments of `write_outputs` for given segments of vertices.
+    """Return the keyword arguments of `OutputFiles.write` for given segments of vertices.
 
     `names` is the segment of each region in `result`. Segments without a face have no region.
     """
@@ -129,14 +127,12 @@ def _segments(given: GivenLabels, names: Array, result: LiftedLabels) -> dict[st
     objects = np.full(len(segments), -1, np.int32)
     objects[np.searchsorted(segments, names)] = result.region_labels
     of_vertices = np.append(objects, np.int32(-1))[ranks]
-    return {
-        "of_vertices": of_vertices, "segments": Segments(given.labels, objects, given.path)
-    }  # fmt: skip
+    return {"of_vertices": of_vertices, "segments": (given.labels, objects, given.path)}
 
 
 def _report(run: OneRun, cells: Cells, result: LiftedLabels) -> None:
     areas = kit.kind_of(cells).measures(cells, 1)
-    total = positive_total(areas)
+    total = float(areas.sum())
     seen = float(areas[result.seen].sum()) / total
     labeled = float(areas[result.seen & (result.labels >= 0)].sum()) / total
     scores = result.scores[result.region_labels >= 0]

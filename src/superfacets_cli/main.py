@@ -12,7 +12,7 @@ from typing import NoReturn
 import click
 
 from superfacets import __version__
-from superfacets.base.lazy import Table, added
+from superfacets.kit import Table
 
 from .failures import EXIT_DATA, EXIT_USAGE, FAILURES, message_of, print_error, print_note
 from .interrupts import EXIT_INTERRUPTED, INTERRUPTED, hear_signals, is_busy, while_importing
@@ -54,7 +54,7 @@ COMMANDS = Table({
 
 def _other_commands() -> Table:
     """Return commands that other packages add by entry points of `superfacets.commands`."""
-    found = added("superfacets.commands").items()
+    found = Table.added("superfacets.commands").items()
     return Table({name: target for name, target in found if name not in COMMANDS})
 
 
@@ -133,9 +133,9 @@ def _text_of(error: click.UsageError) -> str:
     """Return the message of a usage error; if another tool has the option, suggest ours."""
     if not isinstance(error, click.NoSuchOption):
         return error.format_message()
-    from superfacets.stages.presets import OTHER_NAMES
+    from superfacets.kit import FileOptions
 
-    hint = OTHER_NAMES.get(error.option_name.lstrip("-").replace("-", "_"), "")
+    hint = FileOptions.advice_on(error.option_name.lstrip("-").replace("-", "_"))
     ours = {p.name: p.opts for p in error.ctx.command.params} if error.ctx else {}
     verb, _, rest = hint.partition(" ")
     name = re.split(r"\W", rest, maxsplit=1)[0]

@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from superfacets.kit import CELL_ENDINGS
+from superfacets.kit import FORMATS
 
 
 class CountOr(click.ParamType):  # type: ignore[type-arg]  # generic in new versions of click
@@ -96,13 +96,14 @@ INPUT = click.Path(allow_dash=True)  # type of a file, or - for standard input
 
 EXISTING_FOLDER = click.Path(path_type=Path, file_okay=False, exists=True)
 COUNT = Count(1)
+USUAL_COUNT = 150  # number of regions if no option says how many, or how large
 POSITIVE = Real(min=0, min_open=True)
 NOT_NEGATIVE = Real(min=0)
 FLAG = object()  # the `kind` of an option without a value, see `option`
 
 STANDARD_STREAM = "-"  # name of standard input and standard output
 
-INPUT_FORMATS = tuple(ending.lstrip(".") for ending in CELL_ENDINGS)
+INPUT_FORMATS = tuple(ending.lstrip(".") for ending in FORMATS.cells)
 """Input formats: formats of meshes first, then formats of point clouds."""
 
 Decorator = Callable[[Any], Any]  # a function that adds options to a command

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -13,19 +13,7 @@ from typing import Any
 import click
 
 from superfacets import MeshAttributes, kit
-from superfacets.files.atomic import output_folder
-from superfacets.files.formats import MESH_ENDINGS
-from superfacets.files.writers.cells import CLOUD_OUTPUTS, MESH_OUTPUTS
-from superfacets.files.writers.ids import CORTEX_OUTPUTS, LABEL_OUTPUTS, VERTEX_OUTPUTS
-from superfacets.kit import (
-    ATTRIBUTE_OUTPUTS,
-    ENDING_OF_FORMAT,
-    OUTPUT_ENDINGS,
-    Cells,
-    FormatOptions,
-    Ints,
-    Longs,
-)
+from superfacets.kit import FORMATS, Cells, FormatOptions, Ints, OutputFiles, output_folder
 
 from . import options as opts
 from .failures import print_note, print_notes
@@ -34,7 +22,7 @@ from .options import option, options
 from .progress import WaitBar
 from .report import notes_on_numbers, notes_on_written
 
-OUTPUT_FORMATS = tuple(ENDING_OF_FORMAT)  # values of ``--to``
+OUTPUT_FORMATS = tuple(FORMATS.ending_of)  # values of ``--to``
 
 TO_IS_UNUSED = "--to has no effect: the endings of the output files given with -o set the formats"
 """Usage error if ``--to`` is given although all outputs have file names."""
@@ -42,10 +30,6 @@ TO_IS_UNUSED = "--to has no effect: the endings of the output files given with -
 TEXT_OUTPUTS = frozenset(
     (".obj", ".off", ".csv", ".seg", ".txt", ".segs.json", ".sstk.json", ".aggregation.json")
 )
-
-CELL_OUTPUTS = frozenset((*MESH_OUTPUTS, *CLOUD_OUTPUTS))
-"""File endings of formats that store the cells. All other formats store only labels, or data that
-are computed from labels."""
 
 ASCII_OUTPUTS = frozenset((".ply", ".vtp", ".stl", ".vtu", ".vtk", ".pcd"))
 """File endings of formats that ``--ascii`` writes as text."""
@@ -97,8 +81,6 @@ def one_output_options(what: str, name: str) -> opts.Decorator:
 
 MANY_FILES = 8  # reports list up to this number of output files one by one
 
-Names = Callable[[str, Sequence[str]], Sequence[str]]
-
 
 @dataclass(frozen=True)
 class Job:
@@ -111,17 +93,17 @@ class Job:
     @property
     def holds_attributes(self) -> bool:
         """Whether some output can store attributes of vertices and faces."""
-        return not self.endings.isdisjoint(ATTRIBUTE_OUTPUTS)
+        return not self.endings.isdisjoint(FORMATS.attribute_outputs)
 
     @property
     def holds_labels(self) -> bool:
         """Whether some output stores labels, or data computed from labels, without the cells."""
-        return not self.endings <= CELL_OUTPUTS
+        return not self.endings.issubset(FORMATS.cell_outputs)
 
     @property
     def endings(self) -> set[str]:
         """File endings of all outputs, which determine the formats."""
-        return {kit.known_ending(path, OUTPUT_ENDINGS) for path in self.files} | (
+        return {kit.known_ending(path, FORMATS.outputs) for path in self.files} | (
             {self.stream} if self.stream else set()
         )
 
@@ -147,10 +129,11 @@ class Job:
         files = [f"{path}{_labeled(path, noun)}" for path in self.files]
         return files if self.stream is None else [*files, "standard output"]
 
-    def write(self, cells: Cells, labels: Ints | None, **options: Any) -> Longs:
-        """Write all outputs; see `write_outputs` for the options and the return value."""
-        streams = {self.stream: sys.stdout.buffer} if self.stream else {}
-        return kit.write_outputs(self.files, cells, labels, streams=streams, **options)
+    def outputs(self, form: FormatOptions) -> OutputFiles:
+        """Return the files and the stream, to write them in these formats."""
+        return OutputFiles(
+            self.files, form, {self.stream: sys.stdout.buffer} if self.stream else {}
+        )
 
     def print(self, text: str) -> None:
         """Print on stdout, or on stderr if stdout is used for the result."""
@@ -168,17 +151,17 @@ class Job:
 
 def _labeled(path: Path, noun: str) -> str:
     """Return a text such as " (a label per face)" for a label file, and "" for other files."""
-    ending = kit.known_ending(path, OUTPUT_ENDINGS)
-    if ending in LABEL_OUTPUTS:
+    ending = kit.known_ending(path, FORMATS.outputs)
+    if ending in FORMATS.label_outputs:
         return f" (a label per {noun})"
-    if ending in (*VERTEX_OUTPUTS, *CORTEX_OUTPUTS):
+    if ending in (*FORMATS.vertex_outputs, *FORMATS.key_labels):
         return f" (a label per {'point' if noun == 'point' else 'vertex'})"
     return ""
 
 
 def names_of_results(text: str, endings: Sequence[str]) -> Sequence[str]:
     """Return file names for the results of an input: one per file ending, or a default name."""
-    return kit.output_names(Path(text).name, endings)
+    return kit.InputFile(text, Path(text).name).output_names(endings)
 
 
 class OneRun:
@@ -191,8 +174,8 @@ class OneRun:
         (self.job,) = plan_jobs(
             (str(input),), given["outputs"], given["formats"], ascii=ascii, also_read=read
         )
-        kit.check_outputs(self.job.files, force=force)
-        self.form = FormatOptions(ascii=ascii, force=force)
+        self.outputs = self.job.outputs(FormatOptions(ascii=ascii, force=force))
+        self.outputs.check()
         self.keeps_attributes = self.job.holds_attributes and not given.get("drop_attributes")
         self.labels_named: str = given["labels_named"]
         self.n_threads: int | None = given["n_threads"]
@@ -204,13 +187,11 @@ class OneRun:
     ) -> None:  # fmt: skip
         """Write the outputs; print `notes`, and notes on data that the outputs do not store.
 
-        `of_vertices` are arguments of `write_outputs` for labels of vertices.
+        `of_vertices` are arguments of `OutputFiles.write` for labels of vertices.
         """
-        options = replace(self.form, **form)
+        outputs = replace(self.outputs, options=replace(self.outputs.options, **form))
         with WaitBar(is_quiet=self.is_quiet):
-            sizes = self.job.write(
-                cells, labels, attributes=attributes, options=options, **(of_vertices or {})
-            )
+            sizes = outputs.write(cells, labels, attributes=attributes, **(of_vertices or {}))
         if not self.is_quiet:
             lacking = notes_on_written(cells, attributes, self.job.endings, sizes)
             numbers = notes_on_numbers(labels, self.job.endings, sizes)
@@ -224,7 +205,7 @@ class OneRun:
 
 def plan_jobs(
     inputs: Sequence[str], outputs: Sequence[str], formats: Sequence[str], *, ascii: bool,
-    also_read: Sequence[str] = (), names: Names = names_of_results,
+    also_read: Sequence[str] = (),
 ) -> list[Job]:  # fmt: skip
     """Return the job of each input; raise a usage error if the command line is ambiguous.
 
@@ -232,14 +213,13 @@ def plan_jobs(
     results are written to the folder of each input, or to standard output for standard input.
     `formats` apply to outputs whose file name is not given (default: PLY, or VTU for tetrahedra).
     With `ascii`, meshes are written as text, so standard output may be a terminal. No output may
-    overwrite a file of `also_read`. `names` is called with an input and the file endings of its
-    results, and returns the names of the result files in an output folder.
+    overwrite a file of `also_read`.
     """
     folders = [text for text in outputs if _is_folder(text)]
     _check_outputs(inputs, outputs, folders)
     has_stream = opts.STANDARD_STREAM in outputs or (not outputs and opts.STANDARD_STREAM in inputs)
     _check_formats(formats, has_stream, is_used=has_stream or bool(folders) or not outputs)
-    endings = tuple(ENDING_OF_FORMAT[format] for format in formats)
+    endings = tuple(FORMATS.ending_of[format] for format in formats)
     stream = (*endings, ".ply")[0] if has_stream else None
     if stream is not None:
         check_terminal(stream, ascii)
@@ -248,7 +228,7 @@ def plan_jobs(
     for text in inputs:
         files = list(named)
         if folders:
-            files += [Path(folders[0], name) for name in names(text, endings)]
+            files += [Path(folders[0], name) for name in names_of_results(text, endings)]
         elif not outputs and text != opts.STANDARD_STREAM:
             beside = _folder_beside(text)
             files += [beside / name for name in names_of_results(text, endings)]
@@ -277,7 +257,7 @@ def _is_folder(text: str) -> bool:
     """Return whether a path ends in a slash, or is a folder whose name has no known ending."""
     if text.endswith(("/", os.sep)):
         return True
-    return bool(text) and Path(text).is_dir() and not text.lower().endswith(OUTPUT_ENDINGS)
+    return bool(text) and Path(text).is_dir() and not text.lower().endswith(FORMATS.outputs)
 
 
 def _check_outputs(inputs: Sequence[str], outputs: Sequence[str], folders: list[str]) -> None:
@@ -287,9 +267,9 @@ def _check_outputs(inputs: Sequence[str], outputs: Sequence[str], folders: list[
         if not Path(text).name:
             raise click.UsageError(f"{text or repr(text)} is not a file name")
         try:
-            kit.known_ending(Path(text), OUTPUT_ENDINGS)
+            kit.known_ending(Path(text), FORMATS.outputs)
         except ValueError as error:
-            is_file = Path(text).is_file() or Path(text).suffix.lower() in MESH_ENDINGS
+            is_file = Path(text).is_file() or Path(text).suffix.lower() in FORMATS.meshes
             hint = "" if is_file else f" (for a folder, write {text}/)"
             raise click.UsageError(f"{error}{hint}") from None
         if len(inputs) > 1:
@@ -364,7 +344,7 @@ def _identity(path: str | Path) -> tuple[int, int] | str:
 
 def check_mask(endings: Iterable[str], *, has_mask: bool) -> None:
     """Raise a usage error if there is a mask, but a format needs a label for every cell."""
-    refusing = sorted({*endings} & {*VERTEX_OUTPUTS})
+    refusing = sorted({*endings} & {*FORMATS.vertex_outputs})
     if has_mask and refusing:
         raise click.UsageError(
             f"{refusing[0]} files cannot store cells that a mask leaves out: use another format"

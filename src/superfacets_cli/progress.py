@@ -162,6 +162,14 @@ class RunBar(Bar):
         self._estimate.begin(stage, time.perf_counter())
         self.draw()
 
+    @contextlib.contextmanager
+    def timed(self, stage: str, timings: dict[str, float]) -> Iterator[None]:
+        """Show that a stage begins, and store the time of the with block in `timings`."""
+        self.on_stage(stage)
+        begin = time.perf_counter()
+        yield
+        timings[stage] = time.perf_counter() - begin
+
     def on_iteration(self, n_iterations: int, _n_moved: int) -> None:
         """Set the number of finished iterations of the loop."""
         self._estimate.iterate(n_iterations)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +11,6 @@ import click
 import numpy as np
 
 from superfacets import (
-    BorderLines,
-    MeshAttributes,
     MeshError,
     RegionGraph,
     border_lines,
@@ -21,26 +18,14 @@ from superfacets import (
     pool,
     region_graph,
 )
-from superfacets.files.named_features import property_of
-from superfacets.files.writers.tables import (
-    LINE_ENDINGS,
-    TABLE_ENDINGS,
-    Line,
-    print_csv,
-    write_lines,
-    write_tables,
-)
-from superfacets.kit import Array, Cells, Floats, Ints
-from superfacets.tools.segment_file import seen_from
+from superfacets.kit import Array, CellData, Floats, Ints
 
 from . import options as opts
-from .inputs import check_inputs, labels_beside, name_of, read_input
+from .inputs import check_inputs, labels_beside, read_input
 from .interrupts import run_in_background
 from .options import FILE, option, options
 from .outputs import Job, check_files
-
-Drawn = tuple[Floats, list[Line]]
-"""Vertices of a mesh, and its border lines."""
+from .tables import LINE_ENDINGS, TABLE_ENDINGS, print_csv, write_borders, write_tables
 
 
 @click.command("regions")
@@ -83,14 +68,14 @@ def regions_command(
     check_files([Job(cells, files)], also_read=[str(labels)] if labels else [])
     kit.checked_targets(files)
 
-    def compute() -> tuple[RegionGraph, dict[str, Array], Drawn | None]:
+    def compute() -> tuple[RegionGraph, dict[str, Array], tuple[Any, ...] | None]:
         whole, given, integers, reals = _read(
             cells, format, labels, labels_named, majority, mean, is_quiet=is_quiet
         )
         if borders is not None and not kit.kind_of(whole).has_faces:
             raise click.UsageError(f"--borders needs a mesh with faces: {cells} has none")
         if viewpoint is not None:
-            whole = seen_from(viewpoint, whole)
+            whole = kit.kind_of(whole).seen_from(whole, viewpoint)
         compact, names = kit.ranked_labels(given)  # label numbers in a file may have gaps
         if not len(names):
             raise MeshError(f"{labels or cells}: no cell is in a region: all labels are -1")
@@ -102,7 +87,7 @@ def regions_command(
             columns[f"mean_{name}"] = pool(numbers, compact)
         if borders is None:
             return graph, columns, None
-        return graph, columns, (whole.vertices, [*_named(border_lines(whole, compact), names)])
+        return graph, columns, (whole.vertices, border_lines(whole, compact), names)
 
     graph, columns, drawn = run_in_background(compute)
     _write(graph, columns, drawn, output, arcs, borders)
@@ -126,14 +111,15 @@ def _read(
     cells, attributes = source.cells_and_attributes(keep=bool(mean))
     given = labels_beside(source, labels, cells, name, is_quiet=is_quiet)
     if given is None:
-        raise MeshError(f"{name_of(text)} has no labels: give a label file as LABELS")
+        raise MeshError(f"{source.name} has no labels: give a label file as LABELS")
     integers = {key: source.integers(cells.n_cells, key) for key in majority}
-    return cells, given, integers, {key: _values_of(key, text, cells, attributes) for key in mean}
+    data = CellData(cells, attributes)
+    return cells, given, integers, {key: _values_of(key, source.name, data) for key in mean}
 
 
 def _write(
-    graph: RegionGraph, columns: dict[str, Array], drawn: Drawn | None, output: Path | None,
-    arcs: Path | None, borders: Path | None,
+    graph: RegionGraph, columns: dict[str, Array], drawn: tuple[Any, ...] | None,
+    output: Path | None, arcs: Path | None, borders: Path | None,
 ) -> None:  # fmt: skip
     """Write the tables and the borders; print the table of regions if `output` is None."""
     low, high = columns["region"][graph.edge_index]
@@ -142,7 +128,7 @@ def _write(
     tables = [(output, columns), (arcs, of_arcs)]
     write_tables([(path, table) for path, table in tables if path is not None])
     if borders is not None and drawn is not None:
-        write_lines(borders, *drawn)
+        write_borders(borders, *drawn)
     if output is None:
         if sys.stdout is None:
             raise OSError("standard output is closed")
@@ -156,16 +142,17 @@ def _most_frequent(regions: Ints, values: Ints, n_regions: int) -> Ints:
     return kit.weighted_majority(regions[kept], values[kept], weights, n_regions).winners
 
 
-def _values_of(name: str, path: str, cells: Cells, attributes: MeshAttributes | None) -> Floats:
+def _values_of(name: str, file: str, data: CellData) -> Floats:
     """Return the property `name`, one value per cell.
 
     If it does not exist, a MeshError lists all properties.
     """
-    values = property_of(name, cells, attributes)
+    values = data.values(name)
     if values is None:
-        stored = () if attributes is None else (*attributes.face, *attributes.vertex)
+        kept = data.attributes
+        stored = () if kept is None else (*kept.face, *kept.vertex)
         listed = f"the properties are {', '.join(stored)}" if stored else "it has no properties"
-        raise MeshError(f"{name_of(path)} has no property {name}: {listed}")
+        raise MeshError(f"{file} has no property {name}: {listed}")
     return values
 
 
@@ -182,11 +169,3 @@ def _checked_outputs(
     except ValueError as error:
         raise click.UsageError(str(error)) from None
     return tuple(path for path in (output, arcs, borders) if path is not None)
-
-
-def _named(lines: BorderLines, names: Ints) -> Iterator[Line]:
-    """Yield each border line, with the numbers of its regions in the label file."""
-    for i, (low, high) in enumerate(lines.regions.tolist()):
-        line = lines.line(i)
-        closed = np.append(line, line[0]) if lines.is_closed[i] else line
-        yield Line(int(names[low]), high if high < 0 else int(names[high]), closed)

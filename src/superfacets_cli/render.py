@@ -9,15 +9,13 @@ from typing import get_args
 
 import click
 
-from superfacets import MeshAttributes, MeshError, RegionGraph, View
-from superfacets.files.named_features import colors_of_cells, property_of
-from superfacets.kit import Array, Cells, checked_choice, kind_of
-from superfacets.tools.segment_file import seen_from
+from superfacets import MeshError, RegionGraph, View
+from superfacets.kit import Array, CellData, CellFile, Cells, checked_choice, kind_of
 from superfacets_show import VIEW_NAMES, Clip, Up
 
 from . import options as opts
 from .failures import print_note
-from .inputs import VALUE_ENDINGS, Input, labels_for, read_input, read_values
+from .inputs import VALUE_ENDINGS, labels_for, read_input, read_values, up_axis
 from .options import FILE, FLAG, option, options
 from .progress import WaitBar
 from .report import note_on_up
@@ -60,9 +58,7 @@ def _chosen_view(side: str | None, *, azimuth: float, elevation: float, up: Up) 
     return View.named(side, up=up)
 
 
-def _values_named(
-    color_by: str | None, cells: Cells, attributes: MeshAttributes | None
-) -> Array | str | None:
+def _values_named(color_by: str | None, data: CellData) -> Array | str | None:
     """Return the values in the file `color_by`, or of the property with this name.
 
     If `color_by` is a column of the table of regions, it is returned unchanged. The result is None
@@ -72,11 +68,11 @@ def _values_named(
         return None
     if Path(color_by).suffix.lower() in VALUE_ENDINGS:
         return read_values(Path(color_by))
-    values = property_of(color_by, cells, attributes)
+    values = data.values(color_by)
     if values is not None:
         return values
-    names = RegionGraph.column_names(kind_of(cells).dimension)
-    return checked_choice(color_by, "--color-by", names)
+    columns = RegionGraph.column_names(kind_of(data.cells).dimension)
+    return checked_choice(color_by, "--color-by", columns)
 
 
 @click.command("render")
@@ -134,20 +130,20 @@ def render_command(
     if output is not None and output.suffix.lower() != ".png":
         raise click.UsageError(f"{output} must end in .png")
     source = read_input(str(mesh))
-    up = source.up_axis(up)
+    up = up_axis(source, up)
     view = _chosen_view(side, azimuth=azimuth, elevation=elevation, up=up)
     cells, attributes = source.cells_and_attributes()
     if viewpoint is not None:
-        cells = seen_from(viewpoint, cells)
+        cells = kind_of(cells).seen_from(cells, viewpoint)
     if see_inside and not kind_of(cells).has_fronts(cells):
         raise click.UsageError(f"--see-inside needs normals, and {mesh} has none: give --viewpoint")
-    values = _values_named(color_by, cells, attributes)
+    values = _values_named(color_by, CellData(cells, attributes))
     by_region = f"--color-by {values}" if isinstance(values, str) else None
     needed_by = "--numbers" if numbers else by_region
     shown, others, titles = _series_of(source, labels, compare, cells, labels_named, needed_by)
     colors = None
     if color_by == _OWN_COLORS or (color_by is None and shown is None):
-        colors = colors_of_cells(cells, attributes)
+        colors = CellData(cells, attributes).colors()
     if color_by == _OWN_COLORS and colors is None and attributes is not None:
         colors = attributes.region_colors
     if color_by == _OWN_COLORS and colors is None:
@@ -170,7 +166,7 @@ def render_command(
 
 
 def _series_of(
-    source: Input, labels: Path | None, compare: tuple[Path, ...], cells: Cells, name: str,
+    source: CellFile, labels: Path | None, compare: tuple[Path, ...], cells: Cells, name: str,
     needed_by: str | None,
 ) -> tuple[Array | None, list[Array], list[str] | None]:  # fmt: skip
     """Return the labels of the first picture, the labels of further pictures, and the titles.
@@ -184,14 +180,14 @@ def _series_of(
     if paths:
         series = [labels_for(source, cells, path, name, is_quiet=True) for path in paths]
         if shown is not None:
-            series, paths = [shown, *series], [Path(source.text), *paths]
+            series, paths = [shown, *series], [Path(source.name), *paths]
         return series[0], series[1:], _titles(paths) if compare else None
     if shown is None and needed_by is not None:
-        message = f"{needed_by} needs labels, and {source.text} has none: give --labels"
+        message = f"{needed_by} needs labels, and {source.name} has none: give --labels"
         raise click.UsageError(message)
     if shown is None:
         note = "has no labels, so no regions are drawn: give labels with --labels"
-        print_note(f"{source.text} {note}")
+        print_note(f"{source.name} {note}")
     return shown, [], None
 
 

@@ -8,14 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from superfacets import MeshAttributes, Segmentation
-from superfacets.files.writers.ids import GRAPH_OUTPUTS, RENUMBERED_OUTPUTS, VERTEX_OUTPUTS
-from superfacets.files.writers.ply import names_replaced
-from superfacets.graph.size import sliver_note
-from superfacets.kit import Cells, Floats, Ints, Longs, counted, kind_of
-from superfacets.regions.vertices import MIN_IN_FILES
-from superfacets.stages.notes import BARRIERS_NOTE, fewer_note, radius_note
-from superfacets.tools.segment_file import Outcome
+from superfacets import (
+    BalanceWarning,
+    IslandWarning,
+    MeshAttributes,
+    RadiusWarning,
+    Segmentation,
+    SliverWarning,
+)
+from superfacets.kit import FORMATS, Cells, Floats, Ints, Longs, OutputFiles, counted, kind_of
 from superfacets_textures import notes_on_texture
 
 MAX_FILLED = 0.2
@@ -24,17 +25,13 @@ rooms with a larger fraction, more vertices were in wrong objects than with fewe
 
 
 def notes_of(
-    outcome: Outcome,
-    n_requested: int | None,
-    endings: Collection[str],
-    sizes: Longs,
+    outcome: Any, n_requested: int | None, endings: Collection[str], sizes: Longs,
     holds_labels: bool,
-) -> list[str]:
-    """Return notes on unexpected results of `segment`.
+) -> list[str]:  # fmt: skip
+    """Return notes on unexpected results; `outcome` is a result of `FileOptions.segment`.
 
     `n_requested` is the number of regions given with -n, or None. `sizes` is the same as in
-    `notes_on_written`.
-    `holds_labels` is True if some output stores labels without the cells.
+    `notes_on_written`. `holds_labels` is True if some output stores labels without the cells.
     """
     mesh, result, listed = outcome.mesh, outcome.result, outcome.listed
     kind = kind_of(mesh)
@@ -49,7 +46,9 @@ def notes_of(
             f"{n_requested} regions were requested, but there are only"
             f" {counted(n_kept, kind.noun)}: each {kind.noun} became a region"
         )
-    notes += [*outcome.notes, *notes_on_result(result)]
+    reworded = (BalanceWarning, IslandWarning, RadiusWarning, SliverWarning)
+    notes += [str(one) for one in outcome.warnings if not isinstance(one, reworded)]
+    notes += notes_on_result(result, outcome.warnings)
     if outcome.sharp_inside is not None:
         notes += _notes_on_sharp_edges(outcome.sharp_inside)
     if listed is not None and holds_labels:
@@ -61,12 +60,15 @@ def notes_of(
     ]
 
 
-def notes_on_result(result: Segmentation) -> list[str]:
-    """Return notes on the number of regions, and on merged, isolated or disconnected regions."""
+def notes_on_result(result: Segmentation, warnings: Collection[Warning]) -> list[str]:
+    """Return notes on the number of regions, and on merged, isolated or disconnected regions.
+
+    `warnings` are the warnings of `segment`.
+    """
     params = result.params
     n_requested: int | None = params["n_segments"]  # None if a radius was given
     is_kept = params["islands"] == "keep"
-    notes = _notes_on_number(result, n_requested)
+    notes = _notes_on_number(result, n_requested, warnings)
     n_own = 0 if n_requested is None else max(0, result.n_segments + result.n_merged - n_requested)
     n_nearest = result.n_unreached - n_own
     if n_nearest > 0 and not is_kept:
@@ -84,12 +86,15 @@ def notes_on_result(result: Segmentation) -> list[str]:
     if result.n_extra_pieces:
         pieces = counted(result.n_extra_pieces, "additional piece")
         notes.append(f"some regions are disconnected: they have {pieces}")
-    slivers = sliver_note(result.sliver_share or 0.0, "try --subdivide")
+    slivers = SliverWarning.text(result.sliver_share or 0.0, "try --subdivide")
     return notes if slivers is None else [*notes, slivers]
 
 
-def _notes_on_number(result: Segmentation, n_requested: int | None) -> list[str]:
+def _notes_on_number(
+    result: Segmentation, n_requested: int | None, warnings: Collection[Warning]
+) -> list[str]:
     """Return a note if there are not `n_requested` regions, or if a radius gives only one."""
+    islands = [str(warning) for warning in warnings if isinstance(warning, IslandWarning)]
     params = result.params
     n_made = result.n_segments + result.n_merged
     n_kept = result.n_unreached if params["islands"] == "keep" else 0
@@ -98,16 +103,14 @@ def _notes_on_number(result: Segmentation, n_requested: int | None) -> list[str]
         if params["radius"] is not None:
             note += ": -r is a fraction of the bounding box's diagonal"
         notes = [] if n_made - n_kept > 1 else [note]
-        small = radius_note(result)
-        return notes if small is None else [small]
+        return [str(one) for one in warnings if isinstance(one, RadiusWarning)] or notes
     if n_made != n_requested and params["init"] in ("flood", "grid"):
         return [
             f"{counted(n_made, 'region')} instead of {n_requested}: --init {params['init']}"
             " matches -n only approximately"
         ]
     if n_made <= n_requested:
-        fewer = fewer_note(result)
-        return [] if fewer is None else [fewer]
+        return islands if n_made < n_requested and "min_measure" in params else []
     more = f"{counted(n_made - n_requested, 'more region')} than requested"
     if params["islands"] == "nearest":
         return [f"{more}: some parts between barriers had no seed and became regions"]
@@ -115,14 +118,14 @@ def _notes_on_number(result: Segmentation, n_requested: int | None) -> list[str]
     if params["radius_factor"] is not None:
         parts += ", and cells that no center reached,"
     elif has_barriers:
-        # With -n 1, users request one region per component.
-        return [] if n_requested == 1 else [f"{more}: {BARRIERS_NOTE}"]
+        # With -n 1, users request one region per component, so there is no warning.
+        return [f"{more}: {text.partition(': ')[2]}" for text in islands]
     advice = "" if has_barriers else "; --islands nearest joins them to the nearest region"
     return [f"{more}: {parts} became regions{advice}"]
 
 
 def _notes_on_sharp_edges(inside: Floats) -> list[str]:
-    """Return a note if barrier edges are inside regions; see `Outcome` for `inside`."""
+    """Return a note if barrier edges are inside regions; `inside` is `Outcome.sharp_inside`."""
     regions = np.flatnonzero(inside)
     if not len(regions):
         return []
@@ -157,28 +160,23 @@ def notes_on_written(
 ) -> list[str]:  # fmt: skip
     """Return notes on data that outputs with these file endings do not store.
 
-    `sizes` is the result of `write_outputs`: the number of vertices of each region in files with
-    vertex labels. `are_replaced` is False if the labels come from the input, so that they replace
-    no property of the input.
+    `sizes` is the result of `OutputFiles.write`: the number of vertices of each region in files
+    with vertex labels. `are_replaced` is False if the labels come from the input, so that they
+    replace no property of the input.
     """
     notes = []
-    files = " and ".join(sorted({*endings} & {*VERTEX_OUTPUTS}))
+    files = " and ".join(sorted({*endings} & {*FORMATS.vertex_outputs}))
     if n_lost := int(np.count_nonzero(sizes == 0)):
         lost = counted(n_lost, "region")
         notes.append(f"{lost} lost in {files}: all their vertices have labels of other regions")
-    if n_small := int(np.count_nonzero((sizes > 0) & (sizes < MIN_IN_FILES))):
-        small = f"{counted(n_small, 'region')} with fewer than {MIN_IN_FILES} vertices"
+    if n_small := int(np.count_nonzero((sizes > 0) & (sizes < OutputFiles.MIN_VERTICES))):
+        small = f"{counted(n_small, 'region')} with fewer than {OutputFiles.MIN_VERTICES} vertices"
         notes.append(f"{small} in {files}: no neighbor has vertices to spare")
     if attributes is None:
         return notes
-    of_points = kind_of(cells).are_points
     if attributes.left_out:
         notes.append(f"data of the input that is not copied: {', '.join(attributes.left_out)}")
-    replaced = names_replaced(attributes, of_points=of_points)
-    if of_points and {".ply", ".pcd"}.isdisjoint(endings):  # LAS files keep the input's colors
-        replaced = [name for name in replaced if name.endswith(" label")]
-    if not of_points and {".ply", ".vtp"}.isdisjoint(endings):
-        replaced = []
+    replaced = OutputFiles.replaced_by_labels(cells, attributes, endings)
     if replaced and are_replaced:
         notes.append(f"data of the input that labels replace: {', '.join(replaced)}")
     if attributes.texture is not None:
@@ -190,21 +188,21 @@ def notes_on_written(
 
 def _notes_on_filled(sizes: Longs, endings: Collection[str]) -> list[str]:
     """Return a note if many regions were enlarged to the minimum; `sizes` as above."""
-    n_filled = int(np.count_nonzero(sizes == MIN_IN_FILES))
+    n_filled = int(np.count_nonzero(sizes == OutputFiles.MIN_VERTICES))
     if n_filled <= MAX_FILLED * len(sizes):
         return []
-    files = " and ".join(sorted({*endings} & {*VERTEX_OUTPUTS}))
+    files = " and ".join(sorted({*endings} & {*FORMATS.vertex_outputs}))
     return [
         f"{n_filled} of {counted(len(sizes), 'region')} in {files} have the minimum of"
-        f" {MIN_IN_FILES} vertices, because small regions take vertices from neighbors; this makes"
-        " borders less accurate: try a smaller -n, or --min-size 0.1"
+        f" {OutputFiles.MIN_VERTICES} vertices, because small regions take vertices from neighbors;"
+        " this makes borders less accurate: try a smaller -n, or --min-size 0.1"
     ]
 
 
 def notes_on_numbers(labels: Ints | None, endings: Collection[str], sizes: Longs) -> list[str]:
     """Return notes if output formats renumber labels; `sizes` as in `notes_on_written`."""
-    renumbered = sorted({*endings} & {*RENUMBERED_OUTPUTS})
-    graphs = sorted({*endings} & {*GRAPH_OUTPUTS})
+    renumbered = sorted({*endings} & {*FORMATS.renumbered_outputs})
+    graphs = sorted({*endings} & {*FORMATS.graph_outputs})
     if labels is None or not (renumbered or graphs):
         return []
     given = np.unique(labels[labels >= 0])

@@ -13,12 +13,10 @@ import click
 import numpy as np
 
 from superfacets import MeshAttributes, MeshError, Segmentation, kit
-from superfacets.kit import Array, Cells, FileOptions, FormatOptions
-from superfacets.tools.segment_file import Outcome
+from superfacets.kit import Array, CellFile, Cells, FileOptions, FormatOptions, OutputFiles
 
 from .failures import EXIT_DATA, count_failures, print_note, print_notes
 from .inputs import (
-    Input,
     barrier_angle_option,
     check_inputs,
     constraint_options,
@@ -37,7 +35,7 @@ from .options import (
     options,
     quiet_option,
 )
-from .outputs import Job, check_mask, names_of_results, output_option, plan_jobs, to_option
+from .outputs import Job, check_mask, output_option, plan_jobs, to_option
 from .progress import RunBar
 from .report import facts_of, notes_of, summary_of
 from .segment_options import SegmentCommand, file_options, options_of, segment_options
@@ -89,9 +87,7 @@ def segment_command(
             " give --mask-values without --mask"
         )
     also_read = [str(path) for path in (mask, barriers) if path is not None]
-    jobs = plan_jobs(
-        inputs, outputs, formats, ascii=chosen.ascii, also_read=also_read, names=names_of_results
-    )
+    jobs = plan_jobs(inputs, outputs, formats, ascii=chosen.ascii, also_read=also_read)
     endings = [ending for job in jobs for ending in job.endings]
     has_mask = mask is not None or mask_values is not None
     check_mask(endings, has_mask=has_mask)
@@ -113,7 +109,7 @@ class _Run:
     options: FileOptions
     format: str | None
     form: FormatOptions
-    constraints: Callable[[Input, Cells], dict[str, Array]]
+    constraints: Callable[[CellFile, Cells], dict[str, Array]]
     barrier_angle: float | None
     has_mask: bool
     scans: bool
@@ -128,15 +124,15 @@ class _Run:
 
     def do(self, job: Job) -> None:
         """Run one job, and print a report."""
-        kit.check_outputs(job.files, force=self.form.force)
+        outputs = job.outputs(self.form)
+        outputs.check()
         timings: dict[str, float] = {}
         with RunBar(name_of(job.input), is_quiet=self.is_quiet) as bar:
-            outcome = run_in_background(lambda: self._compute(job, bar, timings), tick=bar.draw)
-            with kit.timed(timings, "export", bar.on_stage):
-                sizes = job.write(
-                    outcome.mesh, outcome.result.labels, attributes=outcome.attributes,
-                    options=self.form, listed=outcome.listed, listed_mesh=outcome.listed_mesh,
-                )  # fmt: skip
+            outcome = run_in_background(
+                lambda: self._compute(job, outputs, bar, timings), tick=bar.draw
+            )
+            with bar.timed("export", timings):
+                sizes = outcome.write(outputs)
         result, noun = outcome.result, kit.kind_of(outcome.mesh).noun
         timings = {**result.timings, **timings}
         if not self.is_quiet:
@@ -163,11 +159,12 @@ class _Run:
         facts = facts_of(result, timings, noun, sharp_inside)
         job.report(facts, text, noun, as_json=self.as_json, is_quiet=self.is_quiet)
 
-    def _compute(self, job: Job, bar: RunBar, timings: dict[str, float]) -> Outcome:
+    def _compute(
+        self, job: Job, outputs: OutputFiles, bar: RunBar, timings: dict[str, float]
+    ) -> Any:
         """Read, subdivide and segment the input, without writing files."""
-        return kit.segment_file(
-            lambda keep: self._load(job, keep=keep),
-            self.options,
+        return self.options.segment(
+            lambda keep: self._load(job, outputs, keep=keep),
             holds_attributes=job.holds_attributes,
             timings=timings,
             barrier_angle=self.barrier_angle,
@@ -176,7 +173,7 @@ class _Run:
         )
 
     def _load(
-        self, job: Job, *, keep: bool
+        self, job: Job, outputs: OutputFiles, *, keep: bool
     ) -> tuple[Cells, MeshAttributes | None, dict[str, Array]]:
         """Read the input and its constraints.
 
@@ -185,7 +182,7 @@ class _Run:
         source = read_input(job.input, self.format)
         cells, attributes = source.cells_and_attributes(keep=keep)
         self._check_kind(job, cells)
-        kit.check_fit(cells, None, job.endings, self.form)
+        outputs.check_fit(cells)
         return cells, attributes, self.constraints(source, cells)
 
     def _check_kind(self, job: Job, cells: Cells) -> None:

@@ -8,7 +8,6 @@ from typing import Any
 import click
 
 from superfacets import PAPER, PARTS, SCANS
-from superfacets.base.options import INITS, ISLANDS
 from superfacets.kit import WEIGHTS, FileOptions
 
 from . import options as opts
@@ -66,7 +65,7 @@ class SegmentCommand(opts.GroupedCommand):
 
 
 segment_options = options(
-    option("-n --n-segments", COUNT, "Number of regions.  [default: 150]"),
+    option("-n --n-segments", COUNT, f"Number of regions.  [default: {opts.USUAL_COUNT}]"),
     option("-r --radius", opts.POSITIVE,
            "Radius of a region, instead of -n, as a fraction of the bounding box's diagonal. In a"
            " cloud, the bounding box contains only points inside the mask."),
@@ -86,7 +85,7 @@ segment_options = options(
            "Cost of a step between neighbors: parts (creases, and steps from one part of a shape to"
            " another), creases, or superfacets (as in the paper)."
            "  [default: parts; superfacets with --paper]"),
-    option("--init", INITS,
+    option("--init", FileOptions.CHOICES["init"],
            "How the initial centers are placed; flood and grid match -n only approximately."
            "  [default: geodesic; curve for 10,000 or more regions of less than 100 cells each;"
            " farthest with --paper]"),
@@ -116,7 +115,7 @@ segment_options = options(
            " It has an effect only with --paper."),
     option("--min-size", opts.NOT_NEGATIVE,
            "Merge regions smaller than this fraction of the mean size into a neighbor."),
-    option("--islands", ISLANDS,
+    option("--islands", FileOptions.CHOICES["islands"],
            "What to do with components without a seed, and with small regions without a neighbor:"
            " keep them as regions (keep), or join them to the nearest region (nearest), which makes"
            " -n exact except with barriers, or --init flood or grid.  [default: keep]"),

@@ -12,9 +12,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
-from superfacets import MissingExtraError
-from superfacets.files.atomic import output_folder
-from superfacets.kit import is_installed
+from superfacets.kit import import_extra, output_folder
 
 from .failures import EXIT_DATA, count_failures, print_note, print_notes
 from .options import COUNT, FILE, FLAG, FOLDER, json_option, option, options
@@ -204,5 +202,5 @@ def _iou(row: dict[str, Any]) -> str:
 
 
 def _check_extra() -> None:
-    if not all(map(is_installed, ("scipy", "starlette", "uvicorn"))):
-        raise MissingExtraError("the studio", "studio")
+    for module in ("scipy", "starlette", "uvicorn"):
+        import_extra(module, "the studio", "studio")

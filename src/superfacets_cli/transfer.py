@@ -10,7 +10,7 @@ import click
 import numpy as np
 
 from superfacets import MeshAttributes, transfer
-from superfacets.kit import Cells, Ints, check_fit, counted, kind_of
+from superfacets.kit import Cells, Ints, counted, kind_of
 
 from .inputs import labels_for, read_input
 from .interrupts import run_in_background
@@ -48,7 +48,7 @@ def transfer_command(
         of_source = labels_for(origin, cells, labels, run.labels_named, is_quiet=run.is_quiet)
         file = read_input(str(target), target_format)
         goal, attributes = file.cells_and_attributes(keep=run.keeps_attributes)
-        check_fit(goal, None, run.job.endings, run.form)
+        run.outputs.check_fit(goal)
         with warnings.catch_warnings(record=True) as caught:  # warnings become notes
             carried = transfer(
                 cells, of_source, goal, max_distance=max_distance, n_threads=run.n_threads

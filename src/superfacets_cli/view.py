@@ -11,11 +11,10 @@ from typing import TYPE_CHECKING
 import click
 
 from superfacets import MeshError, MissingExtraError
-from superfacets.files.readers.npy import npz_array
-from superfacets.kit import Array, Cells, read_content, stored_colors
+from superfacets.kit import Array, CellFile, Cells, stored_colors
 
 from .failures import print_note
-from .inputs import Input, labels_beside, labels_for, read_input, read_values
+from .inputs import labels_beside, labels_for, read_input, read_values, up_axis
 from .options import FILE, camera_options, labels_named_option, option, options
 from .report import note_on_up
 
@@ -69,7 +68,7 @@ def view_command(
         print_note(f"{mesh} has no labels: give a label file with --labels")
     truth = None if gt is None else labels_for(source, cells, gt, labels_named, is_quiet=True)
     values = {path.stem: read_values(path) for path in features}
-    up = source.up_axis(up)
+    up = up_axis(source, up)
     camera = View(azimuth=azimuth, elevation=elevation, up=up)
     name = mesh.name if title is None else title
     page = None
@@ -101,12 +100,8 @@ def _open(page: Page, name: str, note: str) -> None:
         print_note("no browser was found: open the file yourself, or name a file with --html")
 
 
-def _levels_of(source: Input, path: Path | None, cells: Cells, name: str) -> Array | None:
+def _levels_of(source: CellFile, path: Path | None, cells: Cells, name: str) -> Array | None:
     """Return labels of one level, shape (N,), or of all L levels in an .npz, shape (L, N)."""
     if path is None or path.suffix.lower() != ".npz":
         return labels_beside(source, path, cells, name, is_quiet=True)
-    content = read_content(path)
-    try:
-        return npz_array(content, "labels")
-    except Exception:  # zipfile and zlib raise many kinds of errors for damaged files
-        raise MeshError(f"{path}: is not a .npz of superfacets levels, or is damaged") from None
+    return CellFile.levels_in(path)

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from superfacets import MeshError
 from superfacets.kit import (
+    FORMATS,
     Array,
     atomic_outputs,
     check_length,
@@ -75,7 +76,7 @@ def write_graphs(path: StrPath, graphs: Graph | Sequence[Graph]) -> None:
     ...         file["level0_super_index"].tolist(), file["level1_super_index"].tolist()
     ([0, 0, 1], [0, 0])
     """
-    known_ending(Path(path), (".npz",))
+    known_ending(Path(path), FORMATS.graph_outputs)
     arrays = _checked_graphs(graphs)
     with atomic_outputs([path]) as (temporary,), temporary.open("wb") as file:
         write_arrays(file, arrays)

@@ -107,7 +107,7 @@ def texture_colors(
     """
     source: Any = mesh
     if texture is None and isinstance(mesh, (str, os.PathLike)):
-        source, attributes = kit.read_cells_and_attributes(mesh)
+        source, attributes = kit.CellFile.read(mesh).cells_and_attributes()
         texture = None if attributes is None else attributes.texture
     cells = kit.as_mesh(source)
     if texture is None:

@@ -14,7 +14,7 @@ from distributed.system import MEMORY_LIMIT
 from local_workers import worker_processes
 
 import superfacets as sf
-from superfacets.tools import segment_to_files
+from superfacets.kit import InputFile
 from superfacets_batch import batching, cluster
 from superfacets_batch.jobs import run_job
 
@@ -100,11 +100,11 @@ def test_a_file_that_kills_workers_is_recorded_and_the_others_are_done(
 
 
 def test_a_file_too_large_for_a_share_of_the_memory_is_done_alone(scans, tmp_path, monkeypatch):
-    def need(path):
-        return MEMORY_LIMIT / 2 if path.endswith("one.ply") else 0
+    def need(file):
+        return MEMORY_LIMIT / 2 if file.input.endswith("one.ply") else 0
 
     asked = []
-    monkeypatch.setattr(batching, "memory_of", need)
+    monkeypatch.setattr(InputFile, "memory", property(need))
     client = batching.local_client
     monkeypatch.setattr(
         batching, "local_client", lambda *sizes: asked.append(sizes) or client(*sizes)
@@ -289,9 +289,7 @@ def test_the_estimated_memory_grows_with_the_file_and_its_cells(tmp_path):
     for ending, n_cells in ((".ply", 100), (".stl", 36), (".unknown", 150)):
         path = tmp_path / f"a{ending}"
         path.write_bytes(bytes(1800))
-        assert segment_to_files.cells_of(str(path)) == n_cells
-        assert (
-            segment_to_files.memory_of(str(path))
-            == segment_to_files.BASE + 3 * 1800 + 200 * n_cells
-        )
-    assert segment_to_files.memory_of(str(tmp_path / "missing.ply")) == segment_to_files.BASE
+        file = InputFile(str(path), path.name)
+        assert file.most_cells == n_cells
+        assert file.memory == (150 << 20) + 3 * 1800 + 200 * n_cells
+    assert InputFile(str(tmp_path / "missing.ply"), "missing.ply").memory == 150 << 20

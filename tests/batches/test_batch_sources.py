@@ -4,7 +4,7 @@ import os
 
 import pytest
 
-from superfacets.tools.sources import check_outputs_differ, find_sources, output_names
+from superfacets.kit import InputFile
 
 
 @pytest.fixture
@@ -22,7 +22,7 @@ def tree(tmp_path, monkeypatch):
 
 
 def names_of(*inputs):
-    return {source.name: source.input for source in find_sources(inputs)}
+    return {source.name: source.input for source in InputFile.find(inputs)}
 
 
 def test_a_folder_is_searched_for_meshes_and_clouds_but_not_for_results(tree):
@@ -34,7 +34,7 @@ def test_a_folder_is_searched_for_meshes_and_clouds_but_not_for_results(tree):
     assert names_of("scans") == names_of("scans/") == expected
     assert list(names_of("scans")) == ["points.xyz", "a/one.ply", "b/two.OBJ"]
     assert names_of(tree / "scans") == {n: str(tree / p) for n, p in expected.items()}
-    assert find_sources("scans") == find_sources(["scans"])
+    assert InputFile.find("scans") == InputFile.find(["scans"])
 
 
 def test_links_to_folders_are_not_followed(tree):
@@ -79,16 +79,16 @@ def test_files_of_one_name_are_refused(tree):
     with pytest.raises(
         ValueError, match=r"scans/a/one\.ply and one\.ply would have the same result name, one\.ply"
     ):
-        find_sources(["scans/a/one.ply", "one.ply"])
+        InputFile.find(["scans/a/one.ply", "one.ply"])
 
 
 def test_files_with_one_result_are_refused(tree):
     (tree / "scans/a/one.obj").write_text("")
-    sources = find_sources("scans")
+    sources = InputFile.find("scans")
     message = "scans/a/one.obj and scans/a/one.ply would both be written to a/one.superfacets.npy"
     with pytest.raises(ValueError, match=message):
-        check_outputs_differ(sources, (".npy",))
-    check_outputs_differ(find_sources(["scans/a/one.ply", "scans/b"]), (".npy",))
+        InputFile.check_outputs_differ(sources, (".npy",))
+    InputFile.check_outputs_differ(InputFile.find(["scans/a/one.ply", "scans/b"]), (".npy",))
 
 
 def test_inputs_that_stand_for_nothing_are_named(tree):
@@ -101,7 +101,7 @@ def test_inputs_that_stand_for_nothing_are_named(tree):
         ([], ValueError, "inputs must contain at least one file, folder, pattern or list"),
     ]:
         with pytest.raises(error, match=message):
-            find_sources(inputs)
+            InputFile.find(inputs)
 
 
 def test_a_folder_that_cannot_be_read_is_named(tree, monkeypatch):
@@ -114,13 +114,13 @@ def test_a_folder_that_cannot_be_read_is_named(tree, monkeypatch):
 
     monkeypatch.setattr(os, "scandir", refuse)
     with pytest.raises(PermissionError, match="scans/b"):
-        find_sources("scans")
+        InputFile.find("scans")
 
 
 def test_results_mirror_folders():
-    assert output_names("a/b.x.obj", (".npy", ".ply")) == (
+    assert InputFile("", "a/b.x.obj").output_names((".npy", ".ply")) == (
         "a/b.x.superfacets.npy",
         "a/b.x.superfacets.ply",
     )
-    assert output_names("a/b.obj", ()) == ("a/b.superfacets.ply",)
-    assert output_names("body.MSH", ()) == ("body.superfacets.vtu",)
+    assert InputFile("", "a/b.obj").output_names(()) == ("a/b.superfacets.ply",)
+    assert InputFile("", "body.MSH").output_names(()) == ("body.superfacets.vtu",)

@@ -15,7 +15,7 @@ import shapes
 from batch_folders import lines_of, records_of, results_in
 
 import superfacets as sf
-from superfacets.files.atomic import locked
+from superfacets.kit import locked
 from superfacets_batch import batching, jobs
 
 
@@ -325,7 +325,7 @@ def test_the_time_left_is_that_of_equal_files(scan, out):
 
 def test_a_full_disk_stops_the_batch_and_blames_no_file(scan, out, monkeypatch, broken):
     broken(
-        "superfacets.tools.segment_to_files.write_outputs",
+        "superfacets.kit.OutputFiles.write",
         OSError(errno.ENOSPC, "No space left on device", "x.npy"),
     )
     with pytest.raises(OSError, match=r"No space left on device: 'x.npy'"):

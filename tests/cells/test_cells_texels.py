@@ -7,7 +7,7 @@ from textured_meshes import checkered_ball, facade, grid, save_png
 
 import superfacets as sf
 from superfacets import Material, Mesh, MeshAttributes, PolygonMesh, Texture, TextureImage, kit
-from superfacets.files.named_features import features_of
+from superfacets.files.named_features import CellData
 from superfacets.weights.features import FeatureOptions, FeatureTable
 from superfacets_textures.textures import WRAPS
 
@@ -153,7 +153,7 @@ def error_of(made, k, **options):
 
 
 def texture_features(made, *names):
-    return features_of(names, made.mesh, MeshAttributes(texture=made.texture), 2)
+    return CellData(made.mesh, MeshAttributes(texture=made.texture)).features(names, 2)
 
 
 def test_regions_of_a_flat_facade_follow_the_paint(tmp_path):
@@ -202,9 +202,9 @@ def test_color_is_that_of_the_file_before_that_of_the_texture(tmp_path):
     made = facade(tmp_path, edge=0.5)
     shades = {name: np.arange(made.mesh.n_faces) % 256 for name in ("red", "green", "blue")}
     both = MeshAttributes(face=shades, texture=made.texture)
-    color = features_of(["color"], made.mesh, both, 1)
+    color = CellData(made.mesh, both).features(["color"], 1)
     np.testing.assert_array_equal(color.values[:, 0], shades["red"])
-    insisted = features_of(["texture"], made.mesh, both, 1)
+    insisted = CellData(made.mesh, both).features(["texture"], 1)
     np.testing.assert_array_equal(insisted.values, sf.texture_colors(made.mesh, made.texture).oklab)
 
 
@@ -237,7 +237,7 @@ def test_features_without_a_texture_say_why(tmp_path):
     made = facade(tmp_path, edge=1)
     (tmp_path / "facade.png").unlink()
     with pytest.raises(sf.MeshError, match=r"^features color: the image 'facade.png' cannot be"):
-        features_of(["color"], made.mesh, MeshAttributes(texture=made.texture), 1)
+        CellData(made.mesh, MeshAttributes(texture=made.texture)).features(["color"], 1)
 
 
 def test_features_need_pillow(tmp_path, monkeypatch):

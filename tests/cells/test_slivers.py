@@ -10,7 +10,7 @@ from models import read_off
 
 import superfacets as sf
 from superfacets.graph.face_graph import graph_and_shapes
-from superfacets.graph.size import sliver_note, sliver_share
+from superfacets.graph.size import sliver_share
 from superfacets.metrics import compactness
 
 
@@ -119,8 +119,8 @@ def test_cells_of_a_graph_have_no_share():
 
 
 def test_few_slivers_are_no_matter():
-    assert sliver_note(0.1, "do") is None
-    assert sliver_note(0.101, "do").endswith("will be stripes: do")
+    assert sf.SliverWarning.text(0.1, "do") is None
+    assert sf.SliverWarning.text(0.101, "do").endswith("will be stripes: do")
 
 
 def test_nothing_is_said_of_the_sample_mesh():
@@ -135,7 +135,7 @@ def test_two_models_of_the_benchmark_that_gain_from_subdivision_are_named(benchm
     for path in benchmark_paths:
         mesh = read_off(path)
         radius = math.sqrt(sf.build_face_graph(mesh).measures.sum() / math.pi / 150)
-        if sliver_note(share_of(mesh, radius), ""):
+        if sf.SliverWarning.text(share_of(mesh, radius), ""):
             named.add(path.stem)
     assert named == {"349", "353"}
 

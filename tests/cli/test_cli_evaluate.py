@@ -1,12 +1,13 @@
 """The command `evaluate`."""
 
+import inspect
 import json
 
 import pytest
 import shapes
 
-from superfacets import write_labels, write_mesh
-from superfacets.metrics import evaluate_vertices
+from superfacets import metrics, segment, write_labels, write_mesh
+from superfacets_cli.options import USUAL_COUNT
 
 
 @pytest.fixture
@@ -70,6 +71,12 @@ def test_faces_in_no_region_are_an_error(run, labeled_strip):
     assert (status, "undersegmentation_error    0\n" in printed) == (0, True)
 
 
+def test_defaults_in_help_texts_are_the_defaults_of_the_functions(run):
+    tolerance = inspect.signature(metrics.evaluate).parameters["tolerance"].default
+    assert f"[default: {tolerance};" in " ".join(run("evaluate", "-h")[1].split())
+    assert segment(shapes.bumpy_sheet()).n_segments == USUAL_COUNT
+
+
 def test_labels_and_truth_of_vertices_are_compared_at_the_vertices(run, labeled_strip):
     mesh, labels = labeled_strip / "strip.ply", labeled_strip / "v.segs.json"
     write_labels(labels, [0, 0, 0, 1, 1, 2])
@@ -79,7 +86,7 @@ def test_labels_and_truth_of_vertices_are_compared_at_the_vertices(run, labeled_
     assert (status, "which can split" in err) == (0, False)
     assert "note: labels are compared at the vertices, without metrics of borders" in err
     facts = json.loads(printed)
-    expected = evaluate_vertices(shapes.strip(4), [0, 0, 0, 1, 1, 2], [[0, 0, 1, 1, -1, 1]])
+    expected = metrics.evaluate_vertices(shapes.strip(4), [0, 0, 0, 1, 1, 2], [[0, 0, 1, 1, -1, 1]])
     assert {name: facts[name] for name in expected} == expected
 
 

@@ -10,7 +10,7 @@ import shapes
 from command_line import COMMAND
 
 from superfacets import MeshError, kit, read_labels, read_mesh, segment, write_mesh
-from superfacets.files.readers.read import recognized_ending
+from superfacets.kit import CellFile
 from superfacets_cli.inputs import read_input
 
 
@@ -59,20 +59,20 @@ def contents(tmp_path):
 
 def test_the_format_of_standard_input_is_recognized_by_its_content(give, tmp_path):
     for ending, data in contents(tmp_path):
-        assert recognized_ending(data) == ending
+        assert CellFile.of_stream(data, "-").ending == ending
         give(data)
         assert read_input("-").cells().n_faces == 18, ending
         give(data)
         assert read_input("-", ending[1:]).cells().n_faces == 18, ending
-    assert recognized_ending(b"glTF\2\0\0\0") == ".glb"
-    assert recognized_ending(b' \n{"asset": {}}') == ".gltf"
+    assert CellFile.of_stream(b"glTF\2\0\0\0", "-").ending == ".glb"
+    assert CellFile.of_stream(b' \n{"asset": {}}', "-").ending == ".gltf"
 
 
 @pytest.mark.parametrize(
     "data", [b"hello\n", b"\x89PNG\r\n\x1a\n", b"# only a comment\n", b"\n \n"]
 )
 def test_what_is_no_mesh_is_not_recognized(give, run, data):
-    assert recognized_ending(data) is None
+    assert CellFile.of_stream(data, "-") is None
     give(data)
     status, out, err = run("segment", "-")
     assert (status, out) == (1, "")

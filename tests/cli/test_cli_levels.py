@@ -10,8 +10,7 @@ from command_line import COMMAND, files_in
 
 import superfacets as sf
 from superfacets import hierarchy, read_labels, read_mesh, segment, write_labels
-from superfacets.files.writers.cells import CellWriter
-from superfacets.files.writers.write import write_outputs
+from superfacets.kit import FORMATS, OutputFiles
 
 
 def test_levels_writes_all_levels_to_one_file(run, sheet, tmp_path):
@@ -57,7 +56,7 @@ def test_the_number_of_a_level_stands_before_the_whole_ending(run, sheet, tmp_pa
     (tmp_path / "other").mkdir()
     expected = tmp_path / "other" / f"a{ending}"  # same name, as some formats store the scene name
     for n, labels in zip((12, 5), hierarchy(read_mesh(sheet), [12, 5]).levels, strict=True):
-        write_outputs([expected], read_mesh(sheet), labels)
+        OutputFiles([expected]).write(read_mesh(sheet), labels)
         assert (tmp_path / f"a.{n}{ending}").read_bytes() == expected.read_bytes()
 
 
@@ -103,12 +102,12 @@ def test_levels_replaces_no_input(run, sheet, tmp_path, monkeypatch):
 def test_levels_writes_all_files_or_none(run, sheet, tmp_path, monkeypatch):
     written = []
 
-    def write(writer, file, **others):
+    def write(file, content):
         written.append(file.write(b"part"))
         if len(written) == 2:
             raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(CellWriter, "write", write)
+    monkeypatch.setitem(FORMATS["write_polygons"], ".ply", write)
     status, _, err = run("levels", sheet, "-n", "10,5", "-o", tmp_path / "x.ply")
     assert (status, len(written)) == (1, 2)
     assert "No space left on device" in err

@@ -14,8 +14,8 @@ import shapes
 from command_line import COMMAND
 
 from superfacets import segment
+from superfacets.kit import OutputFiles
 from superfacets_cli.interrupts import is_busy, run_in_background
-from superfacets_cli.outputs import Job
 from superfacets_cli.progress import SHARES, Estimate, RunBar, WaitBar
 
 
@@ -113,7 +113,7 @@ def test_a_terminal_shows_that_silent_work_goes_on(limit, capsys, terminal):
 
 @pytest.mark.parametrize("command", ["convert", "transfer"])
 def test_a_terminal_shows_that_long_writing_goes_on(run, sheet, monkeypatch, command):
-    write = Job.write
+    write = OutputFiles.write
 
     def write_slowly(*arguments, **options):
         time.sleep(0.3)
@@ -123,7 +123,7 @@ def test_a_terminal_shows_that_long_writing_goes_on(run, sheet, monkeypatch, com
     goal = [sheet] if command == "transfer" else []
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     monkeypatch.setattr(WaitBar, "DELAY", 0.2)
-    monkeypatch.setattr(Job, "write", write_slowly)
+    monkeypatch.setattr(OutputFiles, "write", write_slowly)
     arguments = (command, sheet, sheet.with_name("a.npy"), *goal, "-o", sheet.with_name("b.ply"))
     assert "working, 0 s" in run(*arguments)[2]
     assert "working" not in run(*arguments, "--quiet")[2]

@@ -14,7 +14,8 @@ from pathlib import Path
 import mesh_files
 
 from superfacets import Mesh, MeshError
-from superfacets.files.readers.labels import LABEL_ENDINGS, read_labels
+from superfacets.files.formats import FORMATS
+from superfacets.files.readers.labels import read_labels
 from superfacets.files.readers.read import read_mesh
 from superfacets.files.writers.write import write_labels, write_mesh
 
@@ -106,7 +107,7 @@ def main() -> None:
         files += [(read_mesh, *item) for item in mesh_files.whole_files().items()]
         for read, file_name, data in files:
             path = folder / f"damaged{Path(file_name).suffix}"
-            assert read is read_mesh or path.suffix in LABEL_ENDINGS
+            assert read is read_mesh or path.suffix in FORMATS.labels
             assert check(read, path, data)
             for case in range(n_cases):
                 broken = damaged(data, source)

@@ -16,7 +16,7 @@ from superfacets.files.atomic import (
     remove_leftovers,
     writable_folder,
 )
-from superfacets.files.writers.write import check_outputs, write_labels
+from superfacets.files.writers.write import OutputFiles, write_labels
 
 
 def names(folder):
@@ -135,19 +135,21 @@ def test_names_as_long_as_can_be(tmp_path):
     assert path.read_text() == "5\n"
 
 
-@pytest.mark.parametrize("call", [check_outputs, lambda paths: write_labels(paths[0], [0])])
+@pytest.mark.parametrize(
+    "call", [lambda *p: OutputFiles(p).check(), lambda p: write_labels(p, [0])]
+)
 def test_targets_that_cannot_be_written_are_os_errors(tmp_path, call, forbid):
     with pytest.raises(FileNotFoundError, match=r"a\.seg: the folder .*absent does not exist"):
-        call([tmp_path / "absent" / "a.seg"])
+        call(tmp_path / "absent" / "a.seg")
     (tmp_path / "file").touch()
     with pytest.raises(NotADirectoryError, match=r"a\.seg: .*file is not a folder"):
-        call([tmp_path / "file" / "a.seg"])
+        call(tmp_path / "file" / "a.seg")
     (tmp_path / "folder.seg").mkdir()
     with pytest.raises(IsADirectoryError, match=r"folder\.seg: is a folder, not a file"):
-        call([tmp_path / "folder.seg"])
+        call(tmp_path / "folder.seg")
     forbid()  # root may write everywhere
     with pytest.raises(PermissionError, match=r"a\.seg: the folder .* is not writable"):
-        call([tmp_path / "a.seg"])
+        call(tmp_path / "a.seg")
 
 
 def test_a_folder_for_outputs_is_made_unless_a_file_is_there_or_it_cannot_be_written(
@@ -168,7 +170,7 @@ def test_a_write_protected_file_is_an_os_error(tmp_path, forbid):
     (tmp_path / "a.seg").touch()
     forbid(lambda path, mode: path == tmp_path)
     with pytest.raises(PermissionError, match=r"a\.seg: the file is write-protected"):
-        check_outputs([tmp_path / "a.seg"])
+        OutputFiles([tmp_path / "a.seg"]).check()
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
@@ -183,7 +185,7 @@ def test_the_same_file_twice_is_refused(tmp_path):
     (tmp_path / "folder").mkdir()
     twice = [tmp_path / "a.seg", tmp_path / "folder" / ".." / "a.seg"]
     with pytest.raises(ValueError, match=r"a\.seg: the same output is given twice"):
-        check_outputs(twice)
+        OutputFiles(twice).check()
     with pytest.raises(ValueError, match="twice"), atomic_outputs(twice):
         raise AssertionError("the block must not run")
     assert names(tmp_path) == ["folder"]

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from superfacets import MeshError, MissingExtraError, estimate_normals, read_cloud, segment
-from superfacets.files.readers.read import CELL_ENDINGS
+from superfacets.files.formats import FORMATS
 from superfacets_formats.e57 import read_e57
 
 QUARTER_TURN = np.sqrt([0.5, 0, 0, 0.5])  # about z, as a quaternion w, x, y, z
@@ -316,4 +316,4 @@ def test_without_pye57_the_extra_is_named(tmp_path, monkeypatch):
 
 
 def test_commands_know_the_ending():
-    assert ".e57" in CELL_ENDINGS
+    assert ".e57" in FORMATS.cells

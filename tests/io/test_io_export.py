@@ -32,8 +32,9 @@ from superfacets import (
     write_mesh,
     write_regions,
 )
-from superfacets.files.writers.cells import FACE_WRITERS, FormatOptions
-from superfacets.files.writers.write import write_outputs
+from superfacets.files.formats import FORMATS
+from superfacets.files.writers.cells import FormatOptions
+from superfacets.files.writers.write import OutputFiles
 from superfacets_scans.scannet import scene_of
 
 SEGMENTS = "scene0000_00_vh_clean_2.0.010000.segs.json"
@@ -536,7 +537,7 @@ class TestNamesAndVertices:
 
     def test_labels_of_cells_left_out_come_back(self, square, tmp_path):
         for name in ("a.ply", "a.npy", "a.seg"):
-            write_outputs([tmp_path / name], square, [-1, 3])
+            OutputFiles([tmp_path / name]).write(square, [-1, 3])
             assert read_labels(tmp_path / name).tolist() == [-1, 3]
 
     @pytest.mark.parametrize(
@@ -716,7 +717,7 @@ class TestRegions:
             if len(calls) > 1:
                 raise OSError("disk full")
 
-        monkeypatch.setitem(FACE_WRITERS, ".ply", fail)
+        monkeypatch.setitem(FORMATS["write_polygons"], ".ply", fail)
         with pytest.raises(OSError, match="disk full"):
             write_regions(tmp_path, house, [0, 1])
         assert [path.name for path in tmp_path.iterdir()] == ["region_0.ply"]
@@ -769,7 +770,7 @@ def test_labels_of_vertices_may_be_of_the_mesh_before_it_was_subdivided(tmp_path
     names = ["a.segs.json", "a.ply", "a.sstk.json"]
     paths = [tmp_path / name for name in names]
     options = FormatOptions(ascii=True)
-    write_outputs(paths, fine, np.arange(12), options=options, listed=[7, 0], listed_mesh=square)
+    OutputFiles(paths, options).write(fine, np.arange(12), listed=[7, 0], listed_mesh=square)
     assert json.loads(paths[0].read_text())["segIndices"] == [0, 7, 0, 0, 8]
     assert json.loads(paths[2].read_text())["elementCount"] == 2
     assert read_mesh(paths[1]).n_faces == 12

@@ -8,7 +8,8 @@ from mesh_files import ORDERS, VERTICES, ply_header, ply_text, stl_binary
 from numpy.testing import assert_array_equal
 
 from superfacets import Mesh, MeshError, PointCloud, TetMesh
-from superfacets.files.readers.labels import LABEL_ENDINGS, find_labels, read_labels
+from superfacets.files.formats import FORMATS
+from superfacets.files.readers.labels import find_labels, read_labels
 from superfacets.files.writers.write import write_labels, write_mesh
 
 LABELS = np.array([3, 0, 2**31 - 1], dtype=np.int32)
@@ -249,7 +250,7 @@ def test_an_unknown_ending_is_refused(refuse, name, ending):
         ", .curv, .thickness, .sulc, .area"
     )
     refuse(name, b"1\n", f"expected the ending {endings}, got {ending}")
-    assert ", ".join(LABEL_ENDINGS) == endings
+    assert ", ".join(FORMATS.labels) == endings
 
 
 @pytest.mark.parametrize("ending", [".csv", ".las", ".laz"])

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from superfacets import MeshError, PointCloud, read_cloud, read_labels, segment, write_mesh
-from superfacets.files.readers.read import read_cells_and_attributes
+from superfacets.files.cell_file import CellFile
 
 POINTS = np.array([[0, 0, 0], [1.5, 0, 0], [1, 1, 0.25], [0, 1, -3]])
 COLORS = np.array([[255, 0, 0], [0, 255, 0], [0, 0, 255], [51, 52, 53]], np.uint8)
@@ -41,7 +41,7 @@ def cloud_of(tmp_path):
     def read(data):
         path = tmp_path / "cloud.pcd"
         path.write_bytes(data)
-        return read_cells_and_attributes(path)
+        return CellFile.read(path).cells_and_attributes()
 
     return read
 
@@ -59,7 +59,7 @@ def test_a_file_of_another_library_is_read(tmp_path, form):
     columns += [packed if form == "ascii" else packed.view(np.float32), labels, times]
     other = pypcd4.PointCloud.from_points(columns, fields, types)
     other.save(tmp_path / "other.pcd", pypcd4.Encoding(form))
-    cloud, attributes = read_cells_and_attributes(tmp_path / "other.pcd")
+    cloud, attributes = CellFile.read(tmp_path / "other.pcd").cells_and_attributes()
     assert cloud.points == pytest.approx(points, rel=1e-6)
     assert np.array_equal(cloud.normals, np.eye(3)[labels % 3])
     expected = np.stack([packed >> 16, packed >> 8 & 255, packed & 255], axis=1)
@@ -93,7 +93,7 @@ def test_all_that_is_read_is_written_again(tmp_path, cloud_of, ascii):
     assert cloud.viewpoints.tolist() == [1, 2, 3]
     path = tmp_path / "again.pcd"
     write_mesh(path, cloud, [0, -1, 0, 1], colors=COLORS, attributes=attributes, ascii=ascii)
-    again, others = read_cells_and_attributes(path)
+    again, others = CellFile.read(path).cells_and_attributes()
     for one, other in ((cloud.points, again.points), (cloud.colors, again.colors)):
         assert np.array_equal(one, other)
     assert again.viewpoints.tolist() == [1, 2, 3]

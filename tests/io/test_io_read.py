@@ -9,11 +9,12 @@ import pytest
 from mesh_files import glb, ply_binary, ply_text, stl_binary, whole_files
 
 from superfacets import MeshError
-from superfacets.files.readers.read import MESH_ENDINGS, read_mesh
+from superfacets.files.formats import FORMATS
+from superfacets.files.readers.read import read_mesh
 from superfacets.mesh.convert import as_mesh
 
 
-@pytest.mark.parametrize("ending", MESH_ENDINGS)
+@pytest.mark.parametrize("ending", FORMATS.meshes)
 def test_an_empty_file_is_refused(refuse, ending):
     refuse(f"a{ending}", b"", "the file is empty")
 
@@ -37,7 +38,7 @@ def test_files_of_cad_programs_are_refused_with_advice(refuse, name, format):
     refuse(name, b"ISO-10303-21;\nHEADER;\n", f"{format} is a CAD format, not a mesh: {advice}")
 
 
-@pytest.mark.parametrize("ending", MESH_ENDINGS)
+@pytest.mark.parametrize("ending", FORMATS.meshes)
 def test_a_file_of_another_format_is_refused(read, ending):
     for name, data in whole_files().items():
         readable = (".glb", ".gltf") if ending in (".glb", ".gltf") else ending

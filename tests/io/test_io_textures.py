@@ -26,7 +26,7 @@ from superfacets import (
     texture_colors,
     write_mesh,
 )
-from superfacets.files.named_features import features_of
+from superfacets.files.named_features import CellData
 
 pygltflib = pytest.importorskip("pygltflib")
 
@@ -546,7 +546,7 @@ def test_missing_materials_are_an_error_where_the_texture_is_asked_for(square, c
     with pytest.raises(
         MeshError, match=r"features texture: the mesh has no complete texture"
     ) as caught:
-        features_of(["texture"], read_mesh(square), attributes, 1)
+        CellData(read_mesh(square), attributes).features(["texture"], 1)
     assert reason in str(caught.value)
 
 

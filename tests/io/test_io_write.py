@@ -6,10 +6,11 @@ from mesh_files import FACES, VERTICES
 from numpy.testing import assert_array_equal
 
 from superfacets import Mesh
+from superfacets.files.formats import FORMATS
 from superfacets.files.readers.labels import read_labels
 from superfacets.files.readers.read import read_mesh
-from superfacets.files.writers.cells import FACE_WRITERS, FormatOptions
-from superfacets.files.writers.write import check_outputs, write_labels, write_mesh, write_outputs
+from superfacets.files.writers.cells import FormatOptions
+from superfacets.files.writers.write import OutputFiles, write_labels, write_mesh
 
 LABELS = [7, 0]
 
@@ -153,7 +154,7 @@ def test_labels_that_are_wrong_are_refused_and_nothing_is_written(tmp_path, mesh
     with pytest.raises(ValueError, match=message):
         write_mesh(tmp_path / "a.ply", mesh, labels, colors=COLORS)
     with pytest.raises(ValueError, match=message):
-        write_outputs([tmp_path / "a.seg"], mesh, labels)
+        OutputFiles([tmp_path / "a.seg"]).write(mesh, labels)
     if len(labels) != 1 or np.ndim(labels) == 2:
         with pytest.raises(ValueError, match=message):
             write_labels(tmp_path / "a.seg", labels)
@@ -190,18 +191,18 @@ def test_unknown_endings_are_refused(tmp_path, mesh):
         ValueError, match=rf"a\.ply: expected the ending \.npy, \.seg, \.txt, {ids}"
     ):
         write_labels(tmp_path / "a.ply", LABELS)
-    for call in (check_outputs, lambda paths: write_outputs(paths, mesh, LABELS)):
+    for call in (OutputFiles.check, lambda outputs: outputs.write(mesh, LABELS)):
         with pytest.raises(ValueError, match=rf"{meshes}, \.npy, \.seg, \.txt, {ids}, \.npz, got"):
-            call([tmp_path / "a.npy", tmp_path / "a.json"])
+            call(OutputFiles([tmp_path / "a.npy", tmp_path / "a.json"]))
     assert not list(tmp_path.iterdir())
 
 
 def test_outputs_are_written_by_their_endings(tmp_path, mesh, fake_colors):
     names = ["a.ply", "a.npy", "a.seg", "b.TXT", "b.PLY"]
-    check_outputs([tmp_path / name for name in names])
+    OutputFiles([tmp_path / name for name in names]).check()
     assert not list(tmp_path.iterdir())
     options = FormatOptions(ascii=True)
-    write_outputs([str(tmp_path / name) for name in names], mesh, LABELS, options=options)
+    OutputFiles([str(tmp_path / name) for name in names], options).write(mesh, LABELS)
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(names)
     for name in names:
         assert_array_equal(read_labels(tmp_path / name, 2), LABELS)
@@ -212,13 +213,13 @@ def test_outputs_are_written_by_their_endings(tmp_path, mesh, fake_colors):
 
 
 def test_labels_alone_need_no_colors(tmp_path, mesh, fake_colors):
-    write_outputs([tmp_path / "a.seg"], mesh, LABELS)
+    OutputFiles([tmp_path / "a.seg"]).write(mesh, LABELS)
     assert fake_colors == []
 
 
 def test_no_outputs_are_fine(mesh):
-    check_outputs([])
-    write_outputs([], mesh, LABELS)
+    OutputFiles([]).check()
+    OutputFiles([]).write(mesh, LABELS)
 
 
 def test_either_all_outputs_are_written_or_none(tmp_path, mesh, monkeypatch):
@@ -226,9 +227,11 @@ def test_either_all_outputs_are_written_or_none(tmp_path, mesh, monkeypatch):
         raise KeyboardInterrupt
 
     (tmp_path / "a.seg").write_text("old")
-    monkeypatch.setitem(FACE_WRITERS, ".ply", fail)
+    monkeypatch.setitem(FORMATS["write_polygons"], ".ply", fail)
     with pytest.raises(KeyboardInterrupt):
-        write_outputs([tmp_path / "a.seg", tmp_path / "a.npy", tmp_path / "a.ply"], mesh, [0, 1])
+        OutputFiles([tmp_path / "a.seg", tmp_path / "a.npy", tmp_path / "a.ply"]).write(
+            mesh, [0, 1]
+        )
     assert [path.name for path in tmp_path.iterdir()] == ["a.seg"]
     assert (tmp_path / "a.seg").read_text() == "old"
 
@@ -236,9 +239,9 @@ def test_either_all_outputs_are_written_or_none(tmp_path, mesh, monkeypatch):
 def test_label_files_may_hold_labels_of_another_mesh(tmp_path):
     mesh, listed = tmp_path / "square.ply", tmp_path / "labels.npy"
     square = Mesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
-    write_outputs([mesh, listed], square, [4, 2], listed=[7])
+    OutputFiles([mesh, listed]).write(square, [4, 2], listed=[7])
     assert read_labels(mesh).tolist() == [4, 2]
     assert np.load(listed).tolist() == [7]
     with pytest.raises(ValueError, match=r"labels\[0\] must be -1 to 2147483647, got -2"):
-        write_outputs([mesh, listed], square, [4, 2], listed=[-2])
+        OutputFiles([mesh, listed]).write(square, [4, 2], listed=[-2])
     assert np.load(listed).tolist() == [7]

@@ -19,9 +19,8 @@ import numpy as np
 import shapes
 
 import superfacets as sf
+from superfacets.files.formats import FORMATS
 from superfacets.files.readers.clouds import CLOUD_READERS
-from superfacets.files.readers.labels import LABEL_ENDINGS
-from superfacets.files.readers.read import MESH_ENDINGS
 
 from .promises import check_labels, refusals
 
@@ -92,8 +91,8 @@ def _whole_files(formats: tuple[str, ...]) -> list[tuple[Read, str, bytes]]:
         files += [(sf.read_labels, *item) for item in damage.whole_label_files(folder).items()]
         for path in _written_files(folder):
             for read, endings in (
-                (sf.read_mesh, MESH_ENDINGS), (sf.read_cloud, tuple(CLOUD_READERS)),
-                (sf.read_labels, LABEL_ENDINGS),
+                (sf.read_mesh, FORMATS.meshes), (sf.read_cloud, tuple(CLOUD_READERS)),
+                (sf.read_labels, FORMATS.labels),
             ):  # fmt: skip
                 if path.name.endswith(tuple(endings)) and _can_read(read, path):
                     files.append((read, path.name, path.read_bytes()))

@@ -31,14 +31,6 @@ def import_extra(module: str, task: str, extra: str) -> Any:
         raise MissingExtraError(task, extra) from None
 
 
-def is_installed(module: str) -> bool:
-    """Return whether an optional module can be imported, without importing it."""
-    try:
-        return importlib.util.find_spec(module) is not None
-    except ValueError:  # the module is marked as missing in `sys.modules`
-        return False
-
-
 class RenderError(RuntimeError):
     """Pictures cannot be rendered on this machine. The message says what to install."""
 
@@ -61,6 +53,25 @@ class RadiusWarning(UserWarning):
 
 class SliverWarning(UserWarning):
     """Regions will be stripes, because faces are long and thin. The message suggests a remedy."""
+
+    MAX_SHARE = 0.1
+    """Fraction of the area in long and thin faces above which `segment` warns. The value was chosen
+    on 189 cases: 95 models of the Princeton benchmark with 150 regions (14 of them also with 50 and
+    500), and 12 CAD parts and 15 other meshes with 50 to 500 regions. In 31 cases, subdivision with
+    a maximum edge of r / 4 improves (lowers) the compactness by a factor of 1.2 or more. `segment`
+    warns in 26 of these cases, including all CAD parts. Without a warning, the largest factor is
+    1.4. `segment` also warns in 7 of the remaining 158 cases; the factors of these 7 cases are 1.09
+    to 1.18."""
+
+    @classmethod
+    def text(cls, share: float, advice: str) -> str | None:
+        """Return the message if `share`, see `MeshInfo`, is above `MAX_SHARE`; otherwise None."""
+        if share <= cls.MAX_SHARE:
+            return None
+        return (
+            f"{share:.0%} of the area is in faces that are long and thin compared with the regions,"
+            f" so regions will be stripes: {advice}"
+        )
 
 
 class FeatureWarning(UserWarning):

@@ -30,19 +30,23 @@ def load(target: str) -> Any:
 
 
 class Table(dict[str, Any]):
-    """Dict whose values may be strings ``package.module:name``; indexing loads the object."""
+    """Dict whose values may be strings ``package.module:name``; indexing loads the object.
+
+    Apps use it for objects that other packages add, such as commands. Indexing raises an
+    ImportError with a message of one line if the package is missing or broken.
+    """
 
     def __getitem__(self, key: str) -> Any:
         found = super().__getitem__(key)
         return load(found) if isinstance(found, str) else found
 
+    @classmethod
+    @cache
+    def added(cls, group: str) -> Table:
+        """Return the objects that installed packages add by entry points of a group."""
+        from importlib.metadata import entry_points  # slow to import
 
-@cache
-def added(group: str) -> dict[str, str]:
-    """Return the names and targets that installed packages add by entry points of a group."""
-    from importlib.metadata import entry_points  # slow to import
-
-    return {point.name: point.value for point in entry_points(group=group)}
+        return cls({point.name: point.value for point in entry_points(group=group)})
 
 
 def lazy_names(

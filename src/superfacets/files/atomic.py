@@ -121,6 +121,7 @@ def writable_folder(folder: Path) -> None:
 def output_folder(folder: Path) -> Iterator[None]:
     """Create a missing folder for outputs of the block; remove it after the block if it is empty.
 
+    Commands use it for a folder that the user names, so that failures leave no empty folder.
     A folder that existed before is not removed. Missing parent folders are created and removed in
     the same way. Raises an OSError if the folder is not writable.
     """
@@ -181,8 +182,11 @@ def open_own(path: Path, flags: int, busy: str | None = None) -> int:
 
 
 @contextlib.contextmanager
-def locked(folder: Path) -> Iterator[None]:
+def locked(folder: Path, outputs: Sequence[Path] = ()) -> Iterator[None]:
     """Lock a folder during the block, or raise a ValueError if the folder is already locked.
+
+    Programs use it so that only one process at a time writes `outputs` to the folder. Temporary
+    files of `outputs`, of processes that were killed, are removed before and after the block.
 
     A missing folder is created. The lock file is not removed after the block. The operating system
     releases the lock when this process ends, even if it is killed. Child processes that run another
@@ -193,7 +197,11 @@ def locked(folder: Path) -> Iterator[None]:
     busy = f"{folder}: another run is writing to this folder"
     file = open_own(path, os.O_RDWR | os.O_CREAT, busy)
     try:
-        yield
+        remove_leftovers(outputs, older_than=0.0)
+        try:
+            yield
+        finally:
+            remove_leftovers(outputs, older_than=0.0)
     finally:
         os.close(file)
 

@@ -11,6 +11,7 @@ entry point is a role and an ending, for example ``read_faces.abc``; its value i
 - ``attributes``: takes content and folder; returns vertices and faces, and `MeshAttributes`;
 - ``labels``: takes the content and the name of a property; returns the labels of cells. In a table
   ``found_labels`` the result may be None, and in ``vertex_labels`` labels are of vertices;
+- ``steps``: takes the content, and returns the quantization steps of x, y and z;
 - ``recognize``: takes the content of a file without a name; returns whether it has this format;
 - ``write_KIND``: takes a binary file and an `Output`. ``write_polygons`` also writes triangles.
 """
@@ -18,10 +19,11 @@ entry point is a role and an ending, for example ``read_faces.abc``; its value i
 from __future__ import annotations
 
 from collections import ChainMap
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from itertools import chain
 from typing import Any
 
-from ..base.lazy import Table, added
+from ..base.lazy import Table
 
 _READ, _WRITE = "superfacets.files.readers.", "superfacets.files.writers."
 _SURFACES = (".white", ".pial", ".inflated", ".smoothwm", ".orig", ".sphere")
@@ -78,6 +80,7 @@ _ROLES: dict[str, dict[str, str]] = {
         **dict.fromkeys(_GIFTI_VALUES, "superfacets_formats.cortex:gifti_value_labels"),
         **dict.fromkeys(_CURVES, "superfacets_formats.cortex:curve_value_labels"),
     },
+    "steps": dict.fromkeys((".las", ".laz"), "superfacets_formats.las:las_steps"),
     "recognize": {
         ".vtp": "superfacets_formats.vtk_xml:is_vtp",
         ".gii": "superfacets_formats.cortex:is_gifti",
@@ -106,34 +109,92 @@ _ROLES: dict[str, dict[str, str]] = {
 }
 
 
-def _with_added(roles: Mapping[str, Mapping[str, str]]) -> dict[str, Table]:
-    """Return the tables by role, with formats of other packages; these replace no format."""
-    tables = {role: Table(endings) for role, endings in roles.items()}
-    for name, target in added("superfacets.formats").items():
-        role, _, ending = name.partition(".")
-        tables.setdefault(role, Table()).setdefault(f".{ending}", target)
-    return tables
+class Formats(dict[str, Table]):
+    """Functions that read or write a format, keyed by role, then by file name ending.
+
+    Attributes list file name endings, in lower case. Apps use them to offer and check formats, and
+    to know what a format stores. Formats of other packages are included, but replace none.
+    """
+
+    def __init__(self, roles: Mapping[str, Mapping[str, str]]) -> None:
+        super().__init__({role: Table(endings) for role, endings in roles.items()})
+        for name, target in Table.added("superfacets.formats").items():
+            role, _, ending = name.partition(".")
+            self.setdefault(role, Table()).setdefault(f".{ending}", target)
+        self._list_inputs()
+        self._list_outputs()
+
+    def _list_inputs(self) -> None:
+        tables = ((role, table) for role, table in self.items() if role[:5] == "read_")
+        self.readers = {role.removeprefix("read_"): table for role, table in tables}
+        """Readers of cells, keyed by `Kind.name` (``faces`` for surfaces), then by ending."""
+        kinds = [table for kind, table in self.readers.items() if kind != "points"]
+        self.meshes = _distinct(self["scenes"], *kinds)
+        """Files with meshes, or with cells of another kind than points."""
+        self.cells = _distinct(self.meshes, self.readers["points"])
+        """Mesh files and point cloud files."""
+        self.z_up = (".las", ".laz", ".e57")
+        """Files in which z points up. glTF defines y, but many files do not follow this."""
+        self.label_columns = tuple(sorted({*self.readers["points"]} - {".ply", ".npy", ".txt"}))
+        """Cloud files in which labels are a column. Excluded are .npy and .txt, which usually have
+        only labels, and .ply, which has its own reader of labels."""
+        self.found_labels = (*self["found_labels"], *self.label_columns)
+        """Files that contain more than labels, so that labels may be missing."""
+        self.part_labels = (".stl", ".obj")
+        """Files that store labels as named parts. `write_mesh` sorts the faces by part."""
+        self.labels = (*self["labels"], *self.found_labels, *self["vertex_labels"])
+        """Files with labels."""
+        self.placed_labels = (".ply", *self.part_labels, *self.found_labels)
+        """Label files that also contain the labeled cells, and therefore their positions."""
+        self.key_labels = (".label.gii", ".annot")
+        """Files with one label per vertex, which may be -1, and a table of colors and names. The
+        label is the key of the vertex, or its row in the table, minus 1."""
+
+    def _list_outputs(self) -> None:
+        tables = ((role, table) for role, table in self.items() if role[:6] == "write_")
+        self.writers: dict[str, Mapping[str, Any]] = {
+            role.removeprefix("write_"): table for role, table in tables
+        }
+        """Writers of cells, keyed by `Kind.name`, then by ending. The first ending is the default.
+        If a kind is missing here, only its labels can be written, to label files."""
+        faces = self["write_polygons"]
+        self.writers["triangles"] = ChainMap(self["write_triangles"], faces)
+        kinds = [table for kind, table in self.writers.items() if kind != "points"]
+        self.cell_outputs = _distinct(self.writers["triangles"], *kinds, self.writers["points"])
+        """Files that store the cells. All others store only labels, or data derived from them."""
+        self.attribute_outputs = (*faces, ".pcd", ".las", ".laz", ".label.gii")
+        """Files for which commands read the attributes of the input, including its texture."""
+        self.class_outputs = (".glb", ".obj", ".stl", ".aggregation.json")
+        """Files that store a class per region."""
+        self.label_outputs = (".npy", ".seg", ".txt")
+        """Files with one label per cell."""
+        self.graph_outputs = (".npz",)
+        """Files with the graph of the regions."""
+        self.renumbered_outputs = (".bin", "_sp_label.npy", ".pth")
+        """Files whose ids are renumbered from 0, without gaps."""
+        self.vertex_outputs = (".segs.json", *self.renumbered_outputs)
+        """Files with one id per vertex, 0 or greater."""
+        ids = (*self.vertex_outputs, *self.key_labels)
+        self.unconverted_outputs = (*ids, ".aggregation.json")
+        """Files that store given labels of vertices unchanged. Other label files store labels of
+        cells, even if labels of vertices are given."""
+        self.id_outputs = (*ids, ".sstk.json", ".aggregation.json")
+        """Label files that `write_mesh` derives from a mesh and its labels."""
+        self.derived_outputs = (*self.id_outputs, *self.graph_outputs)
+        """Files with data derived from a mesh and its labels, such as labels of vertices."""
+        self.outputs = (*self.cell_outputs, *self.label_outputs, *self.derived_outputs)
+        """All output files."""
+        self.ending_of = {ending.lstrip("._"): ending for ending in self.outputs}
+        """Maps names of output formats, such as ``ply`` or ``sp_label.npy``, to endings."""
+
+    def usual_output(self, kind: str) -> str:
+        """Return the default ending of files with cells of the kind named `kind`."""
+        return next(iter(self.writers.get(kind, self["write_polygons"])))
 
 
-FORMATS = _with_added(_ROLES)
-"""Functions that read or write a format, keyed by role, then by file name ending."""
+def _distinct(*endings: Iterable[str]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(chain.from_iterable(endings)))
 
-READERS = {
-    role.removeprefix("read_"): table for role, table in FORMATS.items() if role[:5] == "read_"
-}
-"""Readers of cells, keyed by `Kind.name` (``faces`` for surfaces), then by ending."""
 
-WRITERS: dict[str, Mapping[str, Any]] = {
-    role.removeprefix("write_"): table for role, table in FORMATS.items() if role[:6] == "write_"
-}
-WRITERS["triangles"] = ChainMap(FORMATS["write_triangles"], FORMATS["write_polygons"])
-"""Writers of cells, keyed by `Kind.name`, then by ending. The first ending is the default. If a
-kind is missing here, only its labels can be written, to label files."""
-
-MESH_ENDINGS = tuple(dict.fromkeys((
-    *FORMATS["scenes"],
-    *(ending for kind, table in READERS.items() if kind != "points" for ending in table),
-)))  # fmt: skip
-"""Endings of files with meshes, or with cells of another kind than points."""
-CELL_ENDINGS = tuple(dict.fromkeys((*MESH_ENDINGS, *READERS["points"])))
-"""Endings of mesh files and of point cloud files."""
+FORMATS = Formats(_ROLES)
+"""The table of file formats."""

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -28,67 +30,130 @@ _FROM_TEXTURE = ("texture", "texture_spread")
 """Names of features that are always computed from the texture."""
 
 
-def features_of(
-    names: Sequence[str], cells: Any, attributes: MeshAttributes | None, n_threads: int,
-    is_kept: Bools | None = None,
-) -> FeatureTable | None:  # fmt: skip
-    """Return the features with the given names, one row per cell, or None if there are no names.
+@dataclass(frozen=True)
+class CellData:
+    """Data of a mesh or point cloud, chosen by name; one row per cell.
 
-    - ``"color"`` is the red, green and blue of each cell, from the cloud or from the file. If there
-      are no such colors, but a texture, it is the same as ``"texture"``.
-    - ``"texture"`` is the mean color of the texels of a face in OKLab, and ``"texture_spread"`` is
-      the standard deviation of the texel colors in a face.
-    - ``"normals"`` and ``"height"`` (z) are computed from the mesh or the cloud.
-    - Any other name is a property of the faces, points or vertices in the file.
-
-    If `is_kept` is given, (N,), missing normals of a cloud are estimated from the kept points only;
-    the normals of the other points are 0.
-
-    Raises a MeshError if a feature is not available. For an unknown name, the message lists the
-    available names.
+    Commands use it for features, for properties and colors to draw, and for statistics of regions.
     """
-    if not names:
+
+    cells: Any
+    attributes: MeshAttributes | None  # properties and texture of the file; None if there are none
+
+    def features(
+        self, names: Sequence[str], n_threads: int, is_kept: Bools | None = None
+    ) -> FeatureTable | None:
+        """Return the features with the given names, or None if there are no names.
+
+        - ``"color"`` is the red, green and blue of each cell, from the cloud or from the file. If
+          there are no such colors, but a texture, it is the same as ``"texture"``.
+        - ``"texture"`` is the mean color of the texels of a face in OKLab, and ``"texture_spread"``
+          is the standard deviation of the texel colors in a face.
+        - ``"normals"`` and ``"height"`` (z) are computed from the mesh or the cloud.
+        - Any other name is a property of the faces, points or vertices in the file.
+
+        If `is_kept` is given, (N,), missing normals of a cloud are estimated from the kept points
+        only; the normals of the other points are 0.
+
+        Raises a MeshError if a feature is not available. For an unknown name, the message lists the
+        available names.
+        """
+        columns, groups, of_columns = [], [], list[str]()
+        for name in names:
+            has_texels = self.attributes is not None and self.attributes.texture is not None
+            if name in _FROM_TEXTURE or (name == "color" and has_texels and not self._has_color):
+                texels = self._texels(name, n_threads)
+                columns.append(texels.spread[:, None] if name == "texture_spread" else texels.oklab)
+                groups.append((columns[-1].shape[1], JUST_VISIBLE))
+            else:
+                columns.append(self._columns(name, n_threads, is_kept))
+                groups += [(1, 0.0)] * columns[-1].shape[1]
+            of_columns += [name] * columns[-1].shape[1]
+        if not names:
+            return None
+        return FeatureTable(np.concatenate(columns, axis=1), tuple(groups), tuple(of_columns))
+
+    def values(self, name: str) -> Floats | None:
+        """Return the values of a property in the file, (N,), or None if the file lacks it.
+
+        A property of the vertices of a mesh is averaged over the corners of each cell. Raises a
+        MeshError if the property has more than one number per cell or vertex.
+        """
+        table = self._properties((name,))
+        if table is not None and table.shape[1] != 1:
+            raise MeshError(f"{name} has {table.shape[1]} numbers per row, but one is needed")
+        return None if table is None else table[:, 0]
+
+    def colors(self) -> Bytes | None:
+        """Return `stored_colors`, where colors of vertices are averaged over the corners of cells.
+
+        If a mesh has as many vertices as cells, the colors are treated as colors of vertices.
+        """
+        colors = stored_colors(self.cells, self.attributes)
+        if colors is None or len(colors) != getattr(self.cells, "n_vertices", None):
+            return colors
+        return np.asarray(np.rint(_per_cell(colors.astype(np.float64), self.cells)), np.uint8)
+
+    def _texels(self, name: str, n_threads: int) -> FaceTexels:
+        """Return the color of each face from the texture, or raise a MeshError if it is missing."""
+        reasons = () if self.attributes is None else self.attributes.left_out
+        whys = [reason for reason in reasons if reason.startswith(("texture: ", "materials: "))]
+        texture = None if self.attributes is None else self.attributes.texture
+        if texture is None or whys:
+            why = f" ({whys[0]})" if whys else ""
+            raise MeshError(
+                f"features {name}: the mesh has no {'complete ' * bool(texture)}texture{why}"
+            )
+        load("superfacets_textures.texels:check_texture")(texture, self.cells)
+        with named_errors(f"features {name}"):
+            texels = load("superfacets_textures.texels:face_texels")(self.cells, texture, n_threads)
+        return cast("FaceTexels", texels)
+
+    def _columns(self, name: str, n_threads: int, is_kept: Bools | None) -> Floats:
+        cells, are_points = self.cells, kind_of(self.cells).are_points
+        if name == "normals":
+            return _normals_of(cells, n_threads, is_kept)
+        if name == "height":
+            return _per_cell((cells.points if are_points else cells.vertices)[:, 2:], cells)
+        if name == "color" and are_points and cells.colors is not None:
+            return np.asarray(cells.colors, np.float64)
+        wanted = COLORS if name == "color" else (name,)
+        table = self._properties(wanted)
+        if table is None:
+            normals = ["normals"] * (are_points or kind_of(cells).has_faces)
+            fields = {name for table in self._stored for name in table}
+            known = [*["color"] * self._has_color, *normals, "height", *sorted(fields)]
+            raise MeshError(
+                f"features {name}: the mesh has no property {', '.join(wanted)}: it has"
+                f" {', '.join(known)}"
+            )
+        return table
+
+    def _properties(self, names: Sequence[str]) -> Floats | None:
+        """Return the named properties in the file as columns, one row per cell.
+
+        The result is None unless all belong to faces, or all to vertices or points.
+        """
+        of_faces, of_vertices = self._stored
+        for stored in (of_faces, of_vertices):
+            if all(name in stored for name in names):
+                columns = [stored[name].reshape(len(stored[name]), -1) for name in names]
+                table = np.concatenate(columns, axis=1).astype(np.float64)
+                return table if stored is of_faces else _per_cell(table, self.cells)
         return None
-    columns, groups, of_columns = [], [], list[str]()
-    for name in names:
-        has_texels = attributes is not None and attributes.texture is not None
-        is_texture = name in _FROM_TEXTURE or (
-            name == "color" and has_texels and not _has_color(cells, attributes)
-        )
-        if is_texture:
-            texels = _texels_of(name, cells, attributes, n_threads)
-            columns.append(texels.spread[:, None] if name == "texture_spread" else texels.oklab)
-            groups.append((columns[-1].shape[1], JUST_VISIBLE))
-        else:
-            columns.append(_columns_of(name, cells, attributes, n_threads, is_kept))
-            groups += [(1, 0.0)] * columns[-1].shape[1]
-        of_columns += [name] * columns[-1].shape[1]
-    return FeatureTable(np.concatenate(columns, axis=1), tuple(groups), tuple(of_columns))
 
+    @cached_property
+    def _stored(self) -> tuple[dict[str, Array], dict[str, Array]]:
+        """Two dicts of properties in the file: one for faces, one for vertices or points."""
+        found = self.attributes
+        return ({}, {}) if found is None else (dict(found.face), dict(found.vertex))
 
-def _texels_of(
-    name: str, cells: Any, attributes: MeshAttributes | None, n_threads: int
-) -> FaceTexels:
-    """Return the color of each face from the texture; raise a MeshError if there is no texture."""
-    reasons = () if attributes is None else attributes.left_out
-    whys = [reason for reason in reasons if reason.startswith(("texture: ", "materials: "))]
-    texture = None if attributes is None else attributes.texture
-    if texture is None or whys:
-        why = f" ({whys[0]})" if whys else ""
-        raise MeshError(
-            f"features {name}: the mesh has no {'complete ' * bool(texture)}texture{why}"
-        )
-    load("superfacets_textures.texels:check_texture")(texture, cells)
-    with named_errors(f"features {name}"):
-        texels = load("superfacets_textures.texels:face_texels")(cells, texture, n_threads)
-    return cast("FaceTexels", texels)
-
-
-def _has_color(cells: Any, attributes: MeshAttributes | None) -> bool:
-    """Return whether a cloud has colors, or the file of the mesh or cloud has colors."""
-    if kind_of(cells).are_points and cells.colors is not None:
-        return True
-    return any({*COLORS} <= {*stored} for stored in _stored(attributes))
+    @cached_property
+    def _has_color(self) -> bool:
+        """Whether a cloud has colors, or the file of the mesh or cloud has colors."""
+        if kind_of(self.cells).are_points and self.cells.colors is not None:
+            return True
+        return any({*COLORS} <= {*stored} for stored in self._stored)
 
 
 def stored_colors(cells: Any, attributes: MeshAttributes | None) -> Bytes | None:
@@ -101,78 +166,6 @@ def stored_colors(cells: Any, attributes: MeshAttributes | None) -> Bytes | None
     if not kind_of(cells).are_points or cells.colors is None:
         return None if attributes is None else attributes.colors
     return np.asarray(np.rint(cells.colors * 255), np.uint8) if cells.colors.any() else None
-
-
-def colors_of_cells(cells: Any, attributes: MeshAttributes | None) -> Bytes | None:
-    """Return `stored_colors`, where colors of vertices are averaged over the corners of each cell.
-
-    If a mesh has as many vertices as cells, the colors are treated as colors of vertices.
-    """
-    colors = stored_colors(cells, attributes)
-    if colors is None or len(colors) != getattr(cells, "n_vertices", None):
-        return colors
-    return np.asarray(np.rint(_per_cell(colors.astype(np.float64), cells)), np.uint8)
-
-
-def _columns_of(
-    name: str, cells: Any, attributes: MeshAttributes | None, n_threads: int, is_kept: Bools | None
-) -> Floats:
-    if name == "normals":
-        return _normals_of(cells, n_threads, is_kept)
-    if name == "height":
-        positions = cells.points if kind_of(cells).are_points else cells.vertices
-        return _per_cell(positions[:, 2:], cells)
-    if name == "color" and kind_of(cells).are_points and cells.colors is not None:
-        return np.asarray(cells.colors, np.float64)
-    wanted = COLORS if name == "color" else (name,)
-    table = _properties_of(wanted, cells, attributes)
-    if table is None:
-        raise MeshError(
-            f"features {name}: the mesh has no property {', '.join(wanted)}: it has"
-            f" {', '.join(_names_in(cells, attributes))}"
-        )
-    return table
-
-
-def property_of(name: str, cells: Any, attributes: MeshAttributes | None) -> Floats | None:
-    """Return the values of a property in the file, one per cell, or None if the file lacks it.
-
-    A property of the vertices of a mesh is averaged over the corners of each cell. Raises a
-    MeshError if the property has more than one number per cell or vertex.
-    """
-    table = _properties_of((name,), cells, attributes)
-    if table is not None and table.shape[1] != 1:
-        raise MeshError(f"{name} has {table.shape[1]} numbers per row, but one is needed")
-    return None if table is None else table[:, 0]
-
-
-def _properties_of(
-    names: Sequence[str], cells: Any, attributes: MeshAttributes | None
-) -> Floats | None:
-    """Return the named properties in the file as columns, one row per cell.
-
-    The result is None unless all belong to faces, or all to vertices or points.
-    """
-    of_faces, of_vertices = _stored(attributes)
-    for stored in (of_faces, of_vertices):
-        if all(name in stored for name in names):
-            columns = [stored[name].reshape(len(stored[name]), -1) for name in names]
-            table = np.concatenate(columns, axis=1).astype(np.float64)
-            return table if stored is of_faces else _per_cell(table, cells)
-    return None
-
-
-def _names_in(cells: Any, attributes: MeshAttributes | None) -> list[str]:
-    """Return the names of all available features, except features from the texture."""
-    colors = ["color"] if _has_color(cells, attributes) else []
-    normals = ["normals"] if kind_of(cells).are_points or kind_of(cells).has_faces else []
-    fields = {name for table in _stored(attributes) for name in table}
-    return [*colors, *normals, "height", *sorted(fields)]
-
-
-def _stored(attributes: MeshAttributes | None) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Return two dicts of properties in the file: one for faces, one for vertices or points."""
-    return ({}, {}) if attributes is None else (dict(attributes.face), dict(attributes.vertex))
 
 
 def _normals_of(cells: Any, n_threads: int, is_kept: Bools | None) -> Floats:

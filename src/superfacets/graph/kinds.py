@@ -8,6 +8,7 @@ point of the group ``superfacets.kinds``: its name is the class of the cells, fo
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, ClassVar, NamedTuple, TypeAlias
 
@@ -16,7 +17,7 @@ import numpy as np
 from .. import _core
 from ..base.checks import checked_threads
 from ..base.errors import MeshError
-from ..base.lazy import added, load
+from ..base.lazy import Table, load
 from ..base.types import ArcLists, Bools, Floats, Ints, Longs
 from ..mesh.base import Cells, CellsOfVertices
 from ..mesh.convert import MeshLike, as_cells
@@ -165,6 +166,10 @@ class Kind:
         """Return whether it is known from which side cells are seen from the front."""
         return True
 
+    def seen_from(self, cells: Any, viewpoint: Sequence[float]) -> PointCloud:
+        """Return a cloud with `viewpoint`; raise a MeshError if the viewpoint has no effect."""
+        raise MeshError("omit viewpoint: it is only for point clouds without normals")
+
     def drawn_faces(self, cells: Any, keep: Bools | None = None) -> DrawnFaces | None:
         """Return the faces to draw in a picture of the cells, or None to draw `cloud` instead.
 
@@ -275,6 +280,11 @@ class _Points(Kind):
     def has_fronts(self, cells: PointCloud) -> bool:
         return cells.normals is not None or cells.viewpoints is not None
 
+    def seen_from(self, cells: PointCloud, viewpoint: Sequence[float]) -> PointCloud:
+        if cells.normals is not None:
+            return super().seen_from(cells, viewpoint)
+        return PointCloud(cells.points, None, cells.colors, cells.axes, np.array(viewpoint))
+
     def build_graph(self, cells: PointCloud, weld: bool, n_threads: int) -> tuple[PointGraph, None]:
         return find_point_graph(cells, n_threads), None
 
@@ -328,7 +338,7 @@ def kind_of(cells: object) -> Kind:
     found = type(cells)
     if found not in _KINDS:
         name = f"{found.__module__}.{found.__qualname__}"
-        target = _NAMED.get(name) or added("superfacets.kinds").get(name)
+        target = _NAMED.get(name) or Table.added("superfacets.kinds").get(name)
         if target is None:
             raise TypeError(
                 f"{found.__name__} is not a registered class of cells: add an entry point of the"

@@ -81,14 +81,6 @@ MAX_HEIGHT = 0.5
 """Maximum height of a thin face above its longest side, as a multiple of the expected radius. Long
 faces that are not thin make borders coarse, but do not turn regions into stripes."""
 
-MAX_SHARE = 0.1
-"""Fraction of the area in long and thin faces above which `segment` warns. The value was chosen on
-189 cases: 95 models of the Princeton benchmark with 150 regions (14 of them also with 50 and 500),
-and 12 CAD parts and 15 other meshes with 50 to 500 regions. In 31 cases, subdivision with a maximum
-edge of r / 4 improves (lowers) the compactness by a factor of 1.2 or more. `segment` warns in 26 of
-these cases, including all CAD parts. Without a warning, the largest factor is 1.4. `segment` also
-warns in 7 of the remaining 158 cases; the factors of these 7 cases are 1.09 to 1.18."""
-
 EDGE_PER_RADIUS = 0.25
 """Recommended maximum edge length for `subdivide`, as a multiple of the expected radius r. The
 median compactness (lower is better) of 11 CAD parts with 150 regions is 10.7. After subdivision
@@ -125,13 +117,3 @@ def advised_max_edge(mesh: FaceMesh, size: SizeOptions) -> float:
         _, areas = measure_faces(mesh, threads)
         radius = radius_of(areas, size.n_segments or DEFAULT_N_SEGMENTS, threads)
     return EDGE_PER_RADIUS * radius
-
-
-def sliver_note(share: float, advice: str) -> str | None:
-    """Return a warning if `share`, from `sliver_share`, is above `MAX_SHARE`, or else None."""
-    if share <= MAX_SHARE:
-        return None
-    return (
-        f"{share:.0%} of the area is in faces that are long and thin compared with the regions, so"
-        f" regions will be stripes: {advice}"
-    )

@@ -85,7 +85,7 @@ annotate parameters with it. Functions that need faces raise a MeshError for oth
 def as_cells(source: MeshLike) -> Cells:
     """Convert a parameter, any input of `segment`, to a mesh or a point cloud.
 
-    - A path is read by `read_cells`.
+    - A path is read by `CellFile`.
     - A (vertices, faces) pair becomes a `Mesh` if all faces are triangles, and a `PolygonMesh`
       otherwise. The faces are an (F, n) array, or lists of vertices that may differ in length.
     - An (N, 3) array becomes a point cloud.
@@ -99,7 +99,7 @@ def as_cells(source: MeshLike) -> Cells:
     if isinstance(source, Cells):
         return source
     if isinstance(source, (str, os.PathLike)):
-        cells: Cells = load("superfacets.files.readers.read:read_cells")(source)
+        cells: Cells = load("superfacets.files.cell_file:CellFile").read(source).cells()
         return cells
     if isinstance(source, (tuple, list)):
         if len(source) != 2:

@@ -21,7 +21,6 @@ from ..clustering.coarsening import Coarsening
 from ..clustering.plan import ArcLengths
 from ..clustering.result import Segmentation
 from ..clustering.run import segment_cells
-from ..graph.size import sliver_note
 from ..mesh.base import Cells
 from ..mesh.faces import inverse_of
 from ..weights.features import FeatureSteps
@@ -47,7 +46,7 @@ def cluster(
 ) -> Clustered:  # fmt: skip
     """Place seeds, and run the clustering loop, which labels cells and moves centers."""
     options, plan = weighed.options, weighed.plan
-    note = sliver_note(planned.sliver_share, sliver_advice(plan.size.radius))
+    note = SliverWarning.text(planned.sliver_share, sliver_advice(plan.size.radius))
     if note is not None:
         warnings.warn(note, SliverWarning, stacklevel=5)
     balancer = None

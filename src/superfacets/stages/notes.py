@@ -52,10 +52,6 @@ def fewer_note(result: Segmentation) -> str | None:
     )
 
 
-BARRIERS_NOTE = "barriers divide the cells into components, each of which has at least one region"
-"""Explains why barriers led to more regions than requested."""
-
-
 def warn_of_islands(result: Segmentation, stacklevel: int = 4) -> None:
     """Issue an IslandWarning if components or `min_measure` changed the number of regions.
 
@@ -77,7 +73,9 @@ def warn_of_islands(result: Segmentation, stacklevel: int = 4) -> None:
         advice = "to join them to the nearest region, use islands='nearest'"
         note = f"{counted(result.n_unreached, 'component')} got no seed; {advice}"
         if has_barriers:
-            note = BARRIERS_NOTE
+            note = (
+                "barriers divide the cells into components, each of which has at least one region"
+            )
     elif params["islands"] == "nearest" and n_more > 0 and params["init"] not in ("flood", "grid"):
         note = f"{counted(n_more, 'part')} between barriers got no seed and cannot join a region"
     else:

@@ -26,8 +26,8 @@ from ..mesh.faces import FaceMesh
 from ..weights.features import FeatureOptions
 from .options import SegmentOptions
 
-_READER = "superfacets.files.readers.read:read_cells_and_attributes"
-_FEATURES = "superfacets.files.named_features:features_of"
+_FILE = "superfacets.files.cell_file:CellFile"
+_DATA = "superfacets.files.named_features:CellData"
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,7 +152,7 @@ def read_with_features(
     if not names:
         return as_cells(mesh), features
     if isinstance(mesh, (str, os.PathLike)):
-        source, attributes = load(_READER)(mesh)
+        source, attributes = load(_FILE).read(mesh).cells_and_attributes()
     else:
         source, attributes = as_cells(mesh), None
         if "color" in names and kind_of(source).has_faces:
@@ -160,7 +160,8 @@ def read_with_features(
                 "a Mesh has no colors, so features='color' is not available: pass the path of the"
                 " file instead, or an array of colors as features"
             )
-    table = load(_FEATURES)(names, source, attributes, n_threads, constraints.kept_points(source))
+    data = load(_DATA)(source, attributes)
+    table = data.features(names, n_threads, constraints.kept_points(source))
     return source, replace(features, given=table)
 
 

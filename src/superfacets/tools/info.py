@@ -20,10 +20,8 @@ from ..graph.point_graph import find_point_graph
 from ..graph.size import checked_n_segments, radius_of, sliver_share
 from ..graph.surface import is_inside_out
 from ..graph.tet_cells import TetCells
-from ..mesh.base import Cells
 from ..mesh.convert import CloudLike, MeshLike, as_cells, as_cloud
 from ..mesh.faces import FaceMesh, count_degenerate, cut_into_triangles
-from ..mesh.point_cloud import PointCloud
 
 if TYPE_CHECKING:
     from .. import TetInfo
@@ -131,9 +129,12 @@ def mesh_info(mesh: MeshLike, *, weld: bool = True) -> MeshInfo | TetInfo:
     (1, 4, 1.0)
     """
     cells = as_cells(mesh)
-    if kind_of(cells).are_points:
+    kind = kind_of(cells)
+    if kind.are_points:
         raise MeshError("mesh_info needs a mesh, got a point cloud: use cloud_info instead")
-    found: MeshInfo | TetInfo = facts_of(cells, weld=weld)
+    if kind.name not in _FACTS:
+        raise MeshError(f"counts and sizes are not available for {kind.plural}")
+    found: MeshInfo | TetInfo = _FACTS[kind.name](cells, weld)
     return found
 
 
@@ -151,18 +152,27 @@ def cloud_info(cloud: CloudLike) -> CloudInfo:
     >>> info.n_points, info.n_positions, info.n_components, info.n_isolated
     (4, 3, 1, 0)
     """
-    return _cloud_info(as_cloud(cloud))
-
-
-def facts_of(cells: Cells, *, weld: bool = True) -> Any:
-    """Return counts and sizes of a mesh or a point cloud, as `mesh_info` or `cloud_info` does.
-
-    Raises a MeshError for cells of a kind without such a function.
-    """
-    kind = kind_of(cells)
-    if kind.name not in _FACTS:
-        raise MeshError(f"counts and sizes are not available for {kind.plural}")
-    return _FACTS[kind.name](cells, weld)
+    points = as_cloud(cloud)
+    threads = checked_threads(None)
+    graph = find_point_graph(points, threads)
+    low, high = points.bounds.tolist()
+    return CloudInfo(
+        n_points=points.n_points,
+        n_positions=count_positions(points.points),
+        n_components=count_components(graph),
+        n_isolated=int(np.count_nonzero(np.diff(graph.offsets) == 0)),
+        has_normals=points.normals is not None,
+        knows_turns=graph.knows_turns,
+        has_axes=points.axes is not None,
+        has_viewpoints=points.viewpoints is not None,
+        has_colors=points.colors is not None and bool(points.colors.any()),
+        are_colors_zero=points.colors is not None and not points.colors.any(),
+        colors_differ=points.colors is not None and bool(np.any(points.colors != points.colors[0])),
+        spacing=float(np.sqrt(np.median(graph.measures))),
+        area=_core.sum_of(graph.measures, threads),
+        bounds=(tuple(low), tuple(high)),
+        diagonal=graph.diagonal,
+    )
 
 
 def _face_info(mesh: FaceMesh, weld: bool) -> MeshInfo:
@@ -203,29 +213,6 @@ def _faces_down(mesh: FaceMesh, graph: FaceGraph, area: float) -> bool:
     return bool(shadow < -area / 2.0)
 
 
-def _cloud_info(cloud: PointCloud, weld: bool = True) -> CloudInfo:
-    threads = checked_threads(None)
-    graph = find_point_graph(cloud, threads)
-    low, high = cloud.bounds.tolist()
-    return CloudInfo(
-        n_points=cloud.n_points,
-        n_positions=count_positions(cloud.points),
-        n_components=count_components(graph),
-        n_isolated=int(np.count_nonzero(np.diff(graph.offsets) == 0)),
-        has_normals=cloud.normals is not None,
-        knows_turns=graph.knows_turns,
-        has_axes=cloud.axes is not None,
-        has_viewpoints=cloud.viewpoints is not None,
-        has_colors=cloud.colors is not None and bool(cloud.colors.any()),
-        are_colors_zero=cloud.colors is not None and not cloud.colors.any(),
-        colors_differ=cloud.colors is not None and bool(np.any(cloud.colors != cloud.colors[0])),
-        spacing=float(np.sqrt(np.median(graph.measures))),
-        area=_core.sum_of(graph.measures, threads),
-        bounds=(tuple(low), tuple(high)),
-        diagonal=graph.diagonal,
-    )
-
-
 def _tet_info(mesh: TetCells, weld: bool) -> Any:
     threads = checked_threads(None)
     graph, _ = kind_of(mesh).build_graph(mesh, weld, threads)
@@ -238,7 +225,6 @@ _FACTS: dict[str, Callable[[Any, bool], Any]] = {
     "triangles": _face_info,
     "polygons": _face_info,
     "tetrahedra": _tet_info,
-    "points": _cloud_info,
 }
 """Functions that compute counts and sizes, keyed by `Kind.name`."""
 

@@ -1,4 +1,4 @@
-"""Check the options that apply to each file, and segment one file."""
+"""Check the options that apply to each file, segment one file, and write the results."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ import inspect
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Any
+from pathlib import Path
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -17,31 +18,29 @@ from ..base.checks import (
     checked_number,
     checked_threads,
 )
-from ..base.errors import (
-    BalanceWarning,
-    FeatureWarning,
-    IslandWarning,
-    MeshError,
-    RadiusWarning,
-    SliverWarning,
-)
+from ..base.errors import MeshError
 from ..base.lazy import load
-from ..base.options import Progress, SizeOptions
+from ..base.options import INITS, ISLANDS, Progress, SizeOptions
 from ..base.timing import OnStage, timed
-from ..base.types import Array, Floats, Longs
+from ..base.types import Array, Bools, Floats, Longs
 from ..clustering.result import Segmentation
 from ..files.attributes import MeshAttributes
-from ..files.named_features import features_of
+from ..files.formats import FORMATS
+from ..files.guards import Content, read_content
+from ..files.named_features import CellData
+from ..files.readers.labels import parse_labels
+from ..files.readers.read import cell_ending, parse_cells_and_attributes
 from ..files.writers.cells import FormatOptions
-from ..graph.constraints import sharp_edges, sharp_edges_inside
+from ..files.writers.write import OutputFiles
+from ..graph.constraints import mask_of, sharp_edges, sharp_edges_inside
 from ..graph.kinds import kind_of
 from ..graph.point_graph import checked_viewpoint
 from ..graph.size import advised_max_edge
 from ..mesh.base import Cells
 from ..mesh.convert import as_mesh
-from ..mesh.point_cloud import PointCloud
 from ..pipeline import segment
 from ..stages.options import SegmentOptions
+from ..stages.presets import OTHER_NAMES
 from .subdivision import Subdivision, subdivide
 
 Load = Callable[[bool], tuple[Cells, MeshAttributes | None, dict[str, Array]]]
@@ -62,8 +61,36 @@ _OF_FILES = sorted(_DEFAULTS.keys() - _NOT_OF_FILES)
 
 
 @dataclass(frozen=True)
+class Outcome:
+    """Result for one file: the data to write to its output files."""
+
+    mesh: Cells
+    attributes: MeshAttributes | None
+    result: Segmentation
+    listed: Longs | None = None  # labels of the input faces; None if the mesh was not subdivided
+    listed_mesh: Cells | None = None  # input mesh; None if the mesh was not subdivided
+    sharp_inside: Floats | None = None
+    """For each region, the fraction of the length of barrier edges that is inside the region, (K,).
+    None if there are no barrier edges, or if no `barrier_angle` was given."""
+    warnings: tuple[Warning, ...] = ()  # warnings of `segment`
+
+    def write(self, outputs: OutputFiles) -> Longs:
+        """Write all outputs, and return the same as `OutputFiles.write`."""
+        return outputs.write(
+            self.mesh, self.result.labels, attributes=self.attributes, listed=self.listed,
+            listed_mesh=self.listed_mesh,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True)
 class FileOptions:
-    """Checked options that apply to each file; they are parameters of `batch`."""
+    """Checked options that apply to each file; they are parameters of `batch`.
+
+    Commands make them from their options, and then call `segment` or `segment_to_files`.
+    """
+
+    CHOICES: ClassVar[Mapping[str, tuple[str, ...]]] = {"init": INITS, "islands": ISLANDS}
+    """Allowed names of `segment`'s options `init` and `islands`."""
 
     keywords: Mapping[str, Any]  # keyword arguments of `segment` that are not None
     features: Sequence[str] = ()
@@ -101,6 +128,11 @@ class FileOptions:
         for name, value in checked.items():
             object.__setattr__(self, name, value)
 
+    @staticmethod
+    def advice_on(name: str) -> str:
+        """Return advice for users of other tools, on an option that does not exist; "" if none."""
+        return OTHER_NAMES.get(name, "")
+
     def form(self, endings: Sequence[str]) -> FormatOptions:
         """Return options for output formats; raise an error if one has no effect on `endings`."""
         return FormatOptions.checked(
@@ -127,6 +159,95 @@ class FileOptions:
             if name not in ("n_threads", "force") and value != usual[name]
         }
 
+    def segment(
+        self,
+        load: Load,
+        *,
+        holds_attributes: bool,
+        timings: dict[str, float],
+        barrier_angle: float | None = None,
+        progress: Progress | None = None,
+        on_stage: OnStage | None = None,
+    ) -> Outcome:
+        """Read, subdivide and segment one file, without writing results.
+
+        `holds_attributes` is True if an output file can store attributes of vertices and faces. The
+        times of the stages "mesh" and "subdivide" are added to `timings`. If `barrier_angle` is
+        given, all edges with at least this angle between the face normals, in degrees, are
+        barriers.
+        """
+        keeps = not self.drop_attributes and holds_attributes
+        with timed(timings, "mesh", on_stage):
+            reads = keeps or bool(self.features) or self.min_opacity > 0
+            mesh, attributes, constraints = load(reads)
+            threads = checked_threads(self.keywords.get("n_threads"))
+            of_cells: dict[str, Any] = {**constraints}
+            if self.min_opacity > 0:
+                is_opaque = _are_opaque(attributes, self.min_opacity)
+                of_cells["mask"] = is_opaque & of_cells.get("mask", True)
+            is_kept = of_cells.get("mask")
+            features = CellData(mesh, attributes).features(self.features, threads, is_kept)
+            if features is not None:
+                of_cells["features"] = features
+            attributes = attributes if keeps else None
+        parts, given = None, mesh
+        if self.subdivide:
+            with timed(timings, "subdivide"):
+                parts = _subdivided(mesh, self)
+            mesh = parts.mesh
+            of_cells = {name: values[parts.sources] for name, values in of_cells.items()}
+            if attributes is not None:
+                attributes = attributes_of_parts(attributes, given, parts)
+        if barrier_angle is not None:
+            of_cells["barriers"] = sharp_edges(as_mesh(mesh), barrier_angle, n_threads=threads)
+        seen = mesh if self.viewpoint is None else kind_of(mesh).seen_from(mesh, self.viewpoint)
+        result, found = _segmented(seen, of_cells, self, progress, on_stage)
+        outcome = Outcome(mesh, attributes, replace(result, cells=mesh), warnings=found)
+        if barrier_angle is not None and len(of_cells["barriers"]):
+            surface, labels = as_mesh(mesh), result.labels
+            inside = sharp_edges_inside(surface, labels, barrier_angle, n_threads=threads)
+            outcome = replace(outcome, sharp_inside=inside)
+        if parts is None:
+            return outcome
+        return replace(outcome, listed=parts.labels_back(result.labels), listed_mesh=given)
+
+    def segment_to_files(
+        self, source: str, files: Sequence[Path], on_content: Callable[[Content | None], None]
+    ) -> tuple[Segmentation, dict[str, float]]:
+        """Segment one file, write the results to `files`, and return the result and the times.
+
+        Missing folders are created. `on_content` is called with the content of the file, or with
+        None if it cannot be read.
+        """
+        for folder in {path.parent for path in files}:
+            folder.mkdir(parents=True, exist_ok=True)
+        outputs = OutputFiles(files, self.form([*OutputFiles(files).endings]))
+        outputs.check()
+        path = Path(source)
+
+        def load(keep: bool) -> tuple[Cells, MeshAttributes | None, dict[str, Array]]:
+            try:
+                content = read_content(path)
+            except MeshError:  # for example, an empty file
+                on_content(None)
+                raise
+            on_content(content)
+            ending = cell_ending(path)
+            cells, attributes = parse_cells_and_attributes(content, ending, path.parent, keep=keep)
+            outputs.check_fit(cells)
+            constraints: dict[str, Array] = {}
+            if self.mask_values:
+                labels = parse_labels(content, ending, cells.n_cells, self.labels_named)
+                constraints["mask"] = mask_of(labels, self.mask_values, path, cells)
+            return cells, attributes, constraints
+
+        timings: dict[str, float] = {}
+        holds = not outputs.endings.isdisjoint(FORMATS.attribute_outputs)
+        outcome = self.segment(load, holds_attributes=holds, timings=timings)
+        with timed(timings, "export"):
+            outcome.write(outputs)
+        return outcome.result, {**outcome.result.timings, **timings}
+
 
 def _check_keywords(keywords: Mapping[str, Any]) -> None:
     """Raise an error if an argument of `segment` is unknown, invalid or an array."""
@@ -141,78 +262,8 @@ def _check_keywords(keywords: Mapping[str, Any]) -> None:
     SegmentOptions.checked(**{**_DEFAULTS, **keywords})
 
 
-@dataclass(frozen=True)
-class Outcome:
-    """Result for one file: the data to write to its output files."""
-
-    mesh: Cells
-    attributes: MeshAttributes | None
-    result: Segmentation
-    listed: Longs | None = None  # labels of the input faces; None if the mesh was not subdivided
-    listed_mesh: Cells | None = None  # input mesh; None if the mesh was not subdivided
-    sharp_inside: Floats | None = None
-    """For each region, the fraction of the length of barrier edges that is inside the region, (K,).
-    None if there are no barrier edges, or if no `barrier_angle` was given."""
-    notes: tuple[str, ...] = ()  # warnings about features
-
-
-def segment_file(
-    load: Load,
-    options: FileOptions,
-    *,
-    holds_attributes: bool,
-    timings: dict[str, float],
-    barrier_angle: float | None = None,
-    progress: Progress | None = None,
-    on_stage: OnStage | None = None,
-) -> Outcome:
-    """Read, subdivide and segment one file, without writing results.
-
-    `holds_attributes` is True if an output file can store attributes of vertices and faces. The
-    times of the stages "mesh" and "subdivide" are added to `timings`. If `barrier_angle` is given,
-    all edges with at least this angle between the face normals, in degrees, are barriers.
-    """
-    keeps = not options.drop_attributes and holds_attributes
-    with timed(timings, "mesh", on_stage):
-        mesh, attributes, constraints = load(
-            keeps or bool(options.features) or options.min_opacity > 0
-        )
-        threads = checked_threads(options.keywords.get("n_threads"))
-        of_cells: dict[str, Any] = {**constraints}
-        if options.min_opacity > 0:
-            is_opaque = _opacities(attributes) >= options.min_opacity
-            if not is_opaque.any():
-                raise MeshError(
-                    f"no splat has an opacity >= {options.min_opacity:g}: lower min_opacity"
-                )
-            of_cells["mask"] = is_opaque & of_cells.get("mask", True)
-        is_kept = of_cells.get("mask")
-        features = features_of(options.features, mesh, attributes, threads, is_kept)
-        if features is not None:
-            of_cells["features"] = features
-        attributes = attributes if keeps else None
-    parts, given = None, mesh
-    if options.subdivide:
-        with timed(timings, "subdivide"):
-            parts = _subdivided(mesh, options)
-        mesh = parts.mesh
-        of_cells = {name: values[parts.sources] for name, values in of_cells.items()}
-        attributes = None if attributes is None else attributes_of_parts(attributes, given, parts)
-    if barrier_angle is not None:
-        of_cells["barriers"] = sharp_edges(as_mesh(mesh), barrier_angle, n_threads=threads)
-    seen = mesh if options.viewpoint is None else seen_from(options.viewpoint, mesh)
-    result, notes = _segmented(seen, of_cells, options, progress, on_stage)
-    outcome = Outcome(mesh, attributes, replace(result, cells=mesh), notes=notes)
-    if barrier_angle is not None and len(of_cells["barriers"]):
-        inside = sharp_edges_inside(as_mesh(mesh), result.labels, barrier_angle, n_threads=threads)
-        outcome = replace(outcome, sharp_inside=inside)
-    if parts is None:
-        return outcome
-    return replace(outcome, listed=parts.labels_back(result.labels), listed_mesh=given)
-
-
-def _opacities(attributes: MeshAttributes | None) -> Floats:
-    """Return the opacity of each splat, 0 to 1; raise a MeshError if an opacity is missing."""
+def _are_opaque(attributes: MeshAttributes | None, least: float) -> Bools:
+    """Return whether the opacity of each splat is at least `least`; a MeshError if none is."""
     stored = {} if attributes is None else attributes.vertex
     if "opacity" not in stored:
         raise MeshError("min_opacity needs Gaussian splats, but the file has no property opacity")
@@ -220,14 +271,10 @@ def _opacities(attributes: MeshAttributes | None) -> Floats:
         first = np.flatnonzero(np.isnan(stored["opacity"]))[0]
         raise MeshError(f"opacity[{first}] is nan: min_opacity needs the opacity of all splats")
     with np.errstate(over="ignore"):  # converts logits to opacities
-        return np.asarray(1.0 / (1.0 + np.exp(-stored["opacity"].astype(np.float64))))
-
-
-def seen_from(viewpoint: Sequence[float], cells: Any) -> PointCloud:
-    """Return a cloud with `viewpoint`; raise a MeshError if the viewpoint would have no effect."""
-    if not kind_of(cells).are_points or cells.normals is not None:
-        raise MeshError("omit viewpoint: it is only for point clouds without normals")
-    return PointCloud(cells.points, None, cells.colors, cells.axes, np.array(viewpoint))
+        is_opaque = 1.0 / (1.0 + np.exp(-stored["opacity"].astype(np.float64))) >= least
+    if not is_opaque.any():
+        raise MeshError(f"no splat has an opacity >= {least:g}: lower min_opacity")
+    return np.asarray(is_opaque)
 
 
 def _subdivided(source: Cells, options: FileOptions) -> Subdivision:
@@ -244,8 +291,8 @@ def _subdivided(source: Cells, options: FileOptions) -> Subdivision:
 def _segmented(
     mesh: Cells, of_cells: Mapping[str, Any], options: FileOptions, progress: Progress | None,
     on_stage: OnStage | None,
-) -> tuple[Segmentation, tuple[str, ...]]:  # fmt: skip
-    """Segment a mesh, and return warnings about features.
+) -> tuple[Segmentation, tuple[Warning, ...]]:  # fmt: skip
+    """Segment a mesh, and return the warnings.
 
     `n_segments` is reduced if there are fewer cells inside the mask.
     """
@@ -254,11 +301,9 @@ def _segmented(
         n_kept = int(of_cells["mask"].sum()) if "mask" in of_cells else mesh.n_cells
         keywords["n_segments"] = min(keywords["n_segments"], max(n_kept, 1))  # 0 is for `segment`
     with warnings.catch_warnings(record=True) as caught:
-        for kind in (IslandWarning, SliverWarning, BalanceWarning, RadiusWarning):
-            warnings.simplefilter("ignore", kind)  # `Segmentation` contains the same information
-        warnings.simplefilter("always", FeatureWarning)
+        warnings.simplefilter("always", UserWarning)
         result = segment(mesh, progress=progress, on_stage=on_stage, **keywords, **of_cells)
-    return result, tuple(str(warning.message) for warning in caught)
+    return result, tuple(one.message for one in caught if isinstance(one.message, Warning))
 
 
 def attributes_of_parts(

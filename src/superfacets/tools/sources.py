@@ -7,49 +7,110 @@ import os
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
+from typing import ClassVar
 
 from ..base.lazy import load
 from ..files.atomic import StrPath
-from ..files.formats import CELL_ENDINGS, READERS, WRITERS
-from ..files.writers.cells import usual_ending
+from ..files.formats import FORMATS
 
-FOUND_ENDINGS = tuple(ending for ending in CELL_ENDINGS if ending not in (".csv", ".txt", ".npy"))
+FOUND_ENDINGS = tuple(ending for ending in FORMATS.cells if ending not in (".csv", ".txt", ".npy"))
 """Endings of the files in a folder that are inputs of a batch. ``.csv``, ``.txt`` and ``.npy`` are
 excluded, because most files with these endings are not point clouds."""
 
-MARK = ".superfacets"
-"""Marker in the names of results. If a folder is searched, files with this marker are ignored."""
+BASE = 150 << 20
+"""Memory of a worker process after its imports, in bytes."""
+
+PER_CELL = 200
+"""Memory in bytes per cell for graph, weights, labels and temporary arrays, without the mesh. With
+1.4 million faces in PLY, OFF and STL, workers used a third to a half of the estimate."""
+
+PER_BYTE = 3
+"""Memory in bytes per byte of the input file, for its content, the mesh, and the output."""
+
+FILE_BYTES = {".stl": 50, ".ply": 18, ".obj": 30, ".off": 30, ".tri": 30, ".laz": 3, ".vtp": 6}
+"""Minimum number of bytes per cell in a file, for each ending; 12 for all other endings."""
 
 
 @dataclass(frozen=True)
 class InputFile:
-    """An input file of a batch."""
+    """An input file. Commands use it to find files, and to name their results."""
 
     input: str  # path of the file, as given by the caller or found in a folder
     name: str  # path relative to the input folder, with forward slashes on all platforms
 
+    MARK: ClassVar[str] = ".superfacets"
+    """Marker in the names of results. Files with this marker in a folder are no inputs."""
 
-def find_sources(inputs: StrPath | Iterable[StrPath]) -> list[InputFile]:
-    """Return all files that the `inputs` of `batch` stand for, without duplicates.
+    @staticmethod
+    def find(inputs: StrPath | Iterable[StrPath]) -> list[InputFile]:
+        """Return all files that the `inputs` of `batch` stand for, without duplicates.
 
-    Links to folders are not followed. Empty lines of a list (``@LIST``) and lines that begin with
-    ``#`` are ignored. Raises an OSError if a folder or a list cannot be read, or if no file is
-    found. Raises a ValueError if no input is given, or if two files have the same relative path.
-    """
-    given = [inputs] if isinstance(inputs, (str, os.PathLike)) else list(inputs)
-    found: dict[str, InputFile] = {}
-    for text in (os.fspath(path) for path in given):
-        for source in _expanded(text):
-            other = found.setdefault(source.name, source)
-            if os.path.realpath(other.input) != os.path.realpath(source.input):
-                raise ValueError(
-                    f"{other.input} and {source.input} would have the same result name,"
-                    f" {source.name}: use their common folder or a quoted pattern as input, so that"
-                    " results are in different subfolders"
-                )
-    if not found:
-        raise ValueError("inputs must contain at least one file, folder, pattern or list")
-    return list(found.values())
+        Links to folders are not followed. Empty lines of a list (``@LIST``) and lines that begin
+        with ``#`` are ignored. Raises an OSError if a folder or a list cannot be read, or if no
+        file is found. Raises a ValueError if no input is given, or if two files have the same
+        relative path.
+        """
+        given = [inputs] if isinstance(inputs, (str, os.PathLike)) else list(inputs)
+        found: dict[str, InputFile] = {}
+        for text in (os.fspath(path) for path in given):
+            for source in _expanded(text):
+                other = found.setdefault(source.name, source)
+                if os.path.realpath(other.input) != os.path.realpath(source.input):
+                    raise ValueError(
+                        f"{other.input} and {source.input} would have the same result name,"
+                        f" {source.name}: use their common folder or a quoted pattern as input, so"
+                        " that results are in different subfolders"
+                    )
+        if not found:
+            raise ValueError("inputs must contain at least one file, folder, pattern or list")
+        return list(found.values())
+
+    @property
+    def usual_ending(self) -> str:
+        """Default ending of the result."""
+        ending = PurePosixPath(self.name).suffix.lower()
+        kinds = [kind for kind, table in FORMATS.readers.items() if ending in table]
+        of_one = kinds[0] if len(kinds) == 1 and kinds[0] != "points" else "triangles"
+        return FORMATS.usual_output(of_one if of_one in FORMATS.writers else "triangles")
+
+    def output_names(self, endings: Sequence[str]) -> tuple[str, ...]:
+        """Return the names of the results, one name per ending.
+
+        If `endings` is empty, there is one result, with the default ending.
+        """
+        path = PurePosixPath(self.name)
+        wanted = tuple(endings) or (self.usual_ending,)
+        return tuple(str(path.with_name(_output_name(path, ending))) for ending in wanted)
+
+    @staticmethod
+    def check_outputs_differ(sources: Iterable[InputFile], endings: Sequence[str]) -> None:
+        """Raise a ValueError if the results of two files would have the same path."""
+        writers: dict[str, InputFile] = {}
+        for source in sources:
+            for output in source.output_names(endings):
+                other = writers.setdefault(os.path.normcase(output), source)
+                if other is not source:
+                    raise ValueError(
+                        f"the results of {other.input} and {source.input} would both be written to"
+                        f" {output}: move one of the files to another folder"
+                    )
+
+    @property
+    def most_cells(self) -> int:
+        """Upper bound of the number of cells, from the size of the file; 0 if it is missing."""
+        return self._size // FILE_BYTES.get(Path(self.input).suffix.lower(), 12)
+
+    @property
+    def memory(self) -> int:
+        """Memory, in bytes, that a process needs to segment the file; usually too high."""
+        return BASE + PER_BYTE * self._size + PER_CELL * self.most_cells
+
+    @property
+    def _size(self) -> int:
+        try:
+            return Path(self.input).stat().st_size
+        except OSError:
+            return 0
 
 
 def _expanded(text: str) -> Iterator[InputFile]:
@@ -83,7 +144,10 @@ def _below(folder: Path) -> Iterator[InputFile]:
     for parent, folders, names in os.walk(folder, onerror=_fail):
         folders.sort()
         for name in sorted(names):
-            if Path(name).suffix.lower() in FOUND_ENDINGS and MARK not in Path(name).suffixes:
+            if (
+                Path(name).suffix.lower() in FOUND_ENDINGS
+                and InputFile.MARK not in Path(name).suffixes
+            ):
                 path = Path(parent, name)
                 n_found += 1
                 yield InputFile(str(path), path.relative_to(folder).as_posix())
@@ -111,42 +175,11 @@ def _matching(pattern: str) -> Iterator[InputFile]:
         yield InputFile(str(path), path.relative_to(root).as_posix())
 
 
-def result_ending(name: str) -> str:
-    """Return the default ending of the result for an input file."""
-    ending = PurePosixPath(name).suffix.lower()
-    kinds = [kind for kind, table in READERS.items() if ending in table]
-    of_one = kinds[0] if len(kinds) == 1 and kinds[0] != "points" else "triangles"
-    return usual_ending(of_one if of_one in WRITERS else "triangles")
-
-
-def output_names(name: str, endings: Sequence[str]) -> tuple[str, ...]:
-    """Return the names of the results for an input file, one name per ending.
-
-    If `endings` is empty, there is one result, with the default ending.
-    """
-    path = PurePosixPath(name)
-    wanted = tuple(endings) or (result_ending(name),)
-    return tuple(str(path.with_name(_output_name(path, ending))) for ending in wanted)
-
-
 def _output_name(path: PurePosixPath, ending: str) -> str:
-    """Return the name of a result. It contains `MARK`, unless the format prescribes names."""
+    """Return the name of a result, with `InputFile.MARK` unless the format prescribes names."""
     if ending == ".segs.json":
         return f"{path.stem}.0.010000{ending}"
     if ending in (".aggregation.json", ".bin", "_sp_label.npy", ".pth"):
         scene_of = load("superfacets_scans.scannet:scene_of")
         return f"{scene_of(Path(path), path.suffix)}{ending}"
-    return f"{path.stem}{MARK}{ending}"
-
-
-def check_outputs_differ(sources: Iterable[InputFile], endings: Sequence[str]) -> None:
-    """Raise a ValueError if the results of two files would have the same path."""
-    writers: dict[str, InputFile] = {}
-    for source in sources:
-        for output in output_names(source.name, endings):
-            other = writers.setdefault(os.path.normcase(output), source)
-            if other is not source:
-                raise ValueError(
-                    f"the results of {other.input} and {source.input} would both be written to"
-                    f" {output}: move one of the files to another folder"
-                )
+    return f"{path.stem}{InputFile.MARK}{ending}"

@@ -160,7 +160,7 @@ def view(
     source: Any = mesh
     attributes = None
     if isinstance(mesh, (str, os.PathLike)):
-        source, attributes = kit.read_cells_and_attributes(mesh)
+        source, attributes = kit.CellFile.read(mesh).cells_and_attributes()
     cells = kit.as_cells(source)
     kind, n_cells = kit.kind_of(cells), cells.n_cells
     n_vertices = getattr(cells, "n_vertices", None)

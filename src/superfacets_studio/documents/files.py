@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from superfacets.kit import counted, find_sources
+from superfacets.kit import InputFile, counted
 
 from ..labels.classes import CLASSES_FILE, ClassList, default_classes, read_classes, write_classes
 from .changes import REVIEW_MARKS
@@ -48,7 +48,7 @@ class Files:
             return cls([path], work, n_segments, classes)
         if work is not None:
             raise ValueError("--work is for one file: each mesh of a folder has its own work file")
-        found = [Path(source.input) for source in find_sources(path)]
+        found = [Path(source.input) for source in InputFile.find(path)]
         paths = [file for file in found if EXPORTED not in file.suffixes]
         if not paths:
             raise FileNotFoundError(f"{path}: contains only exported files, no mesh to label")

@@ -8,14 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from superfacets import Texture
-from superfacets.kit import (
-    Bytes,
-    Cells,
-    kind_of,
-    read_cells_and_attributes,
-    read_content,
-    stored_colors,
-)
+from superfacets.kit import Bytes, CellFile, Cells, kind_of, read_content, stored_colors
 
 
 class ChangedError(RuntimeError):
@@ -38,12 +31,12 @@ class Source:
     def read(cls, path: Path) -> Source:
         """Read an input file; raise a MeshError or OSError if this fails."""
         seen = _stamp(path)
-        content = read_content(path)
-        cells, attributes = read_cells_and_attributes(path, content)
+        file = CellFile.read(path)
+        cells, attributes = file.cells_and_attributes()
         texture = None if attributes is None else attributes.texture
         colors = stored_colors(cells, attributes)
-        digest = hashlib.sha256(content).hexdigest()
-        return cls(path, cells, len(content), digest, seen, texture, colors)
+        digest = hashlib.sha256(file.data).hexdigest()
+        return cls(path, cells, len(file.data), digest, seen, texture, colors)
 
     @property
     def n_cells(self) -> int:

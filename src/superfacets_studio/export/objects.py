@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from superfacets import split_regions, vertex_labels, write_mesh
-from superfacets.kit import Array, Bools, Ints, atomic_outputs
+from superfacets import kit, split_regions, vertex_labels, write_mesh
+from superfacets.kit import Array, Bools, Ints, atomic_outputs, kind_of
 from superfacets_scans import GROUPS, SEGMENTS, scene_of, write_groups, write_segments
 
 from ..documents.document import Document
@@ -177,7 +177,7 @@ def _write_groups(document: Document, temporary: Path, path: Path) -> None:
 def _write_meshes(document: Document, temporary: Path, path: Path) -> None:
     instances = document.instances
     objects = objects_of(document, instances)
-    ending = f".{FORMATS_OF_KIND[document.source.kind][0]}"
+    ending = kit.FORMATS.usual_output(kind_of(document.cells).name)
     ranks = np.searchsorted([one.instance for one in objects], instances)
     labels = np.where(instances > 0, ranks, -1).astype(np.int32)
     with zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED) as archive:

@@ -36,10 +36,7 @@ MARKS = {
     "objects": ".objects",
     "region_classes": ".region-classes",
 }
-"""Marker before the file ending, for each kind of export except regions."""
-
-OF_REGIONS = ".superfacets"
-"""Marker in names of regions, as in the results of `superfacets segment`."""
+"""Marker before the file ending, for each kind of export except regions (`InputFile.MARK`)."""
 
 
 def formats_of(kind: str) -> dict[str, list[str]]:
@@ -74,7 +71,7 @@ def parsed_export(name: str) -> tuple[str, str | None]:
     Names are the ends of the default file names: marker and format. Raises ValueError if there is
     no such kind of export.
     """
-    kinds = {mark[1:]: what for what, mark in {**MARKS, "regions": OF_REGIONS}.items()}
+    kinds = {mark[1:]: what for what, mark in {**MARKS, "regions": kit.InputFile.MARK}.items()}
     kind, _, format = name.partition(".")
     return kinds[kit.checked_choice(kind, "--export", tuple(kinds))], format or None
 
@@ -97,7 +94,7 @@ def write_export(
     """
     format = format or formats_of(document.source.kind)[what][0]
     path = (folder or document.path.parent) / _name_of(document, what, format)
-    is_ours = any(mark in path.name for mark in (OF_REGIONS, *MARKS.values()))
+    is_ours = any(mark in path.name for mark in (kit.InputFile.MARK, *MARKS.values()))
     if path.exists() and not is_ours and not replace:
         raise FileExistsError(f"{path.name} exists already, and may come from another tool")
     kit.checked_targets([path])
@@ -139,10 +136,10 @@ def _name_of(document: Document, what: str, format: str) -> str:
     offered = formats_of(document.source.kind)
     kit.checked_choice(what, "what", tuple(offered))
     kit.checked_choice(format, "format", tuple(offered[what]))
-    ending = f"_{format}" if format == "sp_label.npy" else f".{format}"
+    ending = kit.FORMATS.ending_of.get(format, f".{format}")
     stem = _stem_of(document)
     if what == "regions":
-        return kit.output_names(stem + document.path.suffix, (ending,))[0]
+        return kit.InputFile("", stem + document.path.suffix).output_names((ending,))[0]
     return f"{stem}{MARKS[what]}{ending}"
 
 
@@ -172,7 +169,11 @@ def _write_cells(document: Document, format: str, path: Path) -> None:
     if format in (*_LISTS, "sstk.json"):
         write_labels(path, classes)
         return
-    names = _names_of(document, np.unique(classes)) if format in _NAMED else None
+    names = (
+        _names_of(document, np.unique(classes))
+        if path.suffix in kit.FORMATS.class_outputs
+        else None
+    )
     attributes = _attributes_for(document, path)
     is_textured = attributes is not None and attributes.texture is not None
     is_colored = format in _COLORED and not is_textured  # viewers multiply colors with the texture

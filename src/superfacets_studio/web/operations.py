@@ -10,8 +10,8 @@ import numpy as np
 from starlette.responses import Response
 
 from superfacets import MeshError, View
-from superfacets.kit import as_mesh, checked_choice, checked_flag, counted, kind_of
-from superfacets_show import PALETTE, Z_UP_ENDINGS, color_parts, shape_of, texture_parts
+from superfacets.kit import FORMATS, as_mesh, checked_choice, checked_flag, counted, kind_of
+from superfacets_show import PALETTE, color_parts, shape_of, texture_parts
 
 from ..documents.agreement import Side
 from ..documents.changes import Change
@@ -93,7 +93,7 @@ def _mesh_packet(document: Document, query: Body) -> bytes:
     """
     shape = shape_of(document.cells)
     center = document.cells.bounds.mean(axis=0)
-    is_z_up = document.source.path.suffix.lower() in Z_UP_ENDINGS
+    is_z_up = document.source.path.suffix.lower() in FORMATS.z_up
     header = {
         "kind": document.source.kind,
         "n_cells": document.n_cells,

@@ -15,7 +15,7 @@ from ...base.errors import MeshError
 from ...base.types import Array, Bools, Floats
 from ...mesh.point_cloud import PointCloud
 from ..attributes import COLORS, LasFrame, MeshAttributes, is_word
-from ..formats import READERS
+from ..formats import FORMATS
 from ..guards import Content, as_doubles, as_rows, narrowed
 from .npy import npy_array
 from .ply import attributes_of
@@ -44,7 +44,7 @@ _MAX_COLUMNS = 12
 OTHER_NAMES = {"r": "red", "g": "green", "b": "blue", "normal_x": "nx", "normal_y": "ny",
                 "normal_z": "nz"}  # fmt: skip
 
-CLOUD_READERS = READERS["points"]
+CLOUD_READERS = FORMATS.readers["points"]
 
 
 CloudFile: TypeAlias = tuple[PointCloud, MeshAttributes]

@@ -16,15 +16,12 @@ from ..formats import FORMATS
 from ..guards import Content, hint_at_integers, known_ending, named_errors, read_content
 from .clouds import CLOUD_READERS
 from .npy import npy_array, npy_header
-from .parts import PART_ENDINGS, has_region_parts
+from .parts import has_region_parts
 from .ply import has_ply_labels
 from .text import Lines, shown
 
 MAX_LABEL = 2**31 - 1
 """Largest allowed label, because labels are int32."""
-
-WORK_ENDING = ".jsonl"
-"""Ending of work files of the studio. Only the layers above the studio can read them."""
 
 NO_REGION = -1
 """Label of cells that are in no region."""
@@ -90,12 +87,12 @@ def read_labels(
     array([0, 1], dtype=int32)
     """
     path = Path(path)
-    if path.suffix.lower() == WORK_ENDING:
+    if path.suffix.lower() == ".jsonl":
         raise MeshError(
             f"{path}: work files of the studio cannot be read without their mesh: write the labels"
             f" with superfacets convert MESH {path.name} -o labels.npy"
         )
-    ending = known_ending(path, LABEL_ENDINGS)
+    ending = known_ending(path, FORMATS.labels)
     data = read_content(path)
     with named_errors(path):
         return parse_labels(data, ending, n_faces, name)
@@ -103,9 +100,9 @@ def read_labels(
 
 def parse_labels(data: Content, ending: str, n_cells: int | None, name: str) -> Ints:
     """Return the labels in the content of a file, or raise a MeshError if they are missing."""
-    if ending not in LABEL_ENDINGS:
+    if ending not in FORMATS.labels:
         raise MeshError(f"expected a format that can store labels, got {ending}")
-    if ending in _FOUND_ENDINGS:
+    if ending in FORMATS.found_labels:
         found, missing = _find(data, name, ending)
         if found is None:
             raise MeshError(missing)
@@ -116,10 +113,10 @@ def parse_labels(data: Content, ending: str, n_cells: int | None, name: str) -> 
 
 def find_labels(data: Content, ending: str, n_cells: int | None, name: str) -> Ints | None:
     """Return the labels in the content of a mesh or point cloud file, or None if missing."""
-    if ending in (".ply", *PART_ENDINGS):
+    if ending in (".ply", *FORMATS.part_labels):
         is_found = has_ply_labels(data, name) if ending == ".ply" else has_region_parts(data)
         return parse_labels(data, ending, n_cells, name) if is_found else None
-    found = _find(data, name, ending)[0] if ending in _FOUND_ENDINGS else None
+    found = _find(data, name, ending)[0] if ending in FORMATS.found_labels else None
     return None if found is None else checked_labels(found, n_cells)
 
 
@@ -179,28 +176,9 @@ def read_npy_labels(data: Content, name: str) -> Array:
 
 def _find(data: Content, name: str, ending: str) -> tuple[Array | None, str]:
     """Return the labels named `name`, and the error message if they are missing (None)."""
-    if ending not in _OF_CLOUDS:
+    if ending not in FORMATS.label_columns:
         missing = f"the {ending[1:].upper()} file has no cell data {name}"
         return FORMATS["found_labels"][ending](data, name), missing
     stored = CLOUD_READERS[ending](data)[1].vertex
     others = [key for key, values in stored.items() if values.dtype.kind in "iu"]
     return stored.get(name), f"the points have no property {name}{hint_at_integers(others)}"
-
-
-_OF_CLOUDS = tuple(sorted({*CLOUD_READERS} - {".ply", ".npy", ".txt"}))
-"""Endings of cloud files in which labels are a column. Excluded are .npy and .txt, which usually
-have only labels, and .ply, which has its own reader of labels."""
-
-_FOUND_ENDINGS = (*FORMATS["found_labels"], *_OF_CLOUDS)
-"""Endings of files that contain more than labels, so that labels may be missing."""
-
-LABEL_ENDINGS = (*FORMATS["labels"], *_FOUND_ENDINGS, *FORMATS["vertex_labels"])
-
-PLACED_ENDINGS = (".ply", *PART_ENDINGS, *_FOUND_ENDINGS)
-"""Endings of label files that also contain the labeled cells, and therefore their positions."""
-
-KEY_ENDINGS = (".label.gii", ".annot")
-"""Endings of files in which the label of a vertex is its key, or its row in a table, minus 1."""
-
-VERTEX_ENDINGS = tuple(FORMATS["vertex_labels"])
-"""Endings of files with one label per vertex."""

@@ -29,7 +29,7 @@ _NOT_JSON = re.compile(r"(?<=\d)L|,(?=\s*[\]}])")
 
 
 def npy_array(data: Content, what: str = "numbers") -> Array:
-    """Return the array of a .npy file.
+    """Return the array of a .npy file. Readers of labels, values and masks use it.
 
     numpy.load allocates the memory that the header declares, even if the header is damaged. This
     function first checks that the declared size matches the file. Pickled arrays of objects are

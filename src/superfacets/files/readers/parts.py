@@ -16,9 +16,6 @@ from .obj import read_obj, without_continuations
 from .stl import is_binary_stl, read_stl
 from .text import Lines
 
-PART_ENDINGS = (".stl", ".obj")
-"""Endings of formats that store labels as named parts. `write_mesh` sorts the faces by part."""
-
 _REGION = re.compile(rb"region_(\d{1,10})|unlabeled")
 """Matches the names that `write_mesh` gives to parts."""
 

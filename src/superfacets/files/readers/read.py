@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -16,7 +15,7 @@ from ...mesh.point_cloud import PointCloud
 from ...mesh.polygon_mesh import PolygonMesh
 from ...mesh.triangle_mesh import Mesh
 from ..attributes import MeshAttributes
-from ..formats import CELL_ENDINGS, FORMATS, MESH_ENDINGS, READERS
+from ..formats import FORMATS
 from ..guards import Content, Polygons, checked_faces, known_ending, named_errors, read_content
 from .clouds import CLOUD_READERS, holds_cloud
 from .off import MAGIC as OFF_MAGIC
@@ -108,7 +107,7 @@ def read_mesh(path: str | os.PathLike[str]) -> AnyMesh:
     ...     read_mesh(path)
     Mesh(4 vertices, 2 faces)
     """
-    return _read(path, MESH_ENDINGS, parse_mesh)
+    return _read(path, FORMATS.meshes, parse_mesh)
 
 
 def read_cloud(path: str | os.PathLike[str]) -> PointCloud:
@@ -163,23 +162,6 @@ def read_cloud(path: str | os.PathLike[str]) -> PointCloud:
         path, tuple(CLOUD_READERS), lambda data, ending, _: CLOUD_READERS[ending](data)[0]
     )
     return found
-
-
-def read_cells(path: str | os.PathLike[str]) -> Cells:
-    """Read a mesh, or a point cloud if the file has no faces."""
-    parse = partial(parse_cells_and_attributes, keep=False)
-    return _read(path, CELL_ENDINGS, parse)[0]
-
-
-def read_cells_and_attributes(
-    path: str | os.PathLike[str], content: Content | None = None
-) -> tuple[Cells, MeshAttributes | None]:
-    """Read a mesh or point cloud as in `read_cells`, and its attributes.
-
-    Apps that show colors or textures use it; `content` is the content of the file, if it is known.
-    The attributes of a mesh are None if its format is not PLY, OBJ, GIFTI or glTF.
-    """
-    return _read(path, CELL_ENDINGS, parse_cells_and_attributes, content)
 
 
 def read_attributes(path: str | os.PathLike[str]) -> MeshAttributes:
@@ -252,7 +234,7 @@ def _read(
         return parse(data, ending, path.parent)
 
 
-def cell_ending(path: Path, endings: tuple[str, ...] = CELL_ENDINGS) -> str:
+def cell_ending(path: Path, endings: tuple[str, ...] = FORMATS.cells) -> str:
     """Return the ending of a mesh or point cloud file, or raise a MeshError for other endings."""
     try:
         return known_ending(path, endings)
@@ -270,7 +252,9 @@ def parse_mesh(data: Content, ending: str, folder: Path | None) -> AnyMesh:
     """Parse the content of a mesh file; a glTF file may refer to other files in `folder`."""
     if ending in FORMATS["scenes"]:
         return _mesh_of(FORMATS["scenes"][ending](data, folder))
-    tables = (table for kind, table in READERS.items() if kind != "points" and ending in table)
+    tables = (
+        table for kind, table in FORMATS.readers.items() if kind != "points" and ending in table
+    )
     return _mesh_of(next(tables)[ending](data))
 
 

@@ -19,29 +19,10 @@ from ...base.types import Bytes, Ints
 from ...graph.kinds import Kind, kind_of
 from ...mesh.base import Cells
 from ..attributes import MeshAttributes
-from ..formats import FORMATS, WRITERS
+from ..formats import FORMATS
 from .content import Output
 
-FACE_WRITERS = FORMATS["write_polygons"]
-TET_WRITERS = FORMATS["write_tetrahedra"]
-
-MESH_OUTPUTS = tuple(dict.fromkeys(
-    ending for kind, table in (("", WRITERS["triangles"]), *WRITERS.items())
-    if kind != "points" for ending in table
-))  # fmt: skip
-CLOUD_OUTPUTS = tuple(ending for ending in WRITERS["points"] if ending not in MESH_OUTPUTS)
-"""Endings of formats that store only point clouds."""
-
-ATTRIBUTE_OUTPUTS = (*FACE_WRITERS, ".pcd", ".las", ".laz", ".label.gii")
-"""Endings of outputs for which commands read the attributes of the input, including its texture."""
-
-NAMED_OUTPUTS = (".vtp", *TET_WRITERS)
-"""Endings of formats that store labels in a named array."""
-
-CLASS_OUTPUTS = (".glb", ".obj", ".stl", ".aggregation.json")
-"""Endings of formats that store a class per region."""
-
-COLORLESS_OUTPUTS = (".obj", ".stl", ".csv", ".ids.png", *TET_WRITERS)
+_COLORLESS = (".obj", ".stl", ".csv", ".ids.png", *FORMATS["write_tetrahedra"])
 """Endings of formats that store no colors."""
 
 
@@ -75,9 +56,9 @@ class FormatOptions:
         if not isinstance(named, str) or not named or not named.isprintable():
             raise ValueError(f"label_name must be one line of printable text, got {named!r}")
         for name, is_given, fitting in (
-            ("label_name", named != "label", NAMED_OUTPUTS),
+            ("label_name", named != "label", (".vtp", *FORMATS["write_tetrahedra"])),
             ("vertex_labels", options.vertex_labels, (".ply",)),
-            ("classes", classes is not None, CLASS_OUTPUTS),
+            ("classes", classes is not None, FORMATS.class_outputs),
             ("scores", scores is not None, (".aggregation.json",)),
         ):
             if is_given and not {*endings} & {*fitting}:
@@ -133,7 +114,7 @@ class CellWriter:
         for ending in endings:
             _check_kind(kind, ending)
         self.options.check_classes(self.labels)
-        if not {*endings}.isdisjoint(TET_WRITERS):
+        if not {*endings}.isdisjoint(FORMATS["write_tetrahedra"]):
             if self.given_colors is not None or self.attributes is not None:
                 raise ValueError(".vtu and .vtk cannot store colors and attributes: omit them")
             return self
@@ -156,13 +137,13 @@ class CellWriter:
         texture = None if self.attributes is None else self.attributes.texture
         # Viewers multiply vertex colors with the texture. Therefore, a GLB file with a texture gets
         # only given colors, and no colors that are computed from labels.
-        is_plain = ending in COLORLESS_OUTPUTS or (ending == ".glb" and texture is not None)
+        is_plain = ending in _COLORLESS or (ending == ".glb" and texture is not None)
         colors = self.given_colors if is_plain else self._colors
         content = Output(
             self.cells, ending, self.labels, colors, self.attributes, of_vertices,
             options.classes, options.label_name, options.ascii, path,
         )  # fmt: skip
-        WRITERS[kind_of(self.cells).name][ending](file, content)
+        FORMATS.writers[kind_of(self.cells).name][ending](file, content)
 
     @cached_property
     def _colors(self) -> Bytes | None:
@@ -173,17 +154,12 @@ class CellWriter:
         return colors
 
 
-def usual_ending(kind: str) -> str:
-    """Return the default ending of files with cells of the kind named `kind`."""
-    return next(iter(WRITERS.get(kind, FACE_WRITERS)))
-
-
 def _check_kind(kind: Kind, ending: str) -> None:
-    if kind.name not in WRITERS:
+    if kind.name not in FORMATS.writers:
         raise MeshError(
             f"{kind.plural} cannot be written as a mesh: write only their labels (.npy, .seg, .txt)"
         )
-    fitting = tuple(WRITERS[kind.name])
+    fitting = tuple(FORMATS.writers[kind.name])
     if ending not in fitting:
         listed = f"{', '.join(fitting[:-1])} or {fitting[-1]}"
         table = "; for a table of regions, use superfacets regions" if ending == ".csv" else ""

@@ -20,6 +20,7 @@ from ...graph.kinds import kind_of
 from ...mesh.base import Cells
 from ...regions.region_graph import region_graph
 from ..attributes import MeshAttributes
+from ..formats import FORMATS
 from ..readers.labels import checked_labels
 from .cells import FormatOptions
 from .text import write_npy, write_rows
@@ -34,27 +35,6 @@ _CORTEX = "superfacets_formats.cortex_writer:write_cortex"
 _PALETTE = "superfacets_show.colors:PALETTE"
 
 SEGMENTS = ".segs.json"
-
-GRAPH_OUTPUTS = (".npz",)
-"""Endings of files with the graph of the regions."""
-
-LABEL_OUTPUTS = (".npy", ".seg", ".txt")
-"""Endings of files with one label per cell."""
-
-VERTEX_OUTPUTS = (".segs.json", ".bin", "_sp_label.npy", ".pth")
-"""Endings of files with one id per vertex, 0 or greater."""
-
-RENUMBERED_OUTPUTS = (".bin", "_sp_label.npy", ".pth")
-"""Endings of files whose ids are renumbered from 0, without gaps."""
-
-CORTEX_OUTPUTS = (".label.gii", ".annot")
-"""Endings of files with one label per vertex, which may be -1, and a table of colors and names."""
-
-UNCONVERTED = (*VERTEX_OUTPUTS, *CORTEX_OUTPUTS, ".aggregation.json")
-"""Endings of files that store given labels of vertices unchanged. Other label files store labels of
-cells, even if labels of vertices are given."""
-
-ID_OUTPUTS = (*VERTEX_OUTPUTS, *CORTEX_OUTPUTS, ".sstk.json", ".aggregation.json")
 
 
 @dataclass(frozen=True)
@@ -84,7 +64,7 @@ class IdWriter:
             if self.labels is None:
                 raise MeshError(f"a {ending} file needs labels, but none are given")
             _check_labels(self._labels_in(ending), ending)
-            if ending in GRAPH_OUTPUTS and self.labels.max() < 0:
+            if ending in FORMATS.graph_outputs and self.labels.max() < 0:
                 raise MeshError("a graph needs at least one region, but all labels are -1")
             if ending == ".sstk.json":
                 _check_triangles(self.cells)
@@ -93,25 +73,25 @@ class IdWriter:
         return self
 
     def _labels_in(self, ending: str) -> Ints:
-        """Return given labels of vertices if `ending` is in `UNCONVERTED`, or labels of cells."""
+        """Return given labels of vertices in `Formats.unconverted_outputs`, or labels of cells."""
         assert self.labels is not None
-        if self.segments is not None and ending in VERTEX_OUTPUTS:
+        if self.segments is not None and ending in FORMATS.vertex_outputs:
             return self.segments.ids
-        if self.of_vertices is not None and ending in UNCONVERTED:
+        if self.of_vertices is not None and ending in FORMATS.unconverted_outputs:
             return self.of_vertices
         return self.labels
 
     def write(self, file: IO[bytes], ending: str, path: Path | None = None) -> None:
         """Write a file in the format of `ending`; the scene name is taken from `path`."""
         assert self.labels is not None
-        if ending in GRAPH_OUTPUTS:
+        if ending in FORMATS.graph_outputs:
             load("superfacets_scans.pyg:write_arrays")(file, self._graph)
-        elif ending in CORTEX_OUTPUTS:
+        elif ending in FORMATS.key_labels:
             self._write_cortex(file, ending)
         elif ending == ".aggregation.json":
             self._write_groups(file, _SCANS["scene_of"](path, ending))
         else:
-            has_ids = ending in VERTEX_OUTPUTS and self.segments is None
+            has_ids = ending in FORMATS.vertex_outputs and self.segments is None
             labels = self._vertex_ids if has_ids else self._labels_in(ending)
             write_levels(file, ending, path, [labels])
 
@@ -197,9 +177,9 @@ def write_levels(
         _SCANS["write_sstk"](file, levels)
     elif ending == ".pth":
         _SCANS["write_tensor"](file, labels)
-    elif ending in VERTEX_OUTPUTS:
+    elif ending in FORMATS.vertex_outputs:
         _SCANS["write_superpoints"](file, labels, ending)
-    elif ending in CORTEX_OUTPUTS:
+    elif ending in FORMATS.key_labels:
         load(_CORTEX)(file, ending, labels, load(_PALETTE))
     elif ending == ".npy":
         write_npy(file, labels)
@@ -219,12 +199,12 @@ def _check_triangles(cells: Cells) -> None:
 
 
 def _check_labels(labels: Ints, ending: str) -> None:
-    if ending in VERTEX_OUTPUTS and labels.min() < 0:
+    if ending in FORMATS.vertex_outputs and labels.min() < 0:
         first = int(np.argmin(labels))
         raise MeshError(f"labels[{first}] must be >= 0 in {ending}, got {labels[first]}")
     if ending == ".pth":
         _SCANS["check_torch"]()
-    if ending in CORTEX_OUTPUTS:
+    if ending in FORMATS.key_labels:
         _SCANS["check_ids"](labels)
 
 

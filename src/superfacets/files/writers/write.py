@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from types import MappingProxyType
-from typing import IO, Any
+from typing import IO, Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -18,31 +17,15 @@ from ...graph.kinds import kind_of
 from ...mesh.base import Cells
 from ...mesh.convert import as_cells
 from ...regions.submeshes import Submesh, part_of
+from ...regions.vertices import MIN_IN_FILES
 from ..atomic import StrPath, atomic_outputs, checked_targets, output_folder
 from ..attributes import MeshAttributes, is_image
+from ..formats import FORMATS
 from ..guards import known_ending
 from ..readers.labels import checked_labels
-from .cells import CLOUD_OUTPUTS, MESH_OUTPUTS, CellWriter, FormatOptions, usual_ending
-from .ids import (  # fmt: skip
-    GRAPH_OUTPUTS,
-    ID_OUTPUTS,
-    LABEL_OUTPUTS,
-    SEGMENTS,
-    VERTEX_OUTPUTS,
-    IdWriter,
-    Segments,
-    checked_levels,
-    write_levels,
-)
-
-DERIVED_OUTPUTS = (*ID_OUTPUTS, *GRAPH_OUTPUTS)
-"""Endings of files with data derived from a mesh and its labels, such as labels of vertices."""
-
-OUTPUT_ENDINGS = (*MESH_OUTPUTS, *CLOUD_OUTPUTS, *LABEL_OUTPUTS, *DERIVED_OUTPUTS)
-"""Endings of all output formats."""
-
-ENDING_OF_FORMAT = {ending.lstrip("._"): ending for ending in OUTPUT_ENDINGS}
-"""Maps format names, such as ``ply``, ``segs.json`` or ``sp_label.npy``, to endings."""
+from .cells import CellWriter, FormatOptions
+from .ids import SEGMENTS, IdWriter, Segments, checked_levels, write_levels
+from .ply import names_replaced
 
 
 def write_mesh(
@@ -157,24 +140,17 @@ def write_mesh(
     ...     print(path.read_text().splitlines()[-1])
     3 0 2 3 0 0 255 255
     """
-    path = Path(path)
-    ending = known_ending(path, (*MESH_OUTPUTS, *CLOUD_OUTPUTS, *DERIVED_OUTPUTS))
+    ending = known_ending(Path(path), (*FORMATS.cell_outputs, *FORMATS.derived_outputs))
     options = FormatOptions.checked(
         [ending], ascii=ascii, label_name=label_name, vertex_labels=vertex_labels,
-        classes=classes, scores=scores,
+        classes=classes, scores=scores, force=force,
     )  # fmt: skip
-    if not force:
-        _check_truth_stays([path])
-    cells = as_cells(mesh)
-    cell_labels = None if labels is None else _labels_of(cells, labels)
-    writer = writer_of(cells, cell_labels, ending, options, attributes, colors)
-    with atomic_outputs([path]) as (temporary,), temporary.open("wb") as file:
-        writer.write(file, ending, path)
+    OutputFiles([path], options).write(mesh, labels, colors=colors, attributes=attributes)
 
 
-def _check_truth_stays(paths: Sequence[StrPath]) -> None:
-    """Raise a FileExistsError if writing to `paths` would destroy ground truth of scans."""
-    if any(Path(path).suffix.lower() == ".json" for path in paths):
+def _check_truth_stays(paths: Sequence[StrPath], force: bool) -> None:
+    """Raise a FileExistsError if writing would destroy ground truth of scans, unless `force`."""
+    if not force and any(Path(path).suffix.lower() == ".json" for path in paths):
         load("superfacets_scans.scannet:check_truth_stays")(paths)
 
 
@@ -230,9 +206,8 @@ def write_labels(path: StrPath, labels: npt.ArrayLike, *, force: bool = False) -
     '0\n1\n'
     """
     path = Path(path)
-    ending = known_ending(path, (*LABEL_OUTPUTS, *ID_OUTPUTS))
-    if not force:
-        _check_truth_stays([path])
+    ending = known_ending(path, (*FORMATS.label_outputs, *FORMATS.id_outputs))
+    _check_truth_stays([path], force)
     levels = checked_levels(labels, ending)
     with atomic_outputs([path]) as (temporary,), temporary.open("wb") as file:
         write_levels(file, ending, path, levels)
@@ -297,7 +272,7 @@ def write_regions(
     ['region_2.obj', 'region_4.obj']
     """
     cells = as_cells(mesh)
-    ending = usual_ending(kind_of(cells).name) if ending is None else ending
+    ending = FORMATS.usual_output(kind_of(cells).name) if ending is None else ending
     cell_labels = _labels_of(cells, labels)
     order = np.argsort(cell_labels, kind="stable").astype(np.int32)
     order = order[np.searchsorted(cell_labels[order], 0) :]
@@ -348,98 +323,134 @@ def _check_no_other_regions(folder: Path, paths: Sequence[Path], ending: str) ->
         )
 
 
-def write_outputs(
-    paths: Sequence[StrPath],
-    mesh: Any,
-    labels: npt.ArrayLike | None,
-    *,
-    streams: Mapping[str, IO[bytes]] = MappingProxyType({}),
-    attributes: MeshAttributes | None = None,
-    options: FormatOptions | None = None,
-    listed: npt.ArrayLike | None = None,
-    listed_mesh: Any = None,
-    of_vertices: Ints | None = None,
-    segments: Segments | None = None,
-) -> Longs:
-    """Write several files in the formats of their endings: either all files, or none.
+@dataclass(frozen=True)
+class OutputFiles:
+    """Files, and open binary streams, that are written together: either all files, or none.
 
-    Endings are the same as for `write_mesh` and `write_labels`. `streams` maps endings to open
-    binary files, which need not be seekable. Streams are written after all files of `paths` are
-    complete. If writing to a stream fails, no file appears at `paths`.
-
-    If files that contain only labels belong to another mesh, such as the mesh before subdivision,
-    pass this mesh as `listed_mesh`, and its labels as `listed`. Formats with one label per vertex
-    store `of_vertices` if it is given, and otherwise labels of vertices computed from labels of
-    cells. If `segments` are given, they are written to formats in `VERTEX_OUTPUTS`, and groups of
-    them to ``.aggregation.json``. Groups name the ``.segs.json`` file in `paths`, if there is one.
-
-    If ids of vertices were computed for a format in `VERTEX_OUTPUTS`, the result is the number of
-    vertices of each region, in ascending order of the labels, and otherwise an empty array. Raises
-    the errors of `write_mesh`, and a ValueError if a path is given twice, or if a format needs
-    labels but there are none.
+    Commands check outputs before a long computation with `check` and `check_fit`, and write them
+    with `write`. Endings are the same as for `write_mesh` and `write_labels`; `endings` is the set
+    of all, and `streams` maps endings to streams, which need not be seekable. Streams are written
+    after all files are complete. If this fails, no file appears.
     """
-    endings = [known_ending(Path(path), OUTPUT_ENDINGS) for path in paths]
-    options = FormatOptions() if options is None else options
-    if not options.force:
-        _check_truth_stays(paths)
-    cells = as_cells(mesh)
-    cell_labels = None if labels is None else _labels_of(cells, labels)
-    named = zip(paths, endings, strict=True)
-    segments_file = next((Path(path) for path, ending in named if ending == SEGMENTS), None)
-    ids = IdWriter(cells, cell_labels, options, of_vertices, segments, segments_file, attributes)
-    if listed is not None:
-        of_listed = cells if listed_mesh is None else as_cells(listed_mesh)
-        ids = IdWriter(of_listed, checked_labels(listed), options, segments_file=segments_file)
-    of_cells = CellWriter(cells, cell_labels, None, attributes, options, of_vertices)
-    all_endings = {*endings, *streams}
-    listing = [ending for ending in all_endings if ending in (*LABEL_OUTPUTS, *DERIVED_OUTPUTS)]
-    ids.checked(listing)
-    of_cells = of_cells.checked([*all_endings.difference(listing)])
-    writers = dict.fromkeys(all_endings, of_cells.write) | dict.fromkeys(listing, ids.write)
-    with atomic_outputs(paths) as temporaries:
-        for temporary, ending, path in zip(temporaries, endings, paths, strict=True):
-            with temporary.open("wb") as file:
-                writers[ending](file, ending, Path(path))
-        for ending, stream in streams.items():
-            writers[ending](stream, ending, None)
-            stream.flush()
-    is_unchanged = of_vertices is not None or kind_of(cells).are_points
-    if is_unchanged or all_endings.isdisjoint(VERTEX_OUTPUTS):
-        return np.zeros(0, np.int64)
-    return ids.region_sizes
+
+    files: Sequence[StrPath]
+    options: FormatOptions = field(default_factory=FormatOptions)
+    streams: Mapping[str, IO[bytes]] = field(default_factory=dict)
+
+    MIN_VERTICES: ClassVar[int] = MIN_IN_FILES
+    """Number of vertices to which regions grow, if possible, in files with one id per vertex."""
+
+    @property
+    def endings(self) -> set[str]:
+        """Endings of all files and streams, or a MeshError if one is unknown."""
+        return {_ending_of(Path(path)) for path in self.files} | {*self.streams}
+
+    def check(self) -> None:
+        """Check, before a long computation, whether the files can be written.
+
+        Raises a ValueError if an ending is unknown or a path is given twice. Raises an OSError if a
+        folder is missing or not writable, if a path is not a regular file, or if `force` is needed.
+        """
+        _check_truth_stays(self.files, self.options.force)
+        for path in self.files:
+            _ending_of(Path(path))
+        checked_targets(self.files)
+
+    def check_fit(self, cells: Cells, labels: Ints | None = None) -> None:
+        """Raise an error, before a long computation, if a format cannot store the cells.
+
+        `labels` stands for labels that are computed later: -1 where a cell will be in no region,
+        and any label elsewhere. None means that every cell will be in a region.
+        """
+        likely = np.zeros(cells.n_cells, np.int32) if labels is None else labels
+        for ending in self.endings:
+            _writer_of(cells, likely, ending, self.options)
+
+    def write_one(
+        self, file: IO[bytes], path: Path, cells: Cells, labels: Ints,
+        attributes: MeshAttributes | None = None,
+    ) -> None:  # fmt: skip
+        """Write one labeling of cells to an open file, in the format of `path`."""
+        ending = _ending_of(path)
+        _writer_of(cells, labels, ending, self.options, attributes).write(file, ending, path)
+
+    def write(
+        self,
+        mesh: Any,
+        labels: npt.ArrayLike | None,
+        *,
+        colors: npt.ArrayLike | None = None,
+        attributes: MeshAttributes | None = None,
+        listed: npt.ArrayLike | None = None,
+        listed_mesh: Any = None,
+        of_vertices: Ints | None = None,
+        segments: tuple[Ints, Ints, Path] | None = None,
+    ) -> Longs:
+        """Write all files and streams.
+
+        If files that contain only labels belong to another mesh, such as the mesh before
+        subdivision, pass this mesh as `listed_mesh`, and its labels as `listed`. Formats with one
+        label per vertex store `of_vertices` if it is given, and otherwise labels of vertices
+        computed from labels of cells. If `segments` are given, the fields of `Segments`, they are
+        written to formats in `Formats.vertex_outputs`, and groups of them to
+        ``.aggregation.json``. Groups name the ``.segs.json`` file in `files`, if there is one.
+
+        If ids of vertices were computed for such a format, the result is the number of vertices of
+        each region, in ascending order of the labels, and otherwise an empty array. Raises the
+        errors of `write_mesh`, and a ValueError if a path is given twice, or if a format needs
+        labels but there are none.
+        """
+        paths, all_endings, options = [*map(Path, self.files)], self.endings, self.options
+        _check_truth_stays(paths, options.force)
+        cells = as_cells(mesh)
+        cell_labels = None if labels is None else _labels_of(cells, labels)
+        file = next((path for path in paths if _ending_of(path) == SEGMENTS), None)
+        given = None if segments is None else Segments(*segments)
+        ids = IdWriter(cells, cell_labels, options, of_vertices, given, file, attributes)
+        if listed is not None:
+            of_listed = cells if listed_mesh is None else as_cells(listed_mesh)
+            ids = IdWriter(of_listed, checked_labels(listed), options, segments_file=file)
+        of_cells = CellWriter(cells, cell_labels, colors, attributes, options, of_vertices)
+        listing = all_endings.difference(FORMATS.cell_outputs)
+        ids.checked([*listing])
+        of_cells = of_cells.checked([*all_endings - listing])
+        writers = dict.fromkeys(all_endings, of_cells.write) | dict.fromkeys(listing, ids.write)
+        self._write_with(writers)
+        is_unchanged = of_vertices is not None or kind_of(cells).are_points
+        if is_unchanged or all_endings.isdisjoint(FORMATS.vertex_outputs):
+            return np.zeros(0, np.int64)
+        return ids.region_sizes
+
+    @staticmethod
+    def replaced_by_labels(
+        cells: Cells, attributes: MeshAttributes, endings: Collection[str]
+    ) -> list[str]:
+        """Return the attributes that labels replace, described like "face property label"."""
+        of_points = kind_of(cells).are_points
+        replaced = names_replaced(attributes, of_points=of_points)
+        if of_points and {".ply", ".pcd"}.isdisjoint(endings):  # LAS files keep the input's colors
+            return [name for name in replaced if name.endswith(" label")]
+        return replaced if of_points or not {".ply", ".vtp"}.isdisjoint(endings) else []
+
+    def _write_with(self, writers: Mapping[str, Callable[..., None]]) -> None:
+        with atomic_outputs(self.files) as temporaries:
+            for temporary, path in zip(temporaries, map(Path, self.files), strict=True):
+                with temporary.open("wb") as file:
+                    writers[_ending_of(path)](file, _ending_of(path), path)
+            for ending, stream in self.streams.items():
+                writers[ending](stream, ending, None)
+                stream.flush()
 
 
-def check_outputs(paths: Sequence[StrPath], *, force: bool = False) -> None:
-    """Check, before a long computation, whether `write_outputs` can write these files.
-
-    Raises a ValueError if an ending is unknown or a path is given twice. Raises an OSError if a
-    folder is missing or not writable, if a path is not a regular file, or if `force` is needed.
-    """
-    if not force:
-        _check_truth_stays(paths)
-    for path in paths:
-        known_ending(Path(path), OUTPUT_ENDINGS)
-    checked_targets(paths)
+def _ending_of(path: Path) -> str:
+    return known_ending(path, FORMATS.outputs)
 
 
-def writer_of(
+def _writer_of(
     cells: Cells, labels: Ints | None, ending: str, form: FormatOptions,
-    attributes: MeshAttributes | None = None, colors: npt.ArrayLike | None = None,
+    attributes: MeshAttributes | None = None,
 ) -> CellWriter | IdWriter:  # fmt: skip
     """Return the writer for an ending, or raise an error if the format cannot store the cells."""
-    if ending in (*MESH_OUTPUTS, *CLOUD_OUTPUTS):
-        return CellWriter(cells, labels, colors, attributes, form).checked([ending])
+    if ending in FORMATS.cell_outputs:
+        return CellWriter(cells, labels, None, attributes, form).checked([ending])
     return IdWriter(cells, labels, form, attributes=attributes).checked([ending])
-
-
-def check_fit(
-    cells: Cells, labels: Ints | None, endings: Iterable[str], form: FormatOptions
-) -> None:
-    """Raise an error, before a long computation, if a format of `endings` cannot store the cells.
-
-    `labels` stands for labels that are computed later: -1 where a cell will be in no region, and
-    any label elsewhere. None means that every cell will be in a region.
-    """
-    likely = np.zeros(cells.n_cells, np.int32) if labels is None else labels
-    for ending in endings:
-        writer_of(cells, likely, ending, form)

@@ -7,16 +7,13 @@ import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import IO, Any, NamedTuple
+from typing import IO, Any
 
 import numpy as np
-import numpy.typing as npt
 
-from ...base.errors import import_extra
-from ...base.lazy import load
-from ...base.types import Array, Floats, Longs
-from ..atomic import StrPath, atomic_outputs
-from ..guards import known_ending
+from superfacets import BorderLines
+from superfacets.kit import Array, Floats, Ints, atomic_outputs, import_extra, known_ending
+from superfacets_formats.vtk_writer import write_vtk_xml
 
 Columns = Mapping[str, Array]
 """Columns of a table, keyed by column name; all columns have the same length."""
@@ -25,22 +22,14 @@ TABLE_ENDINGS = (".csv", ".json", ".parquet")
 LINE_ENDINGS = (".obj", ".vtp")
 
 
-class Line(NamedTuple):
-    """Border line between two regions."""
-
-    low: int  # number of the first region
-    high: int  # number of the second region, or -1 at the boundary of the mesh
-    vertices: npt.NDArray[np.integer]  # indices of vertices; a closed line repeats the first vertex
-
-
-def write_tables(tables: Sequence[tuple[StrPath, Columns]]) -> None:
+def write_tables(tables: Sequence[tuple[Path, Columns]]) -> None:
     """Write each table to its path, in the format of its ending: all tables, or none.
 
     The endings are ``.csv``, ``.json`` and ``.parquet``. NaN becomes an empty field in CSV, and
     null in JSON. A JSON file has a list with one object per row. Numbers are written with enough
     digits to restore them exactly. Parquet needs pandas and pyarrow.
     """
-    endings = [known_ending(Path(path), TABLE_ENDINGS) for path, _ in tables]
+    endings = [known_ending(path, TABLE_ENDINGS) for path, _ in tables]
     with atomic_outputs([path for path, _ in tables]) as temporaries:
         for temporary, ending, (_, columns) in zip(temporaries, endings, tables, strict=True):
             if ending == ".parquet":
@@ -79,44 +68,32 @@ def _write_parquet(path: Path, columns: Columns) -> None:
     pandas.DataFrame(dict(columns)).to_parquet(path, engine="pyarrow", index=False)
 
 
-def write_lines(path: StrPath, vertices: Floats, lines: Iterable[Line]) -> None:
-    """Write border lines as OBJ or VTP, with the vertices on the lines.
+def write_borders(path: Path, vertices: Floats, lines: BorderLines, names: Ints) -> None:
+    """Write border lines as OBJ or VTP, with the vertices on the lines; regions get new `names`.
 
     In OBJ, each line is a group ``border_3_7``, or ``border_3_open`` at the boundary of the mesh.
     In VTP, the numbers of the two regions are the cell data ``low`` and ``high``.
     """
-    ending, written = known_ending(Path(path), LINE_ENDINGS), list(lines)
-    rows = [line.vertices for line in written]
+    whole = [lines.line(i) for i in range(len(lines))]
+    rows = [np.append(row, row[: int(lines.is_closed[i])]) for i, row in enumerate(whole)]
     used, along = np.unique(np.concatenate([np.empty(0, int), *rows]), return_inverse=True)
     ends = np.cumsum([*map(len, rows)], dtype=np.int64)
+    low, high = np.append(names, -1)[lines.regions].astype(np.int32).T  # -1 at the boundary
+    ending = known_ending(path, LINE_ENDINGS)
     with atomic_outputs([path]) as temporaries, temporaries[0].open("wb") as file:
-        write = _write_obj_lines if ending == ".obj" else _write_vtp_lines
-        write(file, vertices[used], written, along, ends)
-
-
-def _write_obj_lines(
-    file: IO[bytes], points: Floats, lines: list[Line], along: Longs, ends: Longs
-) -> None:
-    """Write lines as OBJ; `along` has the points of all lines, and `ends` where each line ends."""
-    file.writelines(f"v {x!r} {y!r} {z!r}\n".encode() for x, y, z in points.tolist())
-    for line, part in zip(lines, np.split(along + 1, ends[:-1]), strict=False):
-        other = "open" if line.high < 0 else line.high
-        row = " ".join(map(str, part.tolist()))
-        file.write(f"g border_{line.low}_{other}\nl {row}\n".encode())
-
-
-def _write_vtp_lines(
-    file: IO[bytes], points: Floats, lines: list[Line], along: Longs, ends: Longs
-) -> None:
-    """Write lines as VTP; see `_write_obj_lines` for the arguments."""
-    sections: dict[str, dict[str, Array]] = {
-        "CellData": {
-            "low": np.array([line.low for line in lines], np.int32),
-            "high": np.array([line.high for line in lines], np.int32),
-        },
-        "Points": {"Points": points},
-        "Lines": {"connectivity": along.astype(np.int64), "offsets": ends},
-    }
-    counts = {"NumberOfPoints": len(points), "NumberOfLines": len(lines)}
-    write_vtk_xml = load("superfacets_formats.vtk_writer:write_vtk_xml")
-    write_vtk_xml(file, "PolyData", counts, sections, ascii=False)
+        if ending == ".vtp":
+            sections: dict[str, dict[str, Array]] = {
+                "CellData": {"low": low, "high": high},
+                "Points": {"Points": vertices[used]},
+                "Lines": {"connectivity": along.astype(np.int64), "offsets": ends},
+            }
+            counts = {"NumberOfPoints": len(used), "NumberOfLines": len(rows)}
+            write_vtk_xml(file, "PolyData", counts, sections, ascii=False)
+            return
+        points = vertices[used].tolist()
+        file.writelines(f"v {x!r} {y!r} {z!r}\n".encode() for x, y, z in points)
+        parts = np.split(along + 1, ends[:-1])
+        for first, second, part in zip(low.tolist(), high.tolist(), parts, strict=False):
+            row = " ".join(map(str, part.tolist()))
+            other = "open" if second < 0 else second
+            file.write(f"g border_{first}_{other}\nl {row}\n".encode())

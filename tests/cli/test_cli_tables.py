@@ -5,8 +5,8 @@ import json
 import numpy as np
 import pytest
 
-from superfacets import MeshError
-from superfacets.files.writers.tables import Line, write_lines, write_tables
+from superfacets import BorderLines, MeshError
+from superfacets_cli.tables import write_borders, write_tables
 
 COLUMNS = {"region": np.array([3, 7]), "area": np.array([0.1, np.nan])}
 
@@ -27,25 +27,31 @@ def test_all_tables_appear_or_none(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+def lines_of(vertices, offsets, regions, is_closed):
+    arrays = map(np.array, (vertices, offsets, regions, is_closed))
+    return BorderLines(*arrays, lengths=np.ones(len(is_closed)), junctions=np.array([]))
+
+
 def test_lines_hold_the_vertices_that_they_use(tmp_path):
     vertices = np.arange(12.0).reshape(4, 3) / 10
-    path, lines = tmp_path / "lines.obj", [Line(3, 7, np.array([3, 1]))]
-    lines.append(Line(7, -1, np.array([1, 0, 1])))
-    write_lines(path, vertices, lines)
+    path, names = tmp_path / "lines.obj", np.array([3, 7])
+    lines = lines_of([3, 1, 1, 0], [0, 2, 4], [[0, 1], [1, -1]], [False, True])
+    none = lines_of([], [0], np.empty((0, 2), int), [])
+    write_borders(path, vertices, lines, names)
     assert path.read_text().splitlines() == [
         "v 0.0 0.1 0.2", "v 0.3 0.4 0.5", "v 0.9 1.0 1.1",
         "g border_3_7", "l 3 2", "g border_7_open", "l 2 1 2",
     ]  # fmt: skip
-    write_lines(path, vertices, [])
+    write_borders(path, vertices, none, names)
     assert path.read_text() == ""
     pyvista = pytest.importorskip("pyvista")
-    write_lines(tmp_path / "lines.vtp", vertices, lines)
+    write_borders(tmp_path / "lines.vtp", vertices, lines, names)
     read = pyvista.read(tmp_path / "lines.vtp")
     assert read.points.tolist() == vertices[[0, 1, 3]].tolist()
     assert read.lines.tolist() == [2, 2, 1, 3, 1, 0, 1]
     assert read.cell_data["low"].tolist() == [3, 7]
     assert read.cell_data["high"].tolist() == [7, -1]
-    write_lines(tmp_path / "none.vtp", vertices, [])
+    write_borders(tmp_path / "none.vtp", vertices, none, names)
     assert pyvista.read(tmp_path / "none.vtp").n_cells == 0
     with pytest.raises(MeshError, match=r"expected the ending \.obj, \.vtp"):
-        write_lines(tmp_path / "lines.ply", vertices, [])
+        write_borders(tmp_path / "lines.ply", vertices, none, names)

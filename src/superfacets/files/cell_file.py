@@ -1,0 +1,144 @@
+"""The content of a mesh or point cloud file, and the label files that belong to it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..base.checks import check_length
+from ..base.errors import MeshError
+from ..base.types import Array, Bools, Floats, Ints
+from ..graph.constraints import mask_of
+from ..graph.corner_labels import are_of_vertices
+from ..graph.kinds import kind_of
+from ..mesh.base import Cells
+from .atomic import StrPath
+from .attributes import MeshAttributes
+from .formats import FORMATS
+from .guards import Content, known_ending, named_errors, read_content
+from .readers.labels import checked_labels, find_labels, parse_labels
+from .readers.npy import npy_array, npy_header, npz_array
+from .readers.read import cell_ending, parse_cells_and_attributes, recognized_ending
+
+
+@dataclass(frozen=True)
+class CellFile:
+    """Content of a mesh or point cloud file, from which cells and labels are parsed.
+
+    Apps use it to read a file once, and to parse cells, attributes and labels from its content.
+    """
+
+    name: str  # path of the file, or another name for messages
+    data: Content
+    ending: str  # ending of the format
+    folder: Path | None = None  # folder of other files that the file names; None if there is none
+
+    @classmethod
+    def read(cls, path: StrPath, ending: str | None = None) -> CellFile:
+        """Read a file in the format of `ending`; by default, the ending of its name."""
+        path = Path(path)
+        ending = ending or cell_ending(path)
+        return cls(str(path), read_content(path), ending, path.parent)
+
+    @classmethod
+    def of_stream(cls, data: Content, name: str, ending: str | None = None) -> CellFile | None:
+        """Return a file from a stream, or None if its format is neither given nor recognized."""
+        ending = ending or recognized_ending(data)
+        return None if ending is None else cls(name, data, ending)
+
+    def cells(self) -> Cells:
+        """Return the mesh or point cloud."""
+        return self.cells_and_attributes(keep=False)[0]
+
+    def cells_and_attributes(self, *, keep: bool = True) -> tuple[Cells, MeshAttributes | None]:
+        """Return the mesh or point cloud, and its attributes.
+
+        The attributes are None if `keep` is False, or if the format has no attributes.
+        """
+        with named_errors(self.name):
+            return parse_cells_and_attributes(self.data, self.ending, self.folder, keep=keep)
+
+    def labels(self, n_cells: int, name: str) -> Ints | None:
+        """Return the labels called `name`, one per cell, or None if the file has none."""
+        with named_errors(self.name):
+            return find_labels(self.data, self.ending, n_cells, name)
+
+    def integers(self, n_cells: int, name: str) -> Ints:
+        """Return the integer property `name`, one value per cell; if missing, raise a MeshError."""
+        with named_errors(self.name):
+            return parse_labels(self.data, self.ending, n_cells, name)
+
+    def mask(
+        self, labels: Ints, values: Sequence[int] | None, cells: Cells, path: Path | None = None
+    ) -> Bools:
+        """Return the mask of the cells whose label is one of `values`, or not 0 if it is None.
+
+        Raises a MeshError if there are no such cells. Its message names the label file `path`, or
+        this file.
+        """
+        return mask_of(labels, values, self.name if path is None else path, cells)
+
+    def labels_in(
+        self, path: Path, cells: Cells, name: str, *, are_values: bool = False
+    ) -> tuple[Ints, bool]:
+        """Read a label file, and return its labels, and whether they are labels of vertices.
+
+        `cells` are the cells in this file. `name` is the same as in `read_labels`. If `are_values`
+        is True, an array of bools is accepted. Raises a MeshError if the number of labels is wrong,
+        or if the label file also contains cells, but other cells or in another order.
+        """
+        ending = known_ending(path, FORMATS.labels)
+        labeled = CellFile(str(path), read_content(path), ending, path.parent)
+        with named_errors(path):
+            is_mask = are_values and ending == ".npy" and npy_header(labeled.data)[1].kind == "b"
+            if is_mask:
+                labels = checked_labels(npy_array(labeled.data, "labels").view(np.uint8))
+            else:
+                labels = parse_labels(labeled.data, ending, None, name)
+            n_vertices = getattr(cells, "n_vertices", None)
+            if n_vertices is not None and ending in FORMATS["vertex_labels"]:
+                check_length(labels, n_vertices, "labels", "vertex", error=MeshError)
+                return labels, True
+            of_vertices = are_of_vertices(labels, cells)
+        if ending in FORMATS.placed_labels:
+            self._check_same_order(cells, labeled, are_of_vertices=of_vertices)
+        return labels, of_vertices
+
+    @staticmethod
+    def levels_in(path: Path) -> Array:
+        """Return the labels of all L levels in an .npz of ``superfacets levels``, shape (L, N)."""
+        content = read_content(path)
+        try:
+            return npz_array(content, "labels")
+        except Exception:  # zipfile and zlib raise many kinds of errors for damaged files
+            raise MeshError(f"{path}: is not a .npz of superfacets levels, or is damaged") from None
+
+    def _check_same_order(self, cells: Any, labeled: CellFile, *, are_of_vertices: bool) -> None:
+        """Raise a MeshError if labeled cells differ from these cells in position or order.
+
+        If `are_of_vertices` is true, the points in `labeled` are compared with the vertices of
+        `cells`. Positions may differ by rounding to float32, which many formats store, and by one
+        quantization step of LAS, which is less than the distances that formats can represent.
+        """
+        kind, others = kind_of(cells), labeled.cells()
+        expected = cells.vertices if are_of_vertices else kind.positions(cells)
+        given = kind_of(others).positions(others)
+        # Half of `eps` is the maximum relative error of rounding.
+        tolerance = np.finfo(np.float32).eps * np.abs(cells.bounds).max(axis=0)
+        tolerance += np.maximum(self._steps, labeled._steps)
+        if expected.shape != given.shape or (np.abs(expected - given) > tolerance).any():
+            path, plural = Path(labeled.name), "vertices" if are_of_vertices else kind.plural
+            raise MeshError(
+                f"{path}: the {plural} or their order differ from the input, so the labels do not"
+                f" fit: use {path.name} as the input, or give labels as .npy"
+            )
+
+    @property
+    def _steps(self) -> Floats:
+        """Quantization steps of x, y and z, (3,); 0 if the format has none."""
+        steps = FORMATS["steps"]
+        return np.array(steps[self.ending](self.data) if self.ending in steps else (0.0, 0.0, 0.0))
