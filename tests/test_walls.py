@@ -13,9 +13,6 @@ import superfacets
 from superfacets import kit
 
 SOURCE = Path(superfacets.__file__).resolve().parents[1]
-EXCEPTIONS = Path(__file__).with_name("walls_exceptions.txt")
-RENEW = "SUPERFACETS_RENEW_WALLS"
-"""If this environment variable is set, the list of exceptions is written again."""
 
 APPS = ("batch", "cli", "formats", "scans", "show", "studio", "textures")
 MODULES = {"kit": kit, "metrics": superfacets.metrics}
@@ -107,13 +104,8 @@ def taken_names():
     return found
 
 
-def test_names_that_apps_take_from_the_library_only_become_fewer():
-    found = taken_names()
-    if os.environ.get(RENEW):
-        EXCEPTIONS.write_text("".join(f"{line}\n" for line in sorted(found)), encoding="utf-8")
-    allowed = set(EXCEPTIONS.read_text(encoding="utf-8").splitlines())
-    assert sorted(found - allowed) == []
-    assert sorted(allowed - found) == []  # run again with `RENEW`, so that the list shrinks
+def test_apps_take_only_public_names_and_names_of_the_kit_from_the_library():
+    assert sorted(taken_names()) == []
 
 
 def test_apps_take_of_each_other_only_the_few_names_of_their_packages():

@@ -52,7 +52,6 @@ from .stages.prepare import Prepared as Prepared
 from .regions.crease_labels import VertexEdges as VertexEdges
 from .regions.shared_masks import MaskedAreas as MaskedAreas
 from .weights.formulas import WEIGHTS as WEIGHTS
-from .graph.size import DEFAULT_N_SEGMENTS as DEFAULT_N_SEGMENTS
 
 # Reading files
 from .files.formats import FORMATS as FORMATS
@@ -73,7 +72,6 @@ from .files.guards import file_beside as file_beside
 from .files.guards import most_bytes_of as most_bytes_of
 from .files.guards import rotation_of as rotation_of
 from .files.readers.npy import npy_array as npy_array
-from .files.readers.labels import NO_REGION as NO_REGION
 from .files.attributes import LasFrame as LasFrame
 from .files.named_features import stored_colors as stored_colors
 from .files.named_features import CellData as CellData

@@ -13,7 +13,7 @@ import numpy as np
 
 from superfacets import BorderLines
 from superfacets.kit import Array, Floats, Ints, atomic_outputs, import_extra, known_ending
-from superfacets_formats.vtk_writer import write_vtk_xml
+from superfacets_formats import write_vtk_xml
 
 Columns = Mapping[str, Array]
 """Columns of a table, keyed by column name; all columns have the same length."""

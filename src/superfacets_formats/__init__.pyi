@@ -2,4 +2,4 @@
 
 from .cortex import CORTEX_VALUES as CORTEX_VALUES
 from .cortex import values_of_vertices as values_of_vertices
-from .las import las_steps as las_steps
+from .vtk_writer import write_vtk_xml as write_vtk_xml
