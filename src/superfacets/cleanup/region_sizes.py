@@ -54,12 +54,12 @@ class Goals(NamedTuple):
             if self.is_exact:
                 wanted = self.goals[region]
                 raise MeshError(
-                    f"no regions with cells_per_region={self.goals.max():g} were found: region"
+                    f"no regions of {self.goals.max():g} cells were found: region"
                     f" {region} has {counted(int(size), 'cell')} instead of {wanted:g}"
                 )
-            name, bound = ("min", low) if size < low else ("max", high)
+            name, bound = ("least", low) if size < low else ("most", high)
             raise MeshError(
-                f"no regions with {name}_measure={bound:g} were found: region {region} has"
+                f"no regions of at {name} {bound:g} were found: region {region} has"
                 f" {size:g}; try less strict bounds or another number of regions"
             )
 
