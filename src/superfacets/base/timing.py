@@ -31,7 +31,7 @@ class Reports:
 
 @contextmanager
 def timed(timings: dict[str, float], stage: str, report: Reports | None = None) -> Iterator[None]:
-    """Report the stage, and add the wall time of the with block in seconds to ``timings[stage]``."""
+    """Report the stage, and add the wall time of the block in seconds to ``timings[stage]``."""
     if report is not None:
         report(stage)
     start = time.perf_counter()

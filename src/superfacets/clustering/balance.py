@@ -152,7 +152,8 @@ class SizeRules:
             )
         if low > total + slack:
             raise MeshError(
-                f"the lowest size must be at most {total:g}, the total size of all cells, got {low:g}"
+                f"the lowest size must be at most {total:g}, the total size of all cells, got"
+                f" {low:g}"
             )
         if n_segments * low > total + slack:
             raise MeshError(
@@ -181,8 +182,8 @@ class SizeRules:
         if n_least > n:
             n_regions = int(found.sum())
             raise MeshError(
-                f"a highest size of {high:g} needs at least {n_regions + n_least - n} regions, because no"
-                f" region can extend over two components, got {counted(n_regions, 'region')}"
+                f"a highest size of {high:g} needs at least {n_regions + n_least - n} regions, because"
+                f" no region can extend over two components, got {counted(n_regions, 'region')}"
             )
         counts[shared] = _divided(n, totals[shared], least[shared], most[shared])
         return counts

@@ -124,7 +124,7 @@ class Segmentation:
     def patches(self) -> Ints:
         """Cells of each region, shape (K, number of cells of the largest region).
 
-        Rows are padded with -1. Use ``sizes=superfacets.Sizes(cells=64)`` for neural networks that process
+        Rows are padded with -1. Use ``sizes=Sizes(cells=64)`` for neural networks that process
         patches of 64 cells: then each row contains 64 cells, except for at most one row per
         component. The cells of a region are in the order of a depth-first search that starts at the
         cell with the fewest neighbors in the region. Each cell is a neighbor of the previous cell,
@@ -138,7 +138,8 @@ class Segmentation:
         Examples
         --------
         >>> import superfacets
-        >>> result = superfacets.segment(superfacets.sample_mesh(5_000), sizes=superfacets.Sizes(cells=64))
+        >>> sizes = superfacets.Sizes(cells=64)
+        >>> result = superfacets.segment(superfacets.sample_mesh(5_000), sizes=sizes)
         >>> result.patches.shape[1], (result.patches < 0).sum(axis=1).nonzero()[0].size <= 1
         (64, True)
         """

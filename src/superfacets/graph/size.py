@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 from .. import _core
 from ..base.checks import checked_count, checked_seeds, checked_threads
 from ..base.options import SizeOptions

@@ -38,7 +38,7 @@ def radius_note(result: Segmentation) -> str | None:
 
 
 def fewer_note(result: Segmentation) -> str | None:
-    """Return a note if a lower bound of sizes led to fewer regions than requested; otherwise None."""
+    """Return a note if a lower bound of sizes led to fewer regions than requested, or None."""
     asked, n_made = result.params["n_segments"], result.n_segments
     least = result.params.get("bounds", (None, None))[0]
     if asked is None or n_made >= asked or least is None:

@@ -153,7 +153,7 @@ def prepare(
 def prepared_for(
     mesh: MeshLike | CloudLike | Prepared, options: SegmentOptions, clock: Clock
 ) -> tuple[Prepared, SegmentOptions]:
-    """Read the mesh or cloud and build the graph of its cells, unless a fitting `Prepared` is given.
+    """Read the mesh or cloud and build the graph of its cells, or use a `Prepared` that fits.
 
     In the returned options, names of features are replaced by values, and `denoise` is the number
     of smoothing steps.
@@ -162,7 +162,7 @@ def prepared_for(
     given = mesh if isinstance(mesh, Prepared) else None
     with clock.timed("mesh"):
         source, features = read_with_features(
-            given.source if isinstance(mesh, Prepared) else mesh,
+            mesh.source if isinstance(mesh, Prepared) else mesh,
             options.features, constraints, n_threads,
         )  # fmt: skip
         options = replace(options, features=features)
