@@ -87,9 +87,9 @@ def draw_slivers(name):
     part = gallery_meshes.flange()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", sf.SliverWarning)
-        striped = sf.segment(part, N_SEGMENTS, eta_convex=0.2)
+        striped = sf.segment(part, N_SEGMENTS, weights=sf.Weights(eta_convex=0.2))
     fine = sf.subdivide(part, striped.params["expected_radius"] / 4).mesh
-    round_ones = sf.segment(fine, N_SEGMENTS, eta_convex=0.2)
+    round_ones = sf.segment(fine, N_SEGMENTS, weights=sf.Weights(eta_convex=0.2))
     faces = np.arange(part.n_faces)
     plain = np.broadcast_to(PLAIN.astype(np.uint8), (part.n_faces, 3))
     style = {"view": sf.View(up="z", elevation=35), "size": (480, 400)}

@@ -93,7 +93,7 @@ def tet_block(n):
 def test_regions_are_equal_connected_and_as_many_as_asked_for():
     mesh = sf.sample_mesh(20_000)
     usual = sf.segment(mesh, 60)
-    equal = sf.segment(mesh, 60, balance=1.0)
+    equal = sf.segment(mesh, 60, sizes=sf.Sizes(balance=1.0))
     assert equal.n_segments == 60 == n_pieces(mesh, equal.labels)
     assert spread(areas_of(mesh, usual.labels)) > 0.2
     areas = areas_of(mesh, equal.labels)
@@ -106,12 +106,17 @@ def test_regions_are_equal_connected_and_as_many_as_asked_for():
 
 def test_without_balance_nothing_changes():
     mesh = shapes.bumpy_sheet(40)
-    assert np.array_equal(sf.segment(mesh, 20).labels, sf.segment(mesh, 20, balance=0.0).labels)
+    assert np.array_equal(
+        sf.segment(mesh, 20).labels, sf.segment(mesh, 20, sizes=sf.Sizes(balance=0.0)).labels
+    )
 
 
 def test_half_a_balance_is_in_between():
     mesh = sf.sample_mesh(10_000)
-    spreads = [spread(areas_of(mesh, sf.segment(mesh, 40, balance=b).labels)) for b in (0, 0.5, 1)]
+    spreads = [
+        spread(areas_of(mesh, sf.segment(mesh, 40, sizes=sf.Sizes(balance=b)).labels))
+        for b in (0, 0.5, 1)
+    ]
     assert spreads[0] > spreads[1] > spreads[2]
 
 
@@ -132,7 +137,7 @@ def test_cell_weights_replace_areas():
     mesh = sf.sample_mesh(10_000)
     costs = np.where(np.arange(mesh.n_faces) % 10 == 0, 7.0, 1.0)
     costs[sf.build_face_graph(mesh).positions[:, 2] > 0] *= 3
-    result = sf.segment(mesh, 30, balance=1.0, cell_weights=costs)
+    result = sf.segment(mesh, 30, sizes=sf.Sizes(balance=1.0, weights=costs))
     assert spread(np.bincount(result.labels, costs)) < 0.14
     assert spread(np.bincount(result.labels)) > 0.3
     assert n_pieces(mesh, result.labels) == 30
@@ -141,14 +146,14 @@ def test_cell_weights_replace_areas():
 @pytest.mark.parametrize("weights", ["creases", "superfacets"])
 def test_all_weights_can_be_balanced(weights):
     mesh = sf.sample_mesh(12_000)
-    result = sf.segment(mesh, 25, balance=1.0, weights=weights)
+    result = sf.segment(mesh, 25, sizes=sf.Sizes(balance=1.0), weights=weights)
     assert spread(areas_of(mesh, result.labels)) < 0.2
     assert n_pieces(mesh, result.labels) == 25
 
 
 def test_components_get_regions_by_their_areas():
     mesh = apart(flat(30), flat(20))
-    result = sf.segment(mesh, 26, balance=1.0)
+    result = sf.segment(mesh, 26, sizes=sf.Sizes(balance=1.0))
     n_of_first = len(np.unique(result.labels[: 2 * 30 * 30]))
     assert n_of_first == 18  # 18 of 26, as 900 of 1,300
     assert spread(areas_of(mesh, result.labels)) < 0.13
@@ -158,7 +163,7 @@ def test_barriers_keep_areas_apart_and_each_is_divided_evenly():
     mesh = flat(40)
     x = sf.build_face_graph(mesh).positions[:, 0]
     sides = (x > np.quantile(x, 0.25)).astype(int)
-    result = sf.segment(mesh, 20, balance=1.0, barriers=sides)
+    result = sf.segment(mesh, 20, sizes=sf.Sizes(balance=1.0), barriers=sides)
     assert [len(np.unique(result.labels[sides == side])) for side in (0, 1)] == [5, 15]
     assert all(len(np.unique(sides[result.labels == region])) == 1 for region in range(20))
     assert spread(areas_of(mesh, result.labels)) < 0.13
@@ -166,8 +171,8 @@ def test_barriers_keep_areas_apart_and_each_is_divided_evenly():
 
 def test_regions_of_regions_are_equal_children():
     mesh = sf.sample_mesh(20_000)
-    parents = sf.segment(mesh, 10, balance=1.0).labels
-    children = sf.segment(mesh, 40, balance=1.0, barriers=parents).labels
+    parents = sf.segment(mesh, 10, sizes=sf.Sizes(balance=1.0)).labels
+    children = sf.segment(mesh, 40, sizes=sf.Sizes(balance=1.0), barriers=parents).labels
     parent_of = np.zeros(40, int)
     parent_of[children] = parents
     assert np.array_equal(parent_of[children], parents)
@@ -178,7 +183,7 @@ def test_regions_of_regions_are_equal_children():
 def test_a_mask_counts_for_no_area():
     mesh = flat(40)
     mask = sf.build_face_graph(mesh).positions[:, 0] > 10
-    result = sf.segment(mesh, 12, balance=1.0, mask=mask)
+    result = sf.segment(mesh, 12, sizes=sf.Sizes(balance=1.0), mask=mask)
     assert (result.labels[~mask] == -1).all()
     areas = np.bincount(result.labels[mask], sf.build_face_graph(mesh).measures[mask])
     assert len(areas) == 12
@@ -188,18 +193,18 @@ def test_a_mask_counts_for_no_area():
 def test_features_polygons_points_and_tets():
     sheet = flat(40)
     colors = (sf.build_face_graph(sheet).positions[:, 1] > 17.3).astype(float)
-    striped = sf.segment(sheet, 12, balance=1.0, features=colors[:, None])
+    striped = sf.segment(sheet, 12, sizes=sf.Sizes(balance=1.0), features=colors[:, None])
     assert spread(areas_of(sheet, striped.labels)) < 0.16
     cloud = sf.PointCloud(grid_points(40), np.tile([0.0, 0.0, 1.0], (1600, 1)))
-    points = sf.segment(cloud, 16, balance=1.0)
+    points = sf.segment(cloud, 16, sizes=sf.Sizes(balance=1.0))
     assert spread(np.bincount(points.labels)) < 0.13
     assert n_pieces(cloud, points.labels) == 16
     tets = tet_block(8)
-    volumes = sf.segment(tets, 12, balance=1.0)
+    volumes = sf.segment(tets, 12, sizes=sf.Sizes(balance=1.0))
     assert spread(np.bincount(volumes.labels)) < 0.19
     assert n_pieces(tets, volumes.labels) == 12
     quads = quad_sheet(30)
-    squares = sf.segment(quads, 9, balance=1.0)
+    squares = sf.segment(quads, 9, sizes=sf.Sizes(balance=1.0))
     assert spread(np.bincount(squares.labels)) < 0.13
 
 
@@ -220,7 +225,7 @@ def test_bounds_hold(seed, k, low, high):
     mean = costs.sum() / k
     bounds = {"min_measure": low * mean, "max_measure": high * mean}
     try:
-        result = sf.segment(mesh, k, cell_weights=costs, **bounds)
+        result = sf.segment(mesh, k, sizes=sf.Sizes(weights=costs), **bounds)
     except sf.MeshError as error:
         if "_measure" not in str(error) or "could not be kept" not in str(error):
             raise
@@ -234,9 +239,9 @@ def test_bounds_hold(seed, k, low, high):
 def test_bounds_of_the_sample_hold():
     mesh = sf.sample_mesh(10_000)
     mean = sf.build_face_graph(mesh).measures.sum() / 50
-    areas = areas_of(mesh, sf.segment(mesh, 50, max_measure=1.2 * mean).labels)
+    areas = areas_of(mesh, sf.segment(mesh, 50, sizes=sf.Sizes(bounds=(None, 1.2 * mean))).labels)
     assert areas.max() <= 1.2 * mean * (1 + 1e-9)
-    areas = areas_of(mesh, sf.segment(mesh, 50, min_measure=0.8 * mean).labels)
+    areas = areas_of(mesh, sf.segment(mesh, 50, sizes=sf.Sizes(bounds=(0.8 * mean, None))).labels)
     assert areas.min() >= 0.8 * mean * (1 - 1e-9)
 
 
@@ -246,7 +251,7 @@ def test_islands_that_are_too_small_are_told():
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", sf.IslandWarning)
         with pytest.raises(ValueError, match="min_measure"):
-            sf.segment(mesh, 4, min_measure=0.1 * area)
+            sf.segment(mesh, 4, sizes=sf.Sizes(bounds=(0.1 * area, None)))
 
 
 @pytest.mark.parametrize(
@@ -315,7 +320,7 @@ def test_regions_have_exactly_as_many_cells(per_region):
     mesh = shapes.bumpy_sheet(30)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", sf.BalanceWarning)
-        result = sf.segment(mesh, cells_per_region=per_region)
+        result = sf.segment(mesh, sizes=sf.Sizes(cells=per_region))
     check_exact(mesh, per_region, result.labels)
     assert result.n_extra_pieces == n_pieces(mesh, result.labels) - result.n_segments
     if per_region not in (2, 7):  # for 2 and 7, few pairs are left to choose from
@@ -338,7 +343,7 @@ def meshes(draw):
 def test_sizes_are_exact_on_random_meshes(mesh, per_region):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        result = sf.segment(mesh, cells_per_region=per_region)
+        result = sf.segment(mesh, sizes=sf.Sizes(cells=per_region))
     check_exact(mesh, per_region, result.labels)
     assert result.labels[result.centers].tolist() == list(range(result.n_segments))
     assert result.n_extra_pieces == n_pieces(mesh, result.labels) - result.n_segments
@@ -352,7 +357,7 @@ def test_what_cannot_be_connected_is_told_and_counted():
     with pytest.warns(
         sf.BalanceWarning, match="no connected regions of the requested sizes were found"
     ):
-        result = sf.segment(star, cells_per_region=2)
+        result = sf.segment(star, sizes=sf.Sizes(cells=2))
     check_exact(star, 2, result.labels)
     assert result.n_extra_pieces == 1
 
@@ -360,7 +365,7 @@ def test_what_cannot_be_connected_is_told_and_counted():
 def test_exact_sizes_of_points_tets_and_polygons():
     cloud = sf.PointCloud(grid_points(20), np.tile([0.0, 0.0, 1.0], (400, 1)))
     for cells in (cloud, tet_block(5), quad_sheet(12)):
-        result = sf.segment(cells, cells_per_region=32)
+        result = sf.segment(cells, sizes=sf.Sizes(cells=32))
         check_exact(cells, 32, result.labels)
         assert result.n_extra_pieces == 0
 
@@ -369,9 +374,9 @@ def test_exact_sizes_between_barriers_and_in_masks():
     mesh = flat(20)
     x = sf.build_face_graph(mesh).positions[:, 0]
     sides = (x > np.quantile(x, 0.3)).astype(int)
-    result = sf.segment(mesh, cells_per_region=50, barriers=sides)
+    result = sf.segment(mesh, sizes=sf.Sizes(cells=50), barriers=sides)
     check_exact(mesh, 50, result.labels, sides)
-    masked = sf.segment(mesh, cells_per_region=50, mask=sides == 1)
+    masked = sf.segment(mesh, sizes=sf.Sizes(cells=50), mask=sides == 1)
     counts = np.bincount(masked.labels[sides == 1])
     assert sorted(counts)[1:] == [50] * (len(counts) - 1)
     assert (masked.labels[sides == 0] < 0).all()
@@ -382,7 +387,7 @@ def test_exact_sizes_between_barriers_and_in_masks():
 
 def test_patches_hold_each_cell_once_in_the_order_of_a_walk():
     mesh = sf.sample_mesh(6_000)
-    result = sf.segment(mesh, cells_per_region=64)
+    result = sf.segment(mesh, sizes=sf.Sizes(cells=64))
     patches = result.patches
     assert patches.shape == (result.n_segments, 64)
     assert sorted(patches[patches >= 0].tolist()) == list(range(mesh.n_faces))
@@ -583,7 +588,7 @@ def test_the_benchmark_compares_with_metis_and_pyacvd(real_data):
 def test_exact_sizes_hold_in_each_of_several_components(options):
     bear = sf.sample_mesh(3000)
     mesh = shapes.together([shapes.bumpy_sheet(20), sf.Mesh(bear.vertices + [5, 0, 0], bear.faces)])
-    sizes = np.bincount(sf.segment(mesh, cells_per_region=64, **options).labels)
+    sizes = np.bincount(sf.segment(mesh, sizes=sf.Sizes(cells=64), **options).labels)
     assert set(sorted(sizes)[:2]) == {800 % 64, bear.n_faces % 64}
     assert set(sorted(sizes)[2:]) == {64}
 
@@ -596,8 +601,8 @@ def test_bounds_that_components_need_more_regions_for_are_told():
         match="max_measure=90 needs at least 4 regions, because no region can extend over"
         " two components, got 3 regions",
     ):
-        sf.segment(mesh, 3, max_measure=0.9 * area)
-    assert sf.segment(mesh, 4, max_measure=0.9 * area).n_segments == 4
+        sf.segment(mesh, 3, sizes=sf.Sizes(bounds=(None, 0.9 * area)))
+    assert sf.segment(mesh, 4, sizes=sf.Sizes(bounds=(None, 0.9 * area))).n_segments == 4
 
 
 @pytest.mark.parametrize(("weight", "total"), [(1e308, "inf"), (5e-324, "6.32404e-322")])
@@ -607,7 +612,7 @@ def test_sizes_that_overflow_are_refused(weight, total):
         sf.MeshError,
         match=rf"the sum of cell_weights must be 1e-150 to 1e\+150, got {total}: rescale",
     ):
-        sf.segment(mesh, 4, balance=1.0, cell_weights=np.full(mesh.n_faces, weight))
+        sf.segment(mesh, 4, sizes=sf.Sizes(balance=1.0, weights=np.full(mesh.n_faces, weight)))
 
 
 @pytest.mark.parametrize("n_regions", [12, 30, 60])
@@ -615,7 +620,7 @@ def test_each_face_of_a_part_gets_regions_in_proportion_to_its_area(n_regions):
     block = sf.subdivide(shapes.drilled_block(64), 0.05).mesh
     edges = sf.sharp_edges(block)
     faces = sf.segment(block, 1, barriers=edges)
-    result = sf.segment(block, n_regions, balance=1, barriers=edges)
+    result = sf.segment(block, n_regions, sizes=sf.Sizes(balance=1), barriers=edges)
     counts = np.bincount(faces.labels[result.centers], minlength=7)
     areas = faces.regions.areas
     assert result.n_segments == n_regions
@@ -626,7 +631,7 @@ def test_fewer_regions_than_requested_because_of_a_minimum_area_are_explained():
     mesh = apart(flat(10), flat(10))
     least = 0.3 * sf.build_face_graph(mesh).measures.sum()
     with pytest.warns(sf.IslandWarning) as warned:
-        result = sf.segment(mesh, 3, min_measure=least)
+        result = sf.segment(mesh, 3, sizes=sf.Sizes(bounds=(least, None)))
     assert result.n_segments == 2
     assert str(warned[0].message) == (
         "2 regions instead of 3: some components are too small for more regions of at least"
@@ -641,7 +646,9 @@ def test_no_region_of_random_faces_loses_its_last_cell(seed):
     vertices = rng.random((int(rng.integers(6, 30)), 3))
     faces = rng.integers(0, len(vertices), (int(rng.integers(4, 30)), 3))
     k = int(rng.integers(2, len(faces)))
-    labels = sf.segment((vertices, faces), k, balance=1, islands="nearest", n_threads=1).labels
+    labels = sf.segment(
+        (vertices, faces), k, sizes=sf.Sizes(balance=1), islands="nearest", n_threads=1
+    ).labels
     assert np.bincount(labels, minlength=k).all()
 
 
@@ -649,5 +656,5 @@ def test_no_region_of_random_faces_loses_its_last_cell(seed):
 def test_a_part_without_a_seed_does_not_change_the_balance_of_the_others():
     sheet = flat(20)
     both = apart(sheet, sf.Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]))
-    found = sf.segment(both, 8, balance=1, smooth=False, islands="nearest")
+    found = sf.segment(both, 8, sizes=sf.Sizes(balance=1), smooth=False, islands="nearest")
     assert spread(areas_of(sheet, found.labels[:-1])) < 0.02

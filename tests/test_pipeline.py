@@ -136,13 +136,13 @@ def test_a_radius_is_a_fraction_of_the_diagonal(sheet):
 
 
 def test_regions_of_an_expected_radius_do_not_depend_on_the_bounding_box(sheet):
-    result = sf.segment(sheet, expected_radius=0.1, denoise=0)
+    result = sf.segment(sheet, radius=0.1, denoise=0)
     assert result.params["n_segments"] is None
     assert result.params["expected_radius"] == 0.1
     assert result.n_segments == round(sf.mesh_info(sheet).area / (np.pi * 0.1**2))
     graph = sf.build_face_graph(sheet)
     weighted = graph.with_weights(sf.crease_weights(sheet, graph, 0.1))
-    assert sf.segment_graph(weighted, expected_radius=0.1).n_segments == result.n_segments
+    assert sf.segment_graph(weighted, radius=0.1).n_segments == result.n_segments
 
 
 def test_tol_zero_runs_until_no_center_changes(sheet):
@@ -524,8 +524,8 @@ def test_a_radius_in_another_unit_than_the_mesh_is_doubted():
     mesh = sf.Mesh(1000 * sheet.vertices, sheet.faces)
     note = r"regions have 1\.0 faces on average: is the radius in the unit of the mesh\?"
     with pytest.warns(sf.RadiusWarning, match=note):
-        sf.segment(mesh, expected_radius=0.2)
+        sf.segment(mesh, radius=0.2)
     with pytest.warns(sf.RadiusWarning, match="a fraction of the bounding box's diagonal"):
         sf.segment(mesh, radius=1e-5)
-    sf.segment(mesh, expected_radius=200.0)
+    sf.segment(mesh, radius=200.0)
     sf.segment(mesh, mesh.n_faces)

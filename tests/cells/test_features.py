@@ -5,7 +5,7 @@ import pytest
 import shapes
 
 import superfacets as sf
-from superfacets import Mesh, MeshAttributes, PointCloud, segment, segment_graph
+from superfacets import Features, Mesh, MeshAttributes, PointCloud, segment, segment_graph
 from superfacets.files.named_features import stored_colors
 from superfacets.weights.features import FeatureOptions
 
@@ -33,7 +33,7 @@ def test_borders_follow_colors_and_ignore_them_at_weight_0():
     mesh = plane(40)
     colors = checks(mesh.vertices[mesh.faces].mean(axis=1))
     plain = segment(mesh, 30)
-    ignored = segment(mesh, 30, features=colors, feature_weight=0)
+    ignored = segment(mesh, 30, features=Features(colors, weight=0))
     assert np.array_equal(ignored.labels, plain.labels)
     assert np.array_equal(ignored.centers, plain.centers)
     followed = segment(mesh, 30, features=colors)
@@ -64,7 +64,7 @@ def test_clouds_and_graphs_have_features_too():
     assert impurity(segment(points, 30, features=colors).labels, colors) < 0.02
     graph = sf.build_point_graph(points)
     assert impurity(segment_graph(graph, 30, features=colors).labels, colors) < 0.02
-    same = segment_graph(graph, 30, features=colors, feature_weight=0)
+    same = segment_graph(graph, 30, features=Features(colors, weight=0))
     assert np.array_equal(same.labels, segment_graph(graph, 30).labels)
 
 
@@ -100,7 +100,7 @@ def test_other_weights_take_features(weights):
         graph = sf.build_face_graph(mesh)
         weights = np.full(graph.n_arcs, 1 / graph.diagonal).tolist()
     plain = segment(mesh, 20, weights=weights)
-    followed = segment(mesh, 20, weights=weights, features=colors, feature_weight=50)
+    followed = segment(mesh, 20, weights=weights, features=Features(colors, weight=50))
     assert impurity(followed.labels, colors) < 0.3 * impurity(plain.labels, colors)
 
 
@@ -153,7 +153,7 @@ def test_labels_do_not_depend_on_the_number_of_threads():
 def test_regions_stay_connected():
     mesh = plane(40)
     colors = np.random.default_rng(0).random(mesh.n_faces)
-    labels = segment(mesh, 30, features=colors, feature_weight=20).labels
+    labels = segment(mesh, 30, features=Features(colors, weight=20)).labels
     assert shapes.count_pieces(sf.build_face_graph(mesh), labels) == 30
 
 

@@ -12,6 +12,7 @@ from superfacets import (
     CellGraph,
     Mesh,
     PolygonMesh,
+    Weights,
     arc_measures,
     build_face_graph,
     crease_weights,
@@ -362,7 +363,7 @@ def test_a_crease_costs_the_same_on_a_finer_mesh_with_creases_alone(weights, rat
 def test_segment_uses_the_expected_radius_for_creases():
     mesh = shapes.bumpy_sheet(16)
     graph = build_face_graph(mesh)
-    result = segment(mesh, 9, weights="creases", alpha=30.0, eta_convex=0.1, denoise=0)
+    result = segment(mesh, 9, weights=Weights("creases", eta_convex=0.1), alpha=30.0, denoise=0)
     weights = superfacet_weights(
         mesh, graph, alpha=30.0, eta_convex=0.1, crease_length=result.params["expected_radius"]
     )

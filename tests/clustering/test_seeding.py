@@ -95,7 +95,7 @@ def test_flood_starts_a_region_where_none_has_reached():
 def test_flood_visits_cells_in_the_order_of_their_path_length():
     line = shapes.line_graph([9.0, 9.0, 1.0, 1.0, 1.0, 1.0])
     assert place_seeds(line, radius=0.4 / 6, init="flood").tolist() == [3, 5, 1]
-    assert place_seeds(line, expected_radius=0.4, init="flood").tolist() == [3, 5, 1]
+    assert place_seeds(line, radius=0.4, init="flood").tolist() == [3, 5, 1]
 
 
 def test_flood_goes_on_in_every_component():

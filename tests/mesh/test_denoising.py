@@ -6,7 +6,7 @@ import shapes
 from research.princeton import Benchmark
 
 import superfacets as sf
-from superfacets import Mesh, _core, build_face_graph, sample_mesh, segment
+from superfacets import Mesh, Sizes, _core, build_face_graph, sample_mesh, segment
 from superfacets.mesh.denoising import Roughness, sampled_faces, slack_of, smoothed
 from superfacets.mesh.faces import vertex_graph
 from superfacets.metrics import undersegmentation_error as error_of
@@ -297,7 +297,7 @@ def test_bounds_of_areas_hold_before_smoothing():
     mesh = shapes.bumpy_sheet(24)
     areas = build_face_graph(mesh).measures
     bound = areas.sum() / 10
-    result = segment(mesh, 12, max_measure=bound)
+    result = segment(mesh, 12, sizes=Sizes(bounds=(None, bound)))
     assert result.params["denoise"] > 0
     assert np.bincount(result.labels, areas).max() <= bound * (1 + 1e-9)
 
