@@ -80,7 +80,7 @@ SLOW = (
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark tests on real meshes and slow ones; slow ones start first, so that none is left at the end.
+    """Mark tests on real meshes and slow tests; slow ones start first, so that none ends last.
 
     `-m "not real_meshes"` and `-m "not slow"` leave the marked ones out.
     """

@@ -582,9 +582,7 @@ def test_the_benchmark_compares_with_metis_and_pyacvd(real_data):
     assert of["METIS, 3 %"].variation < of["METIS, 20 %"].variation
 
 
-@pytest.mark.parametrize(
-    "options", [{}, {"weights": "superfacets"}, {"relocate": False}, {"init": "farthest"}]
-)
+@pytest.mark.parametrize("options", [{}, {"weights": "superfacets"}, {"init": "farthest"}])
 def test_exact_sizes_hold_in_each_of_several_components(options):
     bear = sf.sample_mesh(3000)
     mesh = shapes.together([shapes.bumpy_sheet(20), sf.Mesh(bear.vertices + [5, 0, 0], bear.faces)])

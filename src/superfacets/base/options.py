@@ -97,7 +97,7 @@ class LoopOptions:
     @property
     def params(self) -> dict[str, Any]:
         """The entries of `Segmentation.params` for these options."""
-        names = ("radius_factor", "max_num_iter", "tol", "islands")
+        names = ("radius_factor", "max_num_iter", "tol", "islands", "relocates")
         return {name: getattr(self, name) for name in names}
 
 

@@ -77,15 +77,24 @@ def segment_graph(
     (array([0, 0, 1], dtype=int32), array([0, 0, 0], dtype=int32))
     """
     checked_graph(graph)
+    return segment_checked(
+        graph,
+        (SizeOptions.checked(n_segments, radius, init), init),
+        LoopOptions.checked(max_num_iter, tol, islands, n_threads, callback),
+        Features.of(features),
+        ConstraintOptions(mask, barriers),
+    )
+
+
+def segment_checked(
+    graph: CellGraph, start: tuple[SizeOptions, Init | Start | None], loop: LoopOptions,
+    features: Features, constraints: ConstraintOptions,
+) -> Segmentation:  # fmt: skip
+    """Return the result of `segment_graph` for checked options; `start` is as in `Plan.of`."""
     given = graph
-    options = SizeOptions.checked(n_segments, radius, init)
-    loop = LoopOptions.checked(max_num_iter, tol, islands, n_threads, callback)
-    asked = Features.of(features)
-    constraints = ConstraintOptions(mask, barriers)
     cut = constraints.cut(graph, graph, weld=False, n_threads=loop.n_threads)
-    start = (options, init)
     plan = Plan.of(graph, cut, start, loop.n_threads, dimension=graph.dimension)
-    steps = asked.steps(graph, graph.measures, loop.n_threads)
+    steps = features.steps(graph, graph.measures, loop.n_threads)
     if steps is not None:
         graph = replace(graph, weights=steps.added(graph.weights, graph, plan.size.radius))
     if plan.cut is None:
@@ -96,7 +105,7 @@ def segment_graph(
     timings: dict[str, float] = {}
     coarsening = coarsened(ordered, plan, loop, timings)
     result = plan.whole(segment_cells(ordered, coarsening, graph.bounds, plan, loop))
-    params = {**result.params, **asked.params, **constraints.params}
+    params = {**result.params, **features.params, **constraints.params}
     return replace(result, timings=timings | result.timings, params=params, cells=given)
 
 
