@@ -1,6 +1,7 @@
 """Regions of equal, bounded or exact size."""
 
 import itertools
+import re
 import warnings
 from importlib.util import find_spec
 
@@ -121,11 +122,15 @@ def test_half_a_balance_is_in_between():
 
 
 @pytest.mark.parametrize(
-    "options", [{"balance": 1.0}, {"cells_per_region": 64}, {"balance": 1.0, "weights": "creases"}]
+    ("n", "options"),
+    [
+        (50, {"sizes": sf.Sizes(balance=1.0)}),
+        (None, {"sizes": sf.Sizes(cells=64)}),
+        (50, {"sizes": sf.Sizes(balance=1.0), "weights": "creases"}),
+    ],
 )
-def test_labels_do_not_depend_on_the_number_of_threads(options):
+def test_labels_do_not_depend_on_the_number_of_threads(n, options):
     mesh = sf.sample_mesh(30_000)
-    n = None if "cells_per_region" in options else 50
     first = sf.segment(mesh, n, n_threads=1, **options)
     for n_threads in THREADS[1:]:
         again = sf.segment(mesh, n, n_threads=n_threads, **options)
@@ -223,11 +228,11 @@ def test_bounds_hold(seed, k, low, high):
     mesh = shapes.bumpy_sheet(14)
     costs = np.random.default_rng(seed).integers(1, 4, mesh.n_faces).astype(float)
     mean = costs.sum() / k
-    bounds = {"min_measure": low * mean, "max_measure": high * mean}
+    sizes = sf.Sizes(bounds=(low * mean, high * mean), weights=costs)
     try:
-        result = sf.segment(mesh, k, sizes=sf.Sizes(weights=costs), **bounds)
+        result = sf.segment(mesh, k, sizes=sizes)
     except sf.MeshError as error:
-        if "_measure" not in str(error) or "could not be kept" not in str(error):
+        if "Sizes(bounds=...) cannot be met" not in str(error):
             raise
         reject()
     sizes = np.bincount(result.labels, costs, k)
@@ -250,7 +255,7 @@ def test_islands_that_are_too_small_are_told():
     area = sf.build_face_graph(mesh).measures.sum()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", sf.IslandWarning)
-        with pytest.raises(ValueError, match="min_measure"):
+        with pytest.raises(ValueError, match=r"^Sizes\(bounds=\.\.\.\) cannot be met: region"):
             sf.segment(mesh, 4, sizes=sf.Sizes(bounds=(0.1 * area, None)))
 
 
@@ -258,45 +263,75 @@ def test_islands_that_are_too_small_are_told():
     ("options", "message"),
     [
         ({"balance": 1.5}, "balance must be from 0 to 1, got 1.5"),
-        ({"balance": True}, "balance must be a number"),
-        ({"max_measure": -1.0}, "max_measure must be finite and positive"),
-        ({"max_measure": 1.0, "min_measure": 2.0},
-         "min_measure must be at most max_measure, 1, got 2"),
-        ({"max_measure": 20.0, "n_segments": 3},
-         "max_measure=20 allows 3 regions to cover only 60 of 800: use at least 40 regions"),
-        ({"min_measure": 300.0, "n_segments": 3},
-         "3 regions of at least min_measure=300 need 900, but the total size of all cells is 800:"
-         " use at most 2 regions"),
-        ({"min_measure": 900.0, "n_segments": 3},
-         "min_measure must be at most 800, the total size of all cells, got 900"),
-        ({"max_measure": 0.1, "n_segments": 3},
-         r"max_measure must be at least 0\.5, the size of the largest cell, got 0\.1"),
-        ({"cell_weights": np.ones(1600)}, "cell_weights have no effect"),
-        ({"balance": 1.0, "cell_weights": np.ones(7)}, r"cell_weights must have shape \(1600,\)"),
-        ({"balance": 1.0, "cell_weights": -np.ones(1600)},
-         r"cell_weights\[0\] must be finite and not negative, got -1.0"),
-        ({"balance": 1.0, "cell_weights": ["a"] * 1600},
-         "cell_weights must contain numbers, got <U1"),
-        ({"balance": 1.0, "cell_weights": np.zeros(1600)},
-         "at least one cell must have a size above 0, but all sizes are 0"),
-        ({"balance": 1.0, "radius_factor": 2.0},
-         "balance cannot be combined with radius_factor, which limits the paths from centers: leave"
-         " one of them out"),
-        ({"balance": 1.0, "min_size": 0.1}, "^balance sets .* leave min_size out"),
-        ({"max_measure": 40.0, "min_size": 0.1}, "^max_measure sets .* leave min_size out"),
-        ({"min_measure": 0.1, "radius_factor": 2.0}, "^min_measure cannot be combined with radius"),
-        ({"cells_per_region": 0}, "cells_per_region must be at least 1"),
-        ({"cells_per_region": 64, "balance": 1.0}, "leave balance out"),
-        ({"cells_per_region": 64, "n_segments": 3},
-         "cells_per_region already sets the number of regions: leave out n_segments, radius and"
-         " expected_radius, and do not pass seeds as init"),
-        ({"cells_per_region": 64, "islands": "nearest"},
-         "cells_per_region keeps each region in one component: leave islands='nearest' out"),
+        ({"balance": True}, "balance must be a number, got True"),
+        ({"bounds": 40.0}, "bounds must be a pair (lowest, highest), got 40.0"),
+        ({"bounds": (1.0, 2.0, 3.0)}, "bounds must be a pair (lowest, highest), got (1.0, 2.0, 3"),
+        ({"bounds": (-1.0, None)}, "bounds[0] must be finite and not negative, got -1.0"),
+        ({"bounds": (None, 0.0)}, "bounds[1] must be finite and positive, got 0.0"),
+        ({"bounds": ("1", None)}, "bounds[0] must be a number, got '1'"),
+        ({"bounds": (2.0, 1.0)}, "bounds[0] must be at most bounds[1], 1, got 2"),
+        ({"weights": np.ones(1600)}, "Sizes.weights have no effect without balance or bounds:"
+         " give one of them, or leave weights out"),
+        ({"cells": 0}, "cells must be at least 1, got 0"),
+        ({"cells": 1.5}, "cells must be an integer"),
+        ({"cells": 64, "balance": 1.0}, "Sizes(cells=...) already sets all sizes: leave balance"),
+        ({"cells": 64, "bounds": (1.0, None)}, "already sets all sizes: leave bounds out"),
+        ({"cells": 64, "bounds": (None, 1.0)}, "already sets all sizes: leave bounds out"),
+        ({"cells": 64, "weights": np.ones(9)}, "already sets all sizes: leave weights out"),
     ],
 )  # fmt: skip
-def test_wrong_options_are_told(options, message):
-    with pytest.raises((ValueError, TypeError), match=message):
-        sf.segment(sf.Mesh(*_grid(41, 21)), **options)
+def test_wrong_sizes_are_told_before_there_is_a_mesh(options, message):
+    with pytest.raises((ValueError, TypeError), match=re.escape(message)):
+        sf.Sizes(**options)
+
+
+def test_sizes_take_named_parameters_alone_and_do_not_change():
+    with pytest.raises(TypeError, match="positional"):
+        sf.Sizes(1.0)
+    sizes = sf.Sizes(balance=1, bounds=[2, None])
+    assert (sizes.balance, sizes.bounds) == (1.0, (2.0, None))
+    with pytest.raises(AttributeError):
+        sizes.balance = 0.5
+    result = sf.segment(flat(20), 10, sizes=sizes)
+    assert (result.params["balance"], result.params["bounds"]) == (1.0, [2.0, None])
+    assert not {"size_weights", "cells"} & result.params.keys()
+
+
+@pytest.mark.parametrize(
+    ("sizes", "options", "message"),
+    [
+        ({"balance": 1.0}, {}, "sizes must be superfacets.Sizes(...), got dict"),
+        (sf.Sizes(bounds=(None, 20.0)), {"n_segments": 3},
+         "Sizes(bounds=(None, 20)) allows 3 regions to cover only 60 of 800: use at least 40"
+         " regions"),
+        (sf.Sizes(bounds=(300.0, None)), {"n_segments": 3},
+         "Sizes(bounds=(300, None)) needs 900 for 3 regions, but the total size of all cells is 800:"
+         " use at most 2 regions"),
+        (sf.Sizes(bounds=(900.0, None)), {"n_segments": 3},
+         "Sizes(bounds=(900, None)) must allow at most 800, the total size of all cells: lower the"
+         " lowest size"),
+        (sf.Sizes(bounds=(None, 0.1)), {"n_segments": 3},
+         "Sizes(bounds=(None, 0.1)) must allow at least 0.5, the size of the largest cell: raise"
+         " the highest size"),
+        (sf.Sizes(balance=1.0, weights=np.ones(7)), {},
+         "Sizes.weights must have shape (1600,), got (7,)"),
+        (sf.Sizes(balance=1.0, weights=-np.ones(1600)), {},
+         "Sizes.weights[0] must be finite and not negative, got -1.0"),
+        (sf.Sizes(balance=1.0, weights=["a"] * 1600), {},
+         "Sizes.weights must contain numbers, got <U1"),
+        (sf.Sizes(balance=1.0, weights=np.zeros(1600)), {},
+         "at least one cell must have a size above 0, but all sizes are 0"),
+        *((sf.Sizes(cells=64), options,
+           "Sizes(cells=...) already sets the number of regions: leave out n_segments and radius,"
+           " and do not pass seeds as init")
+          for options in ({"n_segments": 3}, {"radius": 1.0}, {"init": [1, 2]})),
+        (sf.Sizes(cells=64), {"islands": "nearest"},
+         "Sizes(cells=...) keeps each region in one component: leave islands='nearest' out"),
+    ],
+)  # fmt: skip
+def test_sizes_that_do_not_fit_the_mesh_or_other_options_are_told(sizes, options, message):
+    with pytest.raises((ValueError, TypeError), match=re.escape(message)):
+        sf.segment(sf.Mesh(*_grid(41, 21)), sizes=sizes, **options)
 
 
 # --- exact sizes
@@ -596,8 +631,8 @@ def test_bounds_that_components_need_more_regions_for_are_told():
     area = sf.build_face_graph(mesh).measures.sum() / 2
     with pytest.raises(
         sf.MeshError,
-        match="max_measure=90 needs at least 4 regions, because no region can extend over"
-        " two components, got 3 regions",
+        match=r"Sizes\(bounds=\(None, 90\)\) needs at least 4 regions, because no region can extend"
+        " over two components, got 3 regions",
     ):
         sf.segment(mesh, 3, sizes=sf.Sizes(bounds=(None, 0.9 * area)))
     assert sf.segment(mesh, 4, sizes=sf.Sizes(bounds=(None, 0.9 * area))).n_segments == 4
@@ -608,7 +643,7 @@ def test_sizes_that_overflow_are_refused(weight, total):
     mesh = shapes.bumpy_sheet(8)
     with pytest.raises(
         sf.MeshError,
-        match=rf"the sum of cell_weights must be 1e-150 to 1e\+150, got {total}: rescale",
+        match=rf"the sum of Sizes.weights must be 1e-150 to 1e\+150, got {total}: rescale",
     ):
         sf.segment(mesh, 4, sizes=sf.Sizes(balance=1.0, weights=np.full(mesh.n_faces, weight)))
 
@@ -632,8 +667,8 @@ def test_fewer_regions_than_requested_because_of_a_minimum_area_are_explained():
         result = sf.segment(mesh, 3, sizes=sf.Sizes(bounds=(least, None)))
     assert result.n_segments == 2
     assert str(warned[0].message) == (
-        "2 regions instead of 3: some components are too small for more regions of at least"
-        f" min_measure={least:g}"
+        "2 regions instead of 3: some components are too small for more regions with"
+        f" Sizes(bounds=({least:g}, None))"
     )
 
 

@@ -24,13 +24,13 @@ for name, result in (("default", usual), ("balance=1", equal)):
     print(f"{name}: areas vary by {areas.std() / areas.mean():.0%}")
 
 # %%
-# ``max_measure`` is an upper bound on the area of a region.
+# ``bounds`` are the lowest and the highest area of a region.
 
 most = 1.2 * equal.regions.areas.mean()
 print(sf.segment(mesh, 60, sizes=sf.Sizes(bounds=(None, most))).regions.areas.max() <= most)
 
 # %%
-# With ``cells_per_region``, all regions have the same number of faces, as required by neural
+# With ``cells``, all regions have the same number of faces, as required by neural
 # networks that process patches. Only one region has fewer than 64 faces: it has the faces that
 # remain.
 

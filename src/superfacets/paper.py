@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy.typing as npt
 
-from .base.checks import checked_choice, checked_number
+from .base.checks import checked_choice, checked_number, explains_parameters
 from .base.options import INITS, Init, Islands, LoopOptions, SizeOptions
 from .base.timing import Callback
 from .clustering.plan import Start
@@ -20,7 +20,10 @@ from .weights.formulas import WeightOptions, Weights
 
 __all__ = ["segment"]
 
+_OTHERS = ("weights", "features", "sizes", "smooth", "denoise", "tol")
 
+
+@explains_parameters(dict.fromkeys(_OTHERS, "use superfacets.segment"))
 def segment(
     mesh: MeshLike | CloudLike | Prepared,
     n_segments: int | None = None,

@@ -49,15 +49,13 @@ def segment(
 ) -> Segmentation:
     """Label every face of a mesh with one of k compact regions; borders follow concave creases.
 
-    In a point cloud, every point gets a label; in a tetrahedral mesh, every tetrahedron. The page
-    "Parameters" of the documentation explains each parameter in detail.
+    In point clouds, points get labels; in tetrahedral meshes, tetrahedra.
 
     Parameters
     ----------
     mesh : Mesh, (vertices, faces) pair, path, or mesh of trimesh, PyVista or Open3D
-        Any mesh of triangles, polygons or tetrahedra. It may be open, non-manifold, degenerate or
-        disconnected. A point cloud is a PointCloud, an (N, 3) array, or a file of points. For
-        several calls with the same mesh, pass the result of `prepare`.
+        Any mesh of triangles, polygons or tetrahedra, or a cloud: a PointCloud, an (N, 3) array, or
+        a file of points. For several calls with the same mesh, pass the result of `prepare`.
     n_segments : int, optional
         Number of regions k, from 1 to the number of faces N. The default is 150, or N if N < 150,
         unless seeds, a radius or ``Sizes(cells=...)`` are given.
@@ -71,19 +69,16 @@ def segment(
         How strongly borders follow creases, >= 0. With 0, regions are most compact. The default
         depends on `weights`.
     features : array_like, shape (N, F) or (V, F), or str, or list of str, or Features, optional
-        Data that borders follow in addition to creases: F numbers per face or per vertex, or names
-        of features: ``"color"``, ``"texture"`` (see `texture_colors`), ``"texture_spread"``,
-        ``"normals"``, ``"height"``, and all properties of faces or vertices in the file.
-        `Features` also sets the weight of the features.
+        Data that borders follow, too: F numbers per face or vertex, or names: ``"color"``,
+        ``"texture"`` (see `texture_colors`), ``"texture_spread"``, ``"normals"``, ``"height"``, or
+        properties of faces or vertices in the file. `Features` also sets their weight.
     init : {"geodesic", "curve", "farthest"}, array_like, or Segmentation, optional
-        Seeding method; see `place_seeds`. The default is ``"geodesic"``. With the weights
-        ``"parts"``, it is ``"curve"`` for 10,000 or more regions of fewer than 100 faces each.
-        `init` may also be an array of seed faces, an array of one initial label per face, or an
-        earlier result of `segment`.
+        Seeding method (see `place_seeds`), seed faces, one initial label per face, or an earlier
+        result. The default is ``"geodesic"``; with the weights ``"parts"``, it is ``"curve"`` for
+        10,000 or more regions of fewer than 100 faces each.
     mask : array_like of bool, shape (N,) or (V,), optional
-        Faces where the mask is False are left out and get the label -1. In a cloud, points inside
-        the mask are segmented as if the cloud had no other points. From values of vertices, a face
-        gets the most frequent value of its corners.
+        Faces where the mask is False are left out and get the label -1. From values of vertices, a
+        face gets the most frequent value of its corners.
     barriers : array_like of int, shape (N,), (V,) or (E, 2), optional
         Either one number per face or vertex, so that all faces of a region have the same number; or
         edges as pairs of vertices, so that no region extends across these edges.
@@ -95,44 +90,37 @@ def segment(
     smooth : bool, default True
         Whether borders are straightened where the surface is smooth; see `smooth_borders`.
     denoise : int or "auto", default "auto"
-        Number of smoothing steps before creases are measured. The input mesh is not changed.
-        ``"auto"`` estimates the noise, and takes 0 steps if the mesh is smooth.
+        Number of smoothing steps before creases are measured; ``"auto"`` estimates the noise.
     max_num_iter, tol : int, float
         The loop stops when the root mean square of the moves of centers is at most `tol` * r, when
-        the centers return to an earlier state, or after `max_num_iter` iterations. On large meshes,
-        it runs on several levels of coarse cells, and these limits apply to each level.
+        centers return to an earlier state, or after `max_num_iter` iterations on each level.
     n_threads : int, optional
         Number of threads. The default is ``SUPERFACETS_NUM_THREADS`` from the environment, or one
         thread per core. Labels do not depend on the number of threads.
     callback : callable, optional
-        Called with (stage, n_iter, n_moved): with two zeros when a stage begins, and after each
-        iteration of the loop with the number of iterations and of centers that moved. If it returns
-        False, the loop stops with ``stop_reason="cancelled"``. An exception stops `segment`.
+        Called with (stage, n_iter, n_moved) when a stage begins, with two zeros, and after each
+        iteration of the loop. If it returns False, the loop stops: `stop_reason` is "cancelled".
 
     Returns
     -------
     Segmentation
-        Labels are int32 from 0 to K - 1, one per face in input order, and -1 where the mask is
-        False. Labels are the same on every run. K equals k, except that each component without a
-        seed adds a region (``islands="keep"``), barriers can add regions, and a lower bound of
-        sizes can remove some.
+        Labels are int32 from 0 to K - 1, one per face in input order. They are the same on every
+        run. K equals k, except that each component without a seed adds a region
+        (``islands="keep"``), barriers can add regions, and a lower bound of sizes can remove some.
 
     Warns
     -----
     BalanceWarning, FeatureWarning, IslandWarning, RadiusWarning, SliverWarning
-        If some regions are disconnected because of ``Sizes(cells=...)``; if a feature is the same
-        for all cells; if there are more or fewer regions than `n_segments`; if regions have fewer
-        than four cells on average; or if more than a tenth of the area is in faces that are too
-        long and thin for good regions (see `subdivide`).
+        If regions are disconnected because of ``Sizes(cells=...)``; if a feature is constant; if
+        there are more or fewer regions than `n_segments`; if regions have fewer than four cells on
+        average; or if a tenth of the area is in long and thin faces (see `subdivide`).
 
     Raises
     ------
     MeshError
         If the mesh is not valid.
-    ValueError, TypeError
-        If a parameter is out of range or of the wrong type.
-    OSError
-        If a file cannot be read.
+    ValueError, TypeError, OSError
+        If a parameter is out of range or of the wrong type, or if a file cannot be read.
 
     Examples
     --------
@@ -165,36 +153,33 @@ if segment.__doc__ is not None:  # python -OO removes docstrings
 
 
 def run(mesh: MeshLike | CloudLike | Prepared, options: SegmentOptions) -> Segmentation:
-    """Run all stages of `segment`. They share the threads of one workspace."""
-    with _core.Workspace():
-        return _run(mesh, options)
-
-
-def _run(mesh: MeshLike | CloudLike | Prepared, options: SegmentOptions) -> Segmentation:
-    """Run all stages of `segment`.
+    """Run all stages of `segment`. They share the threads of one workspace.
 
     The comments give the number of each stage in docs/pipeline.md, if it has one, and its keys in
     `timings`. Coarse graphs are built before `add_parts`, because costs between parts are also
     added to them. Large arrays are deleted after their last use, to save memory. The `stacklevel`
-    of warnings in stages refers to the caller of `segment`.
+    of warnings in stages refers to the caller of `segment` or `paper.segment`.
     """
     clock = Clock(options.loop.report)
-    prepared, options = prepared_for(mesh, options, clock)  # 0 mesh, 1 face_graph
-    planned = plan_regions(prepared, options, clock)  # 1 face_graph
-    weighed, weights = weigh(prepared, planned.plan, options, clock)  # 2 weights
-    weights, steps = add_features(weights, weighed, prepared, clock)  # 2 weights
-    graph, source, order = prepared.graph, prepared.source, prepared.order
-    del mesh, prepared
-    lengths = round_weights(weights, graph, weighed, clock)  # 2 weights
-    del weights
-    placed = place(graph, lengths, weighed, clock)  # order
-    del graph
-    ordered = ordered_graph(placed, lengths.unit, weighed, clock)  # order
-    coarsening = coarsened(ordered, planned.plan, weighed.options.loop, clock.timings)  # coarsen
-    part_costs = add_parts(ordered, coarsening, weighed, clock)  # 2 weights
-    clustered = cluster(  # 3 seeding, 4a classify, 4b update, balance
-        ordered, coarsening, placed.arcs, weighed, planned, part_costs
-    )
-    del ordered, coarsening, placed
-    result = clean(clustered, lengths, steps, weighed, clock)  # 5 regions
-    return finish(result, source, order, weighed, planned, clock)  # not timed
+    with _core.Workspace():
+        prepared, options = prepared_for(mesh, options, clock)  # 0 mesh, 1 face_graph
+        planned = plan_regions(prepared, options, clock)  # 1 face_graph
+        weighed, weights = weigh(prepared, planned.plan, options, clock)  # 2 weights
+        weights, steps = add_features(weights, weighed, prepared, clock)  # 2 weights
+        graph, source, order = prepared.graph, prepared.source, prepared.order
+        del mesh, prepared
+        lengths = round_weights(weights, graph, weighed, clock)  # 2 weights
+        del weights
+        placed = place(graph, lengths, weighed, clock)  # order
+        del graph
+        ordered = ordered_graph(placed, lengths.unit, weighed, clock)  # order
+        coarsening = coarsened(
+            ordered, planned.plan, weighed.options.loop, clock.timings
+        )  # coarsen
+        part_costs = add_parts(ordered, coarsening, weighed, clock)  # 2 weights
+        clustered = cluster(  # 3 seeding, 4a classify, 4b update, balance
+            ordered, coarsening, placed.arcs, weighed, planned, part_costs
+        )
+        del ordered, coarsening, placed
+        result = clean(clustered, lengths, steps, weighed, clock)  # 5 regions
+        return finish(result, source, order, weighed, planned, clock)  # not timed

@@ -156,11 +156,11 @@ class Sizes:
             given = {"balance": balance or None, "weights": self.weights}
             for name, value in (given | {"bounds": low if high is None else high}).items():
                 if value is not None:
-                    raise ValueError(f"cells already sets all sizes: leave {name} out")
+                    raise ValueError(f"Sizes(cells=...) already sets all sizes: leave {name} out")
         elif self.weights is not None and not self.is_used:
             raise ValueError(
-                "weights have no effect without balance or bounds: give one of them, or leave"
-                " weights out"
+                "Sizes.weights have no effect without balance or bounds: give one of them, or"
+                " leave weights out"
             )
 
     @property
@@ -173,6 +173,12 @@ class Sizes:
         """Minimum and maximum size of a region; 0 and infinity if there are no bounds."""
         low, high = self.bounds
         return 0.0 if low is None else low, math.inf if high is None else high
+
+    @property
+    def shown_bounds(self) -> str:
+        """The bounds as the caller wrote them, for messages."""
+        low, high = ("None" if bound is None else f"{bound:g}" for bound in self.bounds)
+        return f"Sizes(bounds=({low}, {high}))"
 
     @property
     def strength(self) -> float:
@@ -195,15 +201,15 @@ class Sizes:
 
     def checked_weights(self, n_cells: int) -> Floats:
         """Return `weights` as (N,) float64 after checking that each is finite and >= 0."""
-        refuse_mask(self.weights, "weights")
+        refuse_mask(self.weights, "Sizes.weights")
         given = np.asarray(self.weights)
         if given.dtype.kind not in "iufb":
-            raise TypeError(f"weights of Sizes must contain numbers, got {given.dtype}")
+            raise TypeError(f"Sizes.weights must contain numbers, got {given.dtype}")
         if given.shape != (n_cells,):
-            raise ValueError(f"weights of Sizes must have shape ({n_cells},), got {given.shape}")
+            raise ValueError(f"Sizes.weights must have shape ({n_cells},), got {given.shape}")
         array = exact_doubles(given)
         is_wrong = ~(np.isfinite(array) & (array >= 0))
-        refuse_first(is_wrong, "weights of Sizes", given, "finite and not negative")
+        refuse_first(is_wrong, "Sizes.weights", given, "finite and not negative")
         return array
 
     @property

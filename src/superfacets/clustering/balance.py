@@ -118,7 +118,7 @@ class SizeRules:
             raise MeshError("at least one cell must have a size above 0, but all sizes are 0")
         if not 1 / MAX_TOTAL < total < MAX_TOTAL:
             raise MeshError(
-                f"the sum of the weights of Sizes must be {1 / MAX_TOTAL:g} to {MAX_TOTAL:g}, got"
+                f"the sum of Sizes.weights must be {1 / MAX_TOTAL:g} to {MAX_TOTAL:g}, got"
                 f" {total:g}: rescale them"
             )
         return cls(options, exact_array(sizes, np.float64), components)
@@ -136,29 +136,29 @@ class SizeRules:
 
     def check(self, n_segments: int) -> None:
         """Raise a MeshError if `n_segments` regions cannot have sizes within the limits."""
-        low, high = self.options.limits
+        (low, high), given = self.options.limits, self.options.shown_bounds
         total, largest = float(self.sizes.sum()), float(self.sizes.max())
         if largest > high:
             raise MeshError(
-                f"the highest size must be at least {largest:g}, the size of the largest cell, got"
-                f" {high:g}"
+                f"{given} must allow at least {largest:g}, the size of the largest"
+                " cell: raise the highest size"
             )
         slack = 1e-9 * total
         if n_segments * high < total - slack:
             raise MeshError(
-                f"a highest size of {high:g} allows {counted(n_segments, 'region')} to cover only"
+                f"{given} allows {counted(n_segments, 'region')} to cover only"
                 f" {n_segments * high:g} of {total:g}: use at least {math.ceil(total / high)}"
                 " regions"
             )
         if low > total + slack:
             raise MeshError(
-                f"the lowest size must be at most {total:g}, the total size of all cells, got"
-                f" {low:g}"
+                f"{given} must allow at most {total:g}, the total size of all cells:"
+                " lower the lowest size"
             )
         if n_segments * low > total + slack:
             raise MeshError(
-                f"{n_segments} regions of at least {low:g} need {n_segments * low:g},"
-                f" but the total size of all cells is {total:g}: use at most"
+                f"{given} needs {n_segments * low:g} for {n_segments} regions, but"
+                f" the total size of all cells is {total:g}: use at most"
                 f" {counted(math.floor(total / low), 'region')}"
             )
 
@@ -182,8 +182,9 @@ class SizeRules:
         if n_least > n:
             n_regions = int(found.sum())
             raise MeshError(
-                f"a highest size of {high:g} needs at least {n_regions + n_least - n} regions, because"
-                f" no region can extend over two components, got {counted(n_regions, 'region')}"
+                f"{self.options.shown_bounds} needs at least {n_regions + n_least - n} regions,"
+                " because no region can extend over two components, got"
+                f" {counted(n_regions, 'region')}"
             )
         counts[shared] = _divided(n, totals[shared], least[shared], most[shared])
         return counts

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..base.checks import counted
 from ..base.errors import IslandWarning
+from ..base.options import Sizes
 from ..clustering.result import Segmentation
 from ..graph.kinds import kind_of
 from ..graph.size import EDGE_PER_RADIUS
@@ -40,13 +41,13 @@ def radius_note(result: Segmentation) -> str | None:
 def fewer_note(result: Segmentation) -> str | None:
     """Return a note if a lower bound of sizes led to fewer regions than requested, or None."""
     asked, n_made = result.params["n_segments"], result.n_segments
-    least = result.params.get("bounds", (None, None))[0]
-    if asked is None or n_made >= asked or least is None:
+    bounds = Sizes(bounds=result.params.get("bounds", (None, None)))
+    if asked is None or n_made >= asked or bounds.bounds[0] is None:
         return None
     components = "components between barriers" if "barriers" in result.params else "components"
     return (
         f"{counted(n_made, 'region')} instead of {asked}: some {components} are too small for more"
-        f" regions of at least {least:g}"
+        f" regions with {bounds.shown_bounds}"
     )
 
 

@@ -351,9 +351,9 @@ class Weight:
 
 WEIGHTS: Mapping[WeightName, Weight] = {
     "parts": Weight(
-        about='like ``"creases"``, but with straight lines between cells, arcs to cells two or'
-        " three arcs away, and a cost of arcs between parts of the shape, such as a finger and the"
-        " palm; this cost is proportional to distances in the `spectral_embedding`, 0 in volumes",
+        about='like ``"creases"``, with straight lines between cells up to three arcs apart, and a'
+        " cost of arcs between parts of the shape, such as a finger and the palm (see"
+        " `spectral_embedding`)",
         defaults={"alpha": 17.0, "eta_convex": 0.0, "ridges": 1.0, "gamma": 2.1},
         compute=lambda surface, cells, radius, params: _adapted_weights(
             surface, cells, _crease_factors(radius, params)._replace(is_straight=True)
