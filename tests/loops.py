@@ -1,6 +1,7 @@
 """Runs of the clustering with options that only `paper.segment` or the default weights set."""
 
 from dataclasses import replace
+from inspect import signature
 
 import superfacets
 from superfacets.base.options import LoopOptions, SizeOptions
@@ -10,20 +11,19 @@ from superfacets.pipeline import run
 from superfacets.stages.options import SegmentOptions
 from superfacets.weights.features import Features
 
-DEFAULTS = {
-    "n_segments": None, "radius": None, "weights": "parts", "alpha": None, "features": None,
-    "init": None, "mask": None, "barriers": None, "sizes": None, "islands": "keep", "smooth": True,
-    "denoise": "auto", "max_num_iter": 50, "tol": 0.02, "n_threads": None, "callback": None,
-}  # fmt: skip
+DEFAULTS = {name: one.default for name, one in signature(superfacets.segment).parameters.items()}
+del DEFAULTS["mesh"]
 
 
-def segment_graph(graph, n_segments=None, *, init=None, relocates=False, radius_factor=None,
-                  islands="keep", max_num_iter=50, tol=0.02, n_threads=None, callback=None):  # fmt: skip
+def segment_graph(
+    graph, n_segments=None, *, init=None, mask=None, barriers=None, relocates=False,
+    radius_factor=None, islands="keep", max_num_iter=50, tol=0.02, n_threads=None, callback=None,
+):  # fmt: skip
     """Run `segment_graph`, with relocation of centers, or with a limit of paths."""
     loop = LoopOptions.checked(max_num_iter, tol, islands, n_threads, callback)
     loop = replace(loop, relocates=relocates, radius_factor=radius_factor)
     start = (SizeOptions.checked(n_segments, None, init), init)
-    return segment_checked(graph, start, loop, Features(None), ConstraintOptions())
+    return segment_checked(graph, start, loop, Features(None), ConstraintOptions(mask, barriers))
 
 
 def segment(mesh, n_segments=None, *, paper=False, init=None, relocates=True, radius_factor=None,

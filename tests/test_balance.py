@@ -305,8 +305,8 @@ def test_sizes_take_named_parameters_alone_and_do_not_change():
          "Sizes(bounds=(None, 20)) allows 3 regions to cover only 60 of 800: use at least 40"
          " regions"),
         (sf.Sizes(bounds=(300.0, None)), {"n_segments": 3},
-         "Sizes(bounds=(300, None)) needs 900 for 3 regions, but the total size of all cells is 800:"
-         " use at most 2 regions"),
+         "Sizes(bounds=(300, None)) needs 900 for 3 regions, but the total size of all cells is"
+         " 800: use at most 2 regions"),
         (sf.Sizes(bounds=(900.0, None)), {"n_segments": 3},
          "Sizes(bounds=(900, None)) must allow at most 800, the total size of all cells: lower the"
          " lowest size"),

@@ -42,7 +42,7 @@ AWKWARD = {
 
 
 def size_of(graph, n_segments=None, radius=None, init="geodesic"):
-    options = SizeOptions.checked(n_segments, radius, None, init)
+    options = SizeOptions.checked(n_segments, radius, init)
     return region_size(options, graph.measures, graph.diagonal, 1)
 
 

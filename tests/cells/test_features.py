@@ -7,7 +7,6 @@ import shapes
 import superfacets as sf
 from superfacets import Features, Mesh, MeshAttributes, PointCloud, segment, segment_graph
 from superfacets.files.named_features import stored_colors
-from superfacets.weights.features import FeatureOptions
 
 
 def plane(n):
@@ -72,11 +71,8 @@ def test_a_step_costs_what_the_docs_say():
     graph = sf.CellGraph(
         [[0, 0, 0], [1, 0, 0]], [1, 1], [0, 1, 2], [1, 0], [1.0, 1.0], weight_unit=2.0
     )
-    options = FeatureOptions.checked([[0.0, 5.0], [3.0, 1.0]], 0.5, False)
-    steps = options.steps(graph, graph.measures, 1)
-    assert steps.added(graph.weights, graph, 4.0).tolist() == [6.0, 6.0]  # 1 + 0.5 * 5 * 4 / 2
-    scaled = FeatureOptions.checked([[0.0, 5.0], [3.0, 1.0]], 0.5, True)
-    of_two = scaled.steps(graph, graph.measures, 1).added(graph.weights, graph, 4.0)
+    steps = Features([[0.0, 5.0], [3.0, 1.0]], weight=0.5).steps(graph, graph.measures, 1)
+    of_two = steps.added(graph.weights, graph, 4.0)
     assert of_two == pytest.approx([1 + 8**0.5] * 2)  # a difference of 2 deviations per feature
 
 
@@ -116,9 +112,9 @@ def test_features_of_vertices_of_polygons():
     faces = [[0, 1, 2, 3], [1, 4, 2], [3, 2, 4, 5]]
     positions = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [2, 2, 0], [0, 3, 0]]
     mesh = sf.PolygonMesh.of_faces(positions, faces)
-    options = FeatureOptions.checked(np.arange(6.0), 1, False)
-    table = options.steps(mesh, np.ones(3), 1).features
-    assert table.ravel() == pytest.approx([1.5, 7 / 3, 3.5])
+    table = Features(np.arange(6.0)).scaled(mesh, np.ones(3)).ravel()
+    means = np.array([1.5, 7 / 3, 3.5])
+    assert table == pytest.approx(means / means.std())
 
 
 @pytest.mark.parametrize(

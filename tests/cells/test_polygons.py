@@ -75,7 +75,7 @@ def test_what_is_known_of_a_cube():
     assert metrics.explained_variation(CUBE, [0] * 6) == 0.0
     result = sf.segment(CUBE, 6)
     assert sorted(result.labels.tolist()) == list(range(6))
-    assert result.params["expected_radius"] == pytest.approx(math.sqrt(1 / math.pi))
+    assert result.params["radius"] == pytest.approx(math.sqrt(1 / math.pi))
     assert sf.segment(CUBE).n_segments == 6  # the number of faces is the maximum
     with pytest.raises(
         ValueError, match="n_segments must be at most 6, the number of faces, got 7"

@@ -9,11 +9,9 @@ import shapes
 
 import superfacets as sf
 from superfacets import _core
-from superfacets.base.checks import checked_threads
 from superfacets.graph import sorting
 from superfacets.graph.kinds import kind_of
 from superfacets.mesh.faces import corners_of
-from superfacets.stages.prepare import Prepared
 
 
 @pytest.fixture(autouse=True)
@@ -266,17 +264,14 @@ def test_the_halted_mode_and_given_weights_keep_the_order_of_the_input(limit, op
 
 
 def test_prepared_cells_keep_their_order():
-    prepared = Prepared.of(BEAR, weld=True, n_threads=checked_threads(None))
+    prepared = sf.prepare(BEAR)
     result = sf.segment(prepared, 40)
     assert np.array_equal(result.labels, sf.segment(BEAR, 40).labels)
     assert result.cells is BEAR
-    for options in ({"weights": [1.0]}, {"radius_factor": 2.0}):
-        with pytest.raises(
-            ValueError,
-            match="prepared cells are sorted, but radius_factor and arrays of weights need"
-            " the input order: pass the mesh instead, or leave these parameters out",
-        ):
-            sf.segment(prepared, 40, **options)
+    given = sf.crease_weights(BEAR, sf.build_face_graph(BEAR), 0.1)
+    for options in ({"weights": given}, {"paper": True}, {"radius_factor": 2.0}):
+        found, expected = (loops.segment(cells, 40, **options) for cells in (prepared, BEAR))
+        assert np.array_equal(found.labels, expected.labels)
 
 
 def test_errors_tell_numbers_of_the_input():

@@ -352,7 +352,7 @@ def test_a_crease_costs_the_same_on_a_finer_mesh_with_creases_alone(weights, rat
                 Surface.of_faces(mesh, graph, 1),
                 graph,
                 0.3,
-                WeightOptions.checked(weights, alpha, 1.0),
+                WeightOptions.checked(Weights(weights, alpha=alpha, eta_convex=1.0), None),
             ).weights
             for alpha in (0.0, 100.0)
         ]
@@ -365,7 +365,7 @@ def test_segment_uses_the_expected_radius_for_creases():
     graph = build_face_graph(mesh)
     result = segment(mesh, 9, weights=Weights("creases", eta_convex=0.1), alpha=30.0, denoise=0)
     weights = superfacet_weights(
-        mesh, graph, alpha=30.0, eta_convex=0.1, crease_length=result.params["expected_radius"]
+        mesh, graph, alpha=30.0, eta_convex=0.1, crease_length=result.params["radius"]
     )
     assert np.array_equal(segment(mesh, 9, weights=weights, denoise=0).labels, result.labels)
     assert result.params["weights"] == "creases"

@@ -12,7 +12,7 @@ from superfacets.graph.size import region_size
 
 
 def size_of(graph, n_segments=None, radius=None, init="geodesic"):
-    options = SizeOptions.checked(n_segments, radius, None, init)
+    options = SizeOptions.checked(n_segments, radius, init)
     return region_size(options, graph.measures, graph.diagonal, 1)
 
 

@@ -31,10 +31,11 @@ class SegmentOptions:
     weights: WeightOptions
     loop: LoopOptions
     constraints: ConstraintOptions
-    denoise: Denoise  # argument of `segment`; after `smoothed`, the number of steps made
+    denoise: Denoise  # argument of `segment`; after `prepared`, the number of steps made
     smooth: bool
     features: Features = field(default_factory=lambda: Features(None))
     sizes: Sizes = field(default_factory=Sizes)
+    weld: bool = True  # argument of `prepare`
     relocates: bool = True
     """Whether centers of small regions may move into large regions, if there are costs between
     parts and the caller gave no seeds."""
@@ -68,9 +69,10 @@ class SegmentOptions:
             sizes=sizes,
         )
 
-    def smoothed(self, n_steps: int | None, slack: float) -> SegmentOptions:
+    def prepared(self, n_steps: int | None, slack: float, weld: bool) -> SegmentOptions:
         """Return options for a mesh after `n_steps` smoothing steps; see `Prepared` for `slack`."""
-        return replace(self, denoise=n_steps, weights=replace(self.weights, slack=slack))
+        weights = replace(self.weights, slack=slack)
+        return replace(self, denoise=n_steps, weights=weights, weld=weld)
 
     def needs_order(self, kind: Kind) -> bool:
         """Return whether cells must keep their input order, even if sorted cells would be faster.
@@ -91,5 +93,6 @@ class SegmentOptions:
             **self.constraints.params,
             **result.params,
             "smooth": self.smooth,
+            "weld": self.weld,
             **self.sizes.params,
         }

@@ -180,7 +180,7 @@ def prepared_for(
                 source, weld=True if given is None else given.weld, n_threads=n_threads,
                 is_sorted=not needs_order, denoise=options.denoise, is_kept=is_kept,
             )  # fmt: skip
-    return prepared, options.smoothed(prepared.n_steps, prepared.slack)
+    return prepared, options.prepared(prepared.n_steps, prepared.slack, prepared.weld)
 
 
 def read_with_features(
