@@ -378,7 +378,7 @@ def test_each_seeding_of_the_paper_gives_its_own_regions(sheet):
         ({"smooth": 1}, TypeError, "smooth must be True or False, got 1"),
         ({"islands": "drop"}, ValueError, "islands must be one of keep, nearest, got 'drop'"),
         ({"callback": 1}, TypeError, "callback must be callable, got 1"),
-        ({"mask": [True]}, ValueError, "mask must have one value per face"),
+        ({"mask": [True]}, ValueError, r"mask must have shape \(2048,\), got \(1,\)"),
     ],
 )  # fmt: skip
 def test_wrong_parameters_are_refused(sheet, options, error, message):

@@ -43,7 +43,7 @@ AWKWARD = {
 
 def size_of(graph, n_segments=None, radius=None, init="geodesic"):
     options = SizeOptions.checked(n_segments, radius, init)
-    return region_size(options, graph.measures, graph.diagonal, 1)
+    return region_size(options, graph.measures, 1)
 
 
 def with_flipped_faces(mesh):

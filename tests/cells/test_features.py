@@ -127,15 +127,41 @@ def test_features_of_vertices_of_polygons():
         ({"features": [np.nan] * 8}, ValueError, r"features\[0\] must be finite, got \[nan\]"),
         ({"features": np.array(["a"] * 8)}, TypeError, "features must contain numbers, got <U1"),
         ({"features": np.ma.masked_equal(np.zeros(8), 0)}, ValueError, "masked entries"),
-        ({"features": np.zeros(8), "feature_weight": -1}, ValueError, "feature_weight must be"),
-        ({"features": np.zeros(8), "scale_features": 1}, TypeError, "True or False"),
-        ({"features": np.zeros(3), "feature_weight": 0}, ValueError,
+        ({"features": ["color", 1]}, TypeError, "features must be either names or numbers, but"),
+        ({"features": Features(np.zeros(3), weight=0)}, ValueError,
          r"features must have one row per cell \(8\) or per vertex \(9\), got 3 rows"),
     ],
 )  # fmt: skip
 def test_wrong_features_are_refused(arguments, error, message):
     with pytest.raises(error, match=message):
         segment(plane(2), 2, **arguments)
+
+
+@pytest.mark.parametrize(
+    ("weight", "error", "message"),
+    [
+        (-1, ValueError, "weight must be finite and not negative, got -1"),
+        (np.inf, ValueError, "weight must be finite and not negative, got inf"),
+        ("5", TypeError, "weight must be a number, got '5'"),
+    ],
+)
+def test_a_wrong_weight_of_features_is_refused(weight, error, message):
+    with pytest.raises(error, match=message):
+        Features(np.zeros(8), weight=weight)
+
+
+def test_features_with_the_usual_weight_are_the_same_as_their_table():
+    mesh = plane(30)
+    colors = checks(mesh.vertices[mesh.faces].mean(axis=1))
+    results = [segment(mesh, 20, features=given) for given in (colors, Features(colors))]
+    assert np.array_equal(results[0].labels, results[1].labels)
+    assert results[1].params["feature_weight"] == 5.0
+    strong = segment(mesh, 20, features=Features(colors, weight=50))
+    assert strong.params["feature_weight"] == 50.0
+    assert impurity(strong.labels, colors) <= impurity(results[0].labels, colors)
+    assert Features("height").names == Features(["height"]).names == ("height",)
+    named = [segment(mesh, 20, features=given).labels for given in ("normals", Features("normals"))]
+    assert np.array_equal(*named)
 
 
 def test_labels_do_not_depend_on_the_number_of_threads():

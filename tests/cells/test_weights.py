@@ -32,7 +32,6 @@ from superfacets.weights.formulas import (
     arc_weights,
 )
 from superfacets.weights.formulas import weights_of as weights_of_factors
-from superfacets_cli.segment import segment_command
 
 
 def weights_of(mesh, **options):
@@ -394,6 +393,8 @@ def test_crease_weights_refuse_wrong_numbers(radius, options):
 
 
 def test_one_entry_of_the_table_makes_a_weight_known_everywhere(monkeypatch):
+    from superfacets_cli.segment import segment_command
+
     assert get_args(WeightName) == tuple(WEIGHTS)
     option = next(o for o in segment_command.params if o.name == "weights")
     assert option.type.choices == tuple(WEIGHTS)

@@ -13,7 +13,7 @@ from superfacets.graph.size import region_size
 
 def size_of(graph, n_segments=None, radius=None, init="geodesic"):
     options = SizeOptions.checked(n_segments, radius, init)
-    return region_size(options, graph.measures, graph.diagonal, 1)
+    return region_size(options, graph.measures, 1)
 
 
 def graph_of(mesh):
@@ -128,8 +128,8 @@ def test_given_seeds_are_kept_in_their_order():
 def test_region_size_is_that_of_disks_with_the_whole_area():
     line = shapes.line_graph([1.0] * 7)
     assert size_of(line, 2) == (2, math.sqrt(8 / (2 * math.pi)))
-    assert size_of(line, radius=0.1) == (5, pytest.approx(0.7))
-    assert size_of(line, radius=100) == (1, 700)
+    assert size_of(line, radius=0.7) == (5, 0.7)
+    assert size_of(line, radius=700) == (1, 700)
     assert size_of(line, radius=1e-9).n_segments == 8
     assert size_of(line).n_segments == 8
     assert size_of(line, init=[1, 2]).n_segments == 2
