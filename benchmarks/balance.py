@@ -44,7 +44,9 @@ def _pyacvd(mesh: sf.Mesh, k: int) -> Labels:
 
 METHODS: dict[str, Callable[[sf.Mesh, int], Labels]] = {
     "superfacets": lambda mesh, k: sf.segment(mesh, k, n_threads=1).labels,
-    "superfacets, balance=1": lambda mesh, k: sf.segment(mesh, k, balance=1, n_threads=1).labels,
+    "superfacets, balance=1": lambda mesh, k: (
+        sf.segment(mesh, k, sizes=sf.Sizes(balance=1), n_threads=1).labels
+    ),
     "METIS, 3 %": _metis(0.03),
     "METIS, 10 %": _metis(0.1),
     "METIS, 20 %": _metis(0.2),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -49,8 +50,9 @@ def save_expected(expected: Expected, path: Path = EXPECTED) -> None:
 
 
 def check_labels(
-    expected: Expected, mesh: str, arrays: Arrays, run: str, result: sf.Segmentation
-) -> str:
+    expected: Expected, run: tuple[str, str], arrays: Arrays, result: sf.Segmentation,
+    alone: Callable[[], sf.Segmentation],
+) -> str:  # fmt: skip
     """Check labels, and return how they were checked.
 
     If the mesh has the stored hash, its labels must have the stored hash. If the mesh has another
@@ -62,45 +64,39 @@ def check_labels(
     ----------
     expected : dict
         From `load_expected`.
-    mesh, run : str
+    run : (str, str)
         Name of the mesh, and name of the run from `runs.run_name`.
     arrays : Arrays
         The mesh.
     result : Segmentation
         Result of the run, which has the labels.
+    alone : callable
+        Function that repeats the run on one thread.
 
     Raises
     ------
     WrongLabelsError
         If the labels are wrong.
     """
+    mesh, name = run
     entry = expected["meshes"].get(mesh, {"labels": {}})
-    stored = entry["labels"].get(run)
+    stored = entry["labels"].get(name)
     if stored == hash_labels(result.labels):
         return "stored hash"
     if stored is not None and entry["mesh"] == hash_mesh(arrays):
-        raise WrongLabelsError(f"{mesh}, {run}: the labels do not have the stored hash")
+        raise WrongLabelsError(f"{mesh}, {name}: the labels do not have the stored hash")
     reason = "no hash" if stored is None else "another mesh than hashed"
     check_invariants(arrays, result)
-    _check_one_thread(arrays, result)
+    is_same = np.array_equal(alone().labels, result.labels)
+    require(is_same, "one thread gives other labels")
     return f"invariants, 1 thread ({reason})"
-
-
-def _check_one_thread(arrays: Arrays, result: sf.Segmentation) -> None:
-    names = (
-        "n_segments", "weights", "alpha", "eta_convex", "ridges", "init", "tol", "max_num_iter",
-        "radius_factor", "relocate", "smooth",
-    )  # fmt: skip
-    params = {name: result.params[name] for name in names if name in result.params}
-    alone = sf.segment(arrays, **params, n_threads=1)
-    require(np.array_equal(alone.labels, result.labels), "one thread gives other labels")
 
 
 def check_invariants(arrays: Arrays, result: sf.Segmentation) -> None:
     """Raise an error unless labels are int32, and each of K connected regions contains its center.
 
     K must be the requested number of regions, plus at most one for each component of the mesh after
-    the first. With `radius_factor`, regions may be disconnected, and there may be more regions.
+    the first. If paths have a limit, regions may be disconnected, and there may be more regions.
     """
     labels, n_segments = result.labels, result.n_segments
     require(labels.shape == (len(arrays.faces),), "there is not one label per face")

@@ -261,9 +261,8 @@ def expect(meshes: str | None, output: Path, **options: Any) -> None:
 
 def _hash_of_labels(arrays: Arrays, n_segments: int, settings: str) -> str:
     """Return the hash of labels, after checks of invariants and of equal labels on one thread."""
-    keywords = runs.SETTINGS[settings]
-    result = sf.segment(arrays, n_segments, **keywords)
-    alone = sf.segment(arrays, n_segments, n_threads=1, **keywords)
+    job = partial(runs.SETTINGS[settings], arrays, n_segments)
+    result, alone = job(), job(n_threads=1)
     require(np.array_equal(result.labels, alone.labels), "one thread gives other labels")
     check_invariants(arrays, result)
     return hash_labels(result.labels)

@@ -121,10 +121,17 @@ SHAPES: dict[str, Callable[[int], Cells]] = {
 }  # fmt: skip
 
 
-def segment(cells: Cells, *, share: float | None = None, **options: Any) -> object:
+def segment(
+    cells: Cells, *, share: float | None = None, method: Callable[..., object] = sf.segment,
+    **options: Any,
+) -> object:  # fmt: skip
     """Segment N cells into `share` * N regions, on one thread; by default, into 150 regions."""
     n_segments = None if share is None else max(1, int(share * cells.n_cells))
-    return sf.segment(cells, n_segments, n_threads=1, **options)
+    return method(cells, n_segments, n_threads=1, **options)
+
+
+of_paper = partial(segment, method=sf.paper.segment)
+"""Segment cells by the algorithm of the paper."""
 
 
 def graph_of_regions(cells: Cells) -> object:
@@ -183,17 +190,13 @@ JOBS: dict[str, Job] = {
     "defaults": segment,
     "k = N": partial(segment, share=1.0),
     "k = N/2": partial(segment, share=0.5),
-    "relocate": partial(segment, share=0.5, relocate=True),
     "islands": partial(segment, islands="nearest"),
     "islands, k = N/2": partial(segment, share=0.5, islands="nearest"),
-    "min_size": partial(segment, share=0.5, min_size=0.5),
-    "connect": partial(segment, share=0.5, enforce_connectivity=True),
     "farthest": partial(segment, share=0.5, init="farthest"),
-    "flood": partial(segment, share=0.5, init="flood"),
-    "grid": partial(segment, share=0.5, init="grid"),
-    "halted": partial(segment, share=0.5, radius_factor=2.0),
-    "halted, 150": partial(segment, radius_factor=2.0),
-    "parts": partial(segment, weights="parts"),
+    "flood": partial(of_paper, share=0.5, init="flood", radius_factor=None),
+    "grid": partial(of_paper, share=0.5, init="grid", radius_factor=None),
+    "halted": partial(of_paper, share=0.5),
+    "halted, 150": of_paper,
     "region_graph": graph_of_regions,
     "cut_borders": smooth_borders_of_regions,
     "vertex_labels": labels_along_creases,

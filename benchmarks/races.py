@@ -39,7 +39,9 @@ def race_for_labels(
         if key[0] != OURS:
             return _facts(result)
         if key not in checked:
-            check_labels(expected, mesh, arrays, run_name(n_segments, key[1]), result)
+            run = (mesh, run_name(n_segments, key[1]))
+            alone = partial(SETTINGS[key[1]], arrays, n_segments, n_threads=1)
+            check_labels(expected, run, arrays, result, alone)
             checked[key] = result.labels
         require(np.array_equal(checked[key], result.labels), f"{key}: labels depend on the run")
         return _facts(Outcome(result.labels, result.timings))
@@ -55,8 +57,10 @@ def race_for_labels(
 
 
 def _our_jobs(arrays: Arrays, n_segments: int) -> dict[Key, Callable[[], Any]]:
-    job = partial(sf.segment, arrays, n_segments, n_threads=usable_cores())
-    return {(OURS, name): partial(job, **SETTINGS[name]) for name in RACED}
+    cores = usable_cores()
+    return {
+        (OURS, name): partial(SETTINGS[name], arrays, n_segments, n_threads=cores) for name in RACED
+    }
 
 
 def _rival_jobs(arrays: Arrays, n_segments: int) -> dict[Key, Callable[[], Any]]:

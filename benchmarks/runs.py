@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -11,15 +12,15 @@ from .checks import PLAIN, Expected, check_invariants, check_labels, hash_labels
 from .clock import Sample, interleaved, median, summary
 from .meshes import Arrays, shuffle
 
-SETTINGS: dict[str, dict[str, Any]] = {
-    "defaults": {},
-    "creases": {"weights": "creases"},
-    "plain": PLAIN,
-    "tol=0": {**PLAIN, "tol": 0.0},
-    "10 iterations": {**PLAIN, "tol": 0.0, "max_num_iter": 10},
-    "halted, 10 iterations": {**PLAIN, "radius_factor": 2.0, "tol": 0.0, "max_num_iter": 10},
+SETTINGS: dict[str, Callable[..., sf.Segmentation]] = {
+    "defaults": sf.segment,
+    "creases": partial(sf.segment, weights="creases"),
+    "plain": partial(sf.segment, **PLAIN),
+    "tol=0": partial(sf.segment, **PLAIN, tol=0.0),
+    "10 iterations": partial(sf.segment, **PLAIN, tol=0.0, max_num_iter=10),
+    "halted, 10 iterations": partial(sf.paper.segment, max_num_iter=10),
 }
-"""Keyword arguments of `superfacets.segment`, by name."""
+"""Functions that take a mesh, the number of regions and `n_threads`, by name."""
 
 Row = dict[str, Any]
 
@@ -49,7 +50,8 @@ def measure(arrays: Arrays, cases: list[Case], repeats: int, expected: Expected)
     def accept(case: Case, result: sf.Segmentation) -> tuple[sf.Segmentation, str]:
         run = run_name(case.n_segments, case.settings)
         if run not in known:
-            verdict = check_labels(expected, case.mesh, arrays, run, result)
+            alone = partial(_segment, arrays, case._replace(n_threads=1))
+            verdict = check_labels(expected, (case.mesh, run), arrays, result, alone)
             known[run] = hash_labels(result.labels), verdict
         is_same = known[run][0] == hash_labels(result.labels)
         require(is_same, f"{case}: the labels depend on the run or on the number of threads")
@@ -61,8 +63,7 @@ def measure(arrays: Arrays, cases: list[Case], repeats: int, expected: Expected)
 
 
 def _segment(arrays: Arrays, case: Case) -> sf.Segmentation:
-    keywords = SETTINGS[case.settings]
-    return sf.segment(arrays, case.n_segments, n_threads=case.n_threads, **keywords)
+    return SETTINGS[case.settings](arrays, case.n_segments, n_threads=case.n_threads)
 
 
 def _row(arrays: Arrays, case: Case, samples: list[Sample]) -> Row:

@@ -27,7 +27,7 @@ def main() -> None:
     mesh = sf.sample_mesh()
     faces = sf.build_face_graph(mesh)
     rough = sf.segment(mesh, N_SEGMENTS, smooth=False)
-    weights = sf.crease_weights(mesh, faces, rough.params["expected_radius"])
+    weights = sf.crease_weights(mesh, faces, rough.params["radius"])
     graph = faces.with_weights(weights)
     seeds = sf.place_seeds(graph, N_SEGMENTS)
     first = sf.classify(graph, seeds)
@@ -87,9 +87,9 @@ def draw_slivers(name):
     part = gallery_meshes.flange()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", sf.SliverWarning)
-        striped = sf.segment(part, N_SEGMENTS, eta_convex=0.2)
-    fine = sf.subdivide(part, striped.params["expected_radius"] / 4).mesh
-    round_ones = sf.segment(fine, N_SEGMENTS, eta_convex=0.2)
+        striped = sf.segment(part, N_SEGMENTS, weights=sf.Weights(eta_convex=0.2))
+    fine = sf.subdivide(part, striped.params["radius"] / 4).mesh
+    round_ones = sf.segment(fine, N_SEGMENTS, weights=sf.Weights(eta_convex=0.2))
     faces = np.arange(part.n_faces)
     plain = np.broadcast_to(PLAIN.astype(np.uint8), (part.n_faces, 3))
     style = {"view": sf.View(up="z", elevation=35), "size": (480, 400)}
@@ -121,7 +121,7 @@ def draw_kinds():
     save(sf.render(mesh, sf.segment(mesh, 90), view=tilted[55], size=SMALL), "kind-quads")
     labels = sf.segment(body, 60)
     save(sf.render(body, labels, view=tilted[40], size=SMALL, clip="-z"), "kind-tetrahedra")
-    labels = sf.segment(cloud, 150, min_size=0.1)
+    labels = sf.segment(cloud, 150)
     save(sf.render(cloud, labels, size=SMALL), "kind-points")
     view = sf.View(up="z", azimuth=0, elevation=60)
     labels = sf.segment(rug, 160, features="color")

@@ -14,7 +14,7 @@ from typing import Any
 import gallery_meshes
 import numpy as np
 from PIL import Image
-from research.quality.measure import CREASES, DEFAULT, PAPERS, VARIANTS
+from research.quality.measure import CREASES, DEFAULT, PAPERS, segment_as
 from research.quality.tables import means
 from shrink_images import IMAGES, read, save_page
 
@@ -62,7 +62,7 @@ def save_sheet(folder: Path) -> None:
         for i, (make, k, view) in enumerate(SHAPES.values()):
             mesh = make(folder)
             for j, variant in enumerate((CREASES, DEFAULT)):
-                labels = sf.segment(mesh, k, **VARIANTS[variant]).labels
+                labels = segment_as(variant, mesh, k).labels
                 sf.render(mesh, labels, output=path, size=SMALL, view=view)
                 sheet.paste(read(path, SMALL), ((2 * (i % 2) + j) * width, i // 2 * height))
     save_page(sheet, IMAGES / "quality-shapes.webp")

@@ -71,8 +71,7 @@ def browser():
 
 SLOW = (
     "test_benchmarks.py", "studio/browser/", "batches/", "test_benchmark_models.py",
-    "test_twins.py",
-    "test_types.py", "research/", "test_docs.py", "clustering/test_chunks.py",
+    "test_twins.py", "test_types.py", "research/", "test_docs.py", "clustering/test_chunks.py",
     "clustering/test_classification.py", "pictures/test_page_browser.py",
     "pictures/test_plotting.py", "studio/test_studio_server.py", "studio/test_studio_crash.py",
     "test_invariance.py",

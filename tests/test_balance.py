@@ -1,6 +1,7 @@
 """Regions of equal, bounded or exact size."""
 
 import itertools
+import re
 import warnings
 from importlib.util import find_spec
 
@@ -93,7 +94,7 @@ def tet_block(n):
 def test_regions_are_equal_connected_and_as_many_as_asked_for():
     mesh = sf.sample_mesh(20_000)
     usual = sf.segment(mesh, 60)
-    equal = sf.segment(mesh, 60, balance=1.0)
+    equal = sf.segment(mesh, 60, sizes=sf.Sizes(balance=1.0))
     assert equal.n_segments == 60 == n_pieces(mesh, equal.labels)
     assert spread(areas_of(mesh, usual.labels)) > 0.2
     areas = areas_of(mesh, equal.labels)
@@ -106,21 +107,30 @@ def test_regions_are_equal_connected_and_as_many_as_asked_for():
 
 def test_without_balance_nothing_changes():
     mesh = shapes.bumpy_sheet(40)
-    assert np.array_equal(sf.segment(mesh, 20).labels, sf.segment(mesh, 20, balance=0.0).labels)
+    assert np.array_equal(
+        sf.segment(mesh, 20).labels, sf.segment(mesh, 20, sizes=sf.Sizes(balance=0.0)).labels
+    )
 
 
 def test_half_a_balance_is_in_between():
     mesh = sf.sample_mesh(10_000)
-    spreads = [spread(areas_of(mesh, sf.segment(mesh, 40, balance=b).labels)) for b in (0, 0.5, 1)]
+    spreads = [
+        spread(areas_of(mesh, sf.segment(mesh, 40, sizes=sf.Sizes(balance=b)).labels))
+        for b in (0, 0.5, 1)
+    ]
     assert spreads[0] > spreads[1] > spreads[2]
 
 
 @pytest.mark.parametrize(
-    "options", [{"balance": 1.0}, {"cells_per_region": 64}, {"balance": 1.0, "weights": "creases"}]
+    ("n", "options"),
+    [
+        (50, {"sizes": sf.Sizes(balance=1.0)}),
+        (None, {"sizes": sf.Sizes(cells=64)}),
+        (50, {"sizes": sf.Sizes(balance=1.0), "weights": "creases"}),
+    ],
 )
-def test_labels_do_not_depend_on_the_number_of_threads(options):
+def test_labels_do_not_depend_on_the_number_of_threads(n, options):
     mesh = sf.sample_mesh(30_000)
-    n = None if "cells_per_region" in options else 50
     first = sf.segment(mesh, n, n_threads=1, **options)
     for n_threads in THREADS[1:]:
         again = sf.segment(mesh, n, n_threads=n_threads, **options)
@@ -132,7 +142,7 @@ def test_cell_weights_replace_areas():
     mesh = sf.sample_mesh(10_000)
     costs = np.where(np.arange(mesh.n_faces) % 10 == 0, 7.0, 1.0)
     costs[sf.build_face_graph(mesh).positions[:, 2] > 0] *= 3
-    result = sf.segment(mesh, 30, balance=1.0, cell_weights=costs)
+    result = sf.segment(mesh, 30, sizes=sf.Sizes(balance=1.0, weights=costs))
     assert spread(np.bincount(result.labels, costs)) < 0.14
     assert spread(np.bincount(result.labels)) > 0.3
     assert n_pieces(mesh, result.labels) == 30
@@ -141,14 +151,14 @@ def test_cell_weights_replace_areas():
 @pytest.mark.parametrize("weights", ["creases", "superfacets"])
 def test_all_weights_can_be_balanced(weights):
     mesh = sf.sample_mesh(12_000)
-    result = sf.segment(mesh, 25, balance=1.0, weights=weights)
+    result = sf.segment(mesh, 25, sizes=sf.Sizes(balance=1.0), weights=weights)
     assert spread(areas_of(mesh, result.labels)) < 0.2
     assert n_pieces(mesh, result.labels) == 25
 
 
 def test_components_get_regions_by_their_areas():
     mesh = apart(flat(30), flat(20))
-    result = sf.segment(mesh, 26, balance=1.0)
+    result = sf.segment(mesh, 26, sizes=sf.Sizes(balance=1.0))
     n_of_first = len(np.unique(result.labels[: 2 * 30 * 30]))
     assert n_of_first == 18  # 18 of 26, as 900 of 1,300
     assert spread(areas_of(mesh, result.labels)) < 0.13
@@ -158,7 +168,7 @@ def test_barriers_keep_areas_apart_and_each_is_divided_evenly():
     mesh = flat(40)
     x = sf.build_face_graph(mesh).positions[:, 0]
     sides = (x > np.quantile(x, 0.25)).astype(int)
-    result = sf.segment(mesh, 20, balance=1.0, barriers=sides)
+    result = sf.segment(mesh, 20, sizes=sf.Sizes(balance=1.0), barriers=sides)
     assert [len(np.unique(result.labels[sides == side])) for side in (0, 1)] == [5, 15]
     assert all(len(np.unique(sides[result.labels == region])) == 1 for region in range(20))
     assert spread(areas_of(mesh, result.labels)) < 0.13
@@ -166,8 +176,8 @@ def test_barriers_keep_areas_apart_and_each_is_divided_evenly():
 
 def test_regions_of_regions_are_equal_children():
     mesh = sf.sample_mesh(20_000)
-    parents = sf.segment(mesh, 10, balance=1.0).labels
-    children = sf.segment(mesh, 40, balance=1.0, barriers=parents).labels
+    parents = sf.segment(mesh, 10, sizes=sf.Sizes(balance=1.0)).labels
+    children = sf.segment(mesh, 40, sizes=sf.Sizes(balance=1.0), barriers=parents).labels
     parent_of = np.zeros(40, int)
     parent_of[children] = parents
     assert np.array_equal(parent_of[children], parents)
@@ -178,7 +188,7 @@ def test_regions_of_regions_are_equal_children():
 def test_a_mask_counts_for_no_area():
     mesh = flat(40)
     mask = sf.build_face_graph(mesh).positions[:, 0] > 10
-    result = sf.segment(mesh, 12, balance=1.0, mask=mask)
+    result = sf.segment(mesh, 12, sizes=sf.Sizes(balance=1.0), mask=mask)
     assert (result.labels[~mask] == -1).all()
     areas = np.bincount(result.labels[mask], sf.build_face_graph(mesh).measures[mask])
     assert len(areas) == 12
@@ -188,18 +198,18 @@ def test_a_mask_counts_for_no_area():
 def test_features_polygons_points_and_tets():
     sheet = flat(40)
     colors = (sf.build_face_graph(sheet).positions[:, 1] > 17.3).astype(float)
-    striped = sf.segment(sheet, 12, balance=1.0, features=colors[:, None])
+    striped = sf.segment(sheet, 12, sizes=sf.Sizes(balance=1.0), features=colors[:, None])
     assert spread(areas_of(sheet, striped.labels)) < 0.16
     cloud = sf.PointCloud(grid_points(40), np.tile([0.0, 0.0, 1.0], (1600, 1)))
-    points = sf.segment(cloud, 16, balance=1.0)
+    points = sf.segment(cloud, 16, sizes=sf.Sizes(balance=1.0))
     assert spread(np.bincount(points.labels)) < 0.13
     assert n_pieces(cloud, points.labels) == 16
     tets = tet_block(8)
-    volumes = sf.segment(tets, 12, balance=1.0)
+    volumes = sf.segment(tets, 12, sizes=sf.Sizes(balance=1.0))
     assert spread(np.bincount(volumes.labels)) < 0.19
     assert n_pieces(tets, volumes.labels) == 12
     quads = quad_sheet(30)
-    squares = sf.segment(quads, 9, balance=1.0)
+    squares = sf.segment(quads, 9, sizes=sf.Sizes(balance=1.0))
     assert spread(np.bincount(squares.labels)) < 0.13
 
 
@@ -218,11 +228,11 @@ def test_bounds_hold(seed, k, low, high):
     mesh = shapes.bumpy_sheet(14)
     costs = np.random.default_rng(seed).integers(1, 4, mesh.n_faces).astype(float)
     mean = costs.sum() / k
-    bounds = {"min_measure": low * mean, "max_measure": high * mean}
+    sizes = sf.Sizes(bounds=(low * mean, high * mean), weights=costs)
     try:
-        result = sf.segment(mesh, k, cell_weights=costs, **bounds)
+        result = sf.segment(mesh, k, sizes=sizes)
     except sf.MeshError as error:
-        if "_measure" not in str(error) or "could not be kept" not in str(error):
+        if "Sizes(bounds=...) cannot be met" not in str(error):
             raise
         reject()
     sizes = np.bincount(result.labels, costs, k)
@@ -234,9 +244,9 @@ def test_bounds_hold(seed, k, low, high):
 def test_bounds_of_the_sample_hold():
     mesh = sf.sample_mesh(10_000)
     mean = sf.build_face_graph(mesh).measures.sum() / 50
-    areas = areas_of(mesh, sf.segment(mesh, 50, max_measure=1.2 * mean).labels)
+    areas = areas_of(mesh, sf.segment(mesh, 50, sizes=sf.Sizes(bounds=(None, 1.2 * mean))).labels)
     assert areas.max() <= 1.2 * mean * (1 + 1e-9)
-    areas = areas_of(mesh, sf.segment(mesh, 50, min_measure=0.8 * mean).labels)
+    areas = areas_of(mesh, sf.segment(mesh, 50, sizes=sf.Sizes(bounds=(0.8 * mean, None))).labels)
     assert areas.min() >= 0.8 * mean * (1 - 1e-9)
 
 
@@ -245,53 +255,83 @@ def test_islands_that_are_too_small_are_told():
     area = sf.build_face_graph(mesh).measures.sum()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", sf.IslandWarning)
-        with pytest.raises(ValueError, match="min_measure"):
-            sf.segment(mesh, 4, min_measure=0.1 * area)
+        with pytest.raises(ValueError, match=r"^Sizes\(bounds=\.\.\.\) cannot be met: region"):
+            sf.segment(mesh, 4, sizes=sf.Sizes(bounds=(0.1 * area, None)))
 
 
 @pytest.mark.parametrize(
     ("options", "message"),
     [
         ({"balance": 1.5}, "balance must be from 0 to 1, got 1.5"),
-        ({"balance": True}, "balance must be a number"),
-        ({"max_measure": -1.0}, "max_measure must be finite and positive"),
-        ({"max_measure": 1.0, "min_measure": 2.0},
-         "min_measure must be at most max_measure, 1, got 2"),
-        ({"max_measure": 20.0, "n_segments": 3},
-         "max_measure=20 allows 3 regions to cover only 60 of 800: use at least 40 regions"),
-        ({"min_measure": 300.0, "n_segments": 3},
-         "3 regions of at least min_measure=300 need 900, but the total size of all cells is 800:"
-         " use at most 2 regions"),
-        ({"min_measure": 900.0, "n_segments": 3},
-         "min_measure must be at most 800, the total size of all cells, got 900"),
-        ({"max_measure": 0.1, "n_segments": 3},
-         r"max_measure must be at least 0\.5, the size of the largest cell, got 0\.1"),
-        ({"cell_weights": np.ones(1600)}, "cell_weights have no effect"),
-        ({"balance": 1.0, "cell_weights": np.ones(7)}, r"cell_weights must have shape \(1600,\)"),
-        ({"balance": 1.0, "cell_weights": -np.ones(1600)},
-         r"cell_weights\[0\] must be finite and not negative, got -1.0"),
-        ({"balance": 1.0, "cell_weights": ["a"] * 1600},
-         "cell_weights must contain numbers, got <U1"),
-        ({"balance": 1.0, "cell_weights": np.zeros(1600)},
-         "at least one cell must have a size above 0, but all sizes are 0"),
-        ({"balance": 1.0, "radius_factor": 2.0},
-         "balance cannot be combined with radius_factor, which limits the paths from centers: leave"
-         " one of them out"),
-        ({"balance": 1.0, "min_size": 0.1}, "^balance sets .* leave min_size out"),
-        ({"max_measure": 40.0, "min_size": 0.1}, "^max_measure sets .* leave min_size out"),
-        ({"min_measure": 0.1, "radius_factor": 2.0}, "^min_measure cannot be combined with radius"),
-        ({"cells_per_region": 0}, "cells_per_region must be at least 1"),
-        ({"cells_per_region": 64, "balance": 1.0}, "leave balance out"),
-        ({"cells_per_region": 64, "n_segments": 3},
-         "cells_per_region already sets the number of regions: leave out n_segments, radius and"
-         " expected_radius, and do not pass seeds as init"),
-        ({"cells_per_region": 64, "islands": "nearest"},
-         "cells_per_region keeps each region in one component: leave islands='nearest' out"),
+        ({"balance": True}, "balance must be a number, got True"),
+        ({"bounds": 40.0}, "bounds must be a pair (lowest, highest), got 40.0"),
+        ({"bounds": (1.0, 2.0, 3.0)}, "bounds must be a pair (lowest, highest), got (1.0, 2.0, 3"),
+        ({"bounds": (-1.0, None)}, "bounds[0] must be finite and not negative, got -1.0"),
+        ({"bounds": (None, 0.0)}, "bounds[1] must be finite and positive, got 0.0"),
+        ({"bounds": ("1", None)}, "bounds[0] must be a number, got '1'"),
+        ({"bounds": (2.0, 1.0)}, "bounds[0] must be at most bounds[1], 1, got 2"),
+        ({"weights": np.ones(1600)}, "Sizes.weights have no effect without balance or bounds:"
+         " give one of them, or leave weights out"),
+        ({"cells": 0}, "cells must be at least 1, got 0"),
+        ({"cells": 1.5}, "cells must be an integer"),
+        ({"cells": 64, "balance": 1.0}, "Sizes(cells=...) already sets all sizes: leave balance"),
+        ({"cells": 64, "bounds": (1.0, None)}, "already sets all sizes: leave bounds out"),
+        ({"cells": 64, "bounds": (None, 1.0)}, "already sets all sizes: leave bounds out"),
+        ({"cells": 64, "weights": np.ones(9)}, "already sets all sizes: leave weights out"),
     ],
 )  # fmt: skip
-def test_wrong_options_are_told(options, message):
-    with pytest.raises((ValueError, TypeError), match=message):
-        sf.segment(sf.Mesh(*_grid(41, 21)), **options)
+def test_wrong_sizes_are_told_before_there_is_a_mesh(options, message):
+    with pytest.raises((ValueError, TypeError), match=re.escape(message)):
+        sf.Sizes(**options)
+
+
+def test_sizes_take_named_parameters_alone_and_do_not_change():
+    with pytest.raises(TypeError, match="positional"):
+        sf.Sizes(1.0)
+    sizes = sf.Sizes(balance=1, bounds=[2, None])
+    assert (sizes.balance, sizes.bounds) == (1.0, (2.0, None))
+    with pytest.raises(AttributeError):
+        sizes.balance = 0.5
+    result = sf.segment(flat(20), 10, sizes=sizes)
+    assert (result.params["balance"], result.params["bounds"]) == (1.0, [2.0, None])
+    assert not {"size_weights", "cells"} & result.params.keys()
+
+
+@pytest.mark.parametrize(
+    ("sizes", "options", "message"),
+    [
+        ({"balance": 1.0}, {}, "sizes must be superfacets.Sizes(...), got dict"),
+        (sf.Sizes(bounds=(None, 20.0)), {"n_segments": 3},
+         "Sizes(bounds=(None, 20)) allows 3 regions to cover only 60 of 800: use at least 40"
+         " regions"),
+        (sf.Sizes(bounds=(300.0, None)), {"n_segments": 3},
+         "Sizes(bounds=(300, None)) needs 900 for 3 regions, but the total size of all cells is"
+         " 800: use at most 2 regions"),
+        (sf.Sizes(bounds=(900.0, None)), {"n_segments": 3},
+         "Sizes(bounds=(900, None)) must allow at most 800, the total size of all cells: lower the"
+         " lowest size"),
+        (sf.Sizes(bounds=(None, 0.1)), {"n_segments": 3},
+         "Sizes(bounds=(None, 0.1)) must allow at least 0.5, the size of the largest cell: raise"
+         " the highest size"),
+        (sf.Sizes(balance=1.0, weights=np.ones(7)), {},
+         "Sizes.weights must have shape (1600,), got (7,)"),
+        (sf.Sizes(balance=1.0, weights=-np.ones(1600)), {},
+         "Sizes.weights[0] must be finite and not negative, got -1.0"),
+        (sf.Sizes(balance=1.0, weights=["a"] * 1600), {},
+         "Sizes.weights must contain numbers, got <U1"),
+        (sf.Sizes(balance=1.0, weights=np.zeros(1600)), {},
+         "at least one cell must have a size above 0, but all sizes are 0"),
+        *((sf.Sizes(cells=64), options,
+           "Sizes(cells=...) already sets the number of regions: leave out n_segments and radius,"
+           " and do not pass seeds as init")
+          for options in ({"n_segments": 3}, {"radius": 1.0}, {"init": [1, 2]})),
+        (sf.Sizes(cells=64), {"islands": "nearest"},
+         "Sizes(cells=...) keeps each region in one component: leave islands='nearest' out"),
+    ],
+)  # fmt: skip
+def test_sizes_that_do_not_fit_the_mesh_or_other_options_are_told(sizes, options, message):
+    with pytest.raises((ValueError, TypeError), match=re.escape(message)):
+        sf.segment(sf.Mesh(*_grid(41, 21)), sizes=sizes, **options)
 
 
 # --- exact sizes
@@ -315,7 +355,7 @@ def test_regions_have_exactly_as_many_cells(per_region):
     mesh = shapes.bumpy_sheet(30)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", sf.BalanceWarning)
-        result = sf.segment(mesh, cells_per_region=per_region)
+        result = sf.segment(mesh, sizes=sf.Sizes(cells=per_region))
     check_exact(mesh, per_region, result.labels)
     assert result.n_extra_pieces == n_pieces(mesh, result.labels) - result.n_segments
     if per_region not in (2, 7):  # for 2 and 7, few pairs are left to choose from
@@ -338,7 +378,7 @@ def meshes(draw):
 def test_sizes_are_exact_on_random_meshes(mesh, per_region):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        result = sf.segment(mesh, cells_per_region=per_region)
+        result = sf.segment(mesh, sizes=sf.Sizes(cells=per_region))
     check_exact(mesh, per_region, result.labels)
     assert result.labels[result.centers].tolist() == list(range(result.n_segments))
     assert result.n_extra_pieces == n_pieces(mesh, result.labels) - result.n_segments
@@ -352,7 +392,7 @@ def test_what_cannot_be_connected_is_told_and_counted():
     with pytest.warns(
         sf.BalanceWarning, match="no connected regions of the requested sizes were found"
     ):
-        result = sf.segment(star, cells_per_region=2)
+        result = sf.segment(star, sizes=sf.Sizes(cells=2))
     check_exact(star, 2, result.labels)
     assert result.n_extra_pieces == 1
 
@@ -360,7 +400,7 @@ def test_what_cannot_be_connected_is_told_and_counted():
 def test_exact_sizes_of_points_tets_and_polygons():
     cloud = sf.PointCloud(grid_points(20), np.tile([0.0, 0.0, 1.0], (400, 1)))
     for cells in (cloud, tet_block(5), quad_sheet(12)):
-        result = sf.segment(cells, cells_per_region=32)
+        result = sf.segment(cells, sizes=sf.Sizes(cells=32))
         check_exact(cells, 32, result.labels)
         assert result.n_extra_pieces == 0
 
@@ -369,9 +409,9 @@ def test_exact_sizes_between_barriers_and_in_masks():
     mesh = flat(20)
     x = sf.build_face_graph(mesh).positions[:, 0]
     sides = (x > np.quantile(x, 0.3)).astype(int)
-    result = sf.segment(mesh, cells_per_region=50, barriers=sides)
+    result = sf.segment(mesh, sizes=sf.Sizes(cells=50), barriers=sides)
     check_exact(mesh, 50, result.labels, sides)
-    masked = sf.segment(mesh, cells_per_region=50, mask=sides == 1)
+    masked = sf.segment(mesh, sizes=sf.Sizes(cells=50), mask=sides == 1)
     counts = np.bincount(masked.labels[sides == 1])
     assert sorted(counts)[1:] == [50] * (len(counts) - 1)
     assert (masked.labels[sides == 0] < 0).all()
@@ -382,7 +422,7 @@ def test_exact_sizes_between_barriers_and_in_masks():
 
 def test_patches_hold_each_cell_once_in_the_order_of_a_walk():
     mesh = sf.sample_mesh(6_000)
-    result = sf.segment(mesh, cells_per_region=64)
+    result = sf.segment(mesh, sizes=sf.Sizes(cells=64))
     patches = result.patches
     assert patches.shape == (result.n_segments, 64)
     assert sorted(patches[patches >= 0].tolist()) == list(range(mesh.n_faces))
@@ -577,13 +617,11 @@ def test_the_benchmark_compares_with_metis_and_pyacvd(real_data):
     assert of["METIS, 3 %"].variation < of["METIS, 20 %"].variation
 
 
-@pytest.mark.parametrize(
-    "options", [{}, {"weights": "superfacets"}, {"relocate": False}, {"init": "farthest"}]
-)
+@pytest.mark.parametrize("options", [{}, {"weights": "superfacets"}, {"init": "farthest"}])
 def test_exact_sizes_hold_in_each_of_several_components(options):
     bear = sf.sample_mesh(3000)
     mesh = shapes.together([shapes.bumpy_sheet(20), sf.Mesh(bear.vertices + [5, 0, 0], bear.faces)])
-    sizes = np.bincount(sf.segment(mesh, cells_per_region=64, **options).labels)
+    sizes = np.bincount(sf.segment(mesh, sizes=sf.Sizes(cells=64), **options).labels)
     assert set(sorted(sizes)[:2]) == {800 % 64, bear.n_faces % 64}
     assert set(sorted(sizes)[2:]) == {64}
 
@@ -593,11 +631,11 @@ def test_bounds_that_components_need_more_regions_for_are_told():
     area = sf.build_face_graph(mesh).measures.sum() / 2
     with pytest.raises(
         sf.MeshError,
-        match="max_measure=90 needs at least 4 regions, because no region can extend over"
-        " two components, got 3 regions",
+        match=r"Sizes\(bounds=\(None, 90\)\) needs at least 4 regions, because no region can extend"
+        " over two components, got 3 regions",
     ):
-        sf.segment(mesh, 3, max_measure=0.9 * area)
-    assert sf.segment(mesh, 4, max_measure=0.9 * area).n_segments == 4
+        sf.segment(mesh, 3, sizes=sf.Sizes(bounds=(None, 0.9 * area)))
+    assert sf.segment(mesh, 4, sizes=sf.Sizes(bounds=(None, 0.9 * area))).n_segments == 4
 
 
 @pytest.mark.parametrize(("weight", "total"), [(1e308, "inf"), (5e-324, "6.32404e-322")])
@@ -605,9 +643,9 @@ def test_sizes_that_overflow_are_refused(weight, total):
     mesh = shapes.bumpy_sheet(8)
     with pytest.raises(
         sf.MeshError,
-        match=rf"the sum of cell_weights must be 1e-150 to 1e\+150, got {total}: rescale",
+        match=rf"the sum of Sizes.weights must be 1e-150 to 1e\+150, got {total}: rescale",
     ):
-        sf.segment(mesh, 4, balance=1.0, cell_weights=np.full(mesh.n_faces, weight))
+        sf.segment(mesh, 4, sizes=sf.Sizes(balance=1.0, weights=np.full(mesh.n_faces, weight)))
 
 
 @pytest.mark.parametrize("n_regions", [12, 30, 60])
@@ -615,7 +653,7 @@ def test_each_face_of_a_part_gets_regions_in_proportion_to_its_area(n_regions):
     block = sf.subdivide(shapes.drilled_block(64), 0.05).mesh
     edges = sf.sharp_edges(block)
     faces = sf.segment(block, 1, barriers=edges)
-    result = sf.segment(block, n_regions, balance=1, barriers=edges)
+    result = sf.segment(block, n_regions, sizes=sf.Sizes(balance=1), barriers=edges)
     counts = np.bincount(faces.labels[result.centers], minlength=7)
     areas = faces.regions.areas
     assert result.n_segments == n_regions
@@ -626,11 +664,11 @@ def test_fewer_regions_than_requested_because_of_a_minimum_area_are_explained():
     mesh = apart(flat(10), flat(10))
     least = 0.3 * sf.build_face_graph(mesh).measures.sum()
     with pytest.warns(sf.IslandWarning) as warned:
-        result = sf.segment(mesh, 3, min_measure=least)
+        result = sf.segment(mesh, 3, sizes=sf.Sizes(bounds=(least, None)))
     assert result.n_segments == 2
     assert str(warned[0].message) == (
-        "2 regions instead of 3: some components are too small for more regions of at least"
-        f" min_measure={least:g}"
+        "2 regions instead of 3: some components are too small for more regions with"
+        f" Sizes(bounds=({least:g}, None))"
     )
 
 
@@ -641,7 +679,9 @@ def test_no_region_of_random_faces_loses_its_last_cell(seed):
     vertices = rng.random((int(rng.integers(6, 30)), 3))
     faces = rng.integers(0, len(vertices), (int(rng.integers(4, 30)), 3))
     k = int(rng.integers(2, len(faces)))
-    labels = sf.segment((vertices, faces), k, balance=1, islands="nearest", n_threads=1).labels
+    labels = sf.segment(
+        (vertices, faces), k, sizes=sf.Sizes(balance=1), islands="nearest", n_threads=1
+    ).labels
     assert np.bincount(labels, minlength=k).all()
 
 
@@ -649,5 +689,5 @@ def test_no_region_of_random_faces_loses_its_last_cell(seed):
 def test_a_part_without_a_seed_does_not_change_the_balance_of_the_others():
     sheet = flat(20)
     both = apart(sheet, sf.Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]))
-    found = sf.segment(both, 8, balance=1, smooth=False, islands="nearest")
+    found = sf.segment(both, 8, sizes=sf.Sizes(balance=1), smooth=False, islands="nearest")
     assert spread(areas_of(sheet, found.labels[:-1])) < 0.02

@@ -9,7 +9,14 @@ import shapes
 from models import read_off
 from research.princeton import Benchmark
 
-from superfacets import SliverWarning, build_face_graph, build_point_graph, hierarchy, segment
+from superfacets import (
+    SliverWarning,
+    build_face_graph,
+    build_point_graph,
+    hierarchy,
+    paper,
+    segment,
+)
 from superfacets.metrics import area_overlap, compactness, undersegmentation_error
 
 
@@ -141,9 +148,7 @@ def test_quality_is_what_it_should_be(segmented):
 
 @pytest.mark.parametrize("name", ["1", "125", "257"])
 def test_the_paper_s_mode_covers_every_face_with_about_150_regions(data_dir, name):
-    from superfacets import PAPER
-
     mesh = read_off(data_dir / "psb" / "off" / f"{name}.off")
-    result = segment(mesh, 150, **PAPER)
+    result = paper.segment(mesh, 150)
     assert 150 <= result.n_segments <= 166
     assert result.labels.min() == 0

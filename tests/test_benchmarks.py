@@ -142,7 +142,9 @@ def stored(bear, labels):
 
 def test_labels_with_the_stored_hash_pass(bear):
     result = sf.segment(tuple(bear), 20)
-    verdict = checks.check_labels(stored(bear, result.labels), BEAR, bear, "run", result)
+    verdict = checks.check_labels(
+        stored(bear, result.labels), (BEAR, "run"), bear, result, lambda: result
+    )
     assert verdict == "stored hash"
 
 
@@ -151,16 +153,16 @@ def test_one_changed_label_is_noticed(bear):
     changed = result.labels.copy()
     changed[17] = (changed[17] + 1) % 20
     with pytest.raises(checks.WrongLabelsError, match="do not have the stored hash"):
-        checks.check_labels(stored(bear, changed), BEAR, bear, "run", result)
+        checks.check_labels(stored(bear, changed), (BEAR, "run"), bear, result, lambda: result)
 
 
 def test_a_hash_of_another_mesh_falls_back_to_what_must_hold(bear):
     result = sf.segment(tuple(bear), 20)
     other = result.labels[::-1].copy()
     expected = stored(meshes.perturb(bear), other)
-    verdict = checks.check_labels(expected, BEAR, bear, "run", result)
+    verdict = checks.check_labels(expected, (BEAR, "run"), bear, result, lambda: result)
     assert verdict == "invariants, 1 thread (another mesh than hashed)"
-    verdict = checks.check_labels(NOTHING_STORED, BEAR, bear, "run", result)
+    verdict = checks.check_labels(NOTHING_STORED, (BEAR, "run"), bear, result, lambda: result)
     assert verdict == "invariants, 1 thread (no hash)"
 
 

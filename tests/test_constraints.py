@@ -3,6 +3,7 @@
 import warnings
 from functools import partial
 
+import loops
 import numpy as np
 import pytest
 import shapes
@@ -15,7 +16,6 @@ from superfacets.graph.constraints import ConstraintOptions
 from superfacets.graph.kinds import as_surface
 from superfacets.graph.point_graph import find_point_graph
 from superfacets.regions.region_graph import region_graph_of
-from superfacets.stages.prepare import Prepared
 
 
 def grid(n):
@@ -77,12 +77,11 @@ def count_pieces(graph, labels):
 def run(cells, *arguments, **options):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", sf.IslandWarning)
-        return sf.segment(cells, *arguments, **options)
+        return loops.segment(cells, *arguments, **options)
 
 
 OPTIONS = [
-    {}, {"smooth": False}, {"islands": "nearest"}, {"min_size": 0.5},
-    {"min_size": 0.5, "islands": "nearest"}, {"radius_factor": 2.0, "enforce_connectivity": True},
+    {}, {"smooth": False}, {"islands": "nearest"}, {"radius_factor": 2.0, "islands": "nearest"},
     {"init": "grid", "islands": "nearest"}, {"init": "flood"}, {"weights": "creases"},
     {"weights": "superfacets", "init": "farthest"},
 ]  # fmt: skip
@@ -212,7 +211,7 @@ def test_only_the_area_that_is_kept_counts():
     alone = sf.Mesh(mesh.vertices, mesh.faces[left])
     result = sf.segment(mesh, 9, mask=left, smooth=False)
     expected = sf.segment(alone, 9, smooth=False)
-    assert result.params["expected_radius"] == pytest.approx(np.sqrt(72 / (9 * np.pi)))
+    assert result.params["radius"] == pytest.approx(np.sqrt(72 / (9 * np.pi)))
     assert np.array_equal(result.labels[left], expected.labels)
     assert np.array_equal(result.centers, np.flatnonzero(left)[expected.centers])
     with pytest.raises(
@@ -243,7 +242,7 @@ def test_edges_are_welded_as_the_mesh_is():
     with pytest.raises(
         ValueError, match=r"barriers\[0\] must be an edge of the mesh, got \[15, 39\]"
     ):
-        sf.segment(mesh, 1, barriers=named, weld=False)
+        sf.segment(sf.prepare(mesh, weld=False), 1, barriers=named)
 
 
 def test_pieces_between_edges_stay_and_whole_parts_join_the_nearest():
@@ -272,11 +271,6 @@ def test_islands_join_the_nearest_region_of_their_number():
     of_parts = result.labels[[0, 4, 8]]
     assert result.labels[12:14].tolist() == of_parts[[2, 0]].tolist()
     assert result.labels[14] == 3
-    small = sf.segment(
-        mesh, init=[0, 4, 8, 12, 13, 14], barriers=sides, islands="nearest", min_size=0.5
-    )
-    assert small.labels[12:14].tolist() == small.labels[[8, 0]].tolist()
-    assert (small.n_segments, small.n_merged, small.n_islands) == (4, 2, 1)
 
 
 @pytest.mark.parametrize("cells", [shapes.bumpy_sheet(20), points()], ids=["mesh", "points"])
@@ -337,7 +331,8 @@ def test_graphs_have_masks_and_barriers_too(options):
         mask[0] = True
         sides = rng.integers(0, 3, n)
         k = int(rng.integers(1, mask.sum() + 1))
-        result = sf.segment_graph(graph, k, mask=mask, barriers=sides, **options)
+        segment_graph = loops.segment_graph if "radius_factor" in options else sf.segment_graph
+        result = segment_graph(graph, k, mask=mask, barriers=sides, **options)
         assert ((result.labels == -1) == ~mask).all()
         pairs = np.unique(np.stack([result.labels[mask], sides[mask]]), axis=1)
         assert pairs.shape[1] == result.n_segments
@@ -356,7 +351,7 @@ def test_results_of_graphs_are_those_of_meshes():
     sides = random_field(faces, 3, rng)
     options = {"mask": mask, "barriers": sides}
     expected = run(mesh, 12, weights="creases", smooth=False, denoise=0, **options)
-    weights = sf.crease_weights(mesh, faces, expected.params["expected_radius"])
+    weights = sf.crease_weights(mesh, faces, expected.params["radius"])
     graph = faces.with_weights(weights)
     found = sf.segment_graph(graph, 12, **options)
     assert np.array_equal(found.labels, expected.labels)
@@ -436,7 +431,7 @@ def scan():
 
 OF_POINTS = {
     "defaults": {}, "radius": {"n_segments": None, "radius": 0.1},
-    "creases": {"weights": "creases", "min_size": 0.5}, "balance": {"balance": 1.0},
+    "creases": {"weights": "creases"}, "balance": {"sizes": sf.Sizes(balance=1.0)},
     "ends": {"radius_factor": 2.0}, "normals": {"features": "normals"},
     "height": {"features": "height"},
 }  # fmt: skip
@@ -477,7 +472,7 @@ def test_arrays_for_masked_clouds_have_a_row_per_point_of_the_cloud():
 
 def test_prepared_clouds_take_masks():
     cloud, mask, _ = scan()
-    prepared = Prepared.of(cloud, weld=True, n_threads=1)
+    prepared = sf.prepare(cloud)
     found = sf.segment(prepared, 12, mask=mask, features="normals")
     assert np.array_equal(found.labels, sf.segment(cloud, 12, mask=mask, features="normals").labels)
 

@@ -1,13 +1,12 @@
 """Labels do not depend on properties of the input that should not matter."""
 
+import loops
 import numpy as np
 import pytest
 import shapes
 from models import read_off
 
 from superfacets import (
-    PAPER,
-    PARTS,
     Mesh,
     MeshError,
     PointCloud,
@@ -21,7 +20,7 @@ from superfacets import (
 )
 from superfacets.graph.surface import is_inside_out
 
-MODES = [{}, dict(PAPER), {"init": "flood"}, {"init": "grid"}, {"relocate": True}, dict(PARTS)]
+MODES = [{}, {"paper": True}, {"init": "flood"}, {"init": "grid"}, {"weights": "creases"}]
 
 
 REAL = [pytest.param(name, marks=pytest.mark.real_meshes) for name in ("bunny", "model")]
@@ -56,7 +55,7 @@ def rotation(seed):
 
 @pytest.mark.parametrize("options", MODES)
 def test_labels_are_the_same_for_any_number_of_threads(mesh, options):
-    one, two, eight = (segment(mesh, 90, n_threads=n, **options) for n in (1, 2, 8))
+    one, two, eight = (loops.segment(mesh, 90, n_threads=n, **options) for n in (1, 2, 8))
     for other in (two, eight):
         assert np.array_equal(one.labels, other.labels)
         assert np.array_equal(one.centers, other.centers)
@@ -65,15 +64,17 @@ def test_labels_are_the_same_for_any_number_of_threads(mesh, options):
 
 @pytest.mark.parametrize("options", MODES)
 def test_labels_are_the_same_every_time(mesh, options):
-    assert np.array_equal(segment(mesh, 90, **options).labels, segment(mesh, 90, **options).labels)
+    assert np.array_equal(
+        loops.segment(mesh, 90, **options).labels, loops.segment(mesh, 90, **options).labels
+    )
 
 
 @pytest.mark.parametrize("scale", [2.0**-20, 2.0**20, 1e-6, 1e6])
 @pytest.mark.parametrize("options", MODES)
 def test_labels_do_not_depend_on_the_unit_of_length(mesh, options, scale):
     scaled = Mesh(mesh.vertices * scale, mesh.faces)
-    result = segment(scaled, 90, **options)
-    assert np.array_equal(result.labels, segment(mesh, 90, **options).labels)
+    result = loops.segment(scaled, 90, **options)
+    assert np.array_equal(result.labels, loops.segment(mesh, 90, **options).labels)
 
 
 ENDS_OF_THE_RANGE = [2.0**-47, 1e-14, 1e14, 2.0**47]  # for shapes up to 4 wide
@@ -108,9 +109,7 @@ def scaled_cells(kind, scale):
 
 
 @pytest.mark.parametrize("scale", ENDS_OF_THE_RANGE)
-@pytest.mark.parametrize(
-    "options", [{}, dict(PARTS), {"relocate": True, "min_size": 0.5}, {"features": True}], ids=str
-)
+@pytest.mark.parametrize("options", [{}, {"weights": "creases"}, {"features": True}], ids=str)
 @pytest.mark.parametrize("kind", ["faces", "thin", "polygons", "tets", "points"])
 def test_labels_are_the_same_at_both_ends_of_the_range_of_sizes(kind, options, scale):
     cells, scaled = scaled_cells(kind, 1.0), scaled_cells(kind, scale)
@@ -118,7 +117,7 @@ def test_labels_are_the_same_at_both_ends_of_the_range_of_sizes(kind, options, s
         features = np.random.default_rng(4).random((len(segment(cells, 1).labels), 2))
         options = {"features": features}
     expected = segment(cells, 20, **options).labels
-    assert np.array_equal(segment(scaled, 20, **options).labels, expected)
+    assert np.array_equal(loops.segment(scaled, 20, **options).labels, expected)
 
 
 @pytest.mark.parametrize("kind", ["faces", "polygons", "tets", "points"])
@@ -162,7 +161,7 @@ def test_labels_do_not_depend_on_the_order_of_vertices(mesh, options):
     place = np.argsort(order)
     permuted = Mesh(mesh.vertices[order], place[mesh.faces])
     assert np.array_equal(
-        segment(permuted, 90, **options).labels, segment(mesh, 90, **options).labels
+        segment(permuted, 90, **options).labels, loops.segment(mesh, 90, **options).labels
     )
 
 

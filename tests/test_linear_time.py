@@ -10,7 +10,7 @@ Most of the difference allows for noise."""
 QUADRATIC_ONCE = [
     ("flat grid", "k = N", 8_000), ("star", "k = N/2", 8_000), ("star", "cut_borders", 1_000),
     ("coin", "defaults", 500), ("one place", "k = N/2", 4_000), ("one place", "farthest", 4_000),
-    ("one place", "connect", 4_000), ("twins", "defaults", 1_000), ("book", "defaults", 1_000),
+    ("twins", "defaults", 1_000), ("book", "defaults", 1_000),
     *(("flat grid", job, 2_000) for job in JOBS if ", one " in job),
     ("coin", "smooth_borders", 2_000),
 ]  # fmt: skip

@@ -3,6 +3,7 @@
 import dataclasses
 import time
 
+import loops
 import numpy as np
 import pytest
 import shapes
@@ -40,13 +41,13 @@ def test_exact_regions_are_connected_and_exactly_as_many_as_asked(sheet, k):
     assert shapes.count_pieces(sf.build_face_graph(sheet), result.labels) == k
 
 
-@pytest.mark.parametrize("options", [{}, dict(sf.PAPER), {"max_num_iter": 3}, {"tol": 0.5}])
+@pytest.mark.parametrize("options", [{}, {"radius_factor": 2.0}, {"max_num_iter": 3}, {"tol": 0.5}])
 def test_labels_are_the_classification_of_the_centers_whatever_stopped_the_loop(sheet, options):
-    result = sf.segment(sheet, 20, **{**PLAIN, **options})
+    result = loops.segment(sheet, 20, **{**PLAIN, **options})
     graph = graph_of(sheet)
     reach = None
     if "radius_factor" in options:
-        reach = options["radius_factor"] * result.params["expected_radius"]
+        reach = options["radius_factor"] * result.params["radius"]
     again = sf.classify(graph, result.centers, reach=reach)
     assert np.array_equal(result.labels, again.labels)
     assert np.array_equal(result.labels[result.centers], np.arange(20))
@@ -91,8 +92,8 @@ def test_a_component_without_a_seed_adds_a_region_and_a_warning():
 def test_more_regions_than_the_default_number_are_a_surprise_too():
     soup = shapes.soup(shapes.bumpy_sheet(12))
     with pytest.warns(sf.IslandWarning, match=r"^288 regions instead of 150: 138 components"):
-        assert sf.segment(soup, weld=False).n_segments == 288
-    sf.segment(soup, radius=0.05, weld=False)  # no number was given
+        assert sf.segment(sf.prepare(soup, weld=False)).n_segments == 288
+    sf.segment(sf.prepare(soup, weld=False), radius=0.07)  # no number was given
 
 
 def test_as_many_regions_as_faces_leaves_each_alone():
@@ -108,15 +109,17 @@ def test_as_many_regions_as_faces_leaves_each_alone():
     lambda: shapes.strip(1), lambda: shapes.fold(180),
 ])  # fmt: skip
 @pytest.mark.parametrize(
-    "options", [{}, dict(sf.PAPER), dict(sf.PARTS), {"init": "flood"}, {"init": "grid"}]
-)
-def test_awkward_meshes_are_segmented_into_connected_or_halted_regions(make, options):
+    ("segment", "options"),
+    [(sf.segment, {}), (sf.segment, {"init": "farthest"}), (sf.paper.segment, {}),
+     *((sf.paper.segment, {"init": init, "radius_factor": None}) for init in ("flood", "grid"))],
+)  # fmt: skip
+def test_awkward_meshes_are_segmented_into_connected_or_halted_regions(make, segment, options):
     mesh = make()
     for k in {1, mesh.n_faces}:
-        result = sf.segment(mesh, k, **options)
+        result = segment(mesh, k, **options)
         assert np.array_equal(np.unique(result.labels), np.arange(result.n_segments))
         assert np.array_equal(result.labels[result.centers], np.arange(result.n_segments))
-        if "radius_factor" not in options:
+        if result.params["radius_factor"] is None:
             assert (
                 shapes.count_pieces(sf.build_face_graph(mesh), result.labels) == result.n_segments
             )
@@ -127,29 +130,21 @@ def test_without_number_or_radius_there_are_150_regions(sheet):
     assert sf.segment(shapes.cube()).n_segments == 12  # at most the number of faces
 
 
-def test_a_radius_is_a_fraction_of_the_diagonal(sheet):
+def test_regions_of_a_radius_do_not_depend_on_the_bounding_box(sheet):
     result = sf.segment(sheet, radius=0.1, denoise=0)
-    graph = sf.build_face_graph(sheet)
-    assert result.params["expected_radius"] == 0.1 * graph.diagonal
-    disks = graph.measures.sum() / (np.pi * (0.1 * graph.diagonal) ** 2)
-    assert result.n_segments == round(disks)
-
-
-def test_regions_of_an_expected_radius_do_not_depend_on_the_bounding_box(sheet):
-    result = sf.segment(sheet, expected_radius=0.1, denoise=0)
     assert result.params["n_segments"] is None
-    assert result.params["expected_radius"] == 0.1
+    assert result.params["radius"] == 0.1
     assert result.n_segments == round(sf.mesh_info(sheet).area / (np.pi * 0.1**2))
     graph = sf.build_face_graph(sheet)
     weighted = graph.with_weights(sf.crease_weights(sheet, graph, 0.1))
-    assert sf.segment_graph(weighted, expected_radius=0.1).n_segments == result.n_segments
+    assert sf.segment_graph(weighted, radius=0.1).n_segments == result.n_segments
 
 
 def test_tol_zero_runs_until_no_center_changes(sheet):
     result = sf.segment(sheet, 3, **PLAIN, tol=0, max_num_iter=500)
     assert result.stop_reason == "converged"
     assert np.array_equal(sf.update_centers(graph_of(sheet), result.labels), result.centers)
-    assert {level.n_iter for level in sf.segment(sheet, 3, tol=1, relocate=False).levels} == {1}
+    assert {level.n_iter for level in loops.segment(sheet, 3, tol=1, relocates=False).levels} == {1}
 
 
 def test_a_radius_too_small_to_square_gives_one_region_a_face(sheet):
@@ -165,7 +160,7 @@ def test_the_first_small_move_converges(sheet):
     moved = sf.update_centers(graph, result.labels)
     move = graph.positions[moved] - graph.positions[result.centers]
     root_mean_square = np.sqrt((move**2).sum(axis=1).mean())
-    assert root_mean_square <= 0.1 * result.params["expected_radius"]
+    assert root_mean_square <= 0.1 * result.params["radius"]
     before = sf.segment(sheet, 40, **PLAIN, tol=0, max_num_iter=result.n_iter - 1)
     assert before.stop_reason == "max_num_iter"
 
@@ -193,7 +188,7 @@ def test_max_num_iter_ends_the_loop(sheet):
 def test_max_num_iter_bounds_all_iterations_of_a_level_with_those_of_relocation(n_segments):
     mesh = shapes.bumpy_sheet(40)
     free = sf.segment(mesh, n_segments).levels[0].n_iter
-    still = sf.segment(mesh, n_segments, relocate=False).levels[0].n_iter
+    still = loops.segment(mesh, n_segments, relocates=False).levels[0].n_iter
     assert free > still + 2
     for most in (2, still, still + 1, free - 1):
         result = sf.segment(mesh, n_segments, max_num_iter=most)
@@ -201,34 +196,44 @@ def test_max_num_iter_bounds_all_iterations_of_a_level_with_those_of_relocation(
         assert all(level.n_iter <= most for level in result.levels)
 
 
-def test_progress_hears_of_every_iteration(sheet):
+def test_the_callback_hears_of_every_iteration(sheet):
     calls = []
-    result = sf.segment(sheet, 40, progress=lambda *call: calls.append(call))
-    assert [iteration for iteration, _ in calls] == list(range(1, result.n_iter + 1))
-    assert all(0 <= moved <= 40 for _, moved in calls)
-    assert calls[0][1] > 0
+    result = sf.segment(sheet, 40, callback=lambda *call: calls.append(call))
+    iterations = [call for call in calls if call[1]]
+    assert [n_iter for _, n_iter, _ in iterations] == list(range(1, result.n_iter + 1))
+    assert all(stage == "classify" and 0 <= n_moved <= 40 for stage, _, n_moved in iterations)
+    assert iterations[0][2] > 0
 
 
-def test_progress_can_cancel_and_what_is_there_is_returned(sheet):
-    result = sf.segment(sheet, 40, progress=lambda iteration, _: iteration < 2)
+def test_the_callback_can_cancel_and_what_is_there_is_returned(sheet):
+    result = sf.segment(sheet, 40, callback=lambda stage, n_iter, n_moved: n_iter < 2)
     assert (result.n_iter, result.stop_reason) == (2, "cancelled")
     assert np.array_equal(result.labels, sf.segment(sheet, 40, max_num_iter=2).labels)
 
 
+@pytest.mark.parametrize("stage", ["mesh", "weights", "seeding", "classify"])
+def test_a_run_that_is_cancelled_in_any_stage_has_one_iteration(sheet, stage):
+    result = sf.segment(sheet, 40, callback=lambda name, *_: name != stage)
+    assert (result.n_iter, result.stop_reason) == (1, "cancelled")
+    assert result.n_segments == 40
+
+
 def test_a_false_of_numpy_cancels_too(sheet):
-    assert sf.segment(sheet, 20, progress=lambda *_: np.bool_(False)).stop_reason == "cancelled"
+    assert sf.segment(sheet, 20, callback=lambda *_: np.bool_(False)).stop_reason == "cancelled"
 
 
 def test_only_false_cancels(sheet):
-    assert sf.segment(sheet, 20, progress=lambda *_: None).stop_reason != "cancelled"
+    for answer in (None, 0, True):
+        result = sf.segment(sheet, 20, callback=lambda *_, answer=answer: answer)
+        assert result.stop_reason != "cancelled"
 
 
-def test_an_interrupt_in_progress_comes_through(sheet):
+def test_an_interrupt_in_the_callback_comes_through(sheet):
     def interrupt(*_):
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        sf.segment(sheet, 20, progress=interrupt)
+        sf.segment(sheet, 20, callback=interrupt)
 
 
 def test_given_weights_take_the_place_of_the_paper_s(sheet):
@@ -318,16 +323,26 @@ def test_the_time_of_a_stage_is_spent_in_it(sheet, monkeypatch):
         assert [taken for taken, duration in timings.items() if duration] == [stage]
 
 
-def test_paper_is_read_only_and_changes_what_it_says(sheet):
-    assert dict(sf.PAPER) == {
-        "weights": "superfacets", "init": "farthest", "radius_factor": 2.0, "tol": 0.0,
-        "smooth": False, "denoise": 0,
+def test_the_paper_has_its_own_defaults(sheet):
+    result = sf.paper.segment(sheet, 20)
+    expected = {
+        "weights": "superfacets", "alpha": 200.0, "eta_convex": 0.2, "init": "farthest",
+        "radius_factor": 2.0, "tol": 0.0, "smooth": False, "denoise": 0, "relocates": False,
+        "islands": "keep", "max_num_iter": 50,
     }  # fmt: skip
-    with pytest.raises(TypeError):
-        sf.PAPER["tol"] = 1
-    result = sf.segment(sheet, 20, **sf.PAPER)
-    assert result.params["radius_factor"] == 2.0
-    assert result.params["tol"] == 0
+    assert expected.items() <= result.params.items()
+    with pytest.raises(ValueError, match="radius_factor must be finite and positive, got 0"):
+        sf.paper.segment(sheet, 20, radius_factor=0)
+    with pytest.raises(ValueError, match=r"init must be one of geodesic, .*, got 'best'"):
+        sf.paper.segment(sheet, 20, init="best")
+
+
+def test_each_seeding_of_the_paper_gives_its_own_regions(sheet):
+    found = [
+        sf.paper.segment(sheet, 20, init=init).labels for init in ("farthest", "flood", "grid")
+    ]
+    assert not np.array_equal(found[0], found[1])
+    assert not np.array_equal(found[1], found[2])
 
 
 @pytest.mark.parametrize(
@@ -338,19 +353,16 @@ def test_paper_is_read_only_and_changes_what_it_says(sheet):
          "n_segments must be at most 2048, the number of faces, got 3000"),
         ({"n_segments": 2, "radius": 0.1}, ValueError,
          "n_segments is 2 and radius is 0.1: give only one of them"),
-        ({"radius": 0.1, "expected_radius": 2.0}, ValueError,
-         "radius is 0.1 and expected_radius is 2.0: give only one of them"),
-        ({"expected_radius": 0}, ValueError, "expected_radius must be finite and positive, got 0"),
+        ({"radius": 0}, ValueError, "radius must be finite and positive, got 0"),
         ({"n_segments": np.zeros((9, 3), int)}, TypeError,
          r"n_segments must be an integer, got an array: pass vertices and faces as one pair"
          r" \(vertices, faces\)"),
         ({"alpha": -1}, ValueError, "alpha must be finite and not negative, got -1"),
-        ({"eta_convex": -1}, ValueError, "eta_convex must be finite and not negative"),
         ({"weights": "stk"}, ValueError,
          "weights must be one of parts, creases, superfacets, got 'stk'"),
         ({"weights": [1.0, 2.0]}, ValueError, "weights must have one value per arc"),
         ({"init": "here"}, ValueError, "init must be one of"),
-        ({"radius_factor": 0}, ValueError, "radius_factor must be finite and positive"),
+        ({"init": "flood"}, ValueError, "init must be one of geodesic, curve, farthest"),
         ({"max_num_iter": -1}, ValueError, "max_num_iter must be at least 0"),
         ({"max_num_iter": 1.5}, TypeError, "max_num_iter must be an integer"),
         ({"tol": -0.1}, ValueError, "tol must be finite and not negative"),
@@ -364,10 +376,9 @@ def test_paper_is_read_only_and_changes_what_it_says(sheet):
         ({"init": 3}, ValueError, "init must be one-dimensional"),
         ({"n_threads": 0}, ValueError, "n_threads must be at least 1"),
         ({"smooth": 1}, TypeError, "smooth must be True or False, got 1"),
-        ({"enforce_connectivity": None}, TypeError, "enforce_connectivity must be True or False"),
-        ({"min_size": -1}, ValueError, "min_size must be finite and not negative"),
         ({"islands": "drop"}, ValueError, "islands must be one of keep, nearest, got 'drop'"),
-        ({"progress": 1}, TypeError, "progress must be callable, got 1"),
+        ({"callback": 1}, TypeError, "callback must be callable, got 1"),
+        ({"mask": [True]}, ValueError, r"mask must have shape \(2048,\), got \(1,\)"),
     ],
 )  # fmt: skip
 def test_wrong_parameters_are_refused(sheet, options, error, message):
@@ -413,7 +424,7 @@ def test_the_borders_of_segment_are_those_of_smooth_borders(sheet):
     rough = sf.segment(sheet, 20, weights="creases", smooth=False, denoise=0)
     result = sf.segment(sheet, 20, weights="creases", denoise=0)
     graph = sf.build_face_graph(sheet)
-    weights = sf.crease_weights(sheet, graph, rough.params["expected_radius"])
+    weights = sf.crease_weights(sheet, graph, rough.params["radius"])
     cells = graph.with_weights(weights)  # paths and borders are measured in whole units
     again = sf.smooth_borders(
         sheet, rough.labels, centers=rough.centers, weights=cells.lengths * cells.unit
@@ -421,58 +432,41 @@ def test_the_borders_of_segment_are_those_of_smooth_borders(sheet):
     assert np.array_equal(result.labels, again)
 
 
-def test_regions_that_fell_apart_are_connected_if_asked_for():
+def test_regions_of_the_paper_that_fell_apart_can_be_connected():
     mesh = shapes.bumpy_sheet(40)
-    paper = {**sf.PAPER, "radius_factor": 1.2}
-    broken = sf.segment(mesh, 60, **paper)
+    broken = sf.paper.segment(mesh, 60, radius_factor=1.2)
     graph = sf.build_face_graph(mesh)
     n_pieces = shapes.count_pieces(graph, broken.labels)
     assert n_pieces > broken.n_segments
-    result = sf.segment(mesh, 60, **paper, enforce_connectivity=True)
-    assert shapes.count_pieces(graph, result.labels) == result.n_segments == broken.n_segments
-    assert result.n_joined == n_pieces - broken.n_segments
-    assert np.array_equal(result.labels[result.centers], np.arange(result.n_segments))
-
-
-def test_small_regions_join_neighbors_if_asked_for(sheet):
-    whole = sf.segment(sheet, 40, smooth=False)
-    result = sf.segment(sheet, 40, smooth=False, min_size=0.8)
-    areas = np.bincount(result.labels, sf.build_face_graph(sheet).measures)
-    assert result.n_segments == 40 - result.n_merged < 40
-    assert areas.min() >= 0.8 * areas.sum() / 40
-    assert set(result.centers.tolist()) < set(whole.centers.tolist())
-    assert np.array_equal(result.labels[result.centers], np.arange(result.n_segments))
-
-
-def test_islands_stay_or_join_the_nearest_region():
-    mesh = shapes.two_islands()
-    kept = sf.segment(mesh, init=[0, 3, 7], max_num_iter=1, min_size=1.2, smooth=False)
-    assert (kept.n_segments, kept.n_islands) == (2, 0)
-    assert kept.n_merged == 1
-    kept = sf.segment(mesh, init=[0, 7], max_num_iter=1, min_size=1.2, smooth=False)
-    assert (kept.n_segments, kept.n_islands) == (2, 2)
+    edit = sf.enforce_connectivity(mesh, broken.labels)
+    assert shapes.count_pieces(graph, edit.labels) == edit.labels.max() + 1 == broken.n_segments
+    assert edit.n_joined == n_pieces - broken.n_segments
 
 
 def test_stages_are_told_when_they_begin():
     told = []
+
+    def tell(stage, n_iter, n_moved):
+        if not n_iter:
+            assert n_moved == 0
+            told.append(stage)
+
     mesh = shapes.bumpy_sheet(8)
-    result = sf.segment(mesh, 10, on_stage=told.append, smooth=False)
+    result = sf.segment(mesh, 10, callback=tell, smooth=False)
     assert told == ["mesh", "face_graph", "weights", "order", "coarsen", "seeding", "classify"]
     assert set(told) | {"update"} == set(result.timings)
     told.clear()
-    sf.segment(mesh, 10, on_stage=told.append)
+    sf.segment(mesh, 10, callback=tell)
     assert told[-1] == "regions"
-    with pytest.raises(TypeError, match="on_stage must be callable"):
-        sf.segment(mesh, 10, on_stage=3)
 
 
-def test_an_error_in_on_stage_ends_the_run():
-    def stop(stage):
+def test_an_error_in_the_callback_ends_the_run():
+    def stop(stage, *_):
         if stage == "seeding":
             raise RuntimeError("enough")
 
     with pytest.raises(RuntimeError, match="enough"):
-        sf.segment(shapes.bumpy_sheet(8), 10, on_stage=stop)
+        sf.segment(shapes.bumpy_sheet(8), 10, callback=stop)
 
 
 @pytest.mark.parametrize(
@@ -484,8 +478,9 @@ def test_an_error_in_on_stage_ends_the_run():
         ("k", "n_seg"),
         ("n_superpoints", "n_segments"),
         ("kThresh", "n_segments, or superfacets.segmentator"),
-        ("voxel_size", "expected_radius: the radius of a region in the unit of the file"),
-        ("segMinVerts", "min_size"),
+        ("voxel_size", "radius: the radius of a region in the unit of the file"),
+        ("cell_weights", r"sizes=superfacets.Sizes\(balance=..., weights=...\)"),
+        ("weld", r"segment\(superfacets.prepare\(mesh, weld=False\), ...\)"),
         ("scans", r"\*\*superfacets.SCANS"),
     ],
 )
@@ -524,8 +519,6 @@ def test_a_radius_in_another_unit_than_the_mesh_is_doubted():
     mesh = sf.Mesh(1000 * sheet.vertices, sheet.faces)
     note = r"regions have 1\.0 faces on average: is the radius in the unit of the mesh\?"
     with pytest.warns(sf.RadiusWarning, match=note):
-        sf.segment(mesh, expected_radius=0.2)
-    with pytest.warns(sf.RadiusWarning, match="a fraction of the bounding box's diagonal"):
-        sf.segment(mesh, radius=1e-5)
-    sf.segment(mesh, expected_radius=200.0)
+        sf.segment(mesh, radius=0.2)
+    sf.segment(mesh, radius=200.0)
     sf.segment(mesh, mesh.n_faces)

@@ -87,7 +87,7 @@ def weighed(mesh, n_threads=1, **options):
     kind = kind_of(mesh)
     graph, found = kind.build_graph(mesh, True, n_threads)
     surface = kind.surface(mesh, graph, n_threads)
-    options = WeightOptions.checked("parts", None, None, **options)
+    options = WeightOptions.checked(sf.Weights(**options), None)
     return graph, weights_of_kind(kind, surface, graph, 0.3, options, found.normals)
 
 
@@ -158,7 +158,7 @@ def test_coarse_cells_end_at_all_edges_of_a_hexagonal_prism():
         steps = np.linalg.norm(ends[1] - ends[0], axis=1)
         diagonal = np.linalg.norm(np.ptp(mesh.vertices, axis=0))
         prices = weights * diagonal - steps
-        limit = WeightOptions.checked("parts", None, None).crease_limit(0.3)
+        limit = WeightOptions.checked("parts", None).crease_limit(0.3)
         assert np.array_equal(prices >= limit, is_rim)
 
 

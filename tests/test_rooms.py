@@ -59,7 +59,12 @@ def test_regions_of_a_room_end_at_its_edges(has_ceiling):
         result = sf.segment(points, k)
         assert result.params["eta_convex"] == (0 if has_ceiling else 0.5)
         assert wrong_share(result.labels, surfaces) < 0.02
-    assert wrong_share(sf.segment(points, 150, ridges=0, eta_convex=0).labels, surfaces) > 0.05
+    assert (
+        wrong_share(
+            sf.segment(points, 150, weights=sf.Weights(eta_convex=0, ridges=0)).labels, surfaces
+        )
+        > 0.05
+    )
 
 
 def test_regions_of_a_room_that_was_seen_from_within_end_at_its_edges():
@@ -77,8 +82,7 @@ def sphere(n):
 def cost_of_ridges(points, radius):
     """Return the share of arcs that ridges lengthen."""
     with_ridges, without = (
-        sf.build_point_graph(points, expected_radius=radius, ridges=ridges).weights
-        for ridges in (1, 0)
+        sf.build_point_graph(points, radius=radius, ridges=ridges).weights for ridges in (1, 0)
     )
     assert np.all(with_ridges >= without)
     return np.mean(with_ridges > without)
@@ -111,7 +115,7 @@ def test_turns_count_both_ways_only_where_nothing_tells_them_apart():
         eta = sf.segment(cloud, 30).params["eta_convex"]
         assert eta == (0 if is_known else 0.5)
         assert sf.cloud_info(cloud).knows_turns == is_known
-    assert sf.segment(points, 30, eta_convex=0.1).params["eta_convex"] == 0.1
+    assert sf.segment(points, 30, weights=sf.Weights(eta_convex=0.1)).params["eta_convex"] == 0.1
 
 
 def splat_table(rng, *, flatness=4.0):
@@ -206,7 +210,7 @@ def test_splats_are_segmented_by_their_shape_and_color(splats):
     is_wall = np.repeat([0, 1], 4000)
     labels = sf.segment(path, 20).labels
     assert wrong_share(labels, is_wall) < 0.04  # centers are noisy
-    by_color = sf.segment(path, 2, features="color", feature_weight=50).labels
+    by_color = sf.segment(path, 2, features=sf.Features("color", weight=50)).labels
     assert wrong_share(by_color, (table[:, 0] < 0.5).astype(int)) < 0.02
 
 

@@ -42,8 +42,8 @@ AWKWARD = {
 
 
 def size_of(graph, n_segments=None, radius=None, init="geodesic"):
-    options = SizeOptions.checked(n_segments, radius, None, init)
-    return region_size(options, graph.measures, graph.diagonal, 1)
+    options = SizeOptions.checked(n_segments, radius, init)
+    return region_size(options, graph.measures, 1)
 
 
 def with_flipped_faces(mesh):

@@ -12,7 +12,7 @@ import superfacets as sf
 # sphinx_gallery_thumbnail_number = 2
 mesh = sf.sample_mesh(20_000)
 usual = sf.segment(mesh, 60)
-equal = sf.segment(mesh, 60, balance=1)
+equal = sf.segment(mesh, 60, sizes=sf.Sizes(balance=1))
 titles = ["default", "balance=1"]
 sf.plot(mesh, usual.labels, compare=[equal.labels], titles=titles, size=(480, 480))
 
@@ -24,16 +24,16 @@ for name, result in (("default", usual), ("balance=1", equal)):
     print(f"{name}: areas vary by {areas.std() / areas.mean():.0%}")
 
 # %%
-# ``max_measure`` is an upper bound on the area of a region.
+# ``bounds`` are the lowest and the highest area of a region.
 
 most = 1.2 * equal.regions.areas.mean()
-print(sf.segment(mesh, 60, max_measure=most).regions.areas.max() <= most)
+print(sf.segment(mesh, 60, sizes=sf.Sizes(bounds=(None, most))).regions.areas.max() <= most)
 
 # %%
-# With ``cells_per_region``, all regions have the same number of faces, as required by neural
+# With ``cells``, all regions have the same number of faces, as required by neural
 # networks that process patches. Only one region has fewer than 64 faces: it has the faces that
 # remain.
 
-patches = sf.segment(mesh, cells_per_region=64)
+patches = sf.segment(mesh, sizes=sf.Sizes(cells=64))
 print(np.unique(np.bincount(patches.labels), return_counts=True))
 sf.plot(mesh, patches)

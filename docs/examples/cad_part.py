@@ -42,7 +42,7 @@ sf.plot(fine.mesh, result, view=sf.View(up="z", elevation=35))
 # By default, borders follow sharp convex edges between flat faces. With ``eta_convex``, borders
 # also follow rounded convex edges.
 
-rounded = sf.segment(fine.mesh, 150, eta_convex=0.2)
+rounded = sf.segment(fine.mesh, 150, weights=sf.Weights(eta_convex=0.2))
 print(f"compactness {sf.metrics.compactness(fine.mesh, rounded):.2f}; a square has 4")
 
 # %%

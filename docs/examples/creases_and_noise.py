@@ -41,10 +41,11 @@ def scan(n_faces=60_000):
 # %%
 # Noise makes many small creases. By default, creases of a noisy mesh are measured on a smoothed
 # copy of the mesh.
-# ``min_size=0.2`` joins regions with less than a fifth of the mean area to a neighbor.
-# ``islands="nearest"`` joins loose fragments to the nearest region.
+# ``islands="nearest"`` joins loose fragments to the nearest region. ``merge_small_regions`` joins
+# regions with less than a fifth of the mean area to a neighbor.
 
 noisy = scan()
 plain = sf.segment(noisy, 150, islands="nearest", denoise=0).labels
-smoothed = sf.segment(noisy, 150, islands="nearest", min_size=0.2).labels
-sf.plot(noisy, plain, compare=[smoothed], titles=["denoise=0", "min_size=0.2"])
+smoothed = sf.segment(noisy, 150, islands="nearest").labels
+merged = sf.merge_small_regions(noisy, smoothed, 0.2, islands="nearest").labels
+sf.plot(noisy, plain, compare=[merged], titles=["denoise=0", "default, small regions merged"])

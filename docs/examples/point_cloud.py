@@ -25,7 +25,7 @@ def points(n=60_000):
 # ``segment`` estimates neighbors, normals and the area around each point.
 
 cloud = points()
-result = sf.segment(cloud, 150, min_size=0.1)
+result = sf.segment(cloud, 150)
 sf.plot(cloud, result)
 
 # %%

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from superfacets import Mesh, PolygonMesh, Segmentation, segment
+from superfacets import Mesh, PolygonMesh, Segmentation, Weights, segment
 
 __all__ = ["border_edges", "face_sets", "polygons_of", "segment_polygons"]
 
@@ -58,7 +58,7 @@ def segment_polygons(
     return segment(
         mesh,
         min(n_segments, mesh.n_faces),
-        eta_convex=follow_ridges,
+        weights=Weights(eta_convex=follow_ridges),
         islands="keep" if keep_islands else "nearest",
     )
 

@@ -104,7 +104,8 @@ class Superfacets(VTKPythonAlgorithmBase):
         labels = superfacets.segment(
             mesh,
             min(self._n_segments, n_cells),
-            eta_convex=self._follow_ridges or None,  # 0: what suits the cells
+            # 0: what suits the cells
+            weights=superfacets.Weights(eta_convex=self._follow_ridges or None),
             islands="keep" if self._keep_islands else "nearest",
         ).labels
         arrays = {self._name: (labels, -1)}

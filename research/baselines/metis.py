@@ -43,7 +43,6 @@ def metis_partition(
     n_segments: int | None = None,
     *,
     alpha: float | None = None,
-    eta_convex: float | None = None,
     weights: WeightName | Weights = "superfacets",
     imbalance: float = IMBALANCE,
     weld: bool = True,
@@ -68,7 +67,7 @@ def metis_partition(
         if that is less. METIS may leave some parts empty: a few in a thousand at 20 faces per part,
         and more if parts are smaller. If there are more than k components, each component is one
         part.
-    alpha, eta_convex, weights
+    alpha, weights
         Same as in `superfacets.segment`, but the default of `weights` is ``"superfacets"``. If the
         weights of an arc and its reverse arc differ, both arcs get the mean of the two weights.
     imbalance : float, default 0.5
@@ -105,7 +104,7 @@ def metis_partition(
     Segmentation(2 cells, 2 regions, 1 iteration, converged)
     """
     threads = checked_threads(n_threads)
-    chosen = WeightOptions.checked(weights, alpha, eta_convex)
+    chosen = WeightOptions.checked(weights, alpha)
     excess = max(1, round(1000 * checked_number(imbalance, "imbalance", zero=False)))
     metis = import_package("pymetis", "a partition by METIS")
     cells = read_face_cells(mesh, n_segments, chosen, weld, threads)

@@ -149,8 +149,8 @@ def normalized_cuts(mesh: MeshLike, n_segments: int | None = None, **options: An
         faces if that is less. There are more regions if the mesh has more than k components. In
         rare cases, an axis is not nearest to any point, and there is one region fewer.
     **options
-        Keywords of `affinity_embedding`: `alpha`, `eta_convex`, `weights`, `sigma`, `reach`,
-        `max_memory`, `weld` and `n_threads`.
+        Keywords of `affinity_embedding`: `alpha`, `weights`, `sigma`, `reach`, `max_memory`,
+        `weld` and `n_threads`.
 
     Returns
     -------
@@ -183,7 +183,6 @@ def affinity_embedding(
     n_vectors: int | None = None,
     *,
     alpha: float | None = None,
-    eta_convex: float | None = None,
     weights: WeightName | Weights = "superfacets",
     sigma: float = SIGMA,
     reach: float | None = None,
@@ -203,7 +202,7 @@ def affinity_embedding(
     n_vectors : int, optional
         Maximum number of regions for `AffinityEmbedding.segment`. The default and the range are the
         same as for `n_segments` in `normalized_cuts`.
-    alpha, eta_convex, weights
+    alpha, weights
         Same as in `superfacets.segment`, but the default of `weights` is ``"superfacets"``, with
         a default `alpha` of 100. If the weights of an arc and its reverse arc differ, both arcs get
         the mean of the two weights.
@@ -254,7 +253,7 @@ def affinity_embedding(
     threads = checked_threads(n_threads)
     if alpha is None and isinstance(weights, str) and weights == "superfacets":
         alpha = ALPHA
-    chosen = WeightOptions.checked(weights, alpha, eta_convex)
+    chosen = WeightOptions.checked(weights, alpha)
     sigma = checked_number(sigma, "sigma", zero=False)
     if reach is not None:
         reach = checked_number(reach, "reach", zero=False)

@@ -5,20 +5,23 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from inspect import signature
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from superfacets import __version__, metrics
+from superfacets import __version__, metrics, paper
 from superfacets.base.types import Bools, Floats, Ints
+from superfacets.clustering.result import Segmentation
 from superfacets.graph.face_graph import build_face_graph
 from superfacets.graph.surface import arc_measures
 from superfacets.mesh.triangle_mesh import Mesh
-from superfacets.pipeline import segment
-from superfacets.stages.presets import PAPER
+from superfacets.pipeline import run, segment
+from superfacets.stages.options import SegmentOptions
 from superfacets.tools.sample import split_in_four
+from superfacets.weights.formulas import Weights
 
 from ..sources import StudyMesh, load_model
 from ..tasks import Record, WorkItem
@@ -29,33 +32,49 @@ PAPERS = "paper"
 PLAIN = "plain"
 CREASES = "creases"
 DEFAULT = "default"
+NOT_RELOCATED = "default, not relocated"
 NO_RIDGES = "default, no ridges"
 EQ_2 = "eq. 2"
 
 _PLAIN: dict[str, Any] = {"weights": "superfacets", "init": "farthest", "smooth": False}
 
 VARIANTS: Mapping[str, Mapping[str, Any]] = {
-    PAPERS: PAPER,
+    PAPERS: {},
     PLAIN: _PLAIN,
     "plain, smooth": _PLAIN | {"smooth": True},
     "creases, alpha 10": {"weights": "creases", "alpha": 10.0},
     CREASES: {"weights": "creases"},
     "creases, alpha 30": {"weights": "creases", "alpha": 30.0},
     "creases, alpha 40": {"weights": "creases", "alpha": 40.0},
-    "creases, relocated": {"weights": "creases", "relocate": True},
-    EQ_2: {"weights": "superfacets", "eta_convex": 0.0},
+    EQ_2: {"weights": Weights("superfacets", eta_convex=0.0)},
     "default, alpha 10": {"alpha": 10.0},
     DEFAULT: {},
     "default, alpha 30": {"alpha": 30.0},
     "default, alpha 40": {"alpha": 40.0},
-    "default, not relocated": {"relocate": False},
-    NO_RIDGES: {"ridges": 0.0},
-    "default, eta 0.2": {"eta_convex": 0.2},
+    NOT_RELOCATED: {},
+    NO_RIDGES: {"weights": Weights(ridges=0.0)},
+    "default, eta 0.2": {"weights": Weights(eta_convex=0.2)},
     "default, not smooth": {"smooth": False},
 }
 """Keywords of `superfacets.segment` for each variant. `PAPERS` is the method of the paper. `PLAIN`
 has the same weights and seeds, but another stop criterion. In `PLAIN`, each face gets the label of
-the nearest center, so there are exactly k regions, and they are connected."""
+the nearest center, so there are exactly k regions, and they are connected. `segment_as` runs any
+variant."""
+
+
+def segment_as(
+    variant: str, mesh: Mesh, n_segments: int, n_threads: int | None = None
+) -> Segmentation:
+    """Segment a mesh with one of the `VARIANTS`."""
+    if variant == PAPERS:
+        return paper.segment(mesh, n_segments, n_threads=n_threads)
+    given = {**VARIANTS[variant], "n_segments": n_segments, "n_threads": n_threads}
+    if variant != NOT_RELOCATED:
+        return segment(mesh, **given)
+    usual = {name: one.default for name, one in signature(segment).parameters.items()}
+    del usual["mesh"]
+    return run(mesh, replace(SegmentOptions.checked(**usual | given), relocates=False))
+
 
 RESOLUTION_VARIANTS = (PLAIN, EQ_2, CREASES, DEFAULT)
 """Variants that are measured at all resolutions of a model."""
@@ -173,7 +192,7 @@ class Case(NamedTuple):
             "superfacets": __version__,
             "mesh": self.source.digest,
             "scale": self.scale,
-            "variant": [self.variant, dict(VARIANTS[self.variant])],
+            "variant": [self.variant, str(VARIANTS[self.variant])],
             "k": self.k,
         }
         path = folder / scale / self.source.name / f"{variant}_k-{self.k}.json"
@@ -224,5 +243,4 @@ class CaseTask:
 
 
 def _labels(subject: Subject, case: Case) -> Ints:
-    options: dict[str, Any] = dict(VARIANTS[case.variant])
-    return segment(subject.mesh, case.k, n_threads=1, **options).labels
+    return segment_as(case.variant, subject.mesh, case.k, n_threads=1).labels

@@ -11,10 +11,10 @@ from functools import partial
 from types import MappingProxyType
 from typing import Any, Literal
 
+from superfacets import paper
 from superfacets.clustering.result import Segmentation
 from superfacets.mesh.faces import FaceMesh
 from superfacets.pipeline import segment
-from superfacets.stages.presets import PAPER
 
 Segmenter = Callable[[int], Segmentation]
 """Function that segments one mesh into a given number of regions."""
@@ -60,13 +60,19 @@ _OUR_ALPHAS = (0.0, 50.0, 100.0, 200.0, 500.0, 1000.0)
 _FEW_ALPHAS = (0.0, 100.0, 200.0)
 
 
-# Weights and seeds of the paper, but with a tolerance as stop criterion. Expansions have no maximum
-# radius, so that each face gets the label of the nearest center.
-_EXACT = dict(PAPER) | {"radius_factor": None, "tol": 0.02}
+# Weights and seeds of the paper, but with a tolerance as stop criterion. Paths have no limit, so
+# each face gets the label of the nearest center.
+_EXACT: dict[str, Any] = {
+    "weights": "superfacets", "init": "farthest", "smooth": False, "denoise": 0,
+}  # fmt: skip
 
 
 def _superfacets(mesh: FaceMesh, setting: Setting, **keywords: Any) -> Segmenter:
     return partial(segment, mesh, alpha=setting.alpha, n_threads=1, **keywords)
+
+
+def _paper(mesh: FaceMesh, setting: Setting) -> Segmenter:
+    return partial(paper.segment, mesh, alpha=setting.alpha, n_threads=1)
 
 
 def _stk02(mesh: FaceMesh, setting: Setting) -> Segmenter:
@@ -155,7 +161,7 @@ METHODS: Mapping[str, Method] = MappingProxyType(
         "paper": replace(
             _SUPERFACETS,
             title="superfacets, halted as in the paper",
-            prepare=partial(_superfacets, **PAPER),
+            prepare=_paper,
             color="#62a3d9",
             figures=("5", "rivals"),
             alphas=(200.0,),

@@ -33,6 +33,7 @@ from superfacets_textures.textures import Material as Material
 from superfacets_textures.textures import Texture as Texture
 
 from . import metrics as metrics
+from . import paper as paper
 from . import segmentator as segmentator
 from .base.errors import BalanceWarning as BalanceWarning
 from .base.errors import FeatureWarning as FeatureWarning
@@ -44,6 +45,7 @@ from .base.errors import RadiusWarning as RadiusWarning
 from .base.errors import RenderError as RenderError
 from .base.errors import SliverWarning as SliverWarning
 from .base.errors import ViewWarning as ViewWarning
+from .base.options import Sizes as Sizes
 from .cleanup.connect import enforce_connectivity as enforce_connectivity
 from .cleanup.edit import RegionEdit as RegionEdit
 from .cleanup.merge import merge_small_regions as merge_small_regions
@@ -95,8 +97,8 @@ from .regions.submeshes import split_regions as split_regions
 from .regions.submeshes import submesh as submesh
 from .regions.vertices import face_labels as face_labels
 from .regions.vertices import vertex_labels as vertex_labels
-from .stages.presets import PAPER as PAPER
-from .stages.presets import PARTS as PARTS
+from .stages.prepare import Prepared as Prepared
+from .stages.prepare import prepare as prepare
 from .stages.presets import SCANS as SCANS
 from .tools.info import CloudInfo as CloudInfo
 from .tools.info import MeshInfo as MeshInfo
@@ -108,6 +110,8 @@ from .tools.sample import sample_mesh as sample_mesh
 from .tools.subdivision import Subdivision as Subdivision
 from .tools.subdivision import subdivide as subdivide
 from .weights.clouds import build_point_graph as build_point_graph
+from .weights.features import Features as Features
+from .weights.formulas import Weights as Weights
 from .weights.formulas import crease_weights as crease_weights
 from .weights.formulas import superfacet_weights as superfacet_weights
 from .weights.parts import spectral_embedding as spectral_embedding

@@ -8,7 +8,7 @@ from textured_meshes import checkered_ball, facade, grid, save_png
 import superfacets as sf
 from superfacets import Material, Mesh, MeshAttributes, PolygonMesh, Texture, TextureImage, kit
 from superfacets.files.named_features import CellData
-from superfacets.weights.features import FeatureOptions, FeatureTable
+from superfacets.weights.features import Features, FeatureTable
 from superfacets_textures.textures import WRAPS
 
 
@@ -189,11 +189,11 @@ def test_the_noise_of_a_compressed_image_counts_for_little(tmp_path):
     Image.fromarray(noise.astype(np.uint8)).save(tmp_path / "board.png", "jpeg")
     features = texture_features(made, "texture")
     assert features.values.std(axis=0).max() > 0
-    options = FeatureOptions.checked(features, 5.0, True)
     areas = np.ones(made.mesh.n_faces)
-    assert options.table(made.mesh, areas).std(axis=0).max() < 0.1  # of what is just visible
+    scaled = Features(features).scaled(made.mesh, areas)
+    assert scaled.std(axis=0).max() < 0.1  # of what is just visible
     large = FeatureTable(features.values * 10_000, features.groups)  # columns of one scale
-    table = FeatureOptions.checked(large, 5.0, True).table(made.mesh, areas)
+    table = Features(large).scaled(made.mesh, areas)
     np.testing.assert_allclose(np.sqrt((table.std(axis=0) ** 2).mean()), 1)
     np.testing.assert_allclose(table / large.values, (table / large.values)[0, 0])
 

@@ -5,9 +5,8 @@ import pytest
 import shapes
 
 import superfacets as sf
-from superfacets import Mesh, MeshAttributes, PointCloud, segment, segment_graph
+from superfacets import Features, Mesh, MeshAttributes, PointCloud, segment, segment_graph
 from superfacets.files.named_features import stored_colors
-from superfacets.weights.features import FeatureOptions
 
 
 def plane(n):
@@ -33,7 +32,7 @@ def test_borders_follow_colors_and_ignore_them_at_weight_0():
     mesh = plane(40)
     colors = checks(mesh.vertices[mesh.faces].mean(axis=1))
     plain = segment(mesh, 30)
-    ignored = segment(mesh, 30, features=colors, feature_weight=0)
+    ignored = segment(mesh, 30, features=Features(colors, weight=0))
     assert np.array_equal(ignored.labels, plain.labels)
     assert np.array_equal(ignored.centers, plain.centers)
     followed = segment(mesh, 30, features=colors)
@@ -64,7 +63,7 @@ def test_clouds_and_graphs_have_features_too():
     assert impurity(segment(points, 30, features=colors).labels, colors) < 0.02
     graph = sf.build_point_graph(points)
     assert impurity(segment_graph(graph, 30, features=colors).labels, colors) < 0.02
-    same = segment_graph(graph, 30, features=colors, feature_weight=0)
+    same = segment_graph(graph, 30, features=Features(colors, weight=0))
     assert np.array_equal(same.labels, segment_graph(graph, 30).labels)
 
 
@@ -72,11 +71,8 @@ def test_a_step_costs_what_the_docs_say():
     graph = sf.CellGraph(
         [[0, 0, 0], [1, 0, 0]], [1, 1], [0, 1, 2], [1, 0], [1.0, 1.0], weight_unit=2.0
     )
-    options = FeatureOptions.checked([[0.0, 5.0], [3.0, 1.0]], 0.5, False)
-    steps = options.steps(graph, graph.measures, 1)
-    assert steps.added(graph.weights, graph, 4.0).tolist() == [6.0, 6.0]  # 1 + 0.5 * 5 * 4 / 2
-    scaled = FeatureOptions.checked([[0.0, 5.0], [3.0, 1.0]], 0.5, True)
-    of_two = scaled.steps(graph, graph.measures, 1).added(graph.weights, graph, 4.0)
+    steps = Features([[0.0, 5.0], [3.0, 1.0]], weight=0.5).steps(graph, graph.measures, 1)
+    of_two = steps.added(graph.weights, graph, 4.0)
     assert of_two == pytest.approx([1 + 8**0.5] * 2)  # a difference of 2 deviations per feature
 
 
@@ -100,7 +96,7 @@ def test_other_weights_take_features(weights):
         graph = sf.build_face_graph(mesh)
         weights = np.full(graph.n_arcs, 1 / graph.diagonal).tolist()
     plain = segment(mesh, 20, weights=weights)
-    followed = segment(mesh, 20, weights=weights, features=colors, feature_weight=50)
+    followed = segment(mesh, 20, weights=weights, features=Features(colors, weight=50))
     assert impurity(followed.labels, colors) < 0.3 * impurity(plain.labels, colors)
 
 
@@ -116,9 +112,9 @@ def test_features_of_vertices_of_polygons():
     faces = [[0, 1, 2, 3], [1, 4, 2], [3, 2, 4, 5]]
     positions = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [2, 2, 0], [0, 3, 0]]
     mesh = sf.PolygonMesh.of_faces(positions, faces)
-    options = FeatureOptions.checked(np.arange(6.0), 1, False)
-    table = options.steps(mesh, np.ones(3), 1).features
-    assert table.ravel() == pytest.approx([1.5, 7 / 3, 3.5])
+    table = Features(np.arange(6.0)).scaled(mesh, np.ones(3)).ravel()
+    means = np.array([1.5, 7 / 3, 3.5])
+    assert table == pytest.approx(means / means.std())
 
 
 @pytest.mark.parametrize(
@@ -131,15 +127,41 @@ def test_features_of_vertices_of_polygons():
         ({"features": [np.nan] * 8}, ValueError, r"features\[0\] must be finite, got \[nan\]"),
         ({"features": np.array(["a"] * 8)}, TypeError, "features must contain numbers, got <U1"),
         ({"features": np.ma.masked_equal(np.zeros(8), 0)}, ValueError, "masked entries"),
-        ({"features": np.zeros(8), "feature_weight": -1}, ValueError, "feature_weight must be"),
-        ({"features": np.zeros(8), "scale_features": 1}, TypeError, "True or False"),
-        ({"features": np.zeros(3), "feature_weight": 0}, ValueError,
+        ({"features": ["color", 1]}, TypeError, "features must be either names or numbers, but"),
+        ({"features": Features(np.zeros(3), weight=0)}, ValueError,
          r"features must have one row per cell \(8\) or per vertex \(9\), got 3 rows"),
     ],
 )  # fmt: skip
 def test_wrong_features_are_refused(arguments, error, message):
     with pytest.raises(error, match=message):
         segment(plane(2), 2, **arguments)
+
+
+@pytest.mark.parametrize(
+    ("weight", "error", "message"),
+    [
+        (-1, ValueError, "weight must be finite and not negative, got -1"),
+        (np.inf, ValueError, "weight must be finite and not negative, got inf"),
+        ("5", TypeError, "weight must be a number, got '5'"),
+    ],
+)
+def test_a_wrong_weight_of_features_is_refused(weight, error, message):
+    with pytest.raises(error, match=message):
+        Features(np.zeros(8), weight=weight)
+
+
+def test_features_with_the_usual_weight_are_the_same_as_their_table():
+    mesh = plane(30)
+    colors = checks(mesh.vertices[mesh.faces].mean(axis=1))
+    results = [segment(mesh, 20, features=given) for given in (colors, Features(colors))]
+    assert np.array_equal(results[0].labels, results[1].labels)
+    assert results[1].params["feature_weight"] == 5.0
+    strong = segment(mesh, 20, features=Features(colors, weight=50))
+    assert strong.params["feature_weight"] == 50.0
+    assert impurity(strong.labels, colors) <= impurity(results[0].labels, colors)
+    assert Features("height").names == Features(["height"]).names == ("height",)
+    named = [segment(mesh, 20, features=given).labels for given in ("normals", Features("normals"))]
+    assert np.array_equal(*named)
 
 
 def test_labels_do_not_depend_on_the_number_of_threads():
@@ -153,7 +175,7 @@ def test_labels_do_not_depend_on_the_number_of_threads():
 def test_regions_stay_connected():
     mesh = plane(40)
     colors = np.random.default_rng(0).random(mesh.n_faces)
-    labels = segment(mesh, 30, features=colors, feature_weight=20).labels
+    labels = segment(mesh, 30, features=Features(colors, weight=20)).labels
     assert shapes.count_pieces(sf.build_face_graph(mesh), labels) == 30
 
 

@@ -119,7 +119,7 @@ def test_regions_are_those_of_the_weights():
     mesh = subdivided(shapes.bowl(), 2)
     result = sf.segment(mesh, 40, weights="creases", smooth=False)
     graph = build_face_graph(mesh)
-    radius = result.params["expected_radius"]
+    radius = result.params["radius"]
     on, off = (
         sf.segment(
             mesh, 40, weights=crease_weights(mesh, graph, radius, hollows=hollows), smooth=False

@@ -96,7 +96,7 @@ def test_areas_and_borders_are_those_of_the_surface():
 
 
 def test_arcs_lead_both_ways_with_the_same_measures():
-    graph = build_point_graph(sphere(3000), expected_radius=0.2)
+    graph = build_point_graph(sphere(3000), radius=0.2)
     source = np.repeat(np.arange(graph.n_cells), np.diff(graph.offsets))
     order = np.lexsort((source, graph.neighbors))
     assert np.array_equal(source[order], graph.neighbors)
@@ -262,7 +262,7 @@ def test_a_valley_costs_and_a_ridge_does_not():
     turned = {}
     for name, sign in ("valley", 1), ("ridge", -1):
         cloud = PointCloud(points, sign * normals)
-        graph = build_point_graph(cloud, expected_radius=0.3, ridges=0)
+        graph = build_point_graph(cloud, radius=0.3, ridges=0)
         flat = build_point_graph(cloud)
         turned[name] = (graph.weights - flat.weights).sum()
         angles = graph.arc_measures.angles
@@ -272,9 +272,9 @@ def test_a_valley_costs_and_a_ridge_does_not():
         )
     assert turned["valley"] > 20
     assert turned["ridge"] < 0.05 * turned["valley"]  # least squares normals round off the edge
-    sharp = build_point_graph(PointCloud(points, -normals), expected_radius=0.3, ridges=0.35)
+    sharp = build_point_graph(PointCloud(points, -normals), radius=0.3, ridges=0.35)
     assert 0.25 < (sharp.weights - flat.weights).sum() / turned["valley"] < 0.4
-    both = build_point_graph(PointCloud(points, -normals), expected_radius=0.3, eta_convex=1.0)
+    both = build_point_graph(PointCloud(points, -normals), radius=0.3, eta_convex=1.0)
     assert (both.weights - flat.weights).sum() == pytest.approx(sum(turned.values()))
 
 
@@ -314,7 +314,7 @@ def test_regions_are_connected_and_clean_up_knows_clouds():
     merged = sf.merge_small_regions(points, result.labels, 0.8)
     assert 0 < merged.n_joined < 60
     radius = (graph.measures.sum() / (100 * np.pi)) ** 0.5
-    weighted = build_point_graph(points, expected_radius=radius)
+    weighted = build_point_graph(points, radius=radius)
     assert np.array_equal(sf.smooth_borders(points, rough), sf.smooth_borders(weighted, rough))
 
 

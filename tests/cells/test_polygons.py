@@ -2,6 +2,7 @@
 
 import math
 
+import loops
 import numpy as np
 import pytest
 import reference
@@ -74,7 +75,7 @@ def test_what_is_known_of_a_cube():
     assert metrics.explained_variation(CUBE, [0] * 6) == 0.0
     result = sf.segment(CUBE, 6)
     assert sorted(result.labels.tolist()) == list(range(6))
-    assert result.params["expected_radius"] == pytest.approx(math.sqrt(1 / math.pi))
+    assert result.params["radius"] == pytest.approx(math.sqrt(1 / math.pi))
     assert sf.segment(CUBE).n_segments == 6  # the number of faces is the maximum
     with pytest.raises(
         ValueError, match="n_segments must be at most 6, the number of faces, got 7"
@@ -128,13 +129,13 @@ def test_triangles_given_as_polygons_are_the_same_cells(shape):
 @pytest.mark.parametrize("n_threads", [1, 3])
 @pytest.mark.parametrize(
     "options",
-    [{}, {"weights": "superfacets"}, dict(sf.PAPER), {"min_size": 0.6}],
-    ids=["default", "superfacets", "paper", "merged"],
+    [{}, {"weights": "superfacets"}, {"paper": True}],
+    ids=["default", "superfacets", "paper"],
 )
 def test_triangles_given_as_polygons_get_the_same_labels(options, n_threads):
     mesh = sf.sample_mesh(5_000)
-    expected = sf.segment(mesh, 25, **options)
-    result = sf.segment(as_polygons(mesh), 25, n_threads=n_threads, **options)
+    expected = loops.segment(mesh, 25, **options)
+    result = loops.segment(as_polygons(mesh), 25, n_threads=n_threads, **options)
     assert np.array_equal(result.labels, expected.labels)
     assert np.array_equal(result.centers, expected.centers)
     assert result.sliver_share == expected.sliver_share

@@ -518,7 +518,7 @@ def test_a_segmentation_knows_its_regions(source):
 def test_regions_are_welded_as_the_segmentation_was():
     soup = shapes.soup(shapes.strip(6))
     assert sf.segment(soup, 2).regions.n_arcs == 1
-    assert sf.segment(soup, 6, weld=False).regions.n_arcs == 0
+    assert sf.segment(sf.prepare(soup, weld=False), 6).regions.n_arcs == 0
 
 
 def test_a_segmentation_of_a_graph_has_regions_where_arcs_have_measures():

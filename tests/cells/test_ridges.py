@@ -247,7 +247,7 @@ def test_regions_end_at_the_edges_of_a_box():
     side = np.arange(mesh.n_faces) // (2 * 4**4)
     by_default = sf.segment(mesh, 12)
     assert all(len(set(side[by_default.labels == label])) == 1 for label in range(12))
-    without = sf.segment(mesh, 12, ridges=0)
+    without = sf.segment(mesh, 12, weights=sf.Weights(ridges=0))
     assert any(len(set(side[without.labels == label])) > 1 for label in range(12))
     assert (by_default.params["ridges"], without.params["ridges"]) == (1.0, 0.0)
 
@@ -255,14 +255,16 @@ def test_regions_end_at_the_edges_of_a_box():
 @pytest.mark.parametrize("weights", ["superfacets"])
 def test_other_weights_know_no_ridges(weights):
     mesh = subdivided(shapes.cube(), 2)
-    one, other = (sf.segment(mesh, 9, weights=weights, ridges=ridges) for ridges in (None, 3.0))
+    one, other = (
+        sf.segment(mesh, 9, weights=sf.Weights(weights, ridges=ridges)) for ridges in (None, 3.0)
+    )
     assert np.array_equal(one.labels, other.labels)
     assert "ridges" not in other.params
 
 
 def test_points_have_no_ridges():
     points = np.random.default_rng(0).uniform(size=(600, 3)) * [1, 1, 0]
-    one, other = (sf.segment(points, 9, ridges=ridges) for ridges in (0, 3.0))
+    one, other = (sf.segment(points, 9, weights=sf.Weights(ridges=ridges)) for ridges in (0, 3.0))
     assert np.array_equal(one.labels, other.labels)
 
 
@@ -270,4 +272,4 @@ def test_a_negative_weight_of_ridges_is_refused():
     with pytest.raises(ValueError, match="ridges must be finite and not negative"):
         prices(shapes.cube(), ridges=-0.1)
     with pytest.raises(ValueError, match="ridges must be finite and not negative"):
-        sf.segment(shapes.cube(), 2, ridges=math.nan)
+        sf.segment(shapes.cube(), 2, weights=sf.Weights(ridges=math.nan))

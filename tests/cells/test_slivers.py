@@ -68,7 +68,7 @@ def test_a_fan_over_a_flat_face_is_warned_of_once_with_what_to_do():
     message = str(caught[0].message)
     assert "\n" not in message
     assert caught[0].filename == __file__
-    max_edge = result.params["expected_radius"] / 4
+    max_edge = result.params["radius"] / 4
     assert message == (
         "37% of the area is in faces that are long and thin compared with the regions, so regions"
         " will be stripes: subdivide first,"
@@ -81,7 +81,7 @@ def test_after_what_the_warning_says_regions_are_rounder_and_there_is_no_warning
     block = shapes.drilled_block(256)
     with pytest.warns(sf.SliverWarning):
         striped = sf.segment(block, 100)
-    fine = sf.subdivide(block, striped.params["expected_radius"] / 4)
+    fine = sf.subdivide(block, striped.params["radius"] / 4)
     result = sf.segment(fine.mesh, 100)
     assert result.sliver_share == 0
     assert compactness(fine.mesh, result.labels) < 0.7 * compactness(block, striped.labels)

@@ -2,17 +2,16 @@
 
 import warnings
 
+import loops
 import numpy as np
 import pytest
 import shapes
 
 import superfacets as sf
 from superfacets import _core
-from superfacets.base.checks import checked_threads
 from superfacets.graph import sorting
 from superfacets.graph.kinds import kind_of
 from superfacets.mesh.faces import corners_of
-from superfacets.stages.prepare import Prepared
 
 
 @pytest.fixture(autouse=True)
@@ -170,15 +169,12 @@ EDGES = BEAR.faces[np.abs(X - 0.5) < 0.02][:, :2]
 GIVEN = {
     "defaults": ({"n_segments": 40},) * 2,
     "weights": ({"n_segments": 40, "weights": "superfacets", "smooth": False},) * 2,
-    "parts": ({"n_segments": 40, **sf.PARTS},) * 2,
-    "clean-up": ({"n_segments": 40, "min_size": 0.9, "enforce_connectivity": True},) * 2,
-    "unwelded": ({"n_segments": 40, "weld": False},) * 2,
     "farthest": ({"n_segments": 40, "init": "farthest", "tol": 0.0},) * 2,
-    "features": ({"n_segments": 40, "features": X, "feature_weight": 50.0},
-                 {"n_segments": 40, "features": X[ORDER], "feature_weight": 50.0}),
+    "features": ({"n_segments": 40, "features": sf.Features(X, 50.0)},
+                 {"n_segments": 40, "features": sf.Features(X[ORDER], 50.0)}),
     "features of vertices": (
-        {"n_segments": 40, "features": BEAR.vertices, "feature_weight": 50.0},
-        {"n_segments": 40, "features": PLACED.vertices, "feature_weight": 50.0}),
+        {"n_segments": 40, "features": sf.Features(BEAR.vertices, 50.0)},
+        {"n_segments": 40, "features": sf.Features(PLACED.vertices, 50.0)}),
     "mask": ({"n_segments": 40, "mask": X < 0.4, "islands": "nearest"},
              {"n_segments": 40, "mask": (X < 0.4)[ORDER], "islands": "nearest"}),
     "barriers": ({"n_segments": 40, "barriers": (5 * X).astype(int), "islands": "nearest"},
@@ -228,9 +224,7 @@ def test_facts_and_calls_are_those_of_the_sorted_mesh():
     results = {}
     for name, mesh in (("given", BEAR), ("sorted", PLACED)):
         take = calls[name].append
-        results[name] = sf.segment(
-            mesh, 40, progress=lambda *facts, take=take: take(facts), on_stage=take
-        )
+        results[name] = sf.segment(mesh, 40, callback=lambda *facts, take=take: take(facts))
     given, expected = results["given"], results["sorted"]
     assert calls["given"] == calls["sorted"]
     assert list(given.timings) == list(expected.timings)
@@ -256,31 +250,28 @@ def test_regions_are_as_good_as_in_the_order_of_the_input(limit):
     assert scores[0] == pytest.approx(scores[1], rel=0.03)
 
 
-@pytest.mark.parametrize("options", [sf.PAPER, {"radius_factor": 2.0}, {"weights": "given"}])
+@pytest.mark.parametrize("options", [{"paper": True}, {"radius_factor": 2.0}, {"weights": "given"}])
 def test_the_halted_mode_and_given_weights_keep_the_order_of_the_input(limit, options):
     if options.get("weights") == "given":
         graph = sf.build_face_graph(BEAR)
         options = {"weights": sf.crease_weights(BEAR, graph, 0.1)}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", sf.IslandWarning)
-        found = sf.segment(BEAR, 40, **options)
+        found = loops.segment(BEAR, 40, **options)
         limit("cells that are sorted", 1 << 30)
-        expected = sf.segment(BEAR, 40, **options)
+        expected = loops.segment(BEAR, 40, **options)
     assert np.array_equal(found.labels, expected.labels)
 
 
 def test_prepared_cells_keep_their_order():
-    prepared = Prepared.of(BEAR, weld=True, n_threads=checked_threads(None))
+    prepared = sf.prepare(BEAR)
     result = sf.segment(prepared, 40)
     assert np.array_equal(result.labels, sf.segment(BEAR, 40).labels)
     assert result.cells is BEAR
-    for options in ({"weights": [1.0]}, {"radius_factor": 2.0}):
-        with pytest.raises(
-            ValueError,
-            match="prepared cells are sorted, but radius_factor and arrays of weights need"
-            " the input order: pass the mesh instead, or leave these parameters out",
-        ):
-            sf.segment(prepared, 40, **options)
+    given = sf.crease_weights(BEAR, sf.build_face_graph(BEAR), 0.1)
+    for options in ({"weights": given}, {"paper": True}, {"radius_factor": 2.0}):
+        found, expected = (loops.segment(cells, 40, **options) for cells in (prepared, BEAR))
+        assert np.array_equal(found.labels, expected.labels)
 
 
 def test_errors_tell_numbers_of_the_input():

@@ -57,10 +57,10 @@ def test_a_column_falls_into_two_halves():
     lower, upper = cubes[:3].ravel(), cubes[5:].ravel()
     assert len(set(lower.tolist())) == len(set(upper.tolist())) == 1
     assert lower[0] != upper[0]
-    assert result.params["expected_radius"] == pytest.approx((3 * 4 / (4 * math.pi)) ** (1 / 3))
+    assert result.params["radius"] == pytest.approx((3 * 4 / (4 * math.pi)) ** (1 / 3))
     diagonal = math.sqrt(8**2 + 2)
     by_radius = sf.segment(column(8), radius=0.4)
-    assert by_radius.params["expected_radius"] == pytest.approx(0.4 * diagonal)
+    assert by_radius.params["radius"] == pytest.approx(0.4 * diagonal)
     expected = round(8 / (4 / 3 * math.pi * (0.4 * diagonal) ** 3)) or 1
     assert by_radius.n_segments == max(1, expected)
 
@@ -249,7 +249,7 @@ def test_a_graph_of_tetrahedra_is_clustered_as_the_mesh():
     expected = sf.segment(body, 10, smooth=False)
     result = sf.segment_graph(cells, 10)
     assert np.array_equal(result.labels, expected.labels)
-    assert result.params["expected_radius"] == expected.params["expected_radius"]
+    assert result.params["radius"] == expected.params["radius"]
     assert metrics.compactness(cells, result) == pytest.approx(metrics.compactness(body, result))
     same = pickle.loads(pickle.dumps(cells))
     assert same.dimension == 3

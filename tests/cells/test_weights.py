@@ -12,6 +12,7 @@ from superfacets import (
     CellGraph,
     Mesh,
     PolygonMesh,
+    Weights,
     arc_measures,
     build_face_graph,
     crease_weights,
@@ -31,7 +32,6 @@ from superfacets.weights.formulas import (
     arc_weights,
 )
 from superfacets.weights.formulas import weights_of as weights_of_factors
-from superfacets_cli.segment import segment_command
 
 
 def weights_of(mesh, **options):
@@ -351,7 +351,7 @@ def test_a_crease_costs_the_same_on_a_finer_mesh_with_creases_alone(weights, rat
                 Surface.of_faces(mesh, graph, 1),
                 graph,
                 0.3,
-                WeightOptions.checked(weights, alpha, 1.0),
+                WeightOptions.checked(Weights(weights, alpha=alpha, eta_convex=1.0), None),
             ).weights
             for alpha in (0.0, 100.0)
         ]
@@ -362,9 +362,9 @@ def test_a_crease_costs_the_same_on_a_finer_mesh_with_creases_alone(weights, rat
 def test_segment_uses_the_expected_radius_for_creases():
     mesh = shapes.bumpy_sheet(16)
     graph = build_face_graph(mesh)
-    result = segment(mesh, 9, weights="creases", alpha=30.0, eta_convex=0.1, denoise=0)
+    result = segment(mesh, 9, weights=Weights("creases", eta_convex=0.1), alpha=30.0, denoise=0)
     weights = superfacet_weights(
-        mesh, graph, alpha=30.0, eta_convex=0.1, crease_length=result.params["expected_radius"]
+        mesh, graph, alpha=30.0, eta_convex=0.1, crease_length=result.params["radius"]
     )
     assert np.array_equal(segment(mesh, 9, weights=weights, denoise=0).labels, result.labels)
     assert result.params["weights"] == "creases"
@@ -393,6 +393,8 @@ def test_crease_weights_refuse_wrong_numbers(radius, options):
 
 
 def test_one_entry_of_the_table_makes_a_weight_known_everywhere(monkeypatch):
+    from superfacets_cli.segment import segment_command
+
     assert get_args(WeightName) == tuple(WEIGHTS)
     option = next(o for o in segment_command.params if o.name == "weights")
     assert option.type.choices == tuple(WEIGHTS)

@@ -1,5 +1,6 @@
 """Coarse to fine: coarse cells, their arcs, and the loop on them and then on all cells."""
 
+import loops
 import numpy as np
 import pytest
 import reference
@@ -7,7 +8,6 @@ import shapes
 from shapes import unit_graph
 
 from superfacets import (
-    PAPER,
     CellGraph,
     Mesh,
     _core,
@@ -164,11 +164,17 @@ def test_cells_of_islands_do_not_count_as_those_of_regions():
 
 @pytest.mark.parametrize(
     "options",
-    [PAPER, {"tol": 0}, {"max_num_iter": 1}, {"radius_factor": 3.0}, {"init": [0, 700, 1400]}],
+    [
+        {"paper": True},
+        {"tol": 0},
+        {"max_num_iter": 1},
+        {"radius_factor": 3.0},
+        {"init": [0, 700, 1400]},
+    ],
 )
 def test_some_options_keep_the_loop_on_all_faces(options):
     mesh = shapes.bumpy_sheet(60)
-    result = segment(mesh, None if "init" in options else 3, **options)
+    result = loops.segment(mesh, None if "init" in options else 3, **options)
     assert [level.n_cells for level in result.levels] == [mesh.n_faces]
     assert result.levels[0].n_iter == result.n_iter
     assert result.levels[0].stop_reason == result.stop_reason
@@ -193,12 +199,13 @@ def test_progress_counts_through_the_levels_and_ends_all_of_them():
     mesh = shapes.bumpy_sheet(60)
     for weights in ("creases", "parts"):
         told = []
-        result = segment(mesh, 4, weights=weights, progress=lambda *call, to=told: to.append(call))
-        assert [n_iter for n_iter, _ in told] == list(range(1, len(told) + 1))
+        result = segment(mesh, 4, weights=weights, callback=lambda *call, to=told: to.append(call))
+        told = [n_iter for _, n_iter, _ in told if n_iter]
+        assert told == list(range(1, len(told) + 1))
         n_spread = sum(level.n_cells == mesh.n_faces for level in result.levels)
         assert len(told) == result.n_iter - n_spread  # the last iteration only labels all faces
     cancelled = segment(
-        mesh, 4, weights="creases", progress=lambda n_iter, n_moved: False, smooth=False, denoise=0
+        mesh, 4, weights="creases", callback=lambda *_: False, smooth=False, denoise=0
     )
     assert cancelled.stop_reason == "cancelled"
     assert {level.n_iter for level in cancelled.levels} == {1}
@@ -208,7 +215,7 @@ def test_progress_counts_through_the_levels_and_ends_all_of_them():
 def test_a_cancel_in_the_iteration_that_converges_is_a_cancel():
     mesh = shapes.bumpy_sheet(60)
     first = segment(mesh, 4).levels[0].n_iter
-    result = segment(mesh, 4, progress=lambda n_iter, n_moved: n_iter < first)
+    result = segment(mesh, 4, callback=lambda stage, n_iter, n_moved: n_iter < first)
     assert result.stop_reason == "cancelled"
     assert {level.n_iter for level in result.levels[1:]} == {1}
 

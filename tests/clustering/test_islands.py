@@ -3,19 +3,20 @@
 import math
 import time
 
+import loops
 import numpy as np
 import pytest
 import reference
 import shapes
 
 from superfacets import (
-    PAPER,
     CellGraph,
     IslandWarning,
     Mesh,
     _core,
     build_face_graph,
     mesh_info,
+    paper,
     place_seeds,
     segment,
     segment_graph,
@@ -77,18 +78,17 @@ def test_more_regions_than_asked_for_come_with_a_warning_that_says_what_to_do(ge
 
 def test_there_is_no_warning_where_no_number_was_asked_for_or_all_is_as_asked(gears):
     """In tests, warnings are errors."""
-    segment(gears, radius=0.1)
-    segment(gears, 30, **PAPER)
+    segment(gears, radius=0.1 * build_face_graph(gears).diagonal)
+    paper.segment(gears, 30)
     segment(gears, 30, islands="nearest")
     segment(shapes.two_islands(), 2)
     segment(shapes.soup(shapes.cube()), 12)
 
 
-@pytest.mark.parametrize("options", [PAPER, {**PAPER, "enforce_connectivity": True}])
-def test_k_is_k_where_expansions_halt(gears, options):
-    kept = segment(gears, 30, **options)
+def test_k_is_k_where_expansions_halt(gears):
+    kept = paper.segment(gears, 30)
     assert kept.n_segments == 30 + kept.n_unreached > 30
-    joined = segment(gears, 30, **options, islands="nearest")
+    joined = paper.segment(gears, 30, islands="nearest")
     assert joined.n_segments == 30
     assert np.array_equal(np.unique(joined.labels), np.arange(30))
 
@@ -125,7 +125,7 @@ def test_an_island_is_all_in_the_region_nearest_to_it(gears):
 @pytest.mark.parametrize("init", [*INITS, "flood", "grid"])
 def test_islands_make_no_difference_to_a_mesh_in_one_piece(init):
     sheet = shapes.bumpy_sheet(16)
-    one, other = (segment(sheet, 20, init=init, islands=i) for i in ("keep", "nearest"))
+    one, other = (loops.segment(sheet, 20, init=init, islands=i) for i in ("keep", "nearest"))
     assert np.array_equal(one.labels, other.labels)
     assert one.n_unreached == other.n_unreached == 0
 
@@ -136,7 +136,7 @@ def test_flood_leaves_islands_out_where_they_are_to_join():
     assert 40 in place_seeds(graph, 3, init="flood")
     seeds = place_seeds(graph, 3, init="flood", islands="nearest")
     assert 40 not in seeds
-    result = segment(mesh, 3, init="flood", islands="nearest")
+    result = loops.segment(mesh, 3, init="flood", islands="nearest")
     assert (result.n_segments, result.n_unreached) == (len(seeds), 1)
 
 
@@ -147,8 +147,9 @@ def test_flood_leaves_islands_out_where_they_are_to_join():
 def test_what_seeds_of_ones_own_or_of_a_grid_leave_out_joins_the_nearest_too(
     init, n_islands, n_regions, labels
 ):
-    size = {"radius": 0.6} if init == "grid" else {}
-    result = segment(strips(6, 1, 1, 1), init=init, islands="nearest", smooth=False, **size)
+    mesh = strips(6, 1, 1, 1)
+    size = {"radius": 0.6 * build_face_graph(mesh).diagonal} if init == "grid" else {}
+    result = loops.segment(mesh, init=init, islands="nearest", smooth=False, **size)
     assert result.n_unreached == n_islands
     assert result.n_segments == len(result.centers) == n_regions
     assert result.labels.tolist() == labels
@@ -185,14 +186,6 @@ def test_an_island_does_not_join_another_island():
     assert segment_graph(graph, 1).n_segments == 4
 
 
-def test_small_regions_and_islands_are_merged_together():
-    mesh = strips(40, 2)
-    result = segment(mesh, 10, min_size=0.9, islands="nearest")
-    assert result.n_unreached == 1
-    assert result.n_segments == 10 - result.n_merged
-    assert result.n_islands == 0
-
-
 @pytest.mark.parametrize("init", [*INITS, "flood"])
 @pytest.mark.parametrize("beside_a_sheet", [True, False])
 def test_a_hundred_thousand_specks_take_seconds(init, beside_a_sheet):
@@ -203,7 +196,7 @@ def test_a_hundred_thousand_specks_take_seconds(init, beside_a_sheet):
     if beside_a_sheet:
         mesh = shapes.together([mesh, shapes.bumpy_sheet(60)])
     begin = time.process_time()
-    result = segment(mesh, 150, init=init, islands="nearest", smooth=False)
+    result = loops.segment(mesh, 150, init=init, islands="nearest", smooth=False)
     assert time.process_time() - begin < 30
     if init in INITS:
         assert result.n_segments == 150
@@ -272,7 +265,7 @@ def test_loops_without_islands_equal_their_twins(seed):
         for factor in (None, 1.5):
             history, _ = reference.iterate(graph, seeds, radius, radius_factor=factor, **islands)
             labels, centers = history[-1]
-            result = segment_graph(graph, k, init=init, radius_factor=factor, **islands)
+            result = loops.segment_graph(graph, k, init=init, radius_factor=factor, **islands)
             *expected, _ = reference.join_islands(graph, labels)
             assert [result.labels.tolist(), result.n_unreached] == expected
             assert result.centers.tolist() == centers

@@ -7,7 +7,7 @@ import pytest
 import shapes
 
 import superfacets as sf
-from superfacets import Mesh, segment, spectral_embedding
+from superfacets import Mesh, Weights, segment, spectral_embedding
 from superfacets.weights.formulas import WEIGHTS
 
 BEAR = sf.sample_mesh(5_000)
@@ -124,11 +124,11 @@ def test_thousands_of_islands_have_no_parts():
 )
 def test_without_concave_creases_there_are_no_parts(mesh, monkeypatch):
     """Costs between parts are 0 for any factor. Ridges are off, because they divide a cube."""
-    expected = segment(mesh, 8, ridges=0).labels
+    expected = segment(mesh, 8, weights=Weights(ridges=0)).labels
     weight = WEIGHTS["parts"]
     other = replace(weight, defaults={**weight.defaults, "gamma": 50.0})
     monkeypatch.setitem(WEIGHTS, "parts", other)
-    assert np.array_equal(segment(mesh, 8, ridges=0).labels, expected)
+    assert np.array_equal(segment(mesh, 8, weights=Weights(ridges=0)).labels, expected)
     assert not np.array_equal(segment(BEAR, 8).labels, segment(BEAR, 8, weights="creases").labels)
 
 

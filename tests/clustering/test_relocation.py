@@ -2,6 +2,7 @@
 
 import math
 
+import loops
 import numpy as np
 import pytest
 import reference
@@ -108,7 +109,7 @@ def test_the_number_of_regions_stays(seed):
     graph, seeds = random_case(seed)
     for changed in ({}, {"tol": 0.0}, {"islands": "nearest"}, {"init": seeds}):
         options = changed if "init" in changed else {"n_segments": len(seeds), **changed}
-        moved = sf.segment_graph(graph, relocate=True, **options)
+        moved = loops.segment_graph(graph, relocates=True, **options)
         if seed != 4:  # with one-way arcs, moving a center may leave orphans
             assert moved.n_segments == sf.segment_graph(graph, **options).n_segments
         assert moved.n_segments >= len(seeds)
@@ -116,23 +117,20 @@ def test_the_number_of_regions_stays(seed):
         assert moved.labels[moved.centers].tolist() == list(range(moved.n_segments))
 
 
-def energy(mesh, result):
+def energy(graph, result):
     """Return the mean squared path length to the nearest center."""
-    graph = sf.build_face_graph(mesh)
-    radius = result.params["expected_radius"]
-    graph = graph.with_weights(sf.crease_weights(mesh, graph, radius))
     clustering = _core.Clustering(graph.ordered(1), result.centers, math.inf, 1, KEEP)
-    lengths = clustering.lengths() * (graph.unit * graph.diagonal / radius)
-    return float(np.average(lengths**2, weights=graph.measures))
+    return float(np.average(clustering.lengths() ** 2.0, weights=graph.measures))
 
 
 @pytest.mark.parametrize("options", [{}, {"init": "farthest"}, {"init": "grid"}, {"tol": 0.0}])
 def test_regions_are_nearer_to_their_centers(options):
     mesh = shapes.bumpy_sheet(60)
-    options = {"weights": "creases", "denoise": 0, **options}  # the energy uses these weights
-    usual, moved = (sf.segment(mesh, 40, relocate=on, **options) for on in (False, True))
-    assert energy(mesh, moved) < energy(mesh, usual)
-    assert (usual.params["relocate"], moved.params["relocate"]) == (False, True)
+    graph = sf.build_face_graph(mesh)
+    radius = math.sqrt(graph.measures.sum() / (40 * math.pi))
+    graph = graph.with_weights(sf.crease_weights(mesh, graph, radius))
+    usual, moved = (loops.segment_graph(graph, 40, relocates=on, **options) for on in (False, True))
+    assert energy(graph, moved) < energy(graph, usual)
     n_most = usual.n_iter + len(RELOCATED_FRACTIONS) * ITERATIONS_PER_ROUND
     assert usual.n_iter <= moved.n_iter <= n_most + len(moved.levels) * 50
 
@@ -140,16 +138,14 @@ def test_regions_are_nearer_to_their_centers(options):
 @pytest.mark.parametrize("options", [{}, {"tol": 0.0}])
 def test_labels_do_not_depend_on_the_number_of_threads(options):
     mesh = shapes.bumpy_sheet(130)
-    one, *others = (
-        sf.segment(mesh, 150, relocate=True, n_threads=n, **options).labels for n in (1, 2, 8)
-    )
+    one, *others = (sf.segment(mesh, 150, n_threads=n, **options).labels for n in (1, 2, 8))
     assert all(np.array_equal(one, other) for other in others)
-    assert not np.array_equal(one, sf.segment(mesh, 150, relocate=False, **options).labels)
+    assert not np.array_equal(one, loops.segment(mesh, 150, relocates=False, **options).labels)
 
 
 def test_labels_keep_under_scaling_and_follow_the_order_of_faces():
     mesh = shapes.bumpy_sheet(40)
-    options = {"relocate": True, "smooth": False}  # smoothing depends on the order of faces
+    options = {"smooth": False}  # smoothing depends on the order of faces
     labels = sf.segment(mesh, 40, **options).labels
     larger = sf.Mesh(4.0 * mesh.vertices, mesh.faces)
     assert np.array_equal(sf.segment(larger, 40, **options).labels, labels)
@@ -165,7 +161,8 @@ def test_all_kinds_of_cells_relocate():
     )
     points = np.random.default_rng(1).uniform(size=(900, 3)) * [1, 1, 0]
     for cells in (mesh, polygons, points):
-        assert sf.segment(cells, 15, relocate=True).n_segments == 15
+        result = sf.segment(cells, 15)
+        assert (result.n_segments, result.params["relocates"]) == (15, True)
 
 
 def test_masks_and_barriers_hold():
@@ -173,67 +170,54 @@ def test_masks_and_barriers_hold():
     centroids = mesh.vertices[mesh.faces].mean(axis=1)
     half = (centroids[:, 0] > np.median(centroids[:, 0])).astype(int)
     mask = centroids[:, 1] > np.quantile(centroids[:, 1], 0.3)
-    result = sf.segment(mesh, 24, relocate=True, mask=mask, barriers=half)
+    result = sf.segment(mesh, 24, mask=mask, barriers=half)
     assert np.array_equal(result.labels >= 0, mask)
     assert all(len(set(half[result.labels == label])) == 1 for label in range(24))
     assert result.n_segments == 24
 
 
-def test_the_default_goes_by_the_weights_and_what_rules_it_out():
+def test_centers_relocate_with_the_default_weights_unless_seeds_or_a_limit_are_given():
     mesh = shapes.bumpy_sheet(12)
+    n_arcs = sf.build_face_graph(mesh).n_arcs
     for options, is_on in (
         ({}, True),
         ({"init": "farthest"}, True),
-        ({"relocate": False}, False),
         ({"init": [0, 9, 99]}, False),
         ({"radius_factor": 2.0}, False),
         ({"weights": "creases"}, False),
-        ({"weights": "creases", "relocate": True}, True),
-        ({"weights": np.ones(sf.build_face_graph(mesh).n_arcs)}, False),
+        ({"weights": np.ones(n_arcs)}, False),
     ):
         n_segments = None if options.get("init") == [0, 9, 99] else 3
-        assert sf.segment(mesh, n_segments, **options).params["relocate"] is is_on
+        assert loops.segment(mesh, n_segments, **options).params["relocates"] is is_on
 
 
 def test_no_iterations_no_moves():
     mesh = shapes.bumpy_sheet(30)
-    still = [sf.segment(mesh, 20, max_num_iter=0, relocate=on).labels for on in (False, True)]
+    still = [loops.segment(mesh, 20, max_num_iter=0, relocates=on).labels for on in (False, True)]
     assert np.array_equal(*still)
 
 
 def test_a_cancelled_run_does_not_relocate():
-    mesh = shapes.bumpy_sheet(30)
-    result = sf.segment(mesh, 20, relocate=True, progress=lambda *_: False)
+    result = sf.segment(shapes.bumpy_sheet(30), 20, callback=lambda *_: False)
     assert (result.n_iter, result.stop_reason) == (1, "cancelled")
 
 
-def test_progress_counts_on():
+def test_the_callback_counts_on():
     counted = []
     result = sf.segment(
-        shapes.bumpy_sheet(30), 20, tol=0.0, relocate=True,
-        progress=lambda n_iter, n_moved: counted.append(n_iter),
+        shapes.bumpy_sheet(30), 20, tol=0.0,
+        callback=lambda stage, n_iter, n_moved: counted.append(n_iter),
     )  # fmt: skip
-    assert counted == list(range(1, result.n_iter + 1))
-
-
-def test_the_halted_mode_and_other_values_are_refused():
-    mesh = shapes.bumpy_sheet(8)
-    with pytest.raises(
-        ValueError,
-        match="relocate=True cannot be combined with radius_factor, which limits the"
-        " paths from centers: leave one of them out",
-    ):
-        sf.segment(mesh, 5, relocate=True, **sf.PAPER)
-    with pytest.raises(TypeError, match="relocate must be True or False, got 1"):
-        sf.segment(mesh, 5, relocate=1)
+    assert [n_iter for n_iter in counted if n_iter] == list(range(1, result.n_iter + 1))
 
 
 def test_a_third_of_the_iterations_is_kept_for_relocation():
     mesh = shapes.bumpy_sheet(60)
-    options = {"weights": "creases", "tol": 0.0, "denoise": 0}
-    moved = sf.segment(mesh, 40, relocate=True, max_num_iter=6, **options)
+    graph = sf.build_face_graph(mesh)
+    graph = graph.with_weights(sf.crease_weights(mesh, graph, 0.1))
+    moved = loops.segment_graph(graph, 40, relocates=True, max_num_iter=6, tol=0.0)
     assert moved.n_iter == 6
     for n_iter in (4, 6):  # the loop does not converge in either
-        usual = sf.segment(mesh, 40, relocate=False, max_num_iter=n_iter, **options)
+        usual = loops.segment_graph(graph, 40, max_num_iter=n_iter, tol=0.0)
         assert (usual.n_iter, usual.stop_reason) == (n_iter, "max_num_iter")
         assert not np.array_equal(moved.labels, usual.labels)

@@ -82,7 +82,7 @@ def test_a_surface_gets_the_labels_of_segment(plugin):
     surface = sheet()
     surface.cell_data["old"] = np.arange(SHEET.n_faces)
     made = run(plugin, surface, Regions=5, FollowRidges=0.2, ArrayName="Label")
-    expected = sf.segment(SHEET, 5, eta_convex=0.2).labels
+    expected = sf.segment(SHEET, 5, weights=sf.Weights(eta_convex=0.2)).labels
     assert isinstance(made, pyvista.PolyData)
     assert np.array_equal(made.cell_data["Label"], expected)
     assert np.array_equal(made.cell_data["Label_colors"], sf.face_colors(SHEET, expected))

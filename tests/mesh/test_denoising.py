@@ -6,11 +6,10 @@ import shapes
 from research.princeton import Benchmark
 
 import superfacets as sf
-from superfacets import Mesh, _core, build_face_graph, sample_mesh, segment
+from superfacets import Mesh, Sizes, _core, build_face_graph, sample_mesh, segment
 from superfacets.mesh.denoising import Roughness, sampled_faces, slack_of, smoothed
 from superfacets.mesh.faces import vertex_graph
 from superfacets.metrics import undersegmentation_error as error_of
-from superfacets.stages.prepare import Prepared
 from superfacets.tools.sample import split_in_four
 
 
@@ -190,14 +189,14 @@ def test_the_default_equals_its_number_of_steps():
 
 def test_prepared_cells_are_smoothed_as_the_mesh_is():
     mesh = noisy(sample_mesh(20_000), 0.1)
-    prepared = Prepared.of(mesh, weld=True, n_threads=1)
-    result, wanted = segment(prepared, 12), segment(mesh, 12)
-    assert result.params["denoise"] == wanted.params["denoise"] > 0
-    assert np.array_equal(result.labels, wanted.labels)
-    with pytest.raises(
-        ValueError, match="denoise needs the mesh: pass the mesh instead of prepared cells"
-    ):
-        segment(prepared, 12, denoise=0)
+    for options in ({}, {"denoise": 0}, {"denoise": 3}):
+        wanted = segment(mesh, 12, **options)
+        for prepared in (sf.prepare(mesh), sf.prepare(mesh, denoise=3)):
+            if options or prepared.n_steps != 3:
+                result = segment(prepared, 12, **options)
+                assert result.params["denoise"] == wanted.params["denoise"]
+                assert np.array_equal(result.labels, wanted.labels)
+    assert segment(prepared, 12).params["denoise"] == 3  # that of `prepare`
 
 
 def test_points_and_tetrahedra_are_not_smoothed():
@@ -297,7 +296,7 @@ def test_bounds_of_areas_hold_before_smoothing():
     mesh = shapes.bumpy_sheet(24)
     areas = build_face_graph(mesh).measures
     bound = areas.sum() / 10
-    result = segment(mesh, 12, max_measure=bound)
+    result = segment(mesh, 12, sizes=Sizes(bounds=(None, bound)))
     assert result.params["denoise"] > 0
     assert np.bincount(result.labels, areas).max() <= bound * (1 + 1e-9)
 

@@ -62,7 +62,7 @@ def test_two_flowers_are_two_regions_around_their_middles():
     result = sf.segment_graph(graph, 2, init=[0, 10])  # the center of one, a petal of the other
     assert result.labels.tolist() == [0] * 7 + [1] * 7
     assert result.centers.tolist() == [0, 7]
-    assert result.params["expected_radius"] == pytest.approx(math.sqrt(7 * AREA / math.pi))
+    assert result.params["radius"] == pytest.approx(math.sqrt(7 * AREA / math.pi))
     assert metrics.compactness(graph, result) == pytest.approx(18 / math.sqrt(7 * AREA))
 
 

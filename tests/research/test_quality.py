@@ -114,8 +114,7 @@ def test_each_variant_is_measured_on_each_model_at_each_k(results):
 
 def test_the_numbers_are_those_of_the_metrics(subject, results):
     row = next(row for row in results.rows if row["variant"] == "plain, smooth")
-    keywords = VARIANTS["plain, smooth"]
-    labels = sf.segment(subject.mesh, row["k"], **keywords).labels
+    labels = sf.segment(subject.mesh, row["k"], **VARIANTS["plain, smooth"]).labels
     values = metrics.evaluate(subject.mesh, labels, subject.truths)
     assert row["ue"] == pytest.approx(values["undersegmentation_error"], abs=1e-12)
     assert row["compactness"] == pytest.approx(values["compactness"])

@@ -1,16 +1,15 @@
 """Classes for options of `segment`, grouped by stage or subject.
 
-The method ``checked`` of each class validates arguments before any work is done. The property
-``params``, which most classes have, returns the options as entries of `Segmentation.params`. Other
-classes of options are next to the code that uses the options: `WeightOptions` and `FeatureOptions`
-in `weights`, `ConstraintOptions` in `graph`, and `stages.options.SegmentOptions`, which contains
-all options.
+Arguments are checked when an object is made, before any work is done. The property ``params``,
+which most classes have, returns the options as entries of `Segmentation.params`. Other classes of
+options are next to the code that uses the options: `Weights` and `Features` in `weights`,
+`ConstraintOptions` in `graph`, and `stages.options.SegmentOptions`, which contains all options.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias, get_args
 
@@ -21,7 +20,6 @@ from .checks import (
     checked_callable,
     checked_choice,
     checked_count,
-    checked_flag,
     checked_fraction,
     checked_number,
     checked_threads,
@@ -29,7 +27,7 @@ from .checks import (
     refuse_first,
     refuse_mask,
 )
-from .timing import OnStage
+from .timing import Callback, Reports
 from .types import Floats
 
 Init = Literal["geodesic", "curve", "farthest", "flood", "grid"]
@@ -45,47 +43,27 @@ Seeds: TypeAlias = Sequence[int] | npt.NDArray[np.integer[Any]]
 """Indices of seed faces. The type is not `ArrayLike`, because type checkers would then accept a
 misspelled name of a seeding method."""
 
-Progress = Callable[[int, int], object]
-"""Function that is called after each iteration with (iteration number, number of moved centers). If
-it returns False, the loop stops."""
-
 
 @dataclass(frozen=True)
 class SizeOptions:
     """Options for the number of regions, or for their size."""
 
     n_segments: int | None
-    radius: float | None  # radius of a region, as a fraction of the bounding box diagonal
-    expected_radius: float | None  # radius of a region, in the unit of the positions
+    radius: float | None  # expected radius of a region, in the unit of the positions
     seeds: Any  # argument `init`, but None if `init` is the name of a method
 
     @classmethod
-    def checked(
-        cls, n_segments: int | None, radius: float | None, expected_radius: float | None,
-        init: object,
-    ) -> SizeOptions:  # fmt: skip
+    def checked(cls, n_segments: int | None, radius: float | None, init: object) -> SizeOptions:
         """Check arguments of `segment`, and return them as options; `init` is checked later."""
-        sizes = {"n_segments": n_segments, "radius": radius, "expected_radius": expected_radius}
-        given = [f"{name} is {value}" for name, value in sizes.items() if value is not None]
-        if len(given) > 1:
-            raise ValueError(f"{' and '.join(given)}: give only one of them")
+        if n_segments is not None and radius is not None:
+            raise ValueError(
+                f"n_segments is {n_segments} and radius is {radius}: give only one of them"
+            )
         if n_segments is not None:
             checked_count(n_segments, "n_segments")
         if radius is not None:
             radius = checked_number(radius, "radius", zero=False)
-        if expected_radius is not None:
-            expected_radius = checked_number(expected_radius, "expected_radius", zero=False)
-        seeds = None if init is None or isinstance(init, str) else init
-        return cls(n_segments, radius, expected_radius, seeds)
-
-    @property
-    def has_radius(self) -> bool:
-        """Whether the caller gave the radius of regions."""
-        return self.radius is not None or self.expected_radius is not None
-
-    def radius_in(self, diagonal: float) -> float | None:
-        """Return the given radius in the unit of the positions, or None if no radius was given."""
-        return self.expected_radius if self.radius is None else self.radius * diagonal
+        return cls(n_segments, radius, None if init is None or isinstance(init, str) else init)
 
 
 @dataclass(frozen=True)
@@ -94,180 +72,153 @@ class LoopOptions:
 
     max_num_iter: int
     tol: float  # the loop stops if the RMS move of centers is at most `tol` * r
-    radius_factor: float | None  # paths end at this multiple of r from the center; None: no limit
     islands: str
     n_threads: int
-    progress: Progress | None
-    on_stage: OnStage | None = None
-    relocate: bool | None = False  # None: `segment` chooses the default later
+    report: Reports
+    radius_factor: float | None = None
+    """Paths end at this multiple of r from the center, as in the paper. None: there is no limit."""
+    relocates: bool = False
+    """Whether centers of small regions may move into large regions."""
 
     @classmethod
     def checked(
-        cls, max_num_iter: int, tol: float, radius_factor: float | None, islands: Islands,
-        n_threads: int | None, progress: Progress | None, on_stage: OnStage | None = None,
-        *, relocate: bool | None = False,
+        cls, max_num_iter: int, tol: float, islands: Islands, n_threads: int | None,
+        callback: Callback | None,
     ) -> LoopOptions:  # fmt: skip
         """Check arguments of `segment` and return them as options."""
-        if radius_factor is not None:
-            radius_factor = checked_number(radius_factor, "radius_factor", zero=False)
-        relocate = None if relocate is None else checked_flag(relocate, "relocate")
-        if relocate and radius_factor is not None:
-            raise ValueError(
-                "relocate=True cannot be combined with radius_factor, which limits the paths from"
-                " centers: leave one of them out"
-            )
         return cls(
             checked_count(max_num_iter, "max_num_iter", low=0),
             checked_number(tol, "tol", zero=True),
-            radius_factor,
             checked_choice(islands, "islands", ISLANDS),
             checked_threads(n_threads),
-            checked_callable(progress, "progress"),
-            checked_callable(on_stage, "on_stage"),
-            relocate,
+            Reports(checked_callable(callback, "callback")),
         )
 
     @property
     def params(self) -> dict[str, Any]:
         """The entries of `Segmentation.params` for these options."""
-        names = ("radius_factor", "max_num_iter", "tol", "relocate", "islands")
+        names = ("radius_factor", "max_num_iter", "tol", "islands", "relocates")
         return {name: getattr(self, name) for name in names}
 
 
-@dataclass(frozen=True)
-class BalanceOptions:
-    """Options for the sizes of regions."""
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Sizes:
+    """Sizes that regions get: balanced, between bounds, or a fixed number of cells.
+
+    The argument `sizes` of `segment`. Either only `cells` is given, or some of the other
+    parameters.
+
+    Parameters
+    ----------
+    balance : float, default 0.0
+        How equal the areas (volumes) of regions become, from 0 (not balanced) to 1 (equal).
+    bounds : (float or None, float or None), optional
+        Lowest and highest area (volume) of a region; None: no bound.
+    weights : array_like of float, shape (N,), optional
+        Sizes of cells, >= 0, that `balance` and `bounds` use instead of areas.
+    cells : int, optional
+        Exact number of cells in each region. One region of each connected component may be smaller:
+        it contains the remaining cells. See `Segmentation.patches`.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If a parameter is out of range, of the wrong type, or in conflict with another one.
+
+    Examples
+    --------
+    >>> import superfacets
+    >>> mesh = superfacets.sample_mesh(1_000)
+    >>> result = superfacets.segment(mesh, sizes=superfacets.Sizes(cells=100))
+    >>> result.n_segments, len(result.labels)
+    (10, 1000)
+    """
 
     balance: float = 0.0
-    max_measure: float | None = None
-    min_measure: float | None = None
-    cells_per_region: int | None = None
-    cell_weights: Any = None  # size of each cell, checked later by `checked_cell_weights`
+    bounds: tuple[float | None, float | None] = (None, None)
+    weights: Any = None  # checked later by `checked_weights`
+    cells: int | None = None
 
-    @classmethod
-    def checked(
-        cls, balance: float, bounds: tuple[float | None, float | None],
-        cells_per_region: int | None, cell_weights: Any,
-    ) -> BalanceOptions:  # fmt: skip
-        """Check arguments of `segment`, and return them as options.
-
-        `bounds` is the pair (`min_measure`, `max_measure`).
-        """
-        low, high = bounds
-        balance = checked_fraction(balance, "balance")
-        low = None if low is None else checked_number(low, "min_measure", zero=True)
-        high = None if high is None else checked_number(high, "max_measure", zero=False)
+    def __post_init__(self) -> None:
+        """Check the parameters."""
+        balance = checked_fraction(self.balance, "balance")
+        if not isinstance(self.bounds, (tuple, list)) or len(self.bounds) != 2:
+            raise TypeError(f"bounds must be a pair (lowest, highest), got {self.bounds!r}")
+        low, high = self.bounds
+        low = None if low is None else checked_number(low, "bounds[0]", zero=True)
+        high = None if high is None else checked_number(high, "bounds[1]", zero=False)
         if low is not None and high is not None and low > high:
-            raise ValueError(f"min_measure must be at most max_measure, {high:g}, got {low:g}")
-        if cells_per_region is not None:
-            cells_per_region = checked_count(cells_per_region, "cells_per_region")
-            given = {"balance": balance or None, "min_measure": low, "max_measure": high}
-            for name, value in (given | {"cell_weights": cell_weights}).items():
+            raise ValueError(f"bounds[0] must be at most bounds[1], {high:g}, got {low:g}")
+        object.__setattr__(self, "balance", balance)
+        object.__setattr__(self, "bounds", (low, high))
+        if self.cells is not None:
+            object.__setattr__(self, "cells", checked_count(self.cells, "cells"))
+            given = {"balance": balance or None, "weights": self.weights}
+            for name, value in (given | {"bounds": low if high is None else high}).items():
                 if value is not None:
-                    raise ValueError(f"cells_per_region already sets all sizes: leave {name} out")
-        options = cls(balance, high, low, cells_per_region, cell_weights)
-        if cell_weights is not None and not options.is_used:
+                    raise ValueError(f"Sizes(cells=...) already sets all sizes: leave {name} out")
+        elif self.weights is not None and not self.is_used:
             raise ValueError(
-                "cell_weights have no effect without balance, max_measure or min_measure: give one"
-                " of these parameters, or leave cell_weights out"
-            )
-        return options
-
-    def check_with(self, size: SizeOptions, loop: LoopOptions, min_size: float) -> None:
-        """Raise a ValueError if these options conflict with `size`, `loop` or `min_size`."""
-        if not self.is_used:
-            return
-        name = next(iter(self.params))
-        if loop.radius_factor is not None:
-            raise ValueError(
-                f"{name} cannot be combined with radius_factor, which limits the paths from"
-                " centers: leave one of them out"
-            )
-        if min_size > 0:
-            raise ValueError(f"{name} sets the sizes of regions: leave min_size out")
-        if self.cells_per_region is None:
-            return
-        if size.n_segments is not None or size.has_radius or size.seeds is not None:
-            raise ValueError(
-                "cells_per_region already sets the number of regions: leave out n_segments, radius"
-                " and expected_radius, and do not pass seeds as init"
-            )
-        if loop.islands == "nearest":
-            raise ValueError(
-                "cells_per_region keeps each region in one component: leave islands='nearest' out"
+                "Sizes.weights have no effect without balance or bounds: give one of them, or"
+                " leave weights out"
             )
 
     @property
     def is_used(self) -> bool:
-        """Whether any option limits or balances the sizes of regions."""
-        bounds = (self.max_measure, self.min_measure, self.cells_per_region)
-        return self.balance > 0 or any(bound is not None for bound in bounds)
+        """Whether the sizes of regions are balanced or limited."""
+        return self.balance > 0 or self.bounds != (None, None) or self.cells is not None
 
     @property
-    def bounds(self) -> tuple[float, float]:
-        """Minimum and maximum size of a region; 0 and infinity if there are no limits."""
-        low, high = self.min_measure, self.max_measure
+    def limits(self) -> tuple[float, float]:
+        """Minimum and maximum size of a region; 0 and infinity if there are no bounds."""
+        low, high = self.bounds
         return 0.0 if low is None else low, math.inf if high is None else high
 
     @property
-    def strength(self) -> float:
-        """The option `balance`, or 1 if `cells_per_region` is given."""
-        return 1.0 if self.cells_per_region is not None else self.balance
+    def shown_bounds(self) -> str:
+        """The bounds as the caller wrote them, for messages."""
+        low, high = ("None" if bound is None else f"{bound:g}" for bound in self.bounds)
+        return f"Sizes(bounds=({low}, {high}))"
 
-    def checked_cell_weights(self, n_cells: int) -> Floats:
-        """Return `cell_weights` as (N,) float64 after checking that each is finite and >= 0."""
-        refuse_mask(self.cell_weights, "cell_weights")
-        given = np.asarray(self.cell_weights)
+    @property
+    def strength(self) -> float:
+        """The parameter `balance`, or 1 if `cells` is given."""
+        return 1.0 if self.cells is not None else self.balance
+
+    def check_with(self, size: SizeOptions, islands: str) -> None:
+        """Raise a ValueError if `cells` conflicts with other arguments of `segment`."""
+        if self.cells is None:
+            return
+        if size.n_segments is not None or size.radius is not None or size.seeds is not None:
+            raise ValueError(
+                "Sizes(cells=...) already sets the number of regions: leave out n_segments and"
+                " radius, and do not pass seeds as init"
+            )
+        if islands == "nearest":
+            raise ValueError(
+                "Sizes(cells=...) keeps each region in one component: leave islands='nearest' out"
+            )
+
+    def checked_weights(self, n_cells: int) -> Floats:
+        """Return `weights` as (N,) float64 after checking that each is finite and >= 0."""
+        refuse_mask(self.weights, "Sizes.weights")
+        given = np.asarray(self.weights)
         if given.dtype.kind not in "iufb":
-            raise TypeError(f"cell_weights must contain numbers, got {given.dtype}")
+            raise TypeError(f"Sizes.weights must contain numbers, got {given.dtype}")
         if given.shape != (n_cells,):
-            raise ValueError(f"cell_weights must have shape ({n_cells},), got {given.shape}")
+            raise ValueError(f"Sizes.weights must have shape ({n_cells},), got {given.shape}")
         array = exact_doubles(given)
         is_wrong = ~(np.isfinite(array) & (array >= 0))
-        refuse_first(is_wrong, "cell_weights", given, "finite and not negative")
+        refuse_first(is_wrong, "Sizes.weights", given, "finite and not negative")
         return array
 
     @property
     def params(self) -> dict[str, Any]:
-        """The entries of `Segmentation.params` for the options that the caller has set."""
+        """The entries of `Segmentation.params` for the parameters that the caller has set."""
         given = {
             "balance": self.balance or None,
-            "max_measure": self.max_measure,
-            "min_measure": self.min_measure,
-            "cells_per_region": self.cells_per_region,
-            "cell_weights": None if self.cell_weights is None else "given",
+            "bounds": None if self.bounds == (None, None) else list(self.bounds),
+            "size_weights": None if self.weights is None else "given",
+            "cells": self.cells,
         }
         return {name: value for name, value in given.items() if value is not None}
-
-
-@dataclass(frozen=True)
-class CleanupOptions:
-    """Options of the clean-up of regions after the loop."""
-
-    smooth: bool
-    enforce_connectivity: bool
-    min_size: float  # regions smaller than this fraction of the mean area are merged
-    islands: str
-
-    @classmethod
-    def checked(
-        cls, smooth: bool, enforce_connectivity: bool, min_size: float, islands: Islands
-    ) -> CleanupOptions:
-        """Check arguments of `segment`, and return them as options."""
-        return cls(
-            checked_flag(smooth, "smooth"),
-            checked_flag(enforce_connectivity, "enforce_connectivity"),
-            checked_number(min_size, "min_size", zero=True),
-            checked_choice(islands, "islands", ISLANDS),
-        )
-
-    @property
-    def is_needed(self) -> bool:
-        """Whether any step of the clean-up is requested."""
-        return self.smooth or self.enforce_connectivity or self.min_size > 0
-
-    @property
-    def params(self) -> dict[str, Any]:
-        """The entries of `Segmentation.params` for these options."""
-        names = ("smooth", "enforce_connectivity", "min_size")
-        return {name: getattr(self, name) for name in names}

@@ -54,13 +54,13 @@ class Goals(NamedTuple):
             if self.is_exact:
                 wanted = self.goals[region]
                 raise MeshError(
-                    f"no regions with cells_per_region={self.goals.max():g} were found: region"
-                    f" {region} has {counted(int(size), 'cell')} instead of {wanted:g}"
+                    f"Sizes(cells={self.goals.max():g}) cannot be met: region {region} has"
+                    f" {counted(int(size), 'cell')} instead of {wanted:g}"
                 )
-            name, bound = ("min", low) if size < low else ("max", high)
+            name, bound = ("least", low) if size < low else ("most", high)
             raise MeshError(
-                f"no regions with {name}_measure={bound:g} were found: region {region} has"
-                f" {size:g}; try less strict bounds or another number of regions"
+                f"Sizes(bounds=...) cannot be met: region {region} has {size:g} instead of at"
+                f" {name} {bound:g}; try less strict bounds or another number of regions"
             )
 
 

@@ -21,7 +21,7 @@ from .. import _core
 from .._core import Clustering, CoarseGraph, OrderedGraph
 from ..base.checks import counted, exact_array
 from ..base.errors import MeshError
-from ..base.options import BalanceOptions, LoopOptions, SizeOptions
+from ..base.options import LoopOptions, SizeOptions, Sizes
 from ..base.types import Bools, Floats, Ints, Longs
 from ..cleanup.region_sizes import Goals
 from ..graph.cell_graph import BaseGraph
@@ -45,7 +45,7 @@ per component may always move."""
 
 SMALL, LARGE = 0.6, 1.5
 """In the JUMP_ROUNDS, centers move from regions smaller than SMALL times the mean size into regions
-larger than LARGE times the mean size. If `BalanceOptions.strength` is below 1, SMALL is multiplied
+larger than LARGE times the mean size. If `Sizes.strength` is below 1, SMALL is multiplied
 by it, and LARGE is divided by it."""
 
 ROUNDS = 20
@@ -85,13 +85,13 @@ MIN_SIZE = 1e-300
 class SizeRules:
     """Rules for the sizes of regions. The size of a region is the sum of the sizes of its cells."""
 
-    options: BalanceOptions
+    options: Sizes
     sizes: Floats  # (n,) size of each cell inside the mask
     components: Ints  # (n,) connected component of each cell inside the mask
 
     @classmethod
     def of(
-        cls, options: BalanceOptions, graph: BaseGraph, cut: KeptCells | None,
+        cls, options: Sizes, graph: BaseGraph, cut: KeptCells | None,
         order: Ints | None, measures: Floats,
     ) -> SizeRules | None:  # fmt: skip
         """Return the rules for the cells inside the mask, or None if `options` restrict no sizes.
@@ -104,10 +104,10 @@ class SizeRules:
         if not options.is_used:
             return None
         sizes = measures
-        if options.cells_per_region is not None:
+        if options.cells is not None:
             sizes = np.ones(graph.n_cells)
-        elif options.cell_weights is not None:
-            sizes = in_order(options.checked_cell_weights(graph.n_cells), order)
+        elif options.weights is not None:
+            sizes = in_order(options.checked_weights(graph.n_cells), order)
         sizes = sizes if cut is None else sizes[cut.cells]
         arcs: BaseGraph | KeptCells = graph if cut is None else cut
         one_label = np.zeros(len(sizes), np.int32)
@@ -118,17 +118,17 @@ class SizeRules:
             raise MeshError("at least one cell must have a size above 0, but all sizes are 0")
         if not 1 / MAX_TOTAL < total < MAX_TOTAL:
             raise MeshError(
-                f"the sum of cell_weights must be {1 / MAX_TOTAL:g} to {MAX_TOTAL:g}, got"
-                f" {total:g}: rescale cell_weights"
+                f"the sum of Sizes.weights must be {1 / MAX_TOTAL:g} to {MAX_TOTAL:g}, got"
+                f" {total:g}: rescale them"
             )
         return cls(options, exact_array(sizes, np.float64), components)
 
     def asked(self, size: SizeOptions) -> SizeOptions:
-        """Return `size`, with `n_segments` computed from `cells_per_region`.
+        """Return `size`, with `n_segments` computed from `Sizes.cells`.
 
-        If `cells_per_region` is None, `size` is returned unchanged.
+        If that is None, `size` is returned unchanged.
         """
-        per_region = self.options.cells_per_region
+        per_region = self.options.cells
         if per_region is None:
             return size
         n_segments = int((-(-np.bincount(self.components) // per_region)).sum())
@@ -136,28 +136,29 @@ class SizeRules:
 
     def check(self, n_segments: int) -> None:
         """Raise a MeshError if `n_segments` regions cannot have sizes within the limits."""
-        low, high = self.options.bounds
+        (low, high), given = self.options.limits, self.options.shown_bounds
         total, largest = float(self.sizes.sum()), float(self.sizes.max())
         if largest > high:
             raise MeshError(
-                f"max_measure must be at least {largest:g}, the size of the largest cell, got"
-                f" {high:g}"
+                f"{given} must allow at least {largest:g}, the size of the largest"
+                " cell: raise the highest size"
             )
         slack = 1e-9 * total
         if n_segments * high < total - slack:
             raise MeshError(
-                f"max_measure={high:g} allows {counted(n_segments, 'region')} to cover only"
+                f"{given} allows {counted(n_segments, 'region')} to cover only"
                 f" {n_segments * high:g} of {total:g}: use at least {math.ceil(total / high)}"
                 " regions"
             )
         if low > total + slack:
             raise MeshError(
-                f"min_measure must be at most {total:g}, the total size of all cells, got {low:g}"
+                f"{given} must allow at most {total:g}, the total size of all cells:"
+                " lower the lowest size"
             )
         if n_segments * low > total + slack:
             raise MeshError(
-                f"{n_segments} regions of at least min_measure={low:g} need {n_segments * low:g},"
-                f" but the total size of all cells is {total:g}: use at most"
+                f"{given} needs {n_segments * low:g} for {n_segments} regions, but"
+                f" the total size of all cells is {total:g}: use at most"
                 f" {counted(math.floor(total / low), 'region')}"
             )
 
@@ -167,9 +168,9 @@ class SizeRules:
         Raises a MeshError if the maximum size requires more regions than there are.
         """
         totals = sums_by_label(self.components, self.sizes, len(found))
-        if self.options.cells_per_region is not None:
-            return np.asarray(np.ceil(totals / self.options.cells_per_region), np.int64)
-        low, high = self.options.bounds
+        if self.options.cells is not None:
+            return np.asarray(np.ceil(totals / self.options.cells), np.int64)
+        low, high = self.options.limits
         mean = totals[found > 0].sum() / found.sum()
         is_shared = (found > 1) | ((found == 1) & (totals >= ISLAND * mean))
         n_cells = np.bincount(self.components, minlength=len(found))
@@ -181,8 +182,9 @@ class SizeRules:
         if n_least > n:
             n_regions = int(found.sum())
             raise MeshError(
-                f"max_measure={high:g} needs at least {n_regions + n_least - n} regions, because no"
-                f" region can extend over two components, got {counted(n_regions, 'region')}"
+                f"{self.options.shown_bounds} needs at least {n_regions + n_least - n} regions,"
+                " because no region can extend over two components, got"
+                f" {counted(n_regions, 'region')}"
             )
         counts[shared] = _divided(n, totals[shared], least[shared], most[shared])
         return counts
@@ -194,10 +196,10 @@ class SizeRules:
         """
         counts = np.bincount(components)
         totals = sums_by_label(components, found, len(counts))
-        if self.options.cells_per_region is not None:
-            return _exact_goals(found, components, self.options.cells_per_region)
+        if self.options.cells is not None:
+            return _exact_goals(found, components, self.options.cells)
         means = (totals / np.maximum(counts, 1))[components]
-        low, high = self.options.bounds
+        low, high = self.options.limits
         goals = found + self.options.balance * (means - found)
         if low > 0 or high < math.inf:
             goals = _within(goals, means, components, (low, high))
@@ -319,8 +321,8 @@ class Balancer:
         rules = self.rules
         found = sums_by_label(labels, rules.sizes, n_regions)
         goals = np.concatenate([self.goals, found[len(self.goals) :]])
-        is_exact = rules.options.cells_per_region is not None
-        return Goals(rules.sizes, goals, rules.options.bounds, is_exact)
+        is_exact = rules.options.cells is not None
+        return Goals(rules.sizes, goals, rules.options.limits, is_exact)
 
     def path_offsets(self) -> Offsets:
         """Return `offsets` as unsigned integers, which `_core` expects."""

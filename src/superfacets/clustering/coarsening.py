@@ -99,7 +99,7 @@ def coarsened(
     """
     if not can_be_coarse(graph.is_symmetric, plan, loop):
         return Coarsening([])
-    with timed(timings, "coarsen", loop.on_stage):
+    with timed(timings, "coarsen", loop.report):
         return Coarsening.of(graph, plan, loop.n_threads)
 
 

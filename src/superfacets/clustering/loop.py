@@ -50,7 +50,6 @@ class Loop:
     options: LoopOptions
     timings: dict[str, float]  # wall time in seconds, keyed by the name of the stage
     levels: list[LoopLevel] = field(default_factory=list)  # one record per finished level
-    is_cancelled: bool = False  # whether the callback `progress` has returned False
     balancer: Balancer | None = None  # None if sizes of regions are neither balanced nor limited
     is_short: bool = False  # whether there are only a few iterations; see `SHORT_ITERATIONS`
 
@@ -66,8 +65,7 @@ class Loop:
         as cells of the coarsest graph. Returns the label of each cell, and the centers from which
         these labels were computed. The list `coarsening.graphs` is emptied to free memory.
         """
-        if self.options.on_stage is not None:
-            self.options.on_stage("classify")
+        self.options.report("classify")
         coarse = coarsening.graphs
         while len(coarse) > coarsening.n_finer:
             level = coarse.pop()
@@ -148,7 +146,7 @@ class Loop:
         with timed(self.timings, "classify"):
             islands, n_threads = CORE_ISLANDS[self.options.islands], self.options.n_threads
             clustering = _core.Clustering(graph, centers, reach, n_threads, islands)
-        relocates = self.options.relocate and not self.levels
+        relocates = self.options.relocates and not self.levels
         most = self.options.max_num_iter
         if self.is_short:
             most = min(most, SHORT_ITERATIONS)
@@ -176,7 +174,7 @@ class Loop:
             fractions, most = SHORT_FRACTIONS, SHORT_ITERATIONS
         for fraction in fractions:
             max_num_iter = min(self.options.max_num_iter - n_iter, most)
-            if self.is_cancelled or max_num_iter <= 0:
+            if self.options.report.is_cancelled or max_num_iter <= 0:
                 break
             centers = clustering.centers()
             with timed(self.timings, "update"):
@@ -200,7 +198,7 @@ class Loop:
         iterations on this level. If `must_stay`, centers do not move, and the stop reason of the
         previous level is returned.
         """
-        if self.is_cancelled:
+        if self.options.report.is_cancelled:
             return 1, "cancelled"
         if must_stay:
             return 1, self.stop_reason
@@ -212,11 +210,11 @@ class Loop:
                 moved_to = clustering.update()
             seen.add(_fingerprint(centers))
             n_moved = int(np.count_nonzero(moved_to != centers))
-            self._report(n_before + n_iter, n_moved)
+            self.options.report("classify", n_before + n_iter, n_moved)
             move = _root_mean_square_move(graph, centers, moved_to)
             if n_moved == 0 or move <= self.options.tol * self.radius:
                 return n_iter, "converged"
-            if self.is_cancelled:
+            if self.options.report.is_cancelled:
                 return n_iter, "cancelled"
             if _fingerprint(moved_to) in seen:
                 return n_iter, "settled"
@@ -224,11 +222,6 @@ class Loop:
                 with timed(self.timings, "classify"):
                     clustering.classify(moved_to)
         return max_num_iter, "max_num_iter"
-
-    def _report(self, n_iter: int, n_moved: int) -> None:
-        answer = None if self.options.progress is None else self.options.progress(n_iter, n_moved)
-        if isinstance(answer, (bool, np.bool_)) and not answer:
-            self.is_cancelled = True
 
 
 def _labels_and_centers(clustering: Clustering) -> tuple[Ints, Ints]:

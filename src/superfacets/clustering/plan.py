@@ -56,7 +56,7 @@ class Plan:
         if cut is not None and seeds is not None:
             init = seeds = cut.new_cells(seeds, "init", order)
         asked = replace(asked, seeds=seeds)
-        size = region_size(asked, measures, graph.diagonal, n_threads, dimension)
+        size = region_size(asked, measures, n_threads, dimension)
         return cls(cut, size, asked, init)
 
     @property

@@ -75,24 +75,16 @@ class Segmentation:
         - ``"settled"``: The same set of centers occurred twice, so that the loop would repeat the
           same few states.
         - ``"max_num_iter"``: The maximum number of iterations was reached.
-        - ``"cancelled"``: The callable ``progress`` returned False.
+        - ``"cancelled"``: The callable ``callback`` returned False.
     n_unreached : int
         Number of components that no center reached because they have no seed. If ``radius_factor``
         is given, connected groups of faces that are too far from all centers are counted too. With
         ``islands="keep"``, each of these components and groups becomes a region. With
         ``islands="nearest"``, each of them joins the nearest region, unless barriers separate it
         from all regions.
-    n_joined : int
-        Number of disconnected pieces of regions that ``enforce_connectivity`` joined to a
-        neighboring region.
-    n_merged : int
-        Number of small regions that were merged into other regions because of ``min_size``. K does
-        not include the merged regions.
-    n_islands : int
-        Number of regions smaller than ``min_size`` that were kept because they have no neighbor.
     n_extra_pieces : int
         Total number of connected pieces of all regions, minus K. It is 0 unless
-        ``cells_per_region`` is given and no connected regions of this size were found.
+        ``Sizes(cells=...)`` is given and no connected regions of this size were found.
     sliver_share : float or None
         Fraction of the area, 0 to 1, in faces longer than 2 r and thinner than r / 2, where r is
         the expected radius. If a mask is given, only faces inside it count. If the fraction is
@@ -104,9 +96,8 @@ class Segmentation:
     timings : dict of str to float
         Wall time of each stage, in seconds.
     params : dict
-        Parameters of the segmentation. The entry ``"expected_radius"`` is r in the unit of the
-        vertices, whether or not it was given. The entry ``"radius"`` is the argument of this name,
-        as a fraction of the diagonal, or None.
+        Parameters of the segmentation. The entry ``"radius"`` is r in the unit of the vertices,
+        whether or not it was given. If it was given, the entry ``"n_segments"`` is None.
     cells : Mesh, PolygonMesh, TetMesh, PointCloud, CellGraph or None
         The segmented mesh, cloud or graph (not a copy). ``regions``, ``plot`` and ``view`` need it.
         None if the result does not store the mesh, as in `segment_graph`.
@@ -119,9 +110,6 @@ class Segmentation:
     timings: dict[str, float] = field(repr=False)
     params: dict[str, Any] = field(repr=False)
     n_unreached: int = 0
-    n_joined: int = 0
-    n_merged: int = 0
-    n_islands: int = 0
     n_extra_pieces: int = 0
     sliver_share: float | None = None
     levels: tuple[LoopLevel, ...] = field(default=(), repr=False)
@@ -136,7 +124,7 @@ class Segmentation:
     def patches(self) -> Ints:
         """Cells of each region, shape (K, number of cells of the largest region).
 
-        Rows are padded with -1. Use ``cells_per_region=64`` for neural networks that process
+        Rows are padded with -1. Use ``sizes=Sizes(cells=64)`` for neural networks that process
         patches of 64 cells: then each row contains 64 cells, except for at most one row per
         component. The cells of a region are in the order of a depth-first search that starts at the
         cell with the fewest neighbors in the region. Each cell is a neighbor of the previous cell,
@@ -150,7 +138,8 @@ class Segmentation:
         Examples
         --------
         >>> import superfacets
-        >>> result = superfacets.segment(superfacets.sample_mesh(5_000), cells_per_region=64)
+        >>> sizes = superfacets.Sizes(cells=64)
+        >>> result = superfacets.segment(superfacets.sample_mesh(5_000), sizes=sizes)
         >>> result.patches.shape[1], (result.patches < 0).sum(axis=1).nonzero()[0].size <= 1
         (64, True)
         """

@@ -9,12 +9,12 @@ import numpy.typing as npt
 
 from .. import _core
 from .._core import OrderedGraph
-from ..base.options import Init, Islands, LoopOptions, Progress, SizeOptions
-from ..base.timing import timed
+from ..base.options import Init, Islands, LoopOptions, SizeOptions
+from ..base.timing import Callback, timed
 from ..base.types import Floats
 from ..graph.cell_graph import CellGraph, checked_graph
 from ..graph.constraints import ConstraintOptions
-from ..weights.features import FEATURE_WEIGHT, FeatureOptions
+from ..weights.features import Features
 from .balance import Balancer
 from .coarsening import Coarsening, coarsened
 from .loop import Loop
@@ -28,20 +28,15 @@ def segment_graph(
     n_segments: int | None = None,
     *,
     radius: float | None = None,
-    expected_radius: float | None = None,
-    init: Init | Start = "geodesic",
+    features: npt.ArrayLike | Features | None = None,
+    init: Init | Start | None = None,
     mask: npt.ArrayLike | None = None,
     barriers: npt.ArrayLike | None = None,
-    radius_factor: float | None = None,
+    islands: Islands = "keep",
     max_num_iter: int = 50,
     tol: float = 0.02,
-    relocate: bool = False,
-    islands: Islands = "keep",
-    features: npt.ArrayLike | None = None,
-    feature_weight: float = FEATURE_WEIGHT,
-    scale_features: bool = True,
     n_threads: int | None = None,
-    progress: Progress | None = None,
+    callback: Callback | None = None,
 ) -> Segmentation:
     """Divide the cells of a graph into k compact regions.
 
@@ -51,19 +46,12 @@ def segment_graph(
     Parameters
     ----------
     graph : CellGraph
-    n_segments, radius, expected_radius, init, radius_factor, max_num_iter, tol, islands
-        Same as in `segment`. `radius` is a fraction of the diagonal of ``graph.bounds``. If arcs
-        are one-way, cells without a path from any center are treated like components without a
-        seed.
-    relocate : bool, default False
-        Same as in `segment`, except for the default.
-    mask, barriers
-        Same as in `segment`, but `barriers` must be one number per cell, because the graph has no
-        mesh edges.
-    features, feature_weight, scale_features
-        Same as in `segment`, with one row of features per cell.
-    n_threads, progress
-        Same as in `segment`.
+    n_segments, radius, init, islands, max_num_iter, tol, n_threads, callback
+        Same as in `segment`. If arcs are one-way, cells without a path from any center are treated
+        like components without a seed.
+    features, mask, barriers
+        Same as in `segment`, with one row or number per cell, because the graph has neither
+        vertices nor mesh edges.
 
     Returns
     -------
@@ -89,17 +77,24 @@ def segment_graph(
     (array([0, 0, 1], dtype=int32), array([0, 0, 0], dtype=int32))
     """
     checked_graph(graph)
-    given = graph
-    options = SizeOptions.checked(n_segments, radius, expected_radius, init)
-    loop = LoopOptions.checked(
-        max_num_iter, tol, radius_factor, islands, n_threads, progress, relocate=relocate
+    return segment_checked(
+        graph,
+        (SizeOptions.checked(n_segments, radius, init), init),
+        LoopOptions.checked(max_num_iter, tol, islands, n_threads, callback),
+        Features.of(features),
+        ConstraintOptions(mask, barriers),
     )
-    feature_options = FeatureOptions.checked(features, feature_weight, scale_features)
-    constraints = ConstraintOptions(mask, barriers)
+
+
+def segment_checked(
+    graph: CellGraph, start: tuple[SizeOptions, Init | Start | None], loop: LoopOptions,
+    features: Features, constraints: ConstraintOptions,
+) -> Segmentation:  # fmt: skip
+    """Return the result of `segment_graph` for checked options; `start` is as in `Plan.of`."""
+    given = graph
     cut = constraints.cut(graph, graph, weld=False, n_threads=loop.n_threads)
-    start = (options, init)
     plan = Plan.of(graph, cut, start, loop.n_threads, dimension=graph.dimension)
-    steps = feature_options.steps(graph, graph.measures, loop.n_threads)
+    steps = features.steps(graph, graph.measures, loop.n_threads)
     if steps is not None:
         graph = replace(graph, weights=steps.added(graph.weights, graph, plan.size.radius))
     if plan.cut is None:
@@ -110,7 +105,7 @@ def segment_graph(
     timings: dict[str, float] = {}
     coarsening = coarsened(ordered, plan, loop, timings)
     result = plan.whole(segment_cells(ordered, coarsening, graph.bounds, plan, loop))
-    params = {**result.params, **feature_options.params, **constraints.params}
+    params = {**result.params, **features.params, **constraints.params}
     return replace(result, timings=timings | result.timings, params=params, cells=given)
 
 
@@ -135,12 +130,12 @@ def segment_cells(
     if init is None:
         init = "curve" if coarsening.is_short else "geodesic"
     timings: dict[str, float] = {}
-    with timed(timings, "seeding", loop.on_stage):
+    with timed(timings, "seeding", loop.report):
         coarse = coarsening.graphs
         first = coarse[-1].graph if coarse else graph
         seeds = run_seeding(first, bounds, size, options, init, loop.islands, loop.n_threads)
         del first  # this reference would keep the graph in memory during the loop
-    is_short = coarsening.is_short and bool(loop.relocate)
+    is_short = coarsening.is_short and loop.relocates
     run = Loop(size.radius, loop, timings, balancer=balancer, is_short=is_short)
     labels, centers = run.run(coarsening, graph, seeds)
     # There can be fewer centers than seeds, because the balancer may remove centers.
@@ -155,9 +150,8 @@ def segment_cells(
             labels, n_joined, more = _core.join_islands(graph, labels, plan.groups, loop.n_threads)
             centers, n_unreached = np.concatenate([centers, more]), n_joined + len(more)
     params = {
-        "n_segments": None if options.has_radius else size.n_segments,
-        "radius": options.radius,
-        "expected_radius": size.radius,
+        "n_segments": None if options.radius is not None else size.n_segments,
+        "radius": size.radius,
         "init": init if isinstance(init, str) else "given",
         **loop.params,
     }

@@ -22,7 +22,6 @@ def place_seeds(
     n_segments: int | None = None,
     *,
     radius: float | None = None,
-    expected_radius: float | None = None,
     init: Init | Seeds = "geodesic",
     islands: Islands = "keep",
     n_threads: int | None = None,
@@ -36,9 +35,9 @@ def place_seeds(
         Number of regions k, from 1 to N. The expected radius is then r = sqrt(A / (pi k)), where A
         is the sum of all measures. The default is 150, or N for smaller graphs, unless a radius or
         seeds are given.
-    radius, expected_radius : float, optional
-        Expected radius r, > 0: `radius` as a fraction of the diagonal of ``graph.bounds``,
-        `expected_radius` in the unit of the positions. The number k is then A / (pi r^2), rounded.
+    radius : float, optional
+        Expected radius r, > 0, in the unit of the positions. The number k is then A / (pi r^2),
+        rounded.
     init : {"geodesic", "curve", "farthest", "flood", "grid"} or array_like of int
         Seeding method, or the seeds.
 
@@ -100,8 +99,8 @@ def place_seeds(
     """
     checked_graph(graph)
     threads = checked_threads(n_threads)
-    options = SizeOptions.checked(n_segments, radius, expected_radius, init)
-    size = region_size(options, graph.measures, graph.diagonal, threads, graph.dimension)
+    options = SizeOptions.checked(n_segments, radius, init)
+    size = region_size(options, graph.measures, threads, graph.dimension)
     checked_choice(islands, "islands", ISLANDS)
     ordered = graph.ordered(threads)
     return run_seeding(ordered, graph.bounds, size, options, init, islands, threads)

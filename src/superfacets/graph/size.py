@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 from .. import _core
 from ..base.checks import checked_count, checked_seeds, checked_threads
 from ..base.options import SizeOptions
@@ -28,15 +26,15 @@ class RegionSize(NamedTuple):
 
 
 def region_size(
-    options: SizeOptions, measures: Floats, diagonal: float, n_threads: int, dimension: int = 2
+    options: SizeOptions, measures: Floats, n_threads: int, dimension: int = 2
 ) -> RegionSize:
     """Return the expected number and radius of regions for cells with these measures.
 
     Regions are modeled as disks if measures are areas (`dimension` is 2), and as balls if measures
-    are volumes (`dimension` is 3). `diagonal` is the diagonal of the bounding box.
+    are volumes (`dimension` is 3).
     """
     total, n_cells = _core.sum_of(measures, n_threads), len(measures)
-    r = options.radius_in(diagonal)
+    r = options.radius
     if r is not None:
         k = math.inf
         if r > 0:
@@ -111,8 +109,7 @@ def advised_max_edge(mesh: FaceMesh, size: SizeOptions) -> float:
     If `size` has neither a number nor a radius of regions, the default number is used.
     """
     threads = checked_threads(None)
-    low, high = mesh.bounds
-    radius = size.radius_in(float(np.linalg.norm(high - low)))
+    radius = size.radius
     if radius is None:
         _, areas = measure_faces(mesh, threads)
         radius = radius_of(areas, size.n_segments or DEFAULT_N_SEGMENTS, threads)

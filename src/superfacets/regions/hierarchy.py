@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..base.checks import VALUE_RANGE, checked_choice, checked_count, checked_threads, counted
+from ..base.checks import checked_choice, checked_count, checked_threads, counted
 from ..base.errors import IslandWarning
 from ..base.options import ISLANDS, Islands
 from ..base.types import Floats, Ints
@@ -25,8 +25,8 @@ from ..graph.cell_graph import CellGraph
 from ..graph.constraints import ANY_GROUP, ConstraintOptions
 from ..mesh.convert import MeshLike
 from ..pipeline import segment
-from ..stages.prepare import read_with_features
-from ..weights.features import FeatureOptions
+from ..stages.prepare import prepare, read_with_features
+from ..weights.features import Features
 from .merge_tree import merge_neighbors
 
 
@@ -147,7 +147,6 @@ def hierarchy(
     *,
     labels: npt.ArrayLike | None = None,
     features: npt.ArrayLike | str | Sequence[str] | None = None,
-    scale_features: bool = True,
     islands: Islands = "keep",
     barriers: npt.ArrayLike | None = None,
     weld: bool = True,
@@ -185,8 +184,6 @@ def hierarchy(
         the squared distance between the mean features of two regions (Ward's method). The formula
         above is only used to break ties. If `labels` is not given, the finest regions also follow
         the features, as in `segment`.
-    scale_features : bool, default True
-        Whether each feature is first divided by its area-weighted standard deviation.
     islands : {"keep", "nearest"}
         With ``"keep"``, only regions that touch are merged, so no level can have fewer regions than
         there are connected components. With ``"nearest"``, a component may also be merged across
@@ -250,7 +247,7 @@ def hierarchy(
     wanted = _checked_counts(counts)
     checked_choice(islands, "islands", ISLANDS)
     threads = checked_threads(n_threads)
-    given = FeatureOptions.checked(features, 1.0, scale_features)
+    given = Features.of(features)
     if labels is not None and options:
         raise TypeError(
             f"{', '.join(options)} would have no effect because labels are given: leave out either"
@@ -266,13 +263,13 @@ def hierarchy(
     found = None
     if labels is None:
         if features is not None:
-            options = {**options, "features": given.given, "scale_features": scale_features}
+            options = {**options, "features": given}
         options = {**options, "islands": islands, "barriers": barriers, "n_threads": threads}
         found = _finest(source, wanted[0], weld, options)
         labels = found.labels
     with _core.Workspace():  # all steps share the threads of the workspace
         graph, costs, regions, n_regions = read_labeled(source, labels, None, weld, threads)
-        table = _checked_features(given.table(source, costs.surface.measures))
+        table = given.scaled(source, costs.surface.measures)
         cut = constraints.cut(source, graph, weld=weld, n_threads=threads)
         if cut is not None:
             _check_sides(regions, cut.groups)
@@ -285,23 +282,12 @@ def hierarchy(
 
 
 def _read(
-    cells: MeshLike | CellGraph, features: FeatureOptions, mask: Any, n_threads: int
-) -> tuple[Any, FeatureOptions]:
+    cells: MeshLike | CellGraph, features: Features, mask: Any, n_threads: int
+) -> tuple[Any, Features]:
     """Read the cells, and replace names of features by values; return a graph unchanged."""
     if isinstance(cells, CellGraph):
         return cells, features
     return read_with_features(cells, features, ConstraintOptions(mask), n_threads)
-
-
-def _checked_features(table: Floats | None) -> Floats | None:
-    """Return `table`, or raise a ValueError if squares of unscaled features would overflow."""
-    largest = 0.0 if table is None else float(np.abs(table).max())
-    if largest > VALUE_RANGE[1] ** (2 / 3):
-        raise ValueError(
-            f"features are as large as {largest:.3g}, so their squares would overflow: rescale"
-            " them, or use scale_features=True"
-        )
-    return table
 
 
 def _checked_counts(counts: Any) -> tuple[int, ...]:
@@ -327,7 +313,9 @@ def _finest(source: Any, n: int, weld: bool, options: dict[str, Any]) -> Segment
         return segment_graph(source, n, **options)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", IslandWarning)  # merging reduces the number to n later
-        return segment(source, n, weld=weld, **options)
+        denoise = options.get("denoise", "auto")
+        mesh = source if weld else prepare(source, weld=False, denoise=denoise)
+        return segment(mesh, n, **options)
 
 
 def _check_sides(regions: Ints, groups: Ints) -> None:

@@ -8,12 +8,9 @@ from dataclasses import dataclass, replace
 from .._core import OrderedGraph
 from ..base.checks import counted
 from ..base.errors import BalanceWarning, RadiusWarning, SliverWarning
-from ..base.options import CleanupOptions
 from ..base.timing import Clock
 from ..base.types import Ints
-from ..cleanup.connect import connect_regions
 from ..cleanup.edit import BorderCosts
-from ..cleanup.merge import merge_regions
 from ..cleanup.region_sizes import Goals, settle
 from ..cleanup.smooth import OF_PARTS, SmoothOptions, straighten
 from ..clustering.balance import Balancer
@@ -65,9 +62,9 @@ def clean(
     clustered: Clustered, lengths: Lengths, steps: FeatureSteps | None, weighed: Weighed,
     clock: Clock,
 ) -> Segmentation:  # fmt: skip
-    """Clean up regions as requested: connect, merge, straighten borders, and adjust sizes."""
+    """Straighten borders and adjust sizes of regions, as requested."""
     options, plan, part_costs = weighed.options, weighed.plan, clustered.part_costs
-    if not (options.cleanup.is_needed or options.balance.is_used):
+    if not (options.smooth or options.sizes.is_used):
         return clustered.result
     with clock.timed("regions"):
         costs = _border_costs(lengths, steps, weighed)
@@ -78,10 +75,13 @@ def clean(
             on_borders = part_costs.border_lengths(arcs, costs.lengths, n_threads)
             costs = replace(costs, lengths=on_borders, crease_scale=PART_CREASE_SCALE)
             smoothing = OF_PARTS
-        cleanup, goals = options.cleanup, clustered.goals
-        result = _cleaned(costs, clustered.result, cleanup, plan.groups, smoothing, goals)
+        result, goals = clustered.result, clustered.goals
+        if options.smooth:
+            sizes = None if goals is None else goals[:2]
+            labels = straighten(costs, result.labels, result.centers, smoothing, sizes)
+            result = replace(result, labels=labels)
         if goals is not None:
-            result = _sized(costs, result, goals, smoothing if cleanup.smooth else None)
+            result = _sized(costs, result, goals, smoothing if options.smooth else None)
     return result
 
 
@@ -103,32 +103,6 @@ def _sized(
         )
         warnings.warn(note, BalanceWarning, stacklevel=6)
     return replace(result, labels=labels, centers=centers, n_extra_pieces=n_extra)
-
-
-def _cleaned(
-    costs: BorderCosts, result: Segmentation, options: CleanupOptions, groups: Ints,
-    smoothing: SmoothOptions, goals: Goals | None,
-) -> Segmentation:  # fmt: skip
-    """Clean up the regions of a result; cells of different `KeptCells.groups` stay separate."""
-    if options.enforce_connectivity:
-        edit = connect_regions(costs, result.labels, result.n_segments, result.centers)
-        # In `edit`, pieces that touch no other region are new regions. Here, they get their old
-        # labels again.
-        labels = edit.sources[edit.labels]
-        result = replace(result, labels=labels, n_joined=edit.n_joined)
-    if options.min_size > 0:
-        edit = merge_regions(
-            costs, result.labels, result.n_segments, options.min_size, options.islands, groups
-        )
-        result = replace(
-            result, labels=edit.labels, centers=result.centers[edit.sources],
-            n_merged=edit.n_joined, n_islands=edit.n_islands,
-        )  # fmt: skip
-    if options.smooth:
-        sizes = None if goals is None else goals[:2]
-        labels = straighten(costs, result.labels, result.centers, smoothing, sizes)
-        result = replace(result, labels=labels)
-    return result
 
 
 def _border_costs(lengths: Lengths, steps: FeatureSteps | None, weighed: Weighed) -> BorderCosts:

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..base.checks import counted
 from ..base.errors import IslandWarning
+from ..base.options import Sizes
 from ..clustering.result import Segmentation
 from ..graph.kinds import kind_of
 from ..graph.size import EDGE_PER_RADIUS
@@ -29,33 +30,31 @@ def radius_note(result: Segmentation) -> str | None:
     if params["n_segments"] is not None or params["init"] == "given":
         return None
     n_kept = result.n_unreached if params["islands"] == "keep" else 0
-    n_made = result.n_segments + result.n_merged - n_kept
+    n_made = result.n_segments - n_kept
     mean = np.count_nonzero(result.labels >= 0) / max(1, n_made)
     if mean >= FEWEST_CELLS:
         return None
-    is_fraction = params["radius"] is not None
-    unit = "a fraction of the bounding box's diagonal" if is_fraction else "in the unit of the mesh"
     things = "cells" if result.cells is None else kind_of(result.cells).plural
-    return f"regions have {mean:.1f} {things} on average: is the radius {unit}?"
+    return f"regions have {mean:.1f} {things} on average: is the radius in the unit of the mesh?"
 
 
 def fewer_note(result: Segmentation) -> str | None:
-    """Return a note if `min_measure` led to fewer regions than requested; otherwise None."""
-    asked, n_made = result.params["n_segments"], result.n_segments + result.n_merged
-    least = result.params.get("min_measure")
-    if asked is None or n_made >= asked or least is None:
+    """Return a note if a lower bound of sizes led to fewer regions than requested, or None."""
+    asked, n_made = result.params["n_segments"], result.n_segments
+    bounds = Sizes(bounds=result.params.get("bounds", (None, None)))
+    if asked is None or n_made >= asked or bounds.bounds[0] is None:
         return None
     components = "components between barriers" if "barriers" in result.params else "components"
     return (
         f"{counted(n_made, 'region')} instead of {asked}: some {components} are too small for more"
-        f" regions of at least min_measure={least:g}"
+        f" regions with {bounds.shown_bounds}"
     )
 
 
 def warn_of_islands(result: Segmentation, stacklevel: int = 4) -> None:
-    """Issue an IslandWarning if components or `min_measure` changed the number of regions.
+    """Issue an IslandWarning if components or a lower bound of sizes changed the number of regions.
 
-    There is no warning if seeds, a radius or `radius_factor` are given, or if there are more
+    There is no warning if seeds, a radius or a limit of paths are given, or if there are more
     regions because barriers are given and one region was requested.
     """
     params = result.params

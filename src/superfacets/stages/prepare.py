@@ -8,6 +8,7 @@ from typing import cast
 
 import numpy as np
 
+from ..base.checks import checked_flag, checked_threads
 from ..base.errors import MeshError
 from ..base.lazy import load
 from ..base.timing import Clock
@@ -21,9 +22,16 @@ from ..graph.kinds import Kind, OrderedCells, graph_and_surface, kind_of
 from ..graph.surface import Surface
 from ..mesh.base import Cells
 from ..mesh.convert import MeshLike, as_cells
-from ..mesh.denoising import STEPS_WITH_SLACK, Denoise, Roughness, slack_of, smoothed
+from ..mesh.denoising import (
+    STEPS_WITH_SLACK,
+    Denoise,
+    Roughness,
+    checked_denoise,
+    slack_of,
+    smoothed,
+)
 from ..mesh.faces import FaceMesh
-from ..weights.features import FeatureOptions
+from ..weights.features import Features
 from .options import SegmentOptions
 
 _FILE = "superfacets.files.cell_file:CellFile"
@@ -34,14 +42,13 @@ _DATA = "superfacets.files.named_features:CellData"
 class Prepared:
     """A mesh or cloud and the graph of its cells, prepared once for several calls of `segment`.
 
-    Apps that segment a mesh often pass it to `segment` in place of the mesh; labels are equal. Then
-    `weld` has no effect, `denoise` must be ``"auto"`` or `n_steps`, and `features` must be numbers.
-    If the cells are sorted (`order` is not None), arrays of weights are not accepted, and
-    `radius_factor` only for points. `cells`, `graph`, `shapes` and `order` have the same meaning as
-    in `OrderedCells`.
+    The result of the function `prepare`. `segment` accepts it in place of the mesh, and returns the
+    same labels in less time. `cells`, `graph`, `shapes` and `order` have the same meaning as in
+    `OrderedCells`.
     """
 
     source: Cells  # mesh or cloud given by the caller, in the order of the caller
+    weld: bool
     denoised: Cells  # smoothed copy of `source`, or `source` itself if it was not smoothed
     n_steps: int | None  # number of smoothing steps; None if cells are not faces
     slack: float  # radians that are subtracted from the angle of each edge, see `slack_of`
@@ -76,7 +83,7 @@ class Prepared:
                 raise ValueError(
                     f"denoise needs a mesh of faces, got {kind.plural}: leave denoise out"
                 )
-            return cls(source, source, None, 0.0, kind, *ordered(source, weld))
+            return cls(source, weld, source, None, 0.0, kind, *ordered(source, weld))
         is_auto, slack = denoise == "auto", 0.0
         n_steps = 0 if is_auto else int(denoise or 0)
         denoised, made = smoothed_in(n_steps) if n_steps else (source, ordered(source, weld))
@@ -88,7 +95,7 @@ class Prepared:
                 n_steps = roughness.n_steps
                 denoised, made = smoothed_in(n_steps)
             slack = slack_of(n_steps, is_regular=roughness.is_regular)
-        return cls(source, denoised, n_steps, slack, kind, *made)
+        return cls(source, weld, denoised, n_steps, slack, kind, *made)
 
     def surface(self, *, weld: bool, n_threads: int) -> Surface:
         """Return the `Surface` of `source`, whose cells are in the order of the caller."""
@@ -105,48 +112,88 @@ class Prepared:
 
 
 def prepare(
+    mesh: MeshLike,
+    *,
+    weld: bool = True,
+    denoise: Denoise = "auto",
+    n_threads: int | None = None,
+) -> Prepared:
+    """Return a mesh or cloud with the graph of its cells, for several calls of `segment`.
+
+    ``segment(prepare(mesh), k)`` returns the same labels as ``segment(mesh, k)``.
+
+    Parameters
+    ----------
+    mesh, denoise, n_threads
+        Same as in `segment`.
+    weld : bool, default True
+        Whether vertices at exactly the same position are treated as one vertex. If not, only faces
+        that have vertices in common are neighbors.
+
+    Returns
+    -------
+    Prepared
+        It refers to the mesh, which must not be changed afterwards. If an argument of `segment`
+        requires another graph (a mask of points, weights as an array, another number of smoothing
+        steps), `segment` builds that graph itself.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is not valid.
+    ValueError, TypeError
+        If a parameter is out of range or of the wrong type.
+
+    Examples
+    --------
+    >>> import superfacets
+    >>> prepared = superfacets.prepare(superfacets.sample_mesh(5_000))
+    >>> [superfacets.segment(prepared, k).n_segments for k in (10, 20)]
+    [10, 20]
+    """
+    return Prepared.of(
+        as_cells(mesh), weld=checked_flag(weld, "weld"), denoise=checked_denoise(denoise),
+        n_threads=checked_threads(n_threads),
+    )  # fmt: skip
+
+
+def prepared_for(
     mesh: MeshLike | Prepared, options: SegmentOptions, clock: Clock
 ) -> tuple[Prepared, SegmentOptions]:
-    """Read the mesh or cloud and build the graph of its cells, unless a `Prepared` is given.
+    """Read the mesh or cloud and build the graph of its cells, or use a `Prepared` that fits.
 
     In the returned options, names of features are replaced by values, and `denoise` is the number
     of smoothing steps.
     """
-    constraints = options.constraints
-    if isinstance(mesh, Prepared) and constraints.kept_points(mesh.source) is not None:
-        mesh = mesh.source  # the mask changes the neighbors of points
-    if isinstance(mesh, Prepared):
-        _check_prepared(mesh, options)
-        prepared = mesh
-    else:
-        with clock.timed("mesh"):
-            n_threads = options.loop.n_threads
-            source, features = read_with_features(mesh, options.features, constraints, n_threads)
-            options = replace(options, features=features)
-        with clock.timed("face_graph"):
+    n_threads, constraints = options.loop.n_threads, options.constraints
+    given = mesh if isinstance(mesh, Prepared) else None
+    with clock.timed("mesh"):
+        source, features = read_with_features(
+            mesh.source if isinstance(mesh, Prepared) else mesh,
+            options.features, constraints, n_threads,
+        )  # fmt: skip
+        options = replace(options, features=features)
+    with clock.timed("face_graph"):
+        kind, is_kept = kind_of(source), constraints.kept_points(source)
+        needs_order = options.needs_order(kind)
+        prepared = given
+        if (
+            prepared is None
+            or is_kept is not None  # the mask changes the neighbors of points
+            or (needs_order and prepared.order is not None)
+            or options.denoise not in ("auto", prepared.n_steps)
+        ):
             prepared = Prepared.of(
-                source, weld=options.weld, n_threads=n_threads,
-                is_sorted=not options.needs_order(kind_of(source)), denoise=options.denoise,
-                is_kept=constraints.kept_points(source),
+                source, weld=True if given is None else given.weld, n_threads=n_threads,
+                is_sorted=not needs_order, denoise=options.denoise, is_kept=is_kept,
             )  # fmt: skip
-    return prepared, options.smoothed(prepared.n_steps, prepared.slack)
-
-
-def _check_prepared(prepared: Prepared, options: SegmentOptions) -> None:
-    """Raise a ValueError if the options do not fit cells that are already prepared."""
-    if prepared.order is not None and options.needs_order(prepared.kind):
-        raise ValueError(
-            "prepared cells are sorted, but radius_factor and arrays of weights need the input"
-            " order: pass the mesh instead, or leave these parameters out"
-        )
-    if options.denoise not in ("auto", prepared.n_steps):
-        raise ValueError("denoise needs the mesh: pass the mesh instead of prepared cells")
+    return prepared, options.prepared(prepared.n_steps, prepared.slack, prepared.weld)
 
 
 def read_with_features(
-    mesh: MeshLike, features: FeatureOptions, constraints: ConstraintOptions,
+    mesh: MeshLike, features: Features, constraints: ConstraintOptions,
     n_threads: int,
-) -> tuple[Cells, FeatureOptions]:  # fmt: skip
+) -> tuple[Cells, Features]:  # fmt: skip
     """Read the mesh or cloud, and replace names of features by a table of their values."""
     names = features.names
     if not names:
@@ -162,7 +209,7 @@ def read_with_features(
             )
     data = load(_DATA)(source, attributes)
     table = data.features(names, n_threads, constraints.kept_points(source))
-    return source, replace(features, given=table)
+    return source, replace(features, table=table)
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,11 +226,14 @@ def plan_regions(prepared: Prepared, options: SegmentOptions, clock: Clock) -> P
     n_threads = options.loop.n_threads
     with clock.timed("face_graph", begins=False):
         cut = options.constraints.cut(
-            prepared.denoised, prepared.graph, weld=options.weld, n_threads=n_threads,
+            prepared.denoised,
+            prepared.graph,
+            weld=prepared.weld,
+            n_threads=n_threads,
             order=prepared.order,
         )  # fmt: skip
         measures = prepared.given_measures(n_threads)
-        sizes = SizeRules.of(options.balance, prepared.graph, cut, prepared.order, measures)
+        sizes = SizeRules.of(options.sizes, prepared.graph, cut, prepared.order, measures)
         size = options.size if sizes is None else sizes.asked(options.size)
         plan = Plan.of(
             prepared.graph, cut, (size, options.init), n_threads,

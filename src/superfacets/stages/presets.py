@@ -4,26 +4,6 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any
 
-PAPER: Mapping[str, Any] = MappingProxyType(
-    {
-        "weights": "superfacets",
-        "init": "farthest",
-        "radius_factor": 2.0,
-        "tol": 0.0,
-        "smooth": False,
-        "denoise": 0,
-    }
-)
-"""Keywords for the algorithm as published in the paper: ``segment(mesh, 150, **PAPER)``. Weights
-are computed with equations 1 to 3 of the paper, and seeds are placed by farthest-point sampling.
-Paths end at 2 r from the center, where r is the expected radius of a region. The loop stops when no
-center moves, when the centers return to an earlier state, or after 50 iterations. Neither the mesh
-nor the borders are smoothed."""
-
-PARTS: Mapping[str, Any] = MappingProxyType({"weights": "parts", "relocate": True})
-"""Keywords for regions that each stay within one part of a shape, such as a finger of a hand. They
-are the defaults of `segment`."""
-
 SCANS: Mapping[str, Any] = MappingProxyType({"denoise": 5, "alpha": 80.0})
 """Keywords for room scans that were fused from depth images: ``segment(mesh, 1000, **SCANS)``.
 Noise is smoothed before creases are measured, and an `alpha` above the default makes borders follow
@@ -37,7 +17,7 @@ OTHER_NAMES: Mapping[str, str] = MappingProxyType(
         "spacing": "scale the vertices instead; lengths are in the unit of the mesh",
         "convert2lab": "use features='color'",
         "channel_axis": "use features, an array with one row of numbers per face",
-        "min_size_factor": "use min_size: a fraction of the mean area of regions",
+        "min_size_factor": "call superfacets.merge_small_regions(mesh, labels) afterwards",
         "start_label": "labels always start at 0",
         "max_iter": "use max_num_iter",
         "num_threads": "use n_threads",
@@ -45,15 +25,34 @@ OTHER_NAMES: Mapping[str, str] = MappingProxyType(
         "k": "use n_segments",
         "n_superpoints": "use n_segments",
         "kThresh": "use n_segments, or superfacets.segmentator, which takes kThresh",
-        "segMinVerts": "use min_size: a fraction of the mean area of regions",
-        "voxel_size": "use expected_radius: the radius of a region in the unit of the file",
-        "seed_resolution": "use expected_radius: the radius of a region in the unit of the file",
+        "segMinVerts": "call superfacets.merge_small_regions(mesh, labels) afterwards",
+        "voxel_size": "use radius: the radius of a region in the unit of the file",
+        "seed_resolution": "use radius: the radius of a region in the unit of the file",
         "scans": "use **superfacets.SCANS",
         "n_clusters": "use n_segments",
         # Not "use": the command would then suggest its option --barriers, which takes a file.
         "barrier_angle": "pass barriers=superfacets.sharp_edges(mesh, 30)",
         "seed": "labels are the same on every run; init accepts the faces to start from",
+        # names of earlier versions
+        "expected_radius": "use radius, which is in the unit of the mesh",
+        "eta_convex": "use weights=superfacets.Weights(eta_convex=...)",
+        "ridges": "use weights=superfacets.Weights(ridges=...)",
+        "relocate": "it is part of the default; superfacets.paper.segment does without",
+        "radius_factor": "use superfacets.paper.segment",
+        "min_size": "call superfacets.merge_small_regions(mesh, labels) afterwards",
+        "enforce_connectivity": "call superfacets.enforce_connectivity(mesh, labels) afterwards",
+        "balance": "use sizes=superfacets.Sizes(balance=...)",
+        "min_measure": "use sizes=superfacets.Sizes(bounds=(lowest, highest))",
+        "max_measure": "use sizes=superfacets.Sizes(bounds=(lowest, highest))",
+        "cell_weights": "use sizes=superfacets.Sizes(balance=..., weights=...)",
+        "cells_per_region": "use sizes=superfacets.Sizes(cells=...)",
+        "feature_weight": "use features=superfacets.Features(table, weight=...)",
+        "scale_features": "features are always divided by their standard deviations; the weight is"
+        " in superfacets.Features(table, weight=...)",
+        "weld": "use segment(superfacets.prepare(mesh, weld=False), ...)",
+        "progress": "use callback, which is called with (stage, n_iter, n_moved)",
+        "on_stage": "use callback, which is called with (stage, n_iter, n_moved)",
     }
 )
-"""Advice for users of scikit-image's ``slic`` and of other tools, keyed by parameters that
-`segment` does not have."""
+"""Advice for users of scikit-image's ``slic``, of other tools and of earlier versions, keyed by
+parameters that `segment` does not have."""

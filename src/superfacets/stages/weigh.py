@@ -67,10 +67,8 @@ def weigh(
             surface = kind.bare_surface(surface, prepared.cells, graph, surface.n_threads)
     has_creases = surface.weights is None and surface.dimension == 2
     has_parts = options.weights.has_parts and has_creases and radius > 0.0
-    loop = options.loop
-    if loop.relocate is None:
-        relocates = has_parts and not plan.has_seeds and loop.radius_factor is None
-        options = replace(options, loop=replace(loop, relocate=relocates))
+    relocates = options.relocates and has_parts and not plan.has_seeds
+    options = replace(options, loop=replace(options.loop, relocates=relocates))
     return Weighed(options, plan, surface, found.of_machine_part, has_parts), found.weights
 
 

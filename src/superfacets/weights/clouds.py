@@ -15,7 +15,7 @@ def build_point_graph(
     n_neighbors: int = N_NEIGHBORS,
     *,
     cutoff: float = CUTOFF,
-    expected_radius: float = 0.0,
+    radius: float = 0.0,
     alpha: float = WEIGHTS["creases"].defaults["alpha"],
     eta_convex: float = WEIGHTS["creases"].defaults["eta_convex"],
     ridges: float = WEIGHTS["creases"].defaults["ridges"],
@@ -40,7 +40,7 @@ def build_point_graph(
     cutoff : float, default 4.0
         Maximum length of an arc, > 0, as a multiple of the square root of an area: the smaller of
         the areas around its two points. The maximum prevents arcs to outliers and across gaps.
-    expected_radius : float, default 0.0
+    radius : float, default 0.0
         Expected radius r = sqrt(A / (pi k)) of regions, >= 0, in the unit of the points. Weights
         are computed from it with the formula of `crease_weights`, where the angle of an arc is
         estimated from the curvature at its two points. With 0, weights are distances.
@@ -93,7 +93,7 @@ def build_point_graph(
     threads = checked_threads(n_threads)
     n_neighbors = checked_count(n_neighbors, "n_neighbors")
     cutoff = checked_number(cutoff, "cutoff", zero=False)
-    radius = checked_number(expected_radius, "expected_radius", zero=True)
+    radius = checked_number(radius, "radius", zero=True)
     alpha = checked_number(alpha, "alpha", zero=True)
     eta_convex = checked_number(eta_convex, "eta_convex", zero=True)
     ridges = checked_number(ridges, "ridges", zero=True)

@@ -11,7 +11,6 @@ import numpy.typing as npt
 
 from .. import _core
 from ..base.checks import (
-    checked_flag,
     checked_number,
     counted,
     exact_doubles,
@@ -53,21 +52,39 @@ class FeatureTable:
         return FeatureTable(self.values[rows], self.groups, self.names)
 
 
-@dataclass(frozen=True)
-class FeatureOptions:
-    """The arguments `features`, `feature_weight` and `scale_features` of `segment`."""
+@dataclass(frozen=True, eq=False)
+class Features:
+    """Features of cells and the weight of their differences: the argument `features` of `segment`.
 
-    given: Any = None  # numbers, or names of features; None if there are no features
-    weight: float = 0.0  # cost of a difference of 1, as a multiple of the expected region radius
-    is_scaled: bool = True  # whether features are divided by their standard deviations
+    Parameters
+    ----------
+    table : array_like, shape (N, F) or (V, F), or str, or list of str
+        F numbers per face or per vertex, or names of features, as in `segment`. Each feature is
+        divided by its standard deviation.
+    weight : float, default 5.0
+        Cost of a feature difference of one standard deviation, as a multiple of the expected radius
+        of a region, >= 0. With 0, features have no effect.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If the weight is negative, not finite or not a number. The table is checked later, together
+        with the mesh.
+    """
+
+    table: Any
+    weight: float = FEATURE_WEIGHT
+
+    def __post_init__(self) -> None:
+        """Check the weight."""
+        object.__setattr__(self, "weight", checked_number(self.weight, "weight", zero=True))
+        if isinstance(self.table, str):
+            object.__setattr__(self, "table", (self.table,))
 
     @classmethod
-    def checked(cls, features: Any, feature_weight: float, scale_features: bool) -> FeatureOptions:
-        """Check all arguments except the features. These are checked after the mesh is read."""
-        weight = checked_number(feature_weight, "feature_weight", zero=True)
-        if isinstance(features, str):
-            features = (features,)
-        return cls(features, weight, checked_flag(scale_features, "scale_features"))
+    def of(cls, features: Any, weight: float = FEATURE_WEIGHT) -> Features:
+        """Return the argument `features` of `segment`, which may be None, as Features."""
+        return features if isinstance(features, Features) else cls(features, weight)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -75,7 +92,7 @@ class FeatureOptions:
 
         Raises a TypeError if features contain both names and numbers.
         """
-        given = self.given
+        given = self.table
         if isinstance(given, (list, tuple)) and given and isinstance(given[0], str):
             if not all(isinstance(name, str) for name in given):
                 raise TypeError("features must be either names or numbers, but they contain both")
@@ -83,16 +100,9 @@ class FeatureOptions:
         return ()
 
     @property
-    def is_used(self) -> bool:
-        """Whether features change the weights of arcs."""
-        return self.given is not None and self.weight > 0
-
-    @property
     def params(self) -> dict[str, Any]:
         """The entries of `Segmentation.params` for features; empty if there are no features."""
-        if self.given is None:
-            return {}
-        return {"feature_weight": self.weight, "scale_features": self.is_scaled}
+        return {} if self.table is None else {"feature_weight": self.weight}
 
     def steps(
         self, source: Cells | CellGraph, measures: Floats, n_threads: int, order: Ints | None = None
@@ -103,27 +113,26 @@ class FeatureOptions:
         `order` is the index of each cell in `source`, the input mesh or cloud. Raises a ValueError
         if features are not finite, or do not have one row per cell or per vertex.
         """
-        table = self.table(source, measures, order)
+        table = self.scaled(source, measures, order)
         if table is None or not self.weight:
             return None
-        _warn_if_constant(table, self.given.names if isinstance(self.given, FeatureTable) else ())
+        _warn_if_constant(table, self.table.names if isinstance(self.table, FeatureTable) else ())
         return FeatureSteps(table, self.weight, n_threads)
 
-    def table(
+    def scaled(
         self, source: Cells | CellGraph, measures: Floats, order: Ints | None = None
     ) -> Floats | None:
-        """Return features of all cells, (N, F), scaled if `is_scaled`; None without features."""
-        if self.given is None:
+        """Return the scaled features of all cells, (N, F), or None if there are no features."""
+        if self.table is None:
             return None
-        given, groups = self.given, None
-        if isinstance(self.given, FeatureTable):
-            given, groups = self.given.values, self.given.groups
+        given, groups = self.table, None
+        if isinstance(self.table, FeatureTable):
+            given, groups = self.table.values, self.table.groups
         table = _checked_table(given, len(measures), source)
         if order is not None:
             table = table[order]
-        if self.is_scaled:
-            table = table * _scales(table, measures, groups or ((1, 0.0),) * table.shape[1])
-        return np.ascontiguousarray(table)
+        scales = _scales(table, measures, groups or ((1, 0.0),) * table.shape[1])
+        return np.ascontiguousarray(table * scales)
 
 
 @dataclass(frozen=True, eq=False)

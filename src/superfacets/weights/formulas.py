@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import KW_ONLY, dataclass, replace
 from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
@@ -73,7 +73,7 @@ included."""
 
 WeightName = Literal["parts", "creases", "superfacets"]
 
-Weights: TypeAlias = Sequence[float] | npt.NDArray[np.floating[Any] | np.integer[Any]]
+ArcValues: TypeAlias = Sequence[float] | npt.NDArray[np.floating[Any] | np.integer[Any]]
 """Weights given by the caller, one per arc."""
 
 CellArrays = tuple[Floats, Floats, Floats]
@@ -228,7 +228,7 @@ def superfacet_weights(
 def crease_weights(
     mesh: MeshLike,
     graph: FaceGraph,
-    expected_radius: float,
+    radius: float,
     *,
     alpha: float = 20.0,
     eta_convex: float = 0.0,
@@ -268,9 +268,9 @@ def crease_weights(
     ----------
     mesh, graph, n_threads
         Same as in `superfacet_weights`.
-    expected_radius : float
+    radius : float
         Expected radius r = sqrt(A / (pi k)) of regions, >= 0, in the unit of the vertices. In a
-        `Segmentation`, it is ``params["expected_radius"]``. With 0, weights are distances.
+        `Segmentation`, it is ``params["radius"]``. With 0, weights are distances.
     alpha : float, default 20.0
         Cost of a concave edge with angle pi, in units of r, >= 0.
     eta_convex : float, default 0.0
@@ -311,7 +311,7 @@ def crease_weights(
     """
     mesh = as_mesh(mesh)
     threads = checked_threads(n_threads)
-    radius = checked_number(expected_radius, "expected_radius", zero=True)
+    radius = checked_number(radius, "radius", zero=True)
     factors = EdgeFactors.of_radius(
         radius,
         checked_number(alpha, "alpha", zero=True),
@@ -351,9 +351,9 @@ class Weight:
 
 WEIGHTS: Mapping[WeightName, Weight] = {
     "parts": Weight(
-        about='like ``"creases"``, but with straight lines between cells, arcs to cells two or'
-        " three arcs away, and a cost of arcs between parts of the shape, such as a finger and the"
-        " palm; this cost is proportional to distances in the `spectral_embedding`, 0 in volumes",
+        about='like ``"creases"``, with straight lines between cells up to three arcs apart, and a'
+        " cost of arcs between parts of the shape, such as a finger and the palm (see"
+        " `spectral_embedding`)",
         defaults={"alpha": 17.0, "eta_convex": 0.0, "ridges": 1.0, "gamma": 2.1},
         compute=lambda surface, cells, radius, params: _adapted_weights(
             surface, cells, _crease_factors(radius, params)._replace(is_straight=True)
@@ -380,6 +380,58 @@ WEIGHTS: Mapping[WeightName, Weight] = {
 
 
 @dataclass(frozen=True)
+class Weights:
+    """A formula for the weights of arcs, with its parameters: the argument `weights` of `segment`.
+
+    Parameters
+    ----------
+    name : {"parts", "creases", "superfacets"}, default "parts"
+        Name of the formula; see `segment`.
+    alpha : float, optional
+        How strongly borders follow creases, >= 0. With 0, regions are most compact. The defaults of
+        all parameters depend on the formula.
+    eta_convex : float, optional
+        Cost of convex edges other than ridges, relative to concave edges with the same angle, >= 0.
+    ridges : float, optional
+        Cost of ridges, relative to concave edges, >= 0. Ridges are sharp convex edges between flat
+        areas, as on machine parts. ``"superfacets"`` does not know ridges.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If a parameter is out of range, of the wrong type, or unknown to the formula.
+
+    Examples
+    --------
+    >>> import superfacets
+    >>> mesh = superfacets.sample_mesh(5_000)
+    >>> weights = superfacets.Weights("creases", alpha=30, ridges=0)
+    >>> superfacets.segment(mesh, 20, weights=weights).params["ridges"]
+    0.0
+    """
+
+    name: WeightName = "parts"
+    _: KW_ONLY
+    alpha: float | None = None
+    eta_convex: float | None = None
+    ridges: float | None = None
+
+    def __post_init__(self) -> None:
+        """Check the parameters."""
+        checked_choice(self.name, "weights", tuple(WEIGHTS))
+        for name, value in self.given.items():
+            object.__setattr__(self, name, checked_number(value, name, zero=True))
+            if name not in WEIGHTS[self.name].defaults:
+                raise ValueError(f"weights {self.name!r} have no parameter {name}: leave it out")
+
+    @property
+    def given(self) -> dict[str, float]:
+        """The parameters that are not None, by name."""
+        values = {name: getattr(self, name) for name in ("alpha", "eta_convex", "ridges")}
+        return {name: value for name, value in values.items() if value is not None}
+
+
+@dataclass(frozen=True)
 class WeightOptions:
     """Options for weights: a formula with parameters, or weights given by the caller."""
 
@@ -390,22 +442,22 @@ class WeightOptions:
 
     @classmethod
     def checked(
-        cls, weights: WeightName | Weights, alpha: float | None, eta_convex: float | None,
-        ridges: float | None = None,
-    ) -> WeightOptions:  # fmt: skip
-        """Check the arguments of `segment`, and ignore parameters that the formula does not use."""
-        given = {"alpha": alpha, "eta_convex": eta_convex, "ridges": ridges}
-        checked = {
-            name: checked_number(value, name, zero=True)
-            for name, value in given.items()
-            if value is not None
-        }
-        if not isinstance(weights, str):
+        cls, weights: WeightName | Weights | ArcValues, alpha: float | None
+    ) -> WeightOptions:
+        """Check the arguments of `segment`."""
+        if isinstance(weights, str):
+            weights = Weights(weights)
+        if not isinstance(weights, Weights):
+            if alpha is not None:
+                raise ValueError("alpha does not change weights given as an array: leave it out")
             return cls({"weights": "given"}, weights)
-        checked_choice(weights, "weights", tuple(WEIGHTS))
-        weight = WEIGHTS[weights]
-        params = {name: checked.get(name, usual) for name, usual in weight.defaults.items()}
-        return cls({"weights": weights, **params}, None, frozenset(params) - frozenset(checked))
+        if alpha is not None:
+            if weights.alpha is not None:
+                raise ValueError(f"alpha is {alpha} and, in Weights, {weights.alpha}: give it once")
+            weights = replace(weights, alpha=alpha)
+        defaults, given = WEIGHTS[weights.name].defaults, weights.given
+        params = {"weights": weights.name, **defaults, **given}
+        return cls(params, None, frozenset(defaults) - frozenset(given))
 
     def counting_both_turns(self) -> WeightOptions:
         """Return options for clouds on which convex and concave creases cannot be distinguished.

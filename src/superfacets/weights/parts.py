@@ -141,7 +141,7 @@ def spectral_embedding(
     surface = kind.surface(cells, graph, threads)
     n_regions = min(DEFAULT_N_SEGMENTS, surface.n_cells)
     radius = radius_of(graph.measures, n_regions, threads, kind.dimension)
-    options = WeightOptions.checked("parts", None, None)
+    options = WeightOptions.checked("parts", None)
     normals = None if shapes is None else shapes.normals
     weights = weights_of_kind(kind, surface, graph, radius, options, normals)
     lengths, unit = graph.quantized(weights.weights, threads)
