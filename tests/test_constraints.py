@@ -430,7 +430,7 @@ def scan():
 
 
 OF_POINTS = {
-    "defaults": {}, "radius": {"n_segments": None, "radius": 0.1},
+    "defaults": {}, "radius": {"n_segments": None, "radius": 0.3},
     "creases": {"weights": "creases"}, "balance": {"sizes": sf.Sizes(balance=1.0)},
     "ends": {"radius_factor": 2.0}, "normals": {"features": "normals"},
     "height": {"features": "height"},

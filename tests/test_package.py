@@ -51,8 +51,7 @@ def names_in_section(docstring: str, section: str) -> set[str]:
 
 
 NAMES = [name for name in superfacets.__all__ if not inspect.ismodule(getattr(superfacets, name))]
-PRESETS = ("PAPER", "PARTS", "SCANS")
-PUBLIC = [getattr(superfacets, name) for name in NAMES if name not in PRESETS]
+PUBLIC = [getattr(superfacets, name) for name in NAMES if name != "SCANS"]
 FUNCTIONS = [value for value in PUBLIC if inspect.isfunction(value)]
 RESULTS = [
     value for value in PUBLIC if dataclasses.is_dataclass(value) or hasattr(value, "_fields")
