@@ -470,13 +470,6 @@ def test_arrays_for_masked_clouds_have_a_row_per_point_of_the_cloud():
         assert np.array_equal(found.labels[mask], expected.labels), given.keys()
 
 
-def test_prepared_clouds_take_masks():
-    cloud, mask, _ = scan()
-    prepared = sf.prepare(cloud)
-    found = sf.segment(prepared, 12, mask=mask, features="normals")
-    assert np.array_equal(found.labels, sf.segment(cloud, 12, mask=mask, features="normals").labels)
-
-
 def test_edits_of_partly_labeled_clouds_are_those_of_the_labeled_points():
     cloud, mask, alone = scan()
     few = sf.segment(alone, 40, smooth=False).labels

@@ -1,8 +1,6 @@
 """The objects that carry options of `segment`, prepared meshes, and the algorithm of the paper."""
 
-import dataclasses
 import inspect
-import pickle
 
 import numpy as np
 import pytest
@@ -76,17 +74,6 @@ def test_wrong_weights_are_refused(name, options, error, message):
         sf.Weights(name, **options)
 
 
-@pytest.mark.parametrize(
-    "value", [sf.Weights("creases", alpha=3), sf.Features("color"), sf.Sizes(balance=1)]
-)
-def test_options_are_frozen_and_can_be_pickled(value):
-    name = dataclasses.fields(value)[0].name
-    with pytest.raises(dataclasses.FrozenInstanceError):
-        setattr(value, name, None)
-    again = pickle.loads(pickle.dumps(value))
-    assert vars(again) == vars(value)
-
-
 # --- prepare
 
 ARCS = sf.crease_weights(MESH, sf.build_face_graph(MESH), 0.1)
@@ -116,19 +103,6 @@ def test_a_prepared_mesh_gives_the_same_results(options):
         assert same(result, expected)
         assert result.params == expected.params
         assert result.cells is MESH
-
-
-def test_a_prepared_mesh_is_sorted_smoothed_and_joined_only_once(monkeypatch):
-    from superfacets import _core
-
-    def build(*_, **__):
-        raise AssertionError
-
-    monkeypatch.setattr(_core, "build_triangle_graph", build)
-    sf.segment(PREPARED[4], 20)
-    sf.segment(PREPARED[4], 20, denoise=4, mask=FIELD > 0, features="height")
-    with pytest.raises(AssertionError):
-        sf.segment(PREPARED[4], 20, denoise=0)
 
 
 def test_a_mesh_that_is_prepared_without_welding_stays_so():
