@@ -106,6 +106,8 @@ class Tab:
         self.until(READY)
         if self.locator("#welcome").is_visible():
             self.locator("#welcome-close").click()
+        # Antialiased pictures cost most of the time without a graphics card.
+        self.evaluate("studio.workbench.drawing.refine = () => {}")
         return self
 
     def settled(self):
