@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy.typing as npt
 
 from .base.checks import checked_choice, checked_number, explains_parameters
-from .base.options import INITS, Init, Islands, LoopOptions, SizeOptions
+from .base.options import ANY_INITS, AnyInit, Islands, LoopOptions, SizeOptions
 from .base.timing import Callback
 from .clustering.plan import Start
 from .clustering.result import Segmentation
@@ -31,7 +31,7 @@ def segment(
     radius: float | None = None,
     alpha: float | None = None,
     eta_convex: float | None = None,
-    init: Init | Start = "farthest",
+    init: AnyInit | Start = "farthest",
     radius_factor: float | None = 2.0,
     mask: npt.ArrayLike | None = None,
     barriers: npt.ArrayLike | None = None,
@@ -86,7 +86,7 @@ def segment(
     """
     size = SizeOptions.checked(n_segments, radius, init)
     if isinstance(init, str):
-        checked_choice(init, "init", INITS)
+        checked_choice(init, "init", ANY_INITS)
     if radius_factor is not None:
         radius_factor = checked_number(radius_factor, "radius_factor", zero=False)
     loop = LoopOptions.checked(max_num_iter, 0.0, islands, n_threads, callback)

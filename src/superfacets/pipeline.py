@@ -165,7 +165,7 @@ def run(mesh: MeshLike | Prepared, options: SegmentOptions) -> Segmentation:
         prepared, options = prepared_for(mesh, options, clock)  # 0 mesh, 1 face_graph
         planned = plan_regions(prepared, options, clock)  # 1 face_graph
         weighed, weights = weigh(prepared, planned.plan, options, clock)  # 2 weights
-        weights, steps = add_features(weights, weighed, prepared, clock)  # 2 weights
+        weights, feature_costs = add_features(weights, weighed, prepared, clock)  # 2 weights
         graph, source, order = prepared.graph, prepared.source, prepared.order
         del mesh, prepared
         lengths = round_weights(weights, graph, weighed, clock)  # 2 weights
@@ -181,5 +181,5 @@ def run(mesh: MeshLike | Prepared, options: SegmentOptions) -> Segmentation:
             ordered, coarsening, placed.arcs, weighed, planned, part_costs
         )
         del ordered, coarsening, placed
-        result = clean(clustered, lengths, steps, weighed, clock)  # 5 regions
+        result = clean(clustered, lengths, feature_costs, weighed, clock)  # 5 regions
         return finish(result, source, order, weighed, planned, clock)  # not timed

@@ -9,7 +9,7 @@ from shapes import subdivided
 
 import superfacets as sf
 from superfacets import Mesh, build_face_graph, crease_weights
-from superfacets.weights.formulas import HOLLOW, MAX_EVENED, SOLID, TURN_BITS, convex_share_of
+from superfacets.weights.formulas import CURVATURE_BITS, HOLLOW, MAX_EVENED, SOLID, convex_share_of
 
 SHARP = math.radians(40)
 
@@ -131,7 +131,7 @@ def test_regions_are_those_of_the_weights():
 
 
 def share_of(roundness, volume=2.0, area=3.0, diagonal=5.0):
-    unit = 2.0 ** (2 - TURN_BITS)
+    unit = 2.0 ** (2 - CURVATURE_BITS)
     turn = 2 * roundness * area**2 / (3 * volume)
     return convex_share_of(round(turn / unit), volume, area, diagonal)
 

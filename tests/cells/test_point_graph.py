@@ -226,7 +226,7 @@ def test_points_on_a_line_and_few_points_work():
     assert sorted(segment(line[:3], 3).labels.tolist()) == [0, 1, 2]
     assert segment(line[:2]).n_segments == 2
     with pytest.raises(
-        ValueError, match="n_segments must be at most 3, the number of faces, got 4"
+        ValueError, match="n_segments must be at most 3, the number of points, got 4"
     ):
         segment(line[:3], 4)
 

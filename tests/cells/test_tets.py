@@ -223,7 +223,7 @@ def test_what_is_for_faces_says_so():
     with pytest.raises(ValueError, match=note):
         sf.paper.segment(TIP)
     with pytest.raises(
-        ValueError, match="n_segments must be at most 1, the number of cells, got 2"
+        ValueError, match="n_segments must be at most 1, the number of tetrahedra, got 2"
     ):
         sf.segment(TIP, 2)
     with pytest.raises(ValueError, match="the ground truths were prepared for another mesh"):

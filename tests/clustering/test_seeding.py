@@ -141,7 +141,7 @@ def test_region_size_is_that_of_disks_with_the_whole_area():
     [
         ({"n_segments": 0}, ValueError, "n_segments must be at least 1, got 0"),
         ({"n_segments": -3}, ValueError, "n_segments must be at least 1, got -3"),
-        ({"n_segments": 6}, ValueError, "n_segments must be at most 5, the number of faces, got 6"),
+        ({"n_segments": 6}, ValueError, "n_segments must be at most 5, the number of cells, got 6"),
         ({"n_segments": 2.0}, TypeError, r"n_segments must be an integer, got 2\.0"),
         ({"n_segments": True}, TypeError, "n_segments must be an integer, got True"),
         ({"n_segments": 2, "radius": 0.1}, ValueError,

@@ -30,9 +30,13 @@ from .checks import (
 from .timing import Callback, Reports
 from .types import Floats
 
-Init = Literal["geodesic", "curve", "farthest", "flood", "grid"]
+Init = Literal["geodesic", "curve", "farthest"]
 INITS: tuple[str, ...] = get_args(Init)
-"""Names of the seeding methods."""
+"""Names of the seeding methods of `segment`."""
+
+AnyInit = Literal["geodesic", "curve", "farthest", "flood", "grid"]
+ANY_INITS: tuple[str, ...] = get_args(AnyInit)
+"""Names of the seeding methods of `place_seeds` and `paper.segment`."""
 
 Islands = Literal["keep", "nearest"]
 ISLANDS: tuple[str, ...] = get_args(Islands)
@@ -78,7 +82,7 @@ class LoopOptions:
     radius_factor: float | None = None
     """Paths end at this multiple of r from the center, as in the paper. None: there is no limit."""
     relocates: bool = False
-    """Whether centers of small regions may move into large regions."""
+    """Whether redundant centers may move into regions with long paths."""
 
     @classmethod
     def checked(

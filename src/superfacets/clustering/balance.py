@@ -364,9 +364,9 @@ class Balancer:
             if not len(pairs):
                 break
             centers = found.centers.copy()
-            goals = found.farthest(clustering.lengths())[pairs[:, 1]]
-            is_free = ~np.isin(goals, centers)
-            centers[pairs[is_free, 0]] = goals[is_free]
+            destinations = found.farthest(clustering.lengths())[pairs[:, 1]]
+            is_free = ~np.isin(destinations, centers)
+            centers[pairs[is_free, 0]] = destinations[is_free]
             clustering.classify(centers)
             for _ in range(ITERATIONS_PER_JUMP):
                 clustering.classify(clustering.update())

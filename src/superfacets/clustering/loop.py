@@ -81,7 +81,7 @@ class Loop:
             clustering = self._balanced(graph, clustering, 0)
             return _labels_and_centers(clustering)
         paths = clustering.lengths(), _labels_and_centers(clustering)[0]
-        coarse.append(level)
+        coarse.append(level)  # the last coarse level; `on_all` is False only if there is one
         del level, clustering  # these references would keep the graph in memory in `_spread`
         return self._spread(coarse, paths, centers)
 

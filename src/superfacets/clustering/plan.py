@@ -9,7 +9,7 @@ import numpy as np
 
 from .. import _core
 from ..base.checks import checked_partial_labels, checked_seeds, counted, refuse_mask
-from ..base.options import Init, Seeds, SizeOptions
+from ..base.options import AnyInit, Seeds, SizeOptions
 from ..base.types import Array, Floats, Ints, Longs, Singles
 from ..graph.cell_graph import BaseGraph
 from ..graph.constraints import NO_GROUPS, KeptCells, in_order
@@ -31,15 +31,15 @@ class Plan:
     cut: KeptCells | None  # part of the graph that mask and barriers keep; None if neither is given
     size: RegionSize
     asked: SizeOptions  # options of the caller; `seeds` contains indices of cells inside the mask
-    init: Init | Seeds | None
+    init: AnyInit | Seeds | None
     """Name of the seeding method, initial centers (the same as `asked.seeds`), or None for the
     default method."""
 
     @classmethod
     def of(
         cls, graph: BaseGraph, cut: KeptCells | None,
-        start: tuple[SizeOptions, Init | Start | None], n_threads: int,
-        *, dimension: int, order: Ints | None = None,
+        start: tuple[SizeOptions, AnyInit | Start | None], n_threads: int,
+        *, dimension: int, plural: str = "cells", order: Ints | None = None,
     ) -> Plan:  # fmt: skip
         """Make the plan for a graph.
 
@@ -56,7 +56,7 @@ class Plan:
         if cut is not None and seeds is not None:
             init = seeds = cut.new_cells(seeds, "init", order)
         asked = replace(asked, seeds=seeds)
-        size = region_size(asked, measures, n_threads, dimension)
+        size = region_size(asked, measures, n_threads, dimension, plural)
         return cls(cut, size, asked, init)
 
     @property
@@ -92,9 +92,9 @@ class Plan:
 
 
 def _first_centers(
-    init: Init | Start | None, positions: Floats, measures: Floats, kept: Ints | None,
+    init: AnyInit | Start | None, positions: Floats, measures: Floats, kept: Ints | None,
     n_threads: int, order: Ints | None,
-) -> Init | Seeds | None:  # fmt: skip
+) -> AnyInit | Seeds | None:  # fmt: skip
     """Return the initial centers as indices into `positions`, or the name of the seeding method.
 
     An array with one number per cell is read as labels, unless it contains each cell once. Any

@@ -100,7 +100,7 @@ class Segmentation:
         whether or not it was given. If it was given, the entry ``"n_segments"`` is None.
     cells : Mesh, PolygonMesh, TetMesh, PointCloud, CellGraph or None
         The segmented mesh, cloud or graph (not a copy). ``regions``, ``plot`` and ``view`` need it.
-        None if the result does not store the mesh, as in `segment_graph`.
+        None if the result does not store them.
     """
 
     labels: Ints

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from .. import _core
 from .._core import OrderedGraph
-from ..base.options import Init, Islands, LoopOptions, SizeOptions
+from ..base.options import AnyInit, Islands, LoopOptions, SizeOptions
 from ..base.timing import Callback, timed
 from ..base.types import Floats
 from ..graph.cell_graph import CellGraph, checked_graph
@@ -29,7 +29,7 @@ def segment_graph(
     *,
     radius: float | None = None,
     features: npt.ArrayLike | Features | None = None,
-    init: Init | Start | None = None,
+    init: AnyInit | Start | None = None,
     mask: npt.ArrayLike | None = None,
     barriers: npt.ArrayLike | None = None,
     islands: Islands = "keep",
@@ -87,7 +87,7 @@ def segment_graph(
 
 
 def segment_checked(
-    graph: CellGraph, start: tuple[SizeOptions, Init | Start | None], loop: LoopOptions,
+    graph: CellGraph, start: tuple[SizeOptions, AnyInit | Start | None], loop: LoopOptions,
     features: Features, constraints: ConstraintOptions,
 ) -> Segmentation:  # fmt: skip
     """Return the result of `segment_graph` for checked options; `start` is as in `Plan.of`."""
@@ -121,9 +121,9 @@ def segment_cells(
     """Place seeds and run the loop on a graph of the cells inside the mask.
 
     The arguments are not checked. `coarsening` is the result of `coarsened`; its graphs are removed
-    after their last use. `loose` are the arcs across which all pieces of a region that do not
-    contain its center join other regions after the loop, if possible across arcs shorter than
-    ``graph.crease_limit``; None if the loop itself makes connected regions. `balancer` balances the
+    after their last use. `loose` are the arcs across which pieces of regions without a center
+    join other regions after the loop, if possible across arcs shorter than ``graph.crease_limit``;
+    None if the loop itself makes connected regions. `balancer` balances the
     sizes of regions, or is None.
     """
     size, options, init = plan.size, plan.asked, plan.init
@@ -136,8 +136,8 @@ def segment_cells(
         seeds = run_seeding(first, bounds, size, options, init, loop.islands, loop.n_threads)
         del first  # this reference would keep the graph in memory during the loop
     is_short = coarsening.is_short and loop.relocates
-    run = Loop(size.radius, loop, timings, balancer=balancer, is_short=is_short)
-    labels, centers = run.run(coarsening, graph, seeds)
+    cycle = Loop(size.radius, loop, timings, balancer=balancer, is_short=is_short)
+    labels, centers = cycle.run(coarsening, graph, seeds)
     # There can be fewer centers than seeds, because the balancer may remove centers.
     n_unreached = max(0, len(centers) - len(seeds))
     if loose is not None and loop.radius_factor is None:
@@ -155,6 +155,6 @@ def segment_cells(
         "init": init if isinstance(init, str) else "given",
         **loop.params,
     }
-    n_iter = sum(level.n_iter for level in run.levels)
-    facts = (n_iter, run.stop_reason, timings, params, n_unreached)
-    return Segmentation(labels, centers, *facts, levels=tuple(run.levels))
+    n_iter = sum(level.n_iter for level in cycle.levels)
+    facts = (n_iter, cycle.stop_reason, timings, params, n_unreached)
+    return Segmentation(labels, centers, *facts, levels=tuple(cycle.levels))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from .. import _core
 from ..base.checks import checked_choice, checked_seeds, checked_threads
-from ..base.options import INITS, ISLANDS, Init, Islands, Seeds, SizeOptions
+from ..base.options import ANY_INITS, ISLANDS, AnyInit, Islands, Seeds, SizeOptions
 from ..base.types import Floats, Ints
 from ..graph.cell_graph import CellGraph, checked_graph
 from ..graph.size import RegionSize, region_size
@@ -22,7 +22,7 @@ def place_seeds(
     n_segments: int | None = None,
     *,
     radius: float | None = None,
-    init: Init | Seeds = "geodesic",
+    init: AnyInit | Seeds = "geodesic",
     islands: Islands = "keep",
     n_threads: int | None = None,
 ) -> Ints:
@@ -108,12 +108,12 @@ def place_seeds(
 
 def run_seeding(
     graph: _core.OrderedGraph, bounds: Floats, size: RegionSize,
-    options: SizeOptions, init: Init | Seeds, islands: str, n_threads: int,
+    options: SizeOptions, init: AnyInit | Seeds, islands: str, n_threads: int,
 ) -> Ints:  # fmt: skip
     """Return the result of `place_seeds` for options that are already checked."""
     if not isinstance(init, str):
         return _given_seeds(options, graph.n_cells)
-    checked_choice(init, "init", INITS)
+    checked_choice(init, "init", ANY_INITS)
     if init == "grid":
         x, y, z = bounds[0].tolist()
         side = SEED_SPACING * _positive_radius(size, init)

@@ -210,8 +210,8 @@ class CellGraph(BaseGraph):
     weights : array_like, shape (M,)
         Length of each arc, finite and >= 0, in any unit.
     bounds : array_like, shape (2, 3), optional
-        Minimum and maximum corner of a box. The parameter ``radius`` is a fraction of its diagonal.
-        The default is the bounding box of the positions.
+        Minimum and maximum corner of a box, which the seeding ``"grid"`` divides into cubes. The
+        default is the bounding box of the positions.
     weight_unit : float, default 1.0
         Length that a weight of 1 corresponds to, in the unit of the positions. It is used by the
         clean-up of regions. For the graph of a mesh, use the diagonal of the bounding box.

@@ -97,9 +97,8 @@ class ConstraintOptions:
                 groups = _groups_apart(graph, keeps_arc, keeps_arc & ~crosses, sources)
             else:
                 given = of_cells(self.barriers, source)
-                sides = in_order(_checked_sides(given, n_cells), order)
-                crosses = sides[sources] != sides[graph.neighbors]
-                groups = sides
+                groups = in_order(_checked_groups(given, n_cells), order)
+                crosses = groups[sources] != groups[graph.neighbors]
             keeps_arc &= ~crosses
         return KeptCells.of(graph, is_kept, keeps_arc, sources, groups)
 
@@ -275,7 +274,7 @@ def _checked_kept(mask: Any, n_cells: int) -> Bools:
     return is_kept
 
 
-def _checked_sides(barriers: Any, n_cells: int) -> Ints:
+def _checked_groups(barriers: Any, n_cells: int) -> Ints:
     """Check barriers in the form of one number per cell, and replace the numbers by 0, 1, 2, ..."""
     given = np.asarray(barriers)
     if given.dtype.kind not in "iub":
@@ -285,8 +284,8 @@ def _checked_sides(barriers: Any, n_cells: int) -> Ints:
             f"barriers must have one number per cell, shape ({n_cells},), or be edges of a mesh,"
             f" shape (E, 2), got shape {given.shape}"
         )
-    _, sides = np.unique(given, return_inverse=True)
-    return sides.astype(np.int32)
+    _, groups = np.unique(given, return_inverse=True)
+    return groups.astype(np.int32)
 
 
 def _checked_edges(barriers: Any, n_vertices: int) -> Ints:

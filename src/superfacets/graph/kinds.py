@@ -116,7 +116,7 @@ class Kind:
         """Return the surface without arrays that are only needed for weights, to save memory."""
         return surface
 
-    def knows_turns(self, graph: Any) -> bool:
+    def tells_concave(self, graph: Any) -> bool:
         """Return whether concave and convex creases can be distinguished."""
         return True
 
@@ -303,8 +303,8 @@ class _Points(Kind):
     ) -> Surface:
         return point_surface(replace(graph, normals=NO_NORMALS), n_threads)
 
-    def knows_turns(self, graph: PointGraph) -> bool:
-        return graph.knows_turns
+    def tells_concave(self, graph: PointGraph) -> bool:
+        return graph.tells_concave
 
     def positions(self, cells: PointCloud) -> Floats:
         return cells.points

@@ -53,7 +53,7 @@ class PointGraph(BaseGraph):
     bounds: Floats  # (2, 3) minimum and maximum corner of the bounding box
     # (N,) index of each point in the cloud; None if the points are in the order of the cloud
     points: Ints | None = None
-    knows_turns: bool = True  # whether normals distinguish concave from convex creases
+    tells_concave: bool = True  # whether normals distinguish concave from convex creases
 
 
 def find_point_graph(
@@ -139,7 +139,7 @@ def _with_normals_of(cloud: PointCloud, graph: PointGraph) -> PointGraph:
         normals = _facing(viewpoints, graph)
         return replace(graph, normals=checked_normals(normals, len(normals)))
     normal_sum = np.einsum("i,ij->j", graph.measures, graph.normals)
-    return replace(graph, knows_turns=not is_open(normal_sum, graph.measures.sum()))
+    return replace(graph, tells_concave=not is_open(normal_sum, graph.measures.sum()))
 
 
 def is_open(normal_sum: Floats, area: float) -> bool:

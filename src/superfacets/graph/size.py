@@ -1,4 +1,4 @@
-"""Compute the expected number and radius of regions, and warn about long and thin faces."""
+"""Compute the expected number and radius of regions, and the share of long and thin faces."""
 
 from __future__ import annotations
 
@@ -26,12 +26,13 @@ class RegionSize(NamedTuple):
 
 
 def region_size(
-    options: SizeOptions, measures: Floats, n_threads: int, dimension: int = 2
-) -> RegionSize:
+    options: SizeOptions, measures: Floats, n_threads: int, dimension: int = 2,
+    plural: str = "cells",
+) -> RegionSize:  # fmt: skip
     """Return the expected number and radius of regions for cells with these measures.
 
     Regions are modeled as disks if measures are areas (`dimension` is 2), and as balls if measures
-    are volumes (`dimension` is 3).
+    are volumes (`dimension` is 3). `plural` names the cells in messages.
     """
     total, n_cells = _core.sum_of(measures, n_threads), len(measures)
     r = options.radius
@@ -43,8 +44,7 @@ def region_size(
     if options.n_segments is None and options.seeds is not None:
         n_segments = len(checked_seeds(options.seeds, n_cells, "init"))
     else:
-        noun = "faces" if dimension == 2 else "cells"
-        n_segments = checked_n_segments(options.n_segments, n_cells, noun)
+        n_segments = checked_n_segments(options.n_segments, n_cells, plural)
     return RegionSize(n_segments, _radius_of_total(total, n_segments, dimension))
 
 

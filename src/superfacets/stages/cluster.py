@@ -113,7 +113,7 @@ def _border_costs(lengths: Lengths, steps: FeatureSteps | None, weighed: Weighed
     """
     surface, radius = weighed.surface, weighed.plan.size.radius
     scale = radius or surface.diagonal
-    if not weighed.options.weights.has_other_unit:
+    if not weighed.options.weights.costs_follow_edges:
         return BorderCosts(surface, lengths.values, lengths.unit, scale)
     weights = creases_of(surface, radius, ridges=0.0)  # weights in other units have no ridge costs
     if steps is not None:

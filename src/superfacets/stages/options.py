@@ -8,7 +8,7 @@ from typing import Any
 import numpy.typing as npt
 
 from ..base.checks import checked_choice, checked_flag
-from ..base.options import Init, Islands, LoopOptions, SizeOptions, Sizes
+from ..base.options import INITS, AnyInit, Init, Islands, LoopOptions, SizeOptions, Sizes
 from ..base.timing import Callback
 from ..clustering.plan import Start
 from ..clustering.result import Segmentation
@@ -18,16 +18,13 @@ from ..mesh.denoising import Denoise, checked_denoise
 from ..weights.features import Features
 from ..weights.formulas import ArcValues, WeightName, WeightOptions, Weights
 
-INITS = ("geodesic", "curve", "farthest")
-"""Names of the seeding methods of `segment`. `paper.segment` has further ones."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class SegmentOptions:
     """Checked arguments of `segment`, grouped by stage."""
 
     size: SizeOptions
-    init: Init | Start | None
+    init: AnyInit | Start | None
     weights: WeightOptions
     loop: LoopOptions
     constraints: ConstraintOptions
@@ -37,7 +34,7 @@ class SegmentOptions:
     sizes: Sizes = field(default_factory=Sizes)
     weld: bool = True  # argument of `prepare`
     relocates: bool = True
-    """Whether centers of small regions may move into large regions, if there are costs between
+    """Whether redundant centers may move into regions with long paths, if there are costs between
     parts and the caller gave no seeds."""
 
     @classmethod

@@ -114,10 +114,10 @@ class Prepared:
             slack = slack_of(n_steps, is_regular=roughness.is_regular)
         return cls(source, weld, denoised, n_steps, slack, kind, *made)
 
-    def surface(self, *, weld: bool, n_threads: int) -> Surface:
+    def surface(self, *, n_threads: int) -> Surface:
         """Return the `Surface` of `source`, whose cells are in the order of the caller."""
         if self.order is not None or self.n_steps:
-            return graph_and_surface(self.source, weld, n_threads)[1]
+            return graph_and_surface(self.source, self.weld, n_threads)[1]
         return self.kind.surface(self.source, self.graph, n_threads)
 
     def given_measures(self, n_threads: int) -> Floats:
@@ -254,7 +254,7 @@ def plan_regions(prepared: Prepared, options: SegmentOptions, clock: Clock) -> P
         size = options.size if sizes is None else sizes.asked(options.size)
         plan = Plan.of(
             prepared.graph, cut, (size, options.init), n_threads,
-            dimension=prepared.kind.dimension, order=prepared.order,
+            dimension=prepared.kind.dimension, plural=prepared.kind.plural, order=prepared.order,
         )  # fmt: skip
         if sizes is not None:
             sizes.check(plan.size.n_segments)

@@ -57,13 +57,13 @@ def weigh(
 ) -> tuple[Weighed, npt.ArrayLike]:
     """Compute the weight of each arc, (M,), for the expected radius of regions."""
     kind, graph, radius = prepared.kind, prepared.graph, plan.size.radius
-    if not kind.knows_turns(graph):
-        options = replace(options, weights=options.weights.counting_both_turns())
+    if not kind.tells_concave(graph):
+        options = replace(options, weights=options.weights.with_convex_costs())
     with clock.timed("weights"):
         surface = kind.surface(prepared.cells, graph, options.loop.n_threads)
         normals = None if prepared.shapes is None else prepared.shapes.normals
         found = weights_of_kind(kind, surface, graph, radius, options.weights, normals)
-        if not options.weights.has_other_unit:  # otherwise, `clean` needs the full surface
+        if not options.weights.costs_follow_edges:  # otherwise, `clean` needs the full surface
             surface = kind.bare_surface(surface, prepared.cells, graph, surface.n_threads)
     has_creases = surface.weights is None and surface.dimension == 2
     has_parts = options.weights.has_parts and has_creases and radius > 0.0
@@ -117,6 +117,7 @@ def ordered_graph(
     options = weighed.options.weights
     with clock.timed("order", begins=False):
         is_symmetric = options.given is None  # formulas give symmetric weights
+        # 0 marks a graph without costs between parts; see `coarsening.is_straight`.
         straight_unit = unit * weighed.surface.weight_unit if weighed.has_parts else 0.0
         ordered = _core.OrderedGraph(
             placed.cells, *placed.arcs, weighed.surface.n_threads, is_symmetric, straight_unit

@@ -162,7 +162,7 @@ def cloud_info(cloud: CloudLike) -> CloudInfo:
         n_components=count_components(graph),
         n_isolated=int(np.count_nonzero(np.diff(graph.offsets) == 0)),
         has_normals=points.normals is not None,
-        knows_turns=graph.knows_turns,
+        knows_turns=graph.tells_concave,
         has_axes=points.axes is not None,
         has_viewpoints=points.viewpoints is not None,
         has_colors=points.colors is not None and bool(points.colors.any()),

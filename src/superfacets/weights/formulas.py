@@ -32,20 +32,20 @@ STEPS = 1 << 16
 """Number of steps between 0 and `MAX_EVENED`. `convex_share_of` rounds its result to one of these
 steps, so that small rounding errors in sums do not change the result."""
 
-TURN_BITS = 31
-"""`EdgeSums.turn` is an integer in units of about diagonal / 2**TURN_BITS."""
+CURVATURE_BITS = 31
+"""`EdgeSums.curvature` is an integer in units of about diagonal / 2**CURVATURE_BITS."""
 
 
-def convex_share_of(turn: int, volume: float, area: float, diagonal: float) -> float:
+def convex_share_of(curvature: int, volume: float, area: float, diagonal: float) -> float:
     """Return the relative cost of smooth convex edges, called s in `crease_weights`.
 
     The cost is 0 for solid shapes and open meshes, and up to `MAX_EVENED` for hollow shapes.
-    `turn` is `EdgeSums.turn`. `volume` is the enclosed volume, or 0 for an open mesh.
+    `curvature` is `EdgeSums.curvature`. `volume` is the enclosed volume, or 0 for an open mesh.
     """
     if not volume or not area:
         return 0.0
-    unit = math.ldexp(1.0, math.frexp(diagonal)[1] - 1 - TURN_BITS)
-    roundness = 3.0 * volume * (turn * unit / 2.0) / area**2
+    unit = math.ldexp(1.0, math.frexp(diagonal)[1] - 1 - CURVATURE_BITS)
+    roundness = 3.0 * volume * (curvature * unit / 2.0) / area**2
     hollowness = min(max((SOLID - roundness) / (SOLID - HOLLOW), 0.0), 1.0)
     return MAX_EVENED * round(STEPS * hollowness) / STEPS
 
@@ -64,7 +64,7 @@ MACHINE_PART_FACTOR = 2.0
 """Factor by which `EdgeFactors.ridges` is multiplied on machine parts. With a factor of 1, up to
 2 % of the ridges are not borders of regions."""
 
-CREASE_LIMIT_TURN = 59 / 180
+CREASE_LIMIT_ANGLE = 59 / 180
 """Minimum angle, divided by pi, of ridges that coarse cells must not cross on machine parts. If a
 coarse cell crossed a ridge, a side of the part that is narrower than the coarse cell would get no
 region of its own. The limit is 59 degrees, so that the ridges of a hexagonal prism (60 degrees) are
@@ -115,9 +115,9 @@ class EdgeSums(NamedTuple):
     The three counts are 0 unless ridges cost more than other convex edges.
     """
 
-    # sum of length times angle of all edges except ridges, in the unit that `TURN_BITS` defines;
-    # angles of concave edges are negative
-    turn: int
+    # sum of length times angle of all edges except ridges, in the unit that `CURVATURE_BITS`
+    # defines; angles of concave edges are negative
+    curvature: int
     n_edges: int  # number of edges
     n_soft: int  # number of edges with an angle from 10.4 to less than 40 degrees
     n_sharp: int  # number of convex edges with an angle of at least 40 degrees
@@ -331,7 +331,7 @@ def _crease_factors(radius: float, params: Mapping[str, float]) -> EdgeFactors:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Weight:
+class Formula:
     """A formula for arc weights, with its parameters and documentation."""
 
     about: str
@@ -343,14 +343,14 @@ class Weight:
     expected radius of regions, and the parameters of the formula, keyed by name."""
     has_parts: bool = False
     """Whether `PartCosts` adds costs of arcs between parts of the shape to the weights."""
-    has_other_unit: bool = False
+    costs_follow_edges: bool = False
     """Whether the weights have another unit than ``"creases"``. If so, the clean-up of regions does
     not use these weights but recomputes the costs of borders, and the formula is not available for
     cells without angles."""
 
 
-WEIGHTS: Mapping[WeightName, Weight] = {
-    "parts": Weight(
+WEIGHTS: Mapping[WeightName, Formula] = {
+    "parts": Formula(
         about='like ``"creases"``, with straight lines between cells up to three arcs apart, and a'
         " cost of arcs between parts of the shape, such as a finger and the palm (see"
         " `spectral_embedding`)",
@@ -360,20 +360,20 @@ WEIGHTS: Mapping[WeightName, Weight] = {
         ),
         has_parts=True,
     ),
-    "creases": Weight(
+    "creases": Formula(
         about="`crease_weights`, with costs of creases that do not depend on the resolution",
         defaults={"alpha": 20.0, "eta_convex": 0.0, "ridges": 0.35},
         compute=lambda surface, cells, radius, params: _adapted_weights(
             surface, cells, _crease_factors(radius, params)
         ),
     ),
-    "superfacets": Weight(
+    "superfacets": Formula(
         about="`superfacet_weights`, the formula of the paper",
         defaults={"alpha": 200.0, "eta_convex": 0.2},
         compute=lambda surface, cells, _, params: ArcWeights(
             weights_of(surface, cells, EdgeFactors(params["alpha"], params["eta_convex"], 0.0))
         ),
-        has_other_unit=True,
+        costs_follow_edges=True,
     ),
 }
 """All formulas for weights. Keys are choices for the argument `weights` of `segment`."""
@@ -459,7 +459,7 @@ class WeightOptions:
         params = {"weights": weights.name, **defaults, **given}
         return cls(params, None, frozenset(defaults) - frozenset(given))
 
-    def counting_both_turns(self) -> WeightOptions:
+    def with_convex_costs(self) -> WeightOptions:
         """Return options for clouds on which convex and concave creases cannot be distinguished.
 
         The cost of convex creases becomes at least `UNKNOWN_TURN`, unless the caller has set
@@ -471,19 +471,19 @@ class WeightOptions:
         return replace(self, params={**self.params, "eta_convex": eta})
 
     @property
-    def weight(self) -> Weight | None:
+    def weight(self) -> Formula | None:
         """The formula, or None if the caller gave weights."""
         return WEIGHTS.get(self.params["weights"])
 
     @property
     def has_parts(self) -> bool:
-        """Value of `Weight.has_parts`; False if the caller gave weights."""
+        """Value of `Formula.has_parts`; False if the caller gave weights."""
         return self.weight is not None and self.weight.has_parts
 
     @property
-    def has_other_unit(self) -> bool:
-        """Value of `Weight.has_other_unit`; False if the caller gave weights."""
-        return self.weight is not None and self.weight.has_other_unit
+    def costs_follow_edges(self) -> bool:
+        """Value of `Formula.costs_follow_edges`; False if the caller gave weights."""
+        return self.weight is not None and self.weight.costs_follow_edges
 
     def crease_cost(self, radius: float) -> float:
         """Return the length that a concave crease with angle pi adds to an arc, for this radius."""
@@ -492,7 +492,7 @@ class WeightOptions:
     def crease_limit(self, radius: float) -> float:
         """Return the minimum crease cost of arcs that coarse cells of machine parts never cross."""
         ridges = MACHINE_PART_FACTOR * float(self.params["ridges"])
-        return CREASE_LIMIT_TURN * ridges * self.crease_cost(radius)
+        return CREASE_LIMIT_ANGLE * ridges * self.crease_cost(radius)
 
 
 def weights_of_kind(
@@ -506,7 +506,7 @@ def weights_of_kind(
     """
     if kind.has_angles or options.given is not None:
         return arc_weights(surface, graph, radius, options, normals)
-    if options.has_other_unit:
+    if options.costs_follow_edges:
         name = options.params["weights"]
         raise ValueError(
             f"the weights {name!r} need angles between faces: call superfacets.segment without"
@@ -549,21 +549,21 @@ def weights_of(surface: Surface, cells: CellArrays, factors: EdgeFactors) -> Flo
     if isinstance(surface.handle, _core.PointSurface):
         core_factors = factors.for_core(surface.diagonal)
         return _core.point_weights(surface.handle, core_factors, surface.n_threads)
-    return weights_and_sums(surface, cells, factors, wants_turn=False)[0]
+    return weights_and_sums(surface, cells, factors, wants_curvature=False)[0]
 
 
 def weights_and_sums(
-    surface: Surface, cells: CellArrays, factors: EdgeFactors, *, wants_turn: bool
+    surface: Surface, cells: CellArrays, factors: EdgeFactors, *, wants_curvature: bool
 ) -> tuple[Floats, EdgeSums]:
     """Return the weights of arcs between faces, and the `EdgeSums` of the edges.
 
-    Unless `wants_turn` is true, `EdgeSums.turn` is not computed, and is 0.
+    Unless `wants_curvature` is true, `EdgeSums.curvature` is not computed, and is 0.
     """
     handle, costs = surface.handle, factors.for_core(surface.diagonal)
     if isinstance(handle, _core.TriangleSurface):
-        found = _core.triangle_weights(handle, *cells, costs, wants_turn, surface.n_threads)
+        found = _core.triangle_weights(handle, *cells, costs, wants_curvature, surface.n_threads)
     else:
-        found = _core.surface_weights(handle, costs, wants_turn, surface.n_threads)
+        found = _core.surface_weights(handle, costs, wants_curvature, surface.n_threads)
     return found[0], EdgeSums(*found[1])
 
 
@@ -577,12 +577,12 @@ def _adapted_weights(surface: Surface, cells: CellArrays, factors: EdgeFactors) 
     if isinstance(surface.handle, _core.PointSurface) or not factors.alpha:
         return ArcWeights(weights_of(surface, cells, factors))
     is_closed = surface.volume > 0.0
-    weights, sums = weights_and_sums(surface, cells, factors, wants_turn=is_closed)
+    weights, sums = weights_and_sums(surface, cells, factors, wants_curvature=is_closed)
     of_machine_part = factors.is_straight and sums.are_of_machine_part
     adapted = factors.of_machine_part() if of_machine_part else factors
     if is_closed:
         area = _core.sum_of(cells[1], surface.n_threads)
-        convex_share = convex_share_of(sums.turn, surface.volume, area, surface.diagonal)
+        convex_share = convex_share_of(sums.curvature, surface.volume, area, surface.diagonal)
         adapted = adapted._replace(convex_share=convex_share)
     if adapted != factors:
         weights = weights_of(surface, cells, adapted)

@@ -149,7 +149,7 @@ class Segmenter:
     @cached_property
     def surface(self) -> Surface:
         """Graph and geometry for borders, merging and splits, with cells in input order."""
-        return self.prepared.surface(weld=True, n_threads=kit.checked_threads(None))
+        return self.prepared.surface(n_threads=kit.checked_threads(None))
 
     def run(self, parameters: Parameters, task: SegmentationTask | None = None) -> UnsplitRegions:
         """Segment with checked parameters; this call cancels the previous call of `run`.
