@@ -48,7 +48,6 @@ from .graph.corner_labels import labels_of_corners as labels_of_corners
 from .graph.sums import weighted_majority as weighted_majority
 from .graph.sums import sums_by_label as sums_by_label
 from .graph.surface import Surface as Surface
-from .stages.prepare import Prepared as Prepared
 from .regions.crease_labels import VertexEdges as VertexEdges
 from .regions.shared_masks import MaskedAreas as MaskedAreas
 from .weights.formulas import WEIGHTS as WEIGHTS
