@@ -25,6 +25,7 @@ from .base.checks import checked_classes as checked_classes
 from .base.checks import ranked_labels as ranked_labels
 from .base.checks import compact_partial_labels as compact_partial_labels
 from .base.checks import refuse_mask as refuse_mask
+from .base.checks import refuse_order as refuse_order
 from .base.checks import counted as counted
 from .files.guards import shortened as shortened
 from .base.errors import reason_of as reason_of
