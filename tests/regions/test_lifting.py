@@ -248,7 +248,7 @@ def test_polygons_and_tetrahedra_are_seen_from_outside():
          r"masks must have one item per camera \(1\), got more items"),
         ({"cameras": []}, ValueError, "cameras must contain at least one camera, but it is empty"),
         ({"cameras": [np.eye(4)]}, TypeError, r"cameras\[0\] must be a PinholeCamera, got ndarray"),
-        ({"mesh": SQUARE.vertices, "regions": [0, 1, 1, 1]}, TypeError,
+        ({"mesh": SQUARE.vertices, "labels": [0, 1, 1, 1]}, TypeError,
          "masks need a mesh, got points, which have no surface: lift the masks to a mesh of the"
          " object, then use transfer"),
         ({"labels": [0, 2]}, ValueError, r"^labels\[1\] must be -1 to 1 for 2 cells, got 2$"),
