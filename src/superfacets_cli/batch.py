@@ -27,7 +27,7 @@ from .options import (
 )
 from .outputs import check_mask, listed_formats
 from .progress import FileBar
-from .segment_options import SegmentCommand, file_options, options_of, segment_options
+from .segment import SegmentCommand, file_options, options_of, segment_options
 
 
 @click.command("batch", cls=SegmentCommand)

@@ -31,7 +31,7 @@ def demo_command(output: Path) -> None:
     with RunBar("bear") as bar:
         with bar.timed("mesh", timings):
             surface = sample_mesh()
-        result = segment(surface, progress=bar.on_iteration, on_stage=bar.on_stage)
+        result = segment(surface, callback=bar.on_report)
         with bar.timed("export", timings):
             write_mesh(labeled, surface, result.labels)
     click.echo(f"wrote {labeled}\nbear: {summary_of(result, {**result.timings, **timings})}")
