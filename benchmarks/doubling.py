@@ -207,13 +207,17 @@ JOBS: dict[str, Job] = {
 
 
 SHAPES_OF: dict[str, tuple[str, ...]] = {
+    **{
+        job: tuple(shape for shape in SHAPES if shape != "spindle")
+        for job in ("flood", "grid", "halted", "halted, 150")
+    },
     "cut_borders": ("flat grid", "star", "coin", "dust"),
     "vertex_labels": ("flat grid", "star", "coin", "dust", "spindle"),
     "smooth_borders": ("flat grid", "star", "coin", "dust"),
     **{job: ("flat grid", "star", "coin", "dust") for job in JOBS if ", one " in job},
 }
-"""Names of the shapes on which a job runs, for jobs that need faces or vertices. All other jobs run
-on all shapes."""
+"""Names of the shapes on which a job runs, for jobs that need faces, angles or vertices. All other
+jobs run on all shapes."""
 
 
 @dataclass(frozen=True)

@@ -51,8 +51,7 @@ def names_in_section(docstring: str, section: str) -> set[str]:
 
 
 NAMES = [name for name in superfacets.__all__ if not inspect.ismodule(getattr(superfacets, name))]
-PRESETS = ("PAPER", "PARTS", "SCANS")
-PUBLIC = [getattr(superfacets, name) for name in NAMES if name not in PRESETS]
+PUBLIC = [getattr(superfacets, name) for name in NAMES if name != "SCANS"]
 FUNCTIONS = [value for value in PUBLIC if inspect.isfunction(value)]
 RESULTS = [
     value for value in PUBLIC if dataclasses.is_dataclass(value) or hasattr(value, "_fields")
@@ -142,7 +141,7 @@ def test_public_names_are_what_they_should_be_whatever_was_imported_before(first
         f"for name in {NAMES}:\n"
         "    value = getattr(superfacets, name)\n"
         "    assert not inspect.ismodule(value), name\n"
-        "    assert name in ('PAPER', 'PARTS', 'SCANS') or value.__name__ == name, name\n"
+        "    assert name == 'SCANS' or value.__name__ == name, name\n"
         "    assert value is getattr(superfacets, name), name\n"
     )
 

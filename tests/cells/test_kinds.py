@@ -122,7 +122,8 @@ def test_labels_of_pixels_are_written_and_pixels_are_not(image, tmp_path):
 def test_weights_that_need_angles_are_refused_for_pixels(image):
     with pytest.raises(
         ValueError,
-        match="weights='superfacets' needs the angles between faces: leave weights out for pixels",
+        match=r"the weights 'superfacets' need angles between faces: call superfacets\.segment"
+        " without weights for pixels",
     ):
         superfacets.segment(image, 9, weights="superfacets")
 

@@ -146,7 +146,7 @@ def hierarchy(
     counts: Sequence[int] | npt.NDArray[np.integer[Any]],
     *,
     labels: npt.ArrayLike | None = None,
-    features: npt.ArrayLike | str | Sequence[str] | None = None,
+    features: npt.ArrayLike | str | Sequence[str] | Features | None = None,
     islands: Islands = "keep",
     barriers: npt.ArrayLike | None = None,
     weld: bool = True,
