@@ -20,6 +20,7 @@ from ..base.checks import (
     ranked_labels,
     refuse_first,
     refuse_mask,
+    refuse_order,
 )
 from ..base.types import Array, Floats, Ints, Longs
 from ..graph.cell_graph import CellGraph
@@ -147,6 +148,7 @@ def unpool(labels: npt.ArrayLike, values: npt.ArrayLike, *, fill: float | None =
     >>> unpool([0, 0, 1, -1], [1.5, 5.0])
     array([1.5, 1.5, 5. , nan])
     """
+    refuse_order(labels, "labels")
     refuse_mask(values, "values")
     table = np.asarray(values)
     if table.ndim == 0:
@@ -357,6 +359,7 @@ def _checked_regions(
     labels: npt.ArrayLike, source: Cells | CellGraph | None, n_values: int
 ) -> tuple[Ints, int]:
     """Check labels of the cells of `source` or, if it is None, any number of labels."""
+    refuse_order(labels, "labels")
     count = int(np.size(labels)) if source is None else source.n_cells
     n_vertices = getattr(source, "n_vertices", None)
     advice = _WITHOUT_CELLS if n_values == n_vertices else TO_FACES
