@@ -173,7 +173,7 @@ OF_REGIONS: dict[str, Callable[[Any, Labels], object]] = {
     "border_lines": partial(sf.border_lines, n_threads=1),
     "find_boundaries": partial(sf.find_boundaries, n_threads=1),
     "hierarchy": merge_levels,
-    "pool": lambda _, labels: sf.pool(labels.astype(float), labels),
+    "pool": lambda _, labels: sf.pool(labels, labels.astype(float)),
     "split_regions": lambda cells, labels: list(sf.split_regions(cells, labels)),
     "face_colors": sf.face_colors,
     "vertex_labels": partial(sf.vertex_labels, method="creases", min_vertices=20, n_threads=1),
@@ -207,13 +207,17 @@ JOBS: dict[str, Job] = {
 
 
 SHAPES_OF: dict[str, tuple[str, ...]] = {
+    **{
+        job: tuple(shape for shape in SHAPES if shape != "spindle")
+        for job in ("flood", "grid", "halted", "halted, 150")
+    },
     "cut_borders": ("flat grid", "star", "coin", "dust"),
     "vertex_labels": ("flat grid", "star", "coin", "dust", "spindle"),
     "smooth_borders": ("flat grid", "star", "coin", "dust"),
     **{job: ("flat grid", "star", "coin", "dust") for job in JOBS if ", one " in job},
 }
-"""Names of the shapes on which a job runs, for jobs that need faces or vertices. All other jobs run
-on all shapes."""
+"""Names of the shapes on which a job runs, for jobs that need faces, angles or vertices. All other
+jobs run on all shapes."""
 
 
 @dataclass(frozen=True)

@@ -52,7 +52,7 @@ def save_side_by_side(
     with TemporaryDirectory() as folder:
         path = Path(folder, "one.png")
         for i, some in enumerate(labels):
-            sf.render(mesh, some, output=path, size=SIZE, view=view)
+            sf.plot(mesh, some, output=path, size=SIZE, view=view)
             picture.paste(read(path, SIZE), (SIZE[0] * i, 0))
     save_small(picture, IMAGES / file_name)
 

@@ -254,12 +254,12 @@ def test_orders_have_a_row_each_and_the_first_is_the_unit(bear):
 
 
 def test_labels_that_depend_on_threads_end_the_benchmark(bear, monkeypatch):
-    right = sf.segment
+    right = runs.SETTINGS["plain"]
 
-    def wrong_on_two(mesh, n_segments, *, n_threads, **keywords):
-        return right(mesh, n_segments + (n_threads == 2), n_threads=n_threads, **keywords)
+    def wrong_on_two(mesh, n_segments, *, n_threads):
+        return right(mesh, n_segments + (n_threads == 2), n_threads=n_threads)
 
-    monkeypatch.setattr(sf, "segment", wrong_on_two)
+    monkeypatch.setitem(runs.SETTINGS, "plain", wrong_on_two)
     cases = [runs.Case(BEAR, 20, "plain", n) for n in (1, 2)]
     with pytest.raises(checks.WrongLabelsError, match="number of threads"):
         runs.measure(bear, cases, 1, NOTHING_STORED)

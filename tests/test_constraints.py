@@ -430,7 +430,7 @@ def scan():
 
 
 OF_POINTS = {
-    "defaults": {}, "radius": {"n_segments": None, "radius": 0.1},
+    "defaults": {}, "radius": {"n_segments": None, "radius": 0.3},
     "creases": {"weights": "creases"}, "balance": {"sizes": sf.Sizes(balance=1.0)},
     "ends": {"radius_factor": 2.0}, "normals": {"features": "normals"},
     "height": {"features": "height"},
@@ -468,13 +468,6 @@ def test_arrays_for_masked_clouds_have_a_row_per_point_of_the_cloud():
     ):
         found, expected = run(cloud, mask=mask, **given), run(alone, **of_alone)
         assert np.array_equal(found.labels[mask], expected.labels), given.keys()
-
-
-def test_prepared_clouds_take_masks():
-    cloud, mask, _ = scan()
-    prepared = sf.prepare(cloud)
-    found = sf.segment(prepared, 12, mask=mask, features="normals")
-    assert np.array_equal(found.labels, sf.segment(cloud, 12, mask=mask, features="normals").labels)
 
 
 def test_edits_of_partly_labeled_clouds_are_those_of_the_labeled_points():

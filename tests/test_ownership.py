@@ -202,8 +202,8 @@ def test_masked_entries_are_refused(graph, tmp_path):
         lambda: sf.segment(mesh, weights=masked(np.ones(sf.build_face_graph(mesh).n_arcs))),
         lambda: sf.metrics.compactness(mesh, masked(ones)),
         lambda: sf.enforce_connectivity(mesh, masked(ones - 1)),
-        lambda: sf.pool(masked(ones), ones - 1), lambda: sf.unpool(masked(ones), ones - 1),
-        lambda: sf.snap(masked(ones), ones - 1), lambda: sf.vertex_labels(mesh, masked(ones)),
+        lambda: sf.pool(ones - 1, masked(ones)), lambda: sf.unpool(ones - 1, masked(ones)),
+        lambda: sf.snap(ones - 1, masked(ones)), lambda: sf.vertex_labels(mesh, masked(ones)),
         lambda: sf.transfer(mesh, ones, masked(mesh.vertices)),
         lambda: sf.metrics.area_overlap(ones, ones, masked(ones * 1.0)),
         lambda: sf.write_labels(tmp_path / "a.npy", masked(ones)),
@@ -230,7 +230,7 @@ def test_masked_colors_of_a_picture_are_refused(tmp_path):
     with pytest.raises(
         ValueError, match="colors must not have masked entries: fill or remove these entries"
     ):
-        sf.render(mesh, colors=masked(np.ones((32, 3), np.uint8)))
+        sf.plot(mesh, colors=masked(np.ones((32, 3), np.uint8)))
 
 
 def test_a_masked_array_without_masked_entries_is_an_array():

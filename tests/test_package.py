@@ -51,8 +51,7 @@ def names_in_section(docstring: str, section: str) -> set[str]:
 
 
 NAMES = [name for name in superfacets.__all__ if not inspect.ismodule(getattr(superfacets, name))]
-PRESETS = ("PAPER", "PARTS", "SCANS")
-PUBLIC = [getattr(superfacets, name) for name in NAMES if name not in PRESETS]
+PUBLIC = [getattr(superfacets, name) for name in NAMES if name != "SCANS"]
 FUNCTIONS = [value for value in PUBLIC if inspect.isfunction(value)]
 RESULTS = [
     value for value in PUBLIC if dataclasses.is_dataclass(value) or hasattr(value, "_fields")
@@ -132,7 +131,7 @@ def test_importing_leaves_files_and_pictures_for_later():
         "from superfacets import *",
         "import superfacets; superfacets.metrics, superfacets.sample_mesh, superfacets.read_mesh",
         "import superfacets; [importlib.import_module(n) for n in names]",
-        "import superfacets; superfacets.render, superfacets.render",
+        "import superfacets; superfacets.plot, superfacets.plot",
     ],
 )
 def test_public_names_are_what_they_should_be_whatever_was_imported_before(first):
@@ -142,7 +141,7 @@ def test_public_names_are_what_they_should_be_whatever_was_imported_before(first
         f"for name in {NAMES}:\n"
         "    value = getattr(superfacets, name)\n"
         "    assert not inspect.ismodule(value), name\n"
-        "    assert name in ('PAPER', 'PARTS', 'SCANS') or value.__name__ == name, name\n"
+        "    assert name == 'SCANS' or value.__name__ == name, name\n"
         "    assert value is getattr(superfacets, name), name\n"
     )
 

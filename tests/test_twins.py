@@ -1,5 +1,6 @@
 """Compiled stages equal the reference implementation, bit for bit."""
 
+import loops
 import numpy as np
 import pytest
 import reference
@@ -12,7 +13,6 @@ from superfacets import (
     classify,
     place_seeds,
     sample_mesh,
-    segment_graph,
     superfacet_weights,
     update_centers,
 )
@@ -92,7 +92,7 @@ def check_loop(graph, k, **options):
         assert labels.tolist() == expected_labels
         assert centers.tolist() == expected_centers
         centers = update_centers(graph, labels)
-    result = segment_graph(graph, init=seeds, **options)  # without coarse levels
+    result = loops.segment_graph(graph, init=seeds, **options)  # without coarse levels
     assert (result.n_iter, result.stop_reason) == (len(history), stop_reason)
     assert result.labels.tolist() == history[-1][0]
     assert result.centers.tolist() == history[-1][1]

@@ -25,7 +25,6 @@ from superfacets_show.page.document import Page as Page
 from superfacets_show.page.document import view as view
 from superfacets_show.plotting import Plot as Plot
 from superfacets_show.plotting import plot as plot
-from superfacets_show.rendering import render as render
 from superfacets_textures.images import TextureImage as TextureImage
 from superfacets_textures.texels import FaceTexels as FaceTexels
 from superfacets_textures.texels import texture_colors as texture_colors

@@ -25,6 +25,7 @@ from .base.checks import checked_classes as checked_classes
 from .base.checks import ranked_labels as ranked_labels
 from .base.checks import compact_partial_labels as compact_partial_labels
 from .base.checks import refuse_mask as refuse_mask
+from .base.checks import refuse_order as refuse_order
 from .base.checks import counted as counted
 from .files.guards import shortened as shortened
 from .base.errors import reason_of as reason_of
@@ -48,7 +49,6 @@ from .graph.corner_labels import labels_of_corners as labels_of_corners
 from .graph.sums import weighted_majority as weighted_majority
 from .graph.sums import sums_by_label as sums_by_label
 from .graph.surface import Surface as Surface
-from .stages.prepare import Prepared as Prepared
 from .regions.crease_labels import VertexEdges as VertexEdges
 from .regions.shared_masks import MaskedAreas as MaskedAreas
 from .weights.formulas import WEIGHTS as WEIGHTS

@@ -93,7 +93,7 @@ def _regroup(
         raise click.UsageError(
             "to convert an .aggregation.json, give new segments (.segs.json) as LABELS, and -o once"
         )
-    objects = regroup_segments(groups, labels, outputs[0], **chosen)
+    objects = regroup_segments(outputs[0], groups, labels, **chosen)
     if as_json:
         facts = {"file": str(groups), "objects": [found._asdict() for found in objects]}
         click.echo(json.dumps({**facts, "outputs": list(outputs)}))

@@ -85,7 +85,7 @@ def test_pixels_have_levels(image):
 
 def test_values_of_pixels_are_pooled(image):
     labels = image.values.ravel().astype(int)
-    assert superfacets.pool(image.values.ravel(), labels, cells=image).tolist() == [0, 1]
+    assert superfacets.pool(labels, image.values.ravel(), mesh=image).tolist() == [0, 1]
 
 
 def test_pixels_are_measured_colored_carried_and_drawn(image):
@@ -122,7 +122,8 @@ def test_labels_of_pixels_are_written_and_pixels_are_not(image, tmp_path):
 def test_weights_that_need_angles_are_refused_for_pixels(image):
     with pytest.raises(
         ValueError,
-        match="weights='superfacets' needs the angles between faces: leave weights out for pixels",
+        match=r"the weights 'superfacets' need angles between faces: call superfacets\.segment"
+        " without weights for pixels",
     ):
         superfacets.segment(image, 9, weights="superfacets")
 

@@ -1,5 +1,7 @@
 """The graph of a point cloud: neighbors, areas, normals, borders, weights."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import reference
@@ -175,9 +177,9 @@ X = sphere(3000)[:, 0]
 GIVEN = [
     {"n_segments": 40},
     {"n_segments": 40, "weights": "superfacets"},
-    {"n_segments": 40, "features": X, "feature_weight": 50.0},
+    {"n_segments": 40, "features": sf.Features(X, weight=50.0)},
     {"n_segments": 40, "mask": X < 0.4, "islands": "nearest"},
-    {"n_segments": 40, "barriers": np.sign(X).astype(int), "min_size": 0.5, "islands": "nearest"},
+    {"n_segments": 40, "barriers": np.sign(X).astype(int), "islands": "nearest"},
     {"init": (8 * X).astype(int) + 7},
     {"init": (8 * X).astype(int) + 7, "mask": X < 0.4, "barriers": (3 * X).astype(int)},
 ]
@@ -189,7 +191,11 @@ def test_results_are_in_the_order_of_the_input(options):
     points = sphere(3000)
     order = find_point_graph(PointCloud(points), 1, is_sorted=True).points
     at_place = {
-        name: value[order] if isinstance(value, np.ndarray) else value
+        name: value[order]
+        if isinstance(value, np.ndarray)
+        else replace(value, table=value.table[order])
+        if isinstance(value, sf.Features)
+        else value
         for name, value in options.items()
     }
     result, expected = segment(points, **options), segment(points[order], **at_place)
@@ -324,7 +330,7 @@ def test_regions_are_connected_and_clean_up_knows_clouds():
         ({"n_neighbors": 0}, ValueError, "n_neighbors must be at least 1"),
         ({"n_neighbors": 2.5}, TypeError, "n_neighbors must be an integer"),
         ({"cutoff": 0}, ValueError, "cutoff must be finite and positive"),
-        ({"expected_radius": -1}, ValueError, "expected_radius must be finite"),
+        ({"radius": -1}, ValueError, "radius must be finite"),
         ({"alpha": np.nan}, ValueError, "alpha must be finite"),
         ({"eta_convex": -1}, ValueError, "eta_convex must be finite"),
         ({"ridges": -1}, ValueError, "ridges must be finite"),

@@ -252,16 +252,6 @@ def test_regions_end_at_the_edges_of_a_box():
     assert (by_default.params["ridges"], without.params["ridges"]) == (1.0, 0.0)
 
 
-@pytest.mark.parametrize("weights", ["superfacets"])
-def test_other_weights_know_no_ridges(weights):
-    mesh = subdivided(shapes.cube(), 2)
-    one, other = (
-        sf.segment(mesh, 9, weights=sf.Weights(weights, ridges=ridges)) for ridges in (None, 3.0)
-    )
-    assert np.array_equal(one.labels, other.labels)
-    assert "ridges" not in other.params
-
-
 def test_points_have_no_ridges():
     points = np.random.default_rng(0).uniform(size=(600, 3)) * [1, 1, 0]
     one, other = (sf.segment(points, 9, weights=sf.Weights(ridges=ridges)) for ridges in (0, 3.0))

@@ -263,17 +263,6 @@ def test_the_halted_mode_and_given_weights_keep_the_order_of_the_input(limit, op
     assert np.array_equal(found.labels, expected.labels)
 
 
-def test_prepared_cells_keep_their_order():
-    prepared = sf.prepare(BEAR)
-    result = sf.segment(prepared, 40)
-    assert np.array_equal(result.labels, sf.segment(BEAR, 40).labels)
-    assert result.cells is BEAR
-    given = sf.crease_weights(BEAR, sf.build_face_graph(BEAR), 0.1)
-    for options in ({"weights": given}, {"paper": True}, {"radius_factor": 2.0}):
-        found, expected = (loops.segment(cells, 40, **options) for cells in (prepared, BEAR))
-        assert np.array_equal(found.labels, expected.labels)
-
-
 def test_errors_tell_numbers_of_the_input():
     mask = np.ones(BEAR.n_faces, bool)
     mask[17] = False

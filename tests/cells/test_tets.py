@@ -59,8 +59,8 @@ def test_a_column_falls_into_two_halves():
     assert lower[0] != upper[0]
     assert result.params["radius"] == pytest.approx((3 * 4 / (4 * math.pi)) ** (1 / 3))
     diagonal = math.sqrt(8**2 + 2)
-    by_radius = sf.segment(column(8), radius=0.4)
-    assert by_radius.params["radius"] == pytest.approx(0.4 * diagonal)
+    by_radius = sf.segment(column(8), radius=0.4 * diagonal)
+    assert by_radius.params["radius"] == 0.4 * diagonal
     expected = round(8 / (4 / 3 * math.pi * (0.4 * diagonal) ** 3)) or 1
     assert by_radius.n_segments == max(1, expected)
 
@@ -179,7 +179,7 @@ def test_seams_are_welded_unless_told_not_to():
     assert build_tet_graph(apart, weld=False).n_arcs == build_tet_graph(tower).n_arcs - 4
     assert sf.segment(apart, 1).n_segments == 1
     with pytest.warns(sf.IslandWarning):
-        assert sf.segment(apart, 1, weld=False).n_segments == 2
+        assert sf.segment(sf.prepare(apart, weld=False), 1).n_segments == 2
 
 
 def test_the_outside_of_some():
@@ -217,13 +217,11 @@ def test_what_is_for_faces_says_so():
         sf.build_face_graph(TIP)
     with pytest.raises(MeshError, match="expected a tetrahedral mesh, got a Mesh"):
         build_tet_graph(shapes.cube())
-    for weights in ("superfacets",):
-        with pytest.raises(
-            ValueError,
-            match=f"weights='{weights}' needs the angles between faces: leave weights out for"
-            " tetrahedra",
-        ):
-            sf.segment(TIP, weights=weights)
+    note = r"the weights 'superfacets' need angles between faces: call superfacets\.segment without"
+    with pytest.raises(ValueError, match=note + " weights for tetrahedra"):
+        sf.segment(TIP, weights="superfacets")
+    with pytest.raises(ValueError, match=note):
+        sf.paper.segment(TIP)
     with pytest.raises(
         ValueError, match="n_segments must be at most 1, the number of cells, got 2"
     ):

@@ -122,7 +122,7 @@ def test_objects_of_segments_are_groups_of_these_segments(run, folder, segments)
         assert np.array_equal(np.isin(of_faces, own), lifted == int(label))
     assert sum(map(len, groups.values())) == len(np.unique(of_faces[lifted >= 0]))
     moved = sf.regroup_segments(
-        "a.aggregation.json", "fine.0.010000.segs.json", "b.aggregation.json"
+        "b.aggregation.json", "a.aggregation.json", "fine.0.010000.segs.json"
     )
     assert {(found.n_lost, found.n_gained) for found in moved} == {(0, 0)}
 

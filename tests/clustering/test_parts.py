@@ -190,7 +190,7 @@ def test_many_points_have_parts():
 def test_soup_of_many_faces_has_regions():
     """All faces are separate, so groups of cells would be single faces."""
     mesh = shapes.soup(FINE)
-    result = segment(mesh, 20, weld=False, islands="nearest")
+    result = segment(sf.prepare(mesh, weld=False), 20, islands="nearest")
     assert result.n_segments == 20
 
 

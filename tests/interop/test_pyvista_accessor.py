@@ -25,7 +25,7 @@ def test_pyvista_finds_the_accessor_by_its_entry_point():
 
 def test_segment_writes_labels_and_returns_the_result():
     surface, expected = sheet(), sf.segment(SHEET, 5, weights=sf.Weights(eta_convex=0.2))
-    result = surface.superfacets.segment(5, weights=surface.superfacets.Weights(eta_convex=0.2))
+    result = surface.superfacets.segment(5, weights=sf.Weights(eta_convex=0.2))
     assert np.array_equal(result.labels, expected.labels)
     assert np.array_equal(surface.cell_data["superfacets"], expected.labels)
     assert "superfacets_colors" not in surface.cell_data

@@ -187,18 +187,6 @@ def test_the_default_equals_its_number_of_steps():
         assert np.array_equal(result.labels, segment(mesh, 12, denoise=n_steps).labels)
 
 
-def test_prepared_cells_are_smoothed_as_the_mesh_is():
-    mesh = noisy(sample_mesh(20_000), 0.1)
-    for options in ({}, {"denoise": 0}, {"denoise": 3}):
-        wanted = segment(mesh, 12, **options)
-        for prepared in (sf.prepare(mesh), sf.prepare(mesh, denoise=3)):
-            if options or prepared.n_steps != 3:
-                result = segment(prepared, 12, **options)
-                assert result.params["denoise"] == wanted.params["denoise"]
-                assert np.array_equal(result.labels, wanted.labels)
-    assert segment(prepared, 12).params["denoise"] == 3  # that of `prepare`
-
-
 def test_points_and_tetrahedra_are_not_smoothed():
     points = np.random.default_rng(0).random((200, 3))
     tets = sf.TetMesh(points[:5], [[0, 1, 2, 3], [1, 2, 3, 4]])

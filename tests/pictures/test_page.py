@@ -237,7 +237,9 @@ def test_a_page_is_saved_whole(tmp_path):
     with pytest.raises(OSError, match="nowhere"):
         page.save(tmp_path / "nowhere" / "a.html")
     assert [path.name for path in tmp_path.iterdir()] == ["a.html"]
-    assert repr(Page("much", "y")) == "Page()"
+    assert repr(Page("much" * 300_000, "y")) == (
+        "Page(1.2 MB of HTML: shown by a notebook, or written by .save(path) to a .html file)"
+    )
 
 
 def test_the_first_view_is_that_of_pictures():

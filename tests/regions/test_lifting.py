@@ -66,7 +66,7 @@ def test_labels_of_vertices_are_superpoints_with_a_row_each():
     result = sf.lift(mesh, superpoints, [np.full((4, 4), 7)], [above()], consistent_ids=True)
     assert result.region_labels.tolist() == [7, -1, -1, -1]
     assert result.labels.tolist() == [7, 7]
-    with pytest.raises(ValueError, match="regions must contain at least one region, but all"):
+    with pytest.raises(ValueError, match="labels must contain at least one region, but all"):
         sf.lift(mesh, [-1] * 5, [UPPER], [above()])
 
 
@@ -248,12 +248,12 @@ def test_polygons_and_tetrahedra_are_seen_from_outside():
          r"masks must have one item per camera \(1\), got more items"),
         ({"cameras": []}, ValueError, "cameras must contain at least one camera, but it is empty"),
         ({"cameras": [np.eye(4)]}, TypeError, r"cameras\[0\] must be a PinholeCamera, got ndarray"),
-        ({"mesh": SQUARE.vertices, "regions": [0, 1, 1, 1]}, TypeError,
+        ({"mesh": SQUARE.vertices, "labels": [0, 1, 1, 1]}, TypeError,
          "masks need a mesh, got points, which have no surface: lift the masks to a mesh of the"
          " object, then use transfer"),
-        ({"regions": [0, 2]}, ValueError, r"^regions\[1\] must be -1 to 1 for 2 cells, got 2$"),
-        ({"regions": [1, 1]}, ValueError, r"^regions must be consecutive .* no cell has label 0"),
-        ({"regions": [-1, -1]}, ValueError, "^regions must contain at least one region, but"),
+        ({"labels": [0, 2]}, ValueError, r"^labels\[1\] must be -1 to 1 for 2 cells, got 2$"),
+        ({"labels": [1, 1]}, ValueError, r"^labels must be consecutive .* no cell has label 0"),
+        ({"labels": [-1, -1]}, ValueError, "^labels must contain at least one region, but"),
         ({"agreement": 0}, ValueError, "above 0"),
         ({"agreement": 1.5}, ValueError, "agreement must be from 0 to 1, got 1.5"),
         ({"overlap": "first"}, ValueError, "overlap must be one of smallest, largest"),
@@ -261,7 +261,7 @@ def test_polygons_and_tetrahedra_are_seen_from_outside():
     ],
 )  # fmt: skip
 def test_what_is_wrong_is_said_in_a_line(change, error, words):
-    given = {"mesh": SQUARE, "regions": [0, 1], "masks": [UPPER], "cameras": [above("a.png")]}
+    given = {"mesh": SQUARE, "labels": [0, 1], "masks": [UPPER], "cameras": [above("a.png")]}
     with pytest.raises(error, match=words) as caught:
         sf.lift(**{**given, **change})
     assert "\n" not in str(caught.value)

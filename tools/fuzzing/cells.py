@@ -6,6 +6,7 @@ import itertools
 from pathlib import Path
 from typing import Any
 
+import loops
 import numpy as np
 import shapes
 
@@ -15,14 +16,18 @@ from .promises import THREADS, check_labels, refusals
 
 Options = dict[str, Any]
 
+OF_PAPER = {"max_num_iter", "islands", "mask", "barriers"}
+"""The `random_options` that `superfacets.paper.segment` has, too."""
+
 
 def check_cells(rng: np.random.Generator, _folder: Path) -> None:
     """Check segmentation, levels and pooling for random cells of a random kind."""
     with refusals():
         cells = random_cells(rng)
         options = random_options(rng, cells.n_cells)
-        result = sf.segment(cells, **options, n_threads=1)
-        check_segmentation(cells, result, options)
+        given = cells if rng.random() < 0.7 else sf.prepare(cells, weld=bool(rng.integers(2)))
+        result = loops.segment(given, **options, n_threads=1)
+        check_segmentation(given, result, options)
         _check_regions(cells, result, rng)
 
 
@@ -93,19 +98,19 @@ def random_options(rng: np.random.Generator, n_cells: int) -> Options:
         "radius_factor": float(rng.uniform(0.1, 3)),
         "max_num_iter": int(rng.integers(0, 20)),
         "tol": float(rng.choice([0.0, 0.1])),
-        "relocate": True,
-        "enforce_connectivity": True,
-        "min_size": float(rng.uniform(0, 1)),
+        "relocates": False,
         "islands": "nearest",
         "smooth": False,
-        "weld": False,
         "mask": rng.random(n_cells) < rng.uniform(0.2, 1),
         "barriers": rng.integers(0, 3, n_cells),
         "features": rng.normal(size=(n_cells, int(rng.integers(1, 4)))),
     }
     chosen = {name: value for name, value in options.items() if rng.random() < 0.2}
     preset = rng.random()
-    chosen |= sf.PARTS if preset < 0.1 else sf.PAPER if preset < 0.2 else {}
+    if preset < 0.1:
+        chosen["weights"] = "parts"
+    elif preset < 0.2:
+        chosen = {name: chosen[name] for name in OF_PAPER & chosen.keys()} | {"paper": True}
     most = n_cells if rng.random() < 0.2 else min(n_cells, 40)
     return chosen | {"n_segments": int(rng.integers(1, most + 1))}
 
@@ -121,7 +126,7 @@ def check_segmentation(cells: Any, result: sf.Segmentation, options: Options) ->
         pairs = np.unique(np.column_stack([labels, options["barriers"]])[kept], axis=0)
         assert len(pairs) == result.n_segments, "a region crosses a barrier"
     for n_threads in THREADS[1:]:
-        other = sf.segment(cells, **options, n_threads=n_threads)
+        other = loops.segment(cells, **options, n_threads=n_threads)
         assert np.array_equal(other.labels, labels), f"{n_threads} threads"
 
 
@@ -133,9 +138,14 @@ def _check_regions(cells: Any, result: sf.Segmentation, rng: np.random.Generator
     tails, heads = graph.edge_index
     assert (tails < heads).all()
     assert graph.cell_counts.sum() == np.count_nonzero(np.asarray(labels) >= 0)
+    for edit in (
+        sf.enforce_connectivity(cells, labels),
+        sf.merge_small_regions(cells, labels, float(rng.uniform(0, 1))),
+    ):
+        check_labels(edit.labels[labels >= 0], np.count_nonzero(labels >= 0), len(edit.sources))
     field = rng.normal(size=result.n_segments)
-    assert np.array_equal(sf.pool(sf.unpool(field, labels, fill=0.0), labels, cells=cells), field)
-    assert np.array_equal(sf.snap(labels, labels, cells=cells), labels)
+    assert np.array_equal(sf.pool(labels, sf.unpool(labels, field, fill=0.0), mesh=cells), field)
+    assert np.array_equal(sf.snap(labels, labels, mesh=cells), labels)
     counts = sorted({result.n_segments, *rng.integers(1, result.n_segments + 1, 3).tolist()})
     levels = sf.hierarchy(cells, counts, labels=labels, islands="nearest").levels
     for fine, coarse in itertools.pairwise(sorted(levels, key=np.max, reverse=True)):

@@ -6,6 +6,7 @@ import pickle
 from pathlib import Path
 from typing import Any
 
+import loops
 import numpy as np
 import shapes
 from test_twins import check_mesh_stages
@@ -79,11 +80,8 @@ def _random_options(rng: np.random.Generator, mesh: sf.Mesh) -> Options:
         "radius_factor": float(rng.uniform(0.1, 3)),
         "max_num_iter": int(rng.integers(1, 20)),
         "tol": float(rng.choice([0.0, 0.1])),
-        "enforce_connectivity": True,
-        "min_size": float(rng.uniform(0, 1)),
         "islands": "nearest",
         "smooth": False,
-        "weld": False,
     }
     chosen = {name: value for name, value in options.items() if rng.random() < 0.3}
     chosen["n_segments"] = int(rng.integers(1, min(mesh.n_faces, 40) + 1))
@@ -91,23 +89,24 @@ def _random_options(rng: np.random.Generator, mesh: sf.Mesh) -> Options:
 
 
 def _check_segmentation(mesh: sf.Mesh, rng: np.random.Generator) -> None:
-    options = _random_options(rng, mesh)
-    result = sf.segment(mesh, **options, n_threads=1)
-    graph = sf.build_face_graph(mesh, weld=options.get("weld", True))
+    options, weld = _random_options(rng, mesh), bool(rng.random() < 0.7)
+    prepared = mesh if weld else sf.prepare(mesh, weld=False)
+    result = loops.segment(prepared, **options, n_threads=1)
+    graph = sf.build_face_graph(mesh, weld=weld)
     check_result(result, graph)
     is_exact = "radius_factor" not in options
     is_joined = "islands" in options
-    if "min_size" not in options and options.get("init") not in ("flood", "grid"):
+    if options.get("init") not in ("flood", "grid"):
         if is_joined:
             assert result.n_segments == options["n_segments"]
         elif is_exact:
             check_number(result, graph, options["n_segments"])
-    if not is_joined and (is_exact or "enforce_connectivity" in options):
+    if not is_joined and is_exact:
         check_pieces(result.labels, graph)
     for n_threads in THREADS[1:]:
-        other = sf.segment(mesh, **options, n_threads=n_threads)
+        other = loops.segment(prepared, **options, n_threads=n_threads)
         assert np.array_equal(other.labels, result.labels), f"{n_threads} threads"
-    twin = sf.segment(pickle.loads(pickle.dumps(mesh)), **options)
+    twin = loops.segment(pickle.loads(pickle.dumps(prepared)), **options)
     assert np.array_equal(twin.labels, result.labels)
 
 
@@ -133,8 +132,8 @@ def _check_carried(mesh: sf.Mesh, rng: np.random.Generator) -> None:
     """Check the transfer of values and labels of regions to faces, vertices and points."""
     labels = np.unique(rng.integers(0, 9, mesh.n_faces), return_inverse=True)[1]
     field = rng.normal(size=labels.max() + 1)
-    assert np.array_equal(sf.pool(sf.unpool(field, labels), labels, cells=mesh), field)
-    assert np.array_equal(sf.snap(labels, labels, cells=mesh), labels)
+    assert np.array_equal(sf.pool(labels, sf.unpool(labels, field), mesh=mesh), field)
+    assert np.array_equal(sf.snap(labels, labels, mesh=mesh), labels)
     of_vertices = sf.vertex_labels(mesh, labels)
     is_used = np.isin(np.arange(mesh.n_vertices), mesh.faces)
     assert np.array_equal(of_vertices >= 0, is_used)

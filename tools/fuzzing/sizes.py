@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import loops
 import numpy as np
 
 import superfacets as sf
@@ -13,7 +14,8 @@ from .cells import Options, check_segmentation, random_cells
 from .meshes import scattered_faces
 from .promises import refusals
 
-LIMITS = ("max_measure", "min_measure")
+REASONS = ("needs a radius above 0", "Sizes(bounds=")
+"""What messages contain if a random segmentation may be refused."""
 
 ROUNDING = 1e-9  # accepted difference of a size from its limit, as a fraction of the total size
 
@@ -31,10 +33,9 @@ def check_sizes(rng: np.random.Generator, _folder: Path) -> None:
         return
     options = _random_options(rng, cells.n_cells)
     try:
-        result = sf.segment(cells, **options, n_threads=1)
+        result = loops.segment(cells, **options, n_threads=1)
     except ValueError as error:
-        reasons = ["needs a radius above 0", *(limit for limit in LIMITS if limit in options)]
-        if any(reason in str(error) for reason in reasons):
+        if any(reason in str(error) for reason in REASONS):
             return
         raise
     check_segmentation(cells, result, options)
@@ -59,30 +60,33 @@ def _random_options(rng: np.random.Generator, n_cells: int) -> Options:
     k = int(rng.integers(1, np.count_nonzero(is_kept) + 1))
     if rng.random() < 0.2:
         chosen.pop("islands", None)
-        return chosen | {"cells_per_region": k}
+        return chosen | {"sizes": sf.Sizes(cells=k)}
     sizes = rng.integers(0, 3, n_cells).astype(float)
     sizes[0] = 1.0
     mean = sizes[is_kept].sum() / k
-    given: Options = {
+    given = {
         "balance": float(rng.choice([0.5, 1.0])),
-        "max_measure": max(float(rng.uniform(1, 3)) * mean, 2.0),
-        "min_measure": float(rng.uniform(0, 1)) * mean,
+        "high": max(float(rng.uniform(1, 3)) * mean, 2.0),
+        "low": float(rng.uniform(0, 1)) * mean,
     }
     given = {name: given[name] for name in rng.permutation(list(given))[: rng.integers(1, 4)]}
+    bounds = (given.get("low"), given.get("high"))
+    chosen["sizes"] = sf.Sizes(balance=given.get("balance", 0), bounds=bounds, weights=sizes)
     if rng.random() < 0.1:
-        chosen["init"] = rng.permutation(np.flatnonzero(is_kept))[:k]
-        return chosen | given | {"cell_weights": sizes}
-    return chosen | given | {"n_segments": k, "cell_weights": sizes}
+        return chosen | {"init": rng.permutation(np.flatnonzero(is_kept))[:k]}
+    return chosen | {"n_segments": k}
 
 
 def _check_limits(result: Any, options: Options) -> None:
     """Check that no region is empty, and that the size of each region is within the limits."""
     is_kept = result.labels >= 0
-    sizes = options.get("cell_weights", np.ones(len(is_kept)))
+    asked = options["sizes"]
+    sizes = np.ones(len(is_kept)) if asked.weights is None else asked.weights
     counts = np.bincount(result.labels[is_kept], minlength=result.n_segments)
     assert counts.min() > 0, "a region is empty"
     found = np.bincount(result.labels[is_kept], sizes[is_kept], result.n_segments)
     slack = ROUNDING * float(found.sum())
-    assert found.max() <= options.get("max_measure", np.inf) + slack
-    assert found.min() >= options.get("min_measure", 0.0) - slack
-    assert found.max() <= options.get("cells_per_region", np.inf)
+    low, high = asked.limits
+    assert found.max() <= high + slack
+    assert found.min() >= low - slack
+    assert found.max() <= (asked.cells or np.inf)

@@ -128,10 +128,10 @@ class Sizes:
     Examples
     --------
     >>> import superfacets
-    >>> mesh = superfacets.sample_mesh(1_000)
-    >>> result = superfacets.segment(mesh, sizes=superfacets.Sizes(cells=100))
-    >>> result.n_segments, len(result.labels)
-    (10, 1000)
+    >>> mesh = superfacets.sample_mesh(5_000)
+    >>> result = superfacets.segment(mesh, sizes=superfacets.Sizes(cells=mesh.n_faces // 10))
+    >>> result.n_segments in (10, 11)
+    True
     """
 
     balance: float = 0.0

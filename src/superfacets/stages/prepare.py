@@ -43,15 +43,32 @@ class Prepared:
     """A mesh or cloud and the graph of its cells, prepared once for several calls of `segment`.
 
     The result of the function `prepare`. `segment` accepts it in place of the mesh, and returns the
-    same labels in less time. `cells`, `graph`, `shapes` and `order` have the same meaning as in
-    `OrderedCells`.
+    same labels in less time.
+
+    Attributes
+    ----------
+    source : Mesh, PolygonMesh, TetMesh or PointCloud
+        The given mesh or cloud, not a copy.
+    weld : bool
+        Argument of `prepare`.
+    denoised : Mesh, PolygonMesh, TetMesh or PointCloud
+        Smoothed copy of `source`, or `source` itself if it was not smoothed.
+    n_steps : int or None
+        Number of smoothing steps; None if the cells are not faces.
+    slack : float
+        Angle in radians that is subtracted from the angle of each edge, because noise remains.
+    kind : Kind
+        Kind of the cells: faces, tetrahedra or points.
+    cells, graph, shapes, order
+        The cells in the order in which `segment` works, their graph, facts about the shapes of
+        faces, and the index in `source` of each cell (None: the cells are in the given order).
     """
 
-    source: Cells  # mesh or cloud given by the caller, in the order of the caller
+    source: Cells
     weld: bool
-    denoised: Cells  # smoothed copy of `source`, or `source` itself if it was not smoothed
-    n_steps: int | None  # number of smoothing steps; None if cells are not faces
-    slack: float  # radians that are subtracted from the angle of each edge, see `slack_of`
+    denoised: Cells
+    n_steps: int | None
+    slack: float
     kind: Kind
     cells: Cells
     graph: BaseGraph

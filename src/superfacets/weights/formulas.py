@@ -509,7 +509,8 @@ def weights_of_kind(
     if options.has_other_unit:
         name = options.params["weights"]
         raise ValueError(
-            f"weights={name!r} needs the angles between faces: leave weights out for {kind.plural}"
+            f"the weights {name!r} need angles between faces: call superfacets.segment without"
+            f" weights for {kind.plural}"
         )
     assert surface.weights is not None  # distances, or the weights of a `CellGraph`
     return ArcWeights(surface.weights)

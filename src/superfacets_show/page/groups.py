@@ -9,7 +9,15 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
-from superfacets.kit import Cells, Floats, Ints, Longs, compact_partial_labels, refuse_mask
+from superfacets.kit import (
+    Cells,
+    Floats,
+    Ints,
+    Longs,
+    compact_partial_labels,
+    refuse_mask,
+    refuse_order,
+)
 
 from ..colors import checked_values, region_colors
 from .coding import Arrays
@@ -138,6 +146,7 @@ def checked_levels(
         return []
     given: Any = labels.levels if isinstance(labels, HasLevels) else labels
     refuse_mask(given, "labels")
+    refuse_order(given, "labels")
     if isinstance(given, (list, tuple)) and given and np.ndim(given[0]) == 1:
         return [checked_labeling(level, n_cells, n_vertices) for level in given]
     array = np.asarray(given)
