@@ -11,11 +11,18 @@ _LABEL_IMAGE = ".ids.png"  # written from a mesh, but contains only its labels
 
 @click.command("formats")
 def formats_command() -> None:
-    """List file formats, and whether meshes, points and labels can be read and written."""
-    read = {**FORMATS.readers, "mesh": FORMATS["scenes"], "labels": FORMATS.labels}
+    """List the formats of files."""
+    read: dict[str, Collection[str]] = {
+        **FORMATS.readers,
+        "mesh": FORMATS["scenes"],
+        "labels": FORMATS.labels,
+    }
     labels = {*FORMATS.labels, *FORMATS.label_outputs, *FORMATS.id_outputs, *FORMATS.class_outputs}
     kinds = {kind: {*table} - {_LABEL_IMAGE} for kind, table in FORMATS.writers.items()}
-    write = {**kinds, "labels": labels & {*FORMATS.outputs} | {_LABEL_IMAGE}}
+    write: dict[str, Collection[str]] = {
+        **kinds,
+        "labels": labels & {*FORMATS.outputs} | {_LABEL_IMAGE},
+    }
     write["region graph"] = FORMATS.graph_outputs
     endings = dict.fromkeys([*FORMATS.cells, *FORMATS.labels, *FORMATS.outputs])
     rows = [

@@ -64,7 +64,7 @@ def levels_command(
     features: tuple[str, ...], drop_attributes: bool, labels_named: str, is_quiet: bool,
     as_json: bool, **options: Any,
 ) -> None:  # fmt: skip
-    """Segment a mesh or point cloud, and merge regions level by level.
+    """Segment a mesh or cloud, and merge regions level by level.
 
     Each region of a level is a union of regions of the finer levels. LABELS is a label file with
     the regions to merge; without it, IN is segmented first. IN may be - for standard input.

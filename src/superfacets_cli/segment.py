@@ -162,8 +162,9 @@ file_options = options(
 _EXCLUSIVE = {
     "paper": ("scans", "weights", "ridges", "features", "feature_weight", "smooth", "balance",
               "bounds", "cells", "denoise", "tol"),
-    "cells": ("n_segments", "radius", "balance", "bounds"),
-    "radius": ("n_segments",),
+    "n_segments": ("radius", "cells"),
+    "radius": ("cells",),
+    "cells": ("balance", "bounds"),
 }  # fmt: skip
 """Options that cannot be given together with an option: names of parameters by name."""
 
@@ -187,7 +188,7 @@ def options_of(*, scans: bool, is_subdivided: bool, **given: Any) -> FileOptions
     try:
         own = {name: given.pop(name) for name in ("eta_convex", "ridges") if name in given}
         if is_paper:
-            given |= own
+            given.update(own)
         elif own:
             given["weights"] = Weights(given.get("weights", "parts"), **own)
         sizes = {name: given.pop(name) for name in ("balance", "bounds", "cells") if name in given}
@@ -233,7 +234,7 @@ def segment_command(
     mask_values: tuple[int, ...] | None, barriers: Path | None, barrier_angle: float | None,
     labels_named: str, is_quiet: bool, is_verbose: bool, as_json: bool, **given: Any,
 ) -> None:  # fmt: skip
-    """Segment meshes and point clouds, and write their labels.
+    """Segment meshes and clouds; superfacets FILE does the same.
 
     IN may be - for standard input, whose result is written to standard output unless -o is given.
     If an input fails, the others are still processed, and the exit status is 1.

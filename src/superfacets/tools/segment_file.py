@@ -269,7 +269,7 @@ def _check_keywords(keywords: Mapping[str, Any], is_paper: bool) -> None:
 
 def _checked_features(given: object, is_paper: bool) -> tuple[str, ...] | Features:
     """Return names of features, or `Features` if their weight is not the default."""
-    features = Features.of(given)
+    features = Features.of(() if given is None else given)
     if len(features.names) != len(features.table):
         raise TypeError("features must be names, because an array would fit only one file")
     if features.names and is_paper:
