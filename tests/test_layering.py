@@ -21,6 +21,7 @@ LIBRARY_LAYERS = [
     "clustering",
     "stages",
     "pipeline",  # up to here, the engine
+    "paper",
     "regions",
     "metrics",
     "files",
@@ -264,8 +265,8 @@ def test_no_public_function_has_the_name_of_a_module_beside_it():
     for stub in sorted(SOURCE.glob("superfacets*/__init__.pyi")):
         modules = {path.stem for path in stub.parent.iterdir() if path.stem != "__init__"}
         names = {alias.name for node in parsed(stub).body for alias in getattr(node, "names", [])}
-        # `metrics` and `segmentator` are modules of the library and public names.
-        assert names & modules <= {"metrics", "segmentator"}, stub
+        # `metrics`, `paper` and `segmentator` are modules of the library and public names.
+        assert names & modules <= {"metrics", "paper", "segmentator"}, stub
 
 
 def test_no_module_imports_itself_in_a_circle():

@@ -13,6 +13,7 @@ import shapes
 
 import superfacets as sf
 from superfacets import ArcMeasures, CellGraph, FaceGraph, Mesh, MeshError
+from superfacets.paper import superfacet_weights
 
 OUT_OF_RANGE = 2_000_000_000
 
@@ -30,7 +31,7 @@ def arrays_of(graph):
 def graph():
     mesh = shapes.bumpy_sheet(8)
     faces = sf.build_face_graph(mesh)
-    return faces.with_weights(sf.superfacet_weights(mesh, faces))
+    return faces.with_weights(superfacet_weights(mesh, faces))
 
 
 def test_faces_changed_after_the_check_change_nothing():
@@ -59,8 +60,8 @@ def test_a_face_graph_changed_after_the_check_is_as_it_was():
     graph = FaceGraph(**arrays, edge_counts=original.edge_counts)
     for name in ("offsets", "neighbors", "sides", "same_turn"):
         arrays[name][:] = 255
-    weights = sf.superfacet_weights(mesh, graph)
-    assert np.array_equal(weights, sf.superfacet_weights(mesh, original))
+    weights = superfacet_weights(mesh, graph)
+    assert np.array_equal(weights, superfacet_weights(mesh, original))
 
 
 def test_sides_of_arcs_changed_after_the_check_change_nothing(graph):

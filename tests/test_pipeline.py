@@ -11,6 +11,7 @@ import shapes
 import superfacets
 import superfacets as sf
 from superfacets.metrics import compactness
+from superfacets.paper import superfacet_weights
 
 PLAIN = {"weights": "superfacets", "init": "farthest", "smooth": False, "denoise": 0}
 """The weights and seeds of the paper, without smoothing."""
@@ -23,7 +24,7 @@ def sheet():
 
 def graph_of(mesh, **options):
     graph = sf.build_face_graph(mesh)
-    return graph.with_weights(sf.superfacet_weights(mesh, graph, **options))
+    return graph.with_weights(superfacet_weights(mesh, graph, **options))
 
 
 def test_labels_are_int32_and_count_from_zero_without_gaps(sheet):
@@ -238,7 +239,7 @@ def test_an_interrupt_in_the_callback_comes_through(sheet):
 
 def test_given_weights_take_the_place_of_the_paper_s(sheet):
     graph = sf.build_face_graph(sheet)
-    weights = sf.superfacet_weights(sheet, graph, alpha=50)
+    weights = superfacet_weights(sheet, graph, alpha=50)
     given = sf.segment(sheet, 20, weights=weights, denoise=0)
     named = sf.segment(sheet, 20, weights="superfacets", alpha=50, smooth=False, denoise=0)
     rough = sf.segment(sheet, 20, weights=weights, smooth=False, denoise=0)
@@ -389,8 +390,8 @@ def test_wrong_parameters_are_refused(sheet, options, error, message):
 def test_stages_take_any_mesh_and_say_what_graph_they_want(sheet):
     pair = (sheet.vertices, sheet.faces)
     graph = sf.build_face_graph(pair)
-    weights = sf.superfacet_weights(pair, graph)
-    assert np.array_equal(weights, sf.superfacet_weights(sheet, graph))
+    weights = superfacet_weights(pair, graph)
+    assert np.array_equal(weights, superfacet_weights(sheet, graph))
     for call in (
         lambda: sf.segment_graph(sheet, 3),
         lambda: superfacets.place_seeds(graph, 3),

@@ -41,7 +41,6 @@ CALLS = {
     "merge_small_regions": lambda labels: sf.merge_small_regions(MESH, labels, 0.9).labels,
     "plot": lambda labels: np.asarray(sf.plot(MESH, labels)),
     "pool": lambda labels: sf.pool(labels, GRAPH.measures),
-    "project_labels": lambda labels: sf.project_labels(MESH, labels, CAMERAS),
     "rand_index": lambda labels: metrics.rand_index(MESH, labels, labels),
     "region_graph": lambda labels: sf.region_graph(MESH, labels).areas,
     "segment": lambda labels: sf.segment(MESH, 12, barriers=labels).labels,

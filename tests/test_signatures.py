@@ -32,6 +32,12 @@ mesh choose between two methods of seeding."""
 OF_PAPER = {"alpha", "eta_convex", "init", "max_num_iter", "islands"}
 """Parameters whose defaults are part of the published algorithm."""
 
+VERBS = {
+    "Bisect", "Change", "Combine", "Compare", "Compute", "Convert", "Copy", "Cut", "Divide",
+    "Estimate", "Label", "Merge", "Read", "Remove", "Return", "Segment", "Store", "Straighten",
+    "Transfer", "Write", "Yield",
+}  # fmt: skip
+
 LOOPS = {
     "segment": sf.segment,
     "segment_graph": sf.segment_graph,
@@ -80,6 +86,17 @@ def test_equal_names_have_equal_defaults(one, other):
 def test_segment_is_small():
     assert len(SIGNATURES["segment"].parameters) <= 17
     assert len(inspect.getdoc(sf.segment).splitlines()) <= 90
+
+
+@pytest.mark.parametrize("name", [*sf.__all__, *metrics.__all__])
+def test_the_first_line_of_each_docstring_says_the_result(name):
+    """Presets have a docstring below their definition, which the API page shows."""
+    value = getattr(sf, name, None) or getattr(metrics, name)
+    line = "Presets." if name == "SCANS" else inspect.getdoc(value).partition("\n")[0]
+    assert line.endswith(".")
+    if inspect.isfunction(value):
+        verb = line.split()[0]
+        assert verb in VERBS, verb
 
 
 WRONG = {

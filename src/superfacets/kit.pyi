@@ -25,7 +25,6 @@ from .base.checks import checked_classes as checked_classes
 from .base.checks import ranked_labels as ranked_labels
 from .base.checks import compact_partial_labels as compact_partial_labels
 from .base.checks import refuse_mask as refuse_mask
-from .base.checks import refuse_order as refuse_order
 from .base.checks import counted as counted
 from .files.guards import shortened as shortened
 from .base.errors import reason_of as reason_of
@@ -86,12 +85,15 @@ from .files.atomic import locked as locked
 from .files.writers.text import write_rows as write_rows
 from .files.writers.cells import FormatOptions as FormatOptions
 
+# Results, for annotations
+from .stages.prepare import Prepared as Prepared
+from .tools.info import CloudInfo as CloudInfo
+from .tools.info import MeshInfo as MeshInfo
+
 # Packages of apps
 from .base.lazy import lazy_names as lazy_names
 
 # Whole files
 from .tools.segment_file import FileOptions as FileOptions
 from .files.writers.write import OutputFiles as OutputFiles
-
-# Whole files
 from .tools.sources import InputFile as InputFile

@@ -16,9 +16,9 @@ from .mesh.convert import MeshLike
 from .pipeline import run
 from .stages.options import SegmentOptions
 from .stages.prepare import Prepared
-from .weights.formulas import WeightOptions, Weights
+from .weights.formulas import WeightOptions, Weights, superfacet_weights
 
-__all__ = ["segment"]
+__all__ = ["segment", "superfacet_weights"]
 
 _OTHERS = ("weights", "features", "sizes", "smooth", "denoise", "tol")
 

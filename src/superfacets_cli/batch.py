@@ -8,8 +8,9 @@ from typing import Any
 
 import click
 
-from superfacets import BatchProgress, BatchResult, batch
+from superfacets import batch
 from superfacets.kit import FORMATS, counted
+from superfacets_batch import BatchProgress, BatchResult
 
 from .failures import EXIT_DATA, print_error, print_notes
 from .inputs import mask_values_option

@@ -11,9 +11,9 @@ from typing import Any
 import click
 import numpy as np
 
-from superfacets import MeshAttributes, MeshError, kit, regroup_segments, write_regions
+from superfacets import MeshAttributes, MeshError, kit, write_regions
 from superfacets.kit import FORMATS, Cells, FormatOptions, Ints
-from superfacets_scans import GROUPS
+from superfacets_scans import GROUPS, regroup_segments
 
 from . import options as opts
 from .failures import EXIT_DATA, count_failures, print_note, print_notes

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 if TYPE_CHECKING:
-    from superfacets import BatchProgress
+    from superfacets_batch import BatchProgress
 
 SHARES = {
     "mesh": 0.06,

@@ -11,6 +11,7 @@ import shapes
 import superfacets as sf
 from superfacets import FaceGraph, MeshError, PolygonMesh, build_face_graph, metrics
 from superfacets.graph.surface import Surface
+from superfacets.paper import superfacet_weights
 
 CORNERS = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=float)
 CUBE = PolygonMesh.of_faces(
@@ -52,13 +53,13 @@ def test_a_cube_of_six_quads():
 def test_the_weights_of_a_cube_by_hand():
     """Centroids are 1/2 from each edge, theta is 90 degrees, and all edges are convex."""
     graph, diagonal = build_face_graph(CUBE), math.sqrt(3)
-    weights = sf.superfacet_weights(CUBE, graph, alpha=10, eta_convex=0.2)
+    weights = superfacet_weights(CUBE, graph, alpha=10, eta_convex=0.2)
     assert weights == pytest.approx(np.full(24, (1 + 10 * 0.2 * 0.5) / diagonal))
     weights = sf.crease_weights(CUBE, graph, 0.25, alpha=10, eta_convex=0.5)
     assert weights == pytest.approx(np.full(24, (1 + 10 * 0.5 * 0.25 * 0.5) / diagonal))
     inside_out = PolygonMesh.of_faces(CORNERS, CUBE.indices.reshape(6, 4)[:, ::-1])
     graph = build_face_graph(inside_out)
-    assert sf.superfacet_weights(inside_out, graph, alpha=10, eta_convex=0.2) == pytest.approx(
+    assert superfacet_weights(inside_out, graph, alpha=10, eta_convex=0.2) == pytest.approx(
         np.full(24, (1 + 10 * 0.2 * 0.5) / diagonal)
     )
     assert sf.mesh_info(inside_out).is_inside_out
@@ -117,7 +118,7 @@ def test_triangles_given_as_polygons_are_the_same_cells(shape):
     assert graph.edge_counts == expected.edge_counts
     assert sf.mesh_info(given) == sf.mesh_info(shape)
     for weigh in (
-        sf.superfacet_weights,
+        superfacet_weights,
         lambda *cells: sf.crease_weights(*cells, 0.3, eta_convex=0.4),
     ):
         assert np.array_equal(weigh(given, graph), weigh(shape, expected))
@@ -254,16 +255,16 @@ def test_a_graph_of_another_mesh_is_refused():
     with pytest.raises(
         ValueError, match="the graph was built for triangles, but the mesh has polygons"
     ):
-        sf.superfacet_weights(sheet, build_face_graph(triangles))
+        superfacet_weights(sheet, build_face_graph(triangles))
     with pytest.raises(
         ValueError, match="the graph was built for polygons, but the mesh has triangles"
     ):
-        sf.superfacet_weights(triangles, build_face_graph(sheet))
+        superfacet_weights(triangles, build_face_graph(sheet))
     fans = PolygonMesh.of_faces(sheet.vertices, [[0, 1, 2]] * 5 + [[3, 4, 5]])
     with pytest.raises(
         ValueError, match="the graph was built for another mesh, whose faces have more sides"
     ):
-        sf.superfacet_weights(fans, build_face_graph(other))
+        superfacet_weights(fans, build_face_graph(other))
     with pytest.raises(ValueError, match="the graph has 6 cells but the mesh has 4 faces"):
         sf.arc_measures(grid(2, 2), build_face_graph(other))
 

@@ -11,7 +11,8 @@ import shapes
 from shapes import AROUND, column
 
 import superfacets as sf
-from superfacets import CellGraph, MeshError, TetMesh, build_tet_graph, metrics
+from superfacets import CellGraph, MeshError, TetMesh, metrics
+from superfacets_formats import build_tet_graph
 
 TIP = TetMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 1, 2, 3]])
 

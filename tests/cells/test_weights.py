@@ -18,10 +18,10 @@ from superfacets import (
     crease_weights,
     mesh_info,
     segment,
-    superfacet_weights,
 )
 from superfacets.graph.kinds import graph_and_surface
 from superfacets.graph.surface import NO_NORMALS, Surface
+from superfacets.paper import superfacet_weights
 from superfacets.weights import formulas as weights_module
 from superfacets.weights.formulas import (
     WEIGHTS,

@@ -9,6 +9,7 @@ import shapes
 
 import superfacets as sf
 from superfacets import CellGraph, _core
+from superfacets.paper import superfacet_weights
 
 THREADS = (1, 2, 5)
 REACHES = (math.inf, 0.08)
@@ -18,7 +19,7 @@ def weighted_sheet(n_quads=110, seed=0):
     """Return the graph of 24,200 faces, which several threads divide into three chunks."""
     mesh = shapes.bumpy_sheet(n_quads)
     return sf.build_face_graph(mesh).with_weights(
-        sf.superfacet_weights(mesh, sf.build_face_graph(mesh))
+        superfacet_weights(mesh, sf.build_face_graph(mesh))
     )
 
 

@@ -11,7 +11,8 @@ import pytest
 import shapes
 
 import superfacets as sf
-from superfacets import MeshError, group_segments, regroup_segments
+from superfacets import MeshError
+from superfacets_scans import group_segments, regroup_segments
 
 
 def write_json(path, document):

@@ -14,9 +14,9 @@ from shapes import bumpy_sheet, cube, soup, strip, table
 
 import superfacets as sf
 from superfacets import Mesh, PointCloud, PolygonMesh, TetMesh, View, hierarchy
+from superfacets_show import Page
 from superfacets_show.colors import face_colors, oklab, scale_colors
 from superfacets_show.page.coding import Arrays, newest_codes
-from superfacets_show.page.document import Page
 
 EVIL = "</script><script>alert('&\"')</script>"
 NO_GROUP = 2**32 - 1
@@ -339,7 +339,7 @@ def test_what_stands_on_z_has_z_up_as_in_pictures():
 def test_the_package_is_the_function_however_it_is_imported():
     from superfacets_show import colors  # noqa: F401
 
-    assert isinstance(sf.view(strip(2)), sf.Page)
+    assert isinstance(sf.view(strip(2)), Page)
 
 
 def test_the_bunny_has_less_than_a_megabyte(data_dir):

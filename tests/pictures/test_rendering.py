@@ -487,7 +487,9 @@ def test_an_existing_file_is_replaced(gl, tmp_path):
     np.testing.assert_array_equal(read_png(path), picture)
 
 
-@pytest.mark.parametrize("failing", ["rendering.draw", "rendering.build_scene", "plotting.place_camera"])
+@pytest.mark.parametrize(
+    "failing", ["rendering.draw", "rendering.build_scene", "plotting.place_camera"]
+)
 def test_a_failed_picture_leaves_an_existing_file_as_it_was(gl, tmp_path, broken, failing):
     path = tmp_path / "picture.png"
     path.write_bytes(b"old")

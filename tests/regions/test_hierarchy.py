@@ -9,6 +9,7 @@ import shapes
 
 import superfacets as sf
 from superfacets import _core
+from superfacets_formats import build_tet_graph
 
 
 def row(*angles):
@@ -199,7 +200,7 @@ def test_levels_of_all_kinds_of_cells_are_nested_connected_and_exact(name):
     if isinstance(cells, sf.PointCloud):
         graph = sf.build_point_graph(cells)
     else:
-        build = sf.build_tet_graph if isinstance(cells, sf.TetMesh) else sf.build_face_graph
+        build = build_tet_graph if isinstance(cells, sf.TetMesh) else sf.build_face_graph
         graph = build(cells)
     n = min(24, graph.n_cells)
     nested = sf.hierarchy(cells, [n // 8, n, n // 3])

@@ -12,6 +12,7 @@ from numpy.testing import assert_array_equal
 
 import superfacets as sf
 from superfacets.kit import MaskedAreas
+from superfacets_scans import ViewWarning, project_labels
 
 SQUARE = sf.Mesh([[0, 0, 0], [4, 0, 0], [4, 4, 0], [0, 4, 0]], [[0, 1, 2], [0, 2, 3]])
 
@@ -71,15 +72,15 @@ def test_labels_of_vertices_are_superpoints_with_a_row_each():
 
 
 def test_labels_are_projected_to_the_images_of_cameras():
-    (image,) = sf.project_labels(SQUARE, [7, 3], [above()])
+    (image,) = project_labels(SQUARE, [7, 3], [above()])
     assert image.dtype == np.int32
     assert image.tolist() == np.where(UPPER, 3, 7).tolist()
-    images = sf.project_labels(SQUARE, [0, -1], [above(), camera_at([2, 2, 5], [2, 2, 9])])
+    images = project_labels(SQUARE, [0, -1], [above(), camera_at([2, 2, 5], [2, 2, 9])])
     assert images[0].tolist() == np.where(UPPER, -1, 0).tolist()
     assert images[1].shape == (48, 64)
     assert (images[1] == -1).all()
     with pytest.raises(ValueError, match=r"labels must have one value per cell \(2\), got 1 value"):
-        sf.project_labels(SQUARE, [0], [above()])
+        project_labels(SQUARE, [0], [above()])
 
 
 def test_cells_in_no_region_have_no_label_but_are_seen():
@@ -276,7 +277,7 @@ def test_cameras_that_see_nothing_are_named():
     ):
         sf.lift(SQUARE, [0, 1], [UPPER], [away])
     cameras, masks = [above(), away, above("c.png")], [UPPER, UPPER, 0 * UPPER]
-    with pytest.warns(sf.ViewWarning) as caught:
+    with pytest.warns(ViewWarning) as caught:
         result = sf.lift(SQUARE, [0, 1], masks, cameras, consistent_ids=True)
     assert [str(one.message) for one in caught] == [
         "the mesh is not visible in image 1 (b.png)",
@@ -284,7 +285,7 @@ def test_cameras_that_see_nothing_are_named():
     ]
     assert caught[0].filename == __file__
     assert result.labels.tolist() == [-1, 1]
-    with pytest.warns(sf.ViewWarning, match=r"is not visible in image 1 \(b.png\) and 1 more"):
+    with pytest.warns(ViewWarning, match=r"is not visible in image 1 \(b.png\) and 1 more"):
         sf.lift(SQUARE, [0, 1], 3 * [UPPER], [above(), away, away])
     with pytest.raises(
         sf.MeshError,

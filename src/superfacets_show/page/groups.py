@@ -16,7 +16,6 @@ from superfacets.kit import (
     Longs,
     compact_partial_labels,
     refuse_mask,
-    refuse_order,
 )
 
 from ..colors import checked_values, region_colors
@@ -146,7 +145,6 @@ def checked_levels(
         return []
     given: Any = labels.levels if isinstance(labels, HasLevels) else labels
     refuse_mask(given, "labels")
-    refuse_order(given, "labels")
     if isinstance(given, (list, tuple)) and given and np.ndim(given[0]) == 1:
         return [checked_labeling(level, n_cells, n_vertices) for level in given]
     array = np.asarray(given)

@@ -15,7 +15,6 @@ from typing import Any
 from superfacets import (
     Hierarchy,
     IslandWarning,
-    Prepared,
     Segmentation,
     SliverWarning,
     Weights,
@@ -24,7 +23,7 @@ from superfacets import (
     prepare,
     segment,
 )
-from superfacets.kit import WEIGHTS, Cells, Ints, Surface
+from superfacets.kit import WEIGHTS, Cells, Ints, Prepared, Surface
 
 MAX_KEPT = 4  # number of cached segmentations, and of cached merge trees
 LEVEL_STEP = 2  # ratio of the numbers of regions of two successive levels
