@@ -4,7 +4,7 @@ from typing import Any
 
 from sphinx_gallery.scrapers import figure_rst
 
-from superfacets_show import Plot
+from superfacets import Plot
 
 ORDER = [
     "first_segmentation", "creases_and_noise", "cad_part", "point_cloud", "colors", "polygons",

@@ -14,7 +14,7 @@ from browser_shots import PATIENCE, chromium, cloud, large_bear, montage
 from playwright.sync_api import Browser
 
 import superfacets as sf
-from superfacets_show import Page
+from superfacets import Page
 
 SIZE = {"width": 760, "height": 500}
 MODEL = "397"

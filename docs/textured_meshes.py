@@ -13,8 +13,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from superfacets import Mesh, MeshAttributes, face_colors, segment, write_labels, write_mesh
-from superfacets_textures import Material, Texture, TextureImage
+from superfacets import (
+    Mesh,
+    MeshAttributes,
+    Texture,
+    face_colors,
+    segment,
+    write_labels,
+    write_mesh,
+)
+from superfacets_textures import Material, TextureImage
 from superfacets_textures.texels import ids_in_layout
 
 PIXELS_PER_METER = 100

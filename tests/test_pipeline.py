@@ -10,6 +10,7 @@ import shapes
 
 import superfacets
 import superfacets as sf
+from superfacets.clustering.update import update_centers
 from superfacets.metrics import compactness
 from superfacets.paper import superfacet_weights
 
@@ -144,7 +145,7 @@ def test_regions_of_a_radius_do_not_depend_on_the_bounding_box(sheet):
 def test_tol_zero_runs_until_no_center_changes(sheet):
     result = sf.segment(sheet, 3, **PLAIN, tol=0, max_num_iter=500)
     assert result.stop_reason == "converged"
-    assert np.array_equal(sf.update_centers(graph_of(sheet), result.labels), result.centers)
+    assert np.array_equal(update_centers(graph_of(sheet), result.labels), result.centers)
     assert {level.n_iter for level in loops.segment(sheet, 3, tol=1, relocates=False).levels} == {1}
 
 
@@ -158,7 +159,7 @@ def test_the_first_small_move_converges(sheet):
     result = sf.segment(sheet, 40, **PLAIN, tol=0.1)
     assert result.stop_reason == "converged"
     graph = graph_of(sheet)
-    moved = sf.update_centers(graph, result.labels)
+    moved = update_centers(graph, result.labels)
     move = graph.positions[moved] - graph.positions[result.centers]
     root_mean_square = np.sqrt((move**2).sum(axis=1).mean())
     assert root_mean_square <= 0.1 * result.params["radius"]
@@ -175,7 +176,7 @@ def test_centers_that_come_back_end_the_loop_as_settled():
         assert result.stop_reason in ("converged", "settled")
         if result.stop_reason == "settled":
             found.append(result.n_iter)
-            moved = sf.update_centers(graph, result.labels)
+            moved = update_centers(graph, result.labels)
             assert not np.array_equal(moved, result.centers)
     assert found
 
@@ -396,7 +397,7 @@ def test_stages_take_any_mesh_and_say_what_graph_they_want(sheet):
         lambda: sf.segment_graph(sheet, 3),
         lambda: superfacets.place_seeds(graph, 3),
         lambda: sf.classify(graph, [0]),
-        lambda: sf.update_centers(pair, [0]),
+        lambda: update_centers(pair, [0]),
     ):
         with pytest.raises(TypeError, match=r"expected a CellGraph, got (Mesh|FaceGraph|tuple)"):
             call()

@@ -52,7 +52,6 @@ CALLS = {
     "transfer": lambda labels: sf.transfer(MESH, labels, MESH),
     "undersegmentation_error": lambda labels: metrics.undersegmentation_error(MESH, labels, labels),
     "unpool": lambda labels: sf.unpool(labels, VALUES),
-    "update_centers": lambda labels: sf.update_centers(CELLS, labels),
     "vertex_labels": lambda labels: sf.vertex_labels(MESH, labels),
     "view": lambda labels: sf.view(MESH, labels).html,
     "write_labels": lambda labels: sf.write_labels("labels.npy", labels),

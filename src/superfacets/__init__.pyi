@@ -1,6 +1,7 @@
 """The public names and where they live; each is imported when it is first used."""
 
 from superfacets_batch.batching import batch as batch
+from superfacets_formats.tet_info import TetInfo as TetInfo
 from superfacets_formats.tet_mesh import TetMesh as TetMesh
 from superfacets_scans.cameras import read_cameras as read_cameras
 from superfacets_scans.lifting import lift as lift
@@ -9,12 +10,14 @@ from superfacets_scans.pinhole_camera import PinholeCamera as PinholeCamera
 from superfacets_scans.pyg import write_graphs as write_graphs
 from superfacets_show.camera import View as View
 from superfacets_show.colors import face_colors as face_colors
+from superfacets_show.page.document import Page as Page
 from superfacets_show.page.document import view as view
+from superfacets_show.plotting import Plot as Plot
 from superfacets_show.plotting import plot as plot
+from superfacets_textures.textures import Texture as Texture
 
 from . import metrics as metrics
 from . import paper as paper
-from . import segmentator as segmentator
 from .base.errors import BalanceWarning as BalanceWarning
 from .base.errors import FeatureWarning as FeatureWarning
 from .base.errors import IslandWarning as IslandWarning
@@ -32,7 +35,6 @@ from .clustering.classification import classify as classify
 from .clustering.result import Segmentation as Segmentation
 from .clustering.run import segment_graph as segment_graph
 from .clustering.seeding import place_seeds as place_seeds
-from .clustering.update import update_centers as update_centers
 from .files.attributes import MeshAttributes as MeshAttributes
 from .files.readers.labels import read_labels as read_labels
 from .files.readers.read import read_attributes as read_attributes
@@ -46,8 +48,6 @@ from .graph.cell_graph import CellGraph as CellGraph
 from .graph.constraints import sharp_edges as sharp_edges
 from .graph.face_graph import FaceGraph as FaceGraph
 from .graph.face_graph import build_face_graph as build_face_graph
-from .graph.point_graph import estimate_normals as estimate_normals
-from .graph.surface import arc_measures as arc_measures
 from .mesh.attach import attach_labels as attach_labels
 from .mesh.point_cloud import PointCloud as PointCloud
 from .mesh.polygon_mesh import PolygonMesh as PolygonMesh

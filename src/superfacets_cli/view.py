@@ -19,7 +19,8 @@ from .options import FILE, camera_options, labels_argument, labels_named_option,
 from .report import note_on_up
 
 if TYPE_CHECKING:
-    from superfacets_show import Page, Up
+    from superfacets import Page
+    from superfacets_show import Up
 
 
 @click.command("view")

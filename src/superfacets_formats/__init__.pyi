@@ -5,6 +5,5 @@ from .cortex import values_of_vertices as values_of_vertices
 from .tet_graph import TetGraph as TetGraph
 from .tet_graph import TriangleCounts as TriangleCounts
 from .tet_graph import build_tet_graph as build_tet_graph
-from .tet_info import TetInfo as TetInfo
 from .tet_mesh import TetBoundary as TetBoundary
 from .vtk_writer import write_vtk_xml as write_vtk_xml

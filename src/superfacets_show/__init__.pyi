@@ -6,10 +6,8 @@ from .camera import Up as Up
 from .colors import PALETTE as PALETTE
 from .colors import color_distances as color_distances
 from .page.coding import Arrays as Arrays
-from .page.document import Page as Page
 from .page.document import checked_page_path as checked_page_path
 from .page.own_colors import color_parts as color_parts
 from .page.shape import shape_of as shape_of
 from .page.texture import texture_parts as texture_parts
-from .plotting import Plot as Plot
 from .rendering import check_rendering as check_rendering

@@ -11,5 +11,4 @@ from .texels import check_texture as check_texture
 from .texels import texture_colors as texture_colors
 from .textures import WRAPS as WRAPS
 from .textures import Material as Material
-from .textures import Texture as Texture
 from .writing import notes_on_texture as notes_on_texture

@@ -10,7 +10,7 @@ import shapes
 
 import superfacets as sf
 from superfacets import FaceGraph, MeshError, PolygonMesh, build_face_graph, metrics
-from superfacets.graph.surface import Surface
+from superfacets.graph.surface import Surface, arc_measures
 from superfacets.paper import superfacet_weights
 
 CORNERS = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=float)
@@ -43,7 +43,7 @@ def test_a_cube_of_six_quads():
     # The sides of the bottom, 0-2, 2-3, 3-1, 1-0, touch left, back, right and front.
     assert graph.neighbors[:4].tolist() == [4, 3, 5, 2]
     assert graph.sides[:4].tolist() == [0, 1, 2, 3]
-    found = sf.arc_measures(CUBE, graph)
+    found = arc_measures(CUBE, graph)
     assert found.border_lengths.tolist() == [1.0] * 24
     assert found.step_lengths.tolist() == [1.0] * 24
     assert found.angles == pytest.approx(np.full(24, -math.pi / 2))
@@ -122,7 +122,7 @@ def test_triangles_given_as_polygons_are_the_same_cells(shape):
         lambda *cells: sf.crease_weights(*cells, 0.3, eta_convex=0.4),
     ):
         assert np.array_equal(weigh(given, graph), weigh(shape, expected))
-    one, other = sf.arc_measures(given, graph), sf.arc_measures(shape, expected)
+    one, other = arc_measures(given, graph), arc_measures(shape, expected)
     for name in ("border_lengths", "step_lengths", "angles", "sides", "open_lengths"):
         assert np.array_equal(getattr(one, name), getattr(other, name)), name
 
@@ -234,7 +234,7 @@ def test_ugly_faces_are_cells_like_others():
     assert (graph.measures[[5, 15]] == 0).all()
     # A side between corners at one vertex has no arc; the other sides keep their numbers.
     assert set(graph.sides[graph.offsets[6] : graph.offsets[7]].tolist()) <= {1, 2, 4, 6}
-    assert graph.n_arcs == len(sf.arc_measures(mesh, graph).angles)
+    assert graph.n_arcs == len(arc_measures(mesh, graph).angles)
 
 
 def test_neighbors_in_the_same_direction_are_flipped_for_their_arc():
@@ -244,7 +244,7 @@ def test_neighbors_in_the_same_direction_are_flipped_for_their_arc():
     graph = build_face_graph(mesh)
     assert graph.edge_counts == (12, 0, 0, 4)
     assert graph.same_turn.sum() == 8
-    angles = sf.arc_measures(mesh, graph).angles
+    angles = arc_measures(mesh, graph).angles
     assert np.abs(angles) == pytest.approx(np.full(24, math.pi / 2))
 
 
@@ -266,7 +266,7 @@ def test_a_graph_of_another_mesh_is_refused():
     ):
         superfacet_weights(fans, build_face_graph(other))
     with pytest.raises(ValueError, match="the graph has 6 cells but the mesh has 4 faces"):
-        sf.arc_measures(grid(2, 2), build_face_graph(other))
+        arc_measures(grid(2, 2), build_face_graph(other))
 
 
 def test_sides_of_polygons_are_checked():

@@ -12,6 +12,7 @@ import superfacets as sf
 from superfacets import (
     MeshAttributes,
     PointCloud,
+    Texture,
     read_attributes,
     read_labels,
     read_mesh,
@@ -20,7 +21,7 @@ from superfacets import (
 )
 from superfacets.files.attributes import LasDimension, LasFrame
 from superfacets_scans import regroup_segments
-from superfacets_textures import Material, Texture
+from superfacets_textures import Material
 
 NO_LABELS = (
     "superfacets: error: a.ply: there are no labels to {} (none called label): give a"

@@ -7,9 +7,16 @@ import pytest
 import shapes
 from command_line import can_render
 
-from superfacets import MeshAttributes, PointCloud, face_colors, read_mesh, write_labels, write_mesh
+from superfacets import (
+    MeshAttributes,
+    Plot,
+    PointCloud,
+    face_colors,
+    read_mesh,
+    write_labels,
+    write_mesh,
+)
 from superfacets_cli.render import _titles
-from superfacets_show import Plot
 
 
 def test_labels_in_a_mesh_file_that_are_wrong_are_not_passed_over(run, tmp_path):

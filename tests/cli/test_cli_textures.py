@@ -9,12 +9,12 @@ from textured_meshes import facade
 from superfacets import (
     MeshAttributes,
     PolygonMesh,
+    Texture,
     read_attributes,
     read_labels,
     read_mesh,
     write_mesh,
 )
-from superfacets_textures import Texture
 
 
 @pytest.fixture

@@ -18,12 +18,13 @@ from superfacets import (
     MeshAttributes,
     MeshError,
     PolygonMesh,
+    Texture,
     read_attributes,
     read_mesh,
     write_mesh,
 )
 from superfacets.files.named_features import CellData
-from superfacets_textures import Material, Texture, TextureImage, texture_colors
+from superfacets_textures import Material, TextureImage, texture_colors
 
 pygltflib = pytest.importorskip("pygltflib")
 

@@ -13,8 +13,7 @@ from front_end_arrays import decode_arrays
 from shapes import bumpy_sheet, cube, soup, strip, table
 
 import superfacets as sf
-from superfacets import Mesh, PointCloud, PolygonMesh, TetMesh, View, hierarchy
-from superfacets_show import Page
+from superfacets import Mesh, Page, PointCloud, PolygonMesh, TetMesh, View, hierarchy
 from superfacets_show.colors import face_colors, oklab, scale_colors
 from superfacets_show.page.coding import Arrays, newest_codes
 

@@ -9,7 +9,8 @@ from test_page_browser import cells_seen, check_tinted, hue_at, opened, pixels
 from textured_meshes import facade, grid, save_png
 
 import superfacets as sf
-from superfacets_textures import Material, Texture, TextureImage, texture_colors
+from superfacets import Texture
+from superfacets_textures import Material, TextureImage, texture_colors
 
 __all__ = ["opened"]  # a fixture
 

@@ -9,8 +9,16 @@ import numpy as np
 import pytest
 from shapes import bumpy_sheet, strip
 
-from superfacets import PointCloud, PolygonMesh, RenderError, TetMesh, View, plot, region_graph
-from superfacets_show import Plot
+from superfacets import (
+    Plot,
+    PointCloud,
+    PolygonMesh,
+    RenderError,
+    TetMesh,
+    View,
+    plot,
+    region_graph,
+)
 from superfacets_show.annotations import _clearances, _places, _ticks, scale_strip, title_strip
 from superfacets_show.colors import NO_COLOR, Scale, checked_values, scale_colors, scale_of
 

@@ -9,6 +9,7 @@ import shapes
 
 import superfacets as sf
 from superfacets import _core
+from superfacets.graph.surface import arc_measures
 from superfacets_formats import build_tet_graph
 
 
@@ -216,7 +217,7 @@ def test_a_graph_with_measures_gives_the_levels_of_its_mesh():
     weights = sf.crease_weights(mesh, faces, radius)
     graph = sf.CellGraph(
         faces.positions, faces.measures, faces.offsets, faces.neighbors, weights, faces.bounds,
-        weight_unit=faces.diagonal, arc_measures=sf.arc_measures(mesh, faces),
+        weight_unit=faces.diagonal, arc_measures=arc_measures(mesh, faces),
     )  # fmt: skip
     one, other = (sf.hierarchy(source, [5], labels=labels) for source in (mesh, graph))
     assert np.array_equal(one.children, other.children)

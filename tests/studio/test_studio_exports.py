@@ -12,11 +12,11 @@ import pytest
 from textured_meshes import grid, save_png
 
 import superfacets
-from superfacets import read_labels, vertex_labels
+from superfacets import Texture, read_labels, vertex_labels
 from superfacets_studio.documents.document import Document
 from superfacets_studio.export.write import export_bytes, write_export
 from superfacets_studio.labels.imports import read_import
-from superfacets_textures import Material, Texture, TextureImage
+from superfacets_textures import Material, TextureImage
 
 
 @pytest.fixture

@@ -138,7 +138,7 @@ def _kind_of_array(value: Any) -> str | None:
     """Return "a mesh" for a (vertices, faces) pair, "labels" for a row of integers, or None."""
     if isinstance(value, np.ndarray):
         return "labels" if value.ndim == 1 and value.dtype.kind in "iu" else None
-    first = value[0] if len(value) else None
+    first: Any = value[0] if len(value) else None
     if isinstance(first, (int, np.integer)):
         return "labels"
     is_pair = len(value) == 2 and isinstance(first, (np.ndarray, list, tuple))

@@ -13,9 +13,8 @@ from typing import Any
 
 import numpy.typing as npt
 
-from superfacets import kit
+from superfacets import Texture, kit
 from superfacets.kit import MeshLike
-from superfacets_textures import Texture
 
 from ..camera import Up, View
 from ..colors import scale_colors

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from superfacets import Texture
 from superfacets.kit import Bytes, CellFile, Cells, kind_of, read_content, stored_colors
-from superfacets_textures import Texture
 
 
 class ChangedError(RuntimeError):
