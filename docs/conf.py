@@ -34,7 +34,8 @@ templates_path = ["_templates"]
 nitpicky = True
 # Types of other projects and words of numpydoc's type descriptions have no page to link to.
 nitpick_ignore_regex = [
-    (r"py:obj", r"weights"),  # a parameter, and a package without a page
+    # parameters that are also fields, or modules without a page
+    (r"py:obj", r"(weights|aggregation|balance|bounds|cells|dimension)"),
     (r"py:.*", r"(numpy|np|npt|collections|os|pathlib|types)\..*"),
     (r"py:.*", r"(array_like|ndarray|optional|default|callable|path|float64|float32|int32|int64)"),
     (r"py:.*", r"(uint16|uint8|Path|PathLike|StopReason|Progress|npt|NDArray|ArrayLike|Any|shape)"),
