@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -31,15 +32,19 @@ def _metis(imbalance: float) -> Callable[[sf.Mesh, int], Labels]:
 
 
 def _pyacvd(mesh: sf.Mesh, k: int) -> Labels:
-    """Cluster vertices with pyacvd, and return the label of each face.
+    """Cluster vertices with pyacvd, and return the label of each face."""
+    return faces_of_vertices(mesh, run_pyacvd(Arrays(mesh.vertices, mesh.faces), k).labels)
+
+
+def faces_of_vertices(mesh: sf.Mesh, labels: npt.NDArray[Any]) -> Labels:
+    """Return the label of each face, without gaps.
 
     A face gets the most frequent label of its vertices, or the label of its first vertex if all
     three labels differ.
     """
-    of_vertices = run_pyacvd(Arrays(mesh.vertices, mesh.faces), k).labels.astype(np.int32)
-    first, second, third = of_vertices[mesh.faces].T
-    labels = np.where(second == third, second, first)
-    return np.unique(labels, return_inverse=True)[1].astype(np.int32)
+    first, second, third = labels[mesh.faces].T
+    of_faces = np.where(second == third, second, first)
+    return np.unique(of_faces, return_inverse=True)[1].astype(np.int32)
 
 
 METHODS: dict[str, Callable[[sf.Mesh, int], Labels]] = {
@@ -81,15 +86,16 @@ def measure_balance(
     for k in ks:
         for name, method in METHODS.items():
             say(f"k = {k}: {name}")
-            values = [_measured(model, method, k) for model in models]
+            values = [measured(model, partial(method, model.mesh, k)) for model in models]
             rows.append(Row(k, name, *np.mean(values, axis=0).tolist()))
     return rows
 
 
-def _measured(model: Model, method: Callable[[sf.Mesh, int], Labels], k: int) -> list[float]:
+def measured(model: Model, run: Callable[[], Labels]) -> list[float]:
+    """Return the values of a `Row` for a model, from `error` to `seconds`."""
     mesh = model.mesh
     start = time.process_time()
-    labels = method(mesh, k)
+    labels = run()
     seconds = time.process_time() - start
     areas = sf.build_face_graph(mesh).measures
     overlaps = [metrics.area_overlap(labels, truth, areas) for truth in model.ground_truths]

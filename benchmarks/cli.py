@@ -31,6 +31,7 @@ from .doubling import JOBS, LIMIT, SHAPES, doubling_table, measure_doubling
 from .machine import facts, usable_cores
 from .meshes import Arrays, build, find_data
 from .pages import knobby_torus, measure_page, page_table
+from .peers import measure_peers
 from .plan import make_plan
 from .sections import SECTIONS, measure
 
@@ -166,6 +167,23 @@ def batch(folder: Path, workers: str, repeats: int, files: int | None) -> None:
 def balance(folder: Path, ks: tuple[int, ...], every: int) -> None:
     """Compare regions of equal area with METIS and pyacvd, on the Princeton benchmark in FOLDER."""
     click.echo(balance_table(measure_balance(folder, ks or (50, 150, 300), every, _say)))
+
+
+@commands.command()
+@click.argument("folder", type=FOLDER)
+@click.option("-k", type=click.IntRange(min=1), default=150, show_default=True)
+@click.option("--every", type=click.IntRange(min=1), default=1, help="Every n-th model.")
+@click.option("--into", "document", type=FILE, help="Document whose table is filled.")
+def peers(folder: Path, k: int, every: int, document: Path | None) -> None:
+    """Compare with METIS, VSA, pyacvd and ScanNet's segmentator, on the Princeton benchmark."""
+    marks = "<!-- table: peers --><!-- end -->"
+    filled = report.fill_peers(
+        document.read_text() if document else marks, measure_peers(folder, k, every, _say)
+    )
+    if document:
+        document.write_text(filled)
+    else:
+        click.echo(filled)
 
 
 @commands.command()

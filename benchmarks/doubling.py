@@ -173,7 +173,7 @@ OF_REGIONS: dict[str, Callable[[Any, Labels], object]] = {
     "border_lines": partial(sf.border_lines, n_threads=1),
     "find_boundaries": partial(sf.find_boundaries, n_threads=1),
     "hierarchy": merge_levels,
-    "pool": lambda _, labels: sf.pool(labels.astype(float), labels),
+    "pool": lambda _, labels: sf.pool(labels, labels.astype(float)),
     "split_regions": lambda cells, labels: list(sf.split_regions(cells, labels)),
     "face_colors": sf.face_colors,
     "vertex_labels": partial(sf.vertex_labels, method="creases", min_vertices=20, n_threads=1),

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 import superfacets as sf
+from superfacets.paper import superfacet_weights
 
 from .checks import require
 from .clock import interleaved, median
@@ -26,7 +27,7 @@ def measure(mesh: str, arrays: Arrays, keys: list[Key], repeats: int) -> list[di
     """
     surface = sf.Mesh(*arrays)
     faces = sf.build_face_graph(surface)
-    graph = faces.with_weights(sf.superfacet_weights(surface, faces))
+    graph = faces.with_weights(superfacet_weights(surface, faces))
     seeds = {k: sf.place_seeds(graph, k, init="farthest") for k in {k for k, _ in keys}}
     labels = {k: sf.classify(graph, seeds[k]).labels for k in seeds}
 

@@ -10,6 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 import superfacets as sf
+from superfacets.clustering.classification import Classification
+from superfacets.paper import superfacet_weights
 
 from .checks import Expected, check_labels, require
 from .clock import Sample, interleaved, median, summary
@@ -109,13 +111,13 @@ def race_for_one_pass(
     """
     surface = sf.Mesh(*arrays)
     faces = sf.build_face_graph(surface)
-    graph = faces.with_weights(sf.superfacet_weights(surface, faces))
+    graph = faces.with_weights(superfacet_weights(surface, faces))
     first = sf.classify(graph, sf.place_seeds(graph, n_segments, init="farthest"))
     # superfacets rounds weights to multiples of a unit, with errors of up to half a unit. The sum
     # of these errors along a path is far less than this accuracy.
     accuracy = 1e-4 * float(first.distances.max())
 
-    def accept(key: Key, result: sf.Classification | ScipyOutcome) -> None:
+    def accept(key: Key, result: Classification | ScipyOutcome) -> None:
         apart = float(np.abs(result.distances - first.distances).max())
         require(apart <= accuracy, f"{mesh}: {key} finds other distances")
 

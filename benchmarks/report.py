@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from research.table_writer import EMPTY, markdown_table
@@ -198,6 +198,17 @@ def render(results: Results) -> str:
     return "\n\n".join(f"## {title}\n\n{text}" for title, text in parts if text != EMPTY)
 
 
+def _peers(results: Results) -> str:
+    error = _column("error", "{:.3f}".format)
+    shape, times = _column("compactness", _ratio), _column("times_ours", _number, "time")
+    return _table(results["peers"], _column("method"), error, shape, times)
+
+
+def fill_peers(document: str, rows: list[Row]) -> str:
+    """Return a document with the table of `rows` at its mark, as in `fill`."""
+    return _filled(document, {"peers": rows}, {"peers": _peers})
+
+
 def fill(document: str, results: Results) -> str:
     """Return the document with new tables in the places that are marked for tables.
 
@@ -209,9 +220,12 @@ def fill(document: str, results: Results) -> str:
     KeyError
         If a mark names an unknown table.
     """
+    return _filled(document, EMPTY_RESULTS | results, DOC_TABLES)
 
+
+def _filled(document: str, results: Results, tables: Mapping[str, Callable[[Results], str]]) -> str:
     def replaced(match: re.Match[str]) -> str:
-        table = DOC_TABLES[match[2]](EMPTY_RESULTS | results)
+        table = tables[match[2]](results)
         return match[0] if table == EMPTY else f"{match[1]}\n\n{table}\n\n{match[3]}"
 
     pattern = r"(<!-- table: ([\w-]+) -->).*?(<!-- end -->)"

@@ -34,7 +34,8 @@ templates_path = ["_templates"]
 nitpicky = True
 # Types of other projects and words of numpydoc's type descriptions have no page to link to.
 nitpick_ignore_regex = [
-    (r"py:obj", r"weights"),  # a parameter, and a package without a page
+    # parameters that are also fields, or modules without a page
+    (r"py:obj", r"(weights|aggregation|balance|bounds|cells|dimension)"),
     (r"py:.*", r"(numpy|np|npt|collections|os|pathlib|types)\..*"),
     (r"py:.*", r"(array_like|ndarray|optional|default|callable|path|float64|float32|int32|int64)"),
     (r"py:.*", r"(uint16|uint8|Path|PathLike|StopReason|Progress|npt|NDArray|ArrayLike|Any|shape)"),
@@ -99,7 +100,8 @@ def write_help(app: Sphinx) -> None:
     """Write ``help/commands.md``, a section per command, which ``command.md`` includes."""
     sections = []
     for name in COMMANDS:
-        arguments = [name, "--help"]
+        is_long = name in ("segment", "batch")
+        arguments = [name, "--help-all" if is_long else "--help"]
         text = CliRunner().invoke(commands, arguments, prog_name="superfacets", terminal_width=100)
         link = f"See []({PAGES_OF_COMMANDS[name]}).\n\n" if name in PAGES_OF_COMMANDS else ""
         sections.append(f"## {name}\n\n{link}```text\n{text.output}```\n")

@@ -4,7 +4,7 @@ from typing import Any
 
 from sphinx_gallery.scrapers import figure_rst
 
-import superfacets as sf
+from superfacets import Plot
 
 ORDER = [
     "first_segmentation", "creases_and_noise", "cad_part", "point_cloud", "colors", "polygons",
@@ -22,7 +22,7 @@ def save_plot(block: Any, block_vars: dict[str, Any], gallery_conf: dict[str, An
     """Save the plot at the end of a code block as a picture."""
     names = block_vars["example_globals"]
     plot = names.get("___")
-    if not isinstance(plot, sf.Plot) or plot is names.get("_saved"):  # plot of an earlier block
+    if not isinstance(plot, Plot) or plot is names.get("_saved"):  # plot of an earlier block
         return ""
     names["_saved"] = plot
     path = plot.save(next(block_vars["image_path_iterator"]))

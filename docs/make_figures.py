@@ -40,7 +40,7 @@ def main() -> None:
     draw(mesh, "stage4a-classify", first.labels, colors=shades(first.distances, 1.0))
     draw(mesh, "stage4b-update", rough.labels)
     draw(mesh, "stage5-regions", final.labels)
-    save(sf.render(mesh, final.labels, size=(1080, 810)), "bear")
+    save(sf.plot(mesh, final.labels, size=(1080, 810)).image, "bear")
     draw_kinds()
     draw_tutorial()
     draw_slivers("howto-slivers")
@@ -59,7 +59,7 @@ def draw_plots(mesh, labels):
 
 def draw(mesh, name, labels=None, colors=None):
     """Write one picture of the bear."""
-    save(sf.render(mesh, labels, colors=colors, size=SIZE), name)
+    save(sf.plot(mesh, labels, colors=colors, size=SIZE).image, name)
 
 
 def shades(values, exponent):
@@ -94,9 +94,9 @@ def draw_slivers(name):
     plain = np.broadcast_to(PLAIN.astype(np.uint8), (part.n_faces, 3))
     style = {"view": sf.View(up="z", elevation=35), "size": (480, 400)}
     panels = [
-        sf.render(part, faces, colors=plain, border_width=1, **style),
-        sf.render(part, striped.labels, **style),
-        sf.render(fine, round_ones.labels, **style),
+        sf.plot(part, faces, colors=plain, border_width=1, **style).image,
+        sf.plot(part, striped.labels, **style).image,
+        sf.plot(fine, round_ones.labels, **style).image,
     ]
     save(np.concatenate(panels, axis=1), name)
 
@@ -107,7 +107,8 @@ def draw_cut(name):
     labels = sf.segment(mesh, 60).labels
     style = {"size": (440, 440), "border_width": 2}
     panels = [
-        sf.render(mesh, labels, smooth_borders=is_smooth, **style) for is_smooth in (False, True)
+        sf.plot(mesh, labels, smooth_borders=is_smooth, **style).image
+        for is_smooth in (False, True)
     ]
     save(np.concatenate(panels, axis=1), name)
 
@@ -118,14 +119,14 @@ def draw_kinds():
     mesh, body, cloud, rug = (
         getattr(gallery_meshes, name)() for name in ("knot", "body", "points", "rug")
     )
-    save(sf.render(mesh, sf.segment(mesh, 90), view=tilted[55], size=SMALL), "kind-quads")
+    save(sf.plot(mesh, sf.segment(mesh, 90), view=tilted[55], size=SMALL).image, "kind-quads")
     labels = sf.segment(body, 60)
-    save(sf.render(body, labels, view=tilted[40], size=SMALL, clip="-z"), "kind-tetrahedra")
+    save(sf.plot(body, labels, view=tilted[40], size=SMALL, clip="-z").image, "kind-tetrahedra")
     labels = sf.segment(cloud, 150)
-    save(sf.render(cloud, labels, size=SMALL), "kind-points")
+    save(sf.plot(cloud, labels, size=SMALL).image, "kind-points")
     view = sf.View(up="z", azimuth=0, elevation=60)
     labels = sf.segment(rug, 160, features="color")
-    save(sf.render(rug, labels, view=view, size=SMALL), "kind-colors")
+    save(sf.plot(rug, labels, view=view, size=SMALL).image, "kind-colors")
 
 
 def draw_tutorial():

@@ -14,6 +14,7 @@ from browser_shots import PATIENCE, chromium, cloud, large_bear, montage
 from playwright.sync_api import Browser
 
 import superfacets as sf
+from superfacets import Page
 
 SIZE = {"width": 760, "height": 500}
 MODEL = "397"
@@ -24,7 +25,7 @@ class Shot:
     """A page, and the actions on the page before the screenshot."""
 
     name: str
-    page: sf.Page
+    page: Page
     scheme: str = "light"
     coloring: int = 0  # index in the list of colorings
     level: int = 0

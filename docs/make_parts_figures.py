@@ -13,6 +13,7 @@ from research.princeton import Benchmark
 from shrink_images import IMAGES, read, save_small
 
 import superfacets as sf
+from superfacets.weights.parts import spectral_embedding
 
 SIZE = (480, 420)
 N_SEGMENTS = 150
@@ -33,7 +34,7 @@ def main(folder: Path) -> None:
         by_default = sf.segment(mesh, N_SEGMENTS).labels
         save_side_by_side(mesh, [of_creases, by_default], view, f"parts-{name}.png")
     mesh, view = meshes["hand"]
-    bands = [shades(column) for column in sf.spectral_embedding(mesh).T[:3]]
+    bands = [shades(column) for column in spectral_embedding(mesh).T[:3]]
     save_side_by_side(mesh, bands, view, "parts-features.png")
 
 
@@ -52,7 +53,7 @@ def save_side_by_side(
     with TemporaryDirectory() as folder:
         path = Path(folder, "one.png")
         for i, some in enumerate(labels):
-            sf.render(mesh, some, output=path, size=SIZE, view=view)
+            sf.plot(mesh, some, output=path, size=SIZE, view=view)
             picture.paste(read(path, SIZE), (SIZE[0] * i, 0))
     save_small(picture, IMAGES / file_name)
 

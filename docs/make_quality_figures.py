@@ -63,7 +63,7 @@ def save_sheet(folder: Path) -> None:
             mesh = make(folder)
             for j, variant in enumerate((CREASES, DEFAULT)):
                 labels = segment_as(variant, mesh, k).labels
-                sf.render(mesh, labels, output=path, size=SMALL, view=view)
+                sf.plot(mesh, labels, output=path, size=SMALL, view=view)
                 sheet.paste(read(path, SMALL), ((2 * (i % 2) + j) * width, i // 2 * height))
     save_page(sheet, IMAGES / "quality-shapes.webp")
 

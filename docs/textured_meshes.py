@@ -14,16 +14,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from superfacets import (
-    Material,
     Mesh,
     MeshAttributes,
     Texture,
-    TextureImage,
     face_colors,
     segment,
     write_labels,
     write_mesh,
 )
+from superfacets_textures import Material, TextureImage
 from superfacets_textures.texels import ids_in_layout
 
 PIXELS_PER_METER = 100

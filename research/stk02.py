@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from superfacets import FaceGraph, arc_measures, build_face_graph
+from superfacets import FaceGraph, build_face_graph
 from superfacets.base.types import Floats
+from superfacets.graph.surface import arc_measures
 from superfacets.mesh.faces import FaceMesh
 
 

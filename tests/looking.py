@@ -4,6 +4,7 @@ import numpy as np
 
 import superfacets as sf
 from superfacets import _core
+from superfacets_scans import project_labels
 
 
 def camera_at(position, target, size=(64, 48), focal=50.0, name=""):
@@ -44,4 +45,4 @@ def see(mesh, cameras, n_threads=1):
 
 def masks_of(mesh, labels, cameras):
     """Return mask ids for each camera: the label of the visible face plus 1, or 0."""
-    return [image + 1 for image in sf.project_labels(mesh, labels, cameras)]
+    return [image + 1 for image in project_labels(mesh, labels, cameras)]

@@ -4,6 +4,7 @@ import itertools
 import re
 import warnings
 from importlib.util import find_spec
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -615,6 +616,21 @@ def test_the_benchmark_compares_with_metis_and_pyacvd(real_data):
     of = {row.method: row for row in rows}
     assert of["superfacets, balance=1"].variation < 0.5 * of["superfacets"].variation
     assert of["METIS, 3 %"].variation < of["METIS, 20 %"].variation
+
+
+def test_the_table_of_the_readme_compares_all_peers(real_data, tmp_path):
+    names = ("pymetis", "pyacvd", "superfacets_vsa")
+    if real_data is None or not all(find_spec(name) for name in names):
+        pytest.skip("needs the Princeton benchmark, pymetis, pyacvd and superfacets_vsa")
+    from benchmarks.peers import PEERS, measure_peers
+    from benchmarks.report import fill_peers
+
+    rows = measure_peers(real_data / "psb", 50, 48, lambda _: None)
+    assert [row["method"] for row in rows] == list(PEERS)
+    assert min(rows, key=lambda row: row["error"])["method"] == "superfacets"
+    readme = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
+    assert all(f"| {name} " in readme for name in PEERS)
+    assert fill_peers(readme, rows) != readme
 
 
 @pytest.mark.parametrize("options", [{}, {"weights": "superfacets"}, {"init": "farthest"}])

@@ -16,6 +16,7 @@ from superfacets.graph.constraints import ConstraintOptions
 from superfacets.graph.kinds import as_surface
 from superfacets.graph.point_graph import find_point_graph
 from superfacets.regions.region_graph import region_graph_of
+from superfacets_formats import build_tet_graph
 
 
 def grid(n):
@@ -56,9 +57,7 @@ CELLS = {
 def graph_of(cells):
     if isinstance(cells, sf.PointCloud):
         return sf.build_point_graph(cells)
-    return (
-        sf.build_tet_graph(cells) if isinstance(cells, sf.TetMesh) else sf.build_face_graph(cells)
-    )
+    return build_tet_graph(cells) if isinstance(cells, sf.TetMesh) else sf.build_face_graph(cells)
 
 
 def random_field(graph, n, rng):

@@ -16,9 +16,9 @@ from superfacets import (
     read_mesh,
     sample_mesh,
     segment,
-    superfacet_weights,
 )
 from superfacets.graph.surface import is_inside_out
+from superfacets.paper import superfacet_weights
 
 MODES = [{}, {"paper": True}, {"init": "flood"}, {"init": "grid"}, {"weights": "creases"}]
 

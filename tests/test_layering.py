@@ -265,7 +265,7 @@ def test_no_public_function_has_the_name_of_a_module_beside_it():
     for stub in sorted(SOURCE.glob("superfacets*/__init__.pyi")):
         modules = {path.stem for path in stub.parent.iterdir() if path.stem != "__init__"}
         names = {alias.name for node in parsed(stub).body for alias in getattr(node, "names", [])}
-        # `metrics` and `segmentator` are modules of the library and public names.
+        # `metrics`, `paper` and `segmentator` are modules of the library and public names.
         assert names & modules <= {"metrics", "paper", "segmentator"}, stub
 
 

@@ -13,6 +13,7 @@ import shapes
 
 import superfacets as sf
 from superfacets import ArcMeasures, CellGraph, FaceGraph, Mesh, MeshError
+from superfacets.paper import superfacet_weights
 
 OUT_OF_RANGE = 2_000_000_000
 
@@ -30,7 +31,7 @@ def arrays_of(graph):
 def graph():
     mesh = shapes.bumpy_sheet(8)
     faces = sf.build_face_graph(mesh)
-    return faces.with_weights(sf.superfacet_weights(mesh, faces))
+    return faces.with_weights(superfacet_weights(mesh, faces))
 
 
 def test_faces_changed_after_the_check_change_nothing():
@@ -59,8 +60,8 @@ def test_a_face_graph_changed_after_the_check_is_as_it_was():
     graph = FaceGraph(**arrays, edge_counts=original.edge_counts)
     for name in ("offsets", "neighbors", "sides", "same_turn"):
         arrays[name][:] = 255
-    weights = sf.superfacet_weights(mesh, graph)
-    assert np.array_equal(weights, sf.superfacet_weights(mesh, original))
+    weights = superfacet_weights(mesh, graph)
+    assert np.array_equal(weights, superfacet_weights(mesh, original))
 
 
 def test_sides_of_arcs_changed_after_the_check_change_nothing(graph):
@@ -202,8 +203,8 @@ def test_masked_entries_are_refused(graph, tmp_path):
         lambda: sf.segment(mesh, weights=masked(np.ones(sf.build_face_graph(mesh).n_arcs))),
         lambda: sf.metrics.compactness(mesh, masked(ones)),
         lambda: sf.enforce_connectivity(mesh, masked(ones - 1)),
-        lambda: sf.pool(masked(ones), ones - 1), lambda: sf.unpool(masked(ones), ones - 1),
-        lambda: sf.snap(masked(ones), ones - 1), lambda: sf.vertex_labels(mesh, masked(ones)),
+        lambda: sf.pool(ones - 1, masked(ones)), lambda: sf.unpool(ones - 1, masked(ones)),
+        lambda: sf.snap(ones - 1, masked(ones)), lambda: sf.vertex_labels(mesh, masked(ones)),
         lambda: sf.transfer(mesh, ones, masked(mesh.vertices)),
         lambda: sf.metrics.area_overlap(ones, ones, masked(ones * 1.0)),
         lambda: sf.write_labels(tmp_path / "a.npy", masked(ones)),
@@ -230,7 +231,7 @@ def test_masked_colors_of_a_picture_are_refused(tmp_path):
     with pytest.raises(
         ValueError, match="colors must not have masked entries: fill or remove these entries"
     ):
-        sf.render(mesh, colors=masked(np.ones((32, 3), np.uint8)))
+        sf.plot(mesh, colors=masked(np.ones((32, 3), np.uint8)))
 
 
 def test_a_masked_array_without_masked_entries_is_an_array():

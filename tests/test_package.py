@@ -131,7 +131,7 @@ def test_importing_leaves_files_and_pictures_for_later():
         "from superfacets import *",
         "import superfacets; superfacets.metrics, superfacets.sample_mesh, superfacets.read_mesh",
         "import superfacets; [importlib.import_module(n) for n in names]",
-        "import superfacets; superfacets.render, superfacets.render",
+        "import superfacets; superfacets.plot, superfacets.plot",
     ],
 )
 def test_public_names_are_what_they_should_be_whatever_was_imported_before(first):

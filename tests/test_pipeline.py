@@ -10,7 +10,9 @@ import shapes
 
 import superfacets
 import superfacets as sf
+from superfacets.clustering.update import update_centers
 from superfacets.metrics import compactness
+from superfacets.paper import superfacet_weights
 
 PLAIN = {"weights": "superfacets", "init": "farthest", "smooth": False, "denoise": 0}
 """The weights and seeds of the paper, without smoothing."""
@@ -23,7 +25,7 @@ def sheet():
 
 def graph_of(mesh, **options):
     graph = sf.build_face_graph(mesh)
-    return graph.with_weights(sf.superfacet_weights(mesh, graph, **options))
+    return graph.with_weights(superfacet_weights(mesh, graph, **options))
 
 
 def test_labels_are_int32_and_count_from_zero_without_gaps(sheet):
@@ -143,7 +145,7 @@ def test_regions_of_a_radius_do_not_depend_on_the_bounding_box(sheet):
 def test_tol_zero_runs_until_no_center_changes(sheet):
     result = sf.segment(sheet, 3, **PLAIN, tol=0, max_num_iter=500)
     assert result.stop_reason == "converged"
-    assert np.array_equal(sf.update_centers(graph_of(sheet), result.labels), result.centers)
+    assert np.array_equal(update_centers(graph_of(sheet), result.labels), result.centers)
     assert {level.n_iter for level in loops.segment(sheet, 3, tol=1, relocates=False).levels} == {1}
 
 
@@ -157,7 +159,7 @@ def test_the_first_small_move_converges(sheet):
     result = sf.segment(sheet, 40, **PLAIN, tol=0.1)
     assert result.stop_reason == "converged"
     graph = graph_of(sheet)
-    moved = sf.update_centers(graph, result.labels)
+    moved = update_centers(graph, result.labels)
     move = graph.positions[moved] - graph.positions[result.centers]
     root_mean_square = np.sqrt((move**2).sum(axis=1).mean())
     assert root_mean_square <= 0.1 * result.params["radius"]
@@ -174,7 +176,7 @@ def test_centers_that_come_back_end_the_loop_as_settled():
         assert result.stop_reason in ("converged", "settled")
         if result.stop_reason == "settled":
             found.append(result.n_iter)
-            moved = sf.update_centers(graph, result.labels)
+            moved = update_centers(graph, result.labels)
             assert not np.array_equal(moved, result.centers)
     assert found
 
@@ -238,7 +240,7 @@ def test_an_interrupt_in_the_callback_comes_through(sheet):
 
 def test_given_weights_take_the_place_of_the_paper_s(sheet):
     graph = sf.build_face_graph(sheet)
-    weights = sf.superfacet_weights(sheet, graph, alpha=50)
+    weights = superfacet_weights(sheet, graph, alpha=50)
     given = sf.segment(sheet, 20, weights=weights, denoise=0)
     named = sf.segment(sheet, 20, weights="superfacets", alpha=50, smooth=False, denoise=0)
     rough = sf.segment(sheet, 20, weights=weights, smooth=False, denoise=0)
@@ -389,13 +391,13 @@ def test_wrong_parameters_are_refused(sheet, options, error, message):
 def test_stages_take_any_mesh_and_say_what_graph_they_want(sheet):
     pair = (sheet.vertices, sheet.faces)
     graph = sf.build_face_graph(pair)
-    weights = sf.superfacet_weights(pair, graph)
-    assert np.array_equal(weights, sf.superfacet_weights(sheet, graph))
+    weights = superfacet_weights(pair, graph)
+    assert np.array_equal(weights, superfacet_weights(sheet, graph))
     for call in (
         lambda: sf.segment_graph(sheet, 3),
         lambda: superfacets.place_seeds(graph, 3),
         lambda: sf.classify(graph, [0]),
-        lambda: sf.update_centers(pair, [0]),
+        lambda: update_centers(pair, [0]),
     ):
         with pytest.raises(TypeError, match=r"expected a CellGraph, got (Mesh|FaceGraph|tuple)"):
             call()

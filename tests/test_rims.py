@@ -8,6 +8,7 @@ from shapes import subdivided
 import superfacets as sf
 from superfacets import _core
 from superfacets.graph.kinds import kind_of
+from superfacets.graph.surface import arc_measures
 from superfacets.weights.formulas import WeightOptions, weights_of_kind
 
 pytestmark = pytest.mark.filterwarnings("ignore::superfacets.SliverWarning")
@@ -68,7 +69,7 @@ def test_rims_are_borders(name):
     """With 1.25 times as many regions as sides, each side is one region or several."""
     mesh = PARTS[name]()
     graph = sf.build_face_graph(mesh)
-    measures = sf.arc_measures(mesh, graph)
+    measures = arc_measures(mesh, graph)
     sides, n_sides = sides_of(graph, measures)
     for k in KS:
         if k > mesh.n_faces or (name == "table" and k < SIDES_OF_TABLE):
@@ -107,7 +108,7 @@ def is_ridge(mesh, **options):
 def test_all_sharp_edges_of_a_machine_part_are_ridges():
     gear = shapes.gear(12, 1.0, 0.3, np.zeros(3))
     graph, _ = weights_of_parts(gear)
-    is_sharp = sf.arc_measures(gear, graph).angles <= -np.radians(40)
+    is_sharp = arc_measures(gear, graph).angles <= -np.radians(40)
     assert np.array_equal(is_ridge(gear), is_sharp)
     of_creases = [sf.crease_weights(gear, graph, 0.3, ridges=ridges) for ridges in (0.0, 0.35)]
     assert np.array_equal(*of_creases)  # flanks are not flat beside their edges
@@ -152,7 +153,7 @@ def test_coarse_cells_end_at_all_edges_of_a_hexagonal_prism():
     for seed in range(6):
         mesh = turned(nut, seed, 1.0)
         graph, weights = weights_of_parts(mesh)
-        angles = sf.arc_measures(mesh, graph).angles
+        angles = arc_measures(mesh, graph).angles
         is_rim = angles < -np.radians(59.9)
         ends = graph.positions[graph.sources], graph.positions[graph.neighbors]
         steps = np.linalg.norm(ends[1] - ends[0], axis=1)
@@ -167,7 +168,7 @@ def test_sharp_edges_of_other_shapes_are_not():
     cube = subdivided(shapes.cube(), 3)
     rough = sf.Mesh(cube.vertices + rng.normal(size=cube.vertices.shape) * 0.03, cube.faces)
     graph, _ = weights_of_parts(rough)
-    is_sharp = sf.arc_measures(rough, graph).angles <= -np.radians(40)
+    is_sharp = arc_measures(rough, graph).angles <= -np.radians(40)
     assert is_ridge(rough).sum() < 0.1 * is_sharp.sum()
     corners = np.concatenate([np.eye(3), -np.eye(3)])
     faces = [[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]]

@@ -7,17 +7,11 @@ import reference
 import shapes
 from models import read_off
 
-from superfacets import (
-    Mesh,
-    build_face_graph,
-    classify,
-    place_seeds,
-    sample_mesh,
-    superfacet_weights,
-    update_centers,
-)
+from superfacets import Mesh, build_face_graph, classify, place_seeds, sample_mesh
 from superfacets.base.options import SizeOptions
+from superfacets.clustering.update import update_centers
 from superfacets.graph.size import region_size
+from superfacets.paper import superfacet_weights
 
 AWKWARD = {
     "strip": lambda: shapes.strip(9),

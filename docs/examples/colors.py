@@ -41,5 +41,5 @@ sf.plot(cloud, by_shape, compare=[by_color], titles=titles, view=view, size=(560
 # Features may be any array with one row per face or point, such as the output of a network. The
 # last picture shows the mean color of each region.
 
-mean = sf.pool(cloud.colors, by_color, cells=cloud)
+mean = sf.pool(by_color, cloud.colors, mesh=cloud)
 sf.plot(cloud, colors=np.rint(255 * mean[by_color]).astype(np.uint8), view=view)

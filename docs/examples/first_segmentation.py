@@ -30,7 +30,7 @@ print("the smallest region has", np.bincount(labels).min(), "faces")
 # ``pool`` computes one value per region from values of faces or vertices. This example computes
 # the mean height.
 
-height = sf.pool(mesh.vertices[:, 1], result.labels, cells=mesh)
+height = sf.pool(result.labels, mesh.vertices[:, 1], mesh=mesh)
 sf.plot(mesh, result, color_by=height, scale_title="mean height")
 
 # %%

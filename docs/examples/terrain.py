@@ -51,6 +51,6 @@ sf.plot(mesh, result, view=view)
 # ``sf.pool`` computes means of other values, such as the height.
 
 slope = np.degrees(np.arccos(np.abs(result.regions.normals[:, 2])))
-height = sf.pool(mesh.vertices[:, 2], result.labels, cells=mesh)
+height = sf.pool(result.labels, mesh.vertices[:, 2], mesh=mesh)
 print(f"the steepest region has {slope.max():.0f} degrees, and the highest {height.max():.0f} m")
 sf.plot(mesh, result, color_by=slope, scale_title="degrees", view=view)

@@ -8,12 +8,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from superfacets import plot
 from superfacets.base.errors import reason_of
 from superfacets.base.types import Bytes
 from superfacets.files.atomic import atomic_outputs
 from superfacets.mesh.faces import FaceMesh
 from superfacets_show.camera import View
-from superfacets_show.rendering import render
 
 from ..sources import StudyMesh, load
 from ..tasks import Key
@@ -141,7 +141,7 @@ class Drawing:
         """Draw and write the picture; return None, or the reason if this fails."""
         try:
             mesh, _ = load(self.picture.run.source)
-            pixels = render(mesh, unpack_labels(self.labels), size=_SIZE, view=view_of(mesh))
+            pixels = plot(mesh, unpack_labels(self.labels), size=_SIZE, view=view_of(mesh)).image
             _write(picture_path(self.folder, self.picture), pixels, self.key)
         except Exception as error:  # returned, so that the other pictures are drawn
             return reason_of(error)

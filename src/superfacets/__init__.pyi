@@ -1,21 +1,10 @@
 """The public names and where they live; each is imported when it is first used."""
 
-from superfacets_batch.batching import BatchProgress as BatchProgress
-from superfacets_batch.batching import BatchResult as BatchResult
 from superfacets_batch.batching import batch as batch
-from superfacets_formats.tet_graph import TetGraph as TetGraph
-from superfacets_formats.tet_graph import TriangleCounts as TriangleCounts
-from superfacets_formats.tet_graph import build_tet_graph as build_tet_graph
 from superfacets_formats.tet_info import TetInfo as TetInfo
-from superfacets_formats.tet_mesh import TetBoundary as TetBoundary
 from superfacets_formats.tet_mesh import TetMesh as TetMesh
-from superfacets_scans.aggregation import RegroupedObject as RegroupedObject
-from superfacets_scans.aggregation import group_segments as group_segments
-from superfacets_scans.aggregation import regroup_segments as regroup_segments
 from superfacets_scans.cameras import read_cameras as read_cameras
-from superfacets_scans.lifting import LiftedLabels as LiftedLabels
 from superfacets_scans.lifting import lift as lift
-from superfacets_scans.lifting import project_labels as project_labels
 from superfacets_scans.masks import read_masks as read_masks
 from superfacets_scans.pinhole_camera import PinholeCamera as PinholeCamera
 from superfacets_scans.pyg import write_graphs as write_graphs
@@ -25,16 +14,10 @@ from superfacets_show.page.document import Page as Page
 from superfacets_show.page.document import view as view
 from superfacets_show.plotting import Plot as Plot
 from superfacets_show.plotting import plot as plot
-from superfacets_show.rendering import render as render
-from superfacets_textures.images import TextureImage as TextureImage
-from superfacets_textures.texels import FaceTexels as FaceTexels
-from superfacets_textures.texels import texture_colors as texture_colors
-from superfacets_textures.textures import Material as Material
 from superfacets_textures.textures import Texture as Texture
 
 from . import metrics as metrics
 from . import paper as paper
-from . import segmentator as segmentator
 from .base.errors import BalanceWarning as BalanceWarning
 from .base.errors import FeatureWarning as FeatureWarning
 from .base.errors import IslandWarning as IslandWarning
@@ -44,19 +27,14 @@ from .base.errors import MissingExtraError as MissingExtraError
 from .base.errors import RadiusWarning as RadiusWarning
 from .base.errors import RenderError as RenderError
 from .base.errors import SliverWarning as SliverWarning
-from .base.errors import ViewWarning as ViewWarning
 from .base.options import Sizes as Sizes
 from .cleanup.connect import enforce_connectivity as enforce_connectivity
-from .cleanup.edit import RegionEdit as RegionEdit
 from .cleanup.merge import merge_small_regions as merge_small_regions
 from .cleanup.smooth import smooth_borders as smooth_borders
-from .clustering.classification import Classification as Classification
 from .clustering.classification import classify as classify
-from .clustering.result import LoopLevel as LoopLevel
 from .clustering.result import Segmentation as Segmentation
 from .clustering.run import segment_graph as segment_graph
 from .clustering.seeding import place_seeds as place_seeds
-from .clustering.update import update_centers as update_centers
 from .files.attributes import MeshAttributes as MeshAttributes
 from .files.readers.labels import read_labels as read_labels
 from .files.readers.read import read_attributes as read_attributes
@@ -68,15 +46,11 @@ from .files.writers.write import write_regions as write_regions
 from .graph.cell_graph import ArcMeasures as ArcMeasures
 from .graph.cell_graph import CellGraph as CellGraph
 from .graph.constraints import sharp_edges as sharp_edges
-from .graph.face_graph import EdgeCounts as EdgeCounts
 from .graph.face_graph import FaceGraph as FaceGraph
 from .graph.face_graph import build_face_graph as build_face_graph
-from .graph.point_graph import estimate_normals as estimate_normals
-from .graph.surface import arc_measures as arc_measures
 from .mesh.attach import attach_labels as attach_labels
 from .mesh.point_cloud import PointCloud as PointCloud
 from .mesh.polygon_mesh import PolygonMesh as PolygonMesh
-from .mesh.polygon_mesh import Triangulation as Triangulation
 from .mesh.triangle_mesh import Mesh as Mesh
 from .pipeline import segment as segment
 from .regions.border_cut import BorderCut as BorderCut
@@ -92,28 +66,20 @@ from .regions.pooling import snap as snap
 from .regions.pooling import unpool as unpool
 from .regions.region_graph import RegionGraph as RegionGraph
 from .regions.region_graph import region_graph as region_graph
-from .regions.submeshes import Submesh as Submesh
 from .regions.submeshes import split_regions as split_regions
 from .regions.submeshes import submesh as submesh
 from .regions.vertices import face_labels as face_labels
 from .regions.vertices import vertex_labels as vertex_labels
-from .stages.prepare import Prepared as Prepared
 from .stages.prepare import prepare as prepare
 from .stages.presets import SCANS as SCANS
-from .tools.info import CloudInfo as CloudInfo
-from .tools.info import MeshInfo as MeshInfo
 from .tools.info import cloud_info as cloud_info
 from .tools.info import mesh_info as mesh_info
-from .tools.nearest import NearestFaces as NearestFaces
 from .tools.nearest import nearest_faces as nearest_faces
 from .tools.sample import sample_mesh as sample_mesh
-from .tools.subdivision import Subdivision as Subdivision
 from .tools.subdivision import subdivide as subdivide
 from .weights.clouds import build_point_graph as build_point_graph
 from .weights.features import Features as Features
 from .weights.formulas import Weights as Weights
 from .weights.formulas import crease_weights as crease_weights
-from .weights.formulas import superfacet_weights as superfacet_weights
-from .weights.parts import spectral_embedding as spectral_embedding
 
 __version__: str

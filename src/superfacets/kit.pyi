@@ -48,7 +48,6 @@ from .graph.corner_labels import labels_of_corners as labels_of_corners
 from .graph.sums import weighted_majority as weighted_majority
 from .graph.sums import sums_by_label as sums_by_label
 from .graph.surface import Surface as Surface
-from .stages.prepare import Prepared as Prepared
 from .regions.crease_labels import VertexEdges as VertexEdges
 from .regions.shared_masks import MaskedAreas as MaskedAreas
 from .weights.formulas import WEIGHTS as WEIGHTS
@@ -86,12 +85,15 @@ from .files.atomic import locked as locked
 from .files.writers.text import write_rows as write_rows
 from .files.writers.cells import FormatOptions as FormatOptions
 
+# Results, for annotations
+from .stages.prepare import Prepared as Prepared
+from .tools.info import CloudInfo as CloudInfo
+from .tools.info import MeshInfo as MeshInfo
+
 # Packages of apps
 from .base.lazy import lazy_names as lazy_names
 
 # Whole files
 from .tools.segment_file import FileOptions as FileOptions
 from .files.writers.write import OutputFiles as OutputFiles
-
-# Whole files
 from .tools.sources import InputFile as InputFile

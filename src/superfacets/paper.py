@@ -16,9 +16,9 @@ from .mesh.convert import MeshLike
 from .pipeline import run
 from .stages.options import SegmentOptions
 from .stages.prepare import Prepared
-from .weights.formulas import WeightOptions, Weights
+from .weights.formulas import WeightOptions, Weights, superfacet_weights
 
-__all__ = ["segment"]
+__all__ = ["segment", "superfacet_weights"]
 
 _OTHERS = ("weights", "features", "sizes", "smooth", "denoise", "tol")
 
@@ -84,6 +84,21 @@ def segment(
     >>> superfacets.paper.segment(superfacets.sample_mesh(5_000), 20).stop_reason
     'converged'
     """
+    options = checked(
+        n_segments=n_segments, radius=radius, alpha=alpha, eta_convex=eta_convex, init=init,
+        radius_factor=radius_factor, mask=mask, barriers=barriers, islands=islands,
+        max_num_iter=max_num_iter, n_threads=n_threads, callback=callback,
+    )  # fmt: skip
+    return run(mesh, options)
+
+
+def checked(
+    *, n_segments: int | None, radius: float | None, alpha: float | None,
+    eta_convex: float | None, init: Init | Start, radius_factor: float | None,
+    mask: npt.ArrayLike | None, barriers: npt.ArrayLike | None, islands: Islands,
+    max_num_iter: int, n_threads: int | None, callback: Callback | None,
+) -> SegmentOptions:  # fmt: skip
+    """Check the arguments of `segment`, except arrays with one row per cell or vertex."""
     size = SizeOptions.checked(n_segments, radius, init)
     if isinstance(init, str):
         checked_choice(init, "init", ANY_INITS)
@@ -91,9 +106,8 @@ def segment(
         radius_factor = checked_number(radius_factor, "radius_factor", zero=False)
     loop = LoopOptions.checked(max_num_iter, 0.0, islands, n_threads, callback)
     weights = Weights("superfacets", alpha=alpha, eta_convex=eta_convex)
-    options = SegmentOptions(
+    return SegmentOptions(
         size=size, init=init, weights=WeightOptions.checked(weights, None),
         loop=replace(loop, radius_factor=radius_factor),
         constraints=ConstraintOptions(mask, barriers), denoise=0, smooth=False, relocates=False,
     )  # fmt: skip
-    return run(mesh, options)

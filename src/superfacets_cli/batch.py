@@ -8,8 +8,9 @@ from typing import Any
 
 import click
 
-from superfacets import BatchProgress, BatchResult, batch
+from superfacets import batch
 from superfacets.kit import FORMATS, counted
+from superfacets_batch import BatchProgress, BatchResult
 
 from .failures import EXIT_DATA, print_error, print_notes
 from .inputs import mask_values_option
@@ -27,7 +28,7 @@ from .options import (
 )
 from .outputs import check_mask, listed_formats
 from .progress import FileBar
-from .segment_options import SegmentCommand, file_options, options_of, segment_options
+from .segment import SegmentCommand, file_options, options_of, segment_options
 
 
 @click.command("batch", cls=SegmentCommand)

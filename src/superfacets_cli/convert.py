@@ -11,9 +11,9 @@ from typing import Any
 import click
 import numpy as np
 
-from superfacets import MeshAttributes, MeshError, kit, regroup_segments, write_regions
+from superfacets import MeshAttributes, MeshError, kit, write_regions
 from superfacets.kit import FORMATS, Cells, FormatOptions, Ints
-from superfacets_scans import GROUPS
+from superfacets_scans import GROUPS, regroup_segments
 
 from . import options as opts
 from .failures import EXIT_DATA, count_failures, print_note, print_notes
@@ -93,7 +93,7 @@ def _regroup(
         raise click.UsageError(
             "to convert an .aggregation.json, give new segments (.segs.json) as LABELS, and -o once"
         )
-    objects = regroup_segments(groups, labels, outputs[0], **chosen)
+    objects = regroup_segments(outputs[0], groups, labels, **chosen)
     if as_json:
         facts = {"file": str(groups), "objects": [found._asdict() for found in objects]}
         click.echo(json.dumps({**facts, "outputs": list(outputs)}))

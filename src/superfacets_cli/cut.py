@@ -13,20 +13,17 @@ from superfacets.kit import CellFile, FaceMesh, Ints
 
 from .inputs import labels_beside, read_input
 from .interrupts import run_in_background
-from .options import COUNT, FILE, USUAL_COUNT, format_option, option
+from .options import COUNT, FILE, USUAL_COUNT, format_option, labels_argument, option
 from .outputs import OneRun, one_output_options
 
 
 @click.command("cut")
 @click.argument("mesh", metavar="IN", type=FILE)
+@labels_argument
 @option(
     "-n --n-segments", COUNT,
     "Segment the mesh into this many regions first.  [default: use the labels in IN; if IN has no"
     f" labels, {USUAL_COUNT}]",
-)  # fmt: skip
-@option(
-    "--labels L", FILE,
-    "Label file with the regions of IN, instead of -n: .npy, .seg, .txt, or labeled .ply or .vtp.",
 )  # fmt: skip
 @one_output_options("the cut mesh with its labels, or the labels of its faces alone", "IN")
 @format_option("IN")
@@ -37,10 +34,10 @@ def cut_command(
 
     Borders between regions zigzag along mesh edges. This command replaces the borders by smooth
     curves, and cuts faces along these curves. Borders that follow creases do not change, and closed
-    meshes stay closed.
+    meshes stay closed. LABELS is a label file with the regions of IN, instead of -n.
     """
     if n_segments is not None and labels is not None:
-        raise click.UsageError("give -n or --labels, not both")
+        raise click.UsageError("give -n or LABELS, not both")
     run = OneRun(mesh, [] if labels is None else [labels], given)
 
     def compute() -> tuple[BorderCut, Ints]:

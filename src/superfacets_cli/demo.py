@@ -21,7 +21,7 @@ def demo_command(output: Path) -> None:
 
     The labeled mesh and a picture of the mesh are written to DIR.
     """
-    from superfacets import render, sample_mesh
+    from superfacets import plot, sample_mesh
     from superfacets_show import check_rendering
 
     check_rendering()
@@ -31,9 +31,9 @@ def demo_command(output: Path) -> None:
     with RunBar("bear") as bar:
         with bar.timed("mesh", timings):
             surface = sample_mesh()
-        result = segment(surface, progress=bar.on_iteration, on_stage=bar.on_stage)
+        result = segment(surface, callback=bar.on_report)
         with bar.timed("export", timings):
             write_mesh(labeled, surface, result.labels)
     click.echo(f"wrote {labeled}\nbear: {summary_of(result, {**result.timings, **timings})}")
-    render(surface, result.labels, output=picture)
+    plot(surface, result.labels, output=picture)
     click.echo(f"wrote {picture}")

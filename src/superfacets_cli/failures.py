@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Sequence
 
 import click
@@ -77,5 +78,5 @@ def print_notes(messages: Iterable[str]) -> None:
 
 
 def _print(kind: str, message: str) -> None:
-    one_line = " ".join(message.split())
+    one_line = " ".join(re.sub(r"Sizes\((\w+)=[^)]*\)+", r"--\1", message).split())
     click.echo(f"superfacets: {kind}: {one_line}", err=True)

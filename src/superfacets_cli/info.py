@@ -11,8 +11,8 @@ from typing import Any
 import click
 import numpy as np
 
-from superfacets import CloudInfo, MeshAttributes, MeshInfo, SliverWarning, cloud_info, mesh_info
-from superfacets.kit import kind_of
+from superfacets import MeshAttributes, SliverWarning, cloud_info, mesh_info
+from superfacets.kit import CloudInfo, MeshInfo, kind_of
 
 from .failures import EXIT_DATA, count_failures, print_note
 from .inputs import check_inputs, name_of, read_input

@@ -20,7 +20,7 @@ from . import options as opts
 from .failures import print_notes
 from .inputs import check_inputs, constraint_options, constraints_of, labels_for, read_input
 from .interrupts import run_in_background
-from .options import FILE, numbers, option, options
+from .options import numbers, option, options
 from .outputs import Job, check_mask, output_option, plan_jobs
 from .report import notes_on_written
 
@@ -30,6 +30,7 @@ ALL_LEVELS = (ARRAYS, ".sstk.json")  # file endings of formats that store all le
 
 @click.command("levels")
 @click.argument("input", metavar="IN", type=opts.INPUT)
+@opts.labels_argument
 @options(
     option("-n --n-segments counts K,K...", None,
            "Number of regions on each level, such as 2000,500,100.", callback=numbers,
@@ -40,17 +41,14 @@ ALL_LEVELS = (ARRAYS, ".sstk.json")  # file endings of formats that store all le
         " OUT.500.ply and so on. May be given several times.", required=True),
     option("--to format_of_stream", tuple(ending.lstrip(".") for ending in ALL_LEVELS),
            "Format of standard output.  [default: npz]"),
-    option("--labels L", FILE,
-           "Label file with the regions to merge: .npy, .seg, .txt or a labeled mesh.  [default:"
-           " segment IN into K regions, for the largest K]"),
     option("--islands", FileOptions.CHOICES["islands"],
            "Merge only regions that touch (keep), or also the nearest regions across gaps between"
            " components (nearest).", default="keep"),
-    option("--features NAME", None,
+    option("--features NAMES", None,
            "Merge regions with similar values of this feature, instead of similar geometry; borders"
-           " of the finest level follow the feature, too. NAME is color, normals, height (z), or a"
-           " property of the faces, points or vertices in IN; may be given several times.",
-           multiple=True),
+           " of the finest level follow the feature, too. NAMES are color, normals, height (z), or"
+           " properties of the faces, points or vertices in IN, separated by commas.",
+           multiple=True, callback=opts.listed),
     constraint_options,
     opts.drop_attributes_option("IN"),
     opts.labels_named_option,
@@ -66,16 +64,16 @@ def levels_command(
     features: tuple[str, ...], drop_attributes: bool, labels_named: str, is_quiet: bool,
     as_json: bool, **options: Any,
 ) -> None:  # fmt: skip
-    """Segment a mesh or point cloud, and merge regions level by level.
+    """Segment a mesh or cloud, and merge regions level by level.
 
-    Each region of a level is a union of regions of the finer levels. IN may be - for standard
-    input.
+    Each region of a level is a union of regions of the finer levels. LABELS is a label file with
+    the regions to merge; without it, IN is segmented first. IN may be - for standard input.
     """
     check_inputs((input,))
     has_mask = mask is not None or mask_values is not None
     if labels is not None and has_mask:
         raise click.UsageError(
-            "give --labels or a mask, not both: cells with label -1 are left out already"
+            "give LABELS or a mask, not both: cells with label -1 are left out already"
         )
     also_read = [str(path) for path in (labels, mask, barriers) if path is not None]
     named = [Path(text) for text in outputs if text != opts.STANDARD_STREAM]

@@ -9,18 +9,9 @@ from typing import Any, get_args
 import click
 import numpy as np
 
-from superfacets import (
-    LiftedLabels,
-    MeshAttributes,
-    PinholeCamera,
-    ViewWarning,
-    kit,
-    lift,
-    read_cameras,
-    read_masks,
-)
+from superfacets import MeshAttributes, PinholeCamera, kit, lift, read_cameras, read_masks
 from superfacets.kit import FORMATS, Array, Cells, Ints
-from superfacets_scans import GROUPS, SEGMENTS, Overlap
+from superfacets_scans import GROUPS, SEGMENTS, LiftedLabels, Overlap, ViewWarning
 
 from .inputs import GivenLabels, given_labels, labels_of_cells, read_input
 from .interrupts import run_in_background

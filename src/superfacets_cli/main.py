@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import contextlib
 import os
-import re
 import sys
 import warnings
+from difflib import get_close_matches
+from pathlib import Path
 from typing import NoReturn
 
 import click
@@ -19,8 +20,8 @@ from .interrupts import EXIT_INTERRUPTED, INTERRUPTED, hear_signals, is_busy, wh
 
 GROUPS = {
     "Segment": {
-        "segment": "Segment meshes and point clouds, and write their labels.",
-        "levels": "Segment a mesh or point cloud, and merge regions level by level.",
+        "segment": "Segment meshes and clouds; superfacets FILE does the same.",
+        "levels": "Segment a mesh or cloud, and merge regions level by level.",
         "batch": "Segment thousands of files on all cores, or on a cluster.",
         "demo": "Segment the sample mesh of the package.",
     },
@@ -28,14 +29,15 @@ GROUPS = {
         "info": "Print counts and sizes of meshes and point clouds.",
         "render": "Draw a picture of a mesh or point cloud with its regions.",
         "view": "Show a mesh or point cloud with its regions in a browser.",
-        "studio": "Label a mesh or point cloud, or all files of a folder, in a browser.",
+        "studio": "Label a mesh, a cloud or all files of a folder in a browser.",
         "agree": "Compare two people's work in the studio, and merge it.",
     },
     "Work with labels": {
         "convert": "Write meshes with their labels in other formats.",
+        "formats": "List the formats of files.",
         "regions": "Measure regions: areas, shapes, neighbors.",
         "cut": "Cut a mesh along smooth borders of its regions.",
-        "transfer": "Transfer labels to another mesh or point cloud of the same object.",
+        "transfer": "Transfer labels to another mesh or cloud of the same object.",
         "lift": "Label regions of a mesh with image masks.",
         "evaluate": "Measure the quality of labels.",
     },
@@ -90,6 +92,18 @@ def _show_warning(message: Warning | str, *_: object, **__: object) -> None:
 class LazyGroup(click.Group):
     """A group of commands, each imported only when it is called."""
 
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Find the command; a file in place of a command is segmented."""
+        name, known = args[0], self.list_commands(ctx)
+        if name not in known and _is_input(name):
+            return super().resolve_command(ctx, ["segment", *args])
+        near = get_close_matches(name, known, 1)
+        if name not in known and near:
+            raise click.UsageError(f"No such command {name!r}: did you mean {near[0]}?", ctx)
+        return super().resolve_command(ctx, args)
+
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the names of all commands."""
         return [*COMMANDS, *_other_commands()]
@@ -103,7 +117,7 @@ class LazyGroup(click.Group):
             command: click.Command = table[cmd_name]
         return command
 
-    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the list of commands."""
         others = {name: f"From {target!r}." for name, target in _other_commands().items()}
         sections = {**GROUPS, "Other packages": others} if others else GROUPS
@@ -112,37 +126,73 @@ class LazyGroup(click.Group):
                 formatter.write_dl(list(summaries.items()))
 
 
+def _is_input(text: str) -> bool:
+    """Return whether an argument is the name of an input file, or ``-`` for standard input."""
+    if text == "-" or Path(text).is_file():
+        return True
+    from superfacets.kit import FORMATS  # slow to import
+
+    return text.lower().endswith(FORMATS.cells)
+
+
 @click.group(
     cls=LazyGroup,
     invoke_without_command=True,  # click 8.1 and 8.2 differ otherwise in the exit status
-    subcommand_metavar="COMMAND [ARGS]...",
+    options_metavar="[--version]",
+    subcommand_metavar="COMMAND|FILE [-h] [ARGS]...",
     context_settings={"help_option_names": ["-h", "--help"]},
-    epilog="Exit status: 0 on success, 1 if a file could not be processed, 2 if the command line is"
-    " wrong, 130 after Ctrl-C, SIGTERM or SIGHUP.",
 )
 @click.version_option(__version__, message="superfacets %(version)s")
 @click.pass_context
 def commands(ctx: click.Context) -> None:
-    """Oversegment meshes into superfacets: compact, connected regions that follow the creases."""
+    """Divide meshes into compact, connected regions whose borders follow creases."""
     if ctx.invoked_subcommand is None:
         click.echo(ctx.get_help(), err=True)
         ctx.exit(EXIT_USAGE)
 
 
-def _text_of(error: click.UsageError) -> str:
-    """Return the message of a usage error; if another tool has the option, suggest ours."""
-    if not isinstance(error, click.NoSuchOption):
-        return error.format_message()
-    from superfacets.kit import FileOptions
+_GPU = "leave it out, because all computations run on the CPU"
+_SIZE = "use --radius, in the unit of the file"
+_MERGE = "merge small regions in Python, with superfacets.merge_small_regions"
+_PARTS = "leave it out: the default keeps regions within the parts of a shape"
 
-    hint = FileOptions.advice_on(error.option_name.lstrip("-").replace("-", "_"))
-    ours = {p.name: p.opts for p in error.ctx.command.params} if error.ctx else {}
-    verb, _, rest = hint.partition(" ")
-    name = re.split(r"\W", rest, maxsplit=1)[0]
-    if verb != "use" or name not in ours:
+OTHER_OPTIONS = {
+    "--compactness": "use --alpha, the opposite: higher values follow creases more",
+    "--sigma": "use --denoise",
+    **dict.fromkeys(("-k", "--k", "--n", "--kThresh", "--n-clusters", "--n-superpoints"), "use -n"),
+    **dict.fromkeys(("-j", "--jobs", "--n-jobs", "--num-threads"), "use --threads"),
+    **dict.fromkeys(("--voxel-size", "--seed-resolution"), _SIZE),
+    **dict.fromkeys(("--gpu", "--cuda", "--device"), _GPU),
+    # options of earlier versions
+    **dict.fromkeys(("-R", "--expected-radius"), _SIZE),
+    **dict.fromkeys(("--parts", "--relocate"), _PARTS),
+    "--no-relocate": "leave it out, or use --paper, which moves no centers to other regions",
+    **dict.fromkeys(("--min-size", "--segMinVerts"), _MERGE),
+    **dict.fromkeys(("--connect", "--enforce-connectivity"),
+                    "join pieces of regions in Python, with superfacets.enforce_connectivity"),
+    "--min-measure": "use --bounds LOW,",
+    "--max-measure": "use --bounds ,HIGH",
+    "--cells-per-region": "use --cells",
+    "--eta": "use --eta-convex",
+    "--scale-features": "leave it out: features are always scaled; see --feature-weight",
+    "--radius-factor": "use --paper",
+}  # fmt: skip
+"""What to write instead of options of other tools and of earlier versions."""
+
+
+def _text_of(error: click.UsageError) -> str:
+    """Return the message of a usage error, with advice on an option of another tool."""
+    if not isinstance(error, click.NoSuchOption) or error.ctx is None:
         return error.format_message()
-    option = max(ours[name], key=len)
-    return f"No such option: {error.option_name}: use {option}{rest.removeprefix(name)}"
+    if isinstance(error.ctx.command, click.Group):
+        return f"{error.format_message()} (options follow the command, or the file)"
+    advice = OTHER_OPTIONS.get(error.option_name)
+    if advice is None:
+        return error.format_message()
+    verb, name, *_ = advice.replace(",", "").split()
+    if verb == "use" and not any(name in each.opts for each in error.ctx.command.params):
+        return error.format_message()
+    return f"No such option: {error.option_name}: {advice}"
 
 
 def _command_path(group: click.Group, name: str) -> str:

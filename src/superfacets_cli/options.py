@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import click
 
@@ -35,6 +35,9 @@ class Count(click.IntRange):
         super().__init__(min=lowest)
         self._lowest = lowest
 
+    def _describe_range(self) -> str:
+        return ""
+
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
         """Return the number, or raise a usage error that names the lower bound."""
         try:
@@ -52,8 +55,8 @@ class Real(click.FloatRange):
     name = "number"
 
     def _describe_range(self) -> str:
-        """Return the range for the help text, or "" without bounds: click would print "x<=None"."""
-        return "" if self.min is None and self.max is None else super()._describe_range()
+        """Return the range for the help text if it has two bounds."""
+        return "" if self.min is None or self.max is None else super()._describe_range()
 
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
@@ -71,22 +74,37 @@ class Real(click.FloatRange):
 
 
 class GroupedCommand(click.Command):
-    """A command whose help lists options in groups; options without a group come last."""
+    """A command whose help lists options in groups; ``--help-all`` shows all groups."""
 
-    groups: Mapping[str, tuple[str, ...]] = {}
+    groups: ClassVar[Mapping[str, tuple[str, ...]]] = {}
     """Parameter names of each group; the keys are the titles of the groups."""
+    n_shown = 0
+    """Number of groups, the first ones, that ``--help`` shows."""
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the options group by group."""
-        rows = {param.name: param.get_help_record(ctx) for param in self.get_params(ctx)}
+        """Write the options group by group; options without a group come last."""
+        given = [param for param in self.get_params(ctx) if isinstance(param, click.Option)]
+        rows = {param.name: param.get_help_record(ctx) for param in given}
         listed = {
             title: [rows.pop(name, None) for name in names] for title, names in self.groups.items()
         }
+        if ALL_OPTIONS not in ctx.meta:
+            listed = dict(list(listed.items())[: self.n_shown])
         for title, records in {**listed, "Other options": [*rows.values()]}.items():
             shown = [record for record in records if record is not None]
             if shown:
                 with formatter.section(title):
                     formatter.write_dl(shown)
+
+
+ALL_OPTIONS = "superfacets.help-all"  # key in `Context.meta`
+
+
+def _show_all(ctx: click.Context, _: click.Parameter, value: bool) -> None:
+    if value and not ctx.resilient_parsing:
+        ctx.meta[ALL_OPTIONS] = True
+        click.echo(ctx.get_help())
+        ctx.exit()
 
 
 FILE = click.Path(path_type=Path)
@@ -141,8 +159,7 @@ def options(*given: Decorator) -> Decorator:
 def format_option(what: str, *, name: str = "--format", of_stream: bool = False) -> Decorator:
     """Add the option for the format of an input, which may be standard input if `of_stream`."""
     stream = ", or from the content of standard input" if of_stream else ""
-    listed = ", ".join(INPUT_FORMATS)
-    text = f"Format of {what}: {listed}.  [default: from the file ending{stream}]"
+    text = f"Format of {what} (see superfacets formats).  [default: from the file ending{stream}]"
     return option(f"{name} FORMAT", INPUT_FORMATS, text)
 
 
@@ -174,6 +191,39 @@ def numbers(
     return tuple(sorted({int(number) for number in wanted}))
 
 
+def listed(
+    ctx: click.Context, parameter: click.Parameter, given: tuple[str, ...]
+) -> tuple[str, ...]:
+    """Split comma-separated lists into one tuple of names (a callback of click)."""
+    names = tuple(name.strip() for text in given for name in text.split(","))
+    if not all(names):
+        raise click.BadParameter("a name is empty", ctx, parameter)
+    return names
+
+
+def _keep_labels(ctx: click.Context, parameter: click.Parameter, path: Path | None) -> Path | None:
+    """Return LABELS, or the value of its synonym ``--labels`` (a callback of click for both)."""
+    key = "superfacets.labels"
+    if parameter.param_type_name == "option":
+        ctx.meta[key] = path
+        return None
+    synonym: Path | None = ctx.meta[key]
+    if path is not None and synonym is not None:
+        raise click.UsageError("labels are given twice: as LABELS and with --labels")
+    return synonym if path is None else path
+
+
+labels_argument = options(
+    click.argument("labels", metavar="[LABELS]", type=FILE, required=False, callback=_keep_labels),
+    option("--labels also_labels L", FILE, "Same as LABELS.", is_eager=True, expose_value=False,
+           callback=_keep_labels),
+)  # fmt: skip
+"""Add the argument LABELS, which may be missing, and its synonym ``--labels``."""
+
+help_all_option = option(
+    "--help-all", FLAG, "Show all options and exit.", is_eager=True, expose_value=False,
+    callback=_show_all,
+)  # fmt: skip
 ascii_option = option("--ascii", FLAG, "Write .ply, .pcd, .stl, .vtp, .vtu and .vtk as text.")
 quiet_option = option("-q --quiet is_quiet", FLAG, "Print only errors.")
 threads_option = option("--threads n_threads", COUNT, "Number of threads.  [default: one per core]")
@@ -188,7 +238,7 @@ force_option = option(
 )  # fmt: skip
 labels_named_option = option(
     "--labels-named NAME", None,
-    "Name of the labels in input files with other data, such as .ply, .vtp, .vtu, .csv and .las.",
+    "Name of the labels in input files with other data, such as .ply, .vtp, .csv and .las.",
     default="label",
 )  # fmt: skip
 label_options = options(

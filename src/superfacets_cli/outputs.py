@@ -43,8 +43,8 @@ def output_option(help: str, *, required: bool = False) -> opts.Decorator:
 def to_option(about: str = "Output format when -o is a folder or omitted") -> opts.Decorator:
     """Add the option ``--to``, for the formats of outputs whose file name is not given."""
     text = (
-        f"{about}, or several, separated by commas: {', '.join(OUTPUT_FORMATS)}.  [default: ply;"
-        " vtu for tetrahedra]"
+        f"{about}, or several, separated by commas (see superfacets formats).  [default: ply; vtu"
+        " for tetrahedra]"
     )
     return option("--to formats FORMAT", None, text, multiple=True, callback=listed_formats)
 
@@ -53,7 +53,7 @@ def listed_formats(
     ctx: click.Context, parameter: click.Parameter, given: tuple[str, ...]
 ) -> tuple[str, ...]:
     """Split comma-separated lists of formats into one tuple of names (a callback of click)."""
-    names = tuple(name.strip() for text in given for name in text.split(","))
+    names = opts.listed(ctx, parameter, given)
     for name in names:
         if name not in OUTPUT_FORMATS:
             known = ", ".join(OUTPUT_FORMATS)

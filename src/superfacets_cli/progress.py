@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 if TYPE_CHECKING:
-    from superfacets import BatchProgress
+    from superfacets_batch import BatchProgress
 
 SHARES = {
     "mesh": 0.06,
@@ -157,22 +157,21 @@ class RunBar(Bar):
         self._estimate = Estimate(time.perf_counter())
         self.draw()
 
-    def on_stage(self, stage: str) -> None:
-        """Show that a stage begins."""
+    def on_report(self, stage: str, n_iter: int = 0, _n_moved: int = 0) -> None:
+        """Show that a stage begins, or note that an iteration has ended (a `Callback`)."""
+        if n_iter:
+            self._estimate.iterate(n_iter)
+            return
         self._estimate.begin(stage, time.perf_counter())
         self.draw()
 
     @contextlib.contextmanager
     def timed(self, stage: str, timings: dict[str, float]) -> Iterator[None]:
         """Show that a stage begins, and store the time of the with block in `timings`."""
-        self.on_stage(stage)
+        self.on_report(stage)
         begin = time.perf_counter()
         yield
         timings[stage] = time.perf_counter() - begin
-
-    def on_iteration(self, n_iterations: int, _n_moved: int) -> None:
-        """Set the number of finished iterations of the loop."""
-        self._estimate.iterate(n_iterations)
 
     def draw(self) -> None:
         """Show the current progress."""

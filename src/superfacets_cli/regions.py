@@ -84,7 +84,7 @@ def regions_command(
         for name, values in integers.items():
             columns[f"majority_{name}"] = _most_frequent(compact, values, len(names))
         for name, numbers in reals.items():
-            columns[f"mean_{name}"] = pool(numbers, compact)
+            columns[f"mean_{name}"] = pool(compact, numbers)
         if borders is None:
             return graph, columns, None
         return graph, columns, (whole.vertices, border_lines(whole, compact), names)

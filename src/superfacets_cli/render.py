@@ -77,12 +77,10 @@ def _values_named(color_by: str | None, data: CellData) -> Array | str | None:
 
 @click.command("render")
 @click.argument("mesh", metavar="IN", type=FILE)
+@opts.labels_argument
 @options(
     option("-o --output OUT", FILE, "Write the picture to this .png file."),
     opts.camera_options,
-    option("--labels L", FILE,
-           "Label file with one label per face or vertex: .npy, .seg, .txt, .segs.json, or labeled"
-           " .ply, .vtp, .las or .laz.  [default: labels in IN]"),
     opts.labels_named_option,
     option("--turntable OUT", FILE,
            "Write an animation of the rotating mesh to this .gif or .mp4 file.",
@@ -120,8 +118,9 @@ def render_command(
 ) -> None:  # fmt: skip
     """Draw a picture of a mesh or point cloud with its regions.
 
-    Borders between regions of a mesh are drawn as dark lines. Adjacent regions have colors that
-    color-blind people can distinguish.
+    LABELS is a file with one label per face, point or vertex; without it, the labels in IN are
+    drawn. Borders between regions of a mesh are drawn as dark lines. Adjacent regions have colors
+    that color-blind people can distinguish.
     """
     from superfacets import plot
 
@@ -183,10 +182,10 @@ def _series_of(
             series, paths = [shown, *series], [Path(source.name), *paths]
         return series[0], series[1:], _titles(paths) if compare else None
     if shown is None and needed_by is not None:
-        message = f"{needed_by} needs labels, and {source.name} has none: give --labels"
+        message = f"{needed_by} needs labels, and {source.name} has none: give LABELS"
         raise click.UsageError(message)
     if shown is None:
-        note = "has no labels, so no regions are drawn: give labels with --labels"
+        note = "has no labels, so no regions are drawn: give a label file as LABELS"
         print_note(f"{source.name} {note}")
     return shown, [], None
 

@@ -61,28 +61,16 @@ def notes_of(
 
 
 def notes_on_result(result: Segmentation, warnings: Collection[Warning]) -> list[str]:
-    """Return notes on the number of regions, and on merged, isolated or disconnected regions.
+    """Return notes on the number of regions, and on isolated or disconnected regions.
 
     `warnings` are the warnings of `segment`.
     """
-    params = result.params
-    n_requested: int | None = params["n_segments"]  # None if a radius was given
-    is_kept = params["islands"] == "keep"
+    n_requested: int | None = result.params["n_segments"]  # None if a radius was given
     notes = _notes_on_number(result, n_requested, warnings)
-    n_own = 0 if n_requested is None else max(0, result.n_segments + result.n_merged - n_requested)
+    n_own = 0 if n_requested is None else max(0, result.n_segments - n_requested)
     n_nearest = result.n_unreached - n_own
-    if n_nearest > 0 and not is_kept:
+    if n_nearest > 0 and result.params["islands"] == "nearest":
         notes.append(f"{counted(n_nearest, 'island')} without a seed joined the nearest region")
-    if result.n_joined:
-        pieces = counted(result.n_joined, "disconnected piece")
-        notes.append(f"{pieces} of regions joined a neighboring region")
-    elif params["enforce_connectivity"] and params["radius_factor"] is None and is_kept:
-        notes.append("--connect has an effect only with --paper: other regions are connected")
-    if result.n_merged:
-        notes.append(f"{counted(result.n_merged, 'small region')} joined a neighboring region")
-    if result.n_islands:
-        islands = counted(result.n_islands, "small region")
-        notes.append(f"{islands} without a neighbor could not be merged")
     if result.n_extra_pieces:
         pieces = counted(result.n_extra_pieces, "additional piece")
         notes.append(f"some regions are disconnected: they have {pieces}")
@@ -95,14 +83,11 @@ def _notes_on_number(
 ) -> list[str]:
     """Return a note if there are not `n_requested` regions, or if a radius gives only one."""
     islands = [str(warning) for warning in warnings if isinstance(warning, IslandWarning)]
-    params = result.params
-    n_made = result.n_segments + result.n_merged
-    n_kept = result.n_unreached if params["islands"] == "keep" else 0
+    params, n_made = result.params, result.n_segments
     if n_requested is None:
-        note = "the radius gives only one region"
-        if params["radius"] is not None:
-            note += ": -r is a fraction of the bounding box's diagonal"
-        notes = [] if n_made - n_kept > 1 else [note]
+        n_kept = result.n_unreached if params["islands"] == "keep" else 0
+        note = "the radius gives only one region: is -r in the unit of the file?"
+        notes = [] if n_made - n_kept > 1 or "cells" in params else [note]
         return [str(one) for one in warnings if isinstance(one, RadiusWarning)] or notes
     if n_made != n_requested and params["init"] in ("flood", "grid"):
         return [
@@ -110,7 +95,7 @@ def _notes_on_number(
             " matches -n only approximately"
         ]
     if n_made <= n_requested:
-        return islands if n_made < n_requested and "min_measure" in params else []
+        return islands if n_made < n_requested and "bounds" in params else []
     more = f"{counted(n_made - n_requested, 'more region')} than requested"
     if params["islands"] == "nearest":
         return [f"{more}: some parts between barriers had no seed and became regions"]
@@ -195,7 +180,7 @@ def _notes_on_filled(sizes: Longs, endings: Collection[str]) -> list[str]:
     return [
         f"{n_filled} of {counted(len(sizes), 'region')} in {files} have the minimum of"
         f" {OutputFiles.MIN_VERTICES} vertices, because small regions take vertices from neighbors;"
-        " this makes borders less accurate: try a smaller -n, or --min-size 0.1"
+        " this makes borders less accurate: try a smaller -n"
     ]
 
 

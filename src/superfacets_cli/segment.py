@@ -1,20 +1,21 @@
-"""The command ``superfacets segment``."""
+"""The command ``superfacets segment``, and options that ``superfacets batch`` shares."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Set
+from dataclasses import dataclass, fields
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import click
 import numpy as np
 
-from superfacets import MeshAttributes, MeshError, Segmentation, kit
-from superfacets.kit import Array, CellFile, Cells, FileOptions, FormatOptions, OutputFiles
+from superfacets import SCANS, Features, MeshAttributes, MeshError, Sizes, Weights, kit
+from superfacets.kit import WEIGHTS, Array, Cells, FileOptions, FormatOptions, OutputFiles
 
+from . import options as opts
 from .failures import EXIT_DATA, count_failures, print_note, print_notes
 from .inputs import (
     barrier_angle_option,
@@ -25,43 +26,206 @@ from .inputs import (
     read_input,
 )
 from .interrupts import run_in_background
-from .options import (
-    FLAG,
-    INPUT,
-    format_option,
-    json_option,
-    labels_named_option,
-    option,
-    options,
-    quiet_option,
-)
+from .options import COUNT, FLAG, NOT_NEGATIVE, POSITIVE, option, options
 from .outputs import Job, check_mask, output_option, plan_jobs, to_option
 from .progress import RunBar
 from .report import facts_of, notes_of, summary_of
-from .segment_options import SegmentCommand, file_options, options_of, segment_options
+
+
+def _by_weights(parameter: str) -> str:
+    """Return the default of a parameter for each formula of weights that has it, as text."""
+    used = {name: weight.defaults.get(parameter) for name, weight in WEIGHTS.items()}
+    listed = [f"{value:g} with {name}" for name, value in used.items() if value is not None]
+    return f"  [default: {', '.join(listed)}]"
+
+
+def _bounds(
+    ctx: click.Context, parameter: click.Parameter, text: str | None
+) -> tuple[float | None, ...] | None:
+    """Parse LOW,HIGH, where a bound may be missing (a callback of click)."""
+    if text is None:
+        return None
+    try:
+        low, high = (float(bound) if bound.strip() else None for bound in text.split(","))
+        Sizes(bounds=(low, high))
+    except ValueError as error:
+        why = (
+            str(error) if "bounds[" in str(error) else f"{text!r} is not LOW,HIGH: 2,5 or 2, or ,5"
+        )
+        raise click.BadParameter(why, ctx, parameter) from None
+    return low, high
+
+
+class SegmentCommand(opts.GroupedCommand):
+    """A command whose help lists the options of `segment_options` in groups."""
+
+    groups: ClassVar = {
+        "Everyday options": (
+            "n_segments", "radius", "alpha", "weights", "features", "output", "outputs", "formats",
+            "is_quiet",
+        ),
+        "Presets": ("scans", "paper"),
+        "Creases and borders": ("eta_convex", "ridges", "smooth", "islands"),
+        "Equal, bounded and exact sizes": ("balance", "bounds", "cells"),
+        "Data that borders follow": (
+            "feature_weight", "mask", "mask_values", "barriers", "barrier_angle", "labels_named",
+        ),
+        "Noise, long faces, clouds": (
+            "denoise", "is_subdivided", "max_edge", "viewpoint", "min_opacity",
+        ),
+        "Seeds and the loop": ("init", "max_num_iter", "tol"),
+        "Files": ("format", "ascii", "label_name", "vertex_labels", "drop_attributes", "force"),
+        "Running": (
+            "n_threads", "workers", "scheduler", "timeout", "retry_failed", "as_json", "is_verbose",
+        ),
+    }  # fmt: skip
+    n_shown = 2
+
+
+segment_options = options(
+    option("-n --n-segments", COUNT, f"Number of regions.  [default: {opts.USUAL_COUNT}]"),
+    option("-r --radius", POSITIVE,
+           "Radius of a region, instead of -n, in the unit of the file."),
+    option("-a --alpha", NOT_NEGATIVE,
+           "How strongly borders follow creases; 0 gives the roundest regions."
+           f"{_by_weights('alpha')}"),
+    option("--weights NAME", tuple(WEIGHTS),
+           "How borders are drawn: parts (along creases, and between parts of a shape), creases, or"
+           " superfacets (as in the paper).  [default: parts]"),
+    option("--features NAMES", None,
+           "Data that borders follow, too: color, texture, normals, height (z), or properties in"
+           " IN, separated by commas.", multiple=True, callback=opts.listed),
+    option("--scans", FLAG,
+           "For fused scans of rooms: same as"
+           f" --denoise {SCANS['denoise']} --alpha {SCANS['alpha']:g}."),
+    option("--paper", FLAG,
+           "The algorithm of the paper, exactly as published, without options that it lacks."),
+    option("--eta-convex", NOT_NEGATIVE,
+           f"Weight of convex creases relative to concave creases.{_by_weights('eta_convex')}"),
+    option("--ridges", NOT_NEGATIVE,
+           "Weight of sharp convex edges between flat faces, as on machine parts, relative to"
+           f" concave creases; 0 ignores them.{_by_weights('ridges')}"),
+    option("--smooth/--no-smooth", None,
+           "Straighten borders where the surface is smooth.  [default: yes]", default=None),
+    option("--islands", FileOptions.CHOICES["islands"],
+           "What to do with components without a seed: keep them as regions (keep), or join them to"
+           " the nearest region (nearest), which makes -n exact except with barriers.  [default:"
+           " keep]"),
+    option("--balance", opts.Real(0.0, 1.0),
+           "How equal the areas or volumes of regions should be, from 0 to 1.  [default: 0]"),
+    option("--bounds LOW,HIGH", None,
+           "Lowest and highest area or volume of a region, in squared or cubed units of the file;"
+           " either may be empty, as in --bounds ,5.", callback=_bounds),
+    option("--cells", COUNT,
+           "Exact number of faces or points in each region, instead of -n; the remaining faces or"
+           " points of each component form one smaller region."),
+    option("--feature-weight", NOT_NEGATIVE,
+           "Weight of features: a difference of one standard deviation adds this many region radii"
+           " to the length of a path.  [default: 5]"),
+    option("--denoise N|auto", opts.CountOr("auto", 0),
+           "Measure creases on a copy of the mesh, smoothed in N steps; auto estimates the noise"
+           " and uses 0 steps if the mesh is clean. Outputs are not smoothed.  [default: auto]"),
+    option("--subdivide is_subdivided", FLAG,
+           "First bisect edges longer than a quarter of a region's radius, for meshes with long and"
+           " thin faces. A .ply or .vtp then contains the subdivided mesh. Label files contain one"
+           " label for each face of IN: the label that covers most of the face."),
+    option("--max-edge", POSITIVE,
+           "First bisect edges longer than this, in the unit of the file."),
+    opts.viewpoint_option,
+    option("--min-opacity P", opts.Real(0.0, 1.0),
+           "Leave out Gaussian splats with an opacity below this, 0 to 1; they get label -1.",
+           default=0.0, show_default=False),
+    option("--init", FileOptions.CHOICES["init"],
+           "How the initial centers are placed. flood and grid need --paper, and match -n only"
+           " approximately.  [default: geodesic; curve for 10,000 or more regions of less than 100"
+           " cells each; farthest with --paper]"),
+    option("--max-iter max_num_iter", opts.Count(0),
+           "Maximum number of iterations; 0 keeps the initial centers.", default=50),
+    option("--tol", NOT_NEGATIVE,
+           "Stop when centers move less than this, as a fraction of a region's radius."
+           "  [default: 0.02]"),
+    opts.threads_option,
+    opts.help_all_option,
+)  # fmt: skip
+"""Decorator that adds the options that control the segmentation to a command."""
+
+file_options = options(
+    opts.ascii_option,
+    opts.label_options,
+    opts.drop_attributes_option(
+        "IN", ": colors, normals, texture coordinates, other properties, comments"
+    ),
+    opts.force_option,
+)
+"""Decorator that adds the options for the format of mesh files to a command."""
+
+_EXCLUSIVE = {
+    "paper": ("scans", "weights", "ridges", "features", "feature_weight", "smooth", "balance",
+              "bounds", "cells", "denoise", "tol"),
+    "n_segments": ("radius", "cells"),
+    "radius": ("cells",),
+    "cells": ("balance", "bounds"),
+}  # fmt: skip
+"""Options that cannot be given together with an option: names of parameters by name."""
+
+_OF_FILES = {field.name for field in fields(FileOptions)}
+
+
+def options_of(*, scans: bool, is_subdivided: bool, **given: Any) -> FileOptions:
+    """Return the options, completed by presets; raise a usage error if options are incompatible."""
+    given = {name: value for name, value in given.items() if value is not None and value != ()}
+    is_paper = given["paper"]
+    presets = {name for name, is_given in (("paper", is_paper), ("scans", scans)) if is_given}
+    _check_exclusive(given.keys() - {"paper"} | presets)
+    if given.get("init") in ("flood", "grid") and not is_paper:
+        raise click.UsageError(f"--init {given['init']} needs --paper")
+    weight = given.pop("feature_weight", None)
+    if weight is not None:
+        if "features" not in given:
+            raise click.UsageError("--feature-weight needs --features")
+        given["features"] = Features(given["features"], weight)
+    given = {**SCANS, **given} if scans else given
+    try:
+        own = {name: given.pop(name) for name in ("eta_convex", "ridges") if name in given}
+        if is_paper:
+            given.update(own)
+        elif own:
+            given["weights"] = Weights(given.get("weights", "parts"), **own)
+        sizes = {name: given.pop(name) for name in ("balance", "bounds", "cells") if name in given}
+        if sizes:
+            given["sizes"] = Sizes(**sizes)
+        of_files = {name: given.pop(name) for name in _OF_FILES & given.keys()}
+        return FileOptions(given, subdivide=is_subdivided, **of_files)
+    except ValueError as error:
+        raise click.UsageError(str(error)) from error
+
+
+def _check_exclusive(given: Set[str]) -> None:
+    """Raise a usage error if two given options exclude each other."""
+    flags = {each.name: each.opts[0] for each in click.get_current_context().command.params}
+    for name, others in _EXCLUSIVE.items():
+        for other in others:
+            if {name, other} <= given:
+                raise click.UsageError(f"give {flags[name]} or {flags[other]}, not both")
 
 
 @click.command("segment", cls=SegmentCommand)
-@click.argument("inputs", metavar="IN...", type=INPUT, nargs=-1, required=True)
+@click.argument("inputs", metavar="IN...", type=opts.INPUT, nargs=-1, required=True)
 @options(
     segment_options,
     constraint_options,
     barrier_angle_option,
-    labels_named_option,
+    opts.labels_named_option,
     output_option(
-        "Output file, a folder (results/) for the files of all inputs, or - for standard output;"
-        " may be given several times. A file can be a mesh with labels (.ply, .vtp, .obj, .stl,"
-        " .off or .glb; .vtu or .vtk for tetrahedra), a point cloud with labels (.ply, .csv, .pcd,"
-        " .las or .laz), labels alone (.npy, .seg or .txt), vertex labels (.segs.json, .bin,"
-        " _sp_label.npy, .pth, .label.gii or .annot), an image of labels (.ids.png), annotations"
-        " (.sstk.json or .aggregation.json), or a region graph (.npz)."
+        "Output file: a mesh or cloud with labels, or labels alone; a folder (results/) for the"
+        " files of all inputs, or - for standard output; may be given several times."
         "  [default: IN.superfacets.ply beside IN]"),
     to_option(),
-    format_option("the inputs", of_stream=True),
+    opts.format_option("the inputs", of_stream=True),
     file_options,
-    quiet_option,
+    opts.quiet_option,
     option("-v --verbose is_verbose", FLAG, "Also print the time of each stage."),
-    json_option("the results as JSON, one line per IN"),
+    opts.json_option("the results as JSON, one line per IN"),
 )  # fmt: skip
 @click.pass_context
 def segment_command(
@@ -70,11 +234,10 @@ def segment_command(
     mask_values: tuple[int, ...] | None, barriers: Path | None, barrier_angle: float | None,
     labels_named: str, is_quiet: bool, is_verbose: bool, as_json: bool, **given: Any,
 ) -> None:  # fmt: skip
-    """Segment meshes and point clouds, and write their labels.
+    """Segment meshes and clouds; superfacets FILE does the same.
 
-    IN may be - for standard input. The result is then written to standard output, unless -o names
-    another output. If the result is written to standard output, messages are printed on stderr. If
-    an input fails, the remaining inputs are still processed, and the exit status is 1.
+    IN may be - for standard input, whose result is written to standard output unless -o is given.
+    If an input fails, the others are still processed, and the exit status is 1.
     """
     scans = given["scans"]
     chosen = options_of(**given)
@@ -91,11 +254,10 @@ def segment_command(
     endings = [ending for job in jobs for ending in job.endings]
     has_mask = mask is not None or mask_values is not None
     check_mask(endings, has_mask=has_mask)
-    form = chosen.form(endings)
     constraints = partial(constraints_of, mask, mask_values, barriers, name=labels_named)
     run = _Run(
-        chosen, format, form, constraints, barrier_angle, has_mask, scans, is_quiet, as_json,
-        is_verbose,
+        chosen, format, chosen.form(endings), constraints, barrier_angle, has_mask, scans,
+        is_quiet, as_json, is_verbose,
     )  # fmt: skip
     named = [name_of(job.input) for job in jobs]
     if count_failures(named, lambda i: run.do(jobs[i]), lambda i, m: run.print_failure(jobs[i], m)):
@@ -109,7 +271,7 @@ class _Run:
     options: FileOptions
     format: str | None
     form: FormatOptions
-    constraints: Callable[[CellFile, Cells], dict[str, Array]]
+    constraints: partial[dict[str, Array]]
     barrier_angle: float | None
     has_mask: bool
     scans: bool
@@ -141,22 +303,14 @@ class _Run:
         n_left_out = int(np.count_nonzero(result.labels < 0))
         if self.has_mask and not n_left_out and not self.is_quiet:
             print_note(f"the mask leaves out no {noun}")
-        inside = outcome.sharp_inside
-        share = None if inside is None else float(inside.sum())
-        self._report(job, result, timings, noun, n_left_out, share)
-
-    def _report(
-        self, job: Job, result: Segmentation, timings: Mapping[str, float], noun: str,
-        n_left_out: int = 0, sharp_inside: float | None = None,
-    ) -> None:  # fmt: skip
+        inside = None if outcome.sharp_inside is None else float(outcome.sharp_inside.sum())
         summary = summary_of(
             result, timings, noun, n_left_out, denoise=self.options.keywords.get("denoise"),
             is_verbose=self.is_verbose,
         )  # fmt: skip
-        text = f"{job.name}: {summary}"
-        if sharp_inside == 0:
-            text += "; all sharp edges are on borders"
-        facts = facts_of(result, timings, noun, sharp_inside)
+        sharp = "; all sharp edges are on borders" if inside == 0 else ""
+        facts = facts_of(result, timings, noun, inside)
+        text = f"{job.name}: {summary}{sharp}"
         job.report(facts, text, noun, as_json=self.as_json, is_quiet=self.is_quiet)
 
     def _compute(
@@ -168,8 +322,7 @@ class _Run:
             holds_attributes=job.holds_attributes,
             timings=timings,
             barrier_angle=self.barrier_angle,
-            progress=bar.on_iteration,
-            on_stage=bar.on_stage,
+            callback=bar.on_report,
         )
 
     def _load(

@@ -34,7 +34,7 @@ def transfer_command(
     source: Path, labels: Path, target: Path, max_distance: float | None, format: str | None,
     target_format: str | None, **given: Any,
 ) -> None:  # fmt: skip
-    """Transfer labels to another mesh or point cloud of the same object.
+    """Transfer labels to another mesh or cloud of the same object.
 
     TARGET must have the same position as IN. Each face or point of TARGET gets the label of the
     nearest face or point of IN. LABELS is a .npy, .seg or .txt file, or a labeled .ply or .vtp; if

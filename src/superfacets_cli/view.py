@@ -15,7 +15,7 @@ from superfacets.kit import Array, CellFile, Cells, stored_colors
 
 from .failures import print_note
 from .inputs import labels_beside, labels_for, read_input, read_values, up_axis
-from .options import FILE, camera_options, labels_named_option, option, options
+from .options import FILE, camera_options, labels_argument, labels_named_option, option, options
 from .report import note_on_up
 
 if TYPE_CHECKING:
@@ -25,12 +25,10 @@ if TYPE_CHECKING:
 
 @click.command("view")
 @click.argument("mesh", metavar="IN", type=FILE)
+@labels_argument
 @options(
     option("--html output OUT", FILE,
            "Write the page to this .html file.  [default: open it in the browser]"),
-    option("--labels L", FILE,
-           "Label file: .npy, .seg, .txt, a labeled mesh, or an .npz from superfacets levels."
-           "  [default: labels in IN]"),
     labels_named_option,
     option("--gt SEG", FILE, "Label file with the ground truth."),
     option("--feature features FILE", FILE,
@@ -45,9 +43,10 @@ def view_command(
 ) -> None:  # fmt: skip
     """Show a mesh or point cloud with its regions in a browser.
 
-    The page is a single file, which any browser can open offline. If IN has a texture or colors,
-    the page shows them, too. Without --html, the page is a temporary file, and the browser opens
-    it.
+    LABELS is a label file, or an .npz from superfacets levels; without it, the labels in IN are
+    shown. The page is a single file, which any browser can open offline. If IN has a texture or
+    colors, the page shows them, too. Without --html, the page is a temporary file, and the browser
+    opens it.
     """
     from superfacets import View, view
     from superfacets_show import checked_page_path
@@ -65,7 +64,7 @@ def view_command(
     colors = stored_colors(cells, attributes)
     shown = _levels_of(source, labels, cells, labels_named)
     if shown is None:
-        print_note(f"{mesh} has no labels: give a label file with --labels")
+        print_note(f"{mesh} has no labels: give a label file as LABELS")
     truth = None if gt is None else labels_for(source, cells, gt, labels_named, is_quiet=True)
     values = {path.stem: read_values(path) for path in features}
     up = up_axis(source, up)

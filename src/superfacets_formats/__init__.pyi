@@ -1,5 +1,9 @@
-"""Names that other apps use, beside the public names of superfacets."""
+"""Public names, and names that other apps use."""
 
 from .cortex import CORTEX_VALUES as CORTEX_VALUES
 from .cortex import values_of_vertices as values_of_vertices
+from .tet_graph import TetGraph as TetGraph
+from .tet_graph import TriangleCounts as TriangleCounts
+from .tet_graph import build_tet_graph as build_tet_graph
+from .tet_mesh import TetBoundary as TetBoundary
 from .vtk_writer import write_vtk_xml as write_vtk_xml

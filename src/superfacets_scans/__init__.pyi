@@ -1,6 +1,12 @@
-"""Names that other apps use, beside the public names of superfacets."""
+"""Public names, and names that other apps use."""
 
+from .aggregation import RegroupedObject as RegroupedObject
+from .aggregation import group_segments as group_segments
+from .aggregation import regroup_segments as regroup_segments
 from .label_images import Overlap as Overlap
+from .lifting import LiftedLabels as LiftedLabels
+from .lifting import project_labels as project_labels
+from .mask_votes import ViewWarning as ViewWarning
 from .scannet import GROUPS as GROUPS
 from .scannet import NO_CLASS as NO_CLASS
 from .scannet import SEGMENTS as SEGMENTS

@@ -61,9 +61,9 @@ class RegroupedObject(NamedTuple):
 
 
 def group_segments(
+    output: StrPath,
     segments: StrPath,
     objects: npt.ArrayLike,
-    output: StrPath,
     *,
     classes: Sequence[str] | Sequence[int] | None = None,
     scores: npt.ArrayLike | None = None,
@@ -73,15 +73,15 @@ def group_segments(
 
     Parameters
     ----------
+    output : path-like
+        New file ``.aggregation.json``. ``segmentsFile`` becomes ``scannet.`` plus the name of
+        `segments`.
     segments : path-like
         File ``.segs.json`` with the segment of each vertex.
     objects : array_like of int, shape (K,)
         Object of each of the K segments, in ascending order of their ids, or -1 for no object.
         Numbers may have gaps. An example is ``lift(...).region_labels``. In files written by this
         package, a vertex without a face is a segment of its own, and has the highest ids.
-    output : path-like
-        New file ``.aggregation.json``. ``segmentsFile`` becomes ``scannet.`` plus the name of
-        `segments`.
     classes, scores, force
         Same as in `write_mesh`, with one class and one score per object, in ascending order.
 
@@ -108,12 +108,12 @@ def group_segments(
     >>> with TemporaryDirectory() as folder:
     ...     segments, output = Path(folder, "room.segs.json"), Path(folder, "room.aggregation.json")
     ...     write_labels(segments, [0, 0, 3, 4, 4])
-    ...     group_segments(segments, [1, 1, -1], output)
+    ...     group_segments(output, segments, [1, 1, -1])
     ...     [group["segments"] for group in json.loads(output.read_text())["segGroups"]]
     [[0, 3]]
     """
     for path, ending in ((segments, SEGMENTS), (output, GROUPS)):
-        known_ending(Path(path), (ending,))
+        known_ending(path, (ending,))
     if not force:
         check_truth_stays([output])
     options = FormatOptions.checked([GROUPS], classes=classes, scores=scores)
@@ -128,9 +128,9 @@ def group_segments(
 
 
 def regroup_segments(
+    output: StrPath,
     aggregation: StrPath,
     new_segments: StrPath,
-    output: StrPath,
     *,
     segments: StrPath | None = None,
     force: bool = False,
@@ -143,14 +143,14 @@ def regroup_segments(
 
     Parameters
     ----------
-    aggregation : path-like
-        File ``.aggregation.json`` with objects, which are groups of old segments.
-    new_segments : path-like
-        File ``.segs.json`` with the new segments.
     output : path-like
         New file ``.aggregation.json``. ``segmentsFile`` becomes ``scannet.`` plus the name of
         `new_segments`, a missing ``sceneId`` is added, and objects without a segment are left out.
         All other data are copied from `aggregation`.
+    aggregation : path-like
+        File ``.aggregation.json`` with objects, which are groups of old segments.
+    new_segments : path-like
+        File ``.segs.json`` with the new segments.
     segments : path-like, optional
         File ``.segs.json`` with the old segments. By default, it is the ``segmentsFile`` of
         `aggregation`, with or without the prefix ``scannet.``, in the folder of `aggregation`.
@@ -179,7 +179,7 @@ def regroup_segments(
     Time is O(V log V) for V vertices. If a segment is in several objects, the first object is used.
     """
     for path, ending in ((aggregation, GROUPS), (new_segments, SEGMENTS), (output, GROUPS)):
-        known_ending(Path(path), (ending,))
+        known_ending(path, (ending,))
     if Path(output).resolve() == Path(aggregation).resolve():
         raise ValueError(f"{output}: output must differ from aggregation, which is never replaced")
     if not force:

@@ -85,7 +85,7 @@ class LiftedLabels:
 
 def lift(
     mesh: MeshLike,
-    regions: npt.ArrayLike,
+    labels: npt.ArrayLike,
     masks: Iterable[Any],
     cameras: Sequence[PinholeCamera],
     *,
@@ -107,7 +107,7 @@ def lift(
     mesh : Mesh, PolygonMesh, TetMesh or mesh-like
         Same as in `segment`. Only the boundary of a tetrahedral mesh is visible. Point clouds are
         not supported, because points do not hide each other.
-    regions : Segmentation, or array_like of int, shape (N,) or (V,)
+    labels : Segmentation, or array_like of int, shape (N,) or (V,)
         Labels of the cells of K regions. Each label from 0 to K - 1 must occur; -1 marks cells in
         no region. For superpoints, labels of the vertices, which may have gaps: region i has the
         i-th lowest label >= 0. If N = V, labels are those of cells.
@@ -152,7 +152,7 @@ def lift(
         the mesh, if no mask shows a part of the mesh, or if there are too many regions to find
         objects.
     ValueError, TypeError
-        If the type or number of regions, masks, cameras or parameters is wrong.
+        If the type or number of labels, masks, cameras or parameters is wrong.
 
     Notes
     -----
@@ -172,7 +172,7 @@ def lift(
     array([-1,  7], dtype=int32)
     """
     cells = as_cells(mesh)
-    labels, n_regions = _labels_of_regions(cells, regions)
+    of_regions, n_regions = _labels_of_regions(cells, labels)
     views = _checked_cameras(cameras)
     is_consistent = checked_flag(consistent_ids, "consistent_ids")
     least = checked_number(agreement, "agreement", zero=True)
@@ -183,7 +183,7 @@ def lift(
             "agreement must be above 0, got 0: all regions would be merged into one object"
         )
     checked_choice(overlap, "overlap", get_args(Overlap))
-    surface = SeenSurface(cells, labels, checked_threads(n_threads))
+    surface = SeenSurface(cells, of_regions, checked_threads(n_threads))
     votes = collect_votes(surface, masks, views, overlap)
     label_of = votes.ids if is_consistent else _objects_of_masks(votes, n_regions, least)
     winners, won, total = _elect(votes, label_of, n_regions)
@@ -191,7 +191,7 @@ def lift(
         label_of, winners = _without_gaps(label_of, winners)
     label_of = np.where(np.isin(label_of, winners), label_of, -1)
     by_image = _by_image(votes, label_of, len(views))
-    of_cells = np.append(winners, np.int32(-1))[labels]
+    of_cells = np.append(winners, np.int32(-1))[of_regions]
     scores = np.divide(won, total, out=np.zeros(n_regions), where=total > 0)
     _, ranks = np.unique(np.append(winners, np.int32(-1)), return_inverse=True)
     of_labels = np.bincount(ranks[:-1], won)[1:] / np.bincount(ranks[:-1], total)[1:]
@@ -246,28 +246,28 @@ def project_labels(
     ]
 
 
-def _labels_of_regions(cells: Any, regions: Any) -> tuple[Ints, int]:
+def _labels_of_regions(cells: Any, labels: Any) -> tuple[Ints, int]:
     """Return the region of each cell, from 0 or -1, and the number of regions."""
     n_vertices: Any = getattr(cells, "n_vertices", None)
-    are_of_cells = n_vertices == cells.n_cells or np.shape(regions) != (n_vertices,)
+    are_of_cells = n_vertices == cells.n_cells or np.shape(labels) != (n_vertices,)
     n, noun = (cells.n_cells, "cell") if are_of_cells else (n_vertices, "vertex")
-    given = checked_classes(regions, n, "regions", noun, n_vertices=n_vertices)
+    given = checked_classes(labels, n, "labels", noun, n_vertices=n_vertices)
     ranks, names = ranked_labels(given)
     if not len(names):
-        raise ValueError("regions must contain at least one region, but all labels are -1")
+        raise ValueError("labels must contain at least one region, but all labels are -1")
     if not are_of_cells:
         return labels_of_corners(cells, ranks).astype(np.int32), len(names)
     if names[-1] >= n:
         first = int(np.argmax(given >= n))
         cells_of = counted(n, "cell")
         raise ValueError(
-            f"regions[{first}] must be -1 to {n - 1} for {cells_of}, got {given[first]}"
+            f"labels[{first}] must be -1 to {n - 1} for {cells_of}, got {given[first]}"
         )
     if names[-1] >= len(names):
         missing = int(np.argmax(names != np.arange(len(names))))
         raise ValueError(
-            f"regions must be consecutive integers from 0, but no cell has label {missing}:"
-            " renumber them with np.unique(regions, return_inverse=True)[1]"
+            f"labels must be consecutive integers from 0, but no cell has label {missing}:"
+            " renumber them with np.unique(labels, return_inverse=True)[1]"
             f"{' - 1' if given.min() < 0 else ''}"
         )
     return ranks, len(names)

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from superfacets import MeshError, ViewWarning
+from superfacets import MeshError
 from superfacets.kit import (
     Array,
     Bools,
@@ -32,6 +32,10 @@ bytes."""
 MIN_IMAGES = 8
 """Maximum number of images in a batch with more than `MAX_PIXELS` pixels. In such a batch, each
 thread processes one image."""
+
+
+class ViewWarning(UserWarning):
+    """Some images are not used, because they have no masks or their cameras see no region."""
 
 
 class Votes(NamedTuple):

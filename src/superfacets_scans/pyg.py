@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import IO
 
 import numpy as np
@@ -76,7 +75,7 @@ def write_graphs(path: StrPath, graphs: Graph | Sequence[Graph]) -> None:
     ...         file["level0_super_index"].tolist(), file["level1_super_index"].tolist()
     ([0, 0, 1], [0, 0])
     """
-    known_ending(Path(path), FORMATS.graph_outputs)
+    known_ending(path, FORMATS.graph_outputs)
     arrays = _checked_graphs(graphs)
     with atomic_outputs([path]) as (temporary,), temporary.open("wb") as file:
         write_arrays(file, arrays)

@@ -1,4 +1,4 @@
-"""Names that other apps use, beside the public names of superfacets."""
+"""Public names, and names that other apps use."""
 
 from .camera import VIEW_NAMES as VIEW_NAMES
 from .camera import Clip as Clip

@@ -12,7 +12,7 @@ from superfacets.kit import Floats, checked_choice, checked_number
 
 Clip = Literal["x", "-x", "y", "-y", "z", "-z"]
 CLIPS: tuple[str, ...] = get_args(Clip)
-"""Names of the halves of a volume that `render` can show. The other half is cut away, so that the
+"""Names of the halves of a volume that `plot` can show. The other half is cut away, so that the
 inside of the volume is visible."""
 
 # Half of the vertical field of view, in degrees. A narrow field of view causes little distortion.

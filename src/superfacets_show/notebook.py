@@ -14,11 +14,11 @@ from superfacets.kit import Array, Cells, Ints, kind_of
 
 from .backend import import_pillow
 from .colors import PALETTE
-from .rendering import render
+from .plotting import plot
 
 MAX_DRAWN = 200_000
 """Maximum number of faces or tetrahedra for which a notebook shows a picture. Drawing more cells
-without a graphics card takes seconds. `render` does not have this limit."""
+without a graphics card takes seconds. `plot` does not have this limit."""
 
 MAX_DRAWN_POINTS = 50_000
 """Maximum number of points for which a notebook shows a picture. The limit is lower than for faces,
@@ -57,7 +57,7 @@ def _draw(labels: Ints, cells: Cells | CellGraph | None) -> bytes | None:
         return None
     file = io.BytesIO()
     try:
-        picture = import_pillow("Image").fromarray(render(cells, labels, size=_SIZE))
+        picture = import_pillow("Image").fromarray(plot(cells, labels, size=_SIZE).image)
         picture.quantize(_N_COLORS).save(file, format="PNG", optimize=True)
     except (MissingExtraError, RenderError):
         return None

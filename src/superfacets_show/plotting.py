@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -42,8 +42,8 @@ _ENDINGS = (".png", *MOVING_ENDINGS)
 class Plot:
     """Result of `plot`: one picture, or the pictures of a rotation around the up axis.
 
-    A notebook shows the plot if it is the last expression in a code cell. ``numpy.asarray`` returns
-    the first picture.
+    A notebook shows the plot if it is the last expression in a code cell; ``save(path)`` writes it.
+    ``numpy.asarray`` returns the first picture.
 
     Attributes
     ----------
@@ -53,8 +53,8 @@ class Plot:
         Axis that points up. If the view has ``up="auto"``, this is the guessed axis.
     """
 
-    frames: list[Picture] = field(repr=False)
-    up: Up = field(repr=False)
+    frames: list[Picture]
+    up: Up
 
     @property
     def image(self) -> Picture:
@@ -64,6 +64,15 @@ class Plot:
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
         """Return the first picture."""
         return np.array(self.image, dtype=dtype, copy=copy is not False)
+
+    def __repr__(self) -> str:
+        height, width = self.image.shape[:2]
+        is_single, pictures = len(self.frames) == 1, kit.counted(len(self.frames), "picture")
+        ending = ".png" if is_single else ".gif or .mp4"
+        return (
+            f"Plot({pictures} of {width} x {height} pixels: shown by a notebook, or written by"
+            f" .save(path) to a {ending} file)"
+        )
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write one picture as .png, or a rotation as .gif or .mp4, and return the path.
@@ -104,10 +113,10 @@ class Plot:
 
 
 def plot(
-    cells: MeshLike,
+    mesh: MeshLike,
     labels: npt.ArrayLike | None = None,
-    *,
     output: str | os.PathLike[str] | None = None,
+    *,
     compare: Sequence[npt.ArrayLike] = (),
     titles: Sequence[str] | None = None,
     colors: npt.ArrayLike | None = None,
@@ -123,16 +132,23 @@ def plot(
     numbers: bool = False,
     see_inside: bool = False,
 ) -> Plot:
-    """Return a picture or animation of cells and their regions, for one or several labelings.
+    """Return a picture or animation of a mesh and its regions, for one or several labelings.
 
-    Pictures have the same style as pictures of `render`. In addition, `plot` can show several
-    labelings side by side, values as colors with a color scale, and a rotation around the up axis.
-    No display is needed. Time is linear in the number of cells, of pixels, and of pictures.
+    With `output`, the picture is also written to a file. Without, a notebook shows the result.
+
+    No display is needed: on Linux, Mesa's EGL or OSMesa is sufficient. Shading is smooth except
+    across edges sharper than 40 degrees. A border is drawn on each edge between two faces with
+    different labels. Vertices at exactly the same position are treated as one vertex. A file is
+    written atomically. Time is linear in the number of cells, of pixels, and of pictures.
 
     Parameters
     ----------
-    cells, labels, colors, border_width, background, clip, smooth_borders, numbers, see_inside
-        Same as in `render`.
+    mesh : Mesh or mesh-like, PointCloud or cloud-like
+        Same as in `segment`. Points are drawn as small hexagons on the surface, without borders.
+    labels : array_like of integers, shape (F,), optional
+        Region of each face, tetrahedron or point. Labels may be any integers; cells with label -1
+        are gray. If labels are omitted, a cloud with colors is drawn in its own colors. Other
+        clouds and all meshes are drawn in a single color.
     output : path, optional
         File to write: .png for one picture, .gif or .mp4 for a rotation.
     compare : sequence of array_like of integers, shape (N,) each
@@ -140,6 +156,9 @@ def plot(
         viewpoint.
     titles : sequence of str, optional
         One title per labeling, drawn above its picture.
+    colors : array_like of uint8, shape (F, 3), optional
+        Color of each face, tetrahedron or point, sRGB. If labels are given, the default is
+        `face_colors`.
     color_by : array_like of numbers, shape (N,), (K,) or (V,), or str, optional
         Values shown as colors: one value per cell; for a single labeling, one value per region, in
         ascending order of labels; one value per vertex of a mesh, averaged over the corners of each
@@ -159,6 +178,28 @@ def plot(
     n_frames : int, optional
         Number of pictures of one full rotation, which takes about 5 seconds; 1 for a single
         picture. The default is 60 if `output` is a .gif or .mp4, and otherwise 1.
+    border_width : float, optional
+        Width of borders in pixels; 0 draws no borders. The default is 2 % of the diameter of an
+        average region in the picture, but at least 0.6 pixels, and at most 1/250 of the picture's
+        height or 1 pixel, whichever is larger.
+    background : str, default "white"
+        Name of a CSS color, or "#rrggbb".
+    clip : {"x", "-x", "y", "-y", "z", "-z"}, optional
+        Half of a `TetMesh` to show. ``"x"`` shows the tetrahedra whose centroids have a larger x
+        than the center of the bounding box, and ``"-x"`` shows the tetrahedra whose centroids have
+        a smaller x. By default, the outer surface of the whole mesh is shown.
+    smooth_borders : bool, default False
+        Whether borders are drawn as smooth curves across faces, computed by `cut_borders`, instead
+        of as lines along edges. This has no effect on clouds, which are drawn without borders.
+    numbers : bool, default False
+        Whether the label of each visible region is written on it, near the center of its visible
+        part. The label -1 is not written. Labels do not overlap: if there is no room, labels of
+        small regions are left out.
+    see_inside : bool, default False
+        Whether surfaces seen from behind are hidden, with the borders on them, so that the inside
+        of a room that was scanned from inside is visible. The corners of a face are
+        counterclockwise as seen from its front. Of a cloud, points whose normals face away are
+        hidden; a cloud must have normals, or viewpoints, which estimated normals face.
 
     Returns
     -------
@@ -168,7 +209,7 @@ def plot(
     Raises
     ------
     MeshError
-        If the cells are not valid.
+        If the mesh is not valid.
     ValueError, TypeError
         If another argument is invalid.
     MissingExtraError
@@ -185,7 +226,7 @@ def plot(
     >>> plot(square, [0, 1], view="front", size=(160, 120)).image.shape  # doctest: +SKIP
     (120, 160, 3)
     """
-    whole = kit.as_cells(cells)
+    whole = kit.as_cells(mesh)
     is_smooth = kit.checked_flag(smooth_borders, "smooth_borders")
     n = _n_frames(n_frames, output)
     path = None if output is None else _checked_target(output, n)

@@ -13,10 +13,10 @@ import numpy as np
 import numpy.typing as npt
 
 from superfacets import BorderCut, cut_borders, kit
-from superfacets.kit import Bools, Cells, FaceMesh, Ints, MeshLike
+from superfacets.kit import Bools, Cells, FaceMesh, Ints
 
 from .backend import ensure_gl, import_pillow, import_vtk
-from .camera import CLIPS, Camera, Clip, View, place_camera
+from .camera import CLIPS, Camera, Clip, View
 from .colors import face_colors
 from .drawing import MAX_SIDE, draw
 from .scene import (
@@ -27,110 +27,9 @@ from .scene import (
     checked_colors,
     default_border_width,
     given_labels,
-    surface_of,
-    upright,
 )
 
 _PNG_RUNS = 3  # the strategy Z_RLE of zlib, which is fast: it compresses only runs of equal bytes
-
-
-def render(
-    mesh: MeshLike,
-    labels: npt.ArrayLike | None = None,
-    *,
-    output: str | os.PathLike[str] | None = None,
-    colors: npt.ArrayLike | None = None,
-    size: tuple[int, int] = (1200, 900),
-    view: View | str | None = None,
-    border_width: float | None = None,
-    background: str = "white",
-    clip: Clip | None = None,
-    smooth_borders: bool = False,
-    numbers: bool = False,
-    see_inside: bool = False,
-) -> Picture:
-    """Return a shaded picture of a mesh with colored and outlined regions.
-
-    No display is needed: on Linux, Mesa's EGL or OSMesa is sufficient. Shading is smooth except
-    across edges sharper than 40 degrees. A border is drawn on each edge between two faces with
-    different labels. Vertices at exactly the same position are treated as one vertex. A file is
-    written atomically. Time is linear in the number of faces and of pixels.
-
-    Parameters
-    ----------
-    mesh : Mesh or mesh-like, PointCloud or cloud-like
-        Same as in `segment`. Points are drawn as small hexagons on the surface, without borders.
-    labels : array_like of integers, shape (F,), optional
-        Region of each face, tetrahedron or point. Labels may be any integers; cells with label -1
-        are gray. If labels are omitted, a cloud with colors is drawn in its own colors. Other
-        clouds and all meshes are drawn in a single color.
-    output : path, optional
-        PNG file to write.
-    colors : array_like of uint8, shape (F, 3), optional
-        Color of each face, tetrahedron or point, sRGB. If labels are given, the default is
-        `face_colors`.
-    size : (int, int), default (1200, 900)
-        Width and height in pixels, at most 8192 each.
-    view : View or str, optional
-        Viewpoint, or the name of a view for `View.named`, such as "front", "top" or "iso". The
-        default is from the right and slightly above.
-    border_width : float, optional
-        Width of borders in pixels; 0 draws no borders. The default is 2 % of the diameter of an
-        average region in the picture, but at least 0.6 pixels, and at most 1/250 of the picture's
-        height or 1 pixel, whichever is larger.
-    background : str, default "white"
-        Name of a CSS color, or "#rrggbb".
-    clip : {"x", "-x", "y", "-y", "z", "-z"}, optional
-        Half of a `TetMesh` to show. ``"x"`` shows the tetrahedra whose centroids have a larger x
-        than the center of the bounding box, and ``"-x"`` shows the tetrahedra whose centroids have
-        a smaller x. By default, the outer surface of the whole mesh is shown.
-    smooth_borders : bool, default False
-        Whether borders are drawn as smooth curves across faces, computed by `cut_borders`, instead
-        of as lines along edges. This has no effect on clouds, which are drawn without borders.
-    numbers : bool, default False
-        Whether the label of each visible region is written on it, near the center of its visible
-        part. The label -1 is not written. Labels do not overlap: if there is no room, labels of
-        small regions are left out.
-    see_inside : bool, default False
-        Whether surfaces seen from behind are hidden, with the borders on them, so that the inside
-        of a room that was scanned from inside is visible. The corners of a face are
-        counterclockwise as seen from its front. Of a cloud, points whose normals face away are
-        hidden; a cloud must have normals, or viewpoints, which estimated normals face.
-
-    Returns
-    -------
-    ndarray of uint8, shape (height, width, 3)
-        Red, green and blue, sRGB. Row 0 is at the top.
-
-    Raises
-    ------
-    MeshError
-        If the mesh is not valid.
-    ValueError, TypeError
-        If another argument is invalid.
-    MissingExtraError
-        If VTK or Pillow is not installed. PyVista installs these two packages.
-    RenderError
-        If VTK cannot be loaded, or if this machine has no OpenGL. The message says what to install.
-    OSError
-        If the file cannot be written.
-    """
-    cells = kit.as_cells(mesh)
-    is_smooth = kit.checked_flag(smooth_borders, "smooth_borders")
-    style = checked_style(
-        size, view, border_width, background, numbers=numbers,
-        hides_backs=checked_see_inside(see_inside, cells),
-    )  # fmt: skip
-    path = None if output is None else checked_picture_path(output, (".png",))
-    import_vtk()
-    scene = scene_of(cells, labels, colors, clip, is_smooth=is_smooth)
-    view = upright(style.view, *surface_of(cells))
-    camera = place_camera(scene.points, view, style.aspect)
-    (picture,) = draw_scene(scene, [camera], style)
-    if path is not None:
-        with kit.atomic_outputs([path]) as (partial,):
-            partial.write_bytes(png_of_picture(picture))
-    return picture
 
 
 @dataclass(frozen=True)
@@ -154,7 +53,7 @@ def checked_style(
     size: tuple[int, int], view: View | str | None, border_width: float | None, background: str,
     *, numbers: bool, hides_backs: bool,
 ) -> Style:  # fmt: skip
-    """Check arguments of `render`, and return them as a `Style`."""
+    """Check arguments of `plot`, and return them as a `Style`."""
     frame = (_checked_side(size, 0), _checked_side(size, 1))
     view = _checked_view(view)
     if border_width is not None:
@@ -165,7 +64,7 @@ def checked_style(
 
 
 def checked_see_inside(see_inside: bool, cells: Cells) -> bool:
-    """Check `see_inside` (see `render`), and return it."""
+    """Check `see_inside` (see `plot`), and return it."""
     if not kit.checked_flag(see_inside, "see_inside"):
         return False
     if not kit.kind_of(cells).has_fronts(cells):
@@ -183,7 +82,7 @@ def scene_of(
     *,
     is_smooth: bool = False,
 ) -> Scene:
-    """Build the scene of a mesh or a cloud; see `render` for the parameters."""
+    """Build the scene of a mesh or a cloud; see `plot` for the parameters."""
     kind = kit.kind_of(cells)
     keep = None if clip is None else _half(cells, clip)
     drawn = kind.drawn_faces(cells, keep)
@@ -281,7 +180,7 @@ def png_of_picture(picture: Picture) -> bytes:
 
 
 def check_rendering() -> None:
-    """Raise the same error as `render` if VTK, Pillow or OpenGL is missing."""
+    """Raise the same error as `plot` if VTK, Pillow or OpenGL is missing."""
     import_vtk()
     import_pillow("Image")
     ensure_gl()

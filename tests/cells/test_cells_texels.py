@@ -6,9 +6,10 @@ from reference import texel_colors
 from textured_meshes import checkered_ball, facade, grid, save_png
 
 import superfacets as sf
-from superfacets import Material, Mesh, MeshAttributes, PolygonMesh, Texture, TextureImage, kit
+from superfacets import Mesh, MeshAttributes, PolygonMesh, Texture, kit
 from superfacets.files.named_features import CellData
 from superfacets.weights.features import Features, FeatureTable
+from superfacets_textures import Material, TextureImage, texture_colors
 from superfacets_textures.textures import WRAPS
 
 
@@ -43,7 +44,7 @@ def test_colors_are_those_of_the_twin(image, wrap):
     slivers = rng.uniform(-1, 2, (60, 1, 2)) + rng.uniform(0, 1, (60, 3, 1)) * [1.0, 0.37]
     pairs = np.concatenate([large, small, slivers]).reshape(-1, 2)
     mesh, texture = triangles(pairs, stored, (wrap, "repeat"))
-    found = sf.texture_colors(mesh, texture)
+    found = texture_colors(mesh, texture)
     means, spreads = texel_colors(pixels, pairs.reshape(-1, 3, 2), (wrap, "repeat"))
     np.testing.assert_array_equal(found.linear, means)
     np.testing.assert_array_equal(found.spread, spreads)
@@ -61,7 +62,7 @@ def test_a_face_has_the_mean_of_its_texels_in_linear_light(image):
     red, black = np.array([255, 0, 0], np.uint8), np.zeros(3, np.uint8)
     two = np.where(np.indices((12, 20))[1][..., None] % 2, red, black).astype(np.uint8)
     save_png(stored.path, two)
-    found = sf.texture_colors(square, whole)
+    found = texture_colors(square, whole)
     np.testing.assert_allclose(found.linear, [[0.5, 0, 0]], atol=0.03)
     assert found.srgb[0, 0] in range(184, 192)  # 188 has half the light of 255; 128 does not
     np.testing.assert_allclose(found.spread, [0.5], atol=0.03)
@@ -75,7 +76,7 @@ def test_coordinates_outside_of_the_image_go_on_as_the_sampler_says(image, wrap)
     pairs = texel + [1 + 3 / 20, 7 / 12]
     mesh, texture = triangles(pairs, stored, (wrap, wrap))
     expected = linear(pixels[12 - 1 - 7, column])
-    np.testing.assert_allclose(sf.texture_colors(mesh, texture).linear[0], expected, atol=1e-5)
+    np.testing.assert_allclose(texture_colors(mesh, texture).linear[0], expected, atol=1e-5)
 
 
 def test_a_face_smaller_than_a_texel_is_sampled_between_texels(image):
@@ -83,10 +84,10 @@ def test_a_face_smaller_than_a_texel_is_sampled_between_texels(image):
     at = np.array([[4 / 20, 1 - 5 / 12]])  # the common corner of four texels
     mesh, texture = triangles(at + [[0, 1e-9], [1e-9, 0], [-1e-9, -1e-9]], stored)
     expected = linear(pixels[4:6, 3:5]).mean(axis=(0, 1))
-    found = sf.texture_colors(mesh, texture)
+    found = texture_colors(mesh, texture)
     np.testing.assert_allclose(found.linear[0], expected, atol=1e-5)
     mesh, texture = triangles(np.repeat(at + [[0.5 / 20, 0.5 / 12]], 3, axis=0), stored)
-    found = sf.texture_colors(mesh, texture)  # one point, in the middle of a texel
+    found = texture_colors(mesh, texture)  # one point, in the middle of a texel
     np.testing.assert_allclose(found.linear[0], linear(pixels[4, 4]), atol=1e-5)
 
 
@@ -100,11 +101,11 @@ def test_faces_without_texels_have_the_color_of_their_material(image):
     corners = np.array(texture.corners)
     corners[9] = -1
     texture = Texture(texture.coordinates, corners, materials, [0, 0, 0, 0, 1, -1])
-    found = sf.texture_colors(mesh, texture)
+    found = texture_colors(mesh, texture)
     np.testing.assert_array_equal(found.is_textured, [True, False, False, False, False, False])
     np.testing.assert_array_equal(found.linear[1:], [[0.25, 0.5, 1]] * 3 + [[0, 1, 0], [1, 1, 1]])
     plain = Texture(texture.coordinates, corners, [Material(image=stored)], [0] * 6)
-    expected = sf.texture_colors(mesh, plain).linear[0] * [0.25, 0.5, 1]
+    expected = texture_colors(mesh, plain).linear[0] * [0.25, 0.5, 1]
     np.testing.assert_allclose(found.linear[0], expected)
     assert found.spread[1:].max() == 0
 
@@ -113,11 +114,11 @@ def test_huge_triangles_are_sampled_and_quick(image):
     pixels, stored = image
     pairs = np.array([[0, 0], [1e6, 0], [0, 1e6]] * 200, float)
     mesh, texture = triangles(pairs, stored)
-    found = sf.texture_colors(mesh, texture)
+    found = texture_colors(mesh, texture)
     np.testing.assert_allclose(found.linear[0], linear(pixels).mean(axis=(0, 1)), atol=0.03)
     slivers = np.array([[-1e6, 0], [1e6, 0], [0, 0.1]] * 2000, float)  # a slow method takes minutes
     mesh, texture = triangles(slivers, stored)
-    assert np.isfinite(sf.texture_colors(mesh, texture).linear).all()
+    assert np.isfinite(texture_colors(mesh, texture).linear).all()
 
 
 def test_colors_are_the_same_on_any_number_of_threads(tmp_path):
@@ -127,7 +128,7 @@ def test_colors_are_the_same_on_any_number_of_threads(tmp_path):
     pairs = np.random.default_rng(4).uniform(-1, 2, (30_000, 2))
     pairs = (pairs.reshape(-1, 3, 2)[:, :1] + pairs.reshape(-1, 3, 2) * 0.02).reshape(-1, 2)
     mesh, texture = triangles(pairs, image, ("mirror", "clamp"))
-    one, many = (sf.texture_colors(mesh, texture, n_threads=n) for n in (1, 4))
+    one, many = (texture_colors(mesh, texture, n_threads=n) for n in (1, 4))
     np.testing.assert_array_equal(one.linear, many.linear)
     np.testing.assert_array_equal(one.spread, many.spread)
 
@@ -137,7 +138,7 @@ def test_polygons_have_the_mean_of_their_triangles(image):
     corners = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], float)
     mesh = PolygonMesh.of_faces(np.insert(corners, 2, 0, axis=1), [[0, 1, 2, 3]])
     texture = Texture(corners, [0, 1, 2, 3], [Material(image=stored)], [0])
-    found = sf.texture_colors(mesh, texture)
+    found = texture_colors(mesh, texture)
     light = linear(pixels)
     np.testing.assert_allclose(found.linear[0], light.mean(axis=(0, 1)), atol=0.02)
     spread = np.sqrt(((light - light.mean(axis=(0, 1))) ** 2).sum(axis=2).mean())
@@ -205,7 +206,7 @@ def test_color_is_that_of_the_file_before_that_of_the_texture(tmp_path):
     color = CellData(made.mesh, both).features(["color"], 1)
     np.testing.assert_array_equal(color.values[:, 0], shades["red"])
     insisted = CellData(made.mesh, both).features(["texture"], 1)
-    np.testing.assert_array_equal(insisted.values, sf.texture_colors(made.mesh, made.texture).oklab)
+    np.testing.assert_array_equal(insisted.values, texture_colors(made.mesh, made.texture).oklab)
 
 
 def test_files_are_segmented_by_texture_by_name(tmp_path):
@@ -218,8 +219,8 @@ def test_files_are_segmented_by_texture_by_name(tmp_path):
     np.testing.assert_array_equal(labels, by_array)
     for name in ("a.glb", "a.ply"):  # coordinates are float32
         assert sf.segment(tmp_path / name, 60, features="color").n_segments == 60
-        found = sf.texture_colors(tmp_path / name).linear
-        np.testing.assert_allclose(found, sf.texture_colors(tmp_path / "a.obj").linear, atol=0.04)
+        found = texture_colors(tmp_path / name).linear
+        np.testing.assert_allclose(found, texture_colors(tmp_path / "a.obj").linear, atol=0.04)
 
 
 def test_features_without_a_texture_say_why(tmp_path):
@@ -244,7 +245,7 @@ def test_features_need_pillow(tmp_path, monkeypatch):
     made = facade(tmp_path, edge=1)
     monkeypatch.setitem(__import__("sys").modules, "PIL.PngImagePlugin", None)
     with pytest.raises(sf.MissingExtraError, match=r"pip install 'superfacets\[texture\]'"):
-        sf.texture_colors(made.mesh, made.texture)
+        texture_colors(made.mesh, made.texture)
 
 
 def test_texels_check_the_arrays_that_they_get():

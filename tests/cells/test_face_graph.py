@@ -7,16 +7,9 @@ import pytest
 import reference
 import shapes
 
-from superfacets import (
-    EdgeCounts,
-    Mesh,
-    MeshError,
-    PolygonMesh,
-    TetMesh,
-    border_lines,
-    build_face_graph,
-    build_tet_graph,
-)
+from superfacets import Mesh, MeshError, PolygonMesh, TetMesh, border_lines, build_face_graph
+from superfacets.graph.face_graph import EdgeCounts
+from superfacets_formats import build_tet_graph
 
 
 def arcs_of(graph):

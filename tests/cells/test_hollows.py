@@ -9,6 +9,7 @@ from shapes import subdivided
 
 import superfacets as sf
 from superfacets import Mesh, build_face_graph, crease_weights
+from superfacets.graph.surface import arc_measures
 from superfacets.weights.formulas import CURVATURE_BITS, HOLLOW, MAX_EVENED, SOLID, convex_share_of
 
 SHARP = math.radians(40)
@@ -17,7 +18,7 @@ SHARP = math.radians(40)
 def shares(mesh):
     """Return the crease cost of each arc per unit of angle, and its angle (> 0 if concave)."""
     graph = build_face_graph(mesh)
-    angles = sf.arc_measures(mesh, graph).angles
+    angles = arc_measures(mesh, graph).angles
     weights = crease_weights(mesh, graph, graph.diagonal, alpha=math.pi)
     priced = weights - crease_weights(mesh, graph, graph.diagonal, alpha=0.0)
     return priced / np.maximum(abs(angles), 1e-12), angles
@@ -47,14 +48,14 @@ def test_a_bowl_is_hollow():
 def test_ridges_and_what_is_asked_for_convex_edges_count_as_ever():
     mesh = shapes.bowl()
     graph = build_face_graph(mesh)
-    is_sharp = abs(sf.arc_measures(mesh, graph).angles) >= SHARP
+    is_sharp = abs(arc_measures(mesh, graph).angles) >= SHARP
     on, off = (crease_weights(mesh, graph, 0.1, hollows=hollows) for hollows in (True, False))
     assert np.array_equal(on[is_sharp], off[is_sharp])
     on, off = (
         crease_weights(mesh, graph, 0.1, eta_convex=0.4, hollows=hollows)
         for hollows in (True, False)
     )
-    is_convex = sf.arc_measures(mesh, graph).angles <= 0
+    is_convex = arc_measures(mesh, graph).angles <= 0
     assert np.array_equal(on[is_convex], off[is_convex])
 
 

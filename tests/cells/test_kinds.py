@@ -85,7 +85,7 @@ def test_pixels_have_levels(image):
 
 def test_values_of_pixels_are_pooled(image):
     labels = image.values.ravel().astype(int)
-    assert superfacets.pool(image.values.ravel(), labels, cells=image).tolist() == [0, 1]
+    assert superfacets.pool(labels, image.values.ravel(), mesh=image).tolist() == [0, 1]
 
 
 def test_pixels_are_measured_colored_carried_and_drawn(image):

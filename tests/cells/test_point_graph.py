@@ -8,8 +8,8 @@ import reference
 from shapes import count_pieces
 
 import superfacets as sf
-from superfacets import PointCloud, build_point_graph, estimate_normals, segment
-from superfacets.graph.point_graph import find_point_graph
+from superfacets import PointCloud, build_point_graph, segment
+from superfacets.graph.point_graph import estimate_normals, find_point_graph
 
 
 def sphere(n, seed=0):
@@ -250,7 +250,7 @@ def test_normals_of_a_closed_shape_point_out_of_it_wherever_the_viewpoint_is_out
     is_below = viewpoint[2] < -5
     assert np.all((normals[3000:, 2] < 0) == is_below)
     one_each = sf.PointCloud(ball, viewpoints=ball * 0.5)
-    facing = sf.estimate_normals(one_each)
+    facing = estimate_normals(one_each)
     assert np.all(np.einsum("ij,ij->i", facing, ball) < -0.99)
 
 
@@ -358,5 +358,5 @@ def test_normals_that_are_all_zero_are_none():
 def test_normals_face_a_viewpoint_however_far_it_is(away):
     grid = np.stack(np.meshgrid(range(12), range(12), [0.0]), axis=-1).reshape(-1, 3)
     for side in (-1.0, 1.0):
-        normals = sf.estimate_normals(grid, viewpoint=[0.0, 0.0, side * away])
+        normals = estimate_normals(grid, viewpoint=[0.0, 0.0, side * away])
         assert (np.sign(normals[:, 2]) == side).all()

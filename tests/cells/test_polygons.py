@@ -10,7 +10,8 @@ import shapes
 
 import superfacets as sf
 from superfacets import FaceGraph, MeshError, PolygonMesh, build_face_graph, metrics
-from superfacets.graph.surface import Surface
+from superfacets.graph.surface import Surface, arc_measures
+from superfacets.paper import superfacet_weights
 
 CORNERS = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=float)
 CUBE = PolygonMesh.of_faces(
@@ -42,7 +43,7 @@ def test_a_cube_of_six_quads():
     # The sides of the bottom, 0-2, 2-3, 3-1, 1-0, touch left, back, right and front.
     assert graph.neighbors[:4].tolist() == [4, 3, 5, 2]
     assert graph.sides[:4].tolist() == [0, 1, 2, 3]
-    found = sf.arc_measures(CUBE, graph)
+    found = arc_measures(CUBE, graph)
     assert found.border_lengths.tolist() == [1.0] * 24
     assert found.step_lengths.tolist() == [1.0] * 24
     assert found.angles == pytest.approx(np.full(24, -math.pi / 2))
@@ -52,13 +53,13 @@ def test_a_cube_of_six_quads():
 def test_the_weights_of_a_cube_by_hand():
     """Centroids are 1/2 from each edge, theta is 90 degrees, and all edges are convex."""
     graph, diagonal = build_face_graph(CUBE), math.sqrt(3)
-    weights = sf.superfacet_weights(CUBE, graph, alpha=10, eta_convex=0.2)
+    weights = superfacet_weights(CUBE, graph, alpha=10, eta_convex=0.2)
     assert weights == pytest.approx(np.full(24, (1 + 10 * 0.2 * 0.5) / diagonal))
     weights = sf.crease_weights(CUBE, graph, 0.25, alpha=10, eta_convex=0.5)
     assert weights == pytest.approx(np.full(24, (1 + 10 * 0.5 * 0.25 * 0.5) / diagonal))
     inside_out = PolygonMesh.of_faces(CORNERS, CUBE.indices.reshape(6, 4)[:, ::-1])
     graph = build_face_graph(inside_out)
-    assert sf.superfacet_weights(inside_out, graph, alpha=10, eta_convex=0.2) == pytest.approx(
+    assert superfacet_weights(inside_out, graph, alpha=10, eta_convex=0.2) == pytest.approx(
         np.full(24, (1 + 10 * 0.2 * 0.5) / diagonal)
     )
     assert sf.mesh_info(inside_out).is_inside_out
@@ -117,11 +118,11 @@ def test_triangles_given_as_polygons_are_the_same_cells(shape):
     assert graph.edge_counts == expected.edge_counts
     assert sf.mesh_info(given) == sf.mesh_info(shape)
     for weigh in (
-        sf.superfacet_weights,
+        superfacet_weights,
         lambda *cells: sf.crease_weights(*cells, 0.3, eta_convex=0.4),
     ):
         assert np.array_equal(weigh(given, graph), weigh(shape, expected))
-    one, other = sf.arc_measures(given, graph), sf.arc_measures(shape, expected)
+    one, other = arc_measures(given, graph), arc_measures(shape, expected)
     for name in ("border_lengths", "step_lengths", "angles", "sides", "open_lengths"):
         assert np.array_equal(getattr(one, name), getattr(other, name)), name
 
@@ -233,7 +234,7 @@ def test_ugly_faces_are_cells_like_others():
     assert (graph.measures[[5, 15]] == 0).all()
     # A side between corners at one vertex has no arc; the other sides keep their numbers.
     assert set(graph.sides[graph.offsets[6] : graph.offsets[7]].tolist()) <= {1, 2, 4, 6}
-    assert graph.n_arcs == len(sf.arc_measures(mesh, graph).angles)
+    assert graph.n_arcs == len(arc_measures(mesh, graph).angles)
 
 
 def test_neighbors_in_the_same_direction_are_flipped_for_their_arc():
@@ -243,7 +244,7 @@ def test_neighbors_in_the_same_direction_are_flipped_for_their_arc():
     graph = build_face_graph(mesh)
     assert graph.edge_counts == (12, 0, 0, 4)
     assert graph.same_turn.sum() == 8
-    angles = sf.arc_measures(mesh, graph).angles
+    angles = arc_measures(mesh, graph).angles
     assert np.abs(angles) == pytest.approx(np.full(24, math.pi / 2))
 
 
@@ -254,18 +255,18 @@ def test_a_graph_of_another_mesh_is_refused():
     with pytest.raises(
         ValueError, match="the graph was built for triangles, but the mesh has polygons"
     ):
-        sf.superfacet_weights(sheet, build_face_graph(triangles))
+        superfacet_weights(sheet, build_face_graph(triangles))
     with pytest.raises(
         ValueError, match="the graph was built for polygons, but the mesh has triangles"
     ):
-        sf.superfacet_weights(triangles, build_face_graph(sheet))
+        superfacet_weights(triangles, build_face_graph(sheet))
     fans = PolygonMesh.of_faces(sheet.vertices, [[0, 1, 2]] * 5 + [[3, 4, 5]])
     with pytest.raises(
         ValueError, match="the graph was built for another mesh, whose faces have more sides"
     ):
-        sf.superfacet_weights(fans, build_face_graph(other))
+        superfacet_weights(fans, build_face_graph(other))
     with pytest.raises(ValueError, match="the graph has 6 cells but the mesh has 4 faces"):
-        sf.arc_measures(grid(2, 2), build_face_graph(other))
+        arc_measures(grid(2, 2), build_face_graph(other))
 
 
 def test_sides_of_polygons_are_checked():

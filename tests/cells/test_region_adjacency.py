@@ -23,6 +23,8 @@ from superfacets import (
 )
 from superfacets.graph.kinds import as_surface
 from superfacets.graph.point_graph import find_point_graph, point_surface
+from superfacets.graph.surface import arc_measures
+from superfacets.paper import superfacet_weights
 from superfacets.regions.region_graph import region_graph_of
 
 QUARTER = np.pi / 2
@@ -524,7 +526,7 @@ def test_regions_are_welded_as_the_segmentation_was():
 def test_a_segmentation_of_a_graph_has_regions_where_arcs_have_measures():
     mesh = shapes.bumpy_sheet(8)
     faces = sf.build_face_graph(mesh)
-    weights = sf.superfacet_weights(mesh, faces)
+    weights = superfacet_weights(mesh, faces)
     with pytest.raises(
         ValueError,
         match=r"the CellGraph must have border lengths: make it with"
@@ -532,7 +534,7 @@ def test_a_segmentation_of_a_graph_has_regions_where_arcs_have_measures():
     ):
         sf.segment_graph(faces.with_weights(weights), 4).regions  # noqa: B018
     arrays = (faces.positions, faces.measures, faces.offsets, faces.neighbors, weights)
-    graph = CellGraph(*arrays, arc_measures=sf.arc_measures(mesh, faces))
+    graph = CellGraph(*arrays, arc_measures=arc_measures(mesh, faces))
     result = sf.segment_graph(graph, 4)
     expected = region_graph(mesh, result.labels)
     assert result.regions.border_lengths == pytest.approx(expected.border_lengths)

@@ -12,7 +12,7 @@ from shapes import subdivided
 import superfacets as sf
 from superfacets import Mesh, build_face_graph, crease_weights
 from superfacets.graph.kinds import as_surface
-from superfacets.graph.surface import NO_NORMALS
+from superfacets.graph.surface import NO_NORMALS, arc_measures
 from superfacets.weights.formulas import EdgeFactors, weights_of
 
 QUADS = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
@@ -54,7 +54,7 @@ def bent_strip(turns):
 @pytest.mark.parametrize("shape", [shapes.cube, shapes.inside_out_cube])
 def test_all_edges_of_a_box_are_ridges_at_every_resolution(shape, times):
     mesh = subdivided(shape(), times)
-    angles = sf.arc_measures(mesh, build_face_graph(mesh)).angles
+    angles = arc_measures(mesh, build_face_graph(mesh)).angles
     is_edge = np.abs(angles) > 1
     assert is_edge.sum() == 2 * 12 * 2**times
     assert np.array_equal(is_ridge(mesh), is_edge)

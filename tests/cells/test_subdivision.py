@@ -11,8 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from models import read_off
 
-from superfacets import Mesh, MeshError, Subdivision, build_face_graph, mesh_info
+from superfacets import Mesh, MeshError, build_face_graph, mesh_info
 from superfacets import subdivide as bisect
+from superfacets.tools.subdivision import Subdivision
 
 MESHES = {
     "strip": lambda: shapes.strip(5), "cube": shapes.cube,

@@ -11,7 +11,8 @@ import shapes
 from shapes import AROUND, column
 
 import superfacets as sf
-from superfacets import CellGraph, MeshError, TetMesh, build_tet_graph, metrics
+from superfacets import CellGraph, MeshError, TetMesh, metrics
+from superfacets_formats import build_tet_graph
 
 TIP = TetMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 1, 2, 3]])
 
@@ -354,20 +355,20 @@ def test_pictures_show_the_outside_and_the_inside(tmp_path):
     pytest.importorskip("pyvista")
     tower = column(4)
     labels = np.repeat([0, 1, 2, 3], 6)
-    outside = sf.render(tower, labels, size=(160, 120))
-    half = sf.render(tower, labels, size=(160, 120), clip="-z")
+    outside = sf.plot(tower, labels, size=(160, 120)).image
+    half = sf.plot(tower, labels, size=(160, 120), clip="-z").image
     assert (outside != half).any()
-    assert (sf.render(tower, labels, size=(160, 120), clip="z") != half).any()
+    assert (sf.plot(tower, labels, size=(160, 120), clip="z").image != half).any()
     colors = sf.face_colors(tower, labels)
-    assert np.array_equal(sf.render(tower, labels, colors=colors, size=(160, 120)), outside)
+    assert np.array_equal(sf.plot(tower, labels, colors=colors, size=(160, 120)).image, outside)
     with pytest.raises(ValueError, match="clip must be one of x, -x, y, -y, z, -z, got 'w'"):
-        sf.render(tower, labels, clip="w")
+        sf.plot(tower, labels, clip="w")
     with pytest.raises(
         ValueError, match="omit clip: it is only for tetrahedra, and a surface has no interior"
     ):
-        sf.render(shapes.cube(), clip="x")
+        sf.plot(shapes.cube(), clip="x")
     with pytest.raises(ValueError, match=r"colors must have shape \(24, 3\), got \(2, 3\)"):
-        sf.render(tower, colors=np.zeros((2, 3), np.uint8))
+        sf.plot(tower, colors=np.zeros((2, 3), np.uint8))
 
 
 @pytest.mark.parametrize("weld", [True, False])

@@ -13,15 +13,14 @@ from superfacets import (
     Mesh,
     PolygonMesh,
     Weights,
-    arc_measures,
     build_face_graph,
     crease_weights,
     mesh_info,
     segment,
-    superfacet_weights,
 )
 from superfacets.graph.kinds import graph_and_surface
-from superfacets.graph.surface import NO_NORMALS, Surface
+from superfacets.graph.surface import NO_NORMALS, Surface, arc_measures
+from superfacets.paper import superfacet_weights
 from superfacets.weights import formulas as weights_module
 from superfacets.weights.formulas import (
     WEIGHTS,

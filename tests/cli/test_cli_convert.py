@@ -10,7 +10,6 @@ from numpy.testing import assert_array_equal
 
 import superfacets as sf
 from superfacets import (
-    Material,
     MeshAttributes,
     PointCloud,
     Texture,
@@ -21,6 +20,8 @@ from superfacets import (
     write_mesh,
 )
 from superfacets.files.attributes import LasDimension, LasFrame
+from superfacets_scans import regroup_segments
+from superfacets_textures import Material
 
 NO_LABELS = (
     "superfacets: error: a.ply: there are no labels to {} (none called label): give a"
@@ -352,7 +353,7 @@ def test_groups_name_the_segments_that_are_written_with_them(run, tmp_path, monk
         groups = tmp_path / "out" / f"{scene}.aggregation.json"
         segments = groups.with_name(f"{name.removesuffix('.ply')}.0.010000.segs.json")
         assert json.loads(groups.read_text())["segmentsFile"] == f"scannet.{segments.name}"
-        moved = sf.regroup_segments(groups, segments, f"{scene}.aggregation.json")
+        moved = regroup_segments(f"{scene}.aggregation.json", groups, segments)
         assert {(found.n_lost, found.n_gained) for found in moved} == {(0, 0)}
         assert sum(found.n_vertices for found in moved) == sheet.n_vertices
 

@@ -9,6 +9,7 @@ from command_line import files_in
 from looking import camera_at, masks_of
 
 import superfacets as sf
+from superfacets_scans import regroup_segments
 from superfacets_studio.labels.imports import read_import
 
 Image = pytest.importorskip("PIL.Image", reason="Pillow is not installed")
@@ -121,9 +122,7 @@ def test_objects_of_segments_are_groups_of_these_segments(run, folder, segments)
     for label, own in groups.items():
         assert np.array_equal(np.isin(of_faces, own), lifted == int(label))
     assert sum(map(len, groups.values())) == len(np.unique(of_faces[lifted >= 0]))
-    moved = sf.regroup_segments(
-        "a.aggregation.json", "fine.0.010000.segs.json", "b.aggregation.json"
-    )
+    moved = regroup_segments("b.aggregation.json", "a.aggregation.json", "fine.0.010000.segs.json")
     assert {(found.n_lost, found.n_gained) for found in moved} == {(0, 0)}
 
     files = ("fine.0.010000.segs.json", "a.aggregation.json")

@@ -9,6 +9,8 @@ import shapes
 
 import superfacets as sf
 from superfacets import CellGraph, _core
+from superfacets.clustering.update import update_centers
+from superfacets.paper import superfacet_weights
 
 THREADS = (1, 2, 5)
 REACHES = (math.inf, 0.08)
@@ -18,7 +20,7 @@ def weighted_sheet(n_quads=110, seed=0):
     """Return the graph of 24,200 faces, which several threads divide into three chunks."""
     mesh = shapes.bumpy_sheet(n_quads)
     return sf.build_face_graph(mesh).with_weights(
-        sf.superfacet_weights(mesh, sf.build_face_graph(mesh))
+        superfacet_weights(mesh, sf.build_face_graph(mesh))
     )
 
 
@@ -138,5 +140,5 @@ def test_a_region_with_next_to_no_area_beside_a_vast_one_has_its_own_mean():
     measures = [1.0] * 5 + [2.0**-80] * 4 + [2.0**-78]
     line = shapes.line_graph([1.0] * 9, measures=measures)
     labels = np.repeat([0, 1], 5)
-    assert sf.update_centers(line, labels).tolist() == [2, 8]
+    assert update_centers(line, labels).tolist() == [2, 8]
     assert reference.update_centers(line, labels) == [2, 8]

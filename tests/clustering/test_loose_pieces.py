@@ -6,6 +6,7 @@ import shapes
 
 import superfacets as sf
 from superfacets import _core
+from superfacets.paper import superfacet_weights
 
 
 def joined(graph, labels, centers, crease_limit=np.inf):
@@ -69,7 +70,7 @@ def random_case(seed):
         sheet = shapes.bumpy_sheet(12, seed)
         sheet = sf.Mesh(sheet.vertices, sheet.faces[rng.random(sheet.n_faces) < 0.85])
         graph = sf.build_face_graph(sheet)
-        graph = graph.with_weights(sf.superfacet_weights(sheet, graph))
+        graph = graph.with_weights(superfacet_weights(sheet, graph))
     else:
         graph = shapes.random_graph(150, 300, seed, weight_values=[1.0, 2.0])
     n_labels = int(rng.integers(1, 20))

@@ -7,8 +7,9 @@ import pytest
 import shapes
 
 import superfacets as sf
-from superfacets import Mesh, Weights, segment, spectral_embedding
+from superfacets import Mesh, Weights, segment
 from superfacets.weights.formulas import WEIGHTS
+from superfacets.weights.parts import spectral_embedding
 
 BEAR = sf.sample_mesh(5_000)
 

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 import shapes
 
-from superfacets import CellGraph, Mesh, build_face_graph, place_seeds, superfacet_weights
+from superfacets import CellGraph, Mesh, build_face_graph, place_seeds
 from superfacets.base.options import SizeOptions
 from superfacets.graph.size import region_size
+from superfacets.paper import superfacet_weights
 
 
 def size_of(graph, n_segments=None, radius=None, init="geodesic"):

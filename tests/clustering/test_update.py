@@ -5,7 +5,8 @@ import pytest
 import reference
 import shapes
 
-from superfacets import CellGraph, update_centers
+from superfacets import CellGraph
+from superfacets.clustering.update import update_centers
 
 
 def test_the_center_is_the_cell_nearest_to_the_mean():

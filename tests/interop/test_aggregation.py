@@ -11,7 +11,8 @@ import pytest
 import shapes
 
 import superfacets as sf
-from superfacets import MeshError, group_segments, regroup_segments
+from superfacets import MeshError
+from superfacets_scans import group_segments, regroup_segments
 
 
 def write_json(path, document):
@@ -40,7 +41,7 @@ def new_segments(scene, ids):
 
 def test_objects_go_to_the_segments_that_most_of_their_vertices_are_in(scene):
     new = new_segments(scene, [0, 0, 0, 1, 1, 1, 2, 3, 3, 3])
-    objects = regroup_segments(scene / "s.aggregation.json", new, scene / "new.aggregation.json")
+    objects = regroup_segments(scene / "new.aggregation.json", scene / "s.aggregation.json", new)
     assert [tuple(found) for found in objects] == [(0, "chair", 4, 1, 0), (7, "table", 3, 0, 1)]
     written = json.loads((scene / "new.aggregation.json").read_text())
     assert [group["segments"] for group in written["segGroups"]] == [[0], [1, 2]]
@@ -51,14 +52,14 @@ def test_objects_go_to_the_segments_that_most_of_their_vertices_are_in(scene):
 def test_segments_are_grouped_into_objects(tmp_path):
     segments, output = tmp_path / "room.segs.json", tmp_path / "room.aggregation.json"
     sf.write_labels(segments, [4, 4, 9, 2, 7])
-    group_segments(segments, [8, -1, 3, 8], output, classes=["desk", "chair"], scores=[0.5, 1])
+    group_segments(output, segments, [8, -1, 3, 8], classes=["desk", "chair"], scores=[0.5, 1])
     written = json.loads(output.read_text())
     assert written["segmentsFile"] == "scannet.room.segs.json"
     assert [list(group.values()) for group in written["segGroups"]] == [
         [0, 0, [7], "desk", 0.5],
         [1, 1, [2, 9], "chair", 1.0],
     ]
-    group_segments(segments, [-1] * 4, output)
+    group_segments(output, segments, [-1] * 4)
     assert json.loads(output.read_text())["segGroups"] == []
 
 
@@ -72,23 +73,23 @@ def test_what_does_not_fit_segments_writes_no_groups(scene):
         ([0, 1], r"classes must have one value per object \(2\), got 1", {"classes": ["a"]}),
     ):
         with pytest.raises(ValueError, match=words):
-            group_segments(segments, objects, output, **options)
+            group_segments(output, segments, objects, **options)
     with pytest.raises(MeshError, match=r"expected the ending \.segs\.json"):
-        group_segments(scene / "new.npy", [0, 1], output)
+        group_segments(output, scene / "new.npy", [0, 1])
     with pytest.raises(FileExistsError):
-        group_segments(segments, [0, 1], scene / "s.aggregation.json")
+        group_segments(scene / "s.aggregation.json", segments, [0, 1])
     assert not output.exists()
 
 
 def test_finer_segments_lose_nothing(scene):
     new = new_segments(scene, list(range(10)))
-    objects = regroup_segments(scene / "s.aggregation.json", new, scene / "new.aggregation.json")
+    objects = regroup_segments(scene / "new.aggregation.json", scene / "s.aggregation.json", new)
     assert all(found.n_lost == found.n_gained == 0 for found in objects)
 
 
 def test_an_object_without_segments_is_left_out_and_counted(scene):
     new = new_segments(scene, [0] * 10)
-    objects = regroup_segments(scene / "s.aggregation.json", new, scene / "new.aggregation.json")
+    objects = regroup_segments(scene / "new.aggregation.json", scene / "s.aggregation.json", new)
     assert [found.n_lost for found in objects] == [0, 3]
     written = json.loads((scene / "new.aggregation.json").read_text())
     assert [group["label"] for group in written["segGroups"]] == ["chair"]
@@ -98,32 +99,32 @@ def test_files_that_do_not_belong_together_are_refused(scene):
     groups, output = scene / "s.aggregation.json", scene / "new.aggregation.json"
     new = new_segments(scene, [0] * 9)
     with pytest.raises(MeshError, match=r"must have 10 vertices like .*, got 9"):
-        regroup_segments(groups, new, output)
+        regroup_segments(output, groups, new)
     other = write_json(scene / "other.segs.json", {"segIndices": [3] * 10})
     with pytest.raises(
         MeshError,
         match=r"has segment 8, which is not in other\.segs\.json: use the files of the"
         r" same mesh",
     ):
-        regroup_segments(groups, other, output, segments=other)
+        regroup_segments(output, groups, other, segments=other)
     new.write_text('{"segIndices": [1, 2')
     with pytest.raises(MeshError, match="is not valid JSON: the file may be truncated"):
-        regroup_segments(groups, new, output)
+        regroup_segments(output, groups, new)
     for wrong in ([0.5] * 10, [-1] * 10, [], "ids", None):
         with pytest.raises(MeshError, match="must have segIndices, a list of integers >= 0"):
-            regroup_segments(groups, new_segments(scene, wrong), output)
+            regroup_segments(output, groups, new_segments(scene, wrong))
     write_json(groups, {"segGroups": [{"objectId": 0, "segments": "all"}]})
     with pytest.raises(
         MeshError, match="must have a list segGroups, whose entries have objectId and segments"
     ):
-        regroup_segments(groups, new, output)
+        regroup_segments(output, groups, new)
     write_json(groups, {"segGroups": []})
     with pytest.raises(
         MeshError,
         match=r"has no segmentsFile: give the path of the file of old segments"
         r" \(segments=, --segments\)",
     ):
-        regroup_segments(groups, new, output)
+        regroup_segments(output, groups, new)
     assert not output.exists()
 
 
@@ -150,7 +151,7 @@ def test_objects_from_elsewhere_are_not_replaced(scene):
     new = write_json(scene / "own.segs.json", {"segIndices": [0, 0, 1, 1, 2, 2]})
     for write in (
         lambda: sf.write_mesh(path, mesh, labels),
-        lambda: regroup_segments(scene / "s.aggregation.json", new, scene / "t.aggregation.json"),
+        lambda: regroup_segments(scene / "t.aggregation.json", scene / "s.aggregation.json", new),
     ):
         (scene / "t.aggregation.json").write_bytes(before)
         with pytest.raises(
@@ -161,7 +162,7 @@ def test_objects_from_elsewhere_are_not_replaced(scene):
     with pytest.raises(
         ValueError, match="output must differ from aggregation, which is never replaced"
     ):
-        regroup_segments(path, new, path, force=True)
+        regroup_segments(path, path, new, force=True)
     own = scene / "own.aggregation.json"
     sf.write_mesh(own, mesh, labels)
     sf.write_mesh(own, mesh, labels)  # our own file may be replaced

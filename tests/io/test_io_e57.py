@@ -6,8 +6,9 @@ import sys
 import numpy as np
 import pytest
 
-from superfacets import MeshError, MissingExtraError, estimate_normals, read_cloud, segment
+from superfacets import MeshError, MissingExtraError, read_cloud, segment
 from superfacets.files.formats import FORMATS
+from superfacets.graph.point_graph import estimate_normals
 from superfacets_formats.e57 import read_e57
 
 QUARTER_TURN = np.sqrt([0.5, 0, 0, 0.5])  # about z, as a quaternion w, x, y, z

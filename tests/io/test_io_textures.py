@@ -14,19 +14,17 @@ from PIL import Image
 from textured_meshes import save_png
 
 from superfacets import (
-    Material,
     Mesh,
     MeshAttributes,
     MeshError,
     PolygonMesh,
     Texture,
-    TextureImage,
     read_attributes,
     read_mesh,
-    texture_colors,
     write_mesh,
 )
 from superfacets.files.named_features import CellData
+from superfacets_textures import Material, TextureImage, texture_colors
 
 pygltflib = pytest.importorskip("pygltflib")
 

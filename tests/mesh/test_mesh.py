@@ -158,7 +158,7 @@ def test_objects_that_are_no_meshes_are_refused_with_what_is_accepted():
     ):
         as_mesh({})
     with pytest.raises(TypeError, match=r"a mesh must be a \(vertices, faces\) pair, got 3 items"):
-        as_mesh((1, 2, 3))
+        as_mesh(([1], [2], [3]))
 
 
 def test_a_scene_is_refused_with_the_way_to_a_mesh():

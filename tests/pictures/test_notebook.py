@@ -89,14 +89,14 @@ def test_a_result_without_its_cells_has_no_picture(result):
     "error", [sf.MissingExtraError("rendering", "viz"), sf.RenderError("no OpenGL was found")]
 )
 def test_without_the_extra_or_opengl_there_is_no_picture(result, broken, error):
-    broken("superfacets_show.notebook.render", error)
+    broken("superfacets_show.notebook.plot", error)
     assert result._repr_png_() is None
     assert "<img" not in result._repr_html_()
     assert "<svg" in result._repr_html_()
 
 
 def test_what_is_large_is_not_drawn(result, broken, limit):
-    broken("superfacets_show.notebook.render")
+    broken("superfacets_show.notebook.plot")
     limit("faces drawn", SHEET.n_faces - 1)
     assert result._repr_png_() is None
     cloud = sf.segment(sf.PointCloud(SHEET.vertices), 3)

@@ -13,10 +13,9 @@ from front_end_arrays import decode_arrays
 from shapes import bumpy_sheet, cube, soup, strip, table
 
 import superfacets as sf
-from superfacets import Mesh, PointCloud, PolygonMesh, TetMesh, View, hierarchy
+from superfacets import Mesh, Page, PointCloud, PolygonMesh, TetMesh, View, hierarchy
 from superfacets_show.colors import face_colors, oklab, scale_colors
 from superfacets_show.page.coding import Arrays, newest_codes
-from superfacets_show.page.document import Page
 
 EVIL = "</script><script>alert('&\"')</script>"
 NO_GROUP = 2**32 - 1
@@ -237,7 +236,9 @@ def test_a_page_is_saved_whole(tmp_path):
     with pytest.raises(OSError, match="nowhere"):
         page.save(tmp_path / "nowhere" / "a.html")
     assert [path.name for path in tmp_path.iterdir()] == ["a.html"]
-    assert repr(Page("much", "y")) == "Page()"
+    assert repr(Page("much" * 300_000, "y")) == (
+        "Page(1.2 MB of HTML: shown by a notebook, or written by .save(path) to a .html file)"
+    )
 
 
 def test_the_first_view_is_that_of_pictures():
@@ -337,7 +338,7 @@ def test_what_stands_on_z_has_z_up_as_in_pictures():
 def test_the_package_is_the_function_however_it_is_imported():
     from superfacets_show import colors  # noqa: F401
 
-    assert isinstance(sf.view(strip(2)), sf.Page)
+    assert isinstance(sf.view(strip(2)), Page)
 
 
 def test_the_bunny_has_less_than_a_megabyte(data_dir):

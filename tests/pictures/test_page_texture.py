@@ -9,7 +9,8 @@ from test_page_browser import cells_seen, check_tinted, hue_at, opened, pixels
 from textured_meshes import facade, grid, save_png
 
 import superfacets as sf
-from superfacets import Material, Texture, TextureImage
+from superfacets import Texture
+from superfacets_textures import Material, TextureImage, texture_colors
 
 __all__ = ["opened"]  # a fixture
 
@@ -26,7 +27,7 @@ def wall(folder, wrap=("repeat", "repeat"), scale=1.0, shift=0.0):
     materials = [Material("four", image=image, wrap=wrap), Material("violet", (0.5, 0, 1))]
     moved = pairs * scale + shift
     texture = Texture(moved, mesh.faces.ravel(), materials, is_plain.astype(int))
-    found = sf.texture_colors(mesh, texture)
+    found = texture_colors(mesh, texture)
     return mesh, texture, np.where(found.spread[:, np.newaxis] < 0.01, found.srgb, np.nan)
 
 

@@ -18,7 +18,6 @@ from superfacets import (
     View,
     plot,
     region_graph,
-    render,
 )
 from superfacets_show.annotations import _clearances, _places, _ticks, scale_strip, title_strip
 from superfacets_show.colors import NO_COLOR, Scale, checked_values, scale_colors, scale_of
@@ -41,7 +40,7 @@ def read_image(source):
 def test_a_plot_of_labels_is_what_render_draws(gl, tmp_path):
     path = tmp_path / "plot.png"
     plotted = plot(SHEET, LABELS, size=SIZE, output=path)
-    expected = render(SHEET, LABELS, size=SIZE)
+    expected = plot(SHEET, LABELS, size=SIZE).image
     np.testing.assert_array_equal(plotted.image, expected)
     np.testing.assert_array_equal(np.asarray(plotted), expected)
     np.testing.assert_array_equal(np.asarray(read_image(path)), expected)
@@ -70,9 +69,9 @@ def test_each_labeling_has_numbers_of_its_own(gl):
     one, other = LABELS, 10 - LABELS // 3
     both = plot(SHEET, one, compare=[other], numbers=True, size=SIZE).image
     for half, labels in [(both[:, :160], one), (both[:, 160:], other)]:
-        numbered = render(SHEET, labels, numbers=True, size=SIZE)
+        numbered = plot(SHEET, labels, numbers=True, size=SIZE).image
         np.testing.assert_array_equal(half, numbered)
-        assert not np.array_equal(numbered, render(SHEET, labels, size=SIZE))
+        assert not np.array_equal(numbered, plot(SHEET, labels, size=SIZE).image)
 
 
 def test_the_room_of_a_pixel_is_the_distance_to_the_end_of_its_region():
@@ -127,7 +126,7 @@ def test_values_of_cells_and_regions_have_the_colors_of_the_scale(gl):
     np.testing.assert_array_equal(one, plot(SHEET, color_by=of_cells, **settings).image)
     colors = Scale(1, 5, "", True).colors(of_cells)
     np.testing.assert_array_equal(
-        one[:106], render(SHEET, colors=colors, size=(160, 106), border_width=0)
+        one[:106], plot(SHEET, colors=colors, size=(160, 106), border_width=0).image
     )
 
 

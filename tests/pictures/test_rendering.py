@@ -17,7 +17,6 @@ from superfacets import (
     PolygonMesh,
     TetMesh,
     plot,
-    render,
 )
 from superfacets_show import drawing
 from superfacets_show.backend import RenderError
@@ -51,7 +50,7 @@ def difference(one, other):
 
 def test_a_picture_has_the_size_asked_for(gl):
     for size in [(160, 120), (51, 103), (1, 1)]:
-        picture = render(square(), size=size)
+        picture = plot(square(), size=size).image
         assert picture.shape == (size[1], size[0], 3)
         assert picture.dtype == np.uint8
 
@@ -59,7 +58,7 @@ def test_a_picture_has_the_size_asked_for(gl):
 @pytest.mark.parametrize("side", [1.0, 1e-14, 1e14])
 def test_a_square_fills_the_height_but_for_the_margin(gl, side):
     mesh = Mesh(square().vertices * side, square().faces)
-    picture = render(mesh, size=SIZE, view=FRONT)
+    picture = plot(mesh, size=SIZE, view=FRONT).image
     rows = np.flatnonzero((picture < 250).any(axis=(1, 2)))
     columns = np.flatnonzero((picture < 250).any(axis=(0, 2)))
     margin = 0.015 * 120
@@ -70,7 +69,7 @@ def test_a_square_fills_the_height_but_for_the_margin(gl, side):
 @pytest.mark.parametrize("elevation", [-90, 0, 45, 90])
 @pytest.mark.parametrize("azimuth", [0, 100])
 def test_the_whole_mesh_touches_the_frame_but_never_leaves_it(gl, bear, azimuth, elevation):
-    picture = render(bear, size=SIZE, view=View(azimuth=azimuth, elevation=elevation, up="y"))
+    picture = plot(bear, size=SIZE, view=View(azimuth=azimuth, elevation=elevation, up="y")).image
     shown = (picture < 250).any(axis=2)
     assert not shown[[0, -1]].any()
     assert not shown[:, [0, -1]].any()
@@ -83,7 +82,7 @@ def test_the_whole_mesh_touches_the_frame_but_never_leaves_it(gl, bear, azimuth,
 
 def test_zoom_magnifies_about_the_middle(gl):
     wide, near = (
-        render(square(), size=SIZE, view=View(azimuth=0, elevation=0, up="y", zoom=zoom))
+        plot(square(), size=SIZE, view=View(azimuth=0, elevation=0, up="y", zoom=zoom)).image
         for zoom in (0.4, 0.8)
     )
     assert covered(near) == pytest.approx(4 * covered(wide), rel=0.05)
@@ -98,7 +97,9 @@ def test_azimuth_walks_to_the_right_and_elevation_upward(gl):
 
     def shares(azimuth, elevation):
         view = View(azimuth=azimuth, elevation=elevation, up="y")
-        picture = render(cube(), colors=colors, size=SIZE, view=view, border_width=0).astype(int)
+        picture = plot(cube(), colors=colors, size=SIZE, view=view, border_width=0).image.astype(
+            int
+        )
         return [
             (picture[..., c] - np.delete(picture, c, axis=2).max(axis=2) > 40) for c in range(3)
         ]
@@ -118,30 +119,30 @@ def test_any_axis_may_point_up(gl, bear, up):
     """Turning the mesh and the up axis together gives the same picture."""
     x, y, z = bear.vertices.T
     turned = {"x": np.stack([y, -x, z], axis=1), "z": np.stack([x, -z, y], axis=1)}[up]
-    upright = render(bear, size=SIZE, view=View(up="y"))
-    assert difference(render((turned, bear.faces), size=SIZE, view=View(up=up)), upright) < 0.1
-    assert difference(render((turned, bear.faces), size=SIZE, view=View(up="y")), upright) > 5
+    upright = plot(bear, size=SIZE, view=View(up="y")).image
+    assert difference(plot((turned, bear.faces), size=SIZE, view=View(up=up)).image, upright) < 0.1
+    assert difference(plot((turned, bear.faces), size=SIZE, view=View(up="y")).image, upright) > 5
 
 
 def test_by_default_what_stands_on_z_has_z_up(gl):
-    picture = render(table(), size=SIZE)
-    np.testing.assert_array_equal(picture, render(table(), size=SIZE, view=View(up="z")))
-    assert difference(picture, render(table(), size=SIZE, view=View(up="y"))) > 5
+    picture = plot(table(), size=SIZE).image
+    np.testing.assert_array_equal(picture, plot(table(), size=SIZE, view=View(up="z")).image)
+    assert difference(picture, plot(table(), size=SIZE, view=View(up="y")).image) > 5
 
 
 def test_place_and_scale_do_not_matter(gl, bear):
     moved = Mesh(bear.vertices * 1e-3 + [1e3, -2e3, 5], bear.faces)
-    assert difference(render(moved, size=SIZE), render(bear, size=SIZE)) < 0.1
+    assert difference(plot(moved, size=SIZE).image, plot(bear, size=SIZE).image) < 0.1
 
 
 def test_the_background_has_its_color(gl):
-    picture = render(square(), size=SIZE, background="#204060")
+    picture = plot(square(), size=SIZE, background="#204060").image
     np.testing.assert_array_equal(picture[0, 0], [0x20, 0x40, 0x60])
-    np.testing.assert_array_equal(render(square(), size=SIZE)[-1, -1], [255, 255, 255])
+    np.testing.assert_array_equal(plot(square(), size=SIZE).image[-1, -1], [255, 255, 255])
 
 
 def test_a_plain_mesh_is_shaded_in_one_color(gl, bear):
-    picture = render(bear, size=SIZE).astype(int)
+    picture = plot(bear, size=SIZE).image.astype(int)
     shown = picture[(picture < 250).any(axis=2)]
     assert shown.mean(axis=1).std() > 8
     assert np.abs(shown[:, 0] - shown[:, 2]).max() < 40
@@ -149,7 +150,7 @@ def test_a_plain_mesh_is_shaded_in_one_color(gl, bear):
 
 def test_edges_of_a_box_are_sharp(gl):
     """Each side has one brightness, except for soft shadows; smooth shading would round the box."""
-    picture = render(cube(), size=SIZE, view=View(azimuth=45, elevation=0, up="y")).astype(int)
+    picture = plot(cube(), size=SIZE, view=View(azimuth=45, elevation=0, up="y")).image.astype(int)
     left, right = picture[60, 40:70, 0], picture[60, 90:120, 0]
     assert np.ptp(left) < 4
     assert np.ptp(right) < 4
@@ -162,13 +163,13 @@ def test_creases_between_smooth_parts_are_darker(gl):
         [[-1, 0, 1], [-1, 1, 1], [0, 1, 0], [0, 0, 0], [1, 1, 1], [1, 0, 1]],
         [[0, 3, 2], [0, 2, 1], [3, 5, 4], [3, 4, 2]],
     )
-    row = render(valley, size=SIZE, view=FRONT)[60].astype(int).sum(axis=1)
+    row = plot(valley, size=SIZE, view=FRONT).image[60].astype(int).sum(axis=1)
     assert row[77:83].min() < row[50] - 15
     assert row[77:83].min() < row[110] - 15
 
 
 def test_regions_are_outlined_in_dark(gl):
-    picture = render(square(), [0, 1], size=SIZE, view=FRONT, border_width=3)
+    picture = plot(square(), [0, 1], size=SIZE, view=FRONT, border_width=3).image
     assert dark(picture)[59:61, 79:81].all()  # the diagonal, through the middle
     assert dark(picture)[89:91, 49:51].all()
     assert not dark(picture)[30, 50]
@@ -185,7 +186,7 @@ def test_the_number_of_a_visible_region_is_written_near_its_center(gl):
     sides = np.arange(12) // 2
     for names in (np.arange(6), np.arange(6) * 1000 - 7):
         plain, numbered = (
-            render(cube(), names[sides], size=SIZE, view=FRONT, numbers=numbers)
+            plot(cube(), names[sides], size=SIZE, view=FRONT, numbers=numbers).image
             for numbers in (False, True)
         )
         pixels = changed(plain, numbered)
@@ -195,7 +196,7 @@ def test_the_number_of_a_visible_region_is_written_near_its_center(gl):
         assert text.min() < 50
         assert text.max() > 245  # the outline
     front = np.where(sides == 1, -1, sides)  # now the visible side is in no region
-    pictures = [render(cube(), front, size=SIZE, view=FRONT, numbers=n) for n in (False, True)]
+    pictures = [plot(cube(), front, size=SIZE, view=FRONT, numbers=n).image for n in (False, True)]
     np.testing.assert_array_equal(*pictures)
 
 
@@ -204,10 +205,10 @@ def test_each_region_has_its_own_number(gl):
     labels = np.array([42, 7])
     colors = np.full((2, 3), 200, dtype=np.uint8)
     style = {"colors": colors, "size": SIZE, "view": FRONT, "border_width": 0}
-    plain, both = (render(square(), labels, numbers=n, **style) for n in (False, True))
+    plain, both = (plot(square(), labels, numbers=n, **style).image for n in (False, True))
     n_pixels = 0
     for label in labels:
-        alone = render(square(), np.where(labels == label, label, -1), numbers=True, **style)
+        alone = plot(square(), np.where(labels == label, label, -1), numbers=True, **style).image
         pixels = tuple(changed(plain, alone).T)
         np.testing.assert_array_equal(both[pixels], alone[pixels])
         n_pixels += len(pixels[0])
@@ -233,7 +234,7 @@ def test_numbers_are_the_labels_that_were_given(gl, cells, options):
     labels = np.arange(cells.n_cells) % 2
     options = {"size": SIZE, "view": View(azimuth=40, elevation=40, up="z"), **options}
     plain, ones, more = (
-        render(cells, labels + step, numbers=numbers, **options)
+        plot(cells, labels + step, numbers=numbers, **options).image
         for step, numbers in [(0, False), (1, True), (1001, True)]
     )
     assert len(changed(plain, ones)) < len(changed(plain, more))
@@ -245,9 +246,9 @@ def test_numbers_need_labels(gl, tmp_path):
         ValueError,
         match="numbers shows the label of each region, but no labels are given: give labels too",
     ):
-        render(square(), numbers=True, output=tmp_path / "picture.png")
+        plot(square(), numbers=True, output=tmp_path / "picture.png")
     with pytest.raises(TypeError, match="numbers must be True or False"):
-        render(square(), [0, 1], numbers="yes")
+        plot(square(), [0, 1], numbers="yes")
     assert not list(tmp_path.iterdir())
 
 
@@ -260,14 +261,14 @@ def test_smooth_borders_are_shorter_lines_and_keep_the_colors_of_regions(gl):
     labels = (np.floor(x) + np.floor(y) > 23).astype(int) * 8  # any numbers
     colors = np.where((labels > 0)[:, None], [250, 0, 0], [0, 0, 250]).astype(np.uint8)
     style = {"colors": colors, "view": FRONT, "size": (200, 200), "border_width": 2}
-    edges = render(mesh, labels, **style)
-    smooth = render(mesh, labels, smooth_borders=True, **style)
+    edges = plot(mesh, labels, **style).image
+    smooth = plot(mesh, labels, smooth_borders=True, **style).image
     assert dark(smooth).sum() < 0.85 * dark(edges).sum()
     above, below = smooth[60:90, 140:170], smooth[130:160, 30:60]
     assert difference(above, edges[60:90, 140:170]) == 0
     assert difference(below, edges[130:160, 30:60]) == 0
     with pytest.raises(TypeError, match="smooth_borders must be True or False"):
-        render(mesh, labels, smooth_borders="yes")
+        plot(mesh, labels, smooth_borders="yes")
 
 
 def test_walls_seen_from_behind_are_hidden(gl):
@@ -282,16 +283,18 @@ def test_walls_seen_from_behind_are_hidden(gl):
     style = {"size": SIZE, "view": View(azimuth=20, elevation=10, up="y"), "border_width": 0}
     for numbers in (False, True):
         inside, closed = (
-            render(room, sides, colors=colors, numbers=numbers, see_inside=see_inside, **style)
+            plot(room, sides, colors=colors, numbers=numbers, see_inside=see_inside, **style).image
             for see_inside in (True, False)
         )
-        expected = render(stage, sides[~is_near], colors=colors[~is_near], numbers=numbers, **style)
+        expected = plot(
+            stage, sides[~is_near], colors=colors[~is_near], numbers=numbers, **style
+        ).image
         assert difference(inside, expected) < 0.1
         assert difference(inside, closed) > 5
-    outward = [render(cube(), see_inside=see_inside, **style) for see_inside in (True, False)]
+    outward = [plot(cube(), see_inside=see_inside, **style).image for see_inside in (True, False)]
     assert difference(*outward) < 0.1
     with pytest.raises(TypeError, match="see_inside must be True or False"):
-        render(room, see_inside="yes")
+        plot(room, see_inside="yes")
 
 
 @pytest.mark.parametrize("smooth", [False, True])
@@ -326,7 +329,7 @@ def test_points_that_face_away_are_hidden(gl):
     def shares(**given):
         """Return the fractions of red and of green pixels."""
         cloud = PointCloud(points, given.pop("normals", None), viewpoints=given.pop("at", None))
-        picture = render(cloud, colors=colors, size=SIZE, view=FRONT, **given).astype(int)
+        picture = plot(cloud, colors=colors, size=SIZE, view=FRONT, **given).image.astype(int)
         red, green, _ = np.moveaxis(picture, 2, 0)
         return (red > green + 40).mean(), (green > red + 40).mean()
 
@@ -344,7 +347,7 @@ def test_points_that_face_away_are_hidden(gl):
 
 def test_outlines_are_as_wide_as_asked_for(gl):
     shares = [
-        dark(render(square(), [0, 1], size=SIZE, view=FRONT, border_width=width)).sum()
+        dark(plot(square(), [0, 1], size=SIZE, view=FRONT, border_width=width).image).sum()
         for width in (0, 2, 4, 8)
     ]
     assert shares[0] == 0
@@ -357,13 +360,13 @@ def test_outlines_are_as_wide_as_asked_for(gl):
 def test_outlines_keep_their_width_where_the_surface_is_tilted(gl):
     for azimuth in (50, 70):
         view = View(azimuth=azimuth, elevation=0, up="y")
-        picture = render(strip(4), [0, 0, 1, 1], size=SIZE, view=view, border_width=8)
+        picture = plot(strip(4), [0, 0, 1, 1], size=SIZE, view=view, border_width=8).image
         widths = dark(picture)[20:100].sum(axis=1)
         assert widths.min() >= 7
 
 
 def test_no_line_is_drawn_within_a_region_or_at_its_boundary(gl):
-    assert not dark(render(square(), [0, 0], size=SIZE, view=FRONT, border_width=6)).any()
+    assert not dark(plot(square(), [0, 0], size=SIZE, view=FRONT, border_width=6).image).any()
 
 
 def test_soft_shadows_are_drawn_at_a_size_of_their_own():
@@ -378,7 +381,8 @@ def test_many_regions_do_not_drown_in_outlines(gl):
     quads = np.arange(sheet.n_faces) // 2
     labels = quads // 60 * 15 + quads % 30 // 2
     plain, fine, bold = (
-        render(sheet, labels, size=SIZE, view=FRONT, border_width=width) for width in (0, None, 2)
+        plot(sheet, labels, size=SIZE, view=FRONT, border_width=width).image
+        for width in (0, None, 2)
     )
     assert 0 < plain.mean() - fine.mean() < 0.5 * (plain.mean() - bold.mean())
 
@@ -386,12 +390,12 @@ def test_many_regions_do_not_drown_in_outlines(gl):
 def test_lines_on_the_far_side_are_hidden(gl, bear):
     behind = bear.vertices[bear.faces].mean(axis=1)[:, 2] < -0.3
     labels = (behind & (np.arange(bear.n_faces) % 2 == 0)).astype(int)
-    assert dark(render(bear, labels, size=SIZE, view=View(azimuth=180, up="y"))).sum() > 150
-    assert dark(render(bear, labels, size=SIZE, view=FRONT)).sum() < 8
+    assert dark(plot(bear, labels, size=SIZE, view=View(azimuth=180, up="y")).image).sum() > 150
+    assert dark(plot(bear, labels, size=SIZE, view=FRONT).image).sum() < 8
 
 
 def test_regions_have_their_colors(gl):
-    picture = render(square(), [0, 1], size=SIZE, view=FRONT, border_width=0).astype(int)
+    picture = plot(square(), [0, 1], size=SIZE, view=FRONT, border_width=0).image.astype(int)
     for face, (row, column) in enumerate([(90, 110), (30, 50)]):
         expected = face_colors(square(), [0, 1])[face] / 255
         shown = picture[row, column] / 255
@@ -401,7 +405,7 @@ def test_regions_have_their_colors(gl):
 def test_given_colors_are_used_with_and_without_labels(gl):
     red_and_blue = np.array([[200, 0, 0], [0, 0, 200]], dtype=np.uint8)
     for labels in (None, [0, 1]):
-        picture = render(square(), labels, colors=red_and_blue, size=SIZE, view=FRONT)
+        picture = plot(square(), labels, colors=red_and_blue, size=SIZE, view=FRONT).image
         assert picture[90, 110, 0] > 120 > picture[90, 110, 2]
         assert picture[30, 50, 2] > 120 > picture[30, 50, 0]
 
@@ -409,31 +413,34 @@ def test_given_colors_are_used_with_and_without_labels(gl):
 def test_a_soup_looks_like_the_connected_mesh(gl, bear):
     parts = parts_of(bear.vertices, bear.faces)
     labels = np.unique(parts, return_inverse=True)[1]
-    assert difference(render(bear, labels, size=SIZE), render(soup(bear), labels, size=SIZE)) < 0.01
+    assert (
+        difference(plot(bear, labels, size=SIZE).image, plot(soup(bear), labels, size=SIZE).image)
+        < 0.01
+    )
 
 
 def test_unused_vertices_are_not_framed(gl):
     far = Mesh([*square().vertices, [1e9, 0, 0]], square().faces)
-    np.testing.assert_array_equal(render(far, size=SIZE), render(square(), size=SIZE))
+    np.testing.assert_array_equal(plot(far, size=SIZE).image, plot(square(), size=SIZE).image)
 
 
 @pytest.mark.parametrize("make", [fins, moebius, slivers, bumpy_sheet])
 def test_any_mesh_can_be_drawn(gl, make):
     mesh = make()
-    picture = render(mesh, np.arange(mesh.n_faces), size=SIZE)
+    picture = plot(mesh, np.arange(mesh.n_faces), size=SIZE).image
     assert covered(picture) > 0.01
 
 
 def test_a_mesh_without_any_area_is_no_error(gl):
     needle = Mesh([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2]])
-    assert render(needle, [0], size=SIZE).shape == (120, 160, 3)
+    assert plot(needle, [0], size=SIZE).image.shape == (120, 160, 3)
 
 
 def test_the_same_input_gives_the_same_picture(gl):
     sheet = bumpy_sheet()
     labels = np.arange(sheet.n_faces) // 100
     np.testing.assert_array_equal(
-        render(sheet, labels, size=SIZE), render(sheet, labels, size=SIZE)
+        plot(sheet, labels, size=SIZE).image, plot(sheet, labels, size=SIZE).image
     )
 
 
@@ -442,7 +449,7 @@ def test_arguments_are_left_as_they_are(gl):
     for array in (labels, colors):
         array.setflags(write=False)
     mesh = square()
-    render(mesh, labels, colors=colors, size=SIZE)
+    plot(mesh, labels, colors=colors, size=SIZE)
     np.testing.assert_array_equal(mesh.vertices, square().vertices)
     np.testing.assert_array_equal(mesh.faces, square().faces)
 
@@ -450,7 +457,7 @@ def test_arguments_are_left_as_they_are(gl):
 def test_real_models_fill_their_pictures(gl, benchmark_paths):
     for path in benchmark_paths[:3]:
         mesh = read_off(path)
-        picture = render(mesh, np.arange(mesh.n_faces) * 50 // mesh.n_faces, size=SIZE)
+        picture = plot(mesh, np.arange(mesh.n_faces) * 50 // mesh.n_faces, size=SIZE).image
         assert 0.03 < covered(picture) < 0.9
         assert dark(picture).sum() > 50
 
@@ -468,7 +475,7 @@ def read_png(path):
 
 def test_the_file_holds_the_picture_returned(gl, tmp_path):
     path = tmp_path / "picture.png"
-    picture = render(square(), [0, 1], size=SIZE, output=path)
+    picture = plot(square(), [0, 1], size=SIZE, output=path).image
     np.testing.assert_array_equal(read_png(path), picture)
     assert names_in(tmp_path) == ["picture.png"]
 
@@ -476,17 +483,19 @@ def test_the_file_holds_the_picture_returned(gl, tmp_path):
 def test_an_existing_file_is_replaced(gl, tmp_path):
     path = tmp_path / "picture.PNG"
     path.write_bytes(b"old")
-    picture = render(square(), size=SIZE, output=str(path))
+    picture = plot(square(), size=SIZE, output=str(path)).image
     np.testing.assert_array_equal(read_png(path), picture)
 
 
-@pytest.mark.parametrize("failing", ["draw", "build_scene", "place_camera"])
+@pytest.mark.parametrize(
+    "failing", ["rendering.draw", "rendering.build_scene", "plotting.place_camera"]
+)
 def test_a_failed_picture_leaves_an_existing_file_as_it_was(gl, tmp_path, broken, failing):
     path = tmp_path / "picture.png"
     path.write_bytes(b"old")
-    broken(f"superfacets_show.rendering.{failing}", RenderError("no"))
+    broken(f"superfacets_show.{failing}", RenderError("no"))
     with pytest.raises(RenderError, match="no"):
-        render(square(), output=path)
+        plot(square(), output=path)
     assert path.read_bytes() == b"old"
     assert names_in(tmp_path) == ["picture.png"]
 
@@ -501,7 +510,7 @@ def test_a_failed_write_leaves_an_existing_file_as_it_was(gl, tmp_path, monkeypa
     path.write_bytes(b"old")
     monkeypatch.setattr(type(path), "write_bytes", write_half)
     with pytest.raises(OSError, match="No space"):
-        render(square(), size=SIZE, output=path)
+        plot(square(), size=SIZE, output=path)
     assert path.read_bytes() == b"old"
     assert names_in(tmp_path) == ["picture.png"]
 
@@ -532,13 +541,13 @@ def test_a_failed_write_leaves_an_existing_file_as_it_was(gl, tmp_path, monkeypa
 def test_wrong_arguments_are_named_and_leave_no_file(gl, tmp_path, arguments, error, message):
     arguments = {"output": tmp_path / "picture.png", **arguments}
     with pytest.raises(error, match=message):
-        render(square(), **arguments)
+        plot(square(), **arguments)
     assert not names_in(tmp_path)
 
 
 def test_the_background_stays_clean_beside_soft_shadows(gl):
     """A wall behind a post: the shadow on the wall ends where the wall does."""
-    picture = render(table(), size=SIZE, background="#204060")
+    picture = plot(table(), size=SIZE, background="#204060").image
     on_surface = np.abs(picture.astype(int) - [0x20, 0x40, 0x60]).max(axis=2) > 30
     near = on_surface.copy()
     for axis, shift in ((0, 1), (0, -1), (1, 1), (1, -1)):
@@ -548,20 +557,20 @@ def test_the_background_stays_clean_beside_soft_shadows(gl):
 
 def test_points_have_no_inside_to_clip():
     with pytest.raises(ValueError, match="it is only for tetrahedra, and points have no interior"):
-        render(PointCloud(np.eye(3)), clip="x")
+        plot(PointCloud(np.eye(3)), clip="x")
 
 
 def test_cells_in_no_region_are_gray(gl):
-    picture = render(square(), [0, -1], size=SIZE, view=FRONT, border_width=0).astype(int)
+    picture = plot(square(), [0, -1], size=SIZE, view=FRONT, border_width=0).image.astype(int)
     assert np.ptp(picture[30, 50]) < 4
     assert np.ptp(picture[90, 110]) > 30
 
 
 def test_a_path_that_cannot_hold_a_picture_is_refused_before_it_is_made(tmp_path):
-    with pytest.raises(ValueError, match=r"output must end in \.png, got 'picture.jpg'"):
-        render(square(), output=tmp_path / "picture.jpg")
+    with pytest.raises(ValueError, match=r"output must end in \.png or .*, got 'picture.jpg'"):
+        plot(square(), output=tmp_path / "picture.jpg")
     with pytest.raises(FileNotFoundError, match="does not exist"):
-        render(square(), output=tmp_path / "nowhere" / "picture.png")
+        plot(square(), output=tmp_path / "nowhere" / "picture.png")
 
 
 @pytest.mark.parametrize(
@@ -586,7 +595,7 @@ def test_what_is_no_mesh_is_refused():
         match=r"expected a mesh of superfacets, a \(vertices, faces\) pair, a path, or a"
         r" mesh of trimesh, PyVista \(PolyData\), Open3D or meshio, got int",
     ):
-        render(7)
+        plot(7)
 
 
 @pytest.mark.parametrize("missing", ["vtkmodules", "PIL.ImageColor"])
@@ -594,7 +603,7 @@ def test_without_vtk_or_pillow_the_extra_is_named(gl, monkeypatch, missing):
     for name in [missing, *(name for name in sys.modules if name.startswith(missing + "."))]:
         monkeypatch.setitem(sys.modules, name, None)
     with pytest.raises(MissingExtraError, match=r"rendering needs .*superfacets\[viz\]"):
-        render(square())
+        plot(square())
 
 
 def test_a_vtk_that_cannot_be_loaded_is_no_missing_extra(monkeypatch, tmp_path):
@@ -604,7 +613,7 @@ def test_a_vtk_that_cannot_be_loaded_is_no_missing_extra(monkeypatch, tmp_path):
     for name in [name for name in sys.modules if name.split(".")[0] == "vtkmodules"]:
         monkeypatch.delitem(sys.modules, name)
     with pytest.raises(RenderError, match=r"cannot be loaded: libXYZ.so.1"):
-        render(square())
+        plot(square())
 
 
 def test_a_driver_that_makes_too_few_pixels_is_an_error_and_no_file(gl, monkeypatch, tmp_path):
@@ -612,14 +621,14 @@ def test_a_driver_that_makes_too_few_pixels_is_an_error_and_no_file(gl, monkeypa
     vtk.vtk_to_numpy = lambda _: np.zeros(12, dtype=np.uint8)
     monkeypatch.setattr(drawing, "import_vtk", lambda: vtk)
     with pytest.raises(RenderError, match=r"VTK returned 12 values instead of 1152$"):
-        render(square(), size=(16, 6), output=tmp_path / "picture.png")
+        plot(square(), size=(16, 6), output=tmp_path / "picture.png")
     assert not names_in(tmp_path)
 
 
 def test_a_picture_without_opengl_is_an_error_and_no_file(gl, broken, no_display, tmp_path):
     broken("ctypes.CDLL", OSError("no such library"))
     with pytest.raises(RenderError, match="apt install"):
-        render(square(), output=tmp_path / "picture.png")
+        plot(square(), output=tmp_path / "picture.png")
     assert not names_in(tmp_path)
 
 
@@ -633,17 +642,17 @@ def test_warnings_of_vtk_are_off_while_drawing_only(gl, monkeypatch):
     )
     for state in (1, 0, 1):
         vtkObject.SetGlobalWarningDisplay(state)
-        render(square(), size=(8, 6))
+        plot(square(), size=(8, 6))
         assert vtkObject.GetGlobalWarningDisplay() == state
     assert seen == [0, 0, 0]
 
 
 DRAW_IN_NEW_PROCESS = """
 import os, sys
-from superfacets import render
+from superfacets import plot
 before = dict(os.environ)
 try:
-    render(([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]), [0], size=(32, 24))
+    plot(([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]), [0], size=(32, 24))
 finally:
     assert dict(os.environ) == before
 assert "pyvista" not in sys.modules  # takes longer than the picture

@@ -14,6 +14,7 @@ import shapes
 import superfacets as sf
 from superfacets import ArcMeasures, CellGraph, _core, metrics
 from superfacets.cleanup.edit import read_labeled
+from superfacets.graph.surface import arc_measures
 from superfacets_show.colors import region_colors
 
 AREA = 1.5 * math.sqrt(3.0)
@@ -185,7 +186,7 @@ def test_sides_of_a_cell_must_rise():
 @pytest.mark.parametrize("shape", [shapes.bumpy_sheet(16), shapes.cube(), shapes.fins(4)])
 def test_faces_given_as_cells_are_cleaned_as_those_of_the_mesh(shape):
     faces = sf.build_face_graph(shape)
-    given = sf.arc_measures(shape, faces)
+    given = arc_measures(shape, faces)
     k = min(7, shape.n_faces // 2)
     radius = math.sqrt(faces.measures.sum() / (math.pi * k))
     weights = sf.crease_weights(shape, faces, radius)

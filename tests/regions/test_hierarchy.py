@@ -9,6 +9,8 @@ import shapes
 
 import superfacets as sf
 from superfacets import _core
+from superfacets.graph.surface import arc_measures
+from superfacets_formats import build_tet_graph
 
 
 def row(*angles):
@@ -199,7 +201,7 @@ def test_levels_of_all_kinds_of_cells_are_nested_connected_and_exact(name):
     if isinstance(cells, sf.PointCloud):
         graph = sf.build_point_graph(cells)
     else:
-        build = sf.build_tet_graph if isinstance(cells, sf.TetMesh) else sf.build_face_graph
+        build = build_tet_graph if isinstance(cells, sf.TetMesh) else sf.build_face_graph
         graph = build(cells)
     n = min(24, graph.n_cells)
     nested = sf.hierarchy(cells, [n // 8, n, n // 3])
@@ -215,7 +217,7 @@ def test_a_graph_with_measures_gives_the_levels_of_its_mesh():
     weights = sf.crease_weights(mesh, faces, radius)
     graph = sf.CellGraph(
         faces.positions, faces.measures, faces.offsets, faces.neighbors, weights, faces.bounds,
-        weight_unit=faces.diagonal, arc_measures=sf.arc_measures(mesh, faces),
+        weight_unit=faces.diagonal, arc_measures=arc_measures(mesh, faces),
     )  # fmt: skip
     one, other = (sf.hierarchy(source, [5], labels=labels) for source in (mesh, graph))
     assert np.array_equal(one.children, other.children)

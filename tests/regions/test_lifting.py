@@ -12,6 +12,7 @@ from numpy.testing import assert_array_equal
 
 import superfacets as sf
 from superfacets.kit import MaskedAreas
+from superfacets_scans import ViewWarning, project_labels
 
 SQUARE = sf.Mesh([[0, 0, 0], [4, 0, 0], [4, 4, 0], [0, 4, 0]], [[0, 1, 2], [0, 2, 3]])
 
@@ -66,20 +67,20 @@ def test_labels_of_vertices_are_superpoints_with_a_row_each():
     result = sf.lift(mesh, superpoints, [np.full((4, 4), 7)], [above()], consistent_ids=True)
     assert result.region_labels.tolist() == [7, -1, -1, -1]
     assert result.labels.tolist() == [7, 7]
-    with pytest.raises(ValueError, match="regions must contain at least one region, but all"):
+    with pytest.raises(ValueError, match="labels must contain at least one region, but all"):
         sf.lift(mesh, [-1] * 5, [UPPER], [above()])
 
 
 def test_labels_are_projected_to_the_images_of_cameras():
-    (image,) = sf.project_labels(SQUARE, [7, 3], [above()])
+    (image,) = project_labels(SQUARE, [7, 3], [above()])
     assert image.dtype == np.int32
     assert image.tolist() == np.where(UPPER, 3, 7).tolist()
-    images = sf.project_labels(SQUARE, [0, -1], [above(), camera_at([2, 2, 5], [2, 2, 9])])
+    images = project_labels(SQUARE, [0, -1], [above(), camera_at([2, 2, 5], [2, 2, 9])])
     assert images[0].tolist() == np.where(UPPER, -1, 0).tolist()
     assert images[1].shape == (48, 64)
     assert (images[1] == -1).all()
     with pytest.raises(ValueError, match=r"labels must have one value per cell \(2\), got 1 value"):
-        sf.project_labels(SQUARE, [0], [above()])
+        project_labels(SQUARE, [0], [above()])
 
 
 def test_cells_in_no_region_have_no_label_but_are_seen():
@@ -248,12 +249,12 @@ def test_polygons_and_tetrahedra_are_seen_from_outside():
          r"masks must have one item per camera \(1\), got more items"),
         ({"cameras": []}, ValueError, "cameras must contain at least one camera, but it is empty"),
         ({"cameras": [np.eye(4)]}, TypeError, r"cameras\[0\] must be a PinholeCamera, got ndarray"),
-        ({"mesh": SQUARE.vertices, "regions": [0, 1, 1, 1]}, TypeError,
+        ({"mesh": SQUARE.vertices, "labels": [0, 1, 1, 1]}, TypeError,
          "masks need a mesh, got points, which have no surface: lift the masks to a mesh of the"
          " object, then use transfer"),
-        ({"regions": [0, 2]}, ValueError, r"^regions\[1\] must be -1 to 1 for 2 cells, got 2$"),
-        ({"regions": [1, 1]}, ValueError, r"^regions must be consecutive .* no cell has label 0"),
-        ({"regions": [-1, -1]}, ValueError, "^regions must contain at least one region, but"),
+        ({"labels": [0, 2]}, ValueError, r"^labels\[1\] must be -1 to 1 for 2 cells, got 2$"),
+        ({"labels": [1, 1]}, ValueError, r"^labels must be consecutive .* no cell has label 0"),
+        ({"labels": [-1, -1]}, ValueError, "^labels must contain at least one region, but"),
         ({"agreement": 0}, ValueError, "above 0"),
         ({"agreement": 1.5}, ValueError, "agreement must be from 0 to 1, got 1.5"),
         ({"overlap": "first"}, ValueError, "overlap must be one of smallest, largest"),
@@ -261,7 +262,7 @@ def test_polygons_and_tetrahedra_are_seen_from_outside():
     ],
 )  # fmt: skip
 def test_what_is_wrong_is_said_in_a_line(change, error, words):
-    given = {"mesh": SQUARE, "regions": [0, 1], "masks": [UPPER], "cameras": [above("a.png")]}
+    given = {"mesh": SQUARE, "labels": [0, 1], "masks": [UPPER], "cameras": [above("a.png")]}
     with pytest.raises(error, match=words) as caught:
         sf.lift(**{**given, **change})
     assert "\n" not in str(caught.value)
@@ -276,7 +277,7 @@ def test_cameras_that_see_nothing_are_named():
     ):
         sf.lift(SQUARE, [0, 1], [UPPER], [away])
     cameras, masks = [above(), away, above("c.png")], [UPPER, UPPER, 0 * UPPER]
-    with pytest.warns(sf.ViewWarning) as caught:
+    with pytest.warns(ViewWarning) as caught:
         result = sf.lift(SQUARE, [0, 1], masks, cameras, consistent_ids=True)
     assert [str(one.message) for one in caught] == [
         "the mesh is not visible in image 1 (b.png)",
@@ -284,7 +285,7 @@ def test_cameras_that_see_nothing_are_named():
     ]
     assert caught[0].filename == __file__
     assert result.labels.tolist() == [-1, 1]
-    with pytest.warns(sf.ViewWarning, match=r"is not visible in image 1 \(b.png\) and 1 more"):
+    with pytest.warns(ViewWarning, match=r"is not visible in image 1 \(b.png\) and 1 more"):
         sf.lift(SQUARE, [0, 1], 3 * [UPPER], [above(), away, away])
     with pytest.raises(
         sf.MeshError,

@@ -9,6 +9,7 @@ import superfacets as sf
 from superfacets.graph.sums import weighted_majority
 from superfacets.regions.vertices import MIN_IN_FILES, vertex_ids
 from superfacets_formats.tet_mesh import signed_volumes
+from superfacets_scans import project_labels
 
 SQUARE = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
 
@@ -189,7 +190,7 @@ def test_region_graph_of_labels_of_vertices_names_labels_of_faces():
 def test_images_of_labels_of_vertices_name_labels_of_faces():
     mesh = shapes.bumpy_sheet(4)
     with pytest.raises(ValueError, match=r"For one label per vertex, .* superfacets.face_labels"):
-        sf.project_labels(mesh, np.zeros(mesh.n_vertices, int), [])
+        project_labels(mesh, np.zeros(mesh.n_vertices, int), [])
 
 
 def test_the_message_for_labels_of_vertices_names_a_call_that_converts_them():

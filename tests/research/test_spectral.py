@@ -13,14 +13,8 @@ from research.baselines.spectral import _discretize, _leading_eigenvectors
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
-from superfacets import (
-    CellGraph,
-    Mesh,
-    MissingExtraError,
-    _core,
-    build_face_graph,
-    superfacet_weights,
-)
+from superfacets import CellGraph, Mesh, MissingExtraError, _core, build_face_graph
+from superfacets.paper import superfacet_weights
 
 REACHES = [None, 3.0]
 every_reach = pytest.mark.parametrize("reach", REACHES)

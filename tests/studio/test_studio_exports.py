@@ -12,10 +12,11 @@ import pytest
 from textured_meshes import grid, save_png
 
 import superfacets
-from superfacets import read_labels, vertex_labels
+from superfacets import Texture, read_labels, vertex_labels
 from superfacets_studio.documents.document import Document
 from superfacets_studio.export.write import export_bytes, write_export
 from superfacets_studio.labels.imports import read_import
+from superfacets_textures import Material, TextureImage
 
 
 @pytest.fixture
@@ -278,9 +279,9 @@ def textured(tmp_path):
 
     mesh, pairs = grid(6, 6, 1, 1)
     save_png(tmp_path / "wall.png", np.arange(8 * 8 * 3, dtype=np.uint8).reshape(8, 8, 3))
-    image = superfacets.TextureImage("wall.png", tmp_path / "wall.png")
-    texture = superfacets.Texture(
-        pairs, mesh.faces.ravel(), [superfacets.Material("wall", image=image)], [0] * mesh.n_faces
+    image = TextureImage("wall.png", tmp_path / "wall.png")
+    texture = Texture(
+        pairs, mesh.faces.ravel(), [Material("wall", image=image)], [0] * mesh.n_faces
     )
     attributes = superfacets.MeshAttributes(texture=texture)
     superfacets.write_mesh(tmp_path / "wall.obj", mesh, attributes=attributes)

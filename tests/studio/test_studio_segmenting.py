@@ -7,7 +7,7 @@ import pytest
 import shapes
 
 import superfacets
-from superfacets import PointCloud, crease_weights, kit
+from superfacets import Weights
 from superfacets_studio.regions.segmenting import (
     Cancelled,
     SegmentationTask,
@@ -29,10 +29,10 @@ def test_regions_are_those_of_segment(segmenter):
     for change in ({"n_segments": 30}, {"alpha": 2.0}, {"ridges": 0.5}, {"smooth": False}):
         parameters = {**usual, **change}
         base = segmenter.run(parameters)
-        del parameters["level"]
-        assert np.array_equal(
-            base.labels, superfacets.segment(segmenter.source, **parameters).labels
-        )
+        weights = Weights(alpha=parameters["alpha"], ridges=parameters["ridges"])
+        given = {name: parameters[name] for name in ("n_segments", "smooth")}
+        expected = superfacets.segment(segmenter.source, weights=weights, **given).labels
+        assert np.array_equal(base.labels, expected)
 
 
 def test_levels_are_those_of_the_hierarchy(segmenter):
@@ -111,30 +111,6 @@ def test_notes_say_what_segment_warns_of():
 def test_offered_levels_halve():
     assert levels_of(150) == [150, 75, 37, 18, 9, 4]
     assert levels_of(1) == [1]
-
-
-def test_prepared_cells_give_the_same_labels():
-    mesh = shapes.bumpy_sheet(12)
-    prepared = kit.Prepared.of(mesh, weld=True, n_threads=2)
-    weights = crease_weights(mesh, superfacets.build_face_graph(mesh), 0.1)
-    for options in ({"n_segments": 9}, {"radius": 0.1}, {"n_segments": 9, "weights": weights}):
-        expected = superfacets.segment(mesh, **options)
-        found = superfacets.segment(prepared, **options)
-        assert np.array_equal(found.labels, expected.labels)
-        assert found.cells is mesh
-
-
-def test_prepared_points_take_weights_by_name_alone():
-    cloud = PointCloud(np.random.default_rng(0).random((200, 3)))
-    prepared = kit.Prepared.of(cloud, weld=True, n_threads=2)
-    expected = superfacets.segment(cloud, 9).labels
-    assert np.array_equal(superfacets.segment(prepared, 9).labels, expected)
-    with pytest.raises(
-        ValueError,
-        match="prepared cells are sorted, but radius_factor and arrays of weights need"
-        " the input order: pass the mesh instead, or leave these parameters out",
-    ):
-        superfacets.segment(prepared, 9, weights=[1.0])
 
 
 def test_the_surface_of_prepared_cells_has_components_and_a_region_graph():

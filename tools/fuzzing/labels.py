@@ -15,6 +15,7 @@ import numpy as np
 import shapes
 
 import superfacets as sf
+from superfacets_scans import group_segments, regroup_segments
 from superfacets_studio.documents.document import Document
 from superfacets_studio.labels.imports import ENDINGS, read_import
 
@@ -67,9 +68,9 @@ def _imported(folder: Path, files: dict[str, bytes]) -> None:
 
 def _regrouped(folder: Path, files: dict[str, bytes]) -> None:
     groups, new = folder / f"cube{GROUPS}", folder / f"cube{SEGMENTS}"
-    sf.regroup_segments(groups, new, folder / f"new{GROUPS}", segments=new)
+    regroup_segments(folder / f"new{GROUPS}", groups, new, segments=new)
     n_segments = len(np.unique(sf.read_labels(new)))
-    sf.group_segments(new, np.arange(n_segments), folder / f"other{GROUPS}")
+    group_segments(folder / f"other{GROUPS}", new, np.arange(n_segments))
 
 
 def _cameras_at(name: str) -> Callable[[Path, dict[str, bytes]], Any]:

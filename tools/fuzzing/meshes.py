@@ -132,8 +132,8 @@ def _check_carried(mesh: sf.Mesh, rng: np.random.Generator) -> None:
     """Check the transfer of values and labels of regions to faces, vertices and points."""
     labels = np.unique(rng.integers(0, 9, mesh.n_faces), return_inverse=True)[1]
     field = rng.normal(size=labels.max() + 1)
-    assert np.array_equal(sf.pool(sf.unpool(field, labels), labels, cells=mesh), field)
-    assert np.array_equal(sf.snap(labels, labels, cells=mesh), labels)
+    assert np.array_equal(sf.pool(labels, sf.unpool(labels, field), mesh=mesh), field)
+    assert np.array_equal(sf.snap(labels, labels, mesh=mesh), labels)
     of_vertices = sf.vertex_labels(mesh, labels)
     is_used = np.isin(np.arange(mesh.n_vertices), mesh.faces)
     assert np.array_equal(of_vertices >= 0, is_used)

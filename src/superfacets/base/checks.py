@@ -114,6 +114,37 @@ def refuse_mask(value: Any, name: str, error: type[ValueError] = ValueError) -> 
         raise error(f"{name} must not have masked entries: fill or remove these entries")
 
 
+def refuse_order(value: Any, expected: str) -> None:
+    """Check the place of an argument: raise a TypeError if it belongs to another place.
+
+    `expected` is "a path", "a mesh" or "labels". Apps check with it paths and labels that no other
+    function of this module checks. A path is also accepted as a mesh.
+    """
+    if isinstance(value, (str, os.PathLike)):
+        given = "a path" if expected == "labels" else expected
+    elif hasattr(value, "labels"):  # a result of `segment`
+        given = "labels"
+    elif isinstance(value, (np.ndarray, list, tuple)):
+        given = _kind_of_array(value) or expected
+    else:
+        names = ("vertices", "points", "n_cells", "vertex", "point")
+        given = "a mesh" if any(hasattr(value, name) for name in names) else expected
+    if given != expected:
+        order = "the path comes first, then the mesh, then the labels"
+        raise TypeError(f"expected {expected}, got {given}: {order}")
+
+
+def _kind_of_array(value: Any) -> str | None:
+    """Return "a mesh" for a (vertices, faces) pair, "labels" for a row of integers, or None."""
+    if isinstance(value, np.ndarray):
+        return "labels" if value.ndim == 1 and value.dtype.kind in "iu" else None
+    first: Any = value[0] if len(value) else None
+    if isinstance(first, (int, np.integer)):
+        return "labels"
+    is_pair = len(value) == 2 and isinstance(first, (np.ndarray, list, tuple))
+    return "a mesh" if is_pair and np.ndim(first) == 2 else None
+
+
 def restored(state: Any, names: Sequence[str]) -> list[Any]:
     """Return the fields `names` of the state of a pickled object.
 
@@ -561,6 +592,7 @@ def checked_classes(
     Apps check labels with it: any integers >= 0, or -1 for no label, shape (n,). Raises a
     ValueError or TypeError for others. `noun` and `n_vertices` are the same as in `check_length`.
     """
+    refuse_order(labels, "labels")
     given = integer_array(labels, name)
     check_length(given, n, name, noun, n_vertices=n_vertices)
     array = given.astype(np.int32, order="C")  # copies, so the caller cannot change the labels
@@ -572,6 +604,7 @@ def checked_classes(
 def _row_of_labels(
     labels: Any, n_cells: int, name: str, n_vertices: int | None = None, advice: str = TO_FACES
 ) -> Array:
+    refuse_order(labels, "labels")
     given = integer_array(labels, name)
     check_length(given, n_cells, name, n_vertices=n_vertices, advice=advice)
     return given

@@ -78,10 +78,6 @@ class FeatureWarning(UserWarning):
     """A feature has no effect, because it is the same for all cells."""
 
 
-class ViewWarning(UserWarning):
-    """Some images are not used, because they have no masks or their cameras see no region."""
-
-
 def reason_of(error: BaseException) -> str:
     """Return the class and the message of an error as one line, for notes and records."""
     text = " ".join(str(error).split())

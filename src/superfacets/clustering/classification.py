@@ -18,7 +18,7 @@ from ..graph.cell_graph import CellGraph, checked_graph
 
 
 class Classification(NamedTuple):
-    """Result of `classify`: the label of each cell, and the length of the path from its center.
+    """Result of `superfacets.classify`: the label of each cell, and its distance from the center.
 
     Attributes
     ----------
@@ -26,8 +26,7 @@ class Classification(NamedTuple):
         Label of each cell, from 0 to K - 1: the index in ``centers`` of the center with the
         shortest path to the cell.
     centers : ndarray of int32, shape (K,)
-        The centers that were passed to `classify`, followed by unreached cells that were made
-        centers.
+        The given centers, followed by unreached cells that were made centers.
     distances : ndarray of float64, shape (N,)
         Length of the shortest path from the center to each cell, in the unit of the weights.
     """

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
@@ -167,8 +168,8 @@ class Segmentation:
         )
         return graph
 
-    def plot(self, **options: Any) -> Plot:
-        """Return ``superfacets.plot(cells, labels, **options)``, a picture of the regions.
+    def plot(self, output: str | os.PathLike[str] | None = None, **options: Any) -> Plot:
+        """Return ``superfacets.plot(cells, labels, output, **options)``: a picture of the regions.
 
         Raises
         ------
@@ -176,7 +177,7 @@ class Segmentation:
             If ``cells`` is None.
         """
         shown: Plot = load("superfacets_show.plotting:plot")(
-            self._known_cells("plot"), self.labels, **options
+            self._known_cells("plot"), self.labels, output, **options
         )
         return shown
 

@@ -20,9 +20,10 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..base.checks import checked_threads, counted
+from ..base.checks import checked_threads, counted, refuse_order
 from ..base.errors import MeshError
 from ..base.types import Array, Bytes, Floats, Longs
+from .atomic import StrPath
 
 MAX_GROWTH = 100
 """Maximum size of the arrays of a file, as a multiple of the file size, in formats that compress
@@ -49,12 +50,14 @@ Content = bytes | mmap.mmap
 """Content of a file, for parsers. Slices are bytes, and NumPy reads both types without copying."""
 
 
-def known_ending(path: Path, endings: Sequence[str]) -> str:
+def known_ending(path: StrPath, endings: Sequence[str]) -> str:
     """Return the longest of `endings` with which a file name ends, to choose its format.
 
     Raises a MeshError if the file name has none of the endings. Letter case is ignored. An ending
     may contain several dots, for example ``.segs.json``.
     """
+    refuse_order(path, "a path")
+    path = Path(path)
     name = path.name.lower()
     fitting = [ending for ending in endings if name.endswith(ending) and name != ending]
     if not fitting:

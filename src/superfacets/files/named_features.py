@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any
 
 import numpy as np
 
@@ -18,9 +18,6 @@ from ..mesh.faces import area_vectors
 from ..weights.features import FeatureTable
 from .attributes import COLORS, MeshAttributes
 from .guards import named_errors
-
-if TYPE_CHECKING:
-    from .. import FaceTexels
 
 JUST_VISIBLE = 0.02
 """Just noticeable difference of colors in OKLab. Texture colors are divided by their standard
@@ -94,7 +91,7 @@ class CellData:
             return colors
         return np.asarray(np.rint(_per_cell(colors.astype(np.float64), self.cells)), np.uint8)
 
-    def _texels(self, name: str, n_threads: int) -> FaceTexels:
+    def _texels(self, name: str, n_threads: int) -> Any:
         """Return the color of each face from the texture, or raise a MeshError if it is missing."""
         reasons = () if self.attributes is None else self.attributes.left_out
         whys = [reason for reason in reasons if reason.startswith(("texture: ", "materials: "))]
@@ -106,8 +103,7 @@ class CellData:
             )
         load("superfacets_textures.texels:check_texture")(texture, self.cells)
         with named_errors(f"features {name}"):
-            texels = load("superfacets_textures.texels:face_texels")(self.cells, texture, n_threads)
-        return cast("FaceTexels", texels)
+            return load("superfacets_textures.texels:face_texels")(self.cells, texture, n_threads)
 
     def _columns(self, name: str, n_threads: int, is_kept: Bools | None) -> Floats:
         cells, are_points = self.cells, kind_of(self.cells).are_points

@@ -22,7 +22,7 @@ Location = Literal["cells", "points"]
 
 
 def attach_labels(
-    target: Any,
+    mesh: Any,
     labels: npt.ArrayLike,
     *,
     name: str = DEFAULT_NAME,
@@ -44,11 +44,11 @@ def attach_labels(
 
     Parameters
     ----------
-    target : mesh or point cloud of trimesh, PyVista, Open3D or meshio
+    mesh : mesh or point cloud of trimesh, PyVista, Open3D or meshio
         An object that `segment` accepts. These libraries are not imported.
     labels : Segmentation, or array_like of integers, shape (N,)
         Label of each face, tetrahedron or point, or of each vertex (see `location`), in the order
-        of the target; -1 for no label.
+        of the mesh; -1 for no label.
     name : str, default "superfacets"
         Name of the array of labels.
     location : {"cells", "points"}
@@ -61,12 +61,12 @@ def attach_labels(
     Raises
     ------
     MeshError
-        If the target is not a valid mesh.
+        If the mesh is not a valid mesh.
     ValueError
         If labels or colors do not have one row per cell or point, or if `colors` is True for the
         vertices of a mesh.
     TypeError
-        If the target cannot store labels, if labels are not integers, or if another argument has
+        If the mesh cannot store labels, if labels are not integers, or if another argument has
         the wrong type.
 
     Examples
@@ -80,14 +80,14 @@ def attach_labels(
     if not isinstance(name, str) or not name:
         raise TypeError(f"name must be a non-empty string, got {name!r}")
     checked_choice(location, "location", get_args(Location))
-    cells: Any = as_cells(target)
+    cells: Any = as_cells(mesh)
     are_points = isinstance(cells, PointCloud)
     n_rows, of_vertices = cells.n_cells, False
     if location == "points" and not are_points:
         n_rows, of_vertices = cells.n_vertices, True
     checked = _labels_as_int32(labels, n_rows)
     shades = _checked_colors(cells, checked, colors, of_vertices)
-    put_results(target, Results(name, checked, shades, on_points=of_vertices or are_points))
+    put_results(mesh, Results(name, checked, shades, on_points=of_vertices or are_points))
 
 
 def _labels_as_int32(labels: npt.ArrayLike, n_rows: int) -> Ints:

@@ -9,7 +9,7 @@ from typing import Any, Protocol, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from ..base.checks import counted
+from ..base.checks import counted, refuse_order
 from ..base.errors import MeshError
 from ..base.lazy import load
 from ..base.types import Array
@@ -101,6 +101,7 @@ def as_cells(source: MeshLike) -> Cells:
     if isinstance(source, (str, os.PathLike)):
         cells: Cells = load("superfacets.files.cell_file:CellFile").read(source).cells()
         return cells
+    refuse_order(source, "a mesh")
     if isinstance(source, (tuple, list)):
         if len(source) != 2:
             raise TypeError(
@@ -230,6 +231,7 @@ def as_cloud(source: CloudLike) -> PointCloud:
     if isinstance(source, (str, os.PathLike)):
         cloud: PointCloud = load("superfacets.files.readers.read:read_cloud")(source)
         return cloud
+    refuse_order(source, "a mesh")
     if isinstance(source, (np.ndarray, list, tuple)):
         return PointCloud(source)  # type: ignore[arg-type]
     if not is_foreign_cloud(source):

@@ -17,7 +17,7 @@ from .triangle_mesh import Mesh
 
 
 class Triangulation(NamedTuple):
-    """Result of `PolygonMesh.triangulate`.
+    """Result of `superfacets.PolygonMesh.triangulate`.
 
     Attributes
     ----------

@@ -142,7 +142,7 @@ class Hierarchy:
 
 
 def hierarchy(
-    cells: MeshLike | CellGraph,
+    mesh: MeshLike | CellGraph,
     counts: Sequence[int] | npt.NDArray[np.integer[Any]],
     *,
     labels: npt.ArrayLike | None = None,
@@ -170,14 +170,14 @@ def hierarchy(
 
     Parameters
     ----------
-    cells : Mesh or mesh-like, cloud-like, or CellGraph with ArcMeasures
-        Same as `mesh` in `segment`, or a graph whose cells may be of any kind.
+    mesh : Mesh or mesh-like, cloud-like, or CellGraph with ArcMeasures
+        Same as in `segment`, or a graph whose cells may be of any kind.
     counts : sequence of int
         Number of regions of each level. The numbers must differ and may be in any order.
     labels : array_like of int, shape (N,), optional
         Regions of the finest level. Each label from 0 to K - 1 must occur; -1 marks cells that are
-        in no region. By default, the labels come from ``segment(cells, max(counts), **options)``,
-        or from `segment_graph` if ``cells`` is a graph.
+        in no region. By default, the labels come from ``segment(mesh, max(counts), **options)``,
+        or from `segment_graph` if `mesh` is a graph.
     features : array_like, shape (N, F) or (V, F), or str, or list of str, optional
         F numbers per cell or per vertex, or names of features as in `segment`, from which the cost
         of merging is computed instead of from geometry. The cost is then ``a b / (a + b)`` times
@@ -253,7 +253,7 @@ def hierarchy(
             f"{', '.join(options)} would have no effect because labels are given: leave out either"
             " labels or these options"
         )
-    source, given = _read(cells, given, options.get("mask"), threads)
+    source, given = _read(mesh, given, options.get("mask"), threads)
     constraints = ConstraintOptions(None, barriers)
     if islands == "nearest" and constraints.is_used:
         raise ValueError(

@@ -247,7 +247,7 @@ def _partners_of(at: Longs, regions: Ints, continues: Bools) -> Longs:
 
 
 def find_boundaries(
-    cells: MeshLike | CellGraph,
+    mesh: MeshLike | CellGraph,
     labels: npt.ArrayLike,
     *,
     weld: bool = True,
@@ -261,7 +261,7 @@ def find_boundaries(
 
     Parameters
     ----------
-    cells : Mesh or mesh-like, PointCloud or cloud-like, or CellGraph
+    mesh : Mesh or mesh-like, PointCloud or cloud-like, or CellGraph
         Same as in `segment`, or a graph of any cells.
     labels : array_like of int, shape (N,)
         Labels of regions. Each label from 0 to K - 1 must occur; -1 marks cells in no region, which
@@ -288,7 +288,7 @@ def find_boundaries(
     >>> find_boundaries(strip, [0, 0, 1, 1, 1]).tolist()
     [False, True, True, False, False]
     """
-    known = as_known(cells)
+    known = as_known(mesh)
     graph, _ = kind_of(known).build_graph(known, weld, checked_threads(n_threads))
     array, _ = checked_regions(labels, graph.n_cells)
     sources, neighbors = graph.sources, graph.neighbors

@@ -20,6 +20,7 @@ from ..base.checks import (
     ranked_labels,
     refuse_first,
     refuse_mask,
+    refuse_order,
 )
 from ..base.types import Array, Floats, Ints, Longs
 from ..graph.cell_graph import CellGraph
@@ -37,35 +38,35 @@ _ROWS_AT_ONCE = 1 << 14
 
 
 def pool(
-    values: npt.ArrayLike,
     labels: npt.ArrayLike,
+    values: npt.ArrayLike,
     *,
     how: Pooling = "mean",
-    cells: MeshLike | CellGraph | None = None,
+    mesh: MeshLike | CellGraph | None = None,
     measures: npt.ArrayLike | None = None,
 ) -> Array:
     """Combine the values of the cells of each region into one value, or one row of values.
 
     Parameters
     ----------
-    values : array_like of numbers or bools, shape (N,) or (N, F)
-        One value or row per cell or, if ``cells`` have vertices, per vertex: shape (V,) or (V, F).
-        In the second case, each cell divides its area equally among the values at its corners. If
-        N = V, values are values of cells.
     labels : array_like of int, shape (N,)
         Labels of regions. Each label from 0 to K - 1 must occur. Cells labeled -1 are ignored. To
-        pool values of vertices with labels of vertices (superpoints), leave out ``cells``.
+        pool values of vertices with labels of vertices (superpoints), leave out `mesh`.
+    values : array_like of numbers or bools, shape (N,) or (N, F)
+        One value or row per cell or, if `mesh` has vertices, per vertex: shape (V,) or (V, F). In
+        the second case, each cell divides its area equally among the values at its corners. If
+        N = V, values are values of cells.
     how : {"mean", "sum", "max", "min", "majority"}
         ``"mean"`` and ``"sum"`` weight each value by the area of its cell, so the sum is an
-        integral over the region. All weights are 1 if neither ``cells`` nor ``measures`` are given.
+        integral over the region. All weights are 1 if neither `mesh` nor `measures` is given.
         ``"max"`` and ``"min"`` do not depend on areas. ``"majority"`` is the value with the largest
         total area. If areas are equal, the lowest value is used. For ``"majority"``, values must be
         integers or bools. Values of -1 are unknown and do not count, and a region without known
         values gets -1.
-    cells : Mesh or mesh-like, or CellGraph, optional
+    mesh : Mesh or mesh-like, or CellGraph, optional
         The labeled cells, as for `segment`. Their areas (volumes of tetrahedra) are the weights.
     measures : array_like, shape (N,), optional
-        Weights of the cells, >= 0, if ``cells`` are not given.
+        Weights of the cells, >= 0, if `mesh` is not given.
 
     Returns
     -------
@@ -80,7 +81,7 @@ def pool(
         If the mesh is not valid.
     ValueError, TypeError
         If the shapes of values, labels and measures do not match, if a dtype is wrong, if `how` is
-        unknown, or if both ``cells`` and ``measures`` are given.
+        unknown, or if both `mesh` and `measures` are given.
 
     See Also
     --------
@@ -94,17 +95,17 @@ def pool(
 
     Examples
     --------
-    >>> pool([1.0, 3.0, 5.0], [0, 0, 1])
+    >>> pool([0, 0, 1], [1.0, 3.0, 5.0])
     array([2., 5.])
-    >>> pool([1.0, 3.0, 5.0], [0, 0, 1], measures=[3.0, 1.0, 1.0])
+    >>> pool([0, 0, 1], [1.0, 3.0, 5.0], measures=[3.0, 1.0, 1.0])
     array([1.5, 5. ])
-    >>> pool([7, 2, 4], [0, 0, -1], how="max")
+    >>> pool([0, 0, -1], [7, 2, 4], how="max")
     array([7])
     """
     checked_choice(how, "how", _POOLINGS)
     table = _checked_values(values, how)
-    source = _checked_source(cells, measures)
-    array, n_regions = _checked_regions(labels, source, "labels", len(table))
+    source = _checked_source(mesh, measures)
+    array, n_regions = _checked_regions(labels, source, len(table))
     needs_weights = how not in ("max", "min")
     weights = _weights_of(source, measures, len(array)) if needs_weights else None
     members = _members_of(table, array, n_regions, weights, source)
@@ -119,15 +120,15 @@ def pool(
     return (_means if how == "mean" else _sums)(columns, members).reshape(shape)
 
 
-def unpool(values: npt.ArrayLike, labels: npt.ArrayLike, fill: float | None = None) -> Array:
+def unpool(labels: npt.ArrayLike, values: npt.ArrayLike, *, fill: float | None = None) -> Array:
     """Copy the value, or the row of values, of each region to its cells.
 
     Parameters
     ----------
-    values : array_like, shape (K,) or (K, F)
-        One value or row per region. Regions without cells are allowed.
     labels : array_like of int, shape (N,)
         Region of each cell, from -1 to K - 1.
+    values : array_like, shape (K,) or (K, F)
+        One value or row per region. Regions without cells are allowed.
     fill : number, optional
         Value of cells labeled -1. The default is NaN for floats and -1 for integers.
 
@@ -144,9 +145,10 @@ def unpool(values: npt.ArrayLike, labels: npt.ArrayLike, fill: float | None = No
 
     Examples
     --------
-    >>> unpool([1.5, 5.0], [0, 0, 1, -1])
+    >>> unpool([0, 0, 1, -1], [1.5, 5.0])
     array([1.5, 1.5, 5. , nan])
     """
+    refuse_order(labels, "labels")
     refuse_mask(values, "values")
     table = np.asarray(values)
     if table.ndim == 0:
@@ -166,22 +168,22 @@ def unpool(values: npt.ArrayLike, labels: npt.ArrayLike, fill: float | None = No
 
 
 def snap(
+    labels: npt.ArrayLike,
     noisy_labels: npt.ArrayLike,
-    regions: npt.ArrayLike,
     *,
-    cells: MeshLike | CellGraph | None = None,
+    mesh: MeshLike | CellGraph | None = None,
 ) -> Ints:
     """Remove noise from labels, by a majority vote of the cells in each region.
 
     Parameters
     ----------
+    labels : array_like of int, shape (N,)
+        Labels of regions, as returned by `segment`. Each label from 0 to K - 1 must occur. Cells
+        labeled -1 here are in no region. They do not vote and keep their noisy labels.
     noisy_labels : array_like of int, shape (N,)
         Label of each cell: any integer >= 0, for example a class predicted by a neural network.
         Cells labeled -1 (unknown) do not vote, and get the label of their region.
-    regions : array_like of int, shape (N,)
-        Labels of regions, as returned by `segment`. Each label from 0 to K - 1 must occur. Cells
-        labeled -1 here are in no region. They do not vote and keep their noisy labels.
-    cells : Mesh or mesh-like, or CellGraph, optional
+    mesh : Mesh or mesh-like, or CellGraph, optional
         The labeled cells, whose areas or volumes are the weights of the votes. By default, all
         votes have the same weight.
 
@@ -200,11 +202,11 @@ def snap(
 
     Examples
     --------
-    >>> snap([4, 4, 9, -1, 9, 2], [0, 0, 0, 0, 1, -1])
+    >>> snap([0, 0, 0, 0, 1, -1], [4, 4, 9, -1, 9, 2])
     array([4, 4, 4, 4, 9, 2], dtype=int32)
     """
-    source = _checked_source(cells, None)
-    array, n_regions = _checked_regions(regions, source, "regions", np.size(noisy_labels))
+    source = _checked_source(mesh, None)
+    array, n_regions = _checked_regions(labels, source, np.size(noisy_labels))
     noisy = checked_classes(noisy_labels, len(array), "noisy_labels")
     weights = _weights_of(source, None, len(array))
     members = _members_of(noisy, array, n_regions, weights, None)
@@ -214,7 +216,7 @@ def snap(
     return noisy
 
 
-_WITHOUT_CELLS = "omit cells"
+_WITHOUT_CELLS = "omit mesh"
 """Advice in messages if values and labels both have one entry per vertex."""
 
 
@@ -347,20 +349,21 @@ def _checked_values(values: npt.ArrayLike, how: str) -> Array:
     return array
 
 
-def _checked_source(cells: Any, measures: Any) -> Cells | CellGraph | None:
-    if cells is not None and measures is not None:
-        raise ValueError("cells already define the measures: leave out cells or measures")
-    return None if cells is None else as_known(cells)
+def _checked_source(mesh: Any, measures: Any) -> Cells | CellGraph | None:
+    if mesh is not None and measures is not None:
+        raise ValueError("the mesh already defines the measures: leave out mesh or measures")
+    return None if mesh is None else as_known(mesh)
 
 
 def _checked_regions(
-    labels: npt.ArrayLike, source: Cells | CellGraph | None, name: str, n_values: int
+    labels: npt.ArrayLike, source: Cells | CellGraph | None, n_values: int
 ) -> tuple[Ints, int]:
     """Check labels of the cells of `source` or, if it is None, any number of labels."""
+    refuse_order(labels, "labels")
     count = int(np.size(labels)) if source is None else source.n_cells
     n_vertices = getattr(source, "n_vertices", None)
     advice = _WITHOUT_CELLS if n_values == n_vertices else TO_FACES
-    return checked_partial_labels(labels, count, name, n_vertices=n_vertices, advice=advice)
+    return checked_partial_labels(labels, count, n_vertices=n_vertices, advice=advice)
 
 
 def _weights_of(

@@ -369,7 +369,7 @@ class RegionGraph:
 
 
 def region_graph(
-    cells: MeshLike | CellGraph,
+    mesh: MeshLike | CellGraph,
     labels: npt.ArrayLike,
     *,
     centers: npt.ArrayLike | None = None,
@@ -382,7 +382,7 @@ def region_graph(
 
     Parameters
     ----------
-    cells : Mesh or mesh-like, PointCloud or cloud-like, or CellGraph with ArcMeasures
+    mesh : Mesh or mesh-like, PointCloud or cloud-like, or CellGraph with ArcMeasures
         Same as in `segment`, or a graph of any cells.
     labels : array_like of int, shape (N,)
         Labels of regions. Each label from 0 to K - 1 must occur; -1 marks cells in no region.
@@ -426,8 +426,8 @@ def region_graph(
     >>> graph.border_lengths.tolist(), graph.concavities.round(3).tolist()
     ([1.0], [1.571])
     """
-    known = as_known(cells)
-    n_vertices = getattr(cells, "n_vertices", None)
+    known = as_known(mesh)
+    n_vertices = getattr(known, "n_vertices", None)
     array, n_regions = checked_regions(labels, known.n_cells, n_vertices)
     surface = as_surface(known, weld=weld, n_threads=n_threads, is_kept=array >= 0)
     given = None if centers is None else checked_region_centers(centers, array, n_regions)

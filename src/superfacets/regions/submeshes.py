@@ -38,12 +38,12 @@ class Submesh(NamedTuple):
     vertices: Ints
 
 
-def submesh(cells: MeshLike, labels: npt.ArrayLike, region: int) -> Submesh:
+def submesh(mesh: MeshLike, labels: npt.ArrayLike, region: int) -> Submesh:
     """Return one region as a mesh, and the indices of its cells and vertices in the whole mesh.
 
     Parameters
     ----------
-    cells : Mesh, PolygonMesh, TetMesh, PointCloud, or mesh-like or cloud-like
+    mesh : Mesh, PolygonMesh, TetMesh, PointCloud, or mesh-like or cloud-like
         Same as in `segment`.
     labels : array_like of int, shape (N,)
         Labels of regions. Each label from 0 to K - 1 must occur; -1 marks cells in no region.
@@ -69,7 +69,7 @@ def submesh(cells: MeshLike, labels: npt.ArrayLike, region: int) -> Submesh:
     >>> part.mesh, part.cells.tolist(), part.vertices.tolist()
     (Mesh(3 vertices, 1 face), [1], [0, 2, 3])
     """
-    whole = as_cells(cells)
+    whole = as_cells(mesh)
     array, n_regions = checked_regions(labels, whole.n_cells, getattr(whole, "n_vertices", None))
     number = operator.index(region)
     if not 0 <= number < n_regions:
@@ -77,12 +77,12 @@ def submesh(cells: MeshLike, labels: npt.ArrayLike, region: int) -> Submesh:
     return part_of(whole, np.flatnonzero(array == number).astype(np.int32), number)
 
 
-def split_regions(cells: MeshLike, labels: npt.ArrayLike) -> Iterator[Submesh]:
+def split_regions(mesh: MeshLike, labels: npt.ArrayLike) -> Iterator[Submesh]:
     """Yield each region as a mesh, and the indices of its cells and vertices in the whole mesh.
 
     Parameters
     ----------
-    cells, labels
+    mesh, labels
         Same as in `submesh`.
 
     Yields
@@ -94,7 +94,7 @@ def split_regions(cells: MeshLike, labels: npt.ArrayLike) -> Iterator[Submesh]:
     Raises
     ------
     MeshError, ValueError, TypeError
-        Same as in `submesh`. Errors in cells or labels are raised by the call. A MeshError for a
+        Same as in `submesh`. Errors in mesh or labels are raised by the call. A MeshError for a
         region whose vertices are at one position is raised during the iteration.
 
     Examples
@@ -103,7 +103,7 @@ def split_regions(cells: MeshLike, labels: npt.ArrayLike) -> Iterator[Submesh]:
     >>> [part.vertices.tolist() for part in split_regions(square, [0, 1])]
     [[0, 1, 2], [0, 2, 3]]
     """
-    whole = as_cells(cells)
+    whole = as_cells(mesh)
     array, n_regions = checked_regions(labels, whole.n_cells, getattr(whole, "n_vertices", None))
     order = np.argsort(array, kind="stable").astype(np.int32)
     starts = np.searchsorted(array[order], np.arange(n_regions + 1))

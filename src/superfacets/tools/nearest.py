@@ -12,7 +12,7 @@ from ..mesh.queries import checked_distance, query_points
 
 
 class NearestFaces(NamedTuple):
-    """Result of `nearest_faces`: nearest faces and points for M query points.
+    """Result of `superfacets.nearest_faces`: nearest faces and points for M query points.
 
     Attributes
     ----------

@@ -5,12 +5,13 @@ from __future__ import annotations
 import inspect
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import MISSING, dataclass, fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 
+from .. import paper
 from ..base.checks import (
     checked_count,
     checked_flag,
@@ -20,8 +21,8 @@ from ..base.checks import (
 )
 from ..base.errors import MeshError
 from ..base.lazy import load
-from ..base.options import INITS, ISLANDS, Progress, SizeOptions
-from ..base.timing import OnStage, timed
+from ..base.options import INITS, ISLANDS, SizeOptions
+from ..base.timing import Callback, Reports, timed
 from ..base.types import Array, Bools, Floats, Longs
 from ..clustering.result import Segmentation
 from ..files.attributes import MeshAttributes
@@ -41,23 +42,26 @@ from ..mesh.convert import as_mesh
 from ..pipeline import segment
 from ..stages.options import SegmentOptions
 from ..stages.presets import OTHER_NAMES
+from ..weights.features import FEATURE_WEIGHT, Features
+from ..weights.formulas import Weights
 from .subdivision import Subdivision, subdivide
 
 Load = Callable[[bool], tuple[Cells, MeshAttributes | None, dict[str, Array]]]
 """Function that reads a file. Its argument says whether to read attributes in addition to cells. It
 returns the cells, the attributes, and arguments of `segment`: ``mask`` and ``barriers``, if any."""
 
-_NOT_OF_FILES = {"features", "mask", "barriers", "cell_weights", "progress", "on_stage"}
-"""Parameters of `segment` that are not in `FileOptions.keywords`, mostly because they are arrays.
-The feature names in `FileOptions.features` replace the parameter `features`."""
+_ARRAYS = {"mesh", "features", "mask", "barriers", "callback"}
+"""Parameters that are not in `FileOptions.keywords`, mostly because they are arrays. The names in
+`FileOptions.features` replace the parameter `features`."""
 
-_DEFAULTS = {
-    name: parameter.default
-    for name, parameter in inspect.signature(segment).parameters.items()
-    if name != "mesh"
-}
-_OF_FILES = sorted(_DEFAULTS.keys() - _NOT_OF_FILES)
-"""Parameters of `segment` that are options for files."""
+
+def _defaults_of(function: Callable[..., Segmentation]) -> dict[str, Any]:
+    parameters = inspect.signature(function).parameters.items()
+    return {name: parameter.default for name, parameter in parameters if name != "mesh"}
+
+
+_DEFAULTS = {False: _defaults_of(segment), True: _defaults_of(paper.segment)}
+"""Default of each parameter of `segment` and of `paper.segment`, keyed by `FileOptions.paper`."""
 
 
 @dataclass(frozen=True)
@@ -90,10 +94,10 @@ class FileOptions:
     """
 
     CHOICES: ClassVar[Mapping[str, tuple[str, ...]]] = {"init": INITS, "islands": ISLANDS}
-    """Allowed names of `segment`'s options `init` and `islands`."""
+    """Allowed names of the options `init` (of `paper.segment`) and `islands`."""
 
     keywords: Mapping[str, Any]  # keyword arguments of `segment` that are not None
-    features: Sequence[str] = ()
+    features: str | Sequence[str] | Features = ()  # names
     subdivide: bool = False
     max_edge: float | None = None
     drop_attributes: bool = False
@@ -105,16 +109,18 @@ class FileOptions:
     min_opacity: float = 0.0
     mask_values: Sequence[int] = ()  # empty if there is no mask
     labels_named: str = "label"
+    paper: bool = False  # whether `keywords` are arguments of `paper.segment`
 
     def __post_init__(self) -> None:
+        is_paper = checked_flag(self.paper, "paper")
         given = {name: value for name, value in self.keywords.items() if value is not None}
-        _check_keywords(given)
+        _check_keywords(given, is_paper)
         max_edge, viewpoint = self.max_edge, self.viewpoint
         if max_edge is not None:
             max_edge = checked_number(max_edge, "max_edge", zero=False)
         checked: dict[str, Any] = {
             "keywords": given,
-            "features": tuple(self.features),
+            "features": _checked_features(self.features, is_paper),
             "max_edge": max_edge,
             "viewpoint": None if viewpoint is None else checked_viewpoint(viewpoint),
             "min_opacity": checked_fraction(self.min_opacity, "min_opacity"),
@@ -128,11 +134,6 @@ class FileOptions:
         for name, value in checked.items():
             object.__setattr__(self, name, value)
 
-    @staticmethod
-    def advice_on(name: str) -> str:
-        """Return advice for users of other tools, on an option that does not exist; "" if none."""
-        return OTHER_NAMES.get(name, "")
-
     def form(self, endings: Sequence[str]) -> FormatOptions:
         """Return options for output formats; raise an error if one has no effect on `endings`."""
         return FormatOptions.checked(
@@ -142,21 +143,20 @@ class FileOptions:
 
     @property
     def arguments(self) -> dict[str, Any]:
-        """Options as keyword arguments of `batch`, where tuples are converted to lists for JSON."""
-        own = {field.name: getattr(self, field.name) for field in fields(self)[1:]}
+        """Options as keyword arguments of `batch`."""
         return {
-            name: list(value) if isinstance(value, tuple) else value
-            for name, value in {**self.keywords, **own}.items()
+            **self.keywords,
+            **{each.name: getattr(self, each.name) for each in fields(self)[1:]},
         }
 
     @property
     def params(self) -> dict[str, Any]:
         """Options that affect results and differ from their defaults, as JSON values."""
-        usual = {**_DEFAULTS, **FileOptions({}).arguments}
+        usual = {**_DEFAULTS[self.paper], **FileOptions({}).arguments}
         return {
-            name: value.item() if isinstance(value, np.generic) else value
+            name: _as_json(value)
             for name, value in sorted(self.arguments.items())
-            if name not in ("n_threads", "force") and value != usual[name]
+            if name not in ("n_threads", "force") and _as_json(value) != _as_json(usual[name])
         }
 
     def segment(
@@ -166,8 +166,7 @@ class FileOptions:
         holds_attributes: bool,
         timings: dict[str, float],
         barrier_angle: float | None = None,
-        progress: Progress | None = None,
-        on_stage: OnStage | None = None,
+        callback: Callback | None = None,
     ) -> Outcome:
         """Read, subdivide and segment one file, without writing results.
 
@@ -177,8 +176,9 @@ class FileOptions:
         barriers.
         """
         keeps = not self.drop_attributes and holds_attributes
-        with timed(timings, "mesh", on_stage):
-            reads = keeps or bool(self.features) or self.min_opacity > 0
+        wanted = Features.of(self.features)
+        with timed(timings, "mesh", Reports(callback)):
+            reads = keeps or bool(wanted.names) or self.min_opacity > 0
             mesh, attributes, constraints = load(reads)
             threads = checked_threads(self.keywords.get("n_threads"))
             of_cells: dict[str, Any] = {**constraints}
@@ -186,9 +186,9 @@ class FileOptions:
                 is_opaque = _are_opaque(attributes, self.min_opacity)
                 of_cells["mask"] = is_opaque & of_cells.get("mask", True)
             is_kept = of_cells.get("mask")
-            features = CellData(mesh, attributes).features(self.features, threads, is_kept)
-            if features is not None:
-                of_cells["features"] = features
+            table = CellData(mesh, attributes).features(wanted.names, threads, is_kept)
+            if table is not None:
+                of_cells["features"] = table
             attributes = attributes if keeps else None
         parts, given = None, mesh
         if self.subdivide:
@@ -198,10 +198,12 @@ class FileOptions:
             of_cells = {name: values[parts.sources] for name, values in of_cells.items()}
             if attributes is not None:
                 attributes = attributes_of_parts(attributes, given, parts)
+        if "features" in of_cells:
+            of_cells["features"] = replace(wanted, table=of_cells["features"])
         if barrier_angle is not None:
             of_cells["barriers"] = sharp_edges(as_mesh(mesh), barrier_angle, n_threads=threads)
         seen = mesh if self.viewpoint is None else kind_of(mesh).seen_from(mesh, self.viewpoint)
-        result, found = _segmented(seen, of_cells, self, progress, on_stage)
+        result, found = _segmented(seen, of_cells, self, callback)
         outcome = Outcome(mesh, attributes, replace(result, cells=mesh), warnings=found)
         if barrier_angle is not None and len(of_cells["barriers"]):
             surface, labels = as_mesh(mesh), result.labels
@@ -249,17 +251,46 @@ class FileOptions:
         return outcome.result, {**outcome.result.timings, **timings}
 
 
-def _check_keywords(keywords: Mapping[str, Any]) -> None:
+def _check_keywords(keywords: Mapping[str, Any], is_paper: bool) -> None:
     """Raise an error if an argument of `segment` is unknown, invalid or an array."""
-    unknown = sorted(keywords.keys() - _OF_FILES)
-    if unknown:
-        names = ", ".join(_OF_FILES)
-        raise TypeError(f"{unknown[0]} is not an option for files; the options are {names}")
-    for name in ("weights", "init"):
-        given = keywords.get(name, _DEFAULTS[name])
-        if not isinstance(given, str) and given is not _DEFAULTS[name]:
-            raise TypeError(f"{name} must be a string, because an array would fit only one file")
-    SegmentOptions.checked(**{**_DEFAULTS, **keywords})
+    defaults = _DEFAULTS[is_paper]
+    for name in sorted(keywords.keys() - (defaults.keys() - _ARRAYS)):
+        names = f"the options are {', '.join(sorted(defaults.keys() - _ARRAYS))}"
+        advice = names if name in defaults else OTHER_NAMES.get(name, names)
+        raise TypeError(f"{name} is not an option for files: {advice}")
+    for name, kinds in (("weights", (str, Weights)), ("init", str)):
+        if not isinstance(keywords.get(name, ""), kinds):
+            raise TypeError(f"{name} must not be an array, which would fit only one file")
+    if getattr(keywords.get("sizes"), "weights", None) is not None:
+        raise TypeError("Sizes.weights must be None, because an array would fit only one file")
+    check = paper.checked if is_paper else SegmentOptions.checked
+    check(**{**defaults, **keywords})
+
+
+def _checked_features(given: object, is_paper: bool) -> tuple[str, ...] | Features:
+    """Return names of features, or `Features` if their weight is not the default."""
+    features = Features.of(() if given is None else given)
+    if len(features.names) != len(features.table):
+        raise TypeError("features must be names, because an array would fit only one file")
+    if features.names and is_paper:
+        raise ValueError("paper.segment has no features: leave out features or paper")
+    if features.weight == FEATURE_WEIGHT:
+        return features.names
+    return replace(features, table=features.names)
+
+
+def _as_json(value: Any) -> Any:
+    """Return an option as a JSON value; a dict of parameters that differ from their defaults."""
+    if is_dataclass(value):
+        given = {each.name: (getattr(value, each.name), each.default) for each in fields(value)}
+        return {
+            name: _as_json(value)
+            for name, (value, default) in given.items()
+            if default is MISSING or value != default
+        }
+    if isinstance(value, (tuple, list)):
+        return [_as_json(each) for each in value]
+    return value.item() if isinstance(value, np.generic) else value
 
 
 def _are_opaque(attributes: MeshAttributes | None, least: float) -> Bools:
@@ -283,14 +314,13 @@ def _subdivided(source: Cells, options: FileOptions) -> Subdivision:
     get = options.keywords.get
     max_edge = options.max_edge
     if max_edge is None:
-        asked = (get("n_segments"), get("radius"), get("expected_radius"))
-        max_edge = advised_max_edge(mesh, SizeOptions.checked(*asked, None))
+        size = SizeOptions.checked(get("n_segments"), get("radius"), None)
+        max_edge = advised_max_edge(mesh, size)
     return subdivide(mesh, max_edge, n_threads=get("n_threads"))
 
 
 def _segmented(
-    mesh: Cells, of_cells: Mapping[str, Any], options: FileOptions, progress: Progress | None,
-    on_stage: OnStage | None,
+    mesh: Cells, of_cells: Mapping[str, Any], options: FileOptions, callback: Callback | None
 ) -> tuple[Segmentation, tuple[Warning, ...]]:  # fmt: skip
     """Segment a mesh, and return the warnings.
 
@@ -302,7 +332,8 @@ def _segmented(
         keywords["n_segments"] = min(keywords["n_segments"], max(n_kept, 1))  # 0 is for `segment`
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", UserWarning)
-        result = segment(mesh, progress=progress, on_stage=on_stage, **keywords, **of_cells)
+        function = paper.segment if options.paper else segment
+        result = function(mesh, callback=callback, **keywords, **of_cells)
     return result, tuple(one.message for one in caught if isinstance(one.message, Warning))
 
 

@@ -40,7 +40,7 @@ end."""
 
 @dataclass(frozen=True, eq=False)
 class Subdivision:
-    """Result of `subdivide`: a subdivided mesh, and the old face of each new face.
+    """Result of `superfacets.subdivide`: a subdivided mesh, and the old face of each new face.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ class Subdivision:
         face is then ``2.0**-depth`` times the area of the triangle that contains it.
     cut_areas : ndarray of float64, shape (F,), optional
         If the old mesh has polygons, area of the triangle that contains each new face. None if the
-        old mesh is a `Mesh`.
+        old mesh is a ``Mesh``.
     """
 
     mesh: Mesh

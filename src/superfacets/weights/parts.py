@@ -130,7 +130,7 @@ def spectral_embedding(
     --------
     >>> import superfacets
     >>> bear = superfacets.sample_mesh(5_000)
-    >>> superfacets.spectral_embedding(bear).shape
+    >>> spectral_embedding(bear).shape
     (4892, 8)
     """
     n_vectors = checked_count(n_vectors, "n_vectors", N_COMPARED)

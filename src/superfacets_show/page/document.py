@@ -6,7 +6,7 @@ import html
 import json
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -42,7 +42,7 @@ _FRAME_HEIGHT = 480
 class Page:
     """HTML page that shows a mesh and its regions; result of ``superfacets.view``.
 
-    A notebook shows the page if it is the last expression in a code cell.
+    A notebook shows the page if it is the last expression in a code cell; ``save(path)`` writes it.
 
     Attributes
     ----------
@@ -52,8 +52,14 @@ class Page:
         Axis that points up. If the camera has ``up="auto"``, this is the guessed axis.
     """
 
-    html: str = field(repr=False)
-    up: Up = field(repr=False)
+    html: str
+    up: Up
+
+    def __repr__(self) -> str:
+        size = f"{len(self.html) / 1e6:.1f} MB"
+        return (
+            f"Page({size} of HTML: shown by a notebook, or written by .save(path) to a .html file)"
+        )
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write the page to a file whose name ends in .html or .htm; return the path of the file.
@@ -97,7 +103,7 @@ def view(
     On the page, the mesh can be rotated, zoomed and moved. Pointing at a region shows its label,
     its number of cells, and its area or volume. Cells are colored by region, by ground truth or by
     value, and a slider changes the level. Region colors are the same as from `face_colors`, and
-    borders are the same as in `render`. Positions are rounded to 1/65535 of the bounding box, and
+    borders are the same as in `plot`. Positions are rounded to 1/65535 of the bounding box, and
     values to 1/65534 of their range. The time and the size of the page are linear in the number of
     cells; the size is about 12 bytes per triangle and at most 4 bytes per color. The browser needs
     WebGL 2.

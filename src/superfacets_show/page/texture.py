@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from superfacets import Texture, TextureImage
+from superfacets import Texture
 from superfacets.kit import Array, FaceMesh, corner_triangles, import_extra
-from superfacets_textures import WRAPS, check_texture, srgb_of_linear
+from superfacets_textures import WRAPS, TextureImage, check_texture, srgb_of_linear
 
 from .coding import Coding
 from .shape import STEPS

@@ -64,7 +64,7 @@ def read_import(files: Mapping[str, bytes], cells: Cells, known: ClassList) -> I
 
     Raises ValueError if a file is damaged, belongs to another mesh, or has an unknown format.
     """
-    endings = {name: kit.known_ending(Path(name), ENDINGS) for name in files}
+    endings = {name: kit.known_ending(name, ENDINGS) for name in files}
     grouping = [name for name, ending in endings.items() if ending == GROUPS]
     labeling = [name for name in files if name not in grouping]
     if len(labeling) != 1 or len(grouping) > 1:

@@ -17,8 +17,10 @@ from superfacets import (
     IslandWarning,
     Segmentation,
     SliverWarning,
+    Weights,
     hierarchy,
     kit,
+    prepare,
     segment,
 )
 from superfacets.kit import WEIGHTS, Cells, Ints, Prepared, Surface
@@ -103,15 +105,10 @@ class SegmentationTask:
         if self._is_cancelled.is_set():
             raise Cancelled
 
-    def on_stage(self, stage: str) -> None:
-        """Report that a stage begins."""
+    def report(self, stage: str, n_iter: int = 0, n_moved: int = 0) -> None:
+        """Report that a stage begins, or how many centers have moved in an iteration."""
         self.check()
-        self.tell({"stage": stage})
-
-    def on_iteration(self, iteration: int, n_moved: int) -> None:
-        """Report how many centers have moved in an iteration."""
-        self.check()
-        self.tell({"iteration": iteration, "moved": n_moved})
+        self.tell({"iteration": n_iter, "moved": n_moved} if n_iter else {"stage": stage})
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,7 +141,7 @@ class Segmenter:
     @cached_property
     def prepared(self) -> Prepared:
         """Mesh as prepared for `segment`, with its cell graph."""
-        return Prepared.of(self.source, weld=True, n_threads=kit.checked_threads(None))
+        return prepare(self.source)
 
     @cached_property
     def surface(self) -> Surface:
@@ -192,14 +189,15 @@ class Segmenter:
         if key in self._kept:
             self._kept.move_to_end(key)
             return self._kept[key]
-        options = {name: value for name, value in parameters.items() if name != "level"}
+        weights = Weights("parts", alpha=parameters["alpha"], ridges=parameters["ridges"])
         if "prepared" not in self.__dict__:
-            task.on_stage("face_graph")
+            task.report("face_graph")
         with warnings.catch_warnings(record=True) as found:
             warnings.simplefilter("always")
             result = segment(
-                self.prepared, **options, progress=task.on_iteration, on_stage=task.on_stage
-            )
+                self.prepared, parameters["n_segments"], weights=weights,
+                smooth=parameters["smooth"], callback=task.report,
+            )  # fmt: skip
         self._kept[key] = base = _base_of(result.labels, _notes_of(found, result))
         _trim(self._kept)
         return base
@@ -209,7 +207,7 @@ class Segmenter:
     ) -> Hierarchy:
         key = _key(parameters)
         if key not in self._trees:
-            task.on_stage("merging")
+            task.report("merging")
             self._trees[key] = hierarchy(self.source, [finest.n_regions], labels=finest.labels)
             _trim(self._trees)
         self._trees.move_to_end(key)

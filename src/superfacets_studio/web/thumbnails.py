@@ -79,11 +79,11 @@ class Thumbnails:
 
 def main() -> None:
     """Draw the file in the first argument, and write a PNG to the path in the second argument."""
-    from superfacets import render
+    from superfacets import plot
 
     source, target = map(Path, sys.argv[1:3])
     try:
-        render(source, output=target, size=SIZE)
+        plot(source, output=target, size=SIZE)
     except Exception as error:
         sys.exit(f"{type(error).__name__}: {error}")
 

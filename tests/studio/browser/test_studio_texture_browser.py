@@ -6,7 +6,8 @@ from studio_page import hue
 from textured_meshes import grid, save_png
 
 import superfacets as sf
-from superfacets import Material, MeshAttributes, Texture, TextureImage
+from superfacets import MeshAttributes, Texture
+from superfacets_textures import Material, TextureImage
 
 COLORS = ["#ff0000", "#00c800", "#0000ff", "#c8c800"]
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ...base.checks import check_length, refuse_first, refuse_mask
+from ...base.checks import check_length, refuse_first, refuse_mask, refuse_order
 from ...base.errors import MeshError
 from ...base.types import Array, Ints
 from ..formats import FORMATS
@@ -123,6 +123,7 @@ def find_labels(data: Content, ending: str, n_cells: int | None, name: str) -> I
 def checked_labels(labels: Any, n_faces: int | None = None, n_vertices: int | None = None) -> Ints:
     """Return labels as an int32 array, or raise a MeshError if they are not integers >= -1."""
     refuse_mask(labels, "labels", MeshError)
+    refuse_order(labels, "labels")
     array = np.asarray(labels)
     if array.ndim != 1:
         raise MeshError(f"labels must be one-dimensional, got shape {array.shape}")

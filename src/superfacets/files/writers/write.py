@@ -10,6 +10,7 @@ from typing import IO, Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
+from ...base.checks import refuse_order
 from ...base.errors import MeshError
 from ...base.lazy import load
 from ...base.types import Ints, Longs
@@ -140,7 +141,7 @@ def write_mesh(
     ...     print(path.read_text().splitlines()[-1])
     3 0 2 3 0 0 255 255
     """
-    ending = known_ending(Path(path), (*FORMATS.cell_outputs, *FORMATS.derived_outputs))
+    ending = known_ending(path, (*FORMATS.cell_outputs, *FORMATS.derived_outputs))
     options = FormatOptions.checked(
         [ending], ascii=ascii, label_name=label_name, vertex_labels=vertex_labels,
         classes=classes, scores=scores, force=force,
@@ -205,8 +206,8 @@ def write_labels(path: StrPath, labels: npt.ArrayLike, *, force: bool = False) -
     ...     path.read_text()
     '0\n1\n'
     """
-    path = Path(path)
     ending = known_ending(path, (*FORMATS.label_outputs, *FORMATS.id_outputs))
+    path = Path(path)
     _check_truth_stays([path], force)
     levels = checked_levels(labels, ending)
     with atomic_outputs([path]) as (temporary,), temporary.open("wb") as file:
@@ -271,6 +272,7 @@ def write_regions(
     ...     [path.name for path in write_regions(folder, square, [4, 2], ending=".obj")]
     ['region_2.obj', 'region_4.obj']
     """
+    refuse_order(folder, "a path")
     cells = as_cells(mesh)
     ending = FORMATS.usual_output(kind_of(cells).name) if ending is None else ending
     cell_labels = _labels_of(cells, labels)
