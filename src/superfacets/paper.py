@@ -94,7 +94,7 @@ def segment(
 
 def checked(
     *, n_segments: int | None, radius: float | None, alpha: float | None,
-    eta_convex: float | None, init: Init | Start, radius_factor: float | None,
+    eta_convex: float | None, init: AnyInit | Start, radius_factor: float | None,
     mask: npt.ArrayLike | None, barriers: npt.ArrayLike | None, islands: Islands,
     max_num_iter: int, n_threads: int | None, callback: Callback | None,
 ) -> SegmentOptions:  # fmt: skip
