@@ -9,6 +9,7 @@ import re
 import shlex
 import warnings
 from importlib import import_module
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
@@ -269,7 +270,8 @@ MODULES = ("metrics", "paper", "segmentator")
 
 def public_names():
     """Return the full name of everything public, as the API reference lists it."""
-    modules = {f"superfacets.{name}": getattr(sf, name) for name in MODULES} | {"superfacets": sf}
+    modules = {f"superfacets.{name}": import_module(f"superfacets.{name}") for name in MODULES}
+    modules["superfacets"] = sf
     return [
         f"{path}.{name}"
         for path, module in modules.items()
