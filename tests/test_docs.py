@@ -9,7 +9,6 @@ import re
 import shlex
 import warnings
 from importlib import import_module
-from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
