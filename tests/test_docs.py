@@ -269,7 +269,8 @@ MODULES = ("metrics", "paper", "segmentator")
 
 def public_names():
     """Return the full name of everything public, as the API reference lists it."""
-    modules = {f"superfacets.{name}": getattr(sf, name) for name in MODULES} | {"superfacets": sf}
+    modules = {f"superfacets.{name}": import_module(f"superfacets.{name}") for name in MODULES}
+    modules["superfacets"] = sf
     return [
         f"{path}.{name}"
         for path, module in modules.items()
