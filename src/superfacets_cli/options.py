@@ -12,34 +12,18 @@ import click
 from superfacets.kit import FORMATS
 
 
-class CountOr(click.ParamType):  # type: ignore[type-arg]  # generic in new versions of click
-    """Type of options whose value is an integer of at least `low`, or the text `word`."""
-
-    name = "count or word"
-
-    def __init__(self, word: str, low: int) -> None:
-        self.word = word
-        self.count = Count(low)
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Return the word, or the number."""
-        return value if value == self.word else self.count.convert(value, param, ctx)
-
-
-class Count(click.IntRange):
-    """Type of options whose value is an integer of at least `lowest`."""
+class Count(click.ParamType):  # type: ignore[type-arg]  # generic in new versions of click
+    """Type of options whose value is an integer of at least `lowest`, or the text `word`."""
 
     name = "count"
 
-    def __init__(self, lowest: int) -> None:
-        super().__init__(min=lowest)
-        self._lowest = lowest
+    def __init__(self, lowest: int, word: str | None = None) -> None:
+        self._lowest, self._word = lowest, word
 
-    def _describe_range(self) -> str:
-        return ""
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
-        """Return the number, or raise a usage error that names the lower bound."""
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the word or the number, or raise a usage error that names the lower bound."""
+        if value == self._word:
+            return value
         try:
             number = int(value)
         except ValueError:

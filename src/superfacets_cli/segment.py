@@ -1,4 +1,4 @@
-"""The command ``superfacets segment``, and options that ``superfacets batch`` shares."""
+"""The commands ``segment`` and ``demo``, and options that ``superfacets batch`` shares."""
 
 from __future__ import annotations
 
@@ -12,8 +12,26 @@ from typing import Any, ClassVar
 import click
 import numpy as np
 
-from superfacets import SCANS, Features, MeshAttributes, MeshError, Sizes, Weights, kit
-from superfacets.kit import WEIGHTS, Array, Cells, FileOptions, FormatOptions, OutputFiles
+from superfacets import (
+    SCANS,
+    Features,
+    MeshAttributes,
+    MeshError,
+    Sizes,
+    Weights,
+    kit,
+    segment,
+    write_mesh,
+)
+from superfacets.kit import (
+    WEIGHTS,
+    Array,
+    Cells,
+    FileOptions,
+    FormatOptions,
+    OutputFiles,
+    output_folder,
+)
 
 from . import options as opts
 from .failures import EXIT_DATA, count_failures, print_note, print_notes
@@ -122,7 +140,7 @@ segment_options = options(
     option("--feature-weight", NOT_NEGATIVE,
            "Weight of features: a difference of one standard deviation adds this many region radii"
            " to the length of a path.  [default: 5]"),
-    option("--denoise N|auto", opts.CountOr("auto", 0),
+    option("--denoise N|auto", opts.Count(0, "auto"),
            "Measure creases on a copy of the mesh, smoothed in N steps; auto estimates the noise"
            " and uses 0 steps if the mesh is clean. Outputs are not smoothed.  [default: auto]"),
     option("--subdivide is_subdivided", FLAG,
@@ -353,3 +371,28 @@ class _Run:
             raise MeshError(
                 f"{name_of(job.input)}: --barrier-angle needs a mesh: point clouds have no edges"
             )
+
+
+@click.command("demo")
+@option("-o --output DIR", opts.FOLDER, "Folder for the results.", default=Path("superfacets-demo"))
+def demo_command(output: Path) -> None:
+    """Segment the sample mesh of the package.
+
+    The labeled mesh and a picture of the mesh are written to DIR.
+    """
+    from superfacets import render, sample_mesh
+    from superfacets_show import check_rendering
+
+    check_rendering()
+    click.get_current_context().with_resource(output_folder(output))
+    labeled, picture = output / "bear.superfacets.ply", output / "bear.superfacets.png"
+    timings: dict[str, float] = {}
+    with RunBar("bear") as bar:
+        with bar.timed("mesh", timings):
+            surface = sample_mesh()
+        result = segment(surface, callback=bar.on_report)
+        with bar.timed("export", timings):
+            write_mesh(labeled, surface, result.labels)
+    click.echo(f"wrote {labeled}\nbear: {summary_of(result, {**result.timings, **timings})}")
+    render(surface, result.labels, output=picture)
+    click.echo(f"wrote {picture}")
