@@ -11,20 +11,10 @@ import click
 from superfacets import BatchProgress, BatchResult, batch
 from superfacets.kit import FORMATS, counted
 
+from . import options as opts
 from .failures import EXIT_DATA, print_error, print_notes
 from .inputs import mask_values_option
 from .interrupts import soon_ended
-from .options import (
-    COUNT,
-    FLAG,
-    FOLDER,
-    POSITIVE,
-    json_option,
-    labels_named_option,
-    option,
-    options,
-    quiet_option,
-)
 from .outputs import check_mask, listed_formats
 from .progress import FileBar
 from .segment import SegmentCommand, file_options, options_of, segment_options
@@ -32,29 +22,29 @@ from .segment import SegmentCommand, file_options, options_of, segment_options
 
 @click.command("batch", cls=SegmentCommand)
 @click.argument("inputs", metavar="IN...", nargs=-1, required=True)
-@options(
-    option("-o --output DIR", FOLDER,
+@opts.options(
+    opts.option("-o --output DIR", opts.FOLDER,
            "Folder for the results and the manifest. Its subfolders mirror the folders of IN.",
            required=True),
-    option("--to --format formats LIST", None,
+    opts.option("--to --format formats LIST", None,
            "Comma-separated formats of the results, such as npy,ply.  [default: ply; vtu for"
            " tetrahedra]",
            multiple=True, callback=listed_formats),
-    option("--workers", COUNT,
+    opts.option("--workers", opts.COUNT,
            "Number of worker processes on this machine; with 1, files are processed one after the"
            " other in this process.  [default: one per core if Dask is installed, else 1]"),
-    option("--scheduler ADDRESS", None,
+    opts.option("--scheduler ADDRESS", None,
            "Address of a Dask scheduler, such as tcp://10.0.0.1:8786."),
-    option("--timeout SECONDS", POSITIVE,
+    opts.option("--timeout SECONDS", opts.POSITIVE,
            "Maximum time per file: a file that takes longer fails, and its worker restarts."
            "  [default: no maximum]"),
-    option("--retry-failed", FLAG, "Retry files that failed in an earlier run."),
+    opts.option("--retry-failed", opts.FLAG, "Retry files that failed in an earlier run."),
     segment_options,
     mask_values_option,
-    labels_named_option,
+    opts.labels_named_option,
     file_options,
-    quiet_option,
-    json_option("the summary as a JSON object"),
+    opts.quiet_option,
+    opts.json_option("the summary as a JSON object"),
 )  # fmt: skip
 @click.pass_context
 def batch_command(

@@ -23,44 +23,35 @@ from superfacets import (
 from superfacets.kit import FORMATS, Array, Cells, Ints
 from superfacets_scans import GROUPS, SEGMENTS, Overlap
 
+from . import options as opts
 from .inputs import GivenLabels, given_labels, labels_for, labels_of_cells, read_input
 from .interrupts import run_in_background
-from .options import (
-    FILE,
-    FLAG,
-    NOT_NEGATIVE,
-    Real,
-    drop_attributes_option,
-    format_option,
-    option,
-    options,
-)
 from .outputs import OneRun, one_output_options
 
 
 @click.command("lift")
-@click.argument("source", metavar="IN", type=FILE)
-@click.argument("labels", metavar="LABELS", type=FILE)
-@click.argument("masks", metavar="MASKS", type=FILE)
-@click.argument("cameras", metavar="CAMERAS", type=FILE)
-@options(
-    option("--consistent-ids is_consistent", FLAG,
+@click.argument("source", metavar="IN", type=opts.FILE)
+@click.argument("labels", metavar="LABELS", type=opts.FILE)
+@click.argument("masks", metavar="MASKS", type=opts.FILE)
+@click.argument("cameras", metavar="CAMERAS", type=opts.FILE)
+@opts.options(
+    opts.option("--consistent-ids is_consistent", opts.FLAG,
            "Mask ids mean the same in all images, like class ids, and become the labels."
            "  [default: join masks that cover the same regions into objects, numbered from 0]"),
-    option("--agreement", Real(0, 1, min_open=True),
+    opts.option("--agreement", opts.Real(0, 1, min_open=True),
            "Probability that two points of the same object are in the same mask of an image, given"
            " that both are in masks. A higher value gives more and smaller objects. Not used with"
            " --consistent-ids.",
            default=0.5),
-    option("--overlap", get_args(Overlap),
+    opts.option("--overlap", get_args(Overlap),
            "Which mask to use where masks of an image overlap.", default="smallest"),
-    option("--intrinsics", FILE,
+    opts.option("--intrinsics", opts.FILE,
            "Text file with the camera intrinsics, if CAMERAS is a folder of poses: fx fy cx cy, or"
            " a matrix of 3 or 4 rows."),
 )  # fmt: skip
 @one_output_options("IN with the labels, or the labels alone", "IN")
-@format_option("IN")
-@drop_attributes_option("IN")
+@opts.format_option("IN")
+@opts.drop_attributes_option("IN")
 def lift_command(
     source: Path, labels: Path, masks: Path, cameras: Path, is_consistent: bool, agreement: float,
     overlap: Any, intrinsics: Path | None, format: str | None, **given: Any,
@@ -158,17 +149,17 @@ def _report(run: OneRun, cells: Cells, result: LiftedLabels) -> None:
 
 
 @click.command("transfer")
-@click.argument("source", metavar="IN", type=FILE)
-@click.argument("labels", metavar="LABELS", type=FILE)
-@click.argument("target", metavar="TARGET", type=FILE)
-@option(
-    "--max-distance", NOT_NEGATIVE,
+@click.argument("source", metavar="IN", type=opts.FILE)
+@click.argument("labels", metavar="LABELS", type=opts.FILE)
+@click.argument("target", metavar="TARGET", type=opts.FILE)
+@opts.option(
+    "--max-distance", opts.NOT_NEGATIVE,
     "Cells of TARGET farther than this from IN, in units of IN, get label -1.  [default: no limit]",
 )  # fmt: skip
 @one_output_options("TARGET with its labels, or the labels alone", "TARGET")
-@format_option("IN")
-@format_option("TARGET", name="--target-format")
-@drop_attributes_option("TARGET")
+@opts.format_option("IN")
+@opts.format_option("TARGET", name="--target-format")
+@opts.drop_attributes_option("TARGET")
 def transfer_command(
     source: Path, labels: Path, target: Path, max_distance: float | None, format: str | None,
     target_format: str | None, **given: Any,

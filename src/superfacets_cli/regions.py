@@ -14,15 +14,6 @@ import click
 import numpy as np
 
 from superfacets import BorderLines, MeshError, RegionGraph, border_lines, kit, pool, region_graph
-from superfacets.kit import (
-    Array,
-    CellData,
-    Floats,
-    Ints,
-    atomic_outputs,
-    import_extra,
-    known_ending,
-)
 from superfacets_formats import write_vtk_xml
 
 from . import options as opts
@@ -72,7 +63,7 @@ def regions_command(
     check_files([Job(cells, files)], also_read=[str(labels)] if labels else [])
     kit.checked_targets(files)
 
-    def compute() -> tuple[RegionGraph, dict[str, Array], tuple[Any, ...] | None]:
+    def compute() -> tuple[RegionGraph, dict[str, kit.Array], tuple[Any, ...] | None]:
         whole, given, integers, reals = _read(
             cells, format, labels, labels_named, majority, mean, is_quiet=is_quiet
         )
@@ -109,7 +100,7 @@ def regions_command(
 def _read(
     text: str, format: str | None, labels: Path | None, name: str, majority: tuple[str, ...],
     mean: tuple[str, ...], *, is_quiet: bool,
-) -> tuple[Any, Ints, dict[str, Ints], dict[str, Floats]]:  # fmt: skip
+) -> tuple[Any, kit.Ints, dict[str, kit.Ints], dict[str, kit.Floats]]:  # fmt: skip
     """Read the cells, their labels `name`, and the properties named in `majority` and `mean`."""
     source = read_input(text, format)
     cells, attributes = source.cells_and_attributes(keep=bool(mean))
@@ -117,12 +108,12 @@ def _read(
     if given is None:
         raise MeshError(f"{source.name} has no labels: give a label file as LABELS")
     integers = {key: source.integers(cells.n_cells, key) for key in majority}
-    data = CellData(cells, attributes)
+    data = kit.CellData(cells, attributes)
     return cells, given, integers, {key: _values_of(key, source.name, data) for key in mean}
 
 
 def _write(
-    graph: RegionGraph, columns: dict[str, Array], drawn: tuple[Any, ...] | None,
+    graph: RegionGraph, columns: dict[str, kit.Array], drawn: tuple[Any, ...] | None,
     output: Path | None, arcs: Path | None, borders: Path | None,
 ) -> None:  # fmt: skip
     """Write the tables and the borders; print the table of regions if `output` is None."""
@@ -139,14 +130,14 @@ def _write(
         print_csv(sys.stdout, columns)
 
 
-def _most_frequent(regions: Ints, values: Ints, n_regions: int) -> Ints:
+def _most_frequent(regions: kit.Ints, values: kit.Ints, n_regions: int) -> kit.Ints:
     """Return the most frequent value in each region; the lowest value if there is a tie."""
     kept = regions >= 0
     weights = np.ones(np.count_nonzero(kept))
     return kit.weighted_majority(regions[kept], values[kept], weights, n_regions).winners
 
 
-def _values_of(name: str, file: str, data: CellData) -> Floats:
+def _values_of(name: str, file: str, data: kit.CellData) -> kit.Floats:
     """Return the property `name`, one value per cell.
 
     If it does not exist, a MeshError lists all properties.
@@ -167,15 +158,15 @@ def _checked_outputs(
     try:
         for path in (output, arcs):
             if path is not None:
-                known_ending(path, TABLE_ENDINGS)
+                kit.known_ending(path, TABLE_ENDINGS)
         if borders is not None:
-            known_ending(borders, LINE_ENDINGS)
+            kit.known_ending(borders, LINE_ENDINGS)
     except ValueError as error:
         raise click.UsageError(str(error)) from None
     return tuple(path for path in (output, arcs, borders) if path is not None)
 
 
-Columns = Mapping[str, Array]
+Columns = Mapping[str, kit.Array]
 """Columns of a table, keyed by column name; all columns have the same length."""
 
 TABLE_ENDINGS = (".csv", ".json", ".parquet")
@@ -189,8 +180,8 @@ def write_tables(tables: Sequence[tuple[Path, Columns]]) -> None:
     null in JSON. A JSON file has a list with one object per row. Numbers are written with enough
     digits to restore them exactly. Parquet needs pandas and pyarrow.
     """
-    endings = [known_ending(path, TABLE_ENDINGS) for path, _ in tables]
-    with atomic_outputs([path for path, _ in tables]) as temporaries:
+    endings = [kit.known_ending(path, TABLE_ENDINGS) for path, _ in tables]
+    with kit.atomic_outputs([path for path, _ in tables]) as temporaries:
         for temporary, ending, (_, columns) in zip(temporaries, endings, tables, strict=True):
             if ending == ".parquet":
                 _write_parquet(temporary, columns)
@@ -223,12 +214,13 @@ def _rows(columns: Columns) -> Iterable[tuple[Any, ...]]:
 
 
 def _write_parquet(path: Path, columns: Columns) -> None:
-    import_extra("pyarrow", "a .parquet file", "graph")  # else pandas raises a plain ImportError
-    pandas = import_extra("pandas", "a .parquet file", "graph")
+    # Without this line, pandas raises a plain ImportError.
+    kit.import_extra("pyarrow", "a .parquet file", "graph")
+    pandas = kit.import_extra("pandas", "a .parquet file", "graph")
     pandas.DataFrame(dict(columns)).to_parquet(path, engine="pyarrow", index=False)
 
 
-def write_borders(path: Path, vertices: Floats, lines: BorderLines, names: Ints) -> None:
+def write_borders(path: Path, vertices: kit.Floats, lines: BorderLines, names: kit.Ints) -> None:
     """Write border lines as OBJ or VTP, with the vertices on the lines; regions get new `names`.
 
     In OBJ, each line is a group ``border_3_7``, or ``border_3_open`` at the boundary of the mesh.
@@ -239,10 +231,10 @@ def write_borders(path: Path, vertices: Floats, lines: BorderLines, names: Ints)
     used, along = np.unique(np.concatenate([np.empty(0, int), *rows]), return_inverse=True)
     ends = np.cumsum([*map(len, rows)], dtype=np.int64)
     low, high = np.append(names, -1)[lines.regions].astype(np.int32).T  # -1 at the boundary
-    ending = known_ending(path, LINE_ENDINGS)
-    with atomic_outputs([path]) as temporaries, temporaries[0].open("wb") as file:
+    ending = kit.known_ending(path, LINE_ENDINGS)
+    with kit.atomic_outputs([path]) as temporaries, temporaries[0].open("wb") as file:
         if ending == ".vtp":
-            sections: dict[str, dict[str, Array]] = {
+            sections: dict[str, dict[str, kit.Array]] = {
                 "CellData": {"low": low, "high": high},
                 "Points": {"Points": vertices[used]},
                 "Lines": {"connectivity": along.astype(np.int64), "offsets": ends},
