@@ -12,7 +12,7 @@ from superfacets import BatchProgress, BatchResult, batch
 from superfacets.kit import FORMATS, counted
 
 from . import options as opts
-from .failures import EXIT_DATA, print_error, print_notes
+from .failures import EXIT_DATA, is_quiet, print_error, print_notes
 from .inputs import mask_values_option
 from .interrupts import soon_ended
 from .outputs import check_mask, listed_formats
@@ -50,7 +50,7 @@ from .segment import SegmentCommand, file_options, options_of, segment_options
 def batch_command(
     ctx: click.Context, /, inputs: tuple[str, ...], output: Path, formats: tuple[str, ...],
     workers: int | None, scheduler: str | None, timeout: float | None, retry_failed: bool,
-    is_quiet: bool, as_json: bool, **given: Any,
+    as_json: bool, **given: Any,
 ) -> None:  # fmt: skip
     """Segment thousands of files on all cores, or on a cluster.
 
@@ -63,7 +63,7 @@ def batch_command(
     endings = [FORMATS.ending_of[name] for name in formats]
     check_mask(endings, has_mask=bool(arguments["mask_values"]))
     tried: list[str] = []
-    with FileBar(is_quiet=is_quiet) as bar, soon_ended():
+    with FileBar() as bar, soon_ended():
 
         def progress(state: BatchProgress) -> None:
             bar.draw(state)
@@ -79,7 +79,7 @@ def batch_command(
     print_notes(result.notes)
     if as_json:
         click.echo(json.dumps(_facts(result, output)))
-    elif not is_quiet:
+    elif not is_quiet():
         click.echo(_summary(result))
     if result.n_failed:
         failed = f"{result.n_failed} of {counted(len(result.records), 'file')} failed"

@@ -66,15 +66,22 @@ def print_error(message: str) -> None:
     _print("error", message)
 
 
-def print_note(message: str) -> None:
-    """Print a note as one line on stderr."""
-    _print("note", message)
+def is_quiet() -> bool:
+    """Return whether the command that runs got the option ``--quiet``."""
+    context = click.get_current_context(silent=True)
+    return context is not None and bool(context.params.get("is_quiet"))
 
 
-def print_notes(messages: Iterable[str]) -> None:
-    """Print each note as one line on stderr."""
+def print_note(message: str, *, is_shown: bool | None = None) -> None:
+    """Print a note as one line on stderr, by default unless the command is quiet."""
+    if is_shown or (is_shown is None and not is_quiet()):
+        _print("note", message)
+
+
+def print_notes(messages: Iterable[str], *, is_shown: bool | None = None) -> None:
+    """Print each note as one line on stderr, by default unless the command is quiet."""
     for message in messages:
-        print_note(message)
+        print_note(message, is_shown=is_shown)
 
 
 def _print(kind: str, message: str) -> None:

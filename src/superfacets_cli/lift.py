@@ -82,7 +82,7 @@ def lift_command(
         cells, attributes = file.cells_and_attributes(keep=run.keeps_attributes)
         run.outputs.check_fit(cells)
         of_file = given_labels(file, cells, labels, run.labels_named)
-        regions, names = kit.ranked_labels(labels_of_cells(cells, of_file, is_quiet=run.is_quiet))
+        regions, names = kit.ranked_labels(labels_of_cells(cells, of_file))
         ids = read_masks(masks, overlap=overlap)
         size = next(iter(ids.values())).shape[::-1]
         views = read_cameras(cameras, intrinsics=intrinsics, size=size, names=ids)
@@ -175,7 +175,7 @@ def transfer_command(
     def compute() -> tuple[Cells, MeshAttributes | None, Ints]:
         origin = read_input(str(source), format)
         cells = origin.cells()
-        of_source = labels_for(origin, cells, labels, run.labels_named, is_quiet=run.is_quiet)
+        of_source = labels_for(origin, cells, labels, run.labels_named)
         file = read_input(str(target), target_format)
         goal, attributes = file.cells_and_attributes(keep=run.keeps_attributes)
         run.outputs.check_fit(goal)

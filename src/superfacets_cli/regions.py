@@ -17,6 +17,7 @@ from superfacets import BorderLines, MeshError, RegionGraph, border_lines, kit, 
 from superfacets_formats import write_vtk_xml
 
 from . import options as opts
+from .failures import is_quiet
 from .inputs import check_inputs, labels_beside, read_input
 from .interrupts import run_in_background
 from .options import FILE, option, options
@@ -49,7 +50,7 @@ from .outputs import Job, check_files
 def regions_command(
     cells: str, labels: Path | None, output: Path | None, arcs: Path | None, borders: Path | None,
     majority: tuple[str, ...], mean: tuple[str, ...], viewpoint: tuple[float, ...] | None,
-    format: str | None, labels_named: str, is_quiet: bool, as_json: bool,
+    format: str | None, labels_named: str, as_json: bool, **_: Any,
 ) -> None:  # fmt: skip
     """Measure regions: areas, shapes, neighbors.
 
@@ -64,9 +65,7 @@ def regions_command(
     kit.checked_targets(files)
 
     def compute() -> tuple[RegionGraph, dict[str, kit.Array], tuple[Any, ...] | None]:
-        whole, given, integers, reals = _read(
-            cells, format, labels, labels_named, majority, mean, is_quiet=is_quiet
-        )
+        whole, given, integers, reals = _read(cells, format, labels, labels_named, majority, mean)
         if borders is not None and not kit.kind_of(whole).has_faces:
             raise click.UsageError(f"--borders needs a mesh with faces: {cells} has none")
         if viewpoint is not None:
@@ -90,7 +89,7 @@ def regions_command(
         names_written = [opts.STANDARD_STREAM] * (output is None) + [str(path) for path in files]
         facts = {"file": cells, "n_regions": graph.n_regions, "n_pairs": graph.n_arcs}
         click.echo(json.dumps({**facts, "outputs": names_written}), err=output is None)
-    elif not is_quiet:
+    elif not is_quiet():
         pairs = f"{kit.counted(graph.n_arcs, 'pair')} of neighbors"
         lines = [f"wrote {path}" for path in files]
         lines.append(f"{cells}: {kit.counted(graph.n_regions, 'region')}, {pairs}")
@@ -99,12 +98,12 @@ def regions_command(
 
 def _read(
     text: str, format: str | None, labels: Path | None, name: str, majority: tuple[str, ...],
-    mean: tuple[str, ...], *, is_quiet: bool,
+    mean: tuple[str, ...],
 ) -> tuple[Any, kit.Ints, dict[str, kit.Ints], dict[str, kit.Floats]]:  # fmt: skip
     """Read the cells, their labels `name`, and the properties named in `majority` and `mean`."""
     source = read_input(text, format)
     cells, attributes = source.cells_and_attributes(keep=bool(mean))
-    given = labels_beside(source, labels, cells, name, is_quiet=is_quiet)
+    given = labels_beside(source, labels, cells, name)
     if given is None:
         raise MeshError(f"{source.name} has no labels: give a label file as LABELS")
     integers = {key: source.integers(cells.n_cells, key) for key in majority}

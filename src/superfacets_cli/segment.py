@@ -173,7 +173,9 @@ _EXCLUSIVE = {
 _OF_FILES = {field.name for field in fields(kit.FileOptions)}
 
 
-def options_of(*, scans: bool, is_subdivided: bool, **given: Any) -> kit.FileOptions:
+def options_of(
+    *, scans: bool, is_subdivided: bool, is_quiet: bool, **given: Any
+) -> kit.FileOptions:
     """Return the options, completed by presets; raise a usage error if options are incompatible."""
     given = {name: value for name, value in given.items() if value is not None and value != ()}
     is_paper = given["paper"]
@@ -236,7 +238,7 @@ def segment_command(
     ctx: click.Context, /, inputs: tuple[str, ...], outputs: tuple[str, ...],
     formats: tuple[str, ...], format: str | None, mask: Path | None,
     mask_values: tuple[int, ...] | None, barriers: Path | None, barrier_angle: float | None,
-    labels_named: str, is_quiet: bool, is_verbose: bool, as_json: bool, **given: Any,
+    labels_named: str, is_verbose: bool, as_json: bool, **given: Any,
 ) -> None:  # fmt: skip
     """Segment meshes and clouds; superfacets FILE does the same.
 
@@ -261,7 +263,7 @@ def segment_command(
     constraints = partial(read.constraints_of, mask, mask_values, barriers, name=labels_named)
     run = _Run(
         chosen, format, chosen.form(endings), constraints, barrier_angle, has_mask, scans,
-        is_quiet, as_json, is_verbose,
+        as_json, is_verbose,
     )  # fmt: skip
     named = [read.name_of(job.input) for job in jobs]
     if count_failures(named, lambda i: run.do(jobs[i]), lambda i, m: run.print_failure(jobs[i], m)):
@@ -279,7 +281,6 @@ class _Run:
     barrier_angle: float | None
     has_mask: bool
     scans: bool
-    is_quiet: bool
     as_json: bool
     is_verbose: bool
 
@@ -293,7 +294,7 @@ class _Run:
         outputs = job.outputs(self.form)
         outputs.check()
         timings: dict[str, float] = {}
-        with RunBar(read.name_of(job.input), is_quiet=self.is_quiet) as bar:
+        with RunBar(read.name_of(job.input)) as bar:
             outcome = run_in_background(
                 lambda: self._compute(job, outputs, bar, timings), tick=bar.draw
             )
@@ -301,11 +302,10 @@ class _Run:
                 sizes = outcome.write(outputs)
         result, noun = outcome.result, kit.kind_of(outcome.mesh).noun
         timings = {**result.timings, **timings}
-        if not self.is_quiet:
-            asked = self.options.keywords.get("n_segments")
-            print_notes(notes_of(outcome, asked, job.endings, sizes, job.holds_labels))
+        asked = self.options.keywords.get("n_segments")
+        print_notes(notes_of(outcome, asked, job.endings, sizes, job.holds_labels))
         n_left_out = int(np.count_nonzero(result.labels < 0))
-        if self.has_mask and not n_left_out and not self.is_quiet:
+        if self.has_mask and not n_left_out:
             print_note(f"the mask leaves out no {noun}")
         inside = None if outcome.sharp_inside is None else float(outcome.sharp_inside.sum())
         summary = summary_of(
@@ -315,7 +315,7 @@ class _Run:
         sharp = "; all sharp edges are on borders" if inside == 0 else ""
         facts = facts_of(result, timings, noun, inside)
         text = f"{job.name}: {summary}{sharp}"
-        job.report(facts, text, noun, as_json=self.as_json, is_quiet=self.is_quiet)
+        job.report(facts, text, noun)
 
     def _compute(
         self, job: Job, outputs: kit.OutputFiles, bar: RunBar, timings: dict[str, float]
