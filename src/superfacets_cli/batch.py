@@ -43,7 +43,7 @@ from .segment import SegmentCommand, file_options, options_of, segment_options
     mask_values_option,
     opts.labels_named_option,
     file_options,
-    opts.quiet_option,
+    opts.quiet_option(),
     opts.json_option("the summary as a JSON object"),
 )  # fmt: skip
 @click.pass_context

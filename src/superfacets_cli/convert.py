@@ -49,7 +49,7 @@ _KEPT_IN_PARTS = (*FORMATS.attribute_outputs, ".csv")
     opts.label_options,
     opts.drop_attributes_option("IN"),
     opts.force_option,
-    opts.quiet_option,
+    opts.quiet_option(),
     opts.json_option(),
 )  # fmt: skip
 @click.pass_context
@@ -57,7 +57,7 @@ def convert_command(
     ctx: click.Context, /, mesh: Path, labels: Path | None, outputs: tuple[str, ...],
     folder: Path | None, segments: Path | None, formats: tuple[str, ...], labels_named: str,
     format: str | None, ascii: bool, label_name: str, vertex_labels: bool, drop_attributes: bool,
-    force: bool, as_json: bool, **_: Any,
+    force: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Write meshes with their labels in other formats.
 

@@ -11,6 +11,8 @@ from superfacets import MeshError, RenderError
 
 EXIT_DATA, EXIT_USAGE = 1, 2
 
+QUIET = "superfacets.quiet"  # key in `Context.meta`
+
 FAILURES = (OSError, MeshError, ImportError, RenderError, MemoryError)
 """Errors caused by files or by the machine. Any other ValueError means a wrong parameter."""
 
@@ -69,7 +71,7 @@ def print_error(message: str) -> None:
 def is_quiet() -> bool:
     """Return whether the command that runs got the option ``--quiet``."""
     context = click.get_current_context(silent=True)
-    return context is not None and bool(context.params.get("is_quiet"))
+    return context is not None and bool(context.meta.get(QUIET))
 
 
 def print_note(message: str, *, is_shown: bool | None = None) -> None:

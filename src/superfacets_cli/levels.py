@@ -54,7 +54,7 @@ ALL_LEVELS = (ARRAYS, ".sstk.json")  # file endings of formats that store all le
     opts.labels_named_option,
     opts.threads_option,
     opts.format_option("IN", of_stream=True),
-    opts.quiet_option,
+    opts.quiet_option(),
     opts.json_option(),
 )  # fmt: skip
 def levels_command(
@@ -62,7 +62,7 @@ def levels_command(
     labels: Path | None, mask: Path | None, mask_values: tuple[int, ...] | None,
     barriers: Path | None, *, format: str | None,
     features: tuple[str, ...], drop_attributes: bool, labels_named: str, islands: Any,
-    n_threads: int | None, **_: Any,
+    n_threads: int | None, as_json: bool,
 ) -> None:  # fmt: skip
     """Segment a mesh or cloud, and merge regions level by level.
 

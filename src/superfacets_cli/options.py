@@ -11,6 +11,8 @@ import click
 
 from superfacets.kit import FORMATS
 
+from .failures import QUIET
+
 
 class Count(click.ParamType):  # type: ignore[type-arg]  # generic in new versions of click
     """Type of options whose value is an integer of at least `lowest`, or the text `word`."""
@@ -209,7 +211,17 @@ help_all_option = option(
     callback=_show_all,
 )  # fmt: skip
 ascii_option = option("--ascii", FLAG, "Write .ply, .pcd, .stl, .vtp, .vtu and .vtk as text.")
-quiet_option = option("-q --quiet is_quiet", FLAG, "Print only errors.")
+
+
+def quiet_option(about: str = "Print only errors.") -> Decorator:
+    """Add the option ``--quiet``, which `failures.is_quiet` returns."""
+
+    def keep(ctx: click.Context, _: click.Parameter, value: bool) -> None:
+        ctx.meta[QUIET] = value
+
+    return option("-q --quiet is_quiet", FLAG, about, expose_value=False, callback=keep)
+
+
 threads_option = option("--threads n_threads", COUNT, "Number of threads.  [default: one per core]")
 viewpoint_option = option(
     "--viewpoint", Real(),

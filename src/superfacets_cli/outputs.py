@@ -74,7 +74,7 @@ def one_output_options(what: str, name: str) -> opts.Decorator:
         opts.ascii_option,
         opts.force_option,
         opts.threads_option,
-        opts.quiet_option,
+        opts.quiet_option(),
         opts.json_option(),
     )
 

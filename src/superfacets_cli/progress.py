@@ -89,7 +89,7 @@ class Estimate:
 
 
 class Bar:
-    """A progress bar on stderr; hidden if stderr is no terminal, or if `is_quiet` or ``--quiet``."""
+    """A progress bar on stderr; hidden if stderr is no terminal, or on request."""
 
     layout: ClassVar[str]  # layout of the bar, as a format string for tqdm
 

@@ -44,13 +44,13 @@ from .outputs import Job, check_files
     opts.viewpoint_option,
     opts.format_option("IN", of_stream=True),
     opts.labels_named_option,
-    option("-q --quiet is_quiet", opts.FLAG, "Print only the table and errors."),
+    opts.quiet_option("Print only the table and errors."),
     opts.json_option(),
 )  # fmt: skip
 def regions_command(
     cells: str, labels: Path | None, output: Path | None, arcs: Path | None, borders: Path | None,
     majority: tuple[str, ...], mean: tuple[str, ...], viewpoint: tuple[float, ...] | None,
-    format: str | None, labels_named: str, as_json: bool, **_: Any,
+    format: str | None, labels_named: str, as_json: bool,
 ) -> None:  # fmt: skip
     """Measure regions: areas, shapes, neighbors.
 

@@ -173,9 +173,7 @@ _EXCLUSIVE = {
 _OF_FILES = {field.name for field in fields(kit.FileOptions)}
 
 
-def options_of(
-    *, scans: bool, is_subdivided: bool, is_quiet: bool, **given: Any
-) -> kit.FileOptions:
+def options_of(*, scans: bool, is_subdivided: bool, **given: Any) -> kit.FileOptions:
     """Return the options, completed by presets; raise a usage error if options are incompatible."""
     given = {name: value for name, value in given.items() if value is not None and value != ()}
     is_paper = given["paper"]
@@ -229,7 +227,7 @@ def _check_exclusive(given: Set[str]) -> None:
     to_option(),
     opts.format_option("the inputs", of_stream=True),
     file_options,
-    opts.quiet_option,
+    opts.quiet_option(),
     option("-v --verbose is_verbose", FLAG, "Also print the time of each stage."),
     opts.json_option("the results as JSON, one line per IN"),
 )  # fmt: skip
