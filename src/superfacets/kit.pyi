@@ -92,6 +92,4 @@ from .base.lazy import lazy_names as lazy_names
 # Whole files
 from .tools.segment_file import FileOptions as FileOptions
 from .files.writers.write import OutputFiles as OutputFiles
-
-# Whole files
 from .tools.sources import InputFile as InputFile

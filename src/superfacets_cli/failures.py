@@ -65,7 +65,7 @@ def count_failures(
 
 def print_error(message: str) -> None:
     """Print an error as one line on stderr."""
-    _print("error", message)
+    print_line("error", message)
 
 
 def is_quiet() -> bool:
@@ -74,18 +74,19 @@ def is_quiet() -> bool:
     return context is not None and bool(context.meta.get(QUIET))
 
 
-def print_note(message: str, *, is_shown: bool | None = None) -> None:
-    """Print a note as one line on stderr, by default unless the command is quiet."""
-    if is_shown or (is_shown is None and not is_quiet()):
-        _print("note", message)
+def print_note(message: str) -> None:
+    """Print a note as one line on stderr, unless the command is quiet."""
+    if not is_quiet():
+        print_line("note", message)
 
 
-def print_notes(messages: Iterable[str], *, is_shown: bool | None = None) -> None:
-    """Print each note as one line on stderr, by default unless the command is quiet."""
+def print_notes(messages: Iterable[str]) -> None:
+    """Print each note as one line on stderr, unless the command is quiet."""
     for message in messages:
-        print_note(message, is_shown=is_shown)
+        print_note(message)
 
 
-def _print(kind: str, message: str) -> None:
+def print_line(kind: str, message: str) -> None:
+    """Print an error or a note on stderr, even if the command is quiet."""
     one_line = " ".join(re.sub(r"Sizes\((\w+)=[^)]*\)+", r"--\1", message).split())
     click.echo(f"superfacets: {kind}: {one_line}", err=True)

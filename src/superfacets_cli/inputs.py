@@ -15,7 +15,7 @@ from superfacets import MeshError, kit
 from superfacets.kit import FORMATS, Array, CellFile, Cells, Ints
 from superfacets_formats import CORTEX_VALUES, values_of_vertices
 
-from .failures import print_note, print_notes
+from .failures import print_line, print_note
 from .options import FILE, STANDARD_STREAM, Real, numbers, option, options
 
 VALUE_ENDINGS = (".npy", ".txt", *CORTEX_VALUES)
@@ -53,7 +53,8 @@ def classes_in_work(source: CellFile, path: Path, n_cells: int) -> Ints:
 
     content, digest = bytes(kit.read_content(path)), hashlib.sha256(source.data).hexdigest()
     classes, notes = classes_of(path, content, Path(source.name), digest, n_cells)
-    print_notes(notes, is_shown=True)
+    for note in notes:
+        print_line("note", note)
     return classes
 
 
