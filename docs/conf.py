@@ -100,7 +100,8 @@ def write_help(app: Sphinx) -> None:
     """Write ``help/commands.md``, a section per command, which ``command.md`` includes."""
     sections = []
     for name in COMMANDS:
-        arguments = [name, "--help"]
+        is_long = name in ("segment", "batch")
+        arguments = [name, "--help-all" if is_long else "--help"]
         text = CliRunner().invoke(commands, arguments, prog_name="superfacets", terminal_width=100)
         link = f"See []({PAGES_OF_COMMANDS[name]}).\n\n" if name in PAGES_OF_COMMANDS else ""
         sections.append(f"## {name}\n\n{link}```text\n{text.output}```\n")

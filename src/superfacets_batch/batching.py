@@ -11,7 +11,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from superfacets import MissingExtraError, __version__, kit
+from superfacets import Features, MissingExtraError, __version__, kit
 from superfacets.kit import FORMATS, FileOptions, InputFile, StrPath
 
 from .cluster import Crew, local_client, remote_client
@@ -83,11 +83,11 @@ def batch(
     formats: Sequence[str] = (), scheduler: str | None = None, workers: int | None = None,
     timeout: float | None = None, retry_failed: bool = False,
     progress: Callable[[BatchProgress], object] | None = None,
-    features: Sequence[str] = (), subdivide: bool = False, max_edge: float | None = None,
+    features: str | Sequence[str] | Features = (), subdivide: bool = False, max_edge: float | None = None,
     drop_attributes: bool = False, ascii: bool = False, label_name: str = "label",
     vertex_labels: bool = False, force: bool = False, viewpoint: Sequence[float] | None = None,
     min_opacity: float = 0.0, mask_values: Sequence[int] = (), labels_named: str = "label",
-    **options: Any,
+    paper: bool = False, **options: Any,
 ) -> BatchResult:  # fmt: skip
     """Segment many files, on all cores or on a cluster, and write their labels to a folder.
 
@@ -123,9 +123,8 @@ def batch(
         Whether to process failed files again even if nothing has changed.
     progress : callable, optional
         Function called with a `BatchProgress` after each file.
-    features : sequence of str, optional
-        Features that borders follow in addition to creases: ``"color"``, ``"normals"``,
-        ``"height"``, or properties of the cells or vertices in the files.
+    features : str, sequence of str, or Features, optional
+        Names of features that borders follow in addition to creases, as in `segment`.
     subdivide : bool, default False
         Whether to bisect edges longer than a quarter of the radius of a region before segmentation.
         Label files still have one label for each face of the input file.
@@ -144,8 +143,10 @@ def batch(
     mask_values, labels_named : sequence of int, optional, and str, default "label"
         Values >= 0 of cells to segment, by default all, and the property of the files that contains
         these values, such as ``"classification"``. Cells with other values get the label -1.
+    paper : bool, default False
+        Whether files are segmented with `paper.segment`.
     **options
-        Other options of `segment`, except arrays, `progress` and `on_stage`.
+        Other options of `segment`, or of `paper.segment`, except arrays and `callback`.
 
     Returns
     -------
@@ -179,12 +180,11 @@ def batch(
     >>> [(result.n_done, result.n_kept) for result in results]
     [(1, 0), (0, 1)]
     """
-    for name, value in (("formats", formats), ("features", features)):
-        if isinstance(value, str):
-            raise TypeError(f"{name} must be a sequence of names, got {value!r}")
+    if isinstance(formats, str):
+        raise TypeError(f"formats must be a sequence of names, got {formats!r}")
     file_options = FileOptions(
         options, features, subdivide, max_edge, drop_attributes, ascii, label_name, vertex_labels,
-        force, viewpoint, min_opacity, mask_values, labels_named,
+        force, viewpoint, min_opacity, mask_values, labels_named, paper,
     )  # fmt: skip
     n_workers, notes = _checked_workers(workers, scheduler, timeout)
     if progress is not None and not callable(progress):

@@ -44,7 +44,7 @@ GROUPS = {
 }
 """Summaries of all commands, so that the main help text needs no imports."""
 
-_MODULES = {"agree": "studio"}
+_MODULES = {"agree": "studio", "demo": "segment", "formats": "info", "transfer": "lift"}
 """Module of each command whose module has a different name."""
 
 COMMANDS = Table({
@@ -157,7 +157,7 @@ _MERGE = "merge small regions in Python, with superfacets.merge_small_regions"
 _PARTS = "leave it out: the default keeps regions within the parts of a shape"
 
 OTHER_OPTIONS = {
-    "--compactness": "use --alpha: with higher values, borders follow creases more",
+    "--compactness": "use --alpha, the opposite: higher values follow creases more",
     "--sigma": "use --denoise",
     **dict.fromkeys(("-k", "--k", "--n", "--kThresh", "--n-clusters", "--n-superpoints"), "use -n"),
     **dict.fromkeys(("-j", "--jobs", "--n-jobs", "--num-threads"), "use --threads"),
@@ -182,8 +182,12 @@ OTHER_OPTIONS = {
 
 def _text_of(error: click.UsageError) -> str:
     """Return the message of a usage error, with advice on an option of another tool."""
-    advice = OTHER_OPTIONS.get(error.option_name) if isinstance(error, click.NoSuchOption) else None
-    if advice is None or error.ctx is None:
+    if not isinstance(error, click.NoSuchOption) or error.ctx is None:
+        return error.format_message()
+    if isinstance(error.ctx.command, click.Group):
+        return f"{error.format_message()} (options follow the command, or the file)"
+    advice = OTHER_OPTIONS.get(error.option_name)
+    if advice is None:
         return error.format_message()
     verb, name, *_ = advice.replace(",", "").split()
     if verb == "use" and not any(name in each.opts for each in error.ctx.command.params):

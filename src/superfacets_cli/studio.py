@@ -47,7 +47,7 @@ def studio_command(
     classes: Path | None, port: int | None, is_list: bool, exports: tuple[str, ...],
     output: Path | None, no_browser: bool,
 ) -> None:  # fmt: skip
-    """Label a mesh or point cloud, or all files of a folder, in a browser.
+    """Label a mesh, a cloud or all files of a folder in a browser.
 
     Only browsers on this machine can open the page. Every change is saved immediately.
     """

@@ -24,7 +24,7 @@ def test_a_file_is_done_with_the_options_of_segment(run, sheet, out):
         ".lock", "manifest.jsonl", "sheet.superfacets.npy", "sheet.superfacets.seg",
     ]  # fmt: skip
     record = json.loads((out / "manifest.jsonl").read_text())
-    assert record["params"]["weights"] == "superfacets"
+    assert record["params"]["paper"] is True
     assert record["params"]["formats"] == ["npy", "seg"]
     run("segment", sheet, "-n", 7, "--paper", "-o", out / "labels.npy")
     assert np.array_equal(np.load(out / "sheet.superfacets.npy"), np.load(out / "labels.npy"))
@@ -99,8 +99,8 @@ def test_quiet_prints_nothing(run, sheet, out):
         (["--to", "npy,png"], "'png' is not one of ply, "),
         (["--workers", "0"], "is not a whole number of 1 or more"),
         (["--workers", "2", "--scheduler", "tcp://a:1"], "scheduler or workers, not both"),
-        (["--paper", "--init", "flood"], "--paper sets --init farthest"),
-        (["-n", 5, "-r", 0.1], "give only one of -n, -r and -R"),
+        (["--init", "flood"], "--init flood needs --paper"),
+        (["-n", 5, "-r", 0.1], "give -n or -r, not both"),
         (["--mask-values", "six"], "expected whole numbers from 0 to 2147483647, got 'six'"),
         (["--mask-values", "6", "--to", "segs.json"],
          ".segs.json files cannot store cells that a mask leaves out"),

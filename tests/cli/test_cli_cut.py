@@ -74,7 +74,7 @@ def test_the_default_output_lies_beside_the_input(run, sheet):
 def test_regions_are_given_once(run, sheet, labels):
     status, _, err = run("cut", sheet, "-n", 4, "--labels", labels)
     assert status == 2
-    assert "give -n or --labels, not both" in err
+    assert "give -n or LABELS, not both" in err
 
 
 def test_labels_of_no_region_are_refused(run, sheet, tmp_path):

@@ -73,7 +73,7 @@ def test_faces_in_no_region_are_an_error(run, labeled_strip):
 
 def test_defaults_in_help_texts_are_the_defaults_of_the_functions(run):
     tolerance = inspect.signature(metrics.evaluate).parameters["tolerance"].default
-    assert f"[default: {tolerance};" in " ".join(run("evaluate", "-h")[1].split())
+    assert f"[default: {tolerance}]" in " ".join(run("evaluate", "-h")[1].split())
     assert segment(shapes.bumpy_sheet()).n_segments == USUAL_COUNT
 
 

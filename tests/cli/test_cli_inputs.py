@@ -140,3 +140,20 @@ def test_a_reader_that_goes_away_ends_the_run_without_a_word(sheet):
         message = process.stderr.read()
     assert process.returncode == 1
     assert message == b""
+
+
+@pytest.mark.parametrize(
+    "command",
+    [("cut", "-o", "a.ply"), ("levels", "-n", "9,4", "-o", "a.npz"), ("view", "--html", "a.html")],
+)
+def test_labels_are_the_second_argument_and_labels_with_an_option_the_same(run, sheet, command):
+    name, *options, last = command
+    labels, output = sheet.with_name("labels.npy"), sheet.with_name(last)
+    run("segment", sheet, "-n", 20, "-o", labels)
+    written = []
+    for given in ((labels,), ("--labels", labels)):
+        assert run(name, sheet, *given, *options, output)[0] == 0
+        written.append(output.read_bytes())
+    assert written[0] == written[1]
+    status, _, err = run(name, sheet, labels, "--labels", labels, *options, output)
+    assert (status, "labels are given twice: as LABELS and with --labels" in err) == (2, True)

@@ -7,10 +7,14 @@ import subprocess
 import sys
 from pathlib import Path
 
+import click
 import pytest
 from command_line import COMMAND, files_in
 
+from superfacets.kit import FORMATS
+from superfacets_cli.batch import batch_command
 from superfacets_cli.main import COMMANDS, GROUPS
+from superfacets_cli.segment import segment_command
 
 
 def test_settings_in_the_environment_are_checked(run, sheet, monkeypatch):
@@ -160,6 +164,46 @@ def test_a_command_that_is_not_there_is_one_line(run):
     assert err.count("\n") == 1
 
 
+def test_the_nearest_command_is_named(run):
+    for wrong, meant in (("segmnt", "segment"), ("rendr", "render"), ("format", "formats")):
+        status, _, err = run(wrong, "scan.ply")
+        assert (status, err.count("\n")) == (2, 1)
+        assert f"No such command '{wrong}': did you mean {meant}?" in err
+
+
+def test_a_file_in_place_of_a_command_is_segmented(run, sheet, tmp_path):
+    assert run("segment", sheet, "-n", 20, "-o", tmp_path / "a.npy")[0] == 0
+    assert run(sheet, "-n", 20, "-o", tmp_path / "b.npy")[0] == 0
+    assert (tmp_path / "a.npy").read_bytes() == (tmp_path / "b.npy").read_bytes()
+    odd = sheet.with_name("odd.dat")
+    odd.write_bytes(sheet.read_bytes())
+    assert run(odd, "--format", "ply", "-n", 20, "-o", tmp_path / "c.npy")[0] == 0
+    assert run("nowhere.ply") == (1, "", "superfacets: error: nowhere.ply: no such file\n")
+    assert "options follow the command, or the file" in run("-n", 20, sheet)[2]
+
+
+def test_help_is_short_and_help_all_has_every_option(run):
+    assert run("--help")[1].count("\n") <= 25
+    assert len(COMMANDS) <= 16
+    for name, command in (("segment", segment_command), ("batch", batch_command)):
+        text, whole = run(name, "-h")[1], run(name, "--help-all")[1]
+        assert text == run(name, "--help")[1]
+        assert text.count("\n") <= (40 if name == "segment" else 50)
+        for each in command.params:
+            if isinstance(each, click.Option):
+                assert each.opts[0] in whole
+
+
+def test_formats_are_listed(run):
+    status, out, _ = run("formats")
+    assert status == 0
+    rows = {line.split()[0]: " ".join(line.split()[1:]) for line in out.splitlines()}
+    assert rows.keys() >= {*FORMATS.cells, *FORMATS.labels, *FORMATS.outputs}
+    assert rows[".stl"] == "mesh, labels mesh, labels"
+    assert rows[".e57"] == "points, labels"
+    assert rows[".ids.png"] == "labels"
+
+
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
 def test_shells_get_their_completion(shell):
     environment = {**os.environ, "_SUPERFACETS_COMPLETE": f"{shell}_source"}
@@ -180,16 +224,16 @@ def test_the_documentation_has_the_help_of_every_command():
     assert "{include} help/commands.md" in page
     # The file has a section for each of `COMMANDS` by construction.
     code = docs.joinpath("conf.py").read_text(encoding="utf-8")
-    assert '    for name in COMMANDS:\n        arguments = [name, "--help"]' in code
+    assert '    for name in COMMANDS:\n        is_long = name in ("segment", "batch")' in code
 
 
 def test_options_are_listed_in_groups(run):
-    text = run("segment", "--help")[1]
+    text = run("segment", "--help-all")[1]
     titles = re.findall(r"^(\w[^\n]*):$", text, re.MULTILINE)
-    assert titles[:3] == ["Most used", "Presets", "Creases and shape of regions"]
+    assert titles[:3] == ["Everyday options", "Presets", "Creases and borders"]
     assert titles[-1] == "Other options"
     others = text.split("Other options:")[1]
-    assert re.findall(r"--[a-z-]+", others) == ["--help"]
+    assert re.findall(r"--[a-z-]+", others) == ["--help-all", "--help"]
     assert "x<=None" not in run("render", "--help")[1]
 
 

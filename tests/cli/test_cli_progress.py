@@ -48,8 +48,8 @@ def test_a_pipe_shows_no_progress_bar_and_a_terminal_does(large, tmp_path):
 def test_shares_add_up_and_are_of_the_stages_that_runs_report():
     assert sum(SHARES.values()) == pytest.approx(1.0)
     seen = []
-    segment(shapes.bumpy_sheet(8), 10, on_stage=seen.append)
-    assert seen == [stage for stage in SHARES if stage != "export"]
+    segment(shapes.bumpy_sheet(8), 10, callback=lambda stage, *_: seen.append(stage))
+    assert list(dict.fromkeys(seen)) == [stage for stage in SHARES if stage != "export"]
 
 
 def test_an_estimate_never_falls_and_ends_below_one():
@@ -83,7 +83,7 @@ def test_an_estimate_moves_by_time_within_a_stage_and_by_iterations_in_the_loop(
 
 def test_nothing_is_drawn_where_stderr_is_no_terminal(capsys):
     with RunBar("a.ply") as bar:
-        bar.on_stage("mesh")
+        bar.on_report("mesh")
         bar.draw()
     assert capsys.readouterr().err == ""
 

@@ -71,7 +71,7 @@ def test_a_mesh_is_drawn_with_its_labels(run, sheet, tmp_path):
         0,
         f"wrote {plain} (up: y, guessed; change it with --up)\n",
         f"superfacets: note: {sheet} has no labels, so no regions are drawn: give"
-        " labels with --labels\n",
+        " a label file as LABELS\n",
     )
     assert run("render", tmp_path / "l.ply", "-o", labeled)[::2] == (0, "")
     assert run("render", sheet, "--labels", tmp_path / "l.npy", "-o", given)[0] == 0
@@ -168,9 +168,9 @@ def test_a_mesh_turns(run, sheet, labeled, tmp_path, limit):
         (["-o", "p.png", "--view", "above"], "'above' is not one of 'front'"),
         (["-o", "p.png", "--view", "top", "--azimuth", 5], "give --view, or --azimuth and"),
         (["-o", "p.png", "--color-by", "area"],
-         "error: --color-by area needs labels, and {sheet} has none: give --labels (see"),
+         "error: --color-by area needs labels, and {sheet} has none: give LABELS (see"),
         (["-o", "p.png", "--numbers"],
-         "error: --numbers needs labels, and {sheet} has none: give --labels (see"),
+         "error: --numbers needs labels, and {sheet} has none: give LABELS (see"),
         (["-o", "p.png", "--color-by", "curvature"],
          "error: --color-by must be one of region, cell_count, area, "),
     ],

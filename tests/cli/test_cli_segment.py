@@ -16,6 +16,8 @@ import shapes
 from command_line import COMMAND, files_in
 
 import superfacets as sf
+from superfacets_cli.main import OTHER_OPTIONS
+from superfacets_cli.segment import segment_command
 
 STAGES = ["mesh", "face_graph", "weights", "order", "coarsen", "seeding", "classify", "update",
           "regions", "export"]  # fmt: skip
@@ -54,28 +56,41 @@ def test_the_ending_of_each_output_picks_its_format(run, sheet):
 def test_every_option_reaches_the_library(run, sheet, tmp_path):
     output = tmp_path / "labels.npy"
     options = [
-        (["-n", 30, "-a", 50, "--eta", 1], {"n_segments": 30, "alpha": 50, "eta_convex": 1}),
-        (["-r", 0.1, "--init", "grid"], {"radius": 0.1, "init": "grid"}),
-        (["-R", 0.1], {"expected_radius": 0.1}),
-        (["--init", "flood", "--max-iter", 3], {"init": "flood", "max_num_iter": 3}),
+        (["-n", 30, "-a", 50], {"n_segments": 30, "alpha": 50}),
+        (["-n", 30, "--eta-convex", 1, "--ridges", 0],
+         {"n_segments": 30, "weights": sf.Weights(eta_convex=1, ridges=0)}),
+        (["-r", 0.1, "--init", "farthest"], {"radius": 0.1, "init": "farthest"}),
+        (["--init", "curve", "--max-iter", 3], {"init": "curve", "max_num_iter": 3}),
         (["-n", 30, "--tol", 0.3, "--threads", 2], {"n_segments": 30, "tol": 0.3}),
-        (["-n", 30, "--weights", "superfacets", "--init", "farthest", "--no-smooth"],
-         {"n_segments": 30, "weights": "superfacets", "init": "farthest", "smooth": False}),
-        (["-n", 30, "--min-size", 0.5, "--islands", "nearest"],
-         {"n_segments": 30, "min_size": 0.5, "islands": "nearest"}),
-        (["-n", 30, "--paper"], {"n_segments": 30, **sf.PAPER}),
-        (["-n", 30, "--parts"], {"n_segments": 30, **sf.PARTS}),
+        (["-n", 30, "--weights", "superfacets", "-a", 40, "--no-smooth"],
+         {"n_segments": 30, "weights": "superfacets", "alpha": 40, "smooth": False}),
+        (["-n", 30, "--islands", "nearest"], {"n_segments": 30, "islands": "nearest"}),
         (["-n", 30, "--scans"], {"n_segments": 30, **sf.SCANS}),
         (["-n", 30, "--scans", "--denoise", 2], {"n_segments": 30, **sf.SCANS, "denoise": 2}),
         (["-n", 30, "--denoise", "auto"], {"n_segments": 30, "denoise": "auto"}),
-        (["-n", 30, "--parts", "-a", 15], {"n_segments": 30, **sf.PARTS, "alpha": 15}),
-        (["-n", 30, "--paper", "--tol", 0.3], {"n_segments": 30, **sf.PAPER, "tol": 0.3}),
-        (["-n", 30, "--paper", "--smooth", "--connect"],
-         {"n_segments": 30, **sf.PAPER, "smooth": True, "enforce_connectivity": True}),
+        (["-n", 30, "--features", "height,normals", "--feature-weight", 2],
+         {"n_segments": 30, "features": sf.Features(("height", "normals"), weight=2)}),
+        (["-n", 30, "--balance", 1, "--bounds", "0.01,"],
+         {"n_segments": 30, "sizes": sf.Sizes(balance=1, bounds=(0.01, None))}),
+        (["--cells", 64], {"sizes": sf.Sizes(cells=64)}),
     ]  # fmt: skip
     for arguments, keywords in options:
         assert run("segment", sheet, *arguments, "-o", output)[0] == 0
         assert np.array_equal(np.load(output), sf.segment(sheet, **keywords).labels), arguments
+
+
+def test_options_with_paper_reach_the_algorithm_of_the_paper(run, sheet, tmp_path):
+    output = tmp_path / "labels.npy"
+    options = [
+        (["-n", 30], {"n_segments": 30}),
+        (["-r", 0.1, "--init", "grid"], {"radius": 0.1, "init": "grid"}),
+        (["-n", 30, "-a", 50, "--eta-convex", 1, "--max-iter", 9, "--islands", "nearest"],
+         {"n_segments": 30, "alpha": 50, "eta_convex": 1, "max_num_iter": 9, "islands": "nearest"}),
+    ]  # fmt: skip
+    for arguments, keywords in options:
+        assert run("segment", sheet, "--paper", *arguments, "-o", output)[0] == 0
+        expected = sf.paper.segment(sheet, **keywords).labels
+        assert np.array_equal(np.load(output), expected), arguments
 
 
 def test_json_is_one_object_with_the_facts(run, sheet):
@@ -143,10 +158,8 @@ def test_a_mesh_that_is_fine_enough_is_not_said_to_be_subdivided(run, block, tmp
 def test_subdivide_heeds_a_radius_or_a_longest_edge(run, block, tmp_path):
     output = tmp_path / "labeled.ply"
     mesh = sf.read_mesh(block)
-    diagonal = sf.mesh_info(mesh).diagonal
     cases = [
-        (["--subdivide", "-r", 0.1], 0.25 * 0.1 * diagonal),
-        (["--subdivide", "-R", 0.1], 0.25 * 0.1),
+        (["--subdivide", "-r", 0.1], 0.25 * 0.1),
         (["--max-edge", 0.2], 0.2),
         (["--subdivide", "--max-edge", 0.2, "-n", 300], 0.2),
     ]
@@ -178,8 +191,8 @@ def test_more_regions_than_asked_for_are_explained(run, tmp_path):
     np.save(tmp_path / "islands.npy", np.concatenate(islands))
     err = run("segment", tmp_path / "islands.npy", "-n", 1)[2]
     assert ": components without a seed became regions;" in err
-    err = run("segment", tmp_path / "islands.npy", "-r", 0.9)[2]
-    assert "fraction of the bounding box's diagonal" in err
+    err = run("segment", tmp_path / "islands.npy", "-r", 90)[2]
+    assert "is -r in the unit of the file?" in err
     status, out, err = run("segment", path, "-n", 1, "--islands", "nearest")
     assert "1 region of 8 faces in " in out
     assert err == "superfacets: note: 1 island without a seed joined the nearest region\n"
@@ -192,22 +205,14 @@ def test_more_regions_than_asked_for_are_explained(run, tmp_path):
 
 @pytest.mark.parametrize("init", ["flood", "grid"])
 def test_seeds_that_do_not_give_the_number_asked_for_are_a_note(run, sheet, init):
-    made = sf.segment(sheet, 7, init=init).n_segments
+    made = sf.paper.segment(sheet, 7, init=init).n_segments
     assert made != 7
-    assert run("segment", sheet, "-n", 7, "--init", init)[2] == (
+    assert run("segment", sheet, "-n", 7, "--paper", "--init", init)[2] == (
         f"superfacets: note: {made} regions instead of 7: --init {init} matches -n only"
         " approximately\n"
     )
-    assert run("segment", sheet, "-n", 7, "--init", init, "-q")[2] == ""
-    assert run("segment", sheet, "-r", 0.1, "--init", init)[2] == ""
-
-
-def test_connect_without_paper_is_a_note(run, sheet):
-    assert run("segment", sheet, "-n", 20, "--connect")[2] == (
-        "superfacets: note: --connect has an effect only with --paper:"
-        " other regions are connected\n"
-    )
-    assert run("segment", sheet, "-n", 20, "--islands", "nearest", "--connect")[2] == ""
+    assert run("segment", sheet, "-n", 7, "--paper", "--init", init, "-q")[2] == ""
+    assert run("segment", sheet, "-r", 0.1, "--paper", "--init", init)[2] == ""
 
 
 def test_noise_that_was_found_is_in_the_last_line(run, tmp_path):
@@ -221,41 +226,47 @@ def test_noise_that_was_found_is_in_the_last_line(run, tmp_path):
     assert "; noise" not in run("segment", tmp_path / "noisy.ply", "-n", 6, "--denoise", 5)[1]
 
 
-@pytest.mark.parametrize(
-    ("option", "unit"), [("-R", "in the unit of the mesh"), ("-r", "a fraction")]
-)
-def test_a_radius_with_regions_of_few_cells_is_a_note(run, sheet, option, unit):
-    note = r"note: regions have 1\.\d faces on average: is the radius " + unit
-    err = run("segment", sheet, option, 1e-3)[2]
+def test_a_radius_with_regions_of_few_cells_is_a_note(run, sheet):
+    note = r"note: regions have 1\.\d faces on average: is the radius in the unit of the mesh"
+    err = run("segment", sheet, "-r", 1e-3)[2]
     assert re.search(note, err)
-    assert "faces on average" not in run("segment", sheet, option, 0.1)[2]
+    assert "faces on average" not in run("segment", sheet, "-r", 0.1)[2]
 
 
 @pytest.mark.parametrize(
     ("name", "meant"),
     [
-        ("--compactness", "--alpha: with higher"), ("--n-superpoints", "--n-segments"),
-        ("--kThresh", "--n-segments, or superfacets.segmentator"), ("--sigma", "--denoise: steps"),
+        ("--compactness", "use --alpha, the opp"), ("--n-superpoints", "use -n"), ("-k", "use -n"),
+        ("--n", "use -n"), ("--sigma", "use --denoise"), ("--gpu", "leave it out, because all"),
+        ("-R", "use --radius, in the unit"), ("--max-measure", "use --bounds ,HIGH"),
+        ("--cells-per-region", "use --cells"), ("--eta", "use --eta-convex"),
+        ("--parts", "leave it out: the default"), ("--min-size", "merge small regions in Python"),
     ],
 )  # fmt: skip
-def test_options_of_other_tools_are_told_what_is_meant(run, sheet, name, meant):
-    status, _, error = run("segment", sheet, name, 1)
-    assert status == 2
-    assert f"No such option: {name}: use {meant}" in error
-    status, _, error = run("levels", sheet, "--barrier-angle", 30)  # its --barriers takes a file
-    assert (status, "sharp_edges" in error) == (2, False)
+def test_options_of_others_and_of_before_are_told_what_to_write(run, sheet, name, meant):
+    status, out, error = run("segment", sheet, name, 1)
+    assert (status, out, error.count("\n")) == (2, "", 1)
+    assert f"No such option: {name}: {meant}" in error
+
+
+def test_advice_names_options_that_exist(run, sheet):
+    known = {name for each in segment_command.params for name in each.opts}
+    for name, advice in OTHER_OPTIONS.items():
+        assert name not in known
+        words = advice.replace(",", " ").split()
+        assert words[0] != "use" or words[1] in known
+    assert "use -n" not in run("info", sheet, "-k", 3)[2]  # it has no -n
 
 
 def test_a_radius_larger_than_the_mesh_is_a_note(run, sheet, tmp_path):
-    note = "superfacets: note: the radius gives only one region: -r is a fraction of the bounding"
-    assert run("segment", sheet, "-r", 5)[2] == f"{note} box's diagonal\n"
+    note = "superfacets: note: the radius gives only one region: is -r in the unit of the file?\n"
+    assert run("segment", sheet, "-r", 5)[2] == note
     assert run("segment", sheet, "-n", 1)[2] == ""
+    assert run("segment", sheet, "--cells", 2000)[2] == ""
     tiny = "regions have 1.0 faces on average: is the radius in the unit of the mesh?"
-    assert run("segment", sheet, "-R", 1e-6)[2] == f"superfacets: note: {tiny}\n"
-    alone = "superfacets: note: the radius gives only one region\n"
-    assert run("segment", sheet, "-R", 5)[2] == alone
+    assert run("segment", sheet, "-r", 1e-6)[2] == f"superfacets: note: {tiny}\n"
     sf.write_mesh(tmp_path / "islands.ply", shapes.two_islands())
-    assert run("segment", tmp_path / "islands.ply", "-r", 5)[2] == f"{note} box's diagonal\n"
+    assert run("segment", tmp_path / "islands.ply", "-r", 90)[2] == note
 
 
 def test_ascii_writes_text(run, sheet):
@@ -271,24 +282,32 @@ def test_ascii_writes_text(run, sheet):
         (["-n", 0], "for '-n' / '--n-segments': '0' is not a whole number of 1 or more"),
         (["-n", "abc"], "for '-n' / '--n-segments': 'abc' is not a whole number of 1 or more"),
         (["-n", 2.5], "'2.5' is not a whole number of 1 or more"),
-        (["-n", 5, "-r", 0.1], "give only one of -n, -r and -R"),
+        (["-n", 5, "-r", 0.1], "give -n or -r, not both"),
+        (["-n", 5, "--cells", 9], "give -n or --cells, not both"),
+        (["--cells", 9, "--bounds", "1,2"], "give --cells or --bounds, not both"),
+        (["--bounds", "2,1"], "for '--bounds': bounds[0] must be at most bounds[1], 1, got 2"),
+        (["--bounds", "5"], "for '--bounds': '5' is not LOW,HIGH"),
+        (["--bounds", "a,5"], "for '--bounds': 'a,5' is not LOW,HIGH"),
+        (["--feature-weight", 1], "--feature-weight needs --features"),
+        (["--features", "height,"], "a name is empty"),
+        (["--weights", "superfacets", "--ridges", 1],
+         "weights 'superfacets' have no parameter ridges: leave it out"),
         (["-r", 0], "Invalid value for '-r' / '--radius'"),
         (["-r", "nan"], "Invalid value for '-r' / '--radius': 'nan' is not a finite number"),
         (["-r", "wide"], "Invalid value for '-r' / '--radius': 'wide' is not a finite number"),
-        (["-a", -1], "Invalid value for '-a' / '--alpha': -1.0 is not in the range x>=0."),
+        (["-a", -1], "Invalid value for '-a' / '--alpha': -1.0 is not in the range"),
         (["-a", "inf"], "Invalid value for '-a' / '--alpha': 'inf' is not a finite number"),
-        (["--eta", -1], "Invalid value for '--eta'"),
+        (["--eta-convex", -1], "Invalid value for '--eta-convex'"),
         (["--init", "random"], "Invalid value for '--init'"),
         (["--max-iter", -1], "Invalid value for '--max-iter'"),
         (["--tol", -1], "Invalid value for '--tol'"),
         (["--threads", 0], "Invalid value for '--threads'"),
         (["--smoother"], "No such option"),
-        (["--paper", "--weights", "creases"],
-         "--paper sets --weights superfacets: leave --weights out"),
-        (["--paper", "--parts"], "give --paper or --parts, not both"),
-        (["--paper", "--relocate"], "give --paper or --relocate, not both"),
-        (["--parts", "--weights", "creases"], "--parts sets --weights parts: leave --weights out"),
-        (["--paper", "--init", "grid"], "--paper sets --init farthest: leave --init out"),
+        (["--paper", "--weights", "creases"], "give --paper or --weights, not both"),
+        (["--paper", "--scans"], "give --paper or --scans, not both"),
+        (["--paper", "--no-smooth"], "give --paper or --smooth, not both"),
+        (["--paper", "--balance", 0], "give --paper or --balance, not both"),
+        (["--init", "flood"], "--init flood needs --paper"),
         (["-o", "labels.xyz"], "labels.xyz"),
     ],
 )  # fmt: skip
@@ -406,7 +425,7 @@ def test_an_error_that_names_no_file_gets_its_name(run, three, broken):
 
 
 def test_wrong_parameters_are_found_before_any_file_is_read(run, three):
-    for arguments, message in [(["-n", 5, "-r", 0.1], "give only one of -n, -r and -R")]:
+    for arguments, message in [(["-n", 5, "-r", 0.1], "give -n or -r, not both")]:
         status, out, err = run("segment", *three, *arguments)
         assert (status, out, err.count("\n")) == (2, "", 1), arguments
         assert message in err
@@ -494,7 +513,7 @@ main()
 @pytest.mark.parametrize(
     ("module", "function"),
     [
-        ("superfacets_cli.segment", "read_input"),
+        ("superfacets_cli.inputs", "read_input"),
         ("superfacets.tools.segment_file", "segment"),
         ("superfacets.files.writers.ply", "_rows"),
     ],

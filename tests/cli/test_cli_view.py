@@ -46,7 +46,7 @@ def test_labels_in_the_file_are_taken_and_their_lack_is_noted(run, tmp_path):
     write_mesh(mesh, strip(2))
     status, _, err = run("view", mesh, "--html", page)
     assert status == 0
-    assert "has no labels: give a label file with --labels" in err
+    assert "has no labels: give a label file as LABELS" in err
 
 
 def test_colors_of_the_file_are_shown_unless_its_texture_is(run, tmp_path):
