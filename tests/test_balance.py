@@ -3,6 +3,7 @@
 import itertools
 import re
 import warnings
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -566,17 +567,13 @@ def test_the_command_balances_and_writes_solids(tmp_path):
     done = run("-n", "20", "--balance", "1", "-o", str(tmp_path / "part.stl"))
     assert done.exit_code == 0, done.output
     assert len(solids_of(tmp_path / "part.stl")) == 20
-    done = run("--cells-per-region", "64", "-o", str(tmp_path / "labels.npy"))
+    done = run("--cells", "64", "-o", str(tmp_path / "labels.npy"))
     assert done.exit_code == 0, done.output
     assert sorted(np.bincount(np.load(tmp_path / "labels.npy")))[1] == 64
     for wrong, message in [
         (("--balance", "2"), "0.0<=x<=1.0"),
-        (("-n", "20", "--max-measure", "0.01"), "at least"),
-        (
-            ("--cells-per-region", "64", "-n", "20"),
-            "cells_per_region already sets the number of regions: leave out n_segments,"
-            " radius and expected_radius, and do not pass seeds as init",
-        ),
+        (("-n", "20", "--bounds", ",0.01"), "at least"),
+        (("--cells", "64", "-n", "20"), "give -n or --cells, not both"),
     ]:
         failed = run(*wrong, "-o", str(tmp_path / "wrong.npy"))
         assert failed.exit_code != 0
@@ -588,7 +585,7 @@ def test_the_command_tells_of_pieces(tmp_path):
     legs = "f 1 2 3\nf 2 1 4\nf 3 2 5\nf 1 3 6\n"
     corners = "v 0 0 0\nv 2 0 0\nv 1 2 0\nv 1 -2 0\nv 3 2 0\nv -1 2 0\n"
     (tmp_path / "star.obj").write_text(corners + legs)
-    arguments = ["segment", str(tmp_path / "star.obj"), "--cells-per-region", "2"]
+    arguments = ["segment", str(tmp_path / "star.obj"), "--cells", "2"]
     done = CliRunner().invoke(commands, [*arguments, "-o", str(tmp_path / "star.npy")])
     assert done.exit_code == 0
     assert "some regions are disconnected: they have 1 additional piece" in done.output
@@ -596,12 +593,14 @@ def test_the_command_tells_of_pieces(tmp_path):
 
 def test_batches_take_balance_and_refuse_arrays(tmp_path):
     sf.write_mesh(tmp_path / "scan.ply", sf.sample_mesh(5_000))
-    done = sf.batch([tmp_path / "scan.ply"], tmp_path / "out", n_segments=20, balance=1.0)
+    batch = partial(sf.batch, [tmp_path / "scan.ply"], tmp_path / "out", n_segments=20)
+    done = batch(sizes=sf.Sizes(balance=1.0))
     assert done.n_failed == 0
-    with pytest.raises(TypeError, match="cell_weights is not an option for files"):
-        sf.batch([tmp_path / "scan.ply"], tmp_path / "out", cell_weights=[1.0])
-    with pytest.raises(ValueError, match="leave min_size out"):
-        sf.batch([tmp_path / "scan.ply"], tmp_path / "out", balance=1.0, min_size=0.1)
+    assert done.records[0]["params"]["sizes"] == {"balance": 1.0}
+    with pytest.raises(TypeError, match=r"Sizes.weights must be None, because an array"):
+        batch(sizes=sf.Sizes(balance=1.0, weights=[1.0]))
+    with pytest.raises(TypeError, match=r"balance is not an option for files: use sizes="):
+        batch(balance=1.0)
 
 
 def test_the_benchmark_compares_with_metis_and_pyacvd(real_data):

@@ -108,6 +108,6 @@ def _same(one, other):
 
 
 def test_the_replacement_for_segmentator_is_a_module():
-    from superfacets.segmentator import segment_mesh
+    from superfacets import segmentator
 
-    assert segment_mesh is sf.segmentator.segment_mesh
+    assert {*segmentator.__all__} == {"compute_vn", "segment_mesh", "segment_point"}

@@ -12,20 +12,10 @@ from superfacets import batch
 from superfacets.kit import FORMATS, counted
 from superfacets_batch import BatchProgress, BatchResult
 
-from .failures import EXIT_DATA, print_error, print_notes
+from . import options as opts
+from .failures import EXIT_DATA, is_quiet, print_error, print_notes
 from .inputs import mask_values_option
 from .interrupts import soon_ended
-from .options import (
-    COUNT,
-    FLAG,
-    FOLDER,
-    POSITIVE,
-    json_option,
-    labels_named_option,
-    option,
-    options,
-    quiet_option,
-)
 from .outputs import check_mask, listed_formats
 from .progress import FileBar
 from .segment import SegmentCommand, file_options, options_of, segment_options
@@ -33,35 +23,35 @@ from .segment import SegmentCommand, file_options, options_of, segment_options
 
 @click.command("batch", cls=SegmentCommand)
 @click.argument("inputs", metavar="IN...", nargs=-1, required=True)
-@options(
-    option("-o --output DIR", FOLDER,
+@opts.options(
+    opts.option("-o --output DIR", opts.FOLDER,
            "Folder for the results and the manifest. Its subfolders mirror the folders of IN.",
            required=True),
-    option("--to --format formats LIST", None,
+    opts.option("--to --format formats LIST", None,
            "Comma-separated formats of the results, such as npy,ply.  [default: ply; vtu for"
            " tetrahedra]",
            multiple=True, callback=listed_formats),
-    option("--workers", COUNT,
+    opts.option("--workers", opts.COUNT,
            "Number of worker processes on this machine; with 1, files are processed one after the"
            " other in this process.  [default: one per core if Dask is installed, else 1]"),
-    option("--scheduler ADDRESS", None,
+    opts.option("--scheduler ADDRESS", None,
            "Address of a Dask scheduler, such as tcp://10.0.0.1:8786."),
-    option("--timeout SECONDS", POSITIVE,
+    opts.option("--timeout SECONDS", opts.POSITIVE,
            "Maximum time per file: a file that takes longer fails, and its worker restarts."
            "  [default: no maximum]"),
-    option("--retry-failed", FLAG, "Retry files that failed in an earlier run."),
+    opts.option("--retry-failed", opts.FLAG, "Retry files that failed in an earlier run."),
     segment_options,
     mask_values_option,
-    labels_named_option,
+    opts.labels_named_option,
     file_options,
-    quiet_option,
-    json_option("the summary as a JSON object"),
+    opts.quiet_option(),
+    opts.json_option("the summary as a JSON object"),
 )  # fmt: skip
 @click.pass_context
 def batch_command(
     ctx: click.Context, /, inputs: tuple[str, ...], output: Path, formats: tuple[str, ...],
     workers: int | None, scheduler: str | None, timeout: float | None, retry_failed: bool,
-    is_quiet: bool, as_json: bool, **given: Any,
+    as_json: bool, **given: Any,
 ) -> None:  # fmt: skip
     """Segment thousands of files on all cores, or on a cluster.
 
@@ -74,7 +64,7 @@ def batch_command(
     endings = [FORMATS.ending_of[name] for name in formats]
     check_mask(endings, has_mask=bool(arguments["mask_values"]))
     tried: list[str] = []
-    with FileBar(is_quiet=is_quiet) as bar, soon_ended():
+    with FileBar() as bar, soon_ended():
 
         def progress(state: BatchProgress) -> None:
             bar.draw(state)
@@ -90,7 +80,7 @@ def batch_command(
     print_notes(result.notes)
     if as_json:
         click.echo(json.dumps(_facts(result, output)))
-    elif not is_quiet:
+    elif not is_quiet():
         click.echo(_summary(result))
     if result.n_failed:
         failed = f"{result.n_failed} of {counted(len(result.records), 'file')} failed"

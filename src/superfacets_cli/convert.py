@@ -16,7 +16,7 @@ from superfacets.kit import FORMATS, Cells, FormatOptions, Ints
 from superfacets_scans import GROUPS, regroup_segments
 
 from . import options as opts
-from .failures import EXIT_DATA, count_failures, print_note, print_notes
+from .failures import EXIT_DATA, count_failures, is_quiet, print_note, print_notes
 from .inputs import GivenLabels, given_labels, labels_of_cells, read_input
 from .interrupts import run_in_background
 from .options import FILE, option, options
@@ -49,7 +49,7 @@ _KEPT_IN_PARTS = (*FORMATS.attribute_outputs, ".csv")
     opts.label_options,
     opts.drop_attributes_option("IN"),
     opts.force_option,
-    opts.quiet_option,
+    opts.quiet_option(),
     opts.json_option(),
 )  # fmt: skip
 @click.pass_context
@@ -57,7 +57,7 @@ def convert_command(
     ctx: click.Context, /, mesh: Path, labels: Path | None, outputs: tuple[str, ...],
     folder: Path | None, segments: Path | None, formats: tuple[str, ...], labels_named: str,
     format: str | None, ascii: bool, label_name: str, vertex_labels: bool, drop_attributes: bool,
-    force: bool, is_quiet: bool, as_json: bool,
+    force: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Write meshes with their labels in other formats.
 
@@ -68,7 +68,7 @@ def convert_command(
     """
     if mesh.name.endswith(GROUPS):
         chosen = {"segments": segments, "force": force}
-        _regroup(mesh, labels, outputs, chosen, is_quiet=is_quiet, as_json=as_json)
+        _regroup(mesh, labels, outputs, chosen, as_json=as_json)
         return
     if segments is not None:
         raise click.UsageError("--segments can be given only if IN is an .aggregation.json")
@@ -79,14 +79,14 @@ def convert_command(
         vertex_labels=vertex_labels, force=force,
     )  # fmt: skip
     keeps = not drop_attributes
-    run = _Run(labels, labels_named, format, form, folder, ending, keeps, is_quiet, as_json)
+    run = _Run(labels, labels_named, format, form, folder, ending, keeps, as_json)
     if count_failures([job.input for job in jobs], lambda i: run.do(jobs[i])):
         ctx.exit(EXIT_DATA)
 
 
 def _regroup(
     groups: Path, labels: Path | None, outputs: tuple[str, ...], chosen: dict[str, Any], *,
-    is_quiet: bool, as_json: bool,
+    as_json: bool,
 ) -> None:  # fmt: skip
     """Rewrite an .aggregation.json for new segments, and print the changes of its objects."""
     if labels is None or len(outputs) != 1:
@@ -97,7 +97,7 @@ def _regroup(
     if as_json:
         facts = {"file": str(groups), "objects": [found._asdict() for found in objects]}
         click.echo(json.dumps({**facts, "outputs": list(outputs)}))
-    elif not is_quiet:
+    elif not is_quiet():
         click.echo(f"{'object':>8} {'vertices':>9} {'lost':>7} {'gained':>7}  label")
         for found in objects:
             counts = f"{found.n_vertices:>9} {found.n_lost:>7} {found.n_gained:>7}"
@@ -116,7 +116,6 @@ class _Run:
     folder: Path | None  # folder of --split
     ending: str | None  # file ending of --split; None for the default format
     keeps_attributes: bool
-    is_quiet: bool
     as_json: bool
 
     def do(self, job: Job) -> None:
@@ -127,7 +126,7 @@ class _Run:
         labels = of_vertices = None
         if given is not None:
             is_kept = self.folder is None and {*job.endings} <= {*FORMATS.unconverted_outputs}
-            labels = labels_of_cells(cells, given, is_quiet=self.is_quiet or is_kept)
+            labels = labels_of_cells(cells, given, is_noted=not is_kept)
             of_vertices = given.labels if given.are_of_vertices else None
         if labels is None and (self.folder is not None or job.holds_labels):
             task = "write" if self.folder is None else "split it by"
@@ -136,21 +135,20 @@ class _Run:
                 " give a label file as LABELS, or the name of the labels with --labels-named"
             )
         parts = [] if labels is None else self._split(cells, labels, attributes)
-        with WaitBar(is_quiet=self.is_quiet):
+        with WaitBar():
             sizes = outputs.write(cells, labels, attributes=attributes, of_vertices=of_vertices)
-        if not self.is_quiet:
-            # Labels from the input itself replace nothing, and files of --split have no labels.
-            replaces = self.labels is not None and bool(job.endings)
-            print_notes(
-                notes_on_written(cells, attributes, job.endings, sizes, are_replaced=replaces)
-                + notes_on_numbers(labels, job.endings, sizes)
-            )
+        # Labels from the input itself replace nothing, and files of --split have no labels.
+        replaces = self.labels is not None and bool(job.endings)
+        print_notes(
+            notes_on_written(cells, attributes, job.endings, sizes, are_replaced=replaces)
+            + notes_on_numbers(labels, job.endings, sizes)
+        )
         if self.as_json:
             n_labels = None if given is None else len(np.unique(given.labels[given.labels >= 0]))
             facts = {f"n_{kit.kind_of(cells).noun}s": cells.n_cells, "n_labels": n_labels}
             named = {"file": job.input, **facts, "outputs": [*job.names, *parts]}
             job.print(json.dumps(named))
-        elif not self.is_quiet:
+        elif not is_quiet():
             names = [
                 *job.written(kit.kind_of(cells).noun),
                 *([f"{kit.counted(len(parts), 'file')} in {self.folder}"] if parts else []),
@@ -168,7 +166,7 @@ class _Run:
         paths = write_regions(
             self.folder, cells, labels, ending=ending, attributes=kept, ascii=self.form.ascii
         )
-        if kept is not None and kept.texture is not None and not self.is_quiet:
+        if kept is not None and kept.texture is not None:
             print_note(f"no texture in the files of {self.folder}")
         return [str(path) for path in paths]
 

@@ -46,7 +46,7 @@ def cut_command(
         run.outputs.check_fit(surface)
         found = None
         if n_segments is None:
-            found = labels_beside(source, labels, surface, run.labels_named, is_quiet=run.is_quiet)
+            found = labels_beside(source, labels, surface, run.labels_named)
         if found is None:
             found = segment(surface, n_segments, n_threads=run.n_threads).labels
         compact, names = kit.ranked_labels(found)  # label numbers in a file may have gaps

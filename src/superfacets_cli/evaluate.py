@@ -57,7 +57,7 @@ def evaluate_command(
                 " these metrics, convert the labels with superfacets.face_labels"
             )
             return metrics.evaluate_vertices(cells, regions, segments)
-        regions, *segments = (labels_of_cells(cells, each, is_quiet=False) for each in given)
+        regions, *segments = (labels_of_cells(cells, each) for each in given)
         return metrics.evaluate(cells, regions, segments, tolerance=tolerance)
 
     values = run_in_background(compute)

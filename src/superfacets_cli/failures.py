@@ -11,6 +11,8 @@ from superfacets import MeshError, RenderError
 
 EXIT_DATA, EXIT_USAGE = 1, 2
 
+QUIET = "superfacets.quiet"  # key in `Context.meta`
+
 FAILURES = (OSError, MeshError, ImportError, RenderError, MemoryError)
 """Errors caused by files or by the machine. Any other ValueError means a wrong parameter."""
 
@@ -63,20 +65,28 @@ def count_failures(
 
 def print_error(message: str) -> None:
     """Print an error as one line on stderr."""
-    _print("error", message)
+    print_line("error", message)
+
+
+def is_quiet() -> bool:
+    """Return whether the command that runs got the option ``--quiet``."""
+    context = click.get_current_context(silent=True)
+    return context is not None and bool(context.meta.get(QUIET))
 
 
 def print_note(message: str) -> None:
-    """Print a note as one line on stderr."""
-    _print("note", message)
+    """Print a note as one line on stderr, unless the command is quiet."""
+    if not is_quiet():
+        print_line("note", message)
 
 
 def print_notes(messages: Iterable[str]) -> None:
-    """Print each note as one line on stderr."""
+    """Print each note as one line on stderr, unless the command is quiet."""
     for message in messages:
         print_note(message)
 
 
-def _print(kind: str, message: str) -> None:
+def print_line(kind: str, message: str) -> None:
+    """Print an error or a note on stderr, even if the command is quiet."""
     one_line = " ".join(re.sub(r"Sizes\((\w+)=[^)]*\)+", r"--\1", message).split())
     click.echo(f"superfacets: {kind}: {one_line}", err=True)

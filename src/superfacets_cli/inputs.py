@@ -15,7 +15,7 @@ from superfacets import MeshError, kit
 from superfacets.kit import FORMATS, Array, CellFile, Cells, Ints
 from superfacets_formats import CORTEX_VALUES, values_of_vertices
 
-from .failures import print_note, print_notes
+from .failures import print_line, print_note
 from .options import FILE, STANDARD_STREAM, Real, numbers, option, options
 
 VALUE_ENDINGS = (".npy", ".txt", *CORTEX_VALUES)
@@ -53,7 +53,8 @@ def classes_in_work(source: CellFile, path: Path, n_cells: int) -> Ints:
 
     content, digest = bytes(kit.read_content(path)), hashlib.sha256(source.data).hexdigest()
     classes, notes = classes_of(path, content, Path(source.name), digest, n_cells)
-    print_notes(notes)
+    for note in notes:
+        print_line("note", note)
     return classes
 
 
@@ -62,25 +63,27 @@ def up_axis(source: CellFile, requested: Any) -> Any:
     return "z" if requested == "auto" and source.ending in FORMATS.z_up else requested
 
 
-def labels_for(source: CellFile, cells: Cells, path: Path, name: str, *, is_quiet: bool) -> Ints:
+def labels_for(
+    source: CellFile, cells: Cells, path: Path, name: str, *, is_noted: bool = True
+) -> Ints:
     """Read labels of `cells` from a label file; the other parameters are as in `given_labels`.
 
-    Labels of vertices are converted by `labels_of_cells`, which also explains `is_quiet`.
+    Labels of vertices are converted by `labels_of_cells`, which also explains `is_noted`.
     """
-    return labels_of_cells(cells, given_labels(source, cells, path, name), is_quiet=is_quiet)
+    return labels_of_cells(cells, given_labels(source, cells, path, name), is_noted=is_noted)
 
 
-def labels_of_cells(cells: Cells, given: GivenLabels, *, is_quiet: bool) -> Ints:
+def labels_of_cells(cells: Cells, given: GivenLabels, *, is_noted: bool = True) -> Ints:
     """Convert labels of vertices to labels of cells: the most frequent label at a cell's corners.
 
-    A note is printed unless `is_quiet`. Labels of cells are returned unchanged, without a note.
+    A note is printed if `is_noted`. Labels of cells are returned unchanged, without a note.
     """
     from superfacets import face_labels
 
     if not given.are_of_vertices:
         return given.labels
     labels = face_labels(cells, given.labels)
-    if not is_quiet:
+    if is_noted:
         n_lost = len(np.setdiff1d(given.labels[given.labels >= 0], labels))
         lost = f"; left out: {kit.counted(n_lost, 'region')} without a face" if n_lost else ""
         print_note(
@@ -111,16 +114,16 @@ def is_work(path: Path) -> bool:
 
 
 def labels_beside(
-    source: CellFile, labels: Path | None, cells: Cells, name: str, *, is_quiet: bool
+    source: CellFile, labels: Path | None, cells: Cells, name: str, *, is_noted: bool = True
 ) -> Ints | None:
     """Read labels from the file `labels` or, if it is None, from the mesh file `source`.
 
     Returns None if the mesh file has no labels. `name` is the name of the labels in files that also
-    contain other data. `is_quiet` is the same as in `labels_of_cells`.
+    contain other data. `is_noted` is the same as in `labels_of_cells`.
     """
     if labels is None:
         return source.labels(cells.n_cells, name)
-    return labels_for(source, cells, labels, name, is_quiet=is_quiet)
+    return labels_for(source, cells, labels, name, is_noted=is_noted)
 
 
 def read_input(text: str, format: str | None = None) -> CellFile:
@@ -216,4 +219,4 @@ def _values_of_cells(path: Path, source: CellFile, cells: Cells, name: str) -> I
         return classes_in_work(source, path, cells.n_cells)
     given = given_labels(source, cells, path, name, are_values=True)
     first = int(path.name.lower().endswith(FORMATS.key_labels))  # key of label 0
-    return labels_of_cells(cells, given, is_quiet=True) + np.int32(first)
+    return labels_of_cells(cells, given, is_noted=False) + np.int32(first)

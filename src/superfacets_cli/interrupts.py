@@ -128,19 +128,19 @@ def run_in_background(work: Callable[[], T], tick: Callable[[], object] | None =
     results: list[T] = []
     errors: list[BaseException] = []
     is_done = threading.Event()
+    context = click.get_current_context(silent=True)
 
     def body() -> None:
         try:
-            results.append(work())
+            with context.scope(cleanup=False) if context else contextlib.nullcontext():
+                results.append(work())
         except BaseException as error:
             errors.append(error)
         finally:
             is_done.set()
 
     threading.Thread(target=body, name=_NAME, daemon=True).start()
-    context = click.get_current_context(silent=True)
-    is_quiet = tick is not None or (context is not None and context.params.get("is_quiet"))
-    with WaitBar(is_quiet=bool(is_quiet)):
+    with WaitBar(is_quiet=tick is not None):
         while not is_done.wait(SECONDS_BETWEEN_TICKS):
             if tick is not None:
                 tick()

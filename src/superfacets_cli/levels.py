@@ -54,15 +54,15 @@ ALL_LEVELS = (ARRAYS, ".sstk.json")  # file endings of formats that store all le
     opts.labels_named_option,
     opts.threads_option,
     opts.format_option("IN", of_stream=True),
-    opts.quiet_option,
+    opts.quiet_option(),
     opts.json_option(),
 )  # fmt: skip
 def levels_command(
     input: str, counts: tuple[int, ...], outputs: tuple[str, ...], format_of_stream: str | None,
     labels: Path | None, mask: Path | None, mask_values: tuple[int, ...] | None,
     barriers: Path | None, *, format: str | None,
-    features: tuple[str, ...], drop_attributes: bool, labels_named: str, is_quiet: bool,
-    as_json: bool, **options: Any,
+    features: tuple[str, ...], drop_attributes: bool, labels_named: str, islands: Any,
+    n_threads: int | None, as_json: bool,
 ) -> None:  # fmt: skip
     """Segment a mesh or cloud, and merge regions level by level.
 
@@ -87,33 +87,34 @@ def levels_command(
         cells, attributes = source.cells_and_attributes(keep=keeps or bool(features))
         given = None
         if labels is not None:  # label numbers in a file may have gaps
-            of_file = labels_for(source, cells, labels, labels_named, is_quiet=is_quiet)
+            of_file = labels_for(source, cells, labels, labels_named)
             given, _ = kit.ranked_labels(of_file)
         OutputFiles(
             [path for path in job.files if not path.name.lower().endswith(ARRAYS)]
         ).check_fit(cells, given)
         constraints = constraints_of(mask, mask_values, barriers, source, cells, name=labels_named)
-        n_threads, is_kept = kit.checked_threads(options["n_threads"]), constraints.get("mask")
-        table: Any = CellData(cells, attributes).features(features, n_threads, is_kept)
+        is_kept = constraints.get("mask")
+        threads = kit.checked_threads(n_threads)
+        table: Any = CellData(cells, attributes).features(features, threads, is_kept)
         with warnings.catch_warnings():  # they are about the finest regions, which are then merged
             warnings.simplefilter("ignore", IslandWarning)
             warnings.simplefilter("ignore", SliverWarning)
             nested = hierarchy(
-                cells, counts, labels=given, features=table, **constraints, **options
-            )
+                cells, counts, labels=given, features=table, islands=islands, n_threads=n_threads,
+                **constraints,
+            )  # fmt: skip
         return cells, attributes if keeps else None, nested
 
     cells, attributes, nested = run_in_background(compute)
     _write(job, named, cells, attributes, nested)
-    if not is_quiet:
-        print_notes(notes_on_written(cells, attributes, job.endings, np.zeros(0, np.int64)))
+    print_notes(notes_on_written(cells, attributes, job.endings, np.zeros(0, np.int64)))
     facts = {
         "levels": list(nested.counts), "n_finest": nested.n_finest, "n_fewest": nested.n_fewest,
     }  # fmt: skip
     listed = ", ".join(map(str, nested.counts))
     size = kit.counted(cells.n_cells, kit.kind_of(cells).noun)
     text = f"{job.name}: {size}, levels of {listed} regions"
-    job.report(facts, text, kit.kind_of(cells).noun, as_json=as_json, is_quiet=is_quiet)
+    job.report(facts, text, kit.kind_of(cells).noun)
 
 
 def _plan(

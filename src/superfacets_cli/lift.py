@@ -1,4 +1,4 @@
-"""The command ``superfacets lift``."""
+"""The commands ``superfacets lift`` and ``transfer``."""
 
 from __future__ import annotations
 
@@ -9,39 +9,47 @@ from typing import Any, get_args
 import click
 import numpy as np
 
-from superfacets import MeshAttributes, PinholeCamera, kit, lift, read_cameras, read_masks
+from superfacets import (
+    MeshAttributes,
+    PinholeCamera,
+    kit,
+    lift,
+    read_cameras,
+    read_masks,
+    transfer,
+)
 from superfacets.kit import FORMATS, Array, Cells, Ints
 from superfacets_scans import GROUPS, SEGMENTS, LiftedLabels, Overlap, ViewWarning
 
-from .inputs import GivenLabels, given_labels, labels_of_cells, read_input
+from . import options as opts
+from .inputs import GivenLabels, given_labels, labels_for, labels_of_cells, read_input
 from .interrupts import run_in_background
-from .options import FILE, FLAG, Real, drop_attributes_option, format_option, option, options
 from .outputs import OneRun, one_output_options
 
 
 @click.command("lift")
-@click.argument("source", metavar="IN", type=FILE)
-@click.argument("labels", metavar="LABELS", type=FILE)
-@click.argument("masks", metavar="MASKS", type=FILE)
-@click.argument("cameras", metavar="CAMERAS", type=FILE)
-@options(
-    option("--consistent-ids is_consistent", FLAG,
+@click.argument("source", metavar="IN", type=opts.FILE)
+@click.argument("labels", metavar="LABELS", type=opts.FILE)
+@click.argument("masks", metavar="MASKS", type=opts.FILE)
+@click.argument("cameras", metavar="CAMERAS", type=opts.FILE)
+@opts.options(
+    opts.option("--consistent-ids is_consistent", opts.FLAG,
            "Mask ids mean the same in all images, like class ids, and become the labels."
            "  [default: join masks that cover the same regions into objects, numbered from 0]"),
-    option("--agreement", Real(0, 1, min_open=True),
+    opts.option("--agreement", opts.Real(0, 1, min_open=True),
            "Probability that two points of the same object are in the same mask of an image, given"
            " that both are in masks. A higher value gives more and smaller objects. Not used with"
            " --consistent-ids.",
            default=0.5),
-    option("--overlap", get_args(Overlap),
+    opts.option("--overlap", get_args(Overlap),
            "Which mask to use where masks of an image overlap.", default="smallest"),
-    option("--intrinsics", FILE,
+    opts.option("--intrinsics", opts.FILE,
            "Text file with the camera intrinsics, if CAMERAS is a folder of poses: fx fy cx cy, or"
            " a matrix of 3 or 4 rows."),
 )  # fmt: skip
 @one_output_options("IN with the labels, or the labels alone", "IN")
-@format_option("IN")
-@drop_attributes_option("IN")
+@opts.format_option("IN")
+@opts.drop_attributes_option("IN")
 def lift_command(
     source: Path, labels: Path, masks: Path, cameras: Path, is_consistent: bool, agreement: float,
     overlap: Any, intrinsics: Path | None, format: str | None, **given: Any,
@@ -72,7 +80,7 @@ def lift_command(
         cells, attributes = file.cells_and_attributes(keep=run.keeps_attributes)
         run.outputs.check_fit(cells)
         of_file = given_labels(file, cells, labels, run.labels_named)
-        regions, names = kit.ranked_labels(labels_of_cells(cells, of_file, is_quiet=run.is_quiet))
+        regions, names = kit.ranked_labels(labels_of_cells(cells, of_file))
         ids = read_masks(masks, overlap=overlap)
         size = next(iter(ids.values())).shape[::-1]
         views = read_cameras(cameras, intrinsics=intrinsics, size=size, names=ids)
@@ -136,3 +144,54 @@ def _report(run: OneRun, cells: Cells, result: LiftedLabels) -> None:
         f" mean score {score:.2f}"
     )
     run.report(facts | {"seen_area": seen, "labeled_area": labeled}, text, kit.kind_of(cells).noun)
+
+
+@click.command("transfer")
+@click.argument("source", metavar="IN", type=opts.FILE)
+@click.argument("labels", metavar="LABELS", type=opts.FILE)
+@click.argument("target", metavar="TARGET", type=opts.FILE)
+@opts.option(
+    "--max-distance", opts.NOT_NEGATIVE,
+    "Cells of TARGET farther than this from IN, in units of IN, get label -1.  [default: no limit]",
+)  # fmt: skip
+@one_output_options("TARGET with its labels, or the labels alone", "TARGET")
+@opts.format_option("IN")
+@opts.format_option("TARGET", name="--target-format")
+@opts.drop_attributes_option("TARGET")
+def transfer_command(
+    source: Path, labels: Path, target: Path, max_distance: float | None, format: str | None,
+    target_format: str | None, **given: Any,
+) -> None:  # fmt: skip
+    """Transfer labels to another mesh or cloud of the same object.
+
+    TARGET must have the same position as IN. Each face or point of TARGET gets the label of the
+    nearest face or point of IN. LABELS is a .npy, .seg or .txt file, or a labeled .ply or .vtp; if
+    IN contains the labels, give IN again.
+    """
+    run = OneRun(target, (source, labels), given)
+
+    def compute() -> tuple[Cells, MeshAttributes | None, Ints]:
+        origin = read_input(str(source), format)
+        cells = origin.cells()
+        of_source = labels_for(origin, cells, labels, run.labels_named)
+        file = read_input(str(target), target_format)
+        goal, attributes = file.cells_and_attributes(keep=run.keeps_attributes)
+        run.outputs.check_fit(goal)
+        with warnings.catch_warnings(record=True) as caught:  # warnings become notes
+            carried = transfer(
+                cells, of_source, goal, max_distance=max_distance, n_threads=run.n_threads
+            )
+        notes.extend(str(warning.message) for warning in caught)
+        return goal, attributes, carried
+
+    notes: list[str] = []
+    goal, attributes, carried = run_in_background(compute)
+    run.write(goal, carried, attributes, notes)
+    n_without = int(np.count_nonzero(carried < 0))
+    n_labels = len(np.unique(carried[carried >= 0]))
+    noun = kit.kind_of(goal).noun
+    facts = {f"n_{noun}s": len(carried), "n_labels": n_labels, "n_without": n_without}
+    without = f", {n_without} without a label" if n_without else ""
+    run.report(
+        facts, f"{kit.counted(len(carried), noun)}, {kit.counted(n_labels, 'label')}{without}", noun
+    )

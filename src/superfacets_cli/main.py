@@ -44,7 +44,7 @@ GROUPS = {
 }
 """Summaries of all commands, so that the main help text needs no imports."""
 
-_MODULES = {"agree": "studio"}
+_MODULES = {"agree": "studio", "demo": "segment", "formats": "info", "transfer": "lift"}
 """Module of each command whose module has a different name."""
 
 COMMANDS = Table({

@@ -11,35 +11,21 @@ import click
 
 from superfacets.kit import FORMATS
 
-
-class CountOr(click.ParamType):  # type: ignore[type-arg]  # generic in new versions of click
-    """Type of options whose value is an integer of at least `low`, or the text `word`."""
-
-    name = "count or word"
-
-    def __init__(self, word: str, low: int) -> None:
-        self.word = word
-        self.count = Count(low)
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Return the word, or the number."""
-        return value if value == self.word else self.count.convert(value, param, ctx)
+from .failures import QUIET
 
 
-class Count(click.IntRange):
-    """Type of options whose value is an integer of at least `lowest`."""
+class Count(click.ParamType):  # type: ignore[type-arg]  # generic in new versions of click
+    """Type of options whose value is an integer of at least `lowest`, or the text `word`."""
 
     name = "count"
 
-    def __init__(self, lowest: int) -> None:
-        super().__init__(min=lowest)
-        self._lowest = lowest
+    def __init__(self, lowest: int, word: str | None = None) -> None:
+        self._lowest, self._word = lowest, word
 
-    def _describe_range(self) -> str:
-        return ""
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
-        """Return the number, or raise a usage error that names the lower bound."""
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the word or the number, or raise a usage error that names the lower bound."""
+        if value == self._word:
+            return value
         try:
             number = int(value)
         except ValueError:
@@ -225,7 +211,17 @@ help_all_option = option(
     callback=_show_all,
 )  # fmt: skip
 ascii_option = option("--ascii", FLAG, "Write .ply, .pcd, .stl, .vtp, .vtu and .vtk as text.")
-quiet_option = option("-q --quiet is_quiet", FLAG, "Print only errors.")
+
+
+def quiet_option(about: str = "Print only errors.") -> Decorator:
+    """Add the option ``--quiet``, which `failures.is_quiet` returns."""
+
+    def keep(ctx: click.Context, _: click.Parameter, value: bool) -> None:
+        ctx.meta[QUIET] = value
+
+    return option("-q --quiet is_quiet", FLAG, about, expose_value=False, callback=keep)
+
+
 threads_option = option("--threads n_threads", COUNT, "Number of threads.  [default: one per core]")
 viewpoint_option = option(
     "--viewpoint", Real(),

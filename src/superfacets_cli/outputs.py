@@ -16,7 +16,7 @@ from superfacets import MeshAttributes, kit
 from superfacets.kit import FORMATS, Cells, FormatOptions, Ints, OutputFiles, output_folder
 
 from . import options as opts
-from .failures import print_note, print_notes
+from .failures import is_quiet, print_note, print_notes
 from .inputs import name_of
 from .options import option, options
 from .progress import WaitBar
@@ -74,7 +74,7 @@ def one_output_options(what: str, name: str) -> opts.Decorator:
         opts.ascii_option,
         opts.force_option,
         opts.threads_option,
-        opts.quiet_option,
+        opts.quiet_option(),
         opts.json_option(),
     )
 
@@ -139,13 +139,11 @@ class Job:
         """Print on stdout, or on stderr if stdout is used for the result."""
         click.echo(text, err=self.stream is not None)
 
-    def report(
-        self, facts: Mapping[str, Any], text: str, noun: str, *, as_json: bool, is_quiet: bool
-    ) -> None:
-        """Print `facts` if `as_json`, else a line per output and `text`, unless `is_quiet`."""
-        if as_json:
+    def report(self, facts: Mapping[str, Any], text: str, noun: str) -> None:
+        """Print `facts` with ``--json``, else a line per output and `text`, unless ``--quiet``."""
+        if click.get_current_context().params["as_json"]:
             self.print(json.dumps({"file": self.input, **facts, "outputs": self.names}))
-        elif not is_quiet:
+        elif not is_quiet():
             self.print("\n".join([*(f"wrote {name}" for name in self.written(noun)), text]))
 
 
@@ -179,7 +177,6 @@ class OneRun:
         self.keeps_attributes = self.job.holds_attributes and not given.get("drop_attributes")
         self.labels_named: str = given["labels_named"]
         self.n_threads: int | None = given["n_threads"]
-        self.is_quiet, self._as_json = given["is_quiet"], given["as_json"]
 
     def write(
         self, cells: Cells, labels: Ints, attributes: MeshAttributes | None = None,
@@ -190,17 +187,15 @@ class OneRun:
         `of_vertices` are arguments of `OutputFiles.write` for labels of vertices.
         """
         outputs = replace(self.outputs, options=replace(self.outputs.options, **form))
-        with WaitBar(is_quiet=self.is_quiet):
+        with WaitBar():
             sizes = outputs.write(cells, labels, attributes=attributes, **(of_vertices or {}))
-        if not self.is_quiet:
-            lacking = notes_on_written(cells, attributes, self.job.endings, sizes)
-            numbers = notes_on_numbers(labels, self.job.endings, sizes)
-            print_notes([*notes, *lacking, *numbers])
+        lacking = notes_on_written(cells, attributes, self.job.endings, sizes)
+        numbers = notes_on_numbers(labels, self.job.endings, sizes)
+        print_notes([*notes, *lacking, *numbers])
 
     def report(self, facts: Mapping[str, Any], text: str, noun: str = "face") -> None:
         """Print `facts` with ``--json``, else a line per output and `text`, unless ``--quiet``."""
-        text = f"{self.job.name}: {text}"
-        self.job.report(facts, text, noun, as_json=self._as_json, is_quiet=self.is_quiet)
+        self.job.report(facts, f"{self.job.name}: {text}", noun)
 
 
 def plan_jobs(

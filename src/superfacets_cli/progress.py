@@ -10,6 +10,8 @@ import time
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
+from . import failures
+
 if TYPE_CHECKING:
     from superfacets_batch import BatchProgress
 
@@ -87,12 +89,12 @@ class Estimate:
 
 
 class Bar:
-    """A progress bar on stderr; draws nothing if stderr is not a terminal, or if `is_quiet`."""
+    """A progress bar on stderr; hidden if stderr is no terminal, or on request."""
 
     layout: ClassVar[str]  # layout of the bar, as a format string for tqdm
 
     def __init__(self, *, is_quiet: bool = False) -> None:
-        self._is_shown = not is_quiet and sys.stderr.isatty()
+        self._is_shown = not (is_quiet or failures.is_quiet()) and sys.stderr.isatty()
         self._bar: Any = None
 
     def __enter__(self) -> Self:
@@ -151,8 +153,8 @@ class RunBar(Bar):
 
     layout = "{desc} {percentage:3.0f}% |{bar}| {elapsed}"
 
-    def __init__(self, name: str, *, is_quiet: bool = False) -> None:
-        super().__init__(is_quiet=is_quiet)
+    def __init__(self, name: str) -> None:
+        super().__init__()
         self._name = name
         self._estimate = Estimate(time.perf_counter())
         self.draw()

@@ -2,30 +2,26 @@
 
 from __future__ import annotations
 
+import csv
 import json
+import math
 import sys
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import click
 import numpy as np
 
-from superfacets import (
-    MeshError,
-    RegionGraph,
-    border_lines,
-    kit,
-    pool,
-    region_graph,
-)
-from superfacets.kit import Array, CellData, Floats, Ints
+from superfacets import BorderLines, MeshError, RegionGraph, border_lines, kit, pool, region_graph
+from superfacets_formats import write_vtk_xml
 
 from . import options as opts
+from .failures import is_quiet
 from .inputs import check_inputs, labels_beside, read_input
 from .interrupts import run_in_background
 from .options import FILE, option, options
 from .outputs import Job, check_files
-from .tables import LINE_ENDINGS, TABLE_ENDINGS, print_csv, write_borders, write_tables
 
 
 @click.command("regions")
@@ -48,13 +44,13 @@ from .tables import LINE_ENDINGS, TABLE_ENDINGS, print_csv, write_borders, write
     opts.viewpoint_option,
     opts.format_option("IN", of_stream=True),
     opts.labels_named_option,
-    option("-q --quiet is_quiet", opts.FLAG, "Print only the table and errors."),
+    opts.quiet_option("Print only the table and errors."),
     opts.json_option(),
 )  # fmt: skip
 def regions_command(
     cells: str, labels: Path | None, output: Path | None, arcs: Path | None, borders: Path | None,
     majority: tuple[str, ...], mean: tuple[str, ...], viewpoint: tuple[float, ...] | None,
-    format: str | None, labels_named: str, is_quiet: bool, as_json: bool,
+    format: str | None, labels_named: str, as_json: bool,
 ) -> None:  # fmt: skip
     """Measure regions: areas, shapes, neighbors.
 
@@ -68,10 +64,8 @@ def regions_command(
     check_files([Job(cells, files)], also_read=[str(labels)] if labels else [])
     kit.checked_targets(files)
 
-    def compute() -> tuple[RegionGraph, dict[str, Array], tuple[Any, ...] | None]:
-        whole, given, integers, reals = _read(
-            cells, format, labels, labels_named, majority, mean, is_quiet=is_quiet
-        )
+    def compute() -> tuple[RegionGraph, dict[str, kit.Array], tuple[Any, ...] | None]:
+        whole, given, integers, reals = _read(cells, format, labels, labels_named, majority, mean)
         if borders is not None and not kit.kind_of(whole).has_faces:
             raise click.UsageError(f"--borders needs a mesh with faces: {cells} has none")
         if viewpoint is not None:
@@ -95,7 +89,7 @@ def regions_command(
         names_written = [opts.STANDARD_STREAM] * (output is None) + [str(path) for path in files]
         facts = {"file": cells, "n_regions": graph.n_regions, "n_pairs": graph.n_arcs}
         click.echo(json.dumps({**facts, "outputs": names_written}), err=output is None)
-    elif not is_quiet:
+    elif not is_quiet():
         pairs = f"{kit.counted(graph.n_arcs, 'pair')} of neighbors"
         lines = [f"wrote {path}" for path in files]
         lines.append(f"{cells}: {kit.counted(graph.n_regions, 'region')}, {pairs}")
@@ -104,21 +98,21 @@ def regions_command(
 
 def _read(
     text: str, format: str | None, labels: Path | None, name: str, majority: tuple[str, ...],
-    mean: tuple[str, ...], *, is_quiet: bool,
-) -> tuple[Any, Ints, dict[str, Ints], dict[str, Floats]]:  # fmt: skip
+    mean: tuple[str, ...],
+) -> tuple[Any, kit.Ints, dict[str, kit.Ints], dict[str, kit.Floats]]:  # fmt: skip
     """Read the cells, their labels `name`, and the properties named in `majority` and `mean`."""
     source = read_input(text, format)
     cells, attributes = source.cells_and_attributes(keep=bool(mean))
-    given = labels_beside(source, labels, cells, name, is_quiet=is_quiet)
+    given = labels_beside(source, labels, cells, name)
     if given is None:
         raise MeshError(f"{source.name} has no labels: give a label file as LABELS")
     integers = {key: source.integers(cells.n_cells, key) for key in majority}
-    data = CellData(cells, attributes)
+    data = kit.CellData(cells, attributes)
     return cells, given, integers, {key: _values_of(key, source.name, data) for key in mean}
 
 
 def _write(
-    graph: RegionGraph, columns: dict[str, Array], drawn: tuple[Any, ...] | None,
+    graph: RegionGraph, columns: dict[str, kit.Array], drawn: tuple[Any, ...] | None,
     output: Path | None, arcs: Path | None, borders: Path | None,
 ) -> None:  # fmt: skip
     """Write the tables and the borders; print the table of regions if `output` is None."""
@@ -135,14 +129,14 @@ def _write(
         print_csv(sys.stdout, columns)
 
 
-def _most_frequent(regions: Ints, values: Ints, n_regions: int) -> Ints:
+def _most_frequent(regions: kit.Ints, values: kit.Ints, n_regions: int) -> kit.Ints:
     """Return the most frequent value in each region; the lowest value if there is a tie."""
     kept = regions >= 0
     weights = np.ones(np.count_nonzero(kept))
     return kit.weighted_majority(regions[kept], values[kept], weights, n_regions).winners
 
 
-def _values_of(name: str, file: str, data: CellData) -> Floats:
+def _values_of(name: str, file: str, data: kit.CellData) -> kit.Floats:
     """Return the property `name`, one value per cell.
 
     If it does not exist, a MeshError lists all properties.
@@ -169,3 +163,88 @@ def _checked_outputs(
     except ValueError as error:
         raise click.UsageError(str(error)) from None
     return tuple(path for path in (output, arcs, borders) if path is not None)
+
+
+Columns = Mapping[str, kit.Array]
+"""Columns of a table, keyed by column name; all columns have the same length."""
+
+TABLE_ENDINGS = (".csv", ".json", ".parquet")
+LINE_ENDINGS = (".obj", ".vtp")
+
+
+def write_tables(tables: Sequence[tuple[Path, Columns]]) -> None:
+    """Write each table to its path, in the format of its ending: all tables, or none.
+
+    The endings are ``.csv``, ``.json`` and ``.parquet``. NaN becomes an empty field in CSV, and
+    null in JSON. A JSON file has a list with one object per row. Numbers are written with enough
+    digits to restore them exactly. Parquet needs pandas and pyarrow.
+    """
+    endings = [kit.known_ending(path, TABLE_ENDINGS) for path, _ in tables]
+    with kit.atomic_outputs([path for path, _ in tables]) as temporaries:
+        for temporary, ending, (_, columns) in zip(temporaries, endings, tables, strict=True):
+            if ending == ".parquet":
+                _write_parquet(temporary, columns)
+                continue
+            with temporary.open("w", encoding="utf-8", newline="") as file:
+                if ending == ".csv":
+                    print_csv(file, columns)
+                else:
+                    rows = (dict(zip(columns, row, strict=True)) for row in _rows(columns))
+                    json.dump(list(rows), file, indent=1)
+                    file.write("\n")
+
+
+def print_csv(file: IO[str], columns: Columns) -> None:
+    """Write CSV: a line with the column names, then one line per row."""
+    writer = csv.writer(file, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows(_rows(columns))
+
+
+def _rows(columns: Columns) -> Iterable[tuple[Any, ...]]:
+    """Return rows of Python numbers; NaN is replaced by None."""
+    lists = []
+    for column in columns.values():
+        values = column.tolist()
+        if column.dtype.kind == "f":
+            values = [None if math.isnan(value) else value for value in values]
+        lists.append(values)
+    return zip(*lists, strict=True)
+
+
+def _write_parquet(path: Path, columns: Columns) -> None:
+    # Without this line, pandas raises a plain ImportError.
+    kit.import_extra("pyarrow", "a .parquet file", "graph")
+    pandas = kit.import_extra("pandas", "a .parquet file", "graph")
+    pandas.DataFrame(dict(columns)).to_parquet(path, engine="pyarrow", index=False)
+
+
+def write_borders(path: Path, vertices: kit.Floats, lines: BorderLines, names: kit.Ints) -> None:
+    """Write border lines as OBJ or VTP, with the vertices on the lines; regions get new `names`.
+
+    In OBJ, each line is a group ``border_3_7``, or ``border_3_open`` at the boundary of the mesh.
+    In VTP, the numbers of the two regions are the cell data ``low`` and ``high``.
+    """
+    whole = [lines.line(i) for i in range(len(lines))]
+    rows = [np.append(row, row[: int(lines.is_closed[i])]) for i, row in enumerate(whole)]
+    used, along = np.unique(np.concatenate([np.empty(0, int), *rows]), return_inverse=True)
+    ends = np.cumsum([*map(len, rows)], dtype=np.int64)
+    low, high = np.append(names, -1)[lines.regions].astype(np.int32).T  # -1 at the boundary
+    ending = kit.known_ending(path, LINE_ENDINGS)
+    with kit.atomic_outputs([path]) as temporaries, temporaries[0].open("wb") as file:
+        if ending == ".vtp":
+            sections: dict[str, dict[str, kit.Array]] = {
+                "CellData": {"low": low, "high": high},
+                "Points": {"Points": vertices[used]},
+                "Lines": {"connectivity": along.astype(np.int64), "offsets": ends},
+            }
+            counts = {"NumberOfPoints": len(used), "NumberOfLines": len(rows)}
+            write_vtk_xml(file, "PolyData", counts, sections, ascii=False)
+            return
+        points = vertices[used].tolist()
+        file.writelines(f"v {x!r} {y!r} {z!r}\n".encode() for x, y, z in points)
+        parts = np.split(along + 1, ends[:-1])
+        for first, second, part in zip(low.tolist(), high.tolist(), parts, strict=False):
+            row = " ".join(map(str, part.tolist()))
+            other = "open" if second < 0 else second
+            file.write(f"g border_{first}_{other}\nl {row}\n".encode())

@@ -177,7 +177,7 @@ def _series_of(
     shown = source.labels(cells.n_cells, name) if labels is None else None
     paths = [*([] if labels is None else [labels]), *compare]
     if paths:
-        series = [labels_for(source, cells, path, name, is_quiet=True) for path in paths]
+        series = [labels_for(source, cells, path, name, is_noted=False) for path in paths]
         if shown is not None:
             series, paths = [shown, *series], [Path(source.name), *paths]
         return series[0], series[1:], _titles(paths) if compare else None

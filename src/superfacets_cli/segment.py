@@ -1,4 +1,4 @@
-"""The command ``superfacets segment``, and options that ``superfacets batch`` shares."""
+"""The commands ``segment`` and ``demo``, and options that ``superfacets batch`` shares."""
 
 from __future__ import annotations
 
@@ -12,19 +12,21 @@ from typing import Any, ClassVar
 import click
 import numpy as np
 
-from superfacets import SCANS, Features, MeshAttributes, MeshError, Sizes, Weights, kit
-from superfacets.kit import WEIGHTS, Array, Cells, FileOptions, FormatOptions, OutputFiles
+from superfacets import (
+    SCANS,
+    Features,
+    MeshAttributes,
+    MeshError,
+    Sizes,
+    Weights,
+    kit,
+    segment,
+    write_mesh,
+)
 
+from . import inputs as read
 from . import options as opts
 from .failures import EXIT_DATA, count_failures, print_note, print_notes
-from .inputs import (
-    barrier_angle_option,
-    check_inputs,
-    constraint_options,
-    constraints_of,
-    name_of,
-    read_input,
-)
 from .interrupts import run_in_background
 from .options import COUNT, FLAG, NOT_NEGATIVE, POSITIVE, option, options
 from .outputs import Job, check_mask, output_option, plan_jobs, to_option
@@ -34,7 +36,7 @@ from .report import facts_of, notes_of, summary_of
 
 def _by_weights(parameter: str) -> str:
     """Return the default of a parameter for each formula of weights that has it, as text."""
-    used = {name: weight.defaults.get(parameter) for name, weight in WEIGHTS.items()}
+    used = {name: weight.defaults.get(parameter) for name, weight in kit.WEIGHTS.items()}
     listed = [f"{value:g} with {name}" for name, value in used.items() if value is not None]
     return f"  [default: {', '.join(listed)}]"
 
@@ -89,7 +91,7 @@ segment_options = options(
     option("-a --alpha", NOT_NEGATIVE,
            "How strongly borders follow creases; 0 gives the roundest regions."
            f"{_by_weights('alpha')}"),
-    option("--weights NAME", tuple(WEIGHTS),
+    option("--weights NAME", tuple(kit.WEIGHTS),
            "How borders are drawn: parts (along creases, and between parts of a shape), creases, or"
            " superfacets (as in the paper).  [default: parts]"),
     option("--features NAMES", None,
@@ -107,7 +109,7 @@ segment_options = options(
            f" concave creases; 0 ignores them.{_by_weights('ridges')}"),
     option("--smooth/--no-smooth", None,
            "Straighten borders where the surface is smooth.  [default: yes]", default=None),
-    option("--islands", FileOptions.CHOICES["islands"],
+    option("--islands", kit.FileOptions.CHOICES["islands"],
            "What to do with components without a seed: keep them as regions (keep), or join them to"
            " the nearest region (nearest), which makes -n exact except with barriers.  [default:"
            " keep]"),
@@ -122,7 +124,7 @@ segment_options = options(
     option("--feature-weight", NOT_NEGATIVE,
            "Weight of features: a difference of one standard deviation adds this many region radii"
            " to the length of a path.  [default: 5]"),
-    option("--denoise N|auto", opts.CountOr("auto", 0),
+    option("--denoise N|auto", opts.Count(0, "auto"),
            "Measure creases on a copy of the mesh, smoothed in N steps; auto estimates the noise"
            " and uses 0 steps if the mesh is clean. Outputs are not smoothed.  [default: auto]"),
     option("--subdivide is_subdivided", FLAG,
@@ -135,7 +137,7 @@ segment_options = options(
     option("--min-opacity P", opts.Real(0.0, 1.0),
            "Leave out Gaussian splats with an opacity below this, 0 to 1; they get label -1.",
            default=0.0, show_default=False),
-    option("--init", FileOptions.CHOICES["init"],
+    option("--init", kit.FileOptions.CHOICES["init"],
            "How the initial centers are placed. flood and grid need --paper, and match -n only"
            " approximately.  [default: geodesic; curve for 10,000 or more regions of less than 100"
            " cells each; farthest with --paper]"),
@@ -168,10 +170,10 @@ _EXCLUSIVE = {
 }  # fmt: skip
 """Options that cannot be given together with an option: names of parameters by name."""
 
-_OF_FILES = {field.name for field in fields(FileOptions)}
+_OF_FILES = {field.name for field in fields(kit.FileOptions)}
 
 
-def options_of(*, scans: bool, is_subdivided: bool, **given: Any) -> FileOptions:
+def options_of(*, scans: bool, is_subdivided: bool, **given: Any) -> kit.FileOptions:
     """Return the options, completed by presets; raise a usage error if options are incompatible."""
     given = {name: value for name, value in given.items() if value is not None and value != ()}
     is_paper = given["paper"]
@@ -186,7 +188,9 @@ def options_of(*, scans: bool, is_subdivided: bool, **given: Any) -> FileOptions
         given["features"] = Features(given["features"], weight)
     given = {**SCANS, **given} if scans else given
     try:
-        own = {name: given.pop(name) for name in ("eta_convex", "ridges") if name in given}
+        own: dict[str, Any] = {
+            name: given.pop(name) for name in ("eta_convex", "ridges") if name in given
+        }
         if is_paper:
             given.update(own)
         elif own:
@@ -195,7 +199,7 @@ def options_of(*, scans: bool, is_subdivided: bool, **given: Any) -> FileOptions
         if sizes:
             given["sizes"] = Sizes(**sizes)
         of_files = {name: given.pop(name) for name in _OF_FILES & given.keys()}
-        return FileOptions(given, subdivide=is_subdivided, **of_files)
+        return kit.FileOptions(given, subdivide=is_subdivided, **of_files)
     except ValueError as error:
         raise click.UsageError(str(error)) from error
 
@@ -213,8 +217,8 @@ def _check_exclusive(given: Set[str]) -> None:
 @click.argument("inputs", metavar="IN...", type=opts.INPUT, nargs=-1, required=True)
 @options(
     segment_options,
-    constraint_options,
-    barrier_angle_option,
+    read.constraint_options,
+    read.barrier_angle_option,
     opts.labels_named_option,
     output_option(
         "Output file: a mesh or cloud with labels, or labels alone; a folder (results/) for the"
@@ -223,7 +227,7 @@ def _check_exclusive(given: Set[str]) -> None:
     to_option(),
     opts.format_option("the inputs", of_stream=True),
     file_options,
-    opts.quiet_option,
+    opts.quiet_option(),
     option("-v --verbose is_verbose", FLAG, "Also print the time of each stage."),
     opts.json_option("the results as JSON, one line per IN"),
 )  # fmt: skip
@@ -232,7 +236,7 @@ def segment_command(
     ctx: click.Context, /, inputs: tuple[str, ...], outputs: tuple[str, ...],
     formats: tuple[str, ...], format: str | None, mask: Path | None,
     mask_values: tuple[int, ...] | None, barriers: Path | None, barrier_angle: float | None,
-    labels_named: str, is_quiet: bool, is_verbose: bool, as_json: bool, **given: Any,
+    labels_named: str, is_verbose: bool, as_json: bool, **given: Any,
 ) -> None:  # fmt: skip
     """Segment meshes and clouds; superfacets FILE does the same.
 
@@ -241,7 +245,7 @@ def segment_command(
     """
     scans = given["scans"]
     chosen = options_of(**given)
-    check_inputs(inputs)
+    read.check_inputs(inputs)
     if barriers is not None and barrier_angle is not None:
         raise click.UsageError("give --barriers or --barrier-angle, not both")
     if len(inputs) > 1 and (mask is not None or barriers is not None):
@@ -254,12 +258,12 @@ def segment_command(
     endings = [ending for job in jobs for ending in job.endings]
     has_mask = mask is not None or mask_values is not None
     check_mask(endings, has_mask=has_mask)
-    constraints = partial(constraints_of, mask, mask_values, barriers, name=labels_named)
+    constraints = partial(read.constraints_of, mask, mask_values, barriers, name=labels_named)
     run = _Run(
         chosen, format, chosen.form(endings), constraints, barrier_angle, has_mask, scans,
-        is_quiet, as_json, is_verbose,
+        as_json, is_verbose,
     )  # fmt: skip
-    named = [name_of(job.input) for job in jobs]
+    named = [read.name_of(job.input) for job in jobs]
     if count_failures(named, lambda i: run.do(jobs[i]), lambda i, m: run.print_failure(jobs[i], m)):
         ctx.exit(EXIT_DATA)
 
@@ -268,14 +272,13 @@ def segment_command(
 class _Run:
     """Options of the command that apply to every job."""
 
-    options: FileOptions
+    options: kit.FileOptions
     format: str | None
-    form: FormatOptions
-    constraints: partial[dict[str, Array]]
+    form: kit.FormatOptions
+    constraints: partial[dict[str, kit.Array]]
     barrier_angle: float | None
     has_mask: bool
     scans: bool
-    is_quiet: bool
     as_json: bool
     is_verbose: bool
 
@@ -289,7 +292,7 @@ class _Run:
         outputs = job.outputs(self.form)
         outputs.check()
         timings: dict[str, float] = {}
-        with RunBar(name_of(job.input), is_quiet=self.is_quiet) as bar:
+        with RunBar(read.name_of(job.input)) as bar:
             outcome = run_in_background(
                 lambda: self._compute(job, outputs, bar, timings), tick=bar.draw
             )
@@ -297,11 +300,10 @@ class _Run:
                 sizes = outcome.write(outputs)
         result, noun = outcome.result, kit.kind_of(outcome.mesh).noun
         timings = {**result.timings, **timings}
-        if not self.is_quiet:
-            asked = self.options.keywords.get("n_segments")
-            print_notes(notes_of(outcome, asked, job.endings, sizes, job.holds_labels))
+        asked = self.options.keywords.get("n_segments")
+        print_notes(notes_of(outcome, asked, job.endings, sizes, job.holds_labels))
         n_left_out = int(np.count_nonzero(result.labels < 0))
-        if self.has_mask and not n_left_out and not self.is_quiet:
+        if self.has_mask and not n_left_out:
             print_note(f"the mask leaves out no {noun}")
         inside = None if outcome.sharp_inside is None else float(outcome.sharp_inside.sum())
         summary = summary_of(
@@ -311,10 +313,10 @@ class _Run:
         sharp = "; all sharp edges are on borders" if inside == 0 else ""
         facts = facts_of(result, timings, noun, inside)
         text = f"{job.name}: {summary}{sharp}"
-        job.report(facts, text, noun, as_json=self.as_json, is_quiet=self.is_quiet)
+        job.report(facts, text, noun)
 
     def _compute(
-        self, job: Job, outputs: OutputFiles, bar: RunBar, timings: dict[str, float]
+        self, job: Job, outputs: kit.OutputFiles, bar: RunBar, timings: dict[str, float]
     ) -> Any:
         """Read, subdivide and segment the input, without writing files."""
         return self.options.segment(
@@ -326,19 +328,19 @@ class _Run:
         )
 
     def _load(
-        self, job: Job, outputs: OutputFiles, *, keep: bool
-    ) -> tuple[Cells, MeshAttributes | None, dict[str, Array]]:
+        self, job: Job, outputs: kit.OutputFiles, *, keep: bool
+    ) -> tuple[kit.Cells, MeshAttributes | None, dict[str, kit.Array]]:
         """Read the input and its constraints.
 
         Raises an error if an output format cannot store this kind of cells.
         """
-        source = read_input(job.input, self.format)
+        source = read.read_input(job.input, self.format)
         cells, attributes = source.cells_and_attributes(keep=keep)
         self._check_kind(job, cells)
         outputs.check_fit(cells)
         return cells, attributes, self.constraints(source, cells)
 
-    def _check_kind(self, job: Job, cells: Cells) -> None:
+    def _check_kind(self, job: Job, cells: kit.Cells) -> None:
         """Raise a MeshError if options for meshes are given with a point cloud."""
         if not kit.kind_of(cells).are_points:
             return
@@ -347,9 +349,33 @@ class _Run:
             typed = "--scans" if self.scans else "--denoise"
         if typed is not None:
             raise MeshError(
-                f"{name_of(job.input)}: {typed} is for meshes, but this is a point cloud"
+                f"{read.name_of(job.input)}: {typed} is for meshes, but this is a point cloud"
             )
         if self.barrier_angle is not None:
-            raise MeshError(
-                f"{name_of(job.input)}: --barrier-angle needs a mesh: point clouds have no edges"
-            )
+            name = read.name_of(job.input)
+            raise MeshError(f"{name}: --barrier-angle needs a mesh: point clouds have no edges")
+
+
+@click.command("demo")
+@option("-o --output DIR", opts.FOLDER, "Folder for the results.", default=Path("superfacets-demo"))
+def demo_command(output: Path) -> None:
+    """Segment the sample mesh of the package.
+
+    The labeled mesh and a picture of the mesh are written to DIR.
+    """
+    from superfacets import plot, sample_mesh
+    from superfacets_show import check_rendering
+
+    check_rendering()
+    click.get_current_context().with_resource(kit.output_folder(output))
+    labeled, picture = output / "bear.superfacets.ply", output / "bear.superfacets.png"
+    timings: dict[str, float] = {}
+    with RunBar("bear") as bar:
+        with bar.timed("mesh", timings):
+            surface = sample_mesh()
+        result = segment(surface, callback=bar.on_report)
+        with bar.timed("export", timings):
+            write_mesh(labeled, surface, result.labels)
+    click.echo(f"wrote {labeled}\nbear: {summary_of(result, {**result.timings, **timings})}")
+    plot(surface, result.labels, output=picture)
+    click.echo(f"wrote {picture}")

@@ -65,7 +65,7 @@ def view_command(
     shown = _levels_of(source, labels, cells, labels_named)
     if shown is None:
         print_note(f"{mesh} has no labels: give a label file as LABELS")
-    truth = None if gt is None else labels_for(source, cells, gt, labels_named, is_quiet=True)
+    truth = None if gt is None else labels_for(source, cells, gt, labels_named, is_noted=False)
     values = {path.stem: read_values(path) for path in features}
     up = up_axis(source, up)
     camera = View(azimuth=azimuth, elevation=elevation, up=up)
@@ -102,5 +102,5 @@ def _open(page: Page, name: str, note: str) -> None:
 def _levels_of(source: CellFile, path: Path | None, cells: Cells, name: str) -> Array | None:
     """Return labels of one level, shape (N,), or of all L levels in an .npz, shape (L, N)."""
     if path is None or path.suffix.lower() != ".npz":
-        return labels_beside(source, path, cells, name, is_quiet=True)
+        return labels_beside(source, path, cells, name, is_noted=False)
     return CellFile.levels_in(path)

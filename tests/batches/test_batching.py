@@ -261,6 +261,30 @@ def test_clouds_with_a_viewpoint_are_kept_by_a_second_start(tmp_path, out):
     assert sf.batch(tmp_path / "points.npy", out, **keywords).n_kept == 1
 
 
+def test_grouped_options_are_recorded_and_files_are_not_done_again(scan, out):
+    grouped = {
+        "n_segments": 9, "weights": sf.Weights("creases", ridges=0), "sizes": sf.Sizes(balance=1),
+        "features": sf.Features("height", weight=2),
+    }  # fmt: skip
+    params = {
+        "n_segments": 9, "weights": {"name": "creases", "ridges": 0.0}, "sizes": {"balance": 1.0},
+        "features": {"table": ["height"], "weight": 2.0},
+    }  # fmt: skip
+    for keywords, recorded in (
+        (grouped, params),
+        ({"n_segments": 9, "weights": "creases", "features": "height"},
+         {"n_segments": 9, "weights": "creases", "features": ["height"]}),
+        ({"radius": 0.1, "paper": True, "init": "grid"},
+         {"radius": 0.1, "paper": True, "init": "grid"}),
+    ):  # fmt: skip
+        result = sf.batch(scan, out, formats=["npy"], **keywords)
+        assert (result.n_done, result.n_failed) == (1, 0)
+        assert result.records[0]["params"] == {**recorded, "formats": ["npy"]}
+        assert sf.batch(scan, out, formats=["npy"], **keywords).n_kept == 1
+    labels = np.load(out / result.records[0]["outputs"].popitem()[0])
+    assert np.array_equal(labels, sf.paper.segment(scan, radius=0.1, init="grid").labels)
+
+
 def test_more_regions_than_cells_are_as_many(tmp_path, out):
     sf.write_mesh(tmp_path / "two.ply", ([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]],
                                          [[0, 1, 2], [0, 2, 3]]))  # fmt: skip
@@ -275,10 +299,10 @@ def test_more_regions_than_cells_are_as_many(tmp_path, out):
          "n_segments is 5 and radius is 0.1: give only one of them"),
         ({"init": "best"}, ValueError, "init must be one of"),
         ({"init": [1, 2]}, TypeError,
-         "init must be a string, because an array would fit only one file"),
+         "init must not be an array, which would fit only one file"),
         ({"weights": np.ones(3)}, TypeError,
-         "weights must be a string, because an array would fit only one file"),
-        ({"segments": 5}, TypeError, "segments is not an option for files; the options are al"),
+         "weights must not be an array, which would fit only one file"),
+        ({"segments": 5}, TypeError, "segments is not an option for files: the options are al"),
         ({"on_stage": print}, TypeError, "on_stage is not an option"),
         ({"max_edge": -1}, ValueError, "max_edge must be"),
         ({"subdivide": 1}, TypeError, "subdivide must be True or False"),
@@ -287,7 +311,9 @@ def test_more_regions_than_cells_are_as_many(tmp_path, out):
         ({"drop_attributes": 1}, TypeError, "drop_attributes must be True or False"),
         ({"ascii": 1}, TypeError, "ascii must be True or False"),
         ({"formats": "npy"}, TypeError, "formats must be a sequence of names, got 'npy'"),
-        ({"features": "color"}, TypeError, "features must be a sequence of names, got 'color'"),
+        ({"features": np.ones((3, 1))}, TypeError, "features must be names, because an array"),
+        ({"eta_convex": 1}, TypeError, "use weights=superfacets.Weights"),
+        ({"paper": True, "features": "color"}, ValueError, "paper.segment has no features"),
         ({"formats": ["npy", "png"]}, ValueError,
          "formats has an unknown name, 'png': use distinct names from ply, "),
         ({"formats": ["npy", "npy"]}, ValueError, "formats has a repeated name, 'npy'"),

@@ -513,7 +513,7 @@ main()
 @pytest.mark.parametrize(
     ("module", "function"),
     [
-        ("superfacets_cli.segment", "read_input"),
+        ("superfacets_cli.inputs", "read_input"),
         ("superfacets.tools.segment_file", "segment"),
         ("superfacets.files.writers.ply", "_rows"),
     ],

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from superfacets import BorderLines, MeshError
-from superfacets_cli.tables import write_borders, write_tables
+from superfacets_cli.regions import write_borders, write_tables
 
 COLUMNS = {"region": np.array([3, 7]), "area": np.array([0.1, np.nan])}
 

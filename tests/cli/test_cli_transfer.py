@@ -145,7 +145,7 @@ def test_the_facts_are_printed_as_json(run, folder):
 
 
 def test_what_no_output_can_hold_is_refused_before_the_work(run, folder, broken):
-    broken("superfacets_cli.transfer.transfer")
+    broken("superfacets_cli.lift.transfer")
     house = sf.PolygonMesh.of_faces([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]])
     sf.write_mesh("house.ply", house)
     status, _, err = run("transfer", "coarse.ply", "labels.npy", "house.ply", "-o", "a.sstk.json")

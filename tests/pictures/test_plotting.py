@@ -50,6 +50,7 @@ def test_a_plot_of_labels_is_what_render_draws(gl, tmp_path):
 
 def test_a_plot_is_an_array_of_any_type():
     plotted = Plot([np.full((2, 3, 3), 7, np.uint8)], "y")
+    assert repr(plotted).startswith("Plot(1 picture of 3 x 2 pixels: shown by a notebook, or ")
     assert np.asarray(plotted, dtype=np.float64).dtype == np.float64
     copied = np.array(plotted)
     copied[:] = 0

@@ -6,6 +6,7 @@ import shapes
 from research.baselines import felzenszwalb_segments
 
 import superfacets as sf
+from superfacets.segmentator import segment_mesh
 
 
 def share_in_matching_segments(first, second):
@@ -47,7 +48,7 @@ def test_vertices_at_one_position_are_one_and_unused_ones_stay_alone():
 def test_segmentator_finds_as_many_regions():
     mesh = sf.sample_mesh(3000)
     segments = felzenszwalb_segments(mesh)
-    regions = sf.segmentator.segment_mesh(mesh.vertices, mesh.faces)
+    regions = segment_mesh(mesh.vertices, mesh.faces)
     assert segments.max() == regions.max() > 1
 
 

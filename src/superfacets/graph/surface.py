@@ -138,7 +138,7 @@ class Surface(CsrArcs):
 
 
 def arc_measures(mesh: MeshLike, graph: FaceGraph, *, n_threads: int | None = None) -> ArcMeasures:
-    """Return the lengths and angles of the arcs of a face graph, for example for a `CellGraph`.
+    """Return the lengths and angles of the arcs of a face graph, for a `superfacets.CellGraph`.
 
     Parameters
     ----------

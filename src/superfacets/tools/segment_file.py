@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import MISSING, dataclass, fields, is_dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -21,7 +21,7 @@ from ..base.checks import (
 )
 from ..base.errors import MeshError
 from ..base.lazy import load
-from ..base.options import INITS, ISLANDS, SizeOptions
+from ..base.options import INITS, ISLANDS, SizeOptions, Sizes
 from ..base.timing import Callback, Reports, timed
 from ..base.types import Array, Bools, Floats, Longs
 from ..clustering.result import Segmentation
@@ -274,22 +274,19 @@ def _checked_features(given: object, is_paper: bool) -> tuple[str, ...] | Featur
         raise TypeError("features must be names, because an array would fit only one file")
     if features.names and is_paper:
         raise ValueError("paper.segment has no features: leave out features or paper")
-    if features.weight == FEATURE_WEIGHT:
-        return features.names
-    return replace(features, table=features.names)
+    return features.names if features.weight == FEATURE_WEIGHT else features
 
 
 def _as_json(value: Any) -> Any:
-    """Return an option as a JSON value; a dict of parameters that differ from their defaults."""
-    if is_dataclass(value):
-        given = {each.name: (getattr(value, each.name), each.default) for each in fields(value)}
-        return {
-            name: _as_json(value)
-            for name, (value, default) in given.items()
-            if default is MISSING or value != default
-        }
-    if isinstance(value, (tuple, list)):
-        return [_as_json(each) for each in value]
+    """Return an option as a JSON value."""
+    if isinstance(value, Weights):
+        return {"name": value.name, **value.given}
+    if isinstance(value, Features):
+        return {"table": list(value.table), "weight": value.weight}
+    if isinstance(value, Sizes):
+        return value.params
+    if isinstance(value, tuple):
+        return list(value)
     return value.item() if isinstance(value, np.generic) else value
 
 
