@@ -83,11 +83,12 @@ def batch(
     formats: Sequence[str] = (), scheduler: str | None = None, workers: int | None = None,
     timeout: float | None = None, retry_failed: bool = False,
     progress: Callable[[BatchProgress], object] | None = None,
-    features: str | Sequence[str] | Features = (), subdivide: bool = False, max_edge: float | None = None,
-    drop_attributes: bool = False, ascii: bool = False, label_name: str = "label",
-    vertex_labels: bool = False, force: bool = False, viewpoint: Sequence[float] | None = None,
-    min_opacity: float = 0.0, mask_values: Sequence[int] = (), labels_named: str = "label",
-    paper: bool = False, **options: Any,
+    features: str | Sequence[str] | Features = (), subdivide: bool = False,
+    max_edge: float | None = None, drop_attributes: bool = False, ascii: bool = False,
+    label_name: str = "label", vertex_labels: bool = False, force: bool = False,
+    viewpoint: Sequence[float] | None = None, min_opacity: float = 0.0,
+    mask_values: Sequence[int] = (), labels_named: str = "label", paper: bool = False,
+    **options: Any,
 ) -> BatchResult:  # fmt: skip
     """Segment many files, on all cores or on a cluster, and write their labels to a folder.
 
