@@ -132,8 +132,7 @@ def batch(
     max_edge : float, optional
         Maximum edge length after subdivision, in the unit of the file. Implies `subdivide`.
     drop_attributes, ascii : bool, default False
-        Whether results omit attributes of the input files, such as normals, and whether they are
-        text instead of binary data, in formats that support both.
+        Whether results omit attributes of the inputs, and are text in formats that support both.
     label_name, vertex_labels, force
         Same as in `write_mesh`.
     viewpoint : sequence of float, length 3, optional
