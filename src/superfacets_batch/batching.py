@@ -83,11 +83,12 @@ def batch(
     formats: Sequence[str] = (), scheduler: str | None = None, workers: int | None = None,
     timeout: float | None = None, retry_failed: bool = False,
     progress: Callable[[BatchProgress], object] | None = None,
-    features: str | Sequence[str] | Features = (), subdivide: bool = False, max_edge: float | None = None,
-    drop_attributes: bool = False, ascii: bool = False, label_name: str = "label",
-    vertex_labels: bool = False, force: bool = False, viewpoint: Sequence[float] | None = None,
-    min_opacity: float = 0.0, mask_values: Sequence[int] = (), labels_named: str = "label",
-    paper: bool = False, **options: Any,
+    features: str | Sequence[str] | Features = (), subdivide: bool = False,
+    max_edge: float | None = None, drop_attributes: bool = False, ascii: bool = False,
+    label_name: str = "label", vertex_labels: bool = False, force: bool = False,
+    viewpoint: Sequence[float] | None = None, min_opacity: float = 0.0,
+    mask_values: Sequence[int] = (), labels_named: str = "label", paper: bool = False,
+    **options: Any,
 ) -> BatchResult:  # fmt: skip
     """Segment many files, on all cores or on a cluster, and write their labels to a folder.
 
@@ -131,8 +132,7 @@ def batch(
     max_edge : float, optional
         Maximum edge length after subdivision, in the unit of the file. Implies `subdivide`.
     drop_attributes, ascii : bool, default False
-        Whether results omit attributes of the input files, such as normals, and whether they are
-        text instead of binary data, in formats that support both.
+        Whether results omit attributes of the inputs, and are text in formats that support both.
     label_name, vertex_labels, force
         Same as in `write_mesh`.
     viewpoint : sequence of float, length 3, optional

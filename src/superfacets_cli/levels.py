@@ -61,8 +61,8 @@ def levels_command(
     input: str, counts: tuple[int, ...], outputs: tuple[str, ...], format_of_stream: str | None,
     labels: Path | None, mask: Path | None, mask_values: tuple[int, ...] | None,
     barriers: Path | None, *, format: str | None,
-    features: tuple[str, ...], drop_attributes: bool, labels_named: str, islands: Any,
-    n_threads: int | None, as_json: bool,
+    features: tuple[str, ...], drop_attributes: bool, labels_named: str, as_json: bool,
+    **options: Any,
 ) -> None:  # fmt: skip
     """Segment a mesh or cloud, and merge regions level by level.
 
@@ -93,16 +93,14 @@ def levels_command(
             [path for path in job.files if not path.name.lower().endswith(ARRAYS)]
         ).check_fit(cells, given)
         constraints = constraints_of(mask, mask_values, barriers, source, cells, name=labels_named)
-        is_kept = constraints.get("mask")
-        threads = kit.checked_threads(n_threads)
+        threads, is_kept = kit.checked_threads(options["n_threads"]), constraints.get("mask")
         table: Any = CellData(cells, attributes).features(features, threads, is_kept)
         with warnings.catch_warnings():  # they are about the finest regions, which are then merged
             warnings.simplefilter("ignore", IslandWarning)
             warnings.simplefilter("ignore", SliverWarning)
             nested = hierarchy(
-                cells, counts, labels=given, features=table, islands=islands, n_threads=n_threads,
-                **constraints,
-            )  # fmt: skip
+                cells, counts, labels=given, features=table, **constraints, **options
+            )
         return cells, attributes if keeps else None, nested
 
     cells, attributes, nested = run_in_background(compute)

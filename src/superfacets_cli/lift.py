@@ -14,8 +14,6 @@ from superfacets import (
     PinholeCamera,
     kit,
     lift,
-    read_cameras,
-    read_masks,
     transfer,
 )
 from superfacets.kit import FORMATS, Array, Cells, Ints
@@ -66,6 +64,8 @@ def lift_command(
     If LABELS is a .segs.json, an .aggregation.json of the objects lists its segments, and formats
     with one id per vertex store these segments.
     """
+    from superfacets import read_cameras, read_masks
+
     run = OneRun(source, (labels, cameras), given)
     has_segments = labels.name.endswith(SEGMENTS)
     if (refusing := sorted(run.job.endings & {*FORMATS.vertex_outputs})) and not has_segments:

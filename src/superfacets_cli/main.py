@@ -151,10 +151,7 @@ def commands(ctx: click.Context) -> None:
         ctx.exit(EXIT_USAGE)
 
 
-_GPU = "leave it out, because all computations run on the CPU"
 _SIZE = "use --radius, in the unit of the file"
-_MERGE = "merge small regions in Python, with superfacets.merge_small_regions"
-_PARTS = "leave it out: the default keeps regions within the parts of a shape"
 
 OTHER_OPTIONS = {
     "--compactness": "use --alpha, the opposite: higher values follow creases more",
@@ -162,12 +159,15 @@ OTHER_OPTIONS = {
     **dict.fromkeys(("-k", "--k", "--n", "--kThresh", "--n-clusters", "--n-superpoints"), "use -n"),
     **dict.fromkeys(("-j", "--jobs", "--n-jobs", "--num-threads"), "use --threads"),
     **dict.fromkeys(("--voxel-size", "--seed-resolution"), _SIZE),
-    **dict.fromkeys(("--gpu", "--cuda", "--device"), _GPU),
+    **dict.fromkeys(("--gpu", "--cuda", "--device"),
+                    "leave it out, because all computations run on the CPU"),
     # options of earlier versions
     **dict.fromkeys(("-R", "--expected-radius"), _SIZE),
-    **dict.fromkeys(("--parts", "--relocate"), _PARTS),
+    **dict.fromkeys(("--parts", "--relocate"),
+                    "leave it out: the default keeps regions within the parts of a shape"),
     "--no-relocate": "leave it out, or use --paper, which moves no centers to other regions",
-    **dict.fromkeys(("--min-size", "--segMinVerts"), _MERGE),
+    **dict.fromkeys(("--min-size", "--segMinVerts"),
+                    "merge small regions in Python, with superfacets.merge_small_regions"),
     **dict.fromkeys(("--connect", "--enforce-connectivity"),
                     "join pieces of regions in Python, with superfacets.enforce_connectivity"),
     "--min-measure": "use --bounds LOW,",

@@ -215,11 +215,8 @@ ascii_option = option("--ascii", FLAG, "Write .ply, .pcd, .stl, .vtp, .vtu and .
 
 def quiet_option(about: str = "Print only errors.") -> Decorator:
     """Add the option ``--quiet``, which `failures.is_quiet` returns."""
-
-    def keep(ctx: click.Context, _: click.Parameter, value: bool) -> None:
-        ctx.meta[QUIET] = value
-
-    return option("-q --quiet is_quiet", FLAG, about, expose_value=False, callback=keep)
+    return option("-q --quiet is_quiet", FLAG, about, expose_value=False,
+                  callback=lambda ctx, _, value: ctx.meta.update({QUIET: value}))  # fmt: skip
 
 
 threads_option = option("--threads n_threads", COUNT, "Number of threads.  [default: one per core]")

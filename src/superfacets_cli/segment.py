@@ -12,17 +12,7 @@ from typing import Any, ClassVar
 import click
 import numpy as np
 
-from superfacets import (
-    SCANS,
-    Features,
-    MeshAttributes,
-    MeshError,
-    Sizes,
-    Weights,
-    kit,
-    segment,
-    write_mesh,
-)
+from superfacets import SCANS, Features, MeshAttributes, MeshError, Sizes, Weights, kit
 
 from . import inputs as read
 from . import options as opts
@@ -363,7 +353,7 @@ def demo_command(output: Path) -> None:
 
     The labeled mesh and a picture of the mesh are written to DIR.
     """
-    from superfacets import plot, sample_mesh
+    from superfacets import plot, sample_mesh, segment, write_mesh
     from superfacets_show import check_rendering
 
     check_rendering()

@@ -144,10 +144,8 @@ class FileOptions:
     @property
     def arguments(self) -> dict[str, Any]:
         """Options as keyword arguments of `batch`."""
-        return {
-            **self.keywords,
-            **{each.name: getattr(self, each.name) for each in fields(self)[1:]},
-        }
+        own = {each.name: getattr(self, each.name) for each in fields(self)[1:]}
+        return {**self.keywords, **own}
 
     @property
     def params(self) -> dict[str, Any]:
@@ -285,9 +283,9 @@ def _as_json(value: Any) -> Any:
         return {"table": list(value.table), "weight": value.weight}
     if isinstance(value, Sizes):
         return value.params
-    if isinstance(value, tuple):
-        return list(value)
-    return value.item() if isinstance(value, np.generic) else value
+    if isinstance(value, np.generic):
+        return value.item()
+    return list(value) if isinstance(value, tuple) else value
 
 
 def _are_opaque(attributes: MeshAttributes | None, least: float) -> Bools:
