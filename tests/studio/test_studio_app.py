@@ -251,7 +251,7 @@ def test_a_newer_run_cancels_the_one_before(client, monkeypatch):
         for number in range(1000):
             if number == 1 and len(outcomes) == 0:
                 outcomes.append("begun")
-            options["progress"](number, 1)
+            options["callback"]("classify", number, 1)
             if len(outcomes) > 1 or options["n_segments"] == 8:
                 break
             time.sleep(0.01)
@@ -263,7 +263,7 @@ def test_a_newer_run_cancels_the_one_before(client, monkeypatch):
         options = {"base_url": f"http://127.0.0.1:{PORT}", "headers": {"X-Token": TOKEN}}
         async with httpx.AsyncClient(transport=client.http._transport, **options) as http:
             first = asyncio.ensure_future(http.post("/api/files/0/segment", json={"n_segments": 7}))
-            while not outcomes:
+            while not outcomes and not first.done():
                 await asyncio.sleep(0.01)
             second = await http.post("/api/files/0/segment", json={"n_segments": 8})
             return [await first, second]

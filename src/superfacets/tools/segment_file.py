@@ -21,7 +21,7 @@ from ..base.checks import (
 )
 from ..base.errors import MeshError
 from ..base.lazy import load
-from ..base.options import INITS, ISLANDS, SizeOptions, Sizes
+from ..base.options import ANY_INITS, ISLANDS, SizeOptions, Sizes
 from ..base.timing import Callback, Reports, timed
 from ..base.types import Array, Bools, Floats, Longs
 from ..clustering.result import Segmentation
@@ -93,7 +93,7 @@ class FileOptions:
     Commands make them from their options, and then call `segment` or `segment_to_files`.
     """
 
-    CHOICES: ClassVar[Mapping[str, tuple[str, ...]]] = {"init": INITS, "islands": ISLANDS}
+    CHOICES: ClassVar[Mapping[str, tuple[str, ...]]] = {"init": ANY_INITS, "islands": ISLANDS}
     """Allowed names of the options `init` (of `paper.segment`) and `islands`."""
 
     keywords: Mapping[str, Any]  # keyword arguments of `segment` that are not None
