@@ -247,15 +247,15 @@ def test_a_newer_run_cancels_the_one_before(client, monkeypatch):
     outcomes = []
     real = segmenting.segment
 
-    def slow(cells, **options):
+    def slow(cells, n_segments, **options):
         for number in range(1000):
             if number == 1 and len(outcomes) == 0:
                 outcomes.append("begun")
             options["callback"]("classify", number, 1)
-            if len(outcomes) > 1 or options["n_segments"] == 8:
+            if len(outcomes) > 1 or n_segments == 8:
                 break
             time.sleep(0.01)
-        return real(cells, **options)
+        return real(cells, n_segments, **options)
 
     monkeypatch.setattr(segmenting, "segment", slow)
 
