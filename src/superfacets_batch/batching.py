@@ -62,10 +62,9 @@ class BatchProgress:
         Record of the file, as in `BatchResult`.
     n_ended, n_files : int
         Number of files processed so far, including failed files, of all that this call processes.
-    n_cells : int
-        Total number of cells of the files segmented so far.
-    seconds, seconds_left : float
-        Wall time since the start, and remaining time, estimated from the sizes of the files.
+    n_cells, seconds, seconds_left : int, float, float
+        Number of cells of the files segmented so far, the wall time since the start, and the
+        remaining time, estimated from the sizes of the files.
     """
 
     record: Record
@@ -100,23 +99,20 @@ def batch(
     ----------
     inputs : path-like, or iterable of these
         Files, folders (searched recursively for files other than ``.csv``, ``.txt``, ``.npy``),
-        patterns such as ``"scans/**/*.ply"``, or lists such as ``"@list.txt"``, a text file with
-        one path per line, relative to its folder.
+        patterns such as ``"scans/**/*.ply"``, or files with one path per line (``"@list.txt"``).
     output_folder : path-like
         Folder of the results, created if it is missing. ``manifest.jsonl`` has one record per file.
         Results, such as ``NAME.superfacets.ply``, are in the same subfolder as their input.
     formats : sequence of str, optional
-        Formats of the results, such as ``"ply"`` or ``"npy"``: file endings of `write_mesh` or
-        `write_labels`, without the leading dot or underscore. Default: PLY; VTU for tetrahedra.
+        Formats of the results, such as ``"ply"`` or ``"npy"``. Default: PLY; VTU for tetrahedra.
     scheduler : str, optional
         Address of a Dask scheduler, for example ``"tcp://10.0.0.1:8786"``. Its workers must have
         the same version of the package, and access to all files at the same paths.
     workers : int, optional
         Number of worker processes on this machine, by default one per core if Dask is installed and
-        there are several files to process, else 1. Each processes one file at a time, on one thread
-        unless ``n_threads`` is given. With 1, files are processed in this process, on all cores: a
-        file that crashes this process or does not end stops the batch, and the next call continues
-        with the files after it. Cannot be combined with `scheduler`.
+        there are several files, else 1. Each processes one file at a time, on one thread. With 1,
+        files are processed in this process, on all cores: a file that crashes it or does not end
+        stops the batch, and the next call continues with the files after it.
     timeout : float, optional
         Maximum seconds for a file, by default unlimited. A file that takes longer is recorded as
         failed, and its worker restarts. Needs several workers or a scheduler.
@@ -125,14 +121,15 @@ def batch(
     progress : callable, optional
         Function called with a `BatchProgress` after each file.
     features : str, sequence of str, or Features, optional
-        Names of features that borders follow in addition to creases, as in `segment`.
+        Names of features, as in `segment`.
     subdivide : bool, default False
         Whether to bisect edges longer than a quarter of the radius of a region before segmentation.
         Label files still have one label for each face of the input file.
     max_edge : float, optional
         Maximum edge length after subdivision, in the unit of the file. Implies `subdivide`.
-    drop_attributes, ascii : bool, default False
-        Whether results omit attributes of the inputs, and are text in formats that support both.
+    drop_attributes, ascii, paper : bool, default False
+        Whether results omit attributes of the inputs, are text in formats that support both, and
+        are computed by `paper.segment`.
     label_name, vertex_labels, force
         Same as in `write_mesh`.
     viewpoint : sequence of float, length 3, optional
@@ -141,17 +138,14 @@ def batch(
         Minimum opacity of Gaussian splats, 0 to 1, stored as a logit in their property ``opacity``.
         Splats with a lower opacity get the label -1.
     mask_values, labels_named : sequence of int, optional, and str, default "label"
-        Values >= 0 of cells to segment, by default all, and the property of the files that contains
-        these values, such as ``"classification"``. Cells with other values get the label -1.
-    paper : bool, default False
-        Whether files are segmented with `paper.segment`.
+        Values >= 0 of cells to segment, by default all, and the property that contains these
+        values, such as ``"classification"``. Cells with other values get the label -1.
     **options
         Other options of `segment`, or of `paper.segment`, except arrays and `callback`.
 
     Returns
     -------
     BatchResult
-        Record of each file, and counts.
 
     Raises
     ------
@@ -168,8 +162,7 @@ def batch(
     Notes
     -----
     Files whose estimated memory exceeds 80% of the memory of a worker per thread, and files whose
-    worker ended, for example because it ran out of memory, are processed last, one at a time, with
-    all memory of this machine or of one worker of a cluster. If it ends again, the file has failed.
+    worker ended, are processed last, one at a time. If it ends again, the file has failed.
 
     Examples
     --------
@@ -234,10 +227,9 @@ def _checked_workers(
         kit.checked_number(timeout, "timeout", zero=False)
     if workers is None:
         workers = kit.checked_threads(None)
-        try:
+        has_dask = False
+        with contextlib.suppress(ValueError):  # the module is marked as missing in `sys.modules`
             has_dask = find_spec("distributed") is not None
-        except ValueError:  # the module is marked as missing in `sys.modules`
-            has_dask = False
         if scheduler is None and workers > 1 and not has_dask:
             workers = 1
             advice = MissingExtraError("several workers", "batch")
