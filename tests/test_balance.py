@@ -123,14 +123,11 @@ def test_half_a_balance_is_in_between():
     assert spreads[0] > spreads[1] > spreads[2]
 
 
-@pytest.mark.parametrize(
-    ("n", "options"),
-    [
-        (50, {"sizes": sf.Sizes(balance=1.0)}),
-        (None, {"sizes": sf.Sizes(cells=64)}),
-        (50, {"sizes": sf.Sizes(balance=1.0), "weights": "creases"}),
-    ],
-)
+@pytest.mark.parametrize(("n", "options"), [
+    (50, {"sizes": sf.Sizes(balance=1.0)}),
+    (None, {"sizes": sf.Sizes(cells=64)}),
+    (50, {"sizes": sf.Sizes(balance=1.0), "weights": "creases"}),
+])  # fmt: skip
 def test_labels_do_not_depend_on_the_number_of_threads(n, options):
     mesh = sf.sample_mesh(30_000)
     first = sf.segment(mesh, n, n_threads=1, **options)
@@ -261,27 +258,24 @@ def test_islands_that_are_too_small_are_told():
             sf.segment(mesh, 4, sizes=sf.Sizes(bounds=(0.1 * area, None)))
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"balance": 1.5}, "balance must be from 0 to 1, got 1.5"),
-        ({"balance": True}, "balance must be a number, got True"),
-        ({"bounds": 40.0}, "bounds must be a pair (lowest, highest), got 40.0"),
-        ({"bounds": (1.0, 2.0, 3.0)}, "bounds must be a pair (lowest, highest), got (1.0, 2.0, 3"),
-        ({"bounds": (-1.0, None)}, "bounds[0] must be finite and not negative, got -1.0"),
-        ({"bounds": (None, 0.0)}, "bounds[1] must be finite and positive, got 0.0"),
-        ({"bounds": ("1", None)}, "bounds[0] must be a number, got '1'"),
-        ({"bounds": (2.0, 1.0)}, "bounds[0] must be at most bounds[1], 1, got 2"),
-        ({"weights": np.ones(1600)}, "Sizes.weights have no effect without balance or bounds:"
-         " give one of them, or leave weights out"),
-        ({"cells": 0}, "cells must be at least 1, got 0"),
-        ({"cells": 1.5}, "cells must be an integer"),
-        ({"cells": 64, "balance": 1.0}, "Sizes(cells=...) already sets all sizes: leave balance"),
-        ({"cells": 64, "bounds": (1.0, None)}, "already sets all sizes: leave bounds out"),
-        ({"cells": 64, "bounds": (None, 1.0)}, "already sets all sizes: leave bounds out"),
-        ({"cells": 64, "weights": np.ones(9)}, "already sets all sizes: leave weights out"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("options", "message"), [
+    ({"balance": 1.5}, "balance must be from 0 to 1, got 1.5"),
+    ({"balance": True}, "balance must be a number, got True"),
+    ({"bounds": 40.0}, "bounds must be a pair (lowest, highest), got 40.0"),
+    ({"bounds": (1.0, 2.0, 3.0)}, "bounds must be a pair (lowest, highest), got (1.0, 2.0, 3"),
+    ({"bounds": (-1.0, None)}, "bounds[0] must be finite and not negative, got -1.0"),
+    ({"bounds": (None, 0.0)}, "bounds[1] must be finite and positive, got 0.0"),
+    ({"bounds": ("1", None)}, "bounds[0] must be a number, got '1'"),
+    ({"bounds": (2.0, 1.0)}, "bounds[0] must be at most bounds[1], 1, got 2"),
+    ({"weights": np.ones(1600)}, "Sizes.weights have no effect without balance or bounds:"
+     " give one of them, or leave weights out"),
+    ({"cells": 0}, "cells must be at least 1, got 0"),
+    ({"cells": 1.5}, "cells must be an integer"),
+    ({"cells": 64, "balance": 1.0}, "Sizes(cells=...) already sets all sizes: leave balance"),
+    ({"cells": 64, "bounds": (1.0, None)}, "already sets all sizes: leave bounds out"),
+    ({"cells": 64, "bounds": (None, 1.0)}, "already sets all sizes: leave bounds out"),
+    ({"cells": 64, "weights": np.ones(9)}, "already sets all sizes: leave weights out"),
+])  # fmt: skip
 def test_wrong_sizes_are_told_before_there_is_a_mesh(options, message):
     with pytest.raises((ValueError, TypeError), match=re.escape(message)):
         sf.Sizes(**options)
@@ -299,38 +293,35 @@ def test_sizes_take_named_parameters_alone_and_do_not_change():
     assert not {"size_weights", "cells"} & result.params.keys()
 
 
-@pytest.mark.parametrize(
-    ("sizes", "options", "message"),
-    [
-        ({"balance": 1.0}, {}, "sizes must be superfacets.Sizes(...), got dict"),
-        (sf.Sizes(bounds=(None, 20.0)), {"n_segments": 3},
-         "Sizes(bounds=(None, 20)) allows 3 regions to cover only 60 of 800: use at least 40"
-         " regions"),
-        (sf.Sizes(bounds=(300.0, None)), {"n_segments": 3},
-         "Sizes(bounds=(300, None)) needs 900 for 3 regions, but the total size of all cells is"
-         " 800: use at most 2 regions"),
-        (sf.Sizes(bounds=(900.0, None)), {"n_segments": 3},
-         "Sizes(bounds=(900, None)) must allow at most 800, the total size of all cells: lower the"
-         " lowest size"),
-        (sf.Sizes(bounds=(None, 0.1)), {"n_segments": 3},
-         "Sizes(bounds=(None, 0.1)) must allow at least 0.5, the size of the largest cell: raise"
-         " the highest size"),
-        (sf.Sizes(balance=1.0, weights=np.ones(7)), {},
-         "Sizes.weights must have shape (1600,), got (7,)"),
-        (sf.Sizes(balance=1.0, weights=-np.ones(1600)), {},
-         "Sizes.weights[0] must be finite and not negative, got -1.0"),
-        (sf.Sizes(balance=1.0, weights=["a"] * 1600), {},
-         "Sizes.weights must contain numbers, got <U1"),
-        (sf.Sizes(balance=1.0, weights=np.zeros(1600)), {},
-         "at least one cell must have a size above 0, but all sizes are 0"),
-        *((sf.Sizes(cells=64), options,
-           "Sizes(cells=...) already sets the number of regions: leave out n_segments and radius,"
-           " and do not pass seeds as init")
-          for options in ({"n_segments": 3}, {"radius": 1.0}, {"init": [1, 2]})),
-        (sf.Sizes(cells=64), {"islands": "nearest"},
-         "Sizes(cells=...) keeps each region in one component: leave islands='nearest' out"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("sizes", "options", "message"), [
+    ({"balance": 1.0}, {}, "sizes must be superfacets.Sizes(...), got dict"),
+    (sf.Sizes(bounds=(None, 20.0)), {"n_segments": 3},
+     "Sizes(bounds=(None, 20)) allows 3 regions to cover only 60 of 800: use at least 40"
+     " regions"),
+    (sf.Sizes(bounds=(300.0, None)), {"n_segments": 3},
+     "Sizes(bounds=(300, None)) needs 900 for 3 regions, but the total size of all cells is"
+     " 800: use at most 2 regions"),
+    (sf.Sizes(bounds=(900.0, None)), {"n_segments": 3},
+     "Sizes(bounds=(900, None)) must allow at most 800, the total size of all cells: lower the"
+     " lowest size"),
+    (sf.Sizes(bounds=(None, 0.1)), {"n_segments": 3},
+     "Sizes(bounds=(None, 0.1)) must allow at least 0.5, the size of the largest cell: raise"
+     " the highest size"),
+    (sf.Sizes(balance=1.0, weights=np.ones(7)), {},
+     "Sizes.weights must have shape (1600,), got (7,)"),
+    (sf.Sizes(balance=1.0, weights=-np.ones(1600)), {},
+     "Sizes.weights[0] must be finite and not negative, got -1.0"),
+    (sf.Sizes(balance=1.0, weights=["a"] * 1600), {},
+     "Sizes.weights must contain numbers, got <U1"),
+    (sf.Sizes(balance=1.0, weights=np.zeros(1600)), {},
+     "at least one cell must have a size above 0, but all sizes are 0"),
+    *((sf.Sizes(cells=64), options,
+       "Sizes(cells=...) already sets the number of regions: leave out n_segments and radius,"
+       " and do not pass seeds as init")
+      for options in ({"n_segments": 3}, {"radius": 1.0}, {"init": [1, 2]})),
+    (sf.Sizes(cells=64), {"islands": "nearest"},
+     "Sizes(cells=...) keeps each region in one component: leave islands='nearest' out"),
+])  # fmt: skip
 def test_sizes_that_do_not_fit_the_mesh_or_other_options_are_told(sizes, options, message):
     with pytest.raises((ValueError, TypeError), match=re.escape(message)):
         sf.segment(sf.Mesh(*_grid(41, 21)), sizes=sizes, **options)

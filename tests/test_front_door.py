@@ -55,20 +55,17 @@ def test_alpha_may_be_given_beside_weights_but_once():
         sf.segment(MESH, 20, weights=arcs, alpha=3.0)
 
 
-@pytest.mark.parametrize(
-    ("name", "options", "error", "message"),
-    [
-        ("best", {}, ValueError, "weights must be one of parts, creases, superfacets, got 'best'"),
-        ("parts", {"alpha": -1}, ValueError, "alpha must be finite and not negative, got -1"),
-        ("parts", {"eta_convex": np.nan}, ValueError, "eta_convex must be finite and not negative"),
-        ("creases", {"ridges": np.inf}, ValueError, "ridges must be finite and not negative"),
-        ("creases", {"ridges": "1"}, TypeError, "ridges must be a number, got '1'"),
-        ("parts", {"alpha": True}, TypeError, "alpha must be a number, got True"),
-        ("superfacets", {"ridges": 0.5}, ValueError,
-         "weights 'superfacets' have no parameter ridges: leave it out"),
-        ("parts", {"gamma": 1}, TypeError, "unexpected keyword argument 'gamma'"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("name", "options", "error", "message"), [
+    ("best", {}, ValueError, "weights must be one of parts, creases, superfacets, got 'best'"),
+    ("parts", {"alpha": -1}, ValueError, "alpha must be finite and not negative, got -1"),
+    ("parts", {"eta_convex": np.nan}, ValueError, "eta_convex must be finite and not negative"),
+    ("creases", {"ridges": np.inf}, ValueError, "ridges must be finite and not negative"),
+    ("creases", {"ridges": "1"}, TypeError, "ridges must be a number, got '1'"),
+    ("parts", {"alpha": True}, TypeError, "alpha must be a number, got True"),
+    ("superfacets", {"ridges": 0.5}, ValueError,
+     "weights 'superfacets' have no parameter ridges: leave it out"),
+    ("parts", {"gamma": 1}, TypeError, "unexpected keyword argument 'gamma'"),
+])  # fmt: skip
 def test_wrong_weights_are_refused(name, options, error, message):
     with pytest.raises(error, match=message):
         sf.Weights(name, **options)
@@ -127,18 +124,16 @@ def test_prepared_polygons_tets_and_clouds_give_the_same_results(tmp_path):
     ):  # fmt: skip
         assert same(sf.segment(sf.prepare(cells), 9, **options), sf.segment(cells, 9, **options))
     sf.write_mesh(tmp_path / "sheet.ply", MESH)
-    assert same(sf.segment(sf.prepare(tmp_path / "sheet.ply"), 9), sf.segment(MESH, 9))
+    for given in (tmp_path / "sheet.ply", sf.prepare(tmp_path / "sheet.ply")):
+        assert same(sf.segment(given, 9), sf.segment(MESH, 9))
 
 
-@pytest.mark.parametrize(
-    ("options", "error", "message"),
-    [
-        ({"weld": 1}, TypeError, "weld must be True or False, got 1"),
-        ({"denoise": -1}, ValueError, "denoise must be at least 0"),
-        ({"denoise": "some"}, (TypeError, ValueError), "denoise must be"),
-        ({"n_threads": 0}, ValueError, "n_threads must be at least 1"),
-    ],
-)
+@pytest.mark.parametrize(("options", "error", "message"), [
+    ({"weld": 1}, TypeError, "weld must be True or False, got 1"),
+    ({"denoise": -1}, ValueError, "denoise must be at least 0"),
+    ({"denoise": "some"}, (TypeError, ValueError), "denoise must be"),
+    ({"n_threads": 0}, ValueError, "n_threads must be at least 1"),
+])  # fmt: skip
 def test_wrong_arguments_of_prepare_are_refused(options, error, message):
     with pytest.raises(error, match=message):
         sf.prepare(MESH, **options)
@@ -174,16 +169,13 @@ def test_parameters_of_the_paper_are_used_and_told():
     assert told[0] == ("mesh", 0, 0)
 
 
-@pytest.mark.parametrize(
-    ("options", "error", "message"),
-    [
-        ({"weights": "parts"}, TypeError, "no parameter weights: use superfacets.segment"),
-        ({"tol": 0.1}, TypeError, "no parameter tol: use superfacets.segment"),
-        ({"radius_factor": "2"}, TypeError, "radius_factor must be a number, got '2'"),
-        ({"alpha": -1}, ValueError, "alpha must be finite and not negative"),
-        ({"n_segments": 2, "radius": 1.0}, ValueError, r"n_segments is 2 and radius is 1\.0: give"),
-    ],
-)
+@pytest.mark.parametrize(("options", "error", "message"), [
+    ({"weights": "parts"}, TypeError, "no parameter weights: use superfacets.segment"),
+    ({"tol": 0.1}, TypeError, "no parameter tol: use superfacets.segment"),
+    ({"radius_factor": "2"}, TypeError, "radius_factor must be a number, got '2'"),
+    ({"alpha": -1}, ValueError, "alpha must be finite and not negative"),
+    ({"n_segments": 2, "radius": 1.0}, ValueError, r"n_segments is 2 and radius is 1\.0: give"),
+])  # fmt: skip
 def test_wrong_parameters_of_the_paper_are_refused(options, error, message):
     with pytest.raises(error, match=message):
         sf.paper.segment(MESH, **options)

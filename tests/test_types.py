@@ -13,7 +13,7 @@ import superfacets as sf
 mesh = sf.read_mesh("scan.ply")
 assert isinstance(mesh, sf.Mesh)  # not of polygons or tetrahedra
 labels: np.ndarray = sf.segment(mesh, 150).labels
-sf.segment("scan.ply", radius=0.03, weights="superfacets", init="flood")
+sf.segment("scan.ply", radius=0.03, weights="superfacets", init="farthest")
 sf.segment((mesh.vertices, mesh.faces), init=[0, 1], weights=np.ones(9), islands="nearest")
 sf.segment_graph(sf.build_face_graph(mesh).with_weights(np.ones(9)), 5, init=np.array([1, 2]))
 sf.metrics.undersegmentation_error(mesh, labels, labels)

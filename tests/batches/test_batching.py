@@ -33,13 +33,9 @@ def test_a_record_says_what_was_done(scan, out):
     assert result.records == (record,)
     assert set(record.pop("seconds")) > {"mesh", "classify", "export"}
     assert record == {
-        "name": "one.ply",
-        "input": str(scan),
-        "version": sf.__version__,
+        "name": "one.ply", "input": str(scan), "version": sf.__version__,
         "params": {"formats": ["npy", "ply"], "n_segments": 20},
-        "sha256": jobs.hash_of(scan),
-        "cells": len(labels),
-        "regions": 20,
+        "sha256": jobs.hash_of(scan), "cells": len(labels), "regions": 20,
         "outputs": {
             name: hashlib.sha256(data).hexdigest() for name, data in results_in(out).items()
         },
@@ -206,23 +202,17 @@ def test_a_file_that_failed_is_tried_again_when_it_changed_or_on_request(scan, o
     assert len(records_of(out)) == 1
 
 
-def test_a_file_that_is_not_there_fails_until_it_is(scan, out):
+@pytest.mark.parametrize("content", [None, b""])
+def test_a_file_that_is_missing_or_empty_fails_until_it_changes(scan, out, content):
     good = scan.read_bytes()
-    scan.unlink()
+    scan.unlink() if content is None else scan.write_bytes(content)
     (record,) = sf.batch(scan, out).records
-    assert record["error"] == f"FileNotFoundError: {scan}: no such file"
-    assert record["sha256"] is None
-    assert sf.batch(scan, out).n_failed == 1
-    scan.write_bytes(good)
-    assert sf.batch(scan, out).n_done == 1
-
-
-def test_an_empty_file_fails_until_it_changes(scan, out):
-    good = scan.read_bytes()
-    scan.write_bytes(b"")
-    (record,) = sf.batch(scan, out).records
-    assert "the file is empty" in record["error"]
-    assert record["sha256"] == hashlib.sha256(b"").hexdigest()
+    if content is None:
+        assert record["error"] == f"FileNotFoundError: {scan}: no such file"
+        assert record["sha256"] is None
+    else:
+        assert "the file is empty" in record["error"]
+        assert record["sha256"] == hashlib.sha256(b"").hexdigest()
     assert sf.batch(scan, out).records == (record,)
     scan.write_bytes(good)
     assert sf.batch(scan, out).n_done == 1

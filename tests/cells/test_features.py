@@ -117,34 +117,28 @@ def test_features_of_vertices_of_polygons():
     assert table == pytest.approx(means / means.std())
 
 
-@pytest.mark.parametrize(
-    ("arguments", "error", "message"),
-    [
-        ({"features": np.zeros(3)}, ValueError,
-         r"features must have one row per cell \(8\) or per vertex \(9\), got 3 rows"),
-        ({"features": np.zeros((8, 0))}, ValueError, r"shape \(N, F\)"),
-        ({"features": np.zeros((8, 1, 1))}, ValueError, r"shape \(N, F\)"),
-        ({"features": [np.nan] * 8}, ValueError, r"features\[0\] must be finite, got \[nan\]"),
-        ({"features": np.array(["a"] * 8)}, TypeError, "features must contain numbers, got <U1"),
-        ({"features": np.ma.masked_equal(np.zeros(8), 0)}, ValueError, "masked entries"),
-        ({"features": ["color", 1]}, TypeError, "features must be either names or numbers, but"),
-        ({"features": Features(np.zeros(3), weight=0)}, ValueError,
-         r"features must have one row per cell \(8\) or per vertex \(9\), got 3 rows"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("arguments", "error", "message"), [
+    ({"features": np.zeros(3)}, ValueError,
+     r"features must have one row per cell \(8\) or per vertex \(9\), got 3 rows"),
+    ({"features": np.zeros((8, 0))}, ValueError, r"shape \(N, F\)"),
+    ({"features": np.zeros((8, 1, 1))}, ValueError, r"shape \(N, F\)"),
+    ({"features": [np.nan] * 8}, ValueError, r"features\[0\] must be finite, got \[nan\]"),
+    ({"features": np.array(["a"] * 8)}, TypeError, "features must contain numbers, got <U1"),
+    ({"features": np.ma.masked_equal(np.zeros(8), 0)}, ValueError, "masked entries"),
+    ({"features": ["color", 1]}, TypeError, "features must be either names or numbers, but"),
+    ({"features": Features(np.zeros(3), weight=0)}, ValueError,
+     r"features must have one row per cell \(8\) or per vertex \(9\), got 3 rows"),
+])  # fmt: skip
 def test_wrong_features_are_refused(arguments, error, message):
     with pytest.raises(error, match=message):
         segment(plane(2), 2, **arguments)
 
 
-@pytest.mark.parametrize(
-    ("weight", "error", "message"),
-    [
-        (-1, ValueError, "weight must be finite and not negative, got -1"),
-        (np.inf, ValueError, "weight must be finite and not negative, got inf"),
-        ("5", TypeError, "weight must be a number, got '5'"),
-    ],
-)
+@pytest.mark.parametrize(("weight", "error", "message"), [
+    (-1, ValueError, "weight must be finite and not negative, got -1"),
+    (np.inf, ValueError, "weight must be finite and not negative, got inf"),
+    ("5", TypeError, "weight must be a number, got '5'"),
+])  # fmt: skip
 def test_a_wrong_weight_of_features_is_refused(weight, error, message):
     with pytest.raises(error, match=message):
         Features(np.zeros(8), weight=weight)

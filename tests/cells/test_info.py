@@ -33,15 +33,12 @@ def test_soup_has_more_vertices_than_positions_and_boundaries_where_not_welded()
     assert mesh_info(soup, weld=False).n_components == 12
 
 
-@pytest.mark.parametrize(
-    ("make", "field", "count"),
-    [
-        (shapes.inside_out_cube, "is_inside_out", True), (shapes.two_islands, "n_components", 2),
-        (shapes.bowtie, "n_components", 2), (shapes.moebius, "n_inconsistent_edges", 1),
-        (shapes.fins, "n_nonmanifold_edges", 1), (shapes.slivers, "n_degenerate_faces", 3),
-        (lambda: shapes.strip(4), "n_boundary_edges", 6),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("make", "field", "count"), [
+    (shapes.inside_out_cube, "is_inside_out", True), (shapes.two_islands, "n_components", 2),
+    (shapes.bowtie, "n_components", 2), (shapes.moebius, "n_inconsistent_edges", 1),
+    (shapes.fins, "n_nonmanifold_edges", 1), (shapes.slivers, "n_degenerate_faces", 3),
+    (lambda: shapes.strip(4), "n_boundary_edges", 6),
+])  # fmt: skip
 def test_what_is_odd_about_a_mesh_is_counted(make, field, count):
     assert getattr(mesh_info(make()), field) == count
 

@@ -15,21 +15,18 @@ from superfacets import _core
 TRIANGLE = np.array([[0.0, 0, 0], [4, 0, 0], [0, 4, 0]])
 
 
-@pytest.mark.parametrize(
-    ("point", "nearest"),
-    [
-        ([1, 1, 5], [1, 1, 0]),  # above
-        ([1, 1, 0], [1, 1, 0]),  # in it
-        ([2, -3, 1], [2, 0, 0]),  # beyond each side
-        ([-3, 2, -1], [0, 2, 0]),
-        ([4, 4, 2], [2, 2, 0]),
-        ([-1, -2, 3], [0, 0, 0]),  # beyond each corner
-        ([9, -1, 0], [4, 0, 0]),
-        ([-1, 9, 7], [0, 4, 0]),
-        ([2, 0, 0], [2, 0, 0]),  # on a side, and at a corner
-        ([0, 4, 0], [0, 4, 0]),
-    ],
-)
+@pytest.mark.parametrize(("point", "nearest"), [
+    ([1, 1, 5], [1, 1, 0]),  # above
+    ([1, 1, 0], [1, 1, 0]),  # in it
+    ([2, -3, 1], [2, 0, 0]),  # beyond each side
+    ([-3, 2, -1], [0, 2, 0]),
+    ([4, 4, 2], [2, 2, 0]),
+    ([-1, -2, 3], [0, 0, 0]),  # beyond each corner
+    ([9, -1, 0], [4, 0, 0]),
+    ([-1, 9, 7], [0, 4, 0]),
+    ([2, 0, 0], [2, 0, 0]),  # on a side, and at a corner
+    ([0, 4, 0], [0, 4, 0]),
+])  # fmt: skip
 def test_the_nearest_point_of_a_triangle_by_hand(point, nearest):
     point = np.array(point, float)
     for corners in itertools.permutations(TRIANGLE):

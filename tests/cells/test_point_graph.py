@@ -324,18 +324,15 @@ def test_regions_are_connected_and_clean_up_knows_clouds():
     assert np.array_equal(sf.smooth_borders(points, rough), sf.smooth_borders(weighted, rough))
 
 
-@pytest.mark.parametrize(
-    ("arguments", "error", "message"),
-    [
-        ({"n_neighbors": 0}, ValueError, "n_neighbors must be at least 1"),
-        ({"n_neighbors": 2.5}, TypeError, "n_neighbors must be an integer"),
-        ({"cutoff": 0}, ValueError, "cutoff must be finite and positive"),
-        ({"radius": -1}, ValueError, "radius must be finite"),
-        ({"alpha": np.nan}, ValueError, "alpha must be finite"),
-        ({"eta_convex": -1}, ValueError, "eta_convex must be finite"),
-        ({"ridges": -1}, ValueError, "ridges must be finite"),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "error", "message"), [
+    ({"n_neighbors": 0}, ValueError, "n_neighbors must be at least 1"),
+    ({"n_neighbors": 2.5}, TypeError, "n_neighbors must be an integer"),
+    ({"cutoff": 0}, ValueError, "cutoff must be finite and positive"),
+    ({"radius": -1}, ValueError, "radius must be finite"),
+    ({"alpha": np.nan}, ValueError, "alpha must be finite"),
+    ({"eta_convex": -1}, ValueError, "eta_convex must be finite"),
+    ({"ridges": -1}, ValueError, "ridges must be finite"),
+])  # fmt: skip
 def test_wrong_arguments_are_refused(arguments, error, message):
     with pytest.raises(error, match=message):
         build_point_graph(plane(20), **arguments)

@@ -103,13 +103,10 @@ def test_distances_of_borders_run_along_the_edges_of_quads():
     assert metrics.cut_discrepancy(strip, four, two) == pytest.approx((2 + 2) / radius)
 
 
-@pytest.mark.parametrize(
-    "shape",
-    [
-        shapes.cube(), shapes.fold(50), shapes.fold(-50), shapes.strip(6), shapes.fins(4),
-        shapes.moebius(), shapes.two_islands(), shapes.bumpy_sheet(12), shapes.inside_out_cube(),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize("shape", [
+    shapes.cube(), shapes.fold(50), shapes.fold(-50), shapes.strip(6), shapes.fins(4),
+    shapes.moebius(), shapes.two_islands(), shapes.bumpy_sheet(12), shapes.inside_out_cube(),
+])  # fmt: skip
 def test_triangles_given_as_polygons_are_the_same_cells(shape):
     given = as_polygons(shape)
     expected, graph = build_face_graph(shape), build_face_graph(given)

@@ -391,18 +391,15 @@ def test_the_border_of_a_region_is_its_arcs_and_what_is_open():
     assert parts == pytest.approx(np.ones(30))
 
 
-@pytest.mark.parametrize(
-    ("labels", "centers", "message"),
-    [
-        ([0, 1, 2], None, r"labels must have one value per cell \(4\), got 3 values"),
-        ([0, 1, -2, 0], None, r"labels\[2\] must be -1 to 3 for 4 cells, got -2"),
-        ([0, 1, 2**40, 0], None, r"labels\[2\] must be -1 to 3 for 4 cells, got 1099511627776"),
-        ([0, 2, 2, 0], None, "no cell has label 1"),
-        ([-1, -1, -1, -1], None, "labels must contain at least one region, but all labels are -1"),
-        ([0, 1, 1, 1], [0], r"centers must have one cell per region \(2\), got 1 cell"),
-        ([0, 1, 1, 1], [1, 0], r"centers\[0\] must be a cell of region 0, got cell 1 of region 1"),
-    ],
-)
+@pytest.mark.parametrize(("labels", "centers", "message"), [
+    ([0, 1, 2], None, r"labels must have one value per cell \(4\), got 3 values"),
+    ([0, 1, -2, 0], None, r"labels\[2\] must be -1 to 3 for 4 cells, got -2"),
+    ([0, 1, 2**40, 0], None, r"labels\[2\] must be -1 to 3 for 4 cells, got 1099511627776"),
+    ([0, 2, 2, 0], None, "no cell has label 1"),
+    ([-1, -1, -1, -1], None, "labels must contain at least one region, but all labels are -1"),
+    ([0, 1, 1, 1], [0], r"centers must have one cell per region \(2\), got 1 cell"),
+    ([0, 1, 1, 1], [1, 0], r"centers\[0\] must be a cell of region 0, got cell 1 of region 1"),
+])  # fmt: skip
 def test_wrong_labels_and_centers_are_refused(labels, centers, message):
     with pytest.raises(ValueError, match=message):
         region_graph(shapes.strip(4), labels, centers=centers)

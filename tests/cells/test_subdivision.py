@@ -257,20 +257,17 @@ def test_a_subdivision_says_what_it_is_and_is_read_only():
     assert np.array_equal(again.labels_back(again.sources), np.arange(12))
 
 
-@pytest.mark.parametrize(
-    ("max_edge", "error", "message"),
-    [
-        (0.0, ValueError, "max_edge must be finite and positive"),
-        (-1.0, ValueError, "max_edge must be finite and positive"),
-        (-math.inf, ValueError, "max_edge must be finite and positive"),
-        (math.nan, ValueError, "max_edge must be finite and positive"),
-        ("1", TypeError, "max_edge must be a number"),
-        (True, TypeError, "max_edge must be a number"),
-        (1e-13, ValueError,
-         "max_edge must be at least 1e-12 for coordinates of 1, got 1e-13: use a larger max_edge,"
-         " or move the mesh to the origin"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("max_edge", "error", "message"), [
+    (0.0, ValueError, "max_edge must be finite and positive"),
+    (-1.0, ValueError, "max_edge must be finite and positive"),
+    (-math.inf, ValueError, "max_edge must be finite and positive"),
+    (math.nan, ValueError, "max_edge must be finite and positive"),
+    ("1", TypeError, "max_edge must be a number"),
+    (True, TypeError, "max_edge must be a number"),
+    (1e-13, ValueError,
+     "max_edge must be at least 1e-12 for coordinates of 1, got 1e-13: use a larger max_edge,"
+     " or move the mesh to the origin"),
+])  # fmt: skip
 def test_wrong_lengths_are_refused(max_edge, error, message):
     with pytest.raises(error, match=message):
         bisect(shapes.cube(), max_edge)

@@ -194,18 +194,15 @@ def test_the_outside_of_some():
         tower.boundary(np.ones(18, np.int64))
 
 
-@pytest.mark.parametrize(
-    ("tets", "message"),
-    [
-        ([], "the mesh has no tetrahedra"),
-        ([[0, 1, 2]], r"tets must have shape \(N, 4\), got \(1, 3\)"),
-        ([[0.0, 1, 2, 3]], "tets must contain integers, got float64"),
-        ([[0, 1, 2, 3], [0, 1, 2, 4]], r"tets\[1\] refers to vertex 4 but the mesh has 4 vertices"),
-        ([[0, 1, 2, -1]], r"tets\[0\] refers to vertex -1"),
-        ([[0, 0, 0, 0]], "all faces lie at one point"),
-        ([["a", 1, 2, 3]], "tets must contain numbers, got <U21"),
-    ],
-)
+@pytest.mark.parametrize(("tets", "message"), [
+    ([], "the mesh has no tetrahedra"),
+    ([[0, 1, 2]], r"tets must have shape \(N, 4\), got \(1, 3\)"),
+    ([[0.0, 1, 2, 3]], "tets must contain integers, got float64"),
+    ([[0, 1, 2, 3], [0, 1, 2, 4]], r"tets\[1\] refers to vertex 4 but the mesh has 4 vertices"),
+    ([[0, 1, 2, -1]], r"tets\[0\] refers to vertex -1"),
+    ([[0, 0, 0, 0]], "all faces lie at one point"),
+    ([["a", 1, 2, 3]], "tets must contain numbers, got <U21"),
+])  # fmt: skip
 def test_invalid_arrays_are_refused(tets, message):
     with pytest.raises(MeshError, match=message):
         TetMesh(TIP.vertices, tets)

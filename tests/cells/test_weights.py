@@ -47,18 +47,15 @@ def diagonal_of_fold(degrees):
     return math.hypot(3 + max(3 * math.cos(angle), 0), 2, 3 * math.sin(angle))
 
 
-@pytest.mark.parametrize(
-    ("degrees", "angular"),
-    [
-        (0, 0.0),
-        (90, 200 * 1.0 * 2 * 0.5),  # concave: alpha eta |e| theta / pi
-        (-90, 200 * 0.2 * 2 * 0.5),  # convex
-        (60, 200 * 1.0 * 2 / 3),
-        (-60, 200 * 0.2 * 2 / 3),
-        (179, 200 * 1.0 * 2 * 179 / 180),
-        (1e-6, 200 * 1.0 * 2 * 1e-6 / 180),
-    ],
-)
+@pytest.mark.parametrize(("degrees", "angular"), [
+    (0, 0.0),
+    (90, 200 * 1.0 * 2 * 0.5),  # concave: alpha eta |e| theta / pi
+    (-90, 200 * 0.2 * 2 * 0.5),  # convex
+    (60, 200 * 1.0 * 2 / 3),
+    (-60, 200 * 0.2 * 2 / 3),
+    (179, 200 * 1.0 * 2 * 179 / 180),
+    (1e-6, 200 * 1.0 * 2 * 1e-6 / 180),
+])  # fmt: skip
 def test_a_fold_weighs_what_eq_3_says(degrees, angular):
     expected = (geodesic_of_fold() + angular) / diagonal_of_fold(degrees)
     assert weights_of(shapes.fold(degrees)) == pytest.approx([expected, expected], rel=1e-13)
@@ -257,17 +254,14 @@ def weights_one_way(mesh, graph):
     return weights
 
 
-@pytest.mark.parametrize(
-    "mesh",
-    [
-        shapes.bumpy_sheet(16),
-        shapes.moebius(12),
-        shapes.fins(4),
-        shapes.fins(12),  # too many arcs for a search of the reverse arc
-        shapes.slivers(),
-        Mesh([[0, 0, 0], [2, 0, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 1]]),  # three arcs per direction
-    ],
-)
+@pytest.mark.parametrize("mesh", [
+    shapes.bumpy_sheet(16),
+    shapes.moebius(12),
+    shapes.fins(4),
+    shapes.fins(12),  # too many arcs for a search of the reverse arc
+    shapes.slivers(),
+    Mesh([[0, 0, 0], [2, 0, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 1]]),  # three arcs per direction
+])  # fmt: skip
 def test_an_arc_weighs_the_same_with_and_without_an_arc_back(mesh):
     graph = build_face_graph(mesh)
     assert np.array_equal(superfacet_weights(mesh, graph), weights_one_way(mesh, graph))

@@ -78,16 +78,6 @@ def test_features_by_name(folder, names):
     assert mixed[1] < 0.3 * mixed[0]
 
 
-@pytest.mark.parametrize("name", ["normals", "height"])
-def test_features_of_a_mesh(folder, name):
-    run("segment", "bear.ply", "-n", 30, "-q", "-o", "with.npy", "--features", name)
-    run("segment", "bear.ply", "-n", 30, "-q", "-o", "without.npy")
-    assert not np.array_equal(np.load("with.npy"), np.load("without.npy"))
-    run("segment", "bear.ply", "-n", 30, "-q", "-o", "zero.npy", "--features", name,
-        "--feature-weight", 0)  # fmt: skip
-    assert np.array_equal(np.load("zero.npy"), np.load("without.npy"))
-
-
 def test_properties_of_faces_and_vertices(folder):
     mesh = sf.sample_mesh(5000)
     height = mesh.vertices[:, 1]

@@ -73,28 +73,6 @@ def test_parts_that_barriers_keep_from_joining_are_told(run, tmp_path):
     ]
 
 
-def test_files_of_another_mesh_are_refused(run, sheet, halves):
-    (halves / "short.seg").write_text("1\n")
-    for option in ("--mask", "--barriers"):
-        status, _, err = run("segment", sheet, option, halves / "short.seg")
-        assert status == 1
-        assert "labels must have one value per face (1152) or per vertex (625), got 1 value" in err
-
-
-def test_without_iterations_faces_go_to_the_first_centers(run, sheet, tmp_path):
-    out = tmp_path / "out.npy"
-    assert run("segment", sheet, "-n", 9, "--max-iter", 0, "-o", out)[0] == 0
-    assert np.array_equal(np.load(out), segment(read_mesh(sheet), 9, max_num_iter=0).labels)
-
-
-def test_a_mask_may_be_bools(run, sheet, halves):
-    mask = np.load(halves / "left.npy") == 1
-    np.save(halves / "bools.npy", mask)
-    out = halves / "out.npy"
-    assert run("segment", sheet, "-n", 9, "--mask", halves / "bools.npy", "-o", out)[0] == 0
-    assert np.array_equal(np.load(out), segment(read_mesh(sheet), 9, mask=mask).labels)
-
-
 @pytest.mark.parametrize(("command", "name"), [("segment", "out.seg"), ("levels", "out.9.seg")])
 def test_a_mask_keeps_the_given_values(run, sheet, tmp_path, command, name):
     mesh = read_mesh(sheet)
@@ -181,9 +159,9 @@ def test_values_that_no_cell_has_are_named(run, sheet, halves, command):
 )  # fmt: skip
 def test_masks_that_do_not_fit_are_one_line(run, sheet, tmp_path, mask, message):
     np.save(tmp_path / "m.npy", mask)
-    status, _, err = run("segment", sheet, "--mask", tmp_path / "m.npy")
-    assert (status, err.count("\n")) == (1, 1)
-    assert message in err
+    for option in ("--mask", "--barriers"):
+        status, _, err = run("segment", sheet, option, tmp_path / "m.npy")
+        assert (status, err.count("\n"), message in err) == (1, 1, True)
 
 
 @pytest.mark.parametrize(("command", "name"), [("segment", "out.seg"), ("levels", "out.12.seg")])

@@ -401,13 +401,6 @@ def test_regions_without_a_vertex_are_a_note(run, folder):
     assert {*json.loads((folder / "b.segs.json").read_text())["segIndices"]} == {0, 1, 2}
 
 
-def test_no_region_at_all_has_no_ids_of_vertices(run, folder):
-    write_labels("b.npy", np.full(72, -1))
-    status, _, err = run("convert", "a.ply", "b.npy", "-o", "b.segs.json")
-    assert status == 1
-    assert err == "superfacets: error: labels[0] must be >= 0 in .segs.json, got -1\n"
-
-
 def test_labels_of_vertices_are_those_of_the_input_that_was_subdivided(run, folder):
     status, _, _ = run("segment", "a.ply", "-n", 4, "--max-edge", 0.05, "-o", "b.segs.json",
                        "-o", "b.sstk.json", "-o", "b.ply")  # fmt: skip

@@ -60,14 +60,6 @@ def test_the_number_of_a_level_stands_before_the_whole_ending(run, sheet, tmp_pa
         assert (tmp_path / f"a.{n}{ending}").read_bytes() == expected.read_bytes()
 
 
-def test_sstk_has_all_levels_in_one_file(run, sheet, tmp_path):
-    out = tmp_path / "all.sstk.json"
-    status, printed, _ = run("levels", sheet, "-n", "5,12", "-o", out)
-    assert (status, printed.splitlines()[0]) == (0, f"wrote {out}")
-    write_labels(tmp_path / "other.sstk.json", hierarchy(read_mesh(sheet), [12, 5]).levels)
-    assert out.read_bytes() == (tmp_path / "other.sstk.json").read_bytes()
-
-
 def test_levels_takes_masks_barriers_and_features(run, sheet, tmp_path):
     mesh = read_mesh(sheet)
     middle = mesh.vertices[mesh.faces].mean(axis=1)

@@ -41,11 +41,6 @@ def test_without_a_command_the_help_is_shown(run):
     assert "segment" in err
 
 
-def test_the_package_can_be_run_as_a_module(sheet):
-    command = [sys.executable, "-m", "superfacets", "info", str(sheet)]
-    assert "1152" in subprocess.run(command, capture_output=True, text=True, check=True).stdout
-
-
 INTERRUPTED = """
 import os, signal, sys
 
@@ -157,14 +152,10 @@ def test_the_list_of_commands_says_what_each_says_itself(run, name):
     assert " ".join(out.split()).split("superfacets " + name)[1].find(first) > 0
 
 
-def test_a_command_that_is_not_there_is_one_line(run):
+def test_a_command_that_is_not_there_is_one_line_that_names_the_nearest(run):
     status, out, err = run("paint")
-    assert (status, out) == (2, "")
+    assert (status, out, err.count("\n")) == (2, "", 1)
     assert err.startswith("superfacets: error: No such command 'paint'.")
-    assert err.count("\n") == 1
-
-
-def test_the_nearest_command_is_named(run):
     for wrong, meant in (("segmnt", "segment"), ("rendr", "render"), ("format", "formats")):
         status, _, err = run(wrong, "scan.ply")
         assert (status, err.count("\n")) == (2, 1)

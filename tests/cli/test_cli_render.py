@@ -31,26 +31,6 @@ def test_labels_in_a_mesh_file_that_are_wrong_are_not_passed_over(run, tmp_path)
     assert "labels[1] must be -1 to 2147483647, got -4" in err
 
 
-def test_rendering_wants_a_png(run, sheet, tmp_path):
-    status, _, err = run("render", sheet, "-o", tmp_path / "picture.jpg")
-    assert status == 2
-    assert "picture.jpg must end in .png" in err
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["--azimuth", "nan"], "'nan' is not a finite number"),
-        (["--elevation", "-inf"], "'-inf' is not a finite number"),
-        (["--elevation", 91], "91.0 is not in the range -90<=x<=90"),
-    ],
-)
-def test_angles_are_finite(run, sheet, tmp_path, arguments, message):
-    status, _, err = run("render", sheet, "-o", tmp_path / "picture.png", *arguments)
-    assert status == 2
-    assert message in err
-
-
 def test_labels_of_another_mesh_are_refused(run, sheet, tmp_path):
     labels = tmp_path / "labels.npy"
     np.save(labels, np.zeros(7, np.int32))
@@ -162,6 +142,10 @@ def test_a_mesh_turns(run, sheet, labeled, tmp_path, limit):
     ("arguments", "message"),
     [
         ([], "nothing to write: give -o a .png, or --turntable a .gif or .mp4"),
+        (["-o", "picture.jpg"], "picture.jpg must end in .png"),
+        (["-o", "p.png", "--azimuth", "nan"], "'nan' is not a finite number"),
+        (["-o", "p.png", "--elevation", "-inf"], "'-inf' is not a finite number"),
+        (["-o", "p.png", "--elevation", 91], "91.0 is not in the range -90<=x<=90"),
         (["--turntable", "turn.png"], "turn.png must end in .gif or .mp4"),
         (["-o", "p.png", "--size", "big"], "'big' is not a size such as 1200x900, with sides of 1"),
         (["-o", "p.png", "--size", "9000x10"], "'9000x10' is not a size such as 1200x900"),

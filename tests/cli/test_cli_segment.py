@@ -73,6 +73,7 @@ def test_every_option_reaches_the_library(run, sheet, tmp_path):
         (["-n", 30, "--balance", 1, "--bounds", "0.01,"],
          {"n_segments": 30, "sizes": sf.Sizes(balance=1, bounds=(0.01, None))}),
         (["--cells", 64], {"sizes": sf.Sizes(cells=64)}),
+        (["-n", 9, "--max-iter", 0], {"n_segments": 9, "max_num_iter": 0}),
     ]  # fmt: skip
     for arguments, keywords in options:
         assert run("segment", sheet, *arguments, "-o", output)[0] == 0
@@ -226,13 +227,6 @@ def test_noise_that_was_found_is_in_the_last_line(run, tmp_path):
     assert "; noise" not in run("segment", tmp_path / "noisy.ply", "-n", 6, "--denoise", 5)[1]
 
 
-def test_a_radius_with_regions_of_few_cells_is_a_note(run, sheet):
-    note = r"note: regions have 1\.\d faces on average: is the radius in the unit of the mesh"
-    err = run("segment", sheet, "-r", 1e-3)[2]
-    assert re.search(note, err)
-    assert "faces on average" not in run("segment", sheet, "-r", 0.1)[2]
-
-
 @pytest.mark.parametrize(
     ("name", "meant"),
     [
@@ -267,13 +261,6 @@ def test_a_radius_larger_than_the_mesh_is_a_note(run, sheet, tmp_path):
     assert run("segment", sheet, "-r", 1e-6)[2] == f"superfacets: note: {tiny}\n"
     sf.write_mesh(tmp_path / "islands.ply", shapes.two_islands())
     assert run("segment", tmp_path / "islands.ply", "-r", 90)[2] == note
-
-
-def test_ascii_writes_text(run, sheet):
-    run("segment", sheet, "-n", 5, "--ascii")
-    text = sheet.with_name("sheet.superfacets.ply").read_text("ascii")
-    assert "format ascii 1.0" in text
-    assert "property int label" in text
 
 
 @pytest.mark.parametrize(
@@ -331,14 +318,6 @@ def test_an_output_that_cannot_be_written_is_found_before_the_work(run, sheet, t
     assert status == 1
     assert "taken.npy" in err
     assert files_in(tmp_path) == ["sheet.ply", "taken.npy"]
-
-
-def test_the_input_is_never_overwritten(run, sheet):
-    before = sheet.read_bytes()
-    status, _, err = run("segment", sheet, "-o", sheet)
-    assert status == 2
-    assert "the output would overwrite the input" in err
-    assert sheet.read_bytes() == before
 
 
 def test_a_failed_run_leaves_what_was_there(run, sheet, tmp_path):
@@ -422,13 +401,6 @@ def test_an_error_that_names_no_file_gets_its_name(run, three, broken):
     assert f"superfacets: error: {three[0]}: not enough memory\n" in err
     _, _, err = run("segment", three[0])
     assert err == "superfacets: error: not enough memory\n"
-
-
-def test_wrong_parameters_are_found_before_any_file_is_read(run, three):
-    for arguments, message in [(["-n", 5, "-r", 0.1], "give -n or -r, not both")]:
-        status, out, err = run("segment", *three, *arguments)
-        assert (status, out, err.count("\n")) == (2, "", 1), arguments
-        assert message in err
 
 
 def test_a_count_larger_than_the_mesh_gives_every_face_a_region(run, three):

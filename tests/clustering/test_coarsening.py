@@ -162,16 +162,10 @@ def test_cells_of_islands_do_not_count_as_those_of_regions():
     assert len(segment(mesh, 4, **options).levels) > 1
 
 
-@pytest.mark.parametrize(
-    "options",
-    [
-        {"paper": True},
-        {"tol": 0},
-        {"max_num_iter": 1},
-        {"radius_factor": 3.0},
-        {"init": [0, 700, 1400]},
-    ],
-)
+@pytest.mark.parametrize("options", [
+    {"paper": True}, {"tol": 0}, {"max_num_iter": 1}, {"radius_factor": 3.0},
+    {"init": [0, 700, 1400]},
+])  # fmt: skip
 def test_some_options_keep_the_loop_on_all_faces(options):
     mesh = shapes.bumpy_sheet(60)
     result = loops.segment(mesh, None if "init" in options else 3, **options)

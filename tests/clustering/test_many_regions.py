@@ -28,16 +28,13 @@ def test_many_small_regions_have_seeds_along_the_curve_and_few_iterations(bear):
     assert np.array_equal(segment(bear, K, init="curve").labels, result.labels)
 
 
-@pytest.mark.parametrize(
-    ("k", "options"),
-    [
-        (K - 1, {}),  # not many
-        (K, {"init": "geodesic"}),
-        (K, {"weights": "creases"}),
-        (K, {"tol": 0.0}),
-        (K, {"max_num_iter": 1}),
-    ],
-)
+@pytest.mark.parametrize(("k", "options"), [
+    (K - 1, {}),  # not many
+    (K, {"init": "geodesic"}),
+    (K, {"weights": "creases"}),
+    (K, {"tol": 0.0}),
+    (K, {"max_num_iter": 1}),
+])  # fmt: skip
 def test_the_long_loop_runs_otherwise(bear, k, options, limit):
     expected = segment(bear, k, **{"init": "geodesic", **options})
     result = segment(bear, k, **options)

@@ -63,15 +63,6 @@ def test_regions_stay_within_parts():
     assert result.n_segments == 2
 
 
-def test_labels_depend_on_no_thread():
-    one = segment(BEAR, 40, weights="parts", n_threads=1)
-    other = segment(BEAR, 40, weights="parts", n_threads=3)
-    assert np.array_equal(one.labels, other.labels)
-    assert one.n_segments == 40
-    assert one.params["weights"] == "parts"
-    assert one.params["alpha"] == 17.0
-
-
 def tets():
     grid = np.stack(np.meshgrid(*[np.arange(4.0)] * 3, indexing="ij"), -1).reshape(-1, 3)
     corner = [i for i, p in enumerate(grid) if (p < 3).all()]

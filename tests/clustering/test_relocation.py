@@ -135,14 +135,6 @@ def test_regions_are_nearer_to_their_centers(options):
     assert usual.n_iter <= moved.n_iter <= n_most + len(moved.levels) * 50
 
 
-@pytest.mark.parametrize("options", [{}, {"tol": 0.0}])
-def test_labels_do_not_depend_on_the_number_of_threads(options):
-    mesh = shapes.bumpy_sheet(130)
-    one, *others = (sf.segment(mesh, 150, n_threads=n, **options).labels for n in (1, 2, 8))
-    assert all(np.array_equal(one, other) for other in others)
-    assert not np.array_equal(one, loops.segment(mesh, 150, relocates=False, **options).labels)
-
-
 def test_labels_keep_under_scaling_and_follow_the_order_of_faces():
     mesh = shapes.bumpy_sheet(40)
     options = {"smooth": False}  # smoothing depends on the order of faces

@@ -137,32 +137,29 @@ def test_region_size_is_that_of_disks_with_the_whole_area():
     assert size_of(graph_of(shapes.bumpy_sheet(10))).n_segments == 150
 
 
-@pytest.mark.parametrize(
-    ("arguments", "error", "message"),
-    [
-        ({"n_segments": 0}, ValueError, "n_segments must be at least 1, got 0"),
-        ({"n_segments": -3}, ValueError, "n_segments must be at least 1, got -3"),
-        ({"n_segments": 6}, ValueError, "n_segments must be at most 5, the number of cells, got 6"),
-        ({"n_segments": 2.0}, TypeError, r"n_segments must be an integer, got 2\.0"),
-        ({"n_segments": True}, TypeError, "n_segments must be an integer, got True"),
-        ({"n_segments": 2, "radius": 0.1}, ValueError,
-         "n_segments is 2 and radius is 0.1: give only one of them"),
-        ({"radius": 0}, ValueError, "radius must be finite and positive, got 0"),
-        ({"radius": math.inf}, ValueError, "radius must be finite and positive, got inf"),
-        ({"radius": "wide"}, TypeError, "radius must be a number, got 'wide'"),
-        ({"init": "random"}, ValueError,
-         "init must be one of geodesic, curve, farthest, flood, grid, got 'random'"),
-        ({"init": [0, 5]}, ValueError, r"init\[1\] must be 0 to 4, got 5"),
-        ({"init": [-1]}, ValueError, r"init\[0\] must be 0 to 4, got -1"),
-        ({"init": [1, 2, 1]}, ValueError,
-         "init must be distinct, but cell 1 occurs more than once"),
-        ({"init": []}, ValueError, "init must contain at least one cell, but it is empty"),
-        ({"init": [0.5]}, TypeError, "init must contain integers, got float64"),
-        ({"init": [[0]]}, ValueError, "init must be one-dimensional"),
-        ({"init": [0], "n_segments": 2}, ValueError,
-         "n_segments must be the number of seeds in init, 1, got 2: leave n_segments out"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("arguments", "error", "message"), [
+    ({"n_segments": 0}, ValueError, "n_segments must be at least 1, got 0"),
+    ({"n_segments": -3}, ValueError, "n_segments must be at least 1, got -3"),
+    ({"n_segments": 6}, ValueError, "n_segments must be at most 5, the number of cells, got 6"),
+    ({"n_segments": 2.0}, TypeError, r"n_segments must be an integer, got 2\.0"),
+    ({"n_segments": True}, TypeError, "n_segments must be an integer, got True"),
+    ({"n_segments": 2, "radius": 0.1}, ValueError,
+     "n_segments is 2 and radius is 0.1: give only one of them"),
+    ({"radius": 0}, ValueError, "radius must be finite and positive, got 0"),
+    ({"radius": math.inf}, ValueError, "radius must be finite and positive, got inf"),
+    ({"radius": "wide"}, TypeError, "radius must be a number, got 'wide'"),
+    ({"init": "random"}, ValueError,
+     "init must be one of geodesic, curve, farthest, flood, grid, got 'random'"),
+    ({"init": [0, 5]}, ValueError, r"init\[1\] must be 0 to 4, got 5"),
+    ({"init": [-1]}, ValueError, r"init\[0\] must be 0 to 4, got -1"),
+    ({"init": [1, 2, 1]}, ValueError,
+     "init must be distinct, but cell 1 occurs more than once"),
+    ({"init": []}, ValueError, "init must contain at least one cell, but it is empty"),
+    ({"init": [0.5]}, TypeError, "init must contain integers, got float64"),
+    ({"init": [[0]]}, ValueError, "init must be one-dimensional"),
+    ({"init": [0], "n_segments": 2}, ValueError,
+     "n_segments must be the number of seeds in init, 1, got 2: leave n_segments out"),
+])  # fmt: skip
 def test_wrong_arguments_are_refused(arguments, error, message):
     with pytest.raises(error, match=message):
         place_seeds(shapes.line_graph([1.0] * 4), **arguments)

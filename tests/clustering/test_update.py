@@ -31,20 +31,17 @@ def test_a_center_may_lie_outside_the_region_it_came_from_but_never_of_its_own()
     assert update_centers(line, [0, 1, 1, 1, 0]).tolist() == [0, 2]
 
 
-@pytest.mark.parametrize(
-    ("labels", "error", "message"),
-    [
-        ([0, 0, 2, 2, 2], ValueError, "no cell has label 1"),
-        ([0, 0, -1, 0, 0], ValueError, r"labels\[2\] must be 0 to 4 for 5 cells, got -1"),
-        ([0, 0, 0, 0, 9], ValueError, r"labels\[4\] must be 0 to 4 for 5 cells, got 9"),
-        ([0, 0, 0], ValueError, r"labels must have one value per cell \(5\), got 3 values"),
-        ([0.0] * 5, TypeError, "labels must contain integers, got float64"),
-        ([2**60] * 5, ValueError,
-         r"labels\[0\] must be 0 to 4 for 5 cells, got 1152921504606846976"),
-        ([2**63] * 5, ValueError,
-         r"labels\[0\] must be 0 to 4 for 5 cells, got 9223372036854775808"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("labels", "error", "message"), [
+    ([0, 0, 2, 2, 2], ValueError, "no cell has label 1"),
+    ([0, 0, -1, 0, 0], ValueError, r"labels\[2\] must be 0 to 4 for 5 cells, got -1"),
+    ([0, 0, 0, 0, 9], ValueError, r"labels\[4\] must be 0 to 4 for 5 cells, got 9"),
+    ([0, 0, 0], ValueError, r"labels must have one value per cell \(5\), got 3 values"),
+    ([0.0] * 5, TypeError, "labels must contain integers, got float64"),
+    ([2**60] * 5, ValueError,
+     r"labels\[0\] must be 0 to 4 for 5 cells, got 1152921504606846976"),
+    ([2**63] * 5, ValueError,
+     r"labels\[0\] must be 0 to 4 for 5 cells, got 9223372036854775808"),
+])  # fmt: skip
 def test_labels_with_gaps_or_faults_are_refused(labels, error, message):
     with pytest.raises(error, match=message):
         update_centers(shapes.line_graph([1.0] * 4), labels)

@@ -22,26 +22,18 @@ VERTEX = np.array(
         for n, (x, y, z) in enumerate(VERTICES)
     ],
     dtype=[
-        ("xyz", "f4", 3),
-        ("n", "f4", 3),
-        ("rgba", "u1", 4),
-        ("s", "f8"),
-        ("t", "f8"),
+        ("xyz", "f4", 3), ("n", "f4", 3), ("rgba", "u1", 4), ("s", "f8"), ("t", "f8"),
         ("height", "i2"),
     ],
-)
+)  # fmt: skip
 
 FACE = np.array(
     [(3, FACES[0], 7, 6, (0, 0, 1, 0, 1, 1), 4e9), (3, FACES[1], 1, 6, (0, 0.5) * 3, 5)],
     dtype=[
-        ("count", "u1"),
-        ("corners", "i4", 3),
-        ("material", "u2"),
-        ("n_uv", "u1"),
-        ("uv", "f4", 6),
+        ("count", "u1"), ("corners", "i4", 3), ("material", "u2"), ("n_uv", "u1"), ("uv", "f4", 6),
         ("id", "u4"),
     ],
-)
+)  # fmt: skip
 
 HEADER = """ply
 format {form} 1.0
@@ -257,23 +249,20 @@ def test_arrays_get_a_type_that_ply_has():
     assert attributes.face["big"].dtype.isnative
 
 
-@pytest.mark.parametrize(
-    ("arguments", "error", "message"),
-    [
-        ({"vertex": {"two words": [1]}}, ValueError, "must be one word of printable ASCII"),
-        ({"vertex": {"": [1]}}, ValueError, "must be one word"),
-        ({"vertex": {7: [1]}}, ValueError, "must be one word"),
-        ({"face": {"a": ["x"]}}, TypeError, "face property 'a' must be real numbers, got <U1"),
-        ({"face": {"a": [[[1]]]}}, ValueError, "one or two dimensions, got shape (1, 1, 1)"),
-        ({"face": {"a": [2**40]}}, ValueError,
-         "face property 'a' must fit in 32-bit integers, got 1099511627776 to 1099511627776"),
-        ({"comments": ["made by hand"]}, ValueError,
-         "comments must be lines that begin with comment or obj_info, got 'made by hand'"),
-        ({"comments": ["comment a\nend_header"]}, ValueError,
-         "must be lines that begin with comment or obj_info"),
-        ({"comments": [3]}, ValueError, "must be lines that begin with comment or obj_info, got 3"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("arguments", "error", "message"), [
+    ({"vertex": {"two words": [1]}}, ValueError, "must be one word of printable ASCII"),
+    ({"vertex": {"": [1]}}, ValueError, "must be one word"),
+    ({"vertex": {7: [1]}}, ValueError, "must be one word"),
+    ({"face": {"a": ["x"]}}, TypeError, "face property 'a' must be real numbers, got <U1"),
+    ({"face": {"a": [[[1]]]}}, ValueError, "one or two dimensions, got shape (1, 1, 1)"),
+    ({"face": {"a": [2**40]}}, ValueError,
+     "face property 'a' must fit in 32-bit integers, got 1099511627776 to 1099511627776"),
+    ({"comments": ["made by hand"]}, ValueError,
+     "comments must be lines that begin with comment or obj_info, got 'made by hand'"),
+    ({"comments": ["comment a\nend_header"]}, ValueError,
+     "must be lines that begin with comment or obj_info"),
+    ({"comments": [3]}, ValueError, "must be lines that begin with comment or obj_info, got 3"),
+])  # fmt: skip
 def test_attributes_that_no_file_can_hold_are_refused(arguments, error, message):
     with pytest.raises(error) as caught:
         MeshAttributes(**arguments)
@@ -384,16 +373,13 @@ def test_attributes_are_copies_that_cannot_be_written():
             again.vertex["heat"][0] = 1.0
 
 
-@pytest.mark.parametrize(
-    ("given", "error", "message"),
-    [
-        ({"vertex": [1]}, TypeError, "vertex must be a mapping of names to arrays"),
-        ({"face": {"a": np.ma.masked_equal([1, 2], 2)}}, ValueError,
-         "face property 'a' must not have masked entries: fill or remove these entries"),
-        ({"comments": ["comment \ud800"]}, ValueError,
-         r"comments must be lines that begin with comment or obj_info, got 'comment \\ud800'"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("given", "error", "message"), [
+    ({"vertex": [1]}, TypeError, "vertex must be a mapping of names to arrays"),
+    ({"face": {"a": np.ma.masked_equal([1, 2], 2)}}, ValueError,
+     "face property 'a' must not have masked entries: fill or remove these entries"),
+    ({"comments": ["comment \ud800"]}, ValueError,
+     r"comments must be lines that begin with comment or obj_info, got 'comment \\ud800'"),
+])  # fmt: skip
 def test_attributes_of_wrong_types_are_refused(given, error, message):
     with pytest.raises(error, match=message):
         MeshAttributes(**given)

@@ -196,22 +196,19 @@ def test_counts_that_lie_do_not_take_memory(tmp_path):
         (tmp_path / name).write_bytes(content)
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("{", "is not valid JSON: Expecting property name"),
-        ("[]", "expected a JSON object with a list of frames"),
-        ('{"frames": [1]}', "expected a JSON object with a list of frames"),
-        ('{"frames": []}', "there is no image"),
-        ('{"frames": [{}], "w": 4, "h": 4}',
-         r"frames\[0\]: fl_x and camera_angle_x are missing: one of them is required"),
-        ('{"frames": [{}], "w": 4, "h": 4, "fl_x": 4}', r"frames\[0\]: file_path is missing"),
-        ('{"frames": [{}], "w": null, "h": 4}',
-         r"frames\[0\]: sizes, focal lengths, centers and matrices must be numbers"),
-        ('{"frames": [{}], "w": 4, "h": 4, "fl_x": "far"}',
-         r"frames\[0\]: sizes, focal lengths, centers and matrices must be numbers"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("text", "words"), [
+    ("{", "is not valid JSON: Expecting property name"),
+    ("[]", "expected a JSON object with a list of frames"),
+    ('{"frames": [1]}', "expected a JSON object with a list of frames"),
+    ('{"frames": []}', "there is no image"),
+    ('{"frames": [{}], "w": 4, "h": 4}',
+     r"frames\[0\]: fl_x and camera_angle_x are missing: one of them is required"),
+    ('{"frames": [{}], "w": 4, "h": 4, "fl_x": 4}', r"frames\[0\]: file_path is missing"),
+    ('{"frames": [{}], "w": null, "h": 4}',
+     r"frames\[0\]: sizes, focal lengths, centers and matrices must be numbers"),
+    ('{"frames": [{}], "w": 4, "h": 4, "fl_x": "far"}',
+     r"frames\[0\]: sizes, focal lengths, centers and matrices must be numbers"),
+])  # fmt: skip
 def test_damaged_json_is_refused(text, words, tmp_path):
     path = tmp_path / "transforms.json"
     path.write_text(text)

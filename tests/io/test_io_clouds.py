@@ -114,24 +114,21 @@ def test_the_vertices_of_a_mesh_are_a_cloud_too(tmp_path):
     assert as_cells(tmp_path / "mesh.ply").n_faces == mesh.n_faces
 
 
-@pytest.mark.parametrize(
-    ("name", "content", "message"),
-    [
-        ("a.xyz", b"\n", "the file has no points"),
-        ("a.xyz", b"x y z\n", "the file has no points"),
-        ("a.xyz", b"1 2\n3 4\n", "expected 3 or more numbers per point, got 2"),
-        ("a.xyz", b"1 2 3\n4 5 6 7\n", "line 2 has 4 numbers, but the previous lines have 3"),
-        ("a.xyz", b"x y z w\n4 5 6\n", "has 4 column names, but the next has 3 numbers"),
-        ("a.xyz", b"p q s\n4 5 6\n", "the first line must name columns x, y and z, got p, q, s"),
-        ("a.xyz", b"1 2 3\n4 five 6\n", "line 2: expected a number"),
-        ("a.csv", b"1,2,3\n4,nan,6\n", r"a.csv: points\[1\] must be finite, got \[4.0, nan, 6.0\]"),
-        ("a.npy", b"no array", "header of the .npy file cannot be read"),
-        ("a.ply", b"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n1\n",
-         "the vertices of the PLY file have no property y"),
-        ("a.ply", b"ply\nformat ascii 1.0\nend_header\n", "of the PLY file have no property x"),
-        ("a.obj", b"v 1 2 3\n", "expected the ending .ply, .xyz"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("name", "content", "message"), [
+    ("a.xyz", b"\n", "the file has no points"),
+    ("a.xyz", b"x y z\n", "the file has no points"),
+    ("a.xyz", b"1 2\n3 4\n", "expected 3 or more numbers per point, got 2"),
+    ("a.xyz", b"1 2 3\n4 5 6 7\n", "line 2 has 4 numbers, but the previous lines have 3"),
+    ("a.xyz", b"x y z w\n4 5 6\n", "has 4 column names, but the next has 3 numbers"),
+    ("a.xyz", b"p q s\n4 5 6\n", "the first line must name columns x, y and z, got p, q, s"),
+    ("a.xyz", b"1 2 3\n4 five 6\n", "line 2: expected a number"),
+    ("a.csv", b"1,2,3\n4,nan,6\n", r"a.csv: points\[1\] must be finite, got \[4.0, nan, 6.0\]"),
+    ("a.npy", b"no array", "header of the .npy file cannot be read"),
+    ("a.ply", b"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n1\n",
+     "the vertices of the PLY file have no property y"),
+    ("a.ply", b"ply\nformat ascii 1.0\nend_header\n", "of the PLY file have no property x"),
+    ("a.obj", b"v 1 2 3\n", "expected the ending .ply, .xyz"),
+])  # fmt: skip
 def test_what_is_wrong_is_named(tmp_path, name, content, message):
     path = tmp_path / name
     path.write_bytes(content)
@@ -262,47 +259,41 @@ def changed(content, place, number, size=4):
     return bytes(content)
 
 
-@pytest.mark.parametrize(
-    ("place", "number", "size", "message"),
-    [
-        (0, 0, 4, "the header is missing or truncated"),
-        (100, 9, 4, "overlaps the points"),
-        (104, 99, 1, "expected point format 0 to 10, got 35"),
-        (104, 128 + 63, 1, "expected point format 0 to 10, got 63"),
-        (105, 20, 2, "points of format 6 need 30 or more bytes, got 20"),
-        (105, 42, 2, "the extra dimensions of a point do not fit in 42 bytes"),
-        (247, 0, 8, "the file has no points"),
-        (247, 10**8, 8, "100000000 points of 50 bytes, but the file has only 2500 bytes of points"),
-        (375 + 54 + 2, 99, 1, "has the unknown type 99"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("place", "number", "size", "message"), [
+    (0, 0, 4, "the header is missing or truncated"),
+    (100, 9, 4, "overlaps the points"),
+    (104, 99, 1, "expected point format 0 to 10, got 35"),
+    (104, 128 + 63, 1, "expected point format 0 to 10, got 63"),
+    (105, 20, 2, "points of format 6 need 30 or more bytes, got 20"),
+    (105, 42, 2, "the extra dimensions of a point do not fit in 42 bytes"),
+    (247, 0, 8, "the file has no points"),
+    (247, 10**8, 8, "100000000 points of 50 bytes, but the file has only 2500 bytes of points"),
+    (375 + 54 + 2, 99, 1, "has the unknown type 99"),
+])  # fmt: skip
 def test_a_header_of_las_that_is_wrong_is_named(laspy, place, number, size, message):
     content = content_of(las_of(laspy, 6), False)
     with pytest.raises(MeshError, match=message):
         read_las_cloud(changed(content, place, number, size))
 
 
-@pytest.mark.parametrize(
-    ("place", "number", "message"),
-    [
-        (
-            "points",
-            10**8,
-            "the header declares 100000000 points of 50 bytes, more than 1000 times the"
-            r" size of the file, \d+ bytes",
-        ),
-        ("points", 51, "the chunk table does not match the 51 points|cannot be read"),
-        ("format", 128 + 7, "the description of the compressed points does not match their format"),
-        ("compressor", 1, "does not match their format"),
-        ("item", 77, "does not match their format"),
-        ("chunk size", 0, "the chunk table does not match the 50 points|cannot be read"),
-        ("place of the table", 2**31,
-         "the chunk table of the compressed points is outside the file: the file may be truncated"),
-        ("chunks", 2**32 - 1, "declares 4294967295 chunks"),
-        ("chunks", 0, "the chunk table does not match the 50 points"),
-        ("layer", 2**32 - 1, "the layers of chunk 0 are larger than"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("place", "number", "message"), [
+    (
+        "points",
+        10**8,
+        "the header declares 100000000 points of 50 bytes, more than 1000 times the"
+        r" size of the file, \d+ bytes",
+    ),
+    ("points", 51, "the chunk table does not match the 51 points|cannot be read"),
+    ("format", 128 + 7, "the description of the compressed points does not match their format"),
+    ("compressor", 1, "does not match their format"),
+    ("item", 77, "does not match their format"),
+    ("chunk size", 0, "the chunk table does not match the 50 points|cannot be read"),
+    ("place of the table", 2**31,
+     "the chunk table of the compressed points is outside the file: the file may be truncated"),
+    ("chunks", 2**32 - 1, "declares 4294967295 chunks"),
+    ("chunks", 0, "the chunk table does not match the 50 points"),
+    ("layer", 2**32 - 1, "the layers of chunk 0 are larger than"),
+])  # fmt: skip
 def test_numbers_of_laz_are_compared_with_the_file(laspy, place, number, message):
     content = content_of(las_of(laspy, 6), True)
     begin = begin_of(content)
@@ -375,14 +366,11 @@ def test_extra_dimensions_go_back_into_las_as_they_are(laspy, tmp_path):
         assert stored.tobytes() == expected.tobytes()
 
 
-@pytest.mark.parametrize(
-    ("values", "kind"),
-    [
-        (np.array([102, 200, 9, 0]) * 0.01 - 1, "u2"),
-        ([0.025, 1, 0, 0], "f8"),
-        ([[0.02, 1]] * 4, "2f8"),
-    ],
-)
+@pytest.mark.parametrize(("values", "kind"), [
+    (np.array([102, 200, 9, 0]) * 0.01 - 1, "u2"),
+    ([0.025, 1, 0, 0], "f8"),
+    ([[0.02, 1]] * 4, "2f8"),
+])  # fmt: skip
 def test_changed_values_keep_the_type_only_if_they_fit(laspy, tmp_path, values, kind):
     dimension = LasDimension("a b", "<u2", 1, "", (0.01,), (-1.0,))
     frame = LasFrame(4, 6, (0.01,) * 3, (0.0,) * 3, extra=(dimension,))
@@ -428,13 +416,10 @@ def test_a_reference_system_after_the_points_goes_back_into_las(laspy, tmp_path,
             read_las_cloud(data[:-n_missing])
 
 
-@pytest.mark.parametrize(
-    ("numbers", "is_wkt", "expected"),
-    [
-        ((), True, None), ((2112,), False, "WKT"), ((34735, 34736), True, "GeoTIFF"),
-        ((2112, 34735), True, "WKT"), ((2112, 34735), False, "GeoTIFF"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("numbers", "is_wkt", "expected"), [
+    ((), True, None), ((2112,), False, "WKT"), ((34735, 34736), True, "GeoTIFF"),
+    ((2112, 34735), True, "WKT"), ((2112, 34735), False, "GeoTIFF"),
+])  # fmt: skip
 def test_the_format_of_the_reference_system_is_known(numbers, is_wkt, expected):
     records = tuple((number, b"") for number in numbers)
     frame = LasFrame(4, 6, (1.0,) * 3, (0.0,) * 3, records, is_wkt)
@@ -521,13 +506,10 @@ def test_labels_go_back_into_las_as_it_is(laspy, tmp_path, point_format):
         assert np.array_equal(made.red, np.arange(60))
 
 
-@pytest.mark.parametrize(
-    ("point_format", "ending", "records"),
-    [
-        (7, ".laz", {2112: b'PROJCS["WGS 84 / UTM zone 32N"]\0'}),
-        (1, ".las", {34735: GEO_KEYS, 34736: b"\0" * 16, 34737: b"UTM 32N|\0"}),
-    ],
-)
+@pytest.mark.parametrize(("point_format", "ending", "records"), [
+    (7, ".laz", {2112: b'PROJCS["WGS 84 / UTM zone 32N"]\0'}),
+    (1, ".las", {34735: GEO_KEYS, 34736: b"\0" * 16, 34737: b"UTM 32N|\0"}),
+])  # fmt: skip
 @pytest.mark.parametrize("scale", [0.01, 1e-9])  # 1e-9 is too small to write the points
 def test_the_coordinate_reference_system_goes_back_into_las(
     laspy, tmp_path, point_format, ending, records, scale
@@ -600,15 +582,12 @@ def test_a_height_grid_is_no_cloud(tmp_path, shape):
         read_cloud(tmp_path / "dem.npy")
 
 
-@pytest.mark.parametrize(
-    ("name", "message"),
-    [
-        ("a.tif", "a raster file is not a mesh"),
-        ("a.ASC", "a raster file is not a mesh"),
-        ("a.gpkg", "a vector file is not a mesh"),
-        ("a.las", "the file contains points, use read_cloud"),
-    ],
-)
+@pytest.mark.parametrize(("name", "message"), [
+    ("a.tif", "a raster file is not a mesh"),
+    ("a.ASC", "a raster file is not a mesh"),
+    ("a.gpkg", "a vector file is not a mesh"),
+    ("a.las", "the file contains points, use read_cloud"),
+])  # fmt: skip
 def test_files_that_are_no_mesh_say_what_to_do(tmp_path, name, message):
     with pytest.raises(MeshError, match=message):
         read_mesh(tmp_path / name)

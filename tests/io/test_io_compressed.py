@@ -155,57 +155,51 @@ def with_bytes(place: int, content: bytes):
     return change
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (with_bytes(0, b"DRAC0"), "the Draco data is damaged or does not have the version 2.2"),
-        (with_bytes(5, b"\1"), "the Draco data is damaged or does not have the version 2.2"),
-        (with_bytes(11, b"\xff\xff\xff\xff\x0f"),
-         "the Draco data has 4294967295 faces and 2 vertices, but the accessors declare 2 faces and"
-         " 5 vertices"),
-        (with_bytes(11, b"\3"),
-         "the Draco data has 3 faces and 5 vertices, but the accessors declare 2 faces and 5"
-         " vertices"),
-        (with_bytes(12, b"\x7f"),
-         "the Draco data has 2 faces and 127 vertices, but the accessors declare 2 faces and 5"
-         " vertices"),
-        (with_bytes(10, b"\x80" + b"\xff" * 60), "the Draco data is truncated"),
-        (with_bytes(13, b"\xee" * 30), "the Draco data is damaged: "),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("change", "message"), [
+    (with_bytes(0, b"DRAC0"), "the Draco data is damaged or does not have the version 2.2"),
+    (with_bytes(5, b"\1"), "the Draco data is damaged or does not have the version 2.2"),
+    (with_bytes(11, b"\xff\xff\xff\xff\x0f"),
+     "the Draco data has 4294967295 faces and 2 vertices, but the accessors declare 2 faces and"
+     " 5 vertices"),
+    (with_bytes(11, b"\3"),
+     "the Draco data has 3 faces and 5 vertices, but the accessors declare 2 faces and 5"
+     " vertices"),
+    (with_bytes(12, b"\x7f"),
+     "the Draco data has 2 faces and 127 vertices, but the accessors declare 2 faces and 5"
+     " vertices"),
+    (with_bytes(10, b"\x80" + b"\xff" * 60), "the Draco data is truncated"),
+    (with_bytes(13, b"\xee" * 30), "the Draco data is damaged: "),
+])  # fmt: skip
 def test_draco_data_that_lies_is_refused(refuse, change, message):
     refuse("a.glb", change(draco_glb()), message)
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (lambda d: d["accessors"][0].update(count=9),
-         "the Draco data has 2 faces and 5 vertices, but the accessors declare 3 faces and 5"
-         " vertices"),
-        (
-            lambda d: d["accessors"][1].update(count=10**8),
-            "decompressed arrays, including meshes[0], have more than 100 times the"
-            " size of the files",
-        ),
-        (lambda d: d["accessors"][1].update(count=4),
-         "the Draco data has 2 faces and 5 vertices, but the accessors declare 2 faces and 4"
-         " vertices"),
-        (lambda d: d["accessors"][1].update(count=6),
-         "the sizes of the Draco data differ from the declared sizes"),
-        (lambda d: d["accessors"][1].update(componentType=5123),
-         "the Draco data has no rows of the type that accessors[1] declares"),
-        (lambda d: d["meshes"][0]["primitives"][0].pop("indices"), "has damaged Draco data"),
-        (lambda d: d["bufferViews"][0].update(byteLength=20), "the Draco data is damaged"),
-        (lambda d: d["bufferViews"][0].update(byteLength=11), "the Draco data is truncated"),
-        (
-            lambda d: d["meshes"][0]["primitives"][0]["extensions"]["KHR_draco_mesh_compression"][
-                "attributes"
-            ].update(POSITION=5),
-            "the Draco data has no rows of the type that accessors[1] declares",
-        ),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("change", "message"), [
+    (lambda d: d["accessors"][0].update(count=9),
+     "the Draco data has 2 faces and 5 vertices, but the accessors declare 3 faces and 5"
+     " vertices"),
+    (
+        lambda d: d["accessors"][1].update(count=10**8),
+        "decompressed arrays, including meshes[0], have more than 100 times the"
+        " size of the files",
+    ),
+    (lambda d: d["accessors"][1].update(count=4),
+     "the Draco data has 2 faces and 5 vertices, but the accessors declare 2 faces and 4"
+     " vertices"),
+    (lambda d: d["accessors"][1].update(count=6),
+     "the sizes of the Draco data differ from the declared sizes"),
+    (lambda d: d["accessors"][1].update(componentType=5123),
+     "the Draco data has no rows of the type that accessors[1] declares"),
+    (lambda d: d["meshes"][0]["primitives"][0].pop("indices"), "has damaged Draco data"),
+    (lambda d: d["bufferViews"][0].update(byteLength=20), "the Draco data is damaged"),
+    (lambda d: d["bufferViews"][0].update(byteLength=11), "the Draco data is truncated"),
+    (
+        lambda d: d["meshes"][0]["primitives"][0]["extensions"]["KHR_draco_mesh_compression"][
+            "attributes"
+        ].update(POSITION=5),
+        "the Draco data has no rows of the type that accessors[1] declares",
+    ),
+])  # fmt: skip
 def test_documents_that_do_not_fit_their_draco_data_are_refused(refuse, change, message):
     refuse("a.glb", changed(draco_glb(), change), message)
 
@@ -214,24 +208,21 @@ def meshopt_of(document, view=0):
     return document["bufferViews"][view]["extensions"]["EXT_meshopt_compression"]
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (lambda d: meshopt_of(d).update(byteLength=20), "bufferViews[0]: the meshopt data is"),
-        (lambda d: meshopt_of(d).update(count=4), "accessors[0] is longer than its buffer"),
-        (lambda d: meshopt_of(d).update(count=10**9),
-         "decompressed arrays, including bufferViews[0], have more than 100 times the size of the"
-         " files"),
-        (lambda d: meshopt_of(d).update(byteStride=7), "the meshopt data is damaged: a row must"),
-        (lambda d: meshopt_of(d, 1).update(mode="STRIPS"), "bufferViews[1]: the meshopt data is"),
-        (lambda d: meshopt_of(d).update(mode=None),
-         "bufferViews[0] has an unknown compression mode"),
-        (lambda d: meshopt_of(d).update(filter="BLUR"), "the meshopt data is damaged: filter"),
-        (lambda d: meshopt_of(d).update(buffer=7), "there is no buffers[7]"),
-        (lambda d: meshopt_of(d).update(byteOffset=10**6), "a buffer view is longer than its"),
-        (lambda d: d["accessors"][0].update(count=6), "accessors[0] is longer than its buffer"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("change", "message"), [
+    (lambda d: meshopt_of(d).update(byteLength=20), "bufferViews[0]: the meshopt data is"),
+    (lambda d: meshopt_of(d).update(count=4), "accessors[0] is longer than its buffer"),
+    (lambda d: meshopt_of(d).update(count=10**9),
+     "decompressed arrays, including bufferViews[0], have more than 100 times the size of the"
+     " files"),
+    (lambda d: meshopt_of(d).update(byteStride=7), "the meshopt data is damaged: a row must"),
+    (lambda d: meshopt_of(d, 1).update(mode="STRIPS"), "bufferViews[1]: the meshopt data is"),
+    (lambda d: meshopt_of(d).update(mode=None),
+     "bufferViews[0] has an unknown compression mode"),
+    (lambda d: meshopt_of(d).update(filter="BLUR"), "the meshopt data is damaged: filter"),
+    (lambda d: meshopt_of(d).update(buffer=7), "there is no buffers[7]"),
+    (lambda d: meshopt_of(d).update(byteOffset=10**6), "a buffer view is longer than its"),
+    (lambda d: d["accessors"][0].update(count=6), "accessors[0] is longer than its buffer"),
+])  # fmt: skip
 def test_meshopt_data_that_lies_is_refused(refuse, change, message):
     refuse("a.glb", changed(meshopt_glb(), change), message)
 

@@ -146,31 +146,28 @@ def test_annotations_of_others_are_read(tmp_path):
     assert read_labels(path).tolist() == [1, -1, 0, -1]
 
 
-@pytest.mark.parametrize(
-    ("name", "change", "message"),
-    [
-        ("a.gii", lambda data: data[:-9], "the GIFTI file is damaged: "),
-        ("a.gii", lambda data: data.replace(b"GIFTI", b"NIFTI"), "not a GIFTI file"),
-        ("a.gii", lambda data: data.replace(b"POINTSET", b"SHAPE"),
-         "the GIFTI file has no surface"),
-        ("a.gii", lambda data: data.replace(b'Dim0="8"', b'Dim0="9"'),
-         "an array declares 108 bytes, but its data has 96"),
-        ("a.gii", lambda data: data.replace(b'Dim0="8"', b'Dim0="7"'),
-         "an array declares 84 bytes, but its data has more"),
-        ("a.gii", lambda data: data.replace(b'Dim0="8"', b'Dim0="99999999"'),
-         "1199999988 bytes, too many for the file size"),
-        ("a.gii", lambda data: data.replace(b'Dim1="3"', b'Dim1="1"'),
-         "an array declares 32 bytes, but its data has more"),
-        ("a.gii", lambda data: data.replace(b"FLOAT32", b"COMPLEX"), "got 'NIFTI_TYPE_COMPLEX'"),
-        ("a.gii", lambda data: data.replace(b"GZipBase64", b"ExternalFile"),
-         "save all arrays in one file"),
-        ("a.gii", lambda data: data.replace(b"<Data>", b"<Data>AAAA"),
-         "the GIFTI file is damaged: Error"),
-        ("a.gii", lambda data: data.replace(b'"8"', b'"24"').replace(b'Dim1="3"', b'Dim1="1"', 1),
-         "must have 3 numbers"),
-        ("a.label.gii", lambda data: data, "the GIFTI file has no labels of vertices"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("name", "change", "message"), [
+    ("a.gii", lambda data: data[:-9], "the GIFTI file is damaged: "),
+    ("a.gii", lambda data: data.replace(b"GIFTI", b"NIFTI"), "not a GIFTI file"),
+    ("a.gii", lambda data: data.replace(b"POINTSET", b"SHAPE"),
+     "the GIFTI file has no surface"),
+    ("a.gii", lambda data: data.replace(b'Dim0="8"', b'Dim0="9"'),
+     "an array declares 108 bytes, but its data has 96"),
+    ("a.gii", lambda data: data.replace(b'Dim0="8"', b'Dim0="7"'),
+     "an array declares 84 bytes, but its data has more"),
+    ("a.gii", lambda data: data.replace(b'Dim0="8"', b'Dim0="99999999"'),
+     "1199999988 bytes, too many for the file size"),
+    ("a.gii", lambda data: data.replace(b'Dim1="3"', b'Dim1="1"'),
+     "an array declares 32 bytes, but its data has more"),
+    ("a.gii", lambda data: data.replace(b"FLOAT32", b"COMPLEX"), "got 'NIFTI_TYPE_COMPLEX'"),
+    ("a.gii", lambda data: data.replace(b"GZipBase64", b"ExternalFile"),
+     "save all arrays in one file"),
+    ("a.gii", lambda data: data.replace(b"<Data>", b"<Data>AAAA"),
+     "the GIFTI file is damaged: Error"),
+    ("a.gii", lambda data: data.replace(b'"8"', b'"24"').replace(b'Dim1="3"', b'Dim1="1"', 1),
+     "must have 3 numbers"),
+    ("a.label.gii", lambda data: data, "the GIFTI file has no labels of vertices"),
+])  # fmt: skip
 def test_what_is_wrong_with_a_gifti_file_is_said(tmp_path, name, change, message):
     path = tmp_path / name
     path.write_bytes(change(surface_bytes()))
@@ -187,32 +184,26 @@ def test_entities_are_not_expanded_without_limit(refuse):
     refuse("a.gii", b'<?xml version="1.0"?>' + text, "must not define entities")
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (lambda data: b"\xff\xff\xfd" + data[3:], "the magic number is missing"),
-        (lambda data: b"# text\n" + data, "not a FreeSurfer surface of triangles"),
-        (lambda data: data[:30], "it may be truncated or damaged"),
-        (lambda data: data[: 3 + 16 + 8 + 96 + 100], "it may be truncated or damaged"),
-        (lambda data: data.replace(struct.pack(">i", 8), b"\xff" * 4, 1),
-         "it may be truncated or damaged"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("change", "message"), [
+    (lambda data: b"\xff\xff\xfd" + data[3:], "the magic number is missing"),
+    (lambda data: b"# text\n" + data, "not a FreeSurfer surface of triangles"),
+    (lambda data: data[:30], "it may be truncated or damaged"),
+    (lambda data: data[: 3 + 16 + 8 + 96 + 100], "it may be truncated or damaged"),
+    (lambda data: data.replace(struct.pack(">i", 8), b"\xff" * 4, 1),
+     "it may be truncated or damaged"),
+])  # fmt: skip
 def test_what_is_wrong_with_a_surface_is_said(refuse, freesurfer_file, change, message):
     refuse("lh.pial", change(freesurfer_file), message)
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (lambda data: data[:20], "it may be truncated or damaged"),
-        (lambda data: data[: 4 + 48], "it may be truncated or damaged"),
-        (lambda data: data[:-8], "it may be truncated or damaged"),
-        (lambda data: data.replace(b"\x00\x0csuper", b"\x7f\x0csuper"),
-         "it may be truncated or damaged"),
-        (lambda data: data[: 4 + 48 + 28] + bytes(4), "has no color table"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("change", "message"), [
+    (lambda data: data[:20], "it may be truncated or damaged"),
+    (lambda data: data[: 4 + 48], "it may be truncated or damaged"),
+    (lambda data: data[:-8], "it may be truncated or damaged"),
+    (lambda data: data.replace(b"\x00\x0csuper", b"\x7f\x0csuper"),
+     "it may be truncated or damaged"),
+    (lambda data: data[: 4 + 48 + 28] + bytes(4), "has no color table"),
+])  # fmt: skip
 def test_what_is_wrong_with_an_annotation_is_said(tmp_path, change, message):
     path = tmp_path / "lh.a.annot"
     write_labels(path, [0, 1, 2, 2, 1, 0])

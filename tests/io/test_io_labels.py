@@ -119,78 +119,69 @@ def test_another_number_of_faces_is_refused(refuse, name, data):
     refuse(name, data, "labels must have one value per cell (4), got 3 values", n_faces=4)
 
 
-@pytest.mark.parametrize(
-    ("array", "message"),
-    [
-        (np.array([[1, 2]]), "labels must be one-dimensional: the .npy header declares"),
-        (np.array(1), "labels must be one-dimensional: the .npy header declares"),
-        (np.array([1.0, 2.0]), "labels must be integers: the .npy header declares"),
-        (np.array([True]), "labels must be integers: the .npy header declares"),
-        (np.array(["a"]), "labels must be integers: the .npy header declares"),
-        (np.array([(1, 2)], dtype="i4,i4"),
-         "descr must be a type such as '<i4', got [['f0', '<i4'], ['f1', '<i4']]"),
-        (np.array([1, -2]), "labels[1] must be -1 to 2147483647, got -2"),
-        (np.array([1, 2**31]), "labels[1] must be -1 to 2147483647, got 2147483648"),
-        (np.array([2**64 - 1], dtype="u8"),
-         "labels[0] must be -1 to 2147483647, got 18446744073709551615"),
-        (np.array([], dtype=int), "labels must have at least one value, got an empty array"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("array", "message"), [
+    (np.array([[1, 2]]), "labels must be one-dimensional: the .npy header declares"),
+    (np.array(1), "labels must be one-dimensional: the .npy header declares"),
+    (np.array([1.0, 2.0]), "labels must be integers: the .npy header declares"),
+    (np.array([True]), "labels must be integers: the .npy header declares"),
+    (np.array(["a"]), "labels must be integers: the .npy header declares"),
+    (np.array([(1, 2)], dtype="i4,i4"),
+     "descr must be a type such as '<i4', got [['f0', '<i4'], ['f1', '<i4']]"),
+    (np.array([1, -2]), "labels[1] must be -1 to 2147483647, got -2"),
+    (np.array([1, 2**31]), "labels[1] must be -1 to 2147483647, got 2147483648"),
+    (np.array([2**64 - 1], dtype="u8"),
+     "labels[0] must be -1 to 2147483647, got 18446744073709551615"),
+    (np.array([], dtype=int), "labels must have at least one value, got an empty array"),
+])  # fmt: skip
 def test_npy_of_something_else_is_refused(refuse, array, message):
     refuse("a.npy", npy(array), message)
 
 
-@pytest.mark.parametrize(
-    ("data", "message"),
-    [
-        (b"hello", "the header of the .npy file cannot be read: "),
-        (npy(LABELS)[:7],
-         r"cannot be read: expected the magic bytes \x93NUMPY and version 1.0, 2.0 or 3.0"),
-        (npy(LABELS)[:9], "the header of the .npy file cannot be read: "),
-        (npy(LABELS)[:60], "cannot be read: its length is 118 bytes, but only 50 bytes follow"),
-        (npy(LABELS).replace(b"(3,)", b"(3,,"), "the header of the .npy file cannot be read: "),
-        (npy(LABELS).replace(b"(3,)", b"(-) "), "the header of the .npy file cannot be read: "),
-        (npy(LABELS).replace(b"(3,)", b"True"), "shape must be a tuple of integers, got True"),
-        (npy(LABELS).replace(b"(3,)", b"(1.)"), "the header of the .npy file cannot be read: "),
-        (npy(LABELS).replace(b"False", b"(0,) "), "fortran_order must be True or False, got [0]"),
-        (npy(LABELS).replace(b"'<i4'", b"'<i3'"), "the header of the .npy file cannot be read: "),
-        (npy(LABELS).replace(b"'<i4'", b"'i,i'"), "descr must be a type such as '<i4', got 'i,i'"),
-        (npy(LABELS).replace(b"'<i4'", b"b'\\d'"), "the header of the .npy file cannot be read: "),
-        (npy(LABELS).replace(b"'<i4'", b"[]*99"), "the header of the .npy file cannot be read: "),
-        (npy(LABELS).replace(b"'shape'", b"'order'"), "expected descr, fortran_order and shape, "),
-        (npy(LABELS).replace(b"{'descr'", b"{[]:1,  "),
-         "the header of the .npy file cannot be read"),
-        (b"\x93NUMPY\4\0" + npy(LABELS)[8:], "version 1.0, 2.0 or 3.0"),
-        (b"\x93NUMPY\2\0\x58\x1b\0\0" + 7_000 * b"[", "the header of the .npy file cannot be read"),
-        (b"\x93NUMPY\2\0\xff\xff\xff\xff" + 90_000 * b" ",
-         "its length must be at most 10000 bytes, got 4294967295"),
-        (npy(np.array([1, None]), allow_pickle=True), "integers: the .npy header declares object"),
-        (npy(LABELS)[:-1],
-         "the .npy header declares 12 bytes of labels, but is followed by 11: the file may be"
-         " truncated"),
-        (npy(LABELS) + b"1",
-         "the .npy header declares 12 bytes of labels, but is followed by 13: the file may be"
-         " truncated"),
-        (npy(LABELS).replace(b"(3,)", b"(9999999999,)"),
-         "the .npy header declares 39999999996 bytes of labels, but is followed by 21: the file may"
-         " be truncated or damaged"),
-        (npy(LABELS).replace(b"(3,)", b"(-3,)"),
-         "the .npy header declares -12 bytes of labels, but is followed by 13: the file may be"
-         " truncated or damaged"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("data", "message"), [
+    (b"hello", "the header of the .npy file cannot be read: "),
+    (npy(LABELS)[:7],
+     r"cannot be read: expected the magic bytes \x93NUMPY and version 1.0, 2.0 or 3.0"),
+    (npy(LABELS)[:9], "the header of the .npy file cannot be read: "),
+    (npy(LABELS)[:60], "cannot be read: its length is 118 bytes, but only 50 bytes follow"),
+    (npy(LABELS).replace(b"(3,)", b"(3,,"), "the header of the .npy file cannot be read: "),
+    (npy(LABELS).replace(b"(3,)", b"(-) "), "the header of the .npy file cannot be read: "),
+    (npy(LABELS).replace(b"(3,)", b"True"), "shape must be a tuple of integers, got True"),
+    (npy(LABELS).replace(b"(3,)", b"(1.)"), "the header of the .npy file cannot be read: "),
+    (npy(LABELS).replace(b"False", b"(0,) "), "fortran_order must be True or False, got [0]"),
+    (npy(LABELS).replace(b"'<i4'", b"'<i3'"), "the header of the .npy file cannot be read: "),
+    (npy(LABELS).replace(b"'<i4'", b"'i,i'"), "descr must be a type such as '<i4', got 'i,i'"),
+    (npy(LABELS).replace(b"'<i4'", b"b'\\d'"), "the header of the .npy file cannot be read: "),
+    (npy(LABELS).replace(b"'<i4'", b"[]*99"), "the header of the .npy file cannot be read: "),
+    (npy(LABELS).replace(b"'shape'", b"'order'"), "expected descr, fortran_order and shape, "),
+    (npy(LABELS).replace(b"{'descr'", b"{[]:1,  "),
+     "the header of the .npy file cannot be read"),
+    (b"\x93NUMPY\4\0" + npy(LABELS)[8:], "version 1.0, 2.0 or 3.0"),
+    (b"\x93NUMPY\2\0\x58\x1b\0\0" + 7_000 * b"[", "the header of the .npy file cannot be read"),
+    (b"\x93NUMPY\2\0\xff\xff\xff\xff" + 90_000 * b" ",
+     "its length must be at most 10000 bytes, got 4294967295"),
+    (npy(np.array([1, None]), allow_pickle=True), "integers: the .npy header declares object"),
+    (npy(LABELS)[:-1],
+     "the .npy header declares 12 bytes of labels, but is followed by 11: the file may be"
+     " truncated"),
+    (npy(LABELS) + b"1",
+     "the .npy header declares 12 bytes of labels, but is followed by 13: the file may be"
+     " truncated"),
+    (npy(LABELS).replace(b"(3,)", b"(9999999999,)"),
+     "the .npy header declares 39999999996 bytes of labels, but is followed by 21: the file may"
+     " be truncated or damaged"),
+    (npy(LABELS).replace(b"(3,)", b"(-3,)"),
+     "the .npy header declares -12 bytes of labels, but is followed by 13: the file may be"
+     " truncated or damaged"),
+])  # fmt: skip
 def test_npy_that_is_wrong_is_refused(refuse, data, message):
     refuse("a.npy", data, message)
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        b"{'descr': '<i4', 'fortran_order': False, 'shape': (3,), }",
-        b"{'shape':(3,),'fortran_order':False,'descr':'<i4'}",
-        b' {"descr" : "<i4" , "fortran_order" : True , "shape" : ( 3 , ) } \n',
-    ],
-)
+@pytest.mark.parametrize("text", [
+    b"{'descr': '<i4', 'fortran_order': False, 'shape': (3,), }",
+    b"{'shape':(3,),'fortran_order':False,'descr':'<i4'}",
+    b' {"descr" : "<i4" , "fortran_order" : True , "shape" : ( 3 , ) } \n',
+])  # fmt: skip
 def test_npy_headers_of_other_writers(read, text):
     data = b"\x93NUMPY\1\0" + len(text).to_bytes(2, "little") + text + LABELS.tobytes()
     assert_array_equal(read("a.npy", data), LABELS)
@@ -203,36 +194,30 @@ def test_npy_headers_are_read_without_ast(read, broken):
     assert_array_equal(read("a.npy", npy(LABELS)), LABELS)
 
 
-@pytest.mark.parametrize(
-    ("data", "message"),
-    [
-        (b"1\n2.0\n", "line 2: expected an integer, got '2.0'"),
-        (b"1\n\nx\n", "line 3: expected an integer, got 'x'"),
-        (b"1\n-\n", "line 2: expected an integer, got '-'"),
-        (b"1\n2 3\n", "line 2: expected one integer, got '2 3'"),
-        (b"1\n-2\n", "labels[1] must be -1 to 2147483647, got -2"),
-        (b"99999999999999999999\n", "labels[0] must be -1 to 2147483647, got 9223372036854775807"),
-        (b"\n \n", "labels must have at least one value, got an empty array"),
-        (b"\xff\xd8\xff\xe0\0\x10JFIF\0" * 20, "line 1: expected an integer"),
-    ],
-)
+@pytest.mark.parametrize(("data", "message"), [
+    (b"1\n2.0\n", "line 2: expected an integer, got '2.0'"),
+    (b"1\n\nx\n", "line 3: expected an integer, got 'x'"),
+    (b"1\n-\n", "line 2: expected an integer, got '-'"),
+    (b"1\n2 3\n", "line 2: expected one integer, got '2 3'"),
+    (b"1\n-2\n", "labels[1] must be -1 to 2147483647, got -2"),
+    (b"99999999999999999999\n", "labels[0] must be -1 to 2147483647, got 9223372036854775807"),
+    (b"\n \n", "labels must have at least one value, got an empty array"),
+    (b"\xff\xd8\xff\xe0\0\x10JFIF\0" * 20, "line 1: expected an integer"),
+])  # fmt: skip
 def test_text_of_something_else_is_refused(refuse, data, message):
     refuse("a.seg", data, message)
 
 
-@pytest.mark.parametrize(
-    ("data", "message"),
-    [
-        (ply_text(), "the PLY faces have no property label"),
-        (ply_with_labels(kind="list uchar int"), "the PLY faces have no property label"),
-        (ply_with_labels(kind="float"),
-         "labels must be integers, but the PLY property label has another type"),
-        (ply_with_labels(labels=(1.5, 2)), "labels must be integers, got 1.5"),
-        (ply_with_labels(labels=(1, -2)), "labels[1] must be -1 to 2147483647, got -2"),
-        (ply_text(faces=[]), "the PLY points have no property label"),
-        (b"1\n2\n", "not a PLY file"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("data", "message"), [
+    (ply_text(), "the PLY faces have no property label"),
+    (ply_with_labels(kind="list uchar int"), "the PLY faces have no property label"),
+    (ply_with_labels(kind="float"),
+     "labels must be integers, but the PLY property label has another type"),
+    (ply_with_labels(labels=(1.5, 2)), "labels must be integers, got 1.5"),
+    (ply_with_labels(labels=(1, -2)), "labels[1] must be -1 to 2147483647, got -2"),
+    (ply_text(faces=[]), "the PLY points have no property label"),
+    (b"1\n2\n", "not a PLY file"),
+])  # fmt: skip
 def test_ply_without_labels_is_refused(refuse, data, message):
     refuse("a.ply", data, message)
 
@@ -345,17 +330,14 @@ def test_ids_of_vertices_come_back_from_scannets_files(tmp_path):
     assert (read.tolist(), read.dtype) == ([7, 0, 7], np.int32)
 
 
-@pytest.mark.parametrize(
-    ("data", "message"),
-    [
-        (b'{"segIndices": [1, 2', "is not valid JSON: the file may be truncated"),
-        (b"[1, 2]", "must have segIndices, a list of integers >= 0"),
-        (b'{"segIndices": [1, [2]]}', "must have segIndices, a list of integers >= 0"),
-        (b'{"segIndices": [1, -1]}', "must have segIndices, a list of integers >= 0"),
-        (b'{"segIndices": [1, 3000000000, 0, 0]}',
-         "labels[1] must be -1 to 2147483647, got 3000000000"),
-        (b'{"segIndices": [1, 2]}', "labels must have one value per cell (4), got 2 values"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("data", "message"), [
+    (b'{"segIndices": [1, 2', "is not valid JSON: the file may be truncated"),
+    (b"[1, 2]", "must have segIndices, a list of integers >= 0"),
+    (b'{"segIndices": [1, [2]]}', "must have segIndices, a list of integers >= 0"),
+    (b'{"segIndices": [1, -1]}', "must have segIndices, a list of integers >= 0"),
+    (b'{"segIndices": [1, 3000000000, 0, 0]}',
+     "labels[1] must be -1 to 2147483647, got 3000000000"),
+    (b'{"segIndices": [1, 2]}', "labels must have one value per cell (4), got 2 values"),
+])  # fmt: skip
 def test_damaged_files_of_segments_are_refused(refuse, data, message):
     refuse("a.segs.json", data, message, 4)

@@ -71,46 +71,43 @@ def test_polygons_keep_their_corners_and_their_order(read, color):
     assert quads.indices.tolist() == [0, 1, 2, 3, 3, 2, 1, 0]
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        ("OFF\n", "OOF\n", "not an OFF file"),
-        ("OFF\n", "", "not an OFF file"),
-        ("OFF\n", "4OFF\n", "not an OFF file"),
-        ("OFF\n", "OFFICE\n", "not an OFF file"),
-        ("OFF\n", "OFF BINARY\n", "binary OFF files are not supported"),
-        ("4 2 0", "4 two 0", "expected the counts of vertices, faces and edges, got '4 two 0'"),
-        ("4 2 0", "4", "expected the counts of vertices, faces and edges, got '4'"),
-        ("4 2 0", "4 -2 0", "expected the counts"),
-        ("4 2 0", "4 2 0 0", "expected the counts"),
-        ("4 2 0", "4 3 0",
-         "the header declares 4 vertices and 3 faces but the file has only 6 more lines: it may be"
-         " truncated"),
-        ("4 2 0", f"4 {'9' * 5000} 0",
-         "the header declares 4 vertices and 999999999999999999999999999999 faces but the file has"
-         " only 6 more lines: it may be truncated"),
-        ("4 2 0", "4000000000 4000000000 0",
-         "the header declares 4000000000 vertices and 4000000000 faces but the file has only 6 more"
-         " lines: it may be truncated"),
-        ("4 2 0", "4 1 0", "line 8: there are more lines than the header declares"),
-        ("1 1 0\n", "1 1\n", "line 5: a vertex needs 3 coordinates, got 2"),
-        ("1 1 0\n", "1 one 0\n", "line 5: expected a number, got 'one'"),
-        ("1 1 0\n", "1 nan 0\n", "vertices[2] must be finite, got [1.0, nan, 0.0]"),
-        ("1 1 0\n", "1 1e999 0\n", "vertices[2] must be finite, got [1.0, inf, 0.0]"),
-        ("3 0 2 3", "3 0 2", "line 8: a face with 3 corners must have 3 indices, got 2"),
-        ("3 0 2 3", "1", "line 8: a face with 1 corner must have 1 index, got 0"),
-        ("3 0 2 3", "3.5 0 2 3", "corner counts must be integers, got 3.5"),
-        ("3 0 2 3", "3 0 2.5 3", "vertex indices must be integers, got 2.5"),
-        ("3 0 2 3", "3 0 2 x", "line 8: expected a number, got 'x'"),
-        ("3 0 2 3", "3 0 2 -", "line 8: expected a number, got '-'"),
-        ("3 0 2 3", "2 0 2 3", "faces[1] has 2 corners"),
-        ("3 0 2 3", "-3 0 2 3", "faces[1] has -3 corners"),
-        ("3 0 2 3", "3 0 2 4", "faces[1] refers to vertex 4 but the mesh has 4 vertices"),
-        ("3 0 2 3", "3 0 2 -1", "faces[1] refers to vertex -1 but the mesh has 4 vertices"),
-        ("3 0 2 3", "3 0 2 1e300", "vertex indices must be integers, got 1e+300"),
-        ("3 0 2 3", "3 0 2 nan", "vertex indices must be integers, got nan"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("old", "new", "message"), [
+    ("OFF\n", "OOF\n", "not an OFF file"),
+    ("OFF\n", "", "not an OFF file"),
+    ("OFF\n", "4OFF\n", "not an OFF file"),
+    ("OFF\n", "OFFICE\n", "not an OFF file"),
+    ("OFF\n", "OFF BINARY\n", "binary OFF files are not supported"),
+    ("4 2 0", "4 two 0", "expected the counts of vertices, faces and edges, got '4 two 0'"),
+    ("4 2 0", "4", "expected the counts of vertices, faces and edges, got '4'"),
+    ("4 2 0", "4 -2 0", "expected the counts"),
+    ("4 2 0", "4 2 0 0", "expected the counts"),
+    ("4 2 0", "4 3 0",
+     "the header declares 4 vertices and 3 faces but the file has only 6 more lines: it may be"
+     " truncated"),
+    ("4 2 0", f"4 {'9' * 5000} 0",
+     "the header declares 4 vertices and 999999999999999999999999999999 faces but the file has"
+     " only 6 more lines: it may be truncated"),
+    ("4 2 0", "4000000000 4000000000 0",
+     "the header declares 4000000000 vertices and 4000000000 faces but the file has only 6 more"
+     " lines: it may be truncated"),
+    ("4 2 0", "4 1 0", "line 8: there are more lines than the header declares"),
+    ("1 1 0\n", "1 1\n", "line 5: a vertex needs 3 coordinates, got 2"),
+    ("1 1 0\n", "1 one 0\n", "line 5: expected a number, got 'one'"),
+    ("1 1 0\n", "1 nan 0\n", "vertices[2] must be finite, got [1.0, nan, 0.0]"),
+    ("1 1 0\n", "1 1e999 0\n", "vertices[2] must be finite, got [1.0, inf, 0.0]"),
+    ("3 0 2 3", "3 0 2", "line 8: a face with 3 corners must have 3 indices, got 2"),
+    ("3 0 2 3", "1", "line 8: a face with 1 corner must have 1 index, got 0"),
+    ("3 0 2 3", "3.5 0 2 3", "corner counts must be integers, got 3.5"),
+    ("3 0 2 3", "3 0 2.5 3", "vertex indices must be integers, got 2.5"),
+    ("3 0 2 3", "3 0 2 x", "line 8: expected a number, got 'x'"),
+    ("3 0 2 3", "3 0 2 -", "line 8: expected a number, got '-'"),
+    ("3 0 2 3", "2 0 2 3", "faces[1] has 2 corners"),
+    ("3 0 2 3", "-3 0 2 3", "faces[1] has -3 corners"),
+    ("3 0 2 3", "3 0 2 4", "faces[1] refers to vertex 4 but the mesh has 4 vertices"),
+    ("3 0 2 3", "3 0 2 -1", "faces[1] refers to vertex -1 but the mesh has 4 vertices"),
+    ("3 0 2 3", "3 0 2 1e300", "vertex indices must be integers, got 1e+300"),
+    ("3 0 2 3", "3 0 2 nan", "vertex indices must be integers, got nan"),
+])  # fmt: skip
 def test_off_files_that_are_wrong_are_refused(refuse, old, new, message):
     data = f"OFF\n4 2 0\n{V4}3 0 1 2\n3 0 2 3\n"
     assert old in data
@@ -122,33 +119,30 @@ def test_off_files_without_faces_are_refused(refuse, data):
     refuse("a.off", data, "expected the counts" if len(data) < 5 else "the mesh has no faces")
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        ("4\n", "four\n", "expected a vertex count at line 1"),
-        ("4\n", "OFF\n", "expected a vertex count at line 1"),
-        ("4\n", "4 4\n", "expected a vertex count at line 1"),
-        ("4\n", "5\n", "line 6: a vertex needs 3 numbers, got 1"),
-        ("4\n", "3\n", "expected a triangle count at line 5"),
-        ("4\n", "9\n",
-         "the file declares 9 vertices but has only 7 more lines: it may be truncated"),
-        ("4\n", f"{'9' * 5000}\n",
-         "the file declares 999999999999999999999999999999 vertices but has only 7 more lines: it"
-         " may be truncated"),
-        ("\n2\n", "\n3\n",
-         "the file declares 3 triangles but has only 2 more lines: it may be truncated"),
-        ("\n2\n", "\n1\n", "line 8: there are more lines than declared triangles"),
-        ("1 1 0\n", "1 1\n", "line 4: a vertex needs 3 numbers, got 2"),
-        ("1 1 0\n", "1 one 0\n", "line 4: expected a number, got 'one'"),
-        ("1 1 0\n", "1 inf 0\n", "vertices[2] must be finite, got [1.0, inf, 0.0]"),
-        ("0 2 3\n", "0 2\n", "line 8: a triangle needs 3 numbers, got 2"),
-        ("0 2 3\n", "0 2 3 1\n", "line 8: a triangle needs 3 numbers, got 4"),
-        ("0 2 3\n", "0 2 1.5\n", "line 8: expected an integer, got '1.5'"),
-        ("0 2 3\n", "0 2 -\n", "line 8: expected an integer, got '-'"),
-        ("0 2 3\n", "0 2 4\n", "faces[1] refers to vertex 4 but the mesh has 4 vertices"),
-        ("0 2 3\n", "0 2 -4\n", "faces[1] refers to vertex -4 but the mesh has 4 vertices"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("old", "new", "message"), [
+    ("4\n", "four\n", "expected a vertex count at line 1"),
+    ("4\n", "OFF\n", "expected a vertex count at line 1"),
+    ("4\n", "4 4\n", "expected a vertex count at line 1"),
+    ("4\n", "5\n", "line 6: a vertex needs 3 numbers, got 1"),
+    ("4\n", "3\n", "expected a triangle count at line 5"),
+    ("4\n", "9\n",
+     "the file declares 9 vertices but has only 7 more lines: it may be truncated"),
+    ("4\n", f"{'9' * 5000}\n",
+     "the file declares 999999999999999999999999999999 vertices but has only 7 more lines: it"
+     " may be truncated"),
+    ("\n2\n", "\n3\n",
+     "the file declares 3 triangles but has only 2 more lines: it may be truncated"),
+    ("\n2\n", "\n1\n", "line 8: there are more lines than declared triangles"),
+    ("1 1 0\n", "1 1\n", "line 4: a vertex needs 3 numbers, got 2"),
+    ("1 1 0\n", "1 one 0\n", "line 4: expected a number, got 'one'"),
+    ("1 1 0\n", "1 inf 0\n", "vertices[2] must be finite, got [1.0, inf, 0.0]"),
+    ("0 2 3\n", "0 2\n", "line 8: a triangle needs 3 numbers, got 2"),
+    ("0 2 3\n", "0 2 3 1\n", "line 8: a triangle needs 3 numbers, got 4"),
+    ("0 2 3\n", "0 2 1.5\n", "line 8: expected an integer, got '1.5'"),
+    ("0 2 3\n", "0 2 -\n", "line 8: expected an integer, got '-'"),
+    ("0 2 3\n", "0 2 4\n", "faces[1] refers to vertex 4 but the mesh has 4 vertices"),
+    ("0 2 3\n", "0 2 -4\n", "faces[1] refers to vertex -4 but the mesh has 4 vertices"),
+])  # fmt: skip
 def test_tri_files_that_are_wrong_are_refused(refuse, old, new, message):
     data = f"4\n{V4}2\n0 1 2\n0 2 3\n"
     assert old in data

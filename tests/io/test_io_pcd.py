@@ -157,40 +157,37 @@ RECORDS = np.float32(POINTS).tobytes()
 COMPRESSED = struct.pack("<II", 50, 48) + b"\x1f" + RECORDS[:32] + b"\x0f" + RECORDS[32:]
 
 
-@pytest.mark.parametrize(
-    ("data", "message"),
-    [
-        (b"VERSION .7\nPOINTS 1\n", "no line DATA"),
-        (header(XYZ, "morse"), "expected DATA ascii, binary, binary_compressed, got 'morse'"),
-        (header(XYZ[:2], "ascii"), "FIELDS must contain z, with COUNT 1"),
-        (header([*XYZ, ("w", "F2", 1)], "ascii"), "a SIZE such as 4, got TYPE 'F' and SIZE '2'"),
-        (header([*XYZ[:2], ("z", "F4", 2)], "ascii"), "FIELDS must contain z, with COUNT 1"),
-        (header(XYZ, "ascii", COUNT="1 1"), "must have the same length"),
-        (header(XYZ, "ascii", WIDTH=5), "POINTS is 4, but WIDTH times HEIGHT is 5"),
-        (header(XYZ, "ascii", 0), "the file has no points"),
-        (header(XYZ, "ascii", VIEWPOINT="here"), "VIEWPOINT must be 7 numbers, got 'here'"),
-        (text(XYZ, POINTS.T, WIDTH=5, POINTS=5), "declares 5 points, but the file has 4"),
-        (text(XYZ, POINTS.T) + b"1 2\n", "line 16: expected 3 numbers, got 2"),
-        (text([*XYZ, ("n", "U1", 1)], [*POINTS.T, POINTS[:, 0]]),
-         "the field n must have integers of 1 byte"),
-        (text(XYZ, POINTS.T * np.nan), "no point of the file has a position"),
-        (header(XYZ, "binary", 5) + RECORDS,
-         "declares 5 points, but the file has 4: the file may be truncated"),
-        (header([*XYZ, ("w", "F4", 10**17)], "binary") + RECORDS, "the file has 0"),
-        (header(XYZ, "binary_compressed"),
-         "4 points must have 48 bytes, but the file declares 0 bytes, compressed to 0, and has 0"
-         " compressed bytes: it may be truncated or damaged"),
-        (header(XYZ, "binary_compressed") + COMPRESSED[:-1],
-         "declares 48 bytes, compressed to 50, and has 49 compressed bytes: it may be truncated or"
-         " damaged"),
-        (header(XYZ, "binary_compressed", 10**9) + COMPRESSED,
-         "1000000000 points must have 12000000000 bytes, but the file declares 48 bytes"),
-        (header(XYZ, "binary_compressed") + COMPRESSED.replace(b"\x1f", b"\x20"),
-         "cannot be decompressed"),
-        (header(XYZ, "binary_compressed") + COMPRESSED.replace(b"\x0f", b"\x0e"),
-         "cannot be decompressed"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("data", "message"), [
+    (b"VERSION .7\nPOINTS 1\n", "no line DATA"),
+    (header(XYZ, "morse"), "expected DATA ascii, binary, binary_compressed, got 'morse'"),
+    (header(XYZ[:2], "ascii"), "FIELDS must contain z, with COUNT 1"),
+    (header([*XYZ, ("w", "F2", 1)], "ascii"), "a SIZE such as 4, got TYPE 'F' and SIZE '2'"),
+    (header([*XYZ[:2], ("z", "F4", 2)], "ascii"), "FIELDS must contain z, with COUNT 1"),
+    (header(XYZ, "ascii", COUNT="1 1"), "must have the same length"),
+    (header(XYZ, "ascii", WIDTH=5), "POINTS is 4, but WIDTH times HEIGHT is 5"),
+    (header(XYZ, "ascii", 0), "the file has no points"),
+    (header(XYZ, "ascii", VIEWPOINT="here"), "VIEWPOINT must be 7 numbers, got 'here'"),
+    (text(XYZ, POINTS.T, WIDTH=5, POINTS=5), "declares 5 points, but the file has 4"),
+    (text(XYZ, POINTS.T) + b"1 2\n", "line 16: expected 3 numbers, got 2"),
+    (text([*XYZ, ("n", "U1", 1)], [*POINTS.T, POINTS[:, 0]]),
+     "the field n must have integers of 1 byte"),
+    (text(XYZ, POINTS.T * np.nan), "no point of the file has a position"),
+    (header(XYZ, "binary", 5) + RECORDS,
+     "declares 5 points, but the file has 4: the file may be truncated"),
+    (header([*XYZ, ("w", "F4", 10**17)], "binary") + RECORDS, "the file has 0"),
+    (header(XYZ, "binary_compressed"),
+     "4 points must have 48 bytes, but the file declares 0 bytes, compressed to 0, and has 0"
+     " compressed bytes: it may be truncated or damaged"),
+    (header(XYZ, "binary_compressed") + COMPRESSED[:-1],
+     "declares 48 bytes, compressed to 50, and has 49 compressed bytes: it may be truncated or"
+     " damaged"),
+    (header(XYZ, "binary_compressed", 10**9) + COMPRESSED,
+     "1000000000 points must have 12000000000 bytes, but the file declares 48 bytes"),
+    (header(XYZ, "binary_compressed") + COMPRESSED.replace(b"\x1f", b"\x20"),
+     "cannot be decompressed"),
+    (header(XYZ, "binary_compressed") + COMPRESSED.replace(b"\x0f", b"\x0e"),
+     "cannot be decompressed"),
+])  # fmt: skip
 def test_what_is_wrong_with_a_file_is_said(cloud_of, data, message):
     with pytest.raises(MeshError, match=r"cloud\.pcd: ") as caught:
         cloud_of(data)

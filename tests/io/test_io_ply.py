@@ -165,16 +165,13 @@ def strips(*rows: str) -> bytes:
     return (header + text_of(VERTICES) + "".join(f"{row}\n" for row in rows)).encode()
 
 
-@pytest.mark.parametrize(
-    ("rows", "triangles"),
-    [
-        (["5 0 1 2 3 4"], [[0, 1, 2], [2, 1, 3], [2, 3, 4]]),
-        (["8 0 1 2 3 -1 4 1 0"], [[0, 1, 2], [2, 1, 3], [4, 1, 0]]),  # alternates within each strip
-        (["4 0 1 2 -1", "3 3 2 1"], [[0, 1, 2], [3, 2, 1]]),
-        (["2 0 1", "0", "4 -1 -1 -1 -1", "3 1 2 3"], [[1, 2, 3]]),
-        (["5 0 1 2 2 3"], [[0, 1, 2], [2, 1, 2], [2, 2, 3]]),  # flat triangles connect strips
-    ],
-)
+@pytest.mark.parametrize(("rows", "triangles"), [
+    (["5 0 1 2 3 4"], [[0, 1, 2], [2, 1, 3], [2, 3, 4]]),
+    (["8 0 1 2 3 -1 4 1 0"], [[0, 1, 2], [2, 1, 3], [4, 1, 0]]),  # alternates within each strip
+    (["4 0 1 2 -1", "3 3 2 1"], [[0, 1, 2], [3, 2, 1]]),
+    (["2 0 1", "0", "4 -1 -1 -1 -1", "3 1 2 3"], [[1, 2, 3]]),
+    (["5 0 1 2 2 3"], [[0, 1, 2], [2, 1, 2], [2, 2, 3]]),  # flat triangles connect strips
+])  # fmt: skip
 def test_triangle_strips_become_their_triangles_in_order(read, rows, triangles):
     mesh = read("a.ply", strips(*rows))
     assert isinstance(mesh, Mesh)
@@ -223,15 +220,12 @@ def test_a_list_of_negative_length_is_refused(refuse, form):
     refuse("a.ply", data, "lengths of lists in the PLY file must be >= 0, got -3")
 
 
-@pytest.mark.parametrize(
-    ("row", "message"),
-    [
-        (b"-3 0 1 2", "lengths of lists in the PLY file must be >= 0, got -3"),
-        (b"3.5 0 1 2", "lengths of lists must be int"),
-        (b"1 4",
-         "faces[0] has 1 corner, expected at least 3: the file may be truncated or damaged"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("row", "message"), [
+    (b"-3 0 1 2", "lengths of lists in the PLY file must be >= 0, got -3"),
+    (b"3.5 0 1 2", "lengths of lists must be int"),
+    (b"1 4",
+     "faces[0] has 1 corner, expected at least 3: the file may be truncated or damaged"),
+])  # fmt: skip
 def test_wrong_lengths_of_ascii_lists_are_refused(refuse, row, message):
     refuse("a.ply", ply_text().replace(b"3 0 1 2", row), message)
 
@@ -264,46 +258,43 @@ def test_blanks_may_follow(read):
     assert read("a.ply", ply_binary() + b"\n\0\0").n_faces == 2
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        ("ply\n", "plx\n", "not a PLY file"),
-        ("end_header\n", "", "no line end_header"),
-        ("format ascii 1.0", "format ebcdic 1.0", "in the PLY header, got 'format ebcdic 1.0'"),
-        ("format ascii 1.0", "",
-         "expected `format` and one of ascii, binary_little_endian, binary_big_endian in the"),
-        ("format ascii 1.0", "format ascii 2.0", "the PLY version must be 1.0, got '2.0'"),
-        ("element face 2", "element face two",
-         "expected an element with its count, or a property in the PLY header, got 'element face"
-         " two'"),
-        ("element face 2", "element face -2",
-         "expected an element with its count, or a property in the PLY header, got 'element face"
-         " -2'"),
-        ("element face 2", "element face ²", "header, got 'element face ²'"),
-        ("element face 2", "element vertex 2", "declares element vertex twice"),
-        ("comment of nobody", "property float w",
-         "expected an element with its count, or a property in the PLY header, got 'property float"
-         " w'"),
-        (
-            "float x",
-            "quadruple x",
-            "expected a property with a type and a name in the PLY header, got"
-            " 'property quadruple x'",
-        ),
-        ("property float x", "property",
-         "expected a property with a type and a name in the PLY header, got 'property'"),
-        ("list uchar int", "list float int",
-         "expected an integer type for the length of a list in the PLY header, got 'property"
-         " lis...ertex_indices'"),
-        ("list uchar int", "list uchar float",
-         "the type of the PLY list vertex_indices must be an integer type"),
-        ("list uchar int", "int", "have no list vertex_indices"),
-        ("vertex_indices", "corners", "have no list vertex_indices"),
-        ("float z", "float w", "element vertex has no property z"),
-        ("float z", "list uchar float z", "element vertex has no property z"),
-        ("element vertex", "element point", "has no element vertex"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("old", "new", "message"), [
+    ("ply\n", "plx\n", "not a PLY file"),
+    ("end_header\n", "", "no line end_header"),
+    ("format ascii 1.0", "format ebcdic 1.0", "in the PLY header, got 'format ebcdic 1.0'"),
+    ("format ascii 1.0", "",
+     "expected `format` and one of ascii, binary_little_endian, binary_big_endian in the"),
+    ("format ascii 1.0", "format ascii 2.0", "the PLY version must be 1.0, got '2.0'"),
+    ("element face 2", "element face two",
+     "expected an element with its count, or a property in the PLY header, got 'element face"
+     " two'"),
+    ("element face 2", "element face -2",
+     "expected an element with its count, or a property in the PLY header, got 'element face"
+     " -2'"),
+    ("element face 2", "element face ²", "header, got 'element face ²'"),
+    ("element face 2", "element vertex 2", "declares element vertex twice"),
+    ("comment of nobody", "property float w",
+     "expected an element with its count, or a property in the PLY header, got 'property float"
+     " w'"),
+    (
+        "float x",
+        "quadruple x",
+        "expected a property with a type and a name in the PLY header, got"
+        " 'property quadruple x'",
+    ),
+    ("property float x", "property",
+     "expected a property with a type and a name in the PLY header, got 'property'"),
+    ("list uchar int", "list float int",
+     "expected an integer type for the length of a list in the PLY header, got 'property"
+     " lis...ertex_indices'"),
+    ("list uchar int", "list uchar float",
+     "the type of the PLY list vertex_indices must be an integer type"),
+    ("list uchar int", "int", "have no list vertex_indices"),
+    ("vertex_indices", "corners", "have no list vertex_indices"),
+    ("float z", "float w", "element vertex has no property z"),
+    ("float z", "list uchar float z", "element vertex has no property z"),
+    ("element vertex", "element point", "has no element vertex"),
+])  # fmt: skip
 def test_a_header_that_declares_something_else_is_refused(refuse, old, new, message):
     data = ply_text().decode()
     assert old in data

@@ -68,22 +68,19 @@ def test_coordinates_that_are_not_finite_are_refused(refuse, make, value):
     refuse("a.stl", make(corners), f"vertices[4] must be finite, got {corners[4].tolist()}")
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        ("vertex 1.0 0.0 0.0", "vertex 1.0 0.0", "line 5: a vertex needs 3 coordinates, got 2"),
-        ("vertex 1.0 0.0 0.0", "vertex", "line 5: a vertex needs 3 coordinates, got 0"),
-        ("vertex 1.0 0.0 0.0", "vertex 1.0 zz 0.0", "line 5: expected a number, got 'zz'"),
-        ("      vertex 1.0 0.0 0.0\n", "", "line 6: expected the keyword vertex"),
-        ("    endloop\n", "vertex 3 3 3\nendloop\n", "line 7: faces[0] has more than 3 corners"),
-        ("outer loop", "inner loop", "line 3: expected the keyword outer"),
-        ("endsolid square\n", "", "line 15: the file ends, but a `solid` has"),
-        ("endsolid square\n", "endsolidity\n", "line 16: the file ends, but a `solid` has"),
-        ("endsolid square\n", "solid b\nendsolid\n", "line 17: the file ends, but a `solid` has"),
-        ("  endfacet\nendsolid", "endsolid", "the last facet is incomplete"),
-        ("solid square\n", "solids square\n", "line 16: the file ends, but a `solid` has"),
-    ],
-)
+@pytest.mark.parametrize(("old", "new", "message"), [
+    ("vertex 1.0 0.0 0.0", "vertex 1.0 0.0", "line 5: a vertex needs 3 coordinates, got 2"),
+    ("vertex 1.0 0.0 0.0", "vertex", "line 5: a vertex needs 3 coordinates, got 0"),
+    ("vertex 1.0 0.0 0.0", "vertex 1.0 zz 0.0", "line 5: expected a number, got 'zz'"),
+    ("      vertex 1.0 0.0 0.0\n", "", "line 6: expected the keyword vertex"),
+    ("    endloop\n", "vertex 3 3 3\nendloop\n", "line 7: faces[0] has more than 3 corners"),
+    ("outer loop", "inner loop", "line 3: expected the keyword outer"),
+    ("endsolid square\n", "", "line 15: the file ends, but a `solid` has"),
+    ("endsolid square\n", "endsolidity\n", "line 16: the file ends, but a `solid` has"),
+    ("endsolid square\n", "solid b\nendsolid\n", "line 17: the file ends, but a `solid` has"),
+    ("  endfacet\nendsolid", "endsolid", "the last facet is incomplete"),
+    ("solid square\n", "solids square\n", "line 16: the file ends, but a `solid` has"),
+])  # fmt: skip
 def test_ascii_files_of_another_structure_are_refused(refuse, old, new, message):
     data = stl_text().decode()
     assert old in data

@@ -90,33 +90,13 @@ def test_threads_do_not_change_what_is_read(monkeypatch, n_threads):
 
 HARD_DECIMALS = [
     "9007199254740993",  # halfway between two doubles
-    "9007199254740992." + "9" * 70,
-    "9007199254740993." + "0" * 70 + "1",
-    "2.2250738585072011e-308",
-    "2.2250738585072014e-308",
-    "4.9406564584124654e-324",
-    "2.4703282292062327e-324",
-    "2.4703282292062328e-324",
-    "1.7976931348623157e308",
-    "1.7976931348623159e308",
-    "-1e400",
-    "1e-400",
-    "0.348799",
-    "0.1" + "0" * 800 + "1",
-    "1" * 400,
-    "0" * 400 + ".5e-3",
-    "0." + "0" * 340 + "123e340",
-    "+.5",
-    "-5.",
-    "+1.E+5",
-    "-0",
-    "-0.0e-99999999999999999999",
-    "1e99999999999999999999",
-    "nan",
-    "-NaN",
-    "+Infinity",
-    "-inf",
-]
+    "9007199254740992." + "9" * 70, "9007199254740993." + "0" * 70 + "1", "2.2250738585072011e-308",
+    "2.2250738585072014e-308", "4.9406564584124654e-324", "2.4703282292062327e-324",
+    "2.4703282292062328e-324", "1.7976931348623157e308", "1.7976931348623159e308", "-1e400",
+    "1e-400", "0.348799", "0.1" + "0" * 800 + "1", "1" * 400, "0" * 400 + ".5e-3",
+    "0." + "0" * 340 + "123e340", "+.5", "-5.", "+1.E+5", "-0", "-0.0e-99999999999999999999",
+    "1e99999999999999999999", "nan", "-NaN", "+Infinity", "-inf",
+]  # fmt: skip
 
 
 @pytest.mark.parametrize("token", HARD_DECIMALS)
@@ -153,44 +133,35 @@ def test_what_other_parsers_take_for_numbers_is_refused(token):
         Lines.of(f"1\n{token}\n".encode()).parse(np.float64)
 
 
-@pytest.mark.parametrize(
-    ("token", "value", "dtype"),
-    [
-        ("2147483647", 2**31 - 1, np.int32), ("-2147483648", -(2**31), np.int32),
-        ("2147483648", 2**31, np.int64), ("-2147483649", -(2**31) - 1, np.int64),
-        ("+9223372036854775807", 2**63 - 1, np.int64), ("9223372036854775808", 2**63 - 1, np.int64),
-        ("-9223372036854775808", -(2**63), np.int64), ("-" + "9" * 5000, -(2**63), np.int64),
-        ("0" * 5000 + "7", 7, np.int32),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("token", "value", "dtype"), [
+    ("2147483647", 2**31 - 1, np.int32), ("-2147483648", -(2**31), np.int32),
+    ("2147483648", 2**31, np.int64), ("-2147483649", -(2**31) - 1, np.int64),
+    ("+9223372036854775807", 2**63 - 1, np.int64), ("9223372036854775808", 2**63 - 1, np.int64),
+    ("-9223372036854775808", -(2**63), np.int64), ("-" + "9" * 5000, -(2**63), np.int64),
+    ("0" * 5000 + "7", 7, np.int32),
+])  # fmt: skip
 def test_integers_are_exact_or_the_nearest_that_fits(token, value, dtype):
     values = Lines.of(f"9007199254740993 {token}\n1".encode()).parse(np.int64)
     assert values.tolist() == [9007199254740993, value, 1]
     assert Lines.of(token.encode()).parse(np.int64).dtype == dtype
 
 
-@pytest.mark.parametrize(
-    ("text", "indices"),
-    [
-        ("7 7/2 7//3 7/2/3 7/ 7//", [7] * 6), ("-1/-2/-3 +4/5", [-1, 4]),
-        ("1/99999999999999999999 2", [1, 2]), ("99999999999/1 1/2", [99999999999, 1]),
-        ("99999999999999999999/1/", [2**63 - 1]),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("text", "indices"), [
+    ("7 7/2 7//3 7/2/3 7/ 7//", [7] * 6), ("-1/-2/-3 +4/5", [-1, 4]),
+    ("1/99999999999999999999 2", [1, 2]), ("99999999999/1 1/2", [99999999999, 1]),
+    ("99999999999999999999/1/", [2**63 - 1]),
+])  # fmt: skip
 def test_corners_begin_with_their_vertex(text, indices):
     assert Lines.of(text.encode()).parse_corners().tolist() == indices
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("1 /2 3", "line 1: a corner has no vertex index"),
-        ("1/x 2 3", "line 1: expected an integer, got 'x'"),
-        ("1 2.5/1 3", r"line 1: expected an integer, got '2\.5'"),
-        ("1\n\n1/2/3.5", r"line 3: expected an integer, got '3\.5'"),
-        ("1/-", "line 1: expected an integer, got '-'"),
-    ],
-)
+@pytest.mark.parametrize(("text", "message"), [
+    ("1 /2 3", "line 1: a corner has no vertex index"),
+    ("1/x 2 3", "line 1: expected an integer, got 'x'"),
+    ("1 2.5/1 3", r"line 1: expected an integer, got '2\.5'"),
+    ("1\n\n1/2/3.5", r"line 3: expected an integer, got '3\.5'"),
+    ("1/-", "line 1: expected an integer, got '-'"),
+])  # fmt: skip
 def test_other_corners_are_refused(text, message):
     with pytest.raises(MeshError, match=message):
         Lines.of(text.encode()).parse_corners()

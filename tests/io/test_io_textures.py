@@ -529,14 +529,11 @@ def test_any_white_space_separates_the_words_of_obj_and_mtl(square):
     assert np.array_equal(color_of(square).linear, expected)
 
 
-@pytest.mark.parametrize(
-    ("change", "reason"),
-    [
-        (lambda obj: obj.with_name("square.mtl").unlink(), "'square.mtl' cannot be read in the"),
-        (lambda obj: obj.with_name("square.mtl").write_text(MTL.replace("newmtl door", "newmtl x")),
-         "'door # 2', which no MTL file defines"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("change", "reason"), [
+    (lambda obj: obj.with_name("square.mtl").unlink(), "'square.mtl' cannot be read in the"),
+    (lambda obj: obj.with_name("square.mtl").write_text(MTL.replace("newmtl door", "newmtl x")),
+     "'door # 2', which no MTL file defines"),
+])  # fmt: skip
 def test_missing_materials_are_an_error_where_the_texture_is_asked_for(square, change, reason):
     change(square)
     attributes = read_attributes(square)
@@ -607,23 +604,20 @@ def png_of_size(width, height, rows=b""):
     )  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    ("content", "message"),
-    [
-        (
-            png_of_size(20_000, 20_000),
-            "the image 'image_0.png' declares 20000 x 20000 pixels, but at most"
-            " 16777216 are allowed for its 65 bytes",
-        ),
-        (png_of_size(30_000, 30_000, bytes(10**6)), "declares 30000 x 30000 pixels"),
-        (png_of_size(9_000, 9_000, bytes(10**6)), "declares 9000 x 9000 pixels"),
-        (png_of_size(64, 64), "is damaged: "),
-        (png_bytes()[:-30], "is damaged: "),
-        (png_bytes()[:20], "is damaged: "),
-        (b"\xff\xd8\xff" + bytes(100), "is damaged: "),
-        (b"\xabKTX 20\xbb\r\n\x1a\n" + bytes(80), "is KTX2: convert it to PNG or JPEG"),
-    ],
-)
+@pytest.mark.parametrize(("content", "message"), [
+    (
+        png_of_size(20_000, 20_000),
+        "the image 'image_0.png' declares 20000 x 20000 pixels, but at most"
+        " 16777216 are allowed for its 65 bytes",
+    ),
+    (png_of_size(30_000, 30_000, bytes(10**6)), "declares 30000 x 30000 pixels"),
+    (png_of_size(9_000, 9_000, bytes(10**6)), "declares 9000 x 9000 pixels"),
+    (png_of_size(64, 64), "is damaged: "),
+    (png_bytes()[:-30], "is damaged: "),
+    (png_bytes()[:20], "is damaged: "),
+    (b"\xff\xd8\xff" + bytes(100), "is damaged: "),
+    (b"\xabKTX 20\xbb\r\n\x1a\n" + bytes(80), "is KTX2: convert it to PNG or JPEG"),
+])  # fmt: skip
 def test_images_that_lie_are_refused_in_one_line(tmp_path, content, message):
     path = write_gltf(tmp_path / "a.gltf", gltf_document([{"uri": data_uri(content)}]))
     with pytest.raises(MeshError) as caught:
@@ -658,33 +652,30 @@ def test_images_that_overlap_do_not_multiply(tmp_path):
     assert attributes.left_out == ("texture: broken glTF: the images in the file overlap",)
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (lambda d: d["accessors"][1].update(count=5), "expected 6 texture coordinates, got 5"),
-        (lambda d: d["accessors"][1].update(type="VEC3"), "accessors[1] must have the type VEC2"),
-        (lambda d: d["textures"][0].pop("source"), "textures[0] has no image"),
-        (lambda d: d["textures"][0].update(source=7), "there is no images[7]"),
-        (lambda d: d["images"][0].pop("uri"), "there is no bufferViews[None]"),
-        (lambda d: d["images"][0].update(uri="data:;base64,?"), "is not base64"),
-        (lambda d: d["samplers"][0].update(wrapS=-1), "wrapS must be an integer >= 0, got -1"),
-        (lambda d: d["materials"].pop(), "there is no materials[0]"),
-        (lambda d: d["materials"][0].update(pbrMetallicRoughness=3),
-         "materials[0].pbrMetallicRoughness must be a JSON object"),
-        (
-            lambda d: d["materials"][0]["pbrMetallicRoughness"].update(
-                baseColorTexture={"index": 0, "extensions": {"KHR_texture_transform": 1}}
-            ),
-            "extensions of a texture reference must be objects",
+@pytest.mark.parametrize(("change", "message"), [
+    (lambda d: d["accessors"][1].update(count=5), "expected 6 texture coordinates, got 5"),
+    (lambda d: d["accessors"][1].update(type="VEC3"), "accessors[1] must have the type VEC2"),
+    (lambda d: d["textures"][0].pop("source"), "textures[0] has no image"),
+    (lambda d: d["textures"][0].update(source=7), "there is no images[7]"),
+    (lambda d: d["images"][0].pop("uri"), "there is no bufferViews[None]"),
+    (lambda d: d["images"][0].update(uri="data:;base64,?"), "is not base64"),
+    (lambda d: d["samplers"][0].update(wrapS=-1), "wrapS must be an integer >= 0, got -1"),
+    (lambda d: d["materials"].pop(), "there is no materials[0]"),
+    (lambda d: d["materials"][0].update(pbrMetallicRoughness=3),
+     "materials[0].pbrMetallicRoughness must be a JSON object"),
+    (
+        lambda d: d["materials"][0]["pbrMetallicRoughness"].update(
+            baseColorTexture={"index": 0, "extensions": {"KHR_texture_transform": 1}}
         ),
-        (
-            lambda d: d["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"].update(
-                extensions={"KHR_texture_transform": {"rotation": "north"}}
-            ),
-            "the rotation of a texture must be a finite number",
+        "extensions of a texture reference must be objects",
+    ),
+    (
+        lambda d: d["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"].update(
+            extensions={"KHR_texture_transform": {"rotation": "north"}}
         ),
-    ],
-)  # fmt: skip
+        "the rotation of a texture must be a finite number",
+    ),
+])  # fmt: skip
 def test_a_damaged_gltf_texture_is_left_out_with_the_reason(tmp_path, change, message):
     document = gltf_document([{"uri": data_uri(png_bytes())}])
     change(document)
@@ -711,17 +702,14 @@ def test_coordinates_of_an_obj_that_there_are_not_are_none(square):
     np.testing.assert_array_equal(read_attributes(square).texture.corners, [-1, 1, -1, 4, 2, 3])
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"coordinates": [[0, 0, 0]]}, r"coordinates must have shape \(T, 2\), got \(1, 3\)"),
-        ({"coordinates": [["a", "b"]]}, "coordinates must be numbers"),
-        ({"corners": [0, 1, 9]}, r"corners\[2\] must be from -1 to 2, got 9"),
-        ({"corners": [0.5, 1, 2]}, "corners must be integers"),
-        ({"corners": [[0, 1, 2]]}, "corners must have one dimension"),
-        ({"face_materials": [-2]}, r"face_materials\[0\] must be from -1 to 0, got -2"),
-    ],
-)
+@pytest.mark.parametrize(("change", "message"), [
+    ({"coordinates": [[0, 0, 0]]}, r"coordinates must have shape \(T, 2\), got \(1, 3\)"),
+    ({"coordinates": [["a", "b"]]}, "coordinates must be numbers"),
+    ({"corners": [0, 1, 9]}, r"corners\[2\] must be from -1 to 2, got 9"),
+    ({"corners": [0.5, 1, 2]}, "corners must be integers"),
+    ({"corners": [[0, 1, 2]]}, "corners must have one dimension"),
+    ({"face_materials": [-2]}, r"face_materials\[0\] must be from -1 to 0, got -2"),
+])  # fmt: skip
 def test_wrong_textures_are_refused(change, message):
     right = {
         "coordinates": [[0, 0], [1, 0], [0, 1]], "corners": [0, 1, 2],

@@ -186,35 +186,32 @@ POLYDATA = (
 HUGE = 10**10
 
 
-@pytest.mark.parametrize(
-    ("name", "text", "message"),
-    [
-        ("a.vtp", POLYDATA.replace('Points="3"', f'Points="{HUGE}"'),
-         f"it declares {3 * HUGE} numbers, too many for the file size"),
-        ("a.vtp", POLYDATA.replace('Polys="1"', f'Polys="{HUGE}"'),
-         f"it declares {HUGE} numbers, too many for the file size"),
-        ("a.vtp", POLYDATA.replace('Components="3"', f'Components="{HUGE}"'), "3 components"),
-        ("a.vtp", POLYDATA.replace(">3<", ">300000000<"),
-         "it declares 300000000 numbers, too many for the file size"),
-        ("a.vtp", POLYDATA.replace(">3<", ">-3<"),
-         "the offsets of Polys must be non-negative and ascending"),
-        ("a.vtp", POLYDATA.replace("0 1 2<", "0 1 2 0<"), "expected 3 numbers, got 4"),
-        ("a.vtp", POLYDATA.replace('Points="3"', 'Points="-1"'),
-         "NumberOfPoints must be integers >= 0, got '-1'"),
-        ("a.vtp", "<!DOCTYPE x []>" + POLYDATA,
-         "the XML must not have a DOCTYPE, which VTK files never have"),
-        (
-            "a.vtk",
-            "# vtk DataFile Version 3.0\nx\nBINARY\nDATASET UNSTRUCTURED_GRID\n"
-            f"POINTS {HUGE} double\n" + " " * 100,
-            f"the file declares {3 * HUGE} numbers of POINTS, but has at most 12",
-        ),
-        ("a.msh", f"$MeshFormat\n2.2 1 8\n\1\0\0\0\n$EndMeshFormat\n$Nodes\n{HUGE}\n" + "\0" * 50,
-         f"the file declares {28 * HUGE} bytes of Nodes, but has at most 50"),
-        ("a.mesh", f"MeshVersionFormatted 1\nDimension 3\nVertices\n{HUGE}\n0 0 0 1\nEnd\n",
-         f"Vertices must have {HUGE} rows of 4 numbers, got 4 numbers"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("name", "text", "message"), [
+    ("a.vtp", POLYDATA.replace('Points="3"', f'Points="{HUGE}"'),
+     f"it declares {3 * HUGE} numbers, too many for the file size"),
+    ("a.vtp", POLYDATA.replace('Polys="1"', f'Polys="{HUGE}"'),
+     f"it declares {HUGE} numbers, too many for the file size"),
+    ("a.vtp", POLYDATA.replace('Components="3"', f'Components="{HUGE}"'), "3 components"),
+    ("a.vtp", POLYDATA.replace(">3<", ">300000000<"),
+     "it declares 300000000 numbers, too many for the file size"),
+    ("a.vtp", POLYDATA.replace(">3<", ">-3<"),
+     "the offsets of Polys must be non-negative and ascending"),
+    ("a.vtp", POLYDATA.replace("0 1 2<", "0 1 2 0<"), "expected 3 numbers, got 4"),
+    ("a.vtp", POLYDATA.replace('Points="3"', 'Points="-1"'),
+     "NumberOfPoints must be integers >= 0, got '-1'"),
+    ("a.vtp", "<!DOCTYPE x []>" + POLYDATA,
+     "the XML must not have a DOCTYPE, which VTK files never have"),
+    (
+        "a.vtk",
+        "# vtk DataFile Version 3.0\nx\nBINARY\nDATASET UNSTRUCTURED_GRID\n"
+        f"POINTS {HUGE} double\n" + " " * 100,
+        f"the file declares {3 * HUGE} numbers of POINTS, but has at most 12",
+    ),
+    ("a.msh", f"$MeshFormat\n2.2 1 8\n\1\0\0\0\n$EndMeshFormat\n$Nodes\n{HUGE}\n" + "\0" * 50,
+     f"the file declares {28 * HUGE} bytes of Nodes, but has at most 50"),
+    ("a.mesh", f"MeshVersionFormatted 1\nDimension 3\nVertices\n{HUGE}\n0 0 0 1\nEnd\n",
+     f"Vertices must have {HUGE} rows of 4 numbers, got 4 numbers"),
+])  # fmt: skip
 def test_sizes_are_compared_with_the_file_before_memory_is_taken(refuse, name, text, message):
     refuse(name, text.encode("latin-1"), message)
 

@@ -90,16 +90,13 @@ def test_labels_get_the_colors_of_face_colors(tmp_path, mesh):
 
 
 @pytest.mark.parametrize("ascii", [False, True])
-@pytest.mark.parametrize(
-    ("vertices", "kind"),
-    [
-        (VERTICES.astype(np.float32) + np.float32(0.1), "float"),
-        (VERTICES + 0.1, "double"),
-        (np.concatenate([VERTICES, [[1e39, 0, 0]]]), "double"),  # a vertex of no face
-        (VERTICES - 1e-300, "double"),
-        (np.concatenate([VERTICES, [[2.0**-149, 0, 0]]]), "float"),
-    ],
-)
+@pytest.mark.parametrize(("vertices", "kind"), [
+    (VERTICES.astype(np.float32) + np.float32(0.1), "float"),
+    (VERTICES + 0.1, "double"),
+    (np.concatenate([VERTICES, [[1e39, 0, 0]]]), "double"),  # a vertex of no face
+    (VERTICES - 1e-300, "double"),
+    (np.concatenate([VERTICES, [[2.0**-149, 0, 0]]]), "float"),
+])  # fmt: skip
 def test_coordinates_come_back_exactly_in_the_smaller_type_that_can_hold_them(
     tmp_path, ascii, vertices, kind
 ):
@@ -138,18 +135,15 @@ def test_label_files_hold_what_the_documentation_says(tmp_path):
     assert (tmp_path / "a.txt").read_bytes() == b"7\n0\n"
 
 
-@pytest.mark.parametrize(
-    ("labels", "message"),
-    [
-        ([1], r"labels must have one value per cell \(2\), got 1 value"),
-        ([[1, 2]], "labels must be one-dimensional, got shape"),
-        ([1.0, 2.0], "labels must be integers, got float64"),
-        ([True, False], "labels must be integers, got bool"),
-        ([0, -2], r"labels\[1\] must be -1 to 2147483647, got -2"),
-        ([0, 2**31], r"labels\[1\] must be -1 to 2147483647, got 2147483648"),
-        ([], "labels must have at least one value, got an empty array"),
-    ],
-)
+@pytest.mark.parametrize(("labels", "message"), [
+    ([1], r"labels must have one value per cell \(2\), got 1 value"),
+    ([[1, 2]], "labels must be one-dimensional, got shape"),
+    ([1.0, 2.0], "labels must be integers, got float64"),
+    ([True, False], "labels must be integers, got bool"),
+    ([0, -2], r"labels\[1\] must be -1 to 2147483647, got -2"),
+    ([0, 2**31], r"labels\[1\] must be -1 to 2147483647, got 2147483648"),
+    ([], "labels must have at least one value, got an empty array"),
+])  # fmt: skip
 def test_labels_that_are_wrong_are_refused_and_nothing_is_written(tmp_path, mesh, labels, message):
     with pytest.raises(ValueError, match=message):
         write_mesh(tmp_path / "a.ply", mesh, labels, colors=COLORS)
@@ -161,15 +155,12 @@ def test_labels_that_are_wrong_are_refused_and_nothing_is_written(tmp_path, mesh
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize(
-    ("colors", "message"),
-    [
-        ([[1, 2, 3]], r"colors must have shape \(2, 3\), got \(1, 3\)"),
-        ([[0.5, 0.5, 0.5]] * 2, "colors must be integers from 0 to 255"),
-        ([[0, 0, 256]] * 2, "colors must be integers from 0 to 255"),
-        ([[0, 0, -1]] * 2, "colors must be integers from 0 to 255"),
-    ],
-)
+@pytest.mark.parametrize(("colors", "message"), [
+    ([[1, 2, 3]], r"colors must have shape \(2, 3\), got \(1, 3\)"),
+    ([[0.5, 0.5, 0.5]] * 2, "colors must be integers from 0 to 255"),
+    ([[0, 0, 256]] * 2, "colors must be integers from 0 to 255"),
+    ([[0, 0, -1]] * 2, "colors must be integers from 0 to 255"),
+])  # fmt: skip
 def test_colors_that_are_wrong_are_refused(tmp_path, mesh, colors, message):
     with pytest.raises(ValueError, match=message):
         write_mesh(tmp_path / "a.ply", mesh, LABELS, colors=colors)

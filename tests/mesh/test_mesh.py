@@ -73,43 +73,40 @@ def test_a_signaling_nan_is_refused_without_a_warning():
         Mesh(vertices, [[0, 1, 2]])
 
 
-@pytest.mark.parametrize(
-    ("vertices", "faces", "message"),
-    [
-        (TRIANGLE, np.zeros((0, 3), int), "the mesh has no faces"),
-        (TRIANGLE, [], "the mesh has no faces"),
-        (np.zeros((0, 3)), [[0, 1, 2]], r"faces\[0\] refers to vertex 0 but the mesh has 0 vert"),
-        (TRIANGLE, [[0, 1, 2], [0, 1, 3]], r"faces\[1\] refers to vertex 3 but the mesh has 3 v"),
-        (TRIANGLE, [[0, -1, 2]], r"faces\[0\] refers to vertex -1"),
-        (TRIANGLE, [[0, 1, 2**40]], r"faces\[0\] refers to vertex 1099511627776"),
-        (TRIANGLE, [[0, 1, 2, 0]],
-         "faces of a Mesh must have 3 corners, got 4: use a PolygonMesh instead"),
-        (TRIANGLE, [[0, 1]], r"faces must have shape \(F, 3\), got \(1, 2\)"),
-        (TRIANGLE, [0, 1, 2], r"faces must have shape \(F, 3\), got \(3,\)"),
-        (TRIANGLE, [[0.0, 1.0, 2.0]], "faces must contain integers, got float64"),
-        (TRIANGLE, [[True, False, True]], "faces must contain numbers, got bool"),
-        (TRIANGLE, [[0, 1, 2], [0, 1]], "faces must be a rectangular array"),
-        ([[0, 0], [1, 0], [0, 1]], [[0, 1, 2]], r"vertices must have shape \(V, 3\), got \(3, 2\)"),
-        ([["a", "b", "c"]], [[0, 0, 0]], "vertices must contain numbers, got <U1"),
-        ([[0, 0, 0], [1, np.nan, 0], [0, 1, 0]], [[0, 1, 2]],
-         r"vertices\[1\] must be finite, got \[1.0, nan, 0.0\]"),
-        ([[0, 0, 0], [1, 0, 0], [0, np.inf, 0]], [[0, 1, 2]],
-         r"vertices\[2\] must be finite, got \[0.0, inf, 0.0\]"),
-        ([[1, 1, 1]] * 3, [[0, 1, 2]], "all faces lie at one point"),
-        (np.array(TRIANGLE) * 1e-17, [[0, 1, 2]],
-         r"the longest side of the bounding box must be 1e-15 to 1e\+15, got 1e-17: rescale the"
-         r" mesh"),
-        (np.array(TRIANGLE) * 1e300, [[0, 1, 2]],
-         r"the longest side of the bounding box must be 1e-15 to 1e\+15, got 1e\+300: rescale the"
-         r" mesh"),
-        (
-            [[0, 0, 0], [-1e308, 0, 0], [1e308, 1, 0]],
-            [[0, 1, 2]],
-            r"the longest side of the bounding box must be 1e-15 to 1e\+15, got inf:"
-            r" rescale the mesh",
-        ),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("vertices", "faces", "message"), [
+    (TRIANGLE, np.zeros((0, 3), int), "the mesh has no faces"),
+    (TRIANGLE, [], "the mesh has no faces"),
+    (np.zeros((0, 3)), [[0, 1, 2]], r"faces\[0\] refers to vertex 0 but the mesh has 0 vert"),
+    (TRIANGLE, [[0, 1, 2], [0, 1, 3]], r"faces\[1\] refers to vertex 3 but the mesh has 3 v"),
+    (TRIANGLE, [[0, -1, 2]], r"faces\[0\] refers to vertex -1"),
+    (TRIANGLE, [[0, 1, 2**40]], r"faces\[0\] refers to vertex 1099511627776"),
+    (TRIANGLE, [[0, 1, 2, 0]],
+     "faces of a Mesh must have 3 corners, got 4: use a PolygonMesh instead"),
+    (TRIANGLE, [[0, 1]], r"faces must have shape \(F, 3\), got \(1, 2\)"),
+    (TRIANGLE, [0, 1, 2], r"faces must have shape \(F, 3\), got \(3,\)"),
+    (TRIANGLE, [[0.0, 1.0, 2.0]], "faces must contain integers, got float64"),
+    (TRIANGLE, [[True, False, True]], "faces must contain numbers, got bool"),
+    (TRIANGLE, [[0, 1, 2], [0, 1]], "faces must be a rectangular array"),
+    ([[0, 0], [1, 0], [0, 1]], [[0, 1, 2]], r"vertices must have shape \(V, 3\), got \(3, 2\)"),
+    ([["a", "b", "c"]], [[0, 0, 0]], "vertices must contain numbers, got <U1"),
+    ([[0, 0, 0], [1, np.nan, 0], [0, 1, 0]], [[0, 1, 2]],
+     r"vertices\[1\] must be finite, got \[1.0, nan, 0.0\]"),
+    ([[0, 0, 0], [1, 0, 0], [0, np.inf, 0]], [[0, 1, 2]],
+     r"vertices\[2\] must be finite, got \[0.0, inf, 0.0\]"),
+    ([[1, 1, 1]] * 3, [[0, 1, 2]], "all faces lie at one point"),
+    (np.array(TRIANGLE) * 1e-17, [[0, 1, 2]],
+     r"the longest side of the bounding box must be 1e-15 to 1e\+15, got 1e-17: rescale the"
+     r" mesh"),
+    (np.array(TRIANGLE) * 1e300, [[0, 1, 2]],
+     r"the longest side of the bounding box must be 1e-15 to 1e\+15, got 1e\+300: rescale the"
+     r" mesh"),
+    (
+        [[0, 0, 0], [-1e308, 0, 0], [1e308, 1, 0]],
+        [[0, 1, 2]],
+        r"the longest side of the bounding box must be 1e-15 to 1e\+15, got inf:"
+        r" rescale the mesh",
+    ),
+])  # fmt: skip
 def test_invalid_arrays_are_refused_by_a_message_that_says_where(vertices, faces, message):
     with pytest.raises(MeshError, match=message):
         Mesh(vertices, faces)

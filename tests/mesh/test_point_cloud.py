@@ -39,24 +39,21 @@ def test_colors_may_have_alpha_and_16_bits():
     assert repr(black) == "PointCloud(4 points)"
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (([[0, 0]],), r"points must have shape \(N, 3\), got \(1, 2\)"),
-        ((np.empty((0, 3)),), "the cloud has no points"),
-        (([[0, 0, 0], [0, np.nan, 0]],), r"points\[1\] must be finite, got \[0.0, nan, 0.0\]"),
-        (([[0, 0, 0], [1e-18, 0, 0]],), "rescale the cloud"),
-        (([["a", "b", "c"]],), "points must contain numbers, got <U1"),
-        ((SQUARE, [[0, 0, 1]]), r"normals must have shape \(4, 3\)"),
-        ((SQUARE, [[0, 0, np.inf]] * 4), r"normals\[0\] must be finite, got \[0.0, 0.0, inf\]"),
-        ((SQUARE, None, [[0, 0, 1]]), r"colors must have shape \(4, 3\)"),
-        ((SQUARE, None, np.full((4, 3), 7)), "colors must be floats or unsigned integers"),
-        ((SQUARE, None, np.full((4, 3), 1.5)),
-         r"colors\[0\] must be from 0 to 1, got \[1.5, 1.5, 1.5\]"),
-        ((SQUARE, None, np.full((4, 3), np.nan)),
-         r"colors\[0\] must be from 0 to 1, got \[nan, nan, nan\]"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("arguments", "message"), [
+    (([[0, 0]],), r"points must have shape \(N, 3\), got \(1, 2\)"),
+    ((np.empty((0, 3)),), "the cloud has no points"),
+    (([[0, 0, 0], [0, np.nan, 0]],), r"points\[1\] must be finite, got \[0.0, nan, 0.0\]"),
+    (([[0, 0, 0], [1e-18, 0, 0]],), "rescale the cloud"),
+    (([["a", "b", "c"]],), "points must contain numbers, got <U1"),
+    ((SQUARE, [[0, 0, 1]]), r"normals must have shape \(4, 3\)"),
+    ((SQUARE, [[0, 0, np.inf]] * 4), r"normals\[0\] must be finite, got \[0.0, 0.0, inf\]"),
+    ((SQUARE, None, [[0, 0, 1]]), r"colors must have shape \(4, 3\)"),
+    ((SQUARE, None, np.full((4, 3), 7)), "colors must be floats or unsigned integers"),
+    ((SQUARE, None, np.full((4, 3), 1.5)),
+     r"colors\[0\] must be from 0 to 1, got \[1.5, 1.5, 1.5\]"),
+    ((SQUARE, None, np.full((4, 3), np.nan)),
+     r"colors\[0\] must be from 0 to 1, got \[nan, nan, nan\]"),
+])  # fmt: skip
 def test_what_is_wrong_is_refused(arguments, message):
     with pytest.raises(MeshError, match=message):
         PointCloud(*arguments)

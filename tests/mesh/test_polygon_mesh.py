@@ -188,45 +188,39 @@ def test_copies_are_checked_and_read_only(copied):
         L_SHAPE.__class__.__setstate__(object.__new__(PolygonMesh), {"vertices": SQUARE})
 
 
-@pytest.mark.parametrize(
-    ("offsets", "indices", "message"),
-    [
-        ([0], [], "the mesh has no faces"),
-        ([], [], "the mesh has no faces"),
-        ([0, 2], [0, 1], r"faces\[0\] must have at least 3 corners, got 2"),
-        ([0, 4, 4], [0, 1, 2, 3], r"faces\[1\] must have at least 3 corners, got 0"),
-        ([0, 4, 3, 7], [0, 1, 2, 3, 0, 1, 2], r"faces\[1\] must have at least 3 corners, got -1"),
-        ([0, 3], [0, 1, 2, 3], "end at the number of corners, 4, got 0 and 3"),
-        ([1, 4], [0, 1, 2, 3], "offsets must start at 0 .* got 1 and 4"),
-        ([0, 2**62, 4], [0, 1, 2, 3],
-         r"faces\[0\] must have at least 3 corners, got 4611686018427387904"),
-        ([0, 4], [0, 1, 2, 4], r"faces\[0\] refers to vertex 4 but the mesh has 4 vertices"),
-        ([0, 3, 6], [0, 1, 2, 0, -1, 2], r"faces\[1\] refers to vertex -1"),
-        ([0, 4], [0, 1, 2, 2**40], r"faces\[0\] refers to vertex 1099511627776"),
-        ([0.0, 4.0], [0, 1, 2, 3], "offsets must contain integers, got float64"),
-        ([0, 4], [0.0, 1.0, 2.0, 3.0], "indices must contain integers, got float64"),
-        ([[0, 4]], [0, 1, 2, 3], r"offsets must be one-dimensional, got shape \(1, 2\)"),
-        ([0, 4], [[0, 1, 2, 3]], r"indices must be one-dimensional, got shape \(1, 4\)"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("offsets", "indices", "message"), [
+    ([0], [], "the mesh has no faces"),
+    ([], [], "the mesh has no faces"),
+    ([0, 2], [0, 1], r"faces\[0\] must have at least 3 corners, got 2"),
+    ([0, 4, 4], [0, 1, 2, 3], r"faces\[1\] must have at least 3 corners, got 0"),
+    ([0, 4, 3, 7], [0, 1, 2, 3, 0, 1, 2], r"faces\[1\] must have at least 3 corners, got -1"),
+    ([0, 3], [0, 1, 2, 3], "end at the number of corners, 4, got 0 and 3"),
+    ([1, 4], [0, 1, 2, 3], "offsets must start at 0 .* got 1 and 4"),
+    ([0, 2**62, 4], [0, 1, 2, 3],
+     r"faces\[0\] must have at least 3 corners, got 4611686018427387904"),
+    ([0, 4], [0, 1, 2, 4], r"faces\[0\] refers to vertex 4 but the mesh has 4 vertices"),
+    ([0, 3, 6], [0, 1, 2, 0, -1, 2], r"faces\[1\] refers to vertex -1"),
+    ([0, 4], [0, 1, 2, 2**40], r"faces\[0\] refers to vertex 1099511627776"),
+    ([0.0, 4.0], [0, 1, 2, 3], "offsets must contain integers, got float64"),
+    ([0, 4], [0.0, 1.0, 2.0, 3.0], "indices must contain integers, got float64"),
+    ([[0, 4]], [0, 1, 2, 3], r"offsets must be one-dimensional, got shape \(1, 2\)"),
+    ([0, 4], [[0, 1, 2, 3]], r"indices must be one-dimensional, got shape \(1, 4\)"),
+])  # fmt: skip
 def test_invalid_arrays_are_refused_by_a_message_that_says_where(offsets, indices, message):
     with pytest.raises(MeshError, match=message):
         PolygonMesh(SQUARE, offsets, indices)
 
 
-@pytest.mark.parametrize(
-    ("faces", "message"),
-    [
-        ([[0, 1]], r"faces\[0\] must have at least 3 corners, got 2"),
-        ([[0, 1, 2], []], r"faces\[1\] must have at least 3 corners, got 0"),
-        ([], "the mesh has no faces"),
-        ([[0, 1, 2.5]], "a face must contain integers, got float64"),
-        ([[0, 1, 2], 3], r"a face must be one-dimensional, got shape \(\)"),
-        (np.zeros((2, 2, 2), int), r"lists of vertices or an array of shape \(F, n\)"),
-        (np.ma.masked_equal([[0, 1, 2, 3]], 3),
-         "faces must not have masked entries: fill or remove these entries"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("faces", "message"), [
+    ([[0, 1]], r"faces\[0\] must have at least 3 corners, got 2"),
+    ([[0, 1, 2], []], r"faces\[1\] must have at least 3 corners, got 0"),
+    ([], "the mesh has no faces"),
+    ([[0, 1, 2.5]], "a face must contain integers, got float64"),
+    ([[0, 1, 2], 3], r"a face must be one-dimensional, got shape \(\)"),
+    (np.zeros((2, 2, 2), int), r"lists of vertices or an array of shape \(F, n\)"),
+    (np.ma.masked_equal([[0, 1, 2, 3]], 3),
+     "faces must not have masked entries: fill or remove these entries"),
+])  # fmt: skip
 def test_invalid_lists_of_faces_are_refused(faces, message):
     with pytest.raises(MeshError, match=message):
         PolygonMesh.of_faces(SQUARE, faces)
@@ -257,16 +251,13 @@ def test_quads_and_mixed_polydata_of_pyvista_keep_their_faces_in_order():
     assert as_mesh(foreign).indices.tolist() == [0, 1, 2, 3, 3, 2, 4]
 
 
-@pytest.mark.parametrize(
-    ("flat", "message"),
-    [
-        ([4, 0, 1, 2, 3, 3, 0, 1],
-         "of a PolyData has 3 corners, but the array of faces has only 2 more values"),
-        ([3, 0, 1, 2, -1],
-         "of a PolyData has -1 corners, but the array of faces has only 0 more values"),
-        ([3, 0, 1, 2, 0], "must have at least 3 corners, got 0"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("flat", "message"), [
+    ([4, 0, 1, 2, 3, 3, 0, 1],
+     "of a PolyData has 3 corners, but the array of faces has only 2 more values"),
+    ([3, 0, 1, 2, -1],
+     "of a PolyData has -1 corners, but the array of faces has only 0 more values"),
+    ([3, 0, 1, 2, 0], "must have at least 3 corners, got 0"),
+])  # fmt: skip
 def test_flat_faces_that_run_beyond_their_end_are_refused(flat, message):
     odd = types.SimpleNamespace(points=np.array(SQUARE, float), faces=np.array(flat))
     with pytest.raises(MeshError, match=rf"faces\[1\] {message}"):

@@ -88,14 +88,11 @@ def test_grays_look_the_same_to_everyone(vision):
     np.testing.assert_allclose(seen_as(grays, vision), oklab(grays), atol=1e-4)
 
 
-@pytest.mark.parametrize(
-    ("vision", "one", "other"),
-    [
-        ("protanopia", [193, 64, 64], [101, 101, 60]),
-        ("deuteranopia", [180, 110, 60], [143, 130, 60]),
-        ("tritanopia", [60, 150, 220], [60, 168, 168]),
-    ],
-)
+@pytest.mark.parametrize(("vision", "one", "other"), [
+    ("protanopia", [193, 64, 64], [101, 101, 60]),
+    ("deuteranopia", [180, 110, 60], [143, 130, 60]),
+    ("tritanopia", [60, 150, 220], [60, 168, 168]),
+])  # fmt: skip
 def test_colors_on_a_confusion_line_look_nearly_the_same(vision, one, other):
     pair = np.array([one]), np.array([other])
     assert color_distances(*pair, (vision,)) < 0.45 * color_distances(*pair, ("normal",))
@@ -294,14 +291,11 @@ def test_faces_may_have_labels_of_any_numbers():
     np.testing.assert_array_equal(face_colors(mesh, [-5, 0, 7, 7]), expected)
 
 
-@pytest.mark.parametrize(
-    ("labels", "error", "message"),
-    [
-        ([0, 1, 2], ValueError, r"labels must have one value per cell \(4\), got 3 values"),
-        ([[0, 1, 2, 3]], ValueError, "one-dimensional"),
-        ([0.0, 1.0, 0.0, 1.0], TypeError, "labels must contain integers, got float64"),
-    ],
-)
+@pytest.mark.parametrize(("labels", "error", "message"), [
+    ([0, 1, 2], ValueError, r"labels must have one value per cell \(4\), got 3 values"),
+    ([[0, 1, 2, 3]], ValueError, "one-dimensional"),
+    ([0.0, 1.0, 0.0, 1.0], TypeError, "labels must contain integers, got float64"),
+])  # fmt: skip
 def test_labels_that_are_not_one_number_a_face_are_refused(labels, error, message):
     with pytest.raises(error, match=message):
         face_colors(strip(4), labels)

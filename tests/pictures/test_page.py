@@ -249,26 +249,23 @@ def test_the_first_view_is_that_of_pictures():
     assert facts["axes"] == [[1, 0, 0], [0, 0, 1], [0, -1, 0]]  # right, up, toward the viewer
 
 
-@pytest.mark.parametrize(
-    ("arguments", "error", "message"),
-    [
-        ({"labels": [0]}, ValueError, r"labels must have one value per cell \(2\), got 1 value"),
-        ({"labels": [[0, 1], [0]]}, ValueError,
-         r"labels must have one value per cell \(2\), got 1 value"),
-        ({"labels": [0.5, 1]}, TypeError, "labels must contain integers, got float64"),
-        ({"ground_truth": [0, 1, 2]}, ValueError,
-         r"labels must have one value per cell \(2\), got 3 values"),
-        ({"features": {"a": [1, 2, 3]}}, ValueError,
-         r"feature 'a' must have one value per cell, \(2,\), or one value per vertex, \(4,\);"
-         r" got shape \(3,\)"),
-        ({"labels": [0, 0], "features": {"a": []}}, ValueError,
-         r"feature 'a' must have one value per cell, \(2,\), or one value per region, \(1,\), or"
-         r" one value per vertex, \(4,\); got shape \(0,\)"),
-        ({"features": {"a": ["x", "y"]}}, TypeError, "feature 'a' must be numbers"),
-        ({"features": {"a": [0, np.inf]}}, ValueError, "feature 'a' has infinite values"),
-        ({"camera": "front"}, TypeError, "camera must be a superfacets.View, got 'front'"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("arguments", "error", "message"), [
+    ({"labels": [0]}, ValueError, r"labels must have one value per cell \(2\), got 1 value"),
+    ({"labels": [[0, 1], [0]]}, ValueError,
+     r"labels must have one value per cell \(2\), got 1 value"),
+    ({"labels": [0.5, 1]}, TypeError, "labels must contain integers, got float64"),
+    ({"ground_truth": [0, 1, 2]}, ValueError,
+     r"labels must have one value per cell \(2\), got 3 values"),
+    ({"features": {"a": [1, 2, 3]}}, ValueError,
+     r"feature 'a' must have one value per cell, \(2,\), or one value per vertex, \(4,\);"
+     r" got shape \(3,\)"),
+    ({"labels": [0, 0], "features": {"a": []}}, ValueError,
+     r"feature 'a' must have one value per cell, \(2,\), or one value per region, \(1,\), or"
+     r" one value per vertex, \(4,\); got shape \(0,\)"),
+    ({"features": {"a": ["x", "y"]}}, TypeError, "feature 'a' must be numbers"),
+    ({"features": {"a": [0, np.inf]}}, ValueError, "feature 'a' has infinite values"),
+    ({"camera": "front"}, TypeError, "camera must be a superfacets.View, got 'front'"),
+])  # fmt: skip
 def test_wrong_arguments_are_refused(arguments, error, message):
     with pytest.raises(error, match=message):
         sf.view(strip(2), **arguments)

@@ -134,14 +134,11 @@ def test_the_data_of_a_page_without_colors_do_not_mention_them():
         assert {"vertex_colors", "cell_colors"}.isdisjoint(arrays)
 
 
-@pytest.mark.parametrize(
-    ("colors", "message"),
-    [
-        (np.zeros((3, 3), np.uint8), r"colors must have shape \(2, 3\), got \(3, 3\)"),
-        (np.zeros((4, 2), np.uint8), r"colors must have shape \(4, 3\), got \(4, 2\)"),
-        (np.full((4, 3), 255.0), r"colors\[0\] must be from 0 to 1, got \[255"),
-    ],
-)
+@pytest.mark.parametrize(("colors", "message"), [
+    (np.zeros((3, 3), np.uint8), r"colors must have shape \(2, 3\), got \(3, 3\)"),
+    (np.zeros((4, 2), np.uint8), r"colors must have shape \(4, 3\), got \(4, 2\)"),
+    (np.full((4, 3), 255.0), r"colors\[0\] must be from 0 to 1, got \[255"),
+])  # fmt: skip
 def test_wrong_colors_are_refused(colors, message):
     with pytest.raises(sf.MeshError, match=message):
         sf.view(strip(2), colors=colors)

@@ -31,14 +31,11 @@ def wall(folder, wrap=("repeat", "repeat"), scale=1.0, shift=0.0):
     return mesh, texture, np.where(found.spread[:, np.newaxis] < 0.01, found.srgb, np.nan)
 
 
-@pytest.mark.parametrize(
-    ("wrap", "scale", "shift"),
-    [
-        (("repeat", "repeat"), 1, 0),
-        (("repeat", "repeat"), 2, -0.7),
-        (("mirror", "clamp"), 2.5, -0.8),
-    ],
-)
+@pytest.mark.parametrize(("wrap", "scale", "shift"), [
+    (("repeat", "repeat"), 1, 0),
+    (("repeat", "repeat"), 2, -0.7),
+    (("mirror", "clamp"), 2.5, -0.8),
+])  # fmt: skip
 def test_each_pixel_has_the_color_of_the_texture_there(opened, tmp_path, wrap, scale, shift):
     mesh, texture, expected = wall(tmp_path, wrap, scale, shift)
     camera = sf.View(azimuth=20, elevation=10, up="z")

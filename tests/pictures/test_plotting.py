@@ -206,13 +206,10 @@ def test_odd_values_have_colors_and_a_scale(values):
     assert scale_strip(scale, 300, 40, WHITE).shape == (40, 300, 3)
 
 
-@pytest.mark.parametrize(
-    ("low", "high", "expected"),
-    [
-        (0, 1, [0, 0.2, 0.4, 0.6, 0.8, 1]), (0.13, 0.9, [0.2, 0.4, 0.6, 0.8]), (-3, 12, [0, 5, 10]),
-        (1e-9, 6e-9, [1e-9, 2e-9, 3e-9, 4e-9, 5e-9, 6e-9]), (5, 5, [5]),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("low", "high", "expected"), [
+    (0, 1, [0, 0.2, 0.4, 0.6, 0.8, 1]), (0.13, 0.9, [0.2, 0.4, 0.6, 0.8]), (-3, 12, [0, 5, 10]),
+    (1e-9, 6e-9, [1e-9, 2e-9, 3e-9, 4e-9, 5e-9, 6e-9]), (5, 5, [5]),
+])  # fmt: skip
 def test_ticks_are_round_numbers(low, high, expected):
     np.testing.assert_allclose(_ticks(low, high), expected)
 
@@ -278,34 +275,31 @@ def test_without_the_encoder_a_video_is_refused_before_anything_is_drawn(tmp_pat
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize(
-    ("arguments", "error", "message"),
-    [
-        ({"output": "a.jpg"}, ValueError, "output must end in .png or .gif or .mp4, got 'a.jpg'"),
-        ({"output": "a.gif", "n_frames": 1}, ValueError,
-         r"'a\.gif' needs several pictures: n_frames must be > 1, got 1"),
-        ({"output": "a.png", "n_frames": 2}, ValueError,
-         r"'a\.png' can store only one picture: write a \.gif or \.mp4 file"),
-        ({"n_frames": 0}, ValueError, "n_frames must be at least 1"),
-        ({"titles": ["a", "b"]}, ValueError,
-         r"titles must be a list of one title per labeling \(1\), got \['a', 'b'\]"),
-        ({"titles": "a"}, ValueError,
-         r"titles must be a list of one title per labeling \(1\), got 'a'"),
-        ({"color_by": [1, 2], "colors": [[0] * 3] * 2}, ValueError, "give colors or color_by"),
-        ({"color_by": "area"}, ValueError,
-         "color_by='area' is the name of a region property: pass labels too"),
-        ({"color_by": "curvature", "labels": [0, 1]}, ValueError,
-         "color_by must be one of region, cell_count, area"),
-        ({"color_by": "curvature"}, ValueError,
-         "color_by must be one of region, cell_count, area, .*, high_z, got 'curvature'"),
-        ({"color_by": [1, 2, 3]}, ValueError,
-         r"color_by must have one value per cell, \(2,\), or one value per vertex, \(4,\); got"
-         r" shape \(3,\)"),
-        ({"view": "above"}, ValueError, "view must be one of front"),
-        ({"compare": [[0, 1, 2]]}, ValueError,
-         r"labels must have one value per cell \(2\), got 3 values"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("arguments", "error", "message"), [
+    ({"output": "a.jpg"}, ValueError, "output must end in .png or .gif or .mp4, got 'a.jpg'"),
+    ({"output": "a.gif", "n_frames": 1}, ValueError,
+     r"'a\.gif' needs several pictures: n_frames must be > 1, got 1"),
+    ({"output": "a.png", "n_frames": 2}, ValueError,
+     r"'a\.png' can store only one picture: write a \.gif or \.mp4 file"),
+    ({"n_frames": 0}, ValueError, "n_frames must be at least 1"),
+    ({"titles": ["a", "b"]}, ValueError,
+     r"titles must be a list of one title per labeling \(1\), got \['a', 'b'\]"),
+    ({"titles": "a"}, ValueError,
+     r"titles must be a list of one title per labeling \(1\), got 'a'"),
+    ({"color_by": [1, 2], "colors": [[0] * 3] * 2}, ValueError, "give colors or color_by"),
+    ({"color_by": "area"}, ValueError,
+     "color_by='area' is the name of a region property: pass labels too"),
+    ({"color_by": "curvature", "labels": [0, 1]}, ValueError,
+     "color_by must be one of region, cell_count, area"),
+    ({"color_by": "curvature"}, ValueError,
+     "color_by must be one of region, cell_count, area, .*, high_z, got 'curvature'"),
+    ({"color_by": [1, 2, 3]}, ValueError,
+     r"color_by must have one value per cell, \(2,\), or one value per vertex, \(4,\); got"
+     r" shape \(3,\)"),
+    ({"view": "above"}, ValueError, "view must be one of front"),
+    ({"compare": [[0, 1, 2]]}, ValueError,
+     r"labels must have one value per cell \(2\), got 3 values"),
+])  # fmt: skip
 def test_wrong_arguments_are_named(gl, tmp_path, monkeypatch, arguments, error, message):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(error, match=message):
@@ -313,17 +307,14 @@ def test_wrong_arguments_are_named(gl, tmp_path, monkeypatch, arguments, error, 
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize(
-    ("values", "error", "message"),
-    [
-        (["a", "b"], TypeError, "given must be numbers, got <U1"),
-        ([1, np.inf], ValueError, "given has infinite values: use NaN"),
-        ([1, 2, 3], ValueError,
-         r"given must have one value per cell, \(2,\), or one value per region, \(5,\), or one"
-         r" value per vertex, \(4,\); got shape \(3,\)"),
-        (np.ma.array([1, 2], mask=[0, 1]), ValueError, "given"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("values", "error", "message"), [
+    (["a", "b"], TypeError, "given must be numbers, got <U1"),
+    ([1, np.inf], ValueError, "given has infinite values: use NaN"),
+    ([1, 2, 3], ValueError,
+     r"given must have one value per cell, \(2,\), or one value per region, \(5,\), or one"
+     r" value per vertex, \(4,\); got shape \(3,\)"),
+    (np.ma.array([1, 2], mask=[0, 1]), ValueError, "given"),
+])  # fmt: skip
 def test_what_is_no_value_per_cell_or_region_is_refused(values, error, message):
     with pytest.raises(error, match=message):
         checked_values(values, "given", TWO, 5)

@@ -219,16 +219,13 @@ def tets():
     return TetMesh([*np.eye(3), [0, 0, 0], [1, 1, 1]], [[3, 0, 1, 2], [4, 2, 1, 0]])
 
 
-@pytest.mark.parametrize(
-    ("cells", "options"),
-    [
-        (PolygonMesh.of_faces(square().vertices, [[0, 1, 2, 3]]), {}),
-        (square(), {"smooth_borders": True}),
-        (tets(), {}),
-        (tets(), {"clip": "x"}),
-        (PointCloud(bumpy_sheet(6).vertices), {}),
-    ],
-)
+@pytest.mark.parametrize(("cells", "options"), [
+    (PolygonMesh.of_faces(square().vertices, [[0, 1, 2, 3]]), {}),
+    (square(), {"smooth_borders": True}),
+    (tets(), {}),
+    (tets(), {"clip": "x"}),
+    (PointCloud(bumpy_sheet(6).vertices), {}),
+])  # fmt: skip
 def test_numbers_are_the_labels_that_were_given(gl, cells, options):
     """If the same regions have other labels, pictures differ only in the numbers."""
     labels = np.arange(cells.n_cells) % 2
@@ -473,18 +470,12 @@ def read_png(path):
         return np.asarray(image.convert("RGB"))
 
 
-def test_the_file_holds_the_picture_returned(gl, tmp_path):
-    path = tmp_path / "picture.png"
-    picture = plot(square(), [0, 1], size=SIZE, output=path).image
-    np.testing.assert_array_equal(read_png(path), picture)
-    assert names_in(tmp_path) == ["picture.png"]
-
-
-def test_an_existing_file_is_replaced(gl, tmp_path):
+def test_the_file_holds_the_picture_returned_and_nothing_of_an_older_one(gl, tmp_path):
     path = tmp_path / "picture.PNG"
     path.write_bytes(b"old")
-    picture = plot(square(), size=SIZE, output=str(path)).image
+    picture = plot(square(), [0, 1], size=SIZE, output=str(path)).image
     np.testing.assert_array_equal(read_png(path), picture)
+    assert names_in(tmp_path) == ["picture.PNG"]
 
 
 @pytest.mark.parametrize(
@@ -515,29 +506,26 @@ def test_a_failed_write_leaves_an_existing_file_as_it_was(gl, tmp_path, monkeypa
     assert names_in(tmp_path) == ["picture.png"]
 
 
-@pytest.mark.parametrize(
-    ("arguments", "error", "message"),
-    [
-        ({"labels": [0, 1, 2]}, ValueError,
-         r"labels must have one value per cell \(2\), got 3 values"),
-        ({"labels": [[0, 1], None]}, ValueError,
-         r"^labels must be one-dimensional, got items of different shapes$"),
-        ({"labels": [0.5, 1.0]}, TypeError, "labels must contain integers, got float64"),
-        ({"colors": [[1, 2, 3]]}, ValueError, r"colors must have shape \(2, 3\), got \(1, 3\)"),
-        ({"colors": np.zeros((2, 3))}, TypeError, "colors must be uint8"),
-        ({"size": 900}, ValueError, "size must be"),
-        ({"size": (9, 9, 9)}, ValueError, "size must be"),
-        ({"size": (0, 9)}, ValueError, "size must be at least 1"),
-        ({"size": (9, 8193)}, ValueError, "at most 8192"),
-        ({"size": (9.5, 9)}, TypeError, "size must be an integer"),
-        ({"border_width": -1}, ValueError, "border_width"),
-        ({"view": "xy"}, ValueError, "view must be one of front, back, left, .*'xy'"),
-        ({"view": 7}, TypeError, "view must be a superfacets.View or the name of a view, got 7"),
-        ({"border_width": "thin"}, TypeError, "border_width"),
-        ({"background": "no color"}, ValueError, "background must be .*'no color'"),
-        ({"background": None, "labels": [0]}, ValueError, "labels|background"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("arguments", "error", "message"), [
+    ({"labels": [0, 1, 2]}, ValueError,
+     r"labels must have one value per cell \(2\), got 3 values"),
+    ({"labels": [[0, 1], None]}, ValueError,
+     r"^labels must be one-dimensional, got items of different shapes$"),
+    ({"labels": [0.5, 1.0]}, TypeError, "labels must contain integers, got float64"),
+    ({"colors": [[1, 2, 3]]}, ValueError, r"colors must have shape \(2, 3\), got \(1, 3\)"),
+    ({"colors": np.zeros((2, 3))}, TypeError, "colors must be uint8"),
+    ({"size": 900}, ValueError, "size must be"),
+    ({"size": (9, 9, 9)}, ValueError, "size must be"),
+    ({"size": (0, 9)}, ValueError, "size must be at least 1"),
+    ({"size": (9, 8193)}, ValueError, "at most 8192"),
+    ({"size": (9.5, 9)}, TypeError, "size must be an integer"),
+    ({"border_width": -1}, ValueError, "border_width"),
+    ({"view": "xy"}, ValueError, "view must be one of front, back, left, .*'xy'"),
+    ({"view": 7}, TypeError, "view must be a superfacets.View or the name of a view, got 7"),
+    ({"border_width": "thin"}, TypeError, "border_width"),
+    ({"background": "no color"}, ValueError, "background must be .*'no color'"),
+    ({"background": None, "labels": [0]}, ValueError, "labels|background"),
+])  # fmt: skip
 def test_wrong_arguments_are_named_and_leave_no_file(gl, tmp_path, arguments, error, message):
     arguments = {"output": tmp_path / "picture.png", **arguments}
     with pytest.raises(error, match=message):
@@ -573,17 +561,14 @@ def test_a_path_that_cannot_hold_a_picture_is_refused_before_it_is_made(tmp_path
         plot(square(), output=tmp_path / "nowhere" / "picture.png")
 
 
-@pytest.mark.parametrize(
-    ("members", "error", "message"),
-    [
-        ({"azimuth": float("nan")}, ValueError, "azimuth must be finite"),
-        ({"elevation": 91}, ValueError, "elevation must be -90 to 90"),
-        ({"elevation": float("nan")}, ValueError, "elevation must be -90 to 90"),
-        ({"up": "w"}, ValueError, "up must be one of auto, x, y, z"),
-        ({"zoom": 0}, ValueError, "zoom must be finite and positive"),
-        ({"zoom": "big"}, TypeError, "zoom must be a number"),
-    ],
-)
+@pytest.mark.parametrize(("members", "error", "message"), [
+    ({"azimuth": float("nan")}, ValueError, "azimuth must be finite"),
+    ({"elevation": 91}, ValueError, "elevation must be -90 to 90"),
+    ({"elevation": float("nan")}, ValueError, "elevation must be -90 to 90"),
+    ({"up": "w"}, ValueError, "up must be one of auto, x, y, z"),
+    ({"zoom": 0}, ValueError, "zoom must be finite and positive"),
+    ({"zoom": "big"}, TypeError, "zoom must be a number"),
+])  # fmt: skip
 def test_wrong_views_are_refused(members, error, message):
     with pytest.raises(error, match=message):
         View(**members)

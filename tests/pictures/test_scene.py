@@ -124,19 +124,16 @@ def test_borders_run_between_faces_of_different_labels_only():
     assert {*edge} == {*mesh.faces[1]} & {*mesh.faces[2]}
 
 
-@pytest.mark.parametrize(
-    ("diameter", "half_slope", "height", "expected"),
-    [
-        (0.1, 0.5, 1000, 1.0),  # 50 pixels
-        (0.15, 0.5, 1000, 1.5),
-        (1.0, 0.5, 1000, 4.0),  # the maximum width
-        (1.0, 0.5, 500, 2.0),
-        (0.01, 0.5, 1000, 0.6),  # the minimum width
-        (1.0, 0.5, 20, 0.6),
-        (0.08, 0.5, 1000, 0.8),
-        (0.08, 0.25, 1000, 1.6),  # zoomed in
-    ],
-)
+@pytest.mark.parametrize(("diameter", "half_slope", "height", "expected"), [
+    (0.1, 0.5, 1000, 1.0),  # 50 pixels
+    (0.15, 0.5, 1000, 1.5),
+    (1.0, 0.5, 1000, 4.0),  # the maximum width
+    (1.0, 0.5, 500, 2.0),
+    (0.01, 0.5, 1000, 0.6),  # the minimum width
+    (1.0, 0.5, 20, 0.6),
+    (0.08, 0.5, 1000, 0.8),
+    (0.08, 0.25, 1000, 1.6),  # zoomed in
+])  # fmt: skip
 def test_borders_are_two_percent_of_the_diameter_of_regions(diameter, half_slope, height, expected):
     camera = Camera(np.array([0.0, 0.0, 2.0]), np.zeros(3), np.array([0.0, 1.0, 0.0]), half_slope)
     width = default_border_width(np.pi / 4 * diameter**2, camera, height)

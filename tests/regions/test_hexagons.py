@@ -132,15 +132,12 @@ def test_regions_of_hexagons_that_touch_have_different_colors():
     assert all((colors[a] != colors[b]).any() for a, b in pairs)
 
 
-@pytest.mark.parametrize(
-    "use",
-    [
-        lambda graph: sf.smooth_borders(graph, [0, 1]),
-        lambda graph: sf.enforce_connectivity(graph, [0, 1]),
-        lambda graph: sf.merge_small_regions(graph, [0, 1], 0.5),
-        lambda graph: metrics.compactness(graph, [0, 1]),
-    ],
-)
+@pytest.mark.parametrize("use", [
+    lambda graph: sf.smooth_borders(graph, [0, 1]),
+    lambda graph: sf.enforce_connectivity(graph, [0, 1]),
+    lambda graph: sf.merge_small_regions(graph, [0, 1], 0.5),
+    lambda graph: metrics.compactness(graph, [0, 1]),
+])  # fmt: skip
 def test_a_graph_without_lengths_of_borders_is_refused(use):
     graph = CellGraph([[0, 0, 0], [1, 0, 0]], [1, 1], [0, 1, 2], [1, 0], [1, 1])
     with pytest.raises(
@@ -151,22 +148,19 @@ def test_a_graph_without_lengths_of_borders_is_refused(use):
         use(graph)
 
 
-@pytest.mark.parametrize(
-    ("given", "error", "message"),
-    [
-        ({"border_lengths": [1.0]}, ValueError, "border_lengths must have one value per arc"),
-        ({"border_lengths": None}, TypeError, "border_lengths must contain numbers, got object"),
-        ({"step_lengths": [1.0, -1.0]}, ValueError,
-         r"step_lengths\[1\] must be finite and not negative, got -1.0"),
-        ({"open_lengths": [1.0]}, ValueError, "open_lengths must have one value per cell"),
-        ({"angles": [0.0]}, ValueError, "angles must have one value per arc"),
-        ({"angles": [0.0, 4.0]}, ValueError, r"angles\[1\] must be from -pi to pi, got 4.0"),
-        ({"angles": ["a", "b"]}, ValueError, "angles must contain numbers, got <U1"),
-        ({"sides": [0]}, ValueError, r"sides must have shape \(2,\)"),
-        ({"sides": [0, -1]}, ValueError, r"sides\[1\] must be not negative, got -1"),
-        ({"sides": [0.0, 1.0]}, TypeError, "sides must contain integers, got float64"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("given", "error", "message"), [
+    ({"border_lengths": [1.0]}, ValueError, "border_lengths must have one value per arc"),
+    ({"border_lengths": None}, TypeError, "border_lengths must contain numbers, got object"),
+    ({"step_lengths": [1.0, -1.0]}, ValueError,
+     r"step_lengths\[1\] must be finite and not negative, got -1.0"),
+    ({"open_lengths": [1.0]}, ValueError, "open_lengths must have one value per cell"),
+    ({"angles": [0.0]}, ValueError, "angles must have one value per arc"),
+    ({"angles": [0.0, 4.0]}, ValueError, r"angles\[1\] must be from -pi to pi, got 4.0"),
+    ({"angles": ["a", "b"]}, ValueError, "angles must contain numbers, got <U1"),
+    ({"sides": [0]}, ValueError, r"sides must have shape \(2,\)"),
+    ({"sides": [0, -1]}, ValueError, r"sides\[1\] must be not negative, got -1"),
+    ({"sides": [0.0, 1.0]}, TypeError, "sides must contain integers, got float64"),
+])  # fmt: skip
 def test_wrong_measures_of_arcs_are_refused(given, error, message):
     measures = ArcMeasures(**{"border_lengths": [1.0, 1.0], **given})
     with pytest.raises(error, match=message):

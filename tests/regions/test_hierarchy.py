@@ -366,39 +366,36 @@ def test_a_hierarchy_can_be_copied():
     assert (copied.counts, copied.n_fewest) == ((3, 2), 1)
 
 
-@pytest.mark.parametrize(
-    ("counts", "options", "error", "message"),
-    [
-        (3, {}, TypeError, "counts must be a sequence of numbers of regions, got 3"),
-        ("3", {}, TypeError, "counts must be a sequence of numbers of regions, got '3'"),
-        ([], {}, ValueError, "counts must contain at least one number of regions, but it is empty"),
-        ([2, 3, 2], {}, ValueError,
-         "counts must contain distinct numbers, but 2 occurs repeatedly"),
-        ([0], {}, ValueError, "each number in counts must be at least 1, got 0"),
-        ([1.5], {}, TypeError, "each number in counts must be an integer, got 1.5"),
-        (
-            [5],
-            {"labels": [0, 0, 1, 1]},
-            ValueError,
-            "each number in counts must be at most 2, the number of regions on the"
-            " finest level, got 5",
-        ),
-        ([9], {}, ValueError, "n_segments must be at most 4, the number of faces, got 9"),
-        ([2], {"islands": "join"}, ValueError, "islands must be one of keep, nearest, got 'join'"),
-        ([2], {"labels": [-1] * 4}, ValueError,
-         "labels must contain at least one region, but all labels are -1"),
-        ([2], {"labels": [0, 1, 3, 3]}, ValueError, "no cell has label 2"),
-        ([2], {"labels": [0, 1, -2, 1]}, ValueError,
-         r"labels\[2\] must be -1 to 3 for 4 cells, got -2"),
-        ([2], {"labels": [0, 1]}, ValueError,
-         r"labels must have one value per cell \(4\), got 2 values"),
-        ([2], {"labels": [0, 0, 1, 1], "tol": 0.1}, TypeError,
-         "tol would have no effect because labels are given: leave out either labels or these"
-         " options"),
-        ([2], {"features": [1, 2]}, ValueError,
-         r"features must have one row per cell \(4\) or per vertex \(10\), got 2 rows"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("counts", "options", "error", "message"), [
+    (3, {}, TypeError, "counts must be a sequence of numbers of regions, got 3"),
+    ("3", {}, TypeError, "counts must be a sequence of numbers of regions, got '3'"),
+    ([], {}, ValueError, "counts must contain at least one number of regions, but it is empty"),
+    ([2, 3, 2], {}, ValueError,
+     "counts must contain distinct numbers, but 2 occurs repeatedly"),
+    ([0], {}, ValueError, "each number in counts must be at least 1, got 0"),
+    ([1.5], {}, TypeError, "each number in counts must be an integer, got 1.5"),
+    (
+        [5],
+        {"labels": [0, 0, 1, 1]},
+        ValueError,
+        "each number in counts must be at most 2, the number of regions on the"
+        " finest level, got 5",
+    ),
+    ([9], {}, ValueError, "n_segments must be at most 4, the number of faces, got 9"),
+    ([2], {"islands": "join"}, ValueError, "islands must be one of keep, nearest, got 'join'"),
+    ([2], {"labels": [-1] * 4}, ValueError,
+     "labels must contain at least one region, but all labels are -1"),
+    ([2], {"labels": [0, 1, 3, 3]}, ValueError, "no cell has label 2"),
+    ([2], {"labels": [0, 1, -2, 1]}, ValueError,
+     r"labels\[2\] must be -1 to 3 for 4 cells, got -2"),
+    ([2], {"labels": [0, 1]}, ValueError,
+     r"labels must have one value per cell \(4\), got 2 values"),
+    ([2], {"labels": [0, 0, 1, 1], "tol": 0.1}, TypeError,
+     "tol would have no effect because labels are given: leave out either labels or these"
+     " options"),
+    ([2], {"features": [1, 2]}, ValueError,
+     r"features must have one row per cell \(4\) or per vertex \(10\), got 2 rows"),
+])  # fmt: skip
 def test_wrong_arguments_are_named(counts, options, error, message):
     with pytest.raises(error, match=message):
         sf.hierarchy(row(0, 0, 0), counts, **options)

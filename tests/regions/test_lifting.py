@@ -227,40 +227,37 @@ def test_polygons_and_tetrahedra_are_seen_from_outside():
     assert result.labels.max() == 3
 
 
-@pytest.mark.parametrize(
-    ("change", "error", "words"),
-    [
-        ({"masks": [np.ones((4, 5), int)]}, sf.MeshError,
-         "masks must have the size of the camera, 4 x 4 pixels, got 5 x 4 pixels"),
-        ({"masks": [np.ones((2, 5, 4), bool)]}, sf.MeshError,
-         "masks must have the size of the camera, 4 x 4 pixels, got 4 x 5 pixels"),
-        ({"masks": [np.ones((4, 4, 3), np.uint8)]}, sf.MeshError, "uint8 of shape"),
-        ({"masks": [np.ones((4, 4))]}, sf.MeshError, "integers or bools, got float64"),
-        ({"masks": [np.full((4, 4), 2**31)]}, sf.MeshError,
-         r"image 0 \(a\.png\): ids in masks must be less than 2\*\*31, got 2147483648"),
-        ({"masks": [[UPPER == 1, UPPER[:2] == 1]]}, sf.MeshError,
-         r"image 0 \(a\.png\): all masks of an image must have the same shape"),
-        ({"masks": [np.zeros((4, 4), int)]}, sf.MeshError,
-         "all images are without masks: mask ids start at 1, and 0 is background"),
-        ({"masks": [[]]}, sf.MeshError,
-         "all images are without masks: mask ids start at 1, and 0 is background"),
-        ({"masks": []}, ValueError, r"masks must have one item per camera \(1\), got 0 items"),
-        ({"masks": [UPPER, UPPER]}, ValueError,
-         r"masks must have one item per camera \(1\), got more items"),
-        ({"cameras": []}, ValueError, "cameras must contain at least one camera, but it is empty"),
-        ({"cameras": [np.eye(4)]}, TypeError, r"cameras\[0\] must be a PinholeCamera, got ndarray"),
-        ({"mesh": SQUARE.vertices, "labels": [0, 1, 1, 1]}, TypeError,
-         "masks need a mesh, got points, which have no surface: lift the masks to a mesh of the"
-         " object, then use transfer"),
-        ({"labels": [0, 2]}, ValueError, r"^labels\[1\] must be -1 to 1 for 2 cells, got 2$"),
-        ({"labels": [1, 1]}, ValueError, r"^labels must be consecutive .* no cell has label 0"),
-        ({"labels": [-1, -1]}, ValueError, "^labels must contain at least one region, but"),
-        ({"agreement": 0}, ValueError, "above 0"),
-        ({"agreement": 1.5}, ValueError, "agreement must be from 0 to 1, got 1.5"),
-        ({"overlap": "first"}, ValueError, "overlap must be one of smallest, largest"),
-        ({"consistent_ids": 1}, TypeError, "consistent_ids must be True or False"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("change", "error", "words"), [
+    ({"masks": [np.ones((4, 5), int)]}, sf.MeshError,
+     "masks must have the size of the camera, 4 x 4 pixels, got 5 x 4 pixels"),
+    ({"masks": [np.ones((2, 5, 4), bool)]}, sf.MeshError,
+     "masks must have the size of the camera, 4 x 4 pixels, got 4 x 5 pixels"),
+    ({"masks": [np.ones((4, 4, 3), np.uint8)]}, sf.MeshError, "uint8 of shape"),
+    ({"masks": [np.ones((4, 4))]}, sf.MeshError, "integers or bools, got float64"),
+    ({"masks": [np.full((4, 4), 2**31)]}, sf.MeshError,
+     r"image 0 \(a\.png\): ids in masks must be less than 2\*\*31, got 2147483648"),
+    ({"masks": [[UPPER == 1, UPPER[:2] == 1]]}, sf.MeshError,
+     r"image 0 \(a\.png\): all masks of an image must have the same shape"),
+    ({"masks": [np.zeros((4, 4), int)]}, sf.MeshError,
+     "all images are without masks: mask ids start at 1, and 0 is background"),
+    ({"masks": [[]]}, sf.MeshError,
+     "all images are without masks: mask ids start at 1, and 0 is background"),
+    ({"masks": []}, ValueError, r"masks must have one item per camera \(1\), got 0 items"),
+    ({"masks": [UPPER, UPPER]}, ValueError,
+     r"masks must have one item per camera \(1\), got more items"),
+    ({"cameras": []}, ValueError, "cameras must contain at least one camera, but it is empty"),
+    ({"cameras": [np.eye(4)]}, TypeError, r"cameras\[0\] must be a PinholeCamera, got ndarray"),
+    ({"mesh": SQUARE.vertices, "labels": [0, 1, 1, 1]}, TypeError,
+     "masks need a mesh, got points, which have no surface: lift the masks to a mesh of the"
+     " object, then use transfer"),
+    ({"labels": [0, 2]}, ValueError, r"^labels\[1\] must be -1 to 1 for 2 cells, got 2$"),
+    ({"labels": [1, 1]}, ValueError, r"^labels must be consecutive .* no cell has label 0"),
+    ({"labels": [-1, -1]}, ValueError, "^labels must contain at least one region, but"),
+    ({"agreement": 0}, ValueError, "above 0"),
+    ({"agreement": 1.5}, ValueError, "agreement must be from 0 to 1, got 1.5"),
+    ({"overlap": "first"}, ValueError, "overlap must be one of smallest, largest"),
+    ({"consistent_ids": 1}, TypeError, "consistent_ids must be True or False"),
+])  # fmt: skip
 def test_what_is_wrong_is_said_in_a_line(change, error, words):
     given = {"mesh": SQUARE, "labels": [0, 1], "masks": [UPPER], "cameras": [above("a.png")]}
     with pytest.raises(error, match=words) as caught:
@@ -295,27 +292,24 @@ def test_cameras_that_see_nothing_are_named():
         sf.lift(SQUARE, [0, 1], [0 * UPPER, UPPER], [above(), away])
 
 
-@pytest.mark.parametrize(
-    ("values", "error", "words"),
-    [
-        ({"pose": np.eye(3)}, ValueError, r"shape \(4, 4\) or \(3, 4\), got \(3, 3\)"),
-        ({"pose": "here"}, TypeError, "pose must be an array of numbers"),
-        ({"pose": [[1, 2], [3]]}, TypeError, "pose must be an array of numbers"),
-        ({"pose": np.full((4, 4), -np.inf)}, ValueError,
-         "pose must be finite: leave out images whose pose is unknown"),
-        ({"pose": np.ones((4, 4))}, ValueError, "last row of pose"),
-        ({"pose": np.diag([2.0, 2, 2, 1])}, ValueError, "without scale or shear"),
-        ({"pose": np.diag([-1.0, 1, 1, 1])}, ValueError,
-         "pose must be a rotation, got a reflection: reverse one of its axes"),
-        ({"intrinsics": (1, 2, 3)}, ValueError, "fx, fy, cx, cy"),
-        ({"intrinsics": (0, 2, 3, 4)}, ValueError, "positive focal lengths"),
-        ({"intrinsics": [[5, 1, 2], [0, 5, 2], [0, 0, 1]]}, ValueError,
-         "the skew of intrinsics must be 0, got 1"),
-        ({"size": 640}, TypeError, "width and height"),
-        ({"size": (640, 0)}, ValueError, "size must be at least 1"),
-        ({"size": (65536, 65536)}, ValueError, "at most 536870912 pixels, got 65536 x 65536"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("values", "error", "words"), [
+    ({"pose": np.eye(3)}, ValueError, r"shape \(4, 4\) or \(3, 4\), got \(3, 3\)"),
+    ({"pose": "here"}, TypeError, "pose must be an array of numbers"),
+    ({"pose": [[1, 2], [3]]}, TypeError, "pose must be an array of numbers"),
+    ({"pose": np.full((4, 4), -np.inf)}, ValueError,
+     "pose must be finite: leave out images whose pose is unknown"),
+    ({"pose": np.ones((4, 4))}, ValueError, "last row of pose"),
+    ({"pose": np.diag([2.0, 2, 2, 1])}, ValueError, "without scale or shear"),
+    ({"pose": np.diag([-1.0, 1, 1, 1])}, ValueError,
+     "pose must be a rotation, got a reflection: reverse one of its axes"),
+    ({"intrinsics": (1, 2, 3)}, ValueError, "fx, fy, cx, cy"),
+    ({"intrinsics": (0, 2, 3, 4)}, ValueError, "positive focal lengths"),
+    ({"intrinsics": [[5, 1, 2], [0, 5, 2], [0, 0, 1]]}, ValueError,
+     "the skew of intrinsics must be 0, got 1"),
+    ({"size": 640}, TypeError, "width and height"),
+    ({"size": (640, 0)}, ValueError, "size must be at least 1"),
+    ({"size": (65536, 65536)}, ValueError, "at most 536870912 pixels, got 65536 x 65536"),
+])  # fmt: skip
 def test_wrong_cameras_are_refused(values, error, words):
     given = {"pose": np.eye(4), "intrinsics": (5, 5, 2, 2), "size": (4, 4)}
     with pytest.raises(error, match=words):

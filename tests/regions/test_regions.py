@@ -201,33 +201,27 @@ def test_random_labels_of_real_meshes_end_up_in_one_piece_each(benchmark_paths):
         assert shapes.count_pieces(graph, merged.labels) == len(areas)
 
 
-@pytest.mark.parametrize(
-    ("parameters", "error", "message"),
-    [
-        ({"labels": [0, 2, 0, 0]}, ValueError, "no cell has label 1"),
-        ({"centers": [0]}, ValueError, r"centers must have one cell per region \(2\), got 1 cell"),
-        ({"centers": [0, 1]}, ValueError,
-         r"centers\[1\] must be a cell of region 1, got cell 1 of region 0"),
-        ({"centers": [0, 7]}, ValueError, r"centers\[1\] must be 0 to 3, got 7"),
-        ({"weights": [-1.0] * 6}, ValueError,
-         r"weights\[0\] must be finite and not negative, got -1.0"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("parameters", "error", "message"), [
+    ({"labels": [0, 2, 0, 0]}, ValueError, "no cell has label 1"),
+    ({"centers": [0]}, ValueError, r"centers must have one cell per region \(2\), got 1 cell"),
+    ({"centers": [0, 1]}, ValueError,
+     r"centers\[1\] must be a cell of region 1, got cell 1 of region 0"),
+    ({"centers": [0, 7]}, ValueError, r"centers\[1\] must be 0 to 3, got 7"),
+    ({"weights": [-1.0] * 6}, ValueError,
+     r"weights\[0\] must be finite and not negative, got -1.0"),
+])  # fmt: skip
 def test_faults_in_what_is_to_be_connected_are_found(parameters, error, message):
     arguments = {"labels": [0, 0, 1, 1]} | parameters
     with pytest.raises(error, match=message):
         enforce_connectivity(shapes.strip(4), arguments.pop("labels"), **arguments)
 
 
-@pytest.mark.parametrize(
-    ("parameters", "error", "message"),
-    [
-        ({"min_size": -1.0}, ValueError, "min_size must be finite and not negative"),
-        ({"min_size": "1"}, TypeError, "min_size must be a number"),
-        ({"islands": "drown"}, ValueError, "islands must be one of keep, nearest"),
-        ({"labels": [0.5] * 4}, TypeError, "labels must contain integers, got float64"),
-    ],
-)
+@pytest.mark.parametrize(("parameters", "error", "message"), [
+    ({"min_size": -1.0}, ValueError, "min_size must be finite and not negative"),
+    ({"min_size": "1"}, TypeError, "min_size must be a number"),
+    ({"islands": "drown"}, ValueError, "islands must be one of keep, nearest"),
+    ({"labels": [0.5] * 4}, TypeError, "labels must contain integers, got float64"),
+])  # fmt: skip
 def test_faults_in_what_is_to_be_merged_are_found(parameters, error, message):
     arguments = {"labels": [0, 0, 1, 1], "min_size": 0.5} | parameters
     with pytest.raises(error, match=message):

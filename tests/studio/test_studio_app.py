@@ -62,14 +62,11 @@ def _tets():
     return superfacets.TetMesh(corners, tets)
 
 
-@pytest.mark.parametrize(
-    ("make", "name", "kind", "drawn"),
-    [
-        (_cloud, "cloud.ply", "points", {"positions", "normals", "areas"}),
-        (_polygons, "quads.ply", "polygons", {"positions", "triangles", "sources", "areas"}),
-        (_tets, "cube.vtu", "tets", {"positions", "triangles", "sources", "areas"}),
-    ],
-)
+@pytest.mark.parametrize(("make", "name", "kind", "drawn"), [
+    (_cloud, "cloud.ply", "points", {"positions", "normals", "areas"}),
+    (_polygons, "quads.ply", "polygons", {"positions", "triangles", "sources", "areas"}),
+    (_tets, "cube.vtu", "tets", {"positions", "triangles", "sources", "areas"}),
+])  # fmt: skip
 def test_all_kinds_of_cells_are_shown_painted_and_split(serve, tmp_path, make, name, kind, drawn):
     cells = make()
     write_mesh(tmp_path / name, cells)
@@ -125,43 +122,40 @@ def test_cells_in_any_order_are_painted_and_undone(client):
     assert not client.classes().any()
 
 
-@pytest.mark.parametrize(
-    ("name", "body", "status", "message"),
-    [
-        ("paint", {"class": True, "cells": ""}, 400, "class must be a whole number"),
-        ("paint", {"class": 1, "cells": "?"}, 400, "cells must be base64"),
-        ("paint", {"class": 9, "cells": encoded([1])}, 400, "there is no class 9"),
-        ("paint", {"class": 1, "cells": "", "stroke": 7}, 400, "stroke must be a string"),
-        ("paint", {"class": 1, "cells": "", "part": "7"}, 400, "part must be a whole number"),
-        ("split", {"red": [0], "blue": [1], "revision": 0, "region": "x"}, 400, "whole number"),
-        ("split", {"red": [0], "blue": [-1], "region": 0}, 400,
-         "blue contains a cell that does not exist: the mesh has 1152 cells"),
-        ("split", {"red": [1 << 64], "blue": [1], "region": 0}, 400,
-         "which does not fit into 64 bits"),
-        ("paint", {"class": 10**400, "cells": ""}, 400, "which does not fit into 64 bits"),
-        ("split", {"red": "x", "blue": [1], "region": 0}, 400, "red must be a list of numbers"),
-        ("split", {"red": [0], "blue": [1], "region": 0, "revision": 1}, 410,
-         "revision 1 no longer exists"),
-        ("similar", {"revision": "a"}, 410, "revision a no longer exists"),
-        ("similar", {"revision": "a" * 9999}, 410, f"revision {'a' * 197}... no longer exists"),
-        ("classes", {"classes": 3}, 400, "classes must be a list"),
-        ("segment", {"n_segments": 0}, 400, "n_segments must be at least 1"),
-        ("segment", {"n_segments": 2.5}, 400, "n_segments must be an integer"),
-        ("segment", {"n_segments": 5000}, 400,
-         "n_segments must be at most 1152, the number of cells, got 5000"),
-        ("segment", {"level": 21}, 400,
-         "level must be at most 20, the number of regions on the finest level, got 21"),
-        ("segment", {"beta": 1}, 400, "unknown parameter beta"),
-        ("segment", {"alpha": -1}, 400, "alpha must be finite and not negative"),
-        ("export", {"what": "all"}, 400, "what must be one of cells, objects"),
-        ("export", {"what": "cells", "format": "exe"}, 400, "format must be one of npy"),
-        ("import", {"files": {}}, 400, "files must be a list of objects"),
-        ("settle", {"accept": 3}, 400, "accept must be a list of pairs"),
-        ("settle", {"accept": [[1]]}, 400, "accept must be a list of pairs"),
-        ("settle", {"accept": [[1, "a"]]}, 400, "class must be a whole number"),
-        ("settle", {"reject": [7]}, 400, "suggestion 7 does not exist"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("name", "body", "status", "message"), [
+    ("paint", {"class": True, "cells": ""}, 400, "class must be a whole number"),
+    ("paint", {"class": 1, "cells": "?"}, 400, "cells must be base64"),
+    ("paint", {"class": 9, "cells": encoded([1])}, 400, "there is no class 9"),
+    ("paint", {"class": 1, "cells": "", "stroke": 7}, 400, "stroke must be a string"),
+    ("paint", {"class": 1, "cells": "", "part": "7"}, 400, "part must be a whole number"),
+    ("split", {"red": [0], "blue": [1], "revision": 0, "region": "x"}, 400, "whole number"),
+    ("split", {"red": [0], "blue": [-1], "region": 0}, 400,
+     "blue contains a cell that does not exist: the mesh has 1152 cells"),
+    ("split", {"red": [1 << 64], "blue": [1], "region": 0}, 400,
+     "which does not fit into 64 bits"),
+    ("paint", {"class": 10**400, "cells": ""}, 400, "which does not fit into 64 bits"),
+    ("split", {"red": "x", "blue": [1], "region": 0}, 400, "red must be a list of numbers"),
+    ("split", {"red": [0], "blue": [1], "region": 0, "revision": 1}, 410,
+     "revision 1 no longer exists"),
+    ("similar", {"revision": "a"}, 410, "revision a no longer exists"),
+    ("similar", {"revision": "a" * 9999}, 410, f"revision {'a' * 197}... no longer exists"),
+    ("classes", {"classes": 3}, 400, "classes must be a list"),
+    ("segment", {"n_segments": 0}, 400, "n_segments must be at least 1"),
+    ("segment", {"n_segments": 2.5}, 400, "n_segments must be an integer"),
+    ("segment", {"n_segments": 5000}, 400,
+     "n_segments must be at most 1152, the number of cells, got 5000"),
+    ("segment", {"level": 21}, 400,
+     "level must be at most 20, the number of regions on the finest level, got 21"),
+    ("segment", {"beta": 1}, 400, "unknown parameter beta"),
+    ("segment", {"alpha": -1}, 400, "alpha must be finite and not negative"),
+    ("export", {"what": "all"}, 400, "what must be one of cells, objects"),
+    ("export", {"what": "cells", "format": "exe"}, 400, "format must be one of npy"),
+    ("import", {"files": {}}, 400, "files must be a list of objects"),
+    ("settle", {"accept": 3}, 400, "accept must be a list of pairs"),
+    ("settle", {"accept": [[1]]}, 400, "accept must be a list of pairs"),
+    ("settle", {"accept": [[1, "a"]]}, 400, "class must be a whole number"),
+    ("settle", {"reject": [7]}, 400, "suggestion 7 does not exist"),
+])  # fmt: skip
 def test_wrong_requests_say_what_is_wrong(client, name, body, status, message):
     before = client.state()
     answer = client.post(name, **body)

@@ -28,19 +28,16 @@ def test_a_run_of_a_million_cells_takes_few_bytes():
     assert len(pack_cells(np.arange(1_000_000, dtype=np.uint32))) < 5_000
 
 
-@pytest.mark.parametrize(
-    ("packed", "n_cells", "message"),
-    [
-        (b"no zlib", 9, "packed numbers are damaged"),
-        (pack_cells(np.arange(9, dtype=np.uint32))[:-1], 9, "packed numbers are damaged"),
-        (zlib.compress(bytes(1 << 20)), 9, "packed numbers are damaged"),
-        (pack_cells(np.array([3, 9], np.uint32)), 9,
-         "cells must be ascending numbers between 0 and 8"),
-        (zlib.compress(b"\x80"), 9, "a number is incomplete or too long"),
-        (zlib.compress(b"\xff" * 9 + b"\1"), 9, "a number is incomplete or too long"),
-        (zlib.compress(b"\1\0"), 9, "cells must be ascending numbers between 0 and 8"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("packed", "n_cells", "message"), [
+    (b"no zlib", 9, "packed numbers are damaged"),
+    (pack_cells(np.arange(9, dtype=np.uint32))[:-1], 9, "packed numbers are damaged"),
+    (zlib.compress(bytes(1 << 20)), 9, "packed numbers are damaged"),
+    (pack_cells(np.array([3, 9], np.uint32)), 9,
+     "cells must be ascending numbers between 0 and 8"),
+    (zlib.compress(b"\x80"), 9, "a number is incomplete or too long"),
+    (zlib.compress(b"\xff" * 9 + b"\1"), 9, "a number is incomplete or too long"),
+    (zlib.compress(b"\1\0"), 9, "cells must be ascending numbers between 0 and 8"),
+])  # fmt: skip
 def test_damaged_cells_are_refused(packed, n_cells, message):
     with pytest.raises(ValueError, match=message):
         unpack_cells(packed, n_cells)
@@ -51,16 +48,13 @@ def test_cells_of_a_client_are_sorted_and_each_is_there_once():
     assert cells_from(text, 8).tolist() == [2, 7]
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        (None, "cells must be base64"),
-        ("%%%", "cells must be base64"),
-        (base64.b64encode(b"abc").decode(),
-         "cells must be uint32, so the number of bytes must be a multiple of 4, got 3"),
-        (base64_of(np.array([8], np.uint32)), "cell 8 does not exist: the mesh has 8 cells"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("text", "message"), [
+    (None, "cells must be base64"),
+    ("%%%", "cells must be base64"),
+    (base64.b64encode(b"abc").decode(),
+     "cells must be uint32, so the number of bytes must be a multiple of 4, got 3"),
+    (base64_of(np.array([8], np.uint32)), "cell 8 does not exist: the mesh has 8 cells"),
+])  # fmt: skip
 def test_wrong_cells_of_a_client_are_refused(text, message):
     with pytest.raises(ValueError, match=message):
         cells_from(text, 8)

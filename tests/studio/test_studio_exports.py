@@ -225,48 +225,42 @@ def test_a_cell_gets_what_most_of_its_corners_have():
         assert _read(files).classes.tolist() == [1, 2]
 
 
-@pytest.mark.parametrize(
-    ("files", "message"),
-    [
-        ({}, r"import one label file, with at most one \.aggregation\.json"),
-        ({"a.npy": b"", "b.npy": b""},
-         r"import one label file, with at most one \.aggregation\.json"),
-        ({"a.aggregation.json": b"{}"},
-         r"import one label file, with at most one \.aggregation\.json"),
-        ({"a.sstk.json": b"[[["}, "is not valid JSON"),
-        ({"a.segs.json": b"\xff"}, "is not valid JSON"),
-        ({"a.exe": b""}, "expected the ending .sstk.json"),
-        ({"a.seg": b"0\n1\n2\n"},
-         r"a\.seg: labels must have one value per face \(2\) or per vertex \(4\), got 3 values"),
-        ({"a.seg": b"0\n70000\n"},
-         "label 70000 is not a class: classes are 1 to 65535, and 0 and -1 mean no class"),
-        ({"a.seg": b"0\n-5\n"}, r"a\.seg: labels\[1\] must be -1 to 2147483647, got -5"),
-        ({"a.sstk.json": b'{"segmentation":[{"index":[0,-5]}]}'}, "label -5 is not a class"),
-        ({"a.segs.json": b"{"}, r"a\.segs\.json: "),
-        ({"a.segs.json": b"{}"}, r"a\.segs\.json: the entry 'segIndices' is missing"),
-        ({"a.segs.json": b'{"segIndices":[1.5]}'}, "must be a list of whole numbers"),
-        ({"a.segs.json": b'{"segIndices":[1]}'},
-         r"a\.segs\.json: segIndices must have one value per vertex \(4\), got 1 value"),
-        ({"a.sstk.json": b'{"segmentation":[{"index":[1]}]}'},
-         r"a\.sstk\.json: index must have one value per cell \(2\), got 1 value"),
-        ({"a.seg": b"0\n1\n", "a.aggregation.json": b'{"segGroups":[{"label":"x"}]}'},
-         r"a\.aggregation\.json: the entry 'segments' is missing"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("files", "message"), [
+    ({}, r"import one label file, with at most one \.aggregation\.json"),
+    ({"a.npy": b"", "b.npy": b""},
+     r"import one label file, with at most one \.aggregation\.json"),
+    ({"a.aggregation.json": b"{}"},
+     r"import one label file, with at most one \.aggregation\.json"),
+    ({"a.sstk.json": b"[[["}, "is not valid JSON"),
+    ({"a.segs.json": b"\xff"}, "is not valid JSON"),
+    ({"a.exe": b""}, "expected the ending .sstk.json"),
+    ({"a.seg": b"0\n1\n2\n"},
+     r"a\.seg: labels must have one value per face \(2\) or per vertex \(4\), got 3 values"),
+    ({"a.seg": b"0\n70000\n"},
+     "label 70000 is not a class: classes are 1 to 65535, and 0 and -1 mean no class"),
+    ({"a.seg": b"0\n-5\n"}, r"a\.seg: labels\[1\] must be -1 to 2147483647, got -5"),
+    ({"a.sstk.json": b'{"segmentation":[{"index":[0,-5]}]}'}, "label -5 is not a class"),
+    ({"a.segs.json": b"{"}, r"a\.segs\.json: "),
+    ({"a.segs.json": b"{}"}, r"a\.segs\.json: the entry 'segIndices' is missing"),
+    ({"a.segs.json": b'{"segIndices":[1.5]}'}, "must be a list of whole numbers"),
+    ({"a.segs.json": b'{"segIndices":[1]}'},
+     r"a\.segs\.json: segIndices must have one value per vertex \(4\), got 1 value"),
+    ({"a.sstk.json": b'{"segmentation":[{"index":[1]}]}'},
+     r"a\.sstk\.json: index must have one value per cell \(2\), got 1 value"),
+    ({"a.seg": b"0\n1\n", "a.aggregation.json": b'{"segGroups":[{"label":"x"}]}'},
+     r"a\.aggregation\.json: the entry 'segments' is missing"),
+])  # fmt: skip
 def test_wrong_imports_say_what_is_wrong(files, message):
     with pytest.raises(superfacets.MeshError, match=message):
         _read(files)
 
 
-@pytest.mark.parametrize(
-    ("name", "data", "message"),
-    [
-        ("a.sstk.json", b'{"segmentation":[]}', "it contains an empty list"),
-        ("a.sstk.json", b"[" * 100_000, "it is nested too deeply"),
-        ("a.segs.json", b'{"segIndices":[18446744073709551615]}', "does not fit into 64 bits"),
-        ("a.segs.json", b'{"segIndices":[NaN,0,0,0]}', "has the number NaN"),
-    ],
-)
+@pytest.mark.parametrize(("name", "data", "message"), [
+    ("a.sstk.json", b'{"segmentation":[]}', "it contains an empty list"),
+    ("a.sstk.json", b"[" * 100_000, "it is nested too deeply"),
+    ("a.segs.json", b'{"segIndices":[18446744073709551615]}', "does not fit into 64 bits"),
+    ("a.segs.json", b'{"segIndices":[NaN,0,0,0]}', "has the number NaN"),
+])  # fmt: skip
 def test_json_of_another_shape_is_one_line(name, data, message):
     with pytest.raises(superfacets.MeshError, match=f"{name}: .*{message}"):
         _read({name: data})

@@ -184,17 +184,14 @@ def test_one_bad_mesh_stops_no_other(serve, folder):
     client.close()
 
 
-@pytest.mark.parametrize(
-    ("work", "message"),
-    [
-        (b"words\n", "line 1 of the work file is damaged"),
-        (_coded({"format": "superfacets studio", "n_cells": 9, "done": 1e999}),
-         "its progress or number of cells is missing"),
-        (_coded({"format": "superfacets studio", "n_cells": "9", "done": 0}),
-         "its progress or number of cells is missing"),
-        (None, "is not a regular file"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("work", "message"), [
+    (b"words\n", "line 1 of the work file is damaged"),
+    (_coded({"format": "superfacets studio", "n_cells": 9, "done": 1e999}),
+     "its progress or number of cells is missing"),
+    (_coded({"format": "superfacets studio", "n_cells": "9", "done": 0}),
+     "its progress or number of cells is missing"),
+    (None, "is not a regular file"),
+])  # fmt: skip
 def test_one_bad_work_file_is_told_and_hides_no_other(serve, folder, work, message):
     path = folder / "b.ply.studio.jsonl"
     if work is None:
@@ -250,18 +247,15 @@ def test_classes_are_read_from_lists_of_names_and_from_exported_objects(tmp_path
     assert found == [(1, "roof", False), (2, "wall", True)]
 
 
-@pytest.mark.parametrize(
-    ("content", "message"),
-    [
-        ('{"labels": [], "n": 2}', 'found an object with the keys "labels", "n"'),
-        ('{"categories": 3}', 'found an object with the keys "categories"'),
-        ("{}", "found an object without keys"),
-        ("3", "found 3"),
-        ('{"categories": [3]}', r"classes\[0\] must have an id, a name and a color"),
-        ('{"categories": [{"name": "a"}]}',
-         r"classes\[0\]: id must be a whole number from 1 to 65535"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("content", "message"), [
+    ('{"labels": [], "n": 2}', 'found an object with the keys "labels", "n"'),
+    ('{"categories": 3}', 'found an object with the keys "categories"'),
+    ("{}", "found an object without keys"),
+    ("3", "found 3"),
+    ('{"categories": [3]}', r"classes\[0\] must have an id, a name and a color"),
+    ('{"categories": [{"name": "a"}]}',
+     r"classes\[0\]: id must be a whole number from 1 to 65535"),
+])  # fmt: skip
 def test_the_message_on_wrong_classes_shows_what_the_file_contains(tmp_path, content, message):
     path = tmp_path / "classes.json"
     path.write_text(content)
@@ -269,23 +263,20 @@ def test_the_message_on_wrong_classes_shows_what_the_file_contains(tmp_path, con
         read_classes(path)
 
 
-@pytest.mark.parametrize(
-    ("entry", "message"),
-    [
-        (3, "must have an id, a name and a color"),
-        ({"id": 0, "name": "a"}, "id must be a whole number from 1 to 65535"),
-        ({"id": MAX_CLASS + 1, "name": "a"}, "id must be a whole number from 1 to 65535"),
-        ({"id": True, "name": "a"}, "id must be a whole number from 1 to 65535"),
-        ({"id": 1, "name": " "}, "name must have 1 to 200 characters"),
-        ({"id": 1, "name": "a" * 201}, "name must have 1 to 200 characters"),
-        ({"id": 1, "name": "a", "color": "red"}, "color must be #rrggbb"),
-        ({"id": 1, "name": "a", "key": "ab"}, "key must be one character"),
-        ({"id": 1, "name": "a\ud800"}, "name is not valid Unicode: lone surrogate"),
-        ({"id": 1, "name": "a", "key": "\udcff"}, "key is not valid Unicode: lone surrogate"),
-        ({"id": 2, "name": "a"}, "two classes have the same id: 2"),
-        ({"id": 1, "name": "a", "key": "x"}, "two classes have the same key: x"),
-    ],
-)
+@pytest.mark.parametrize(("entry", "message"), [
+    (3, "must have an id, a name and a color"),
+    ({"id": 0, "name": "a"}, "id must be a whole number from 1 to 65535"),
+    ({"id": MAX_CLASS + 1, "name": "a"}, "id must be a whole number from 1 to 65535"),
+    ({"id": True, "name": "a"}, "id must be a whole number from 1 to 65535"),
+    ({"id": 1, "name": " "}, "name must have 1 to 200 characters"),
+    ({"id": 1, "name": "a" * 201}, "name must have 1 to 200 characters"),
+    ({"id": 1, "name": "a", "color": "red"}, "color must be #rrggbb"),
+    ({"id": 1, "name": "a", "key": "ab"}, "key must be one character"),
+    ({"id": 1, "name": "a\ud800"}, "name is not valid Unicode: lone surrogate"),
+    ({"id": 1, "name": "a", "key": "\udcff"}, "key is not valid Unicode: lone surrogate"),
+    ({"id": 2, "name": "a"}, "two classes have the same id: 2"),
+    ({"id": 1, "name": "a", "key": "x"}, "two classes have the same key: x"),
+])  # fmt: skip
 def test_wrong_classes_are_refused(entry, message):
     with pytest.raises(ValueError, match=message):
         checked_class_list([entry, {"id": 2, "name": "b", "key": "x"}])

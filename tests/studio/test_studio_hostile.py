@@ -40,24 +40,19 @@ GUARDS = {
     "scans.segmentator._merged": "labels are those of regions of faces",
     "scans.segmentator.segment_point": "`_checked_edges` refuses ends outside of the points",
     "studio.documents.agreement._matched_classes": CLASSES,
-    "studio.documents.agreement._matched_objects": OWN,
-    "studio.documents.agreement._overlaps": OWN,
+    "studio.documents.agreement._matched_objects": OWN, "studio.documents.agreement._overlaps": OWN,
     "studio.documents.changes.cells": "constant",
     "studio.documents.changes.objects": "constant; `checked_class_list` limits class numbers",
     "studio.documents.changes.painting": "cells are checked; as many values as cells, or an error",
     "studio.documents.changes.unpacked": "compressed by `Painted.of`, not read from a file",
-    "studio.documents.document.agreement": OWN,
-    "studio.documents.document._paint_suggestions": OWN,
+    "studio.documents.document.agreement": OWN, "studio.documents.document._paint_suggestions": OWN,
     "studio.documents.document.apply_import": "constant; classes are uint16",
     "studio.documents.document.class_list": CLASSES,
-    "studio.documents.document.set_classes": CLASSES,
-    "studio.documents.document.split_object": OWN,
+    "studio.documents.document.set_classes": CLASSES, "studio.documents.document.split_object": OWN,
     "studio.documents.journal_lines._read_numbers": "`inflated` stops at two bytes per cell",
     "studio.documents.journal_lines.first_state": "`check_source` compares n_cells with the mesh",
-    "studio.export.objects._write_table": OWN,
-    "studio.export.write._colors_of": CLASSES,
-    "studio.export.write._write_region_classes": OWN,
-    "studio.export.write.class_of_regions": OWN,
+    "studio.export.objects._write_table": OWN, "studio.export.write._colors_of": CLASSES,
+    "studio.export.write._write_region_classes": OWN, "studio.export.write.class_of_regions": OWN,
     "studio.labels.classes._free_colors": "constant",
     "studio.labels.coding.cells_from": "as many as the request has; each must be a cell",
     "studio.labels.coding.pack_cells": OWN,
@@ -65,18 +60,13 @@ GUARDS = {
     "differences is compared with the number of cells in float64, where it cannot wrap",
     "studio.labels.imports.__init__": OWN,
     "studio.labels.imports._by_annotation": "no run above the number of cells, so no sum wraps",
-    "studio.labels.imports._by_number": OWN,
-    "studio.labels.suggestions._pieces": OWN,
-    "studio.labels.suggestions.suggestions_of": OWN,
-    "studio.regions.revisions._beyond_steps": OWN,
-    "studio.regions.revisions._by_region": OWN,
-    "studio.regions.revisions._shapes": OWN,
-    "studio.regions.revisions.is_reached": OWN,
-    "studio.regions.splitting._cut": OWN,
-    "studio.regions.splitting._region_graph": OWN,
-    "studio.regions.splitting._without_stroke": OWN,
+    "studio.labels.imports._by_number": OWN, "studio.labels.suggestions._pieces": OWN,
+    "studio.labels.suggestions.suggestions_of": OWN, "studio.regions.revisions._beyond_steps": OWN,
+    "studio.regions.revisions._by_region": OWN, "studio.regions.revisions._shapes": OWN,
+    "studio.regions.revisions.is_reached": OWN, "studio.regions.splitting._cut": OWN,
+    "studio.regions.splitting._region_graph": OWN, "studio.regions.splitting._without_stroke": OWN,
     "studio.web.operations._suggestion_packet": OWN,
-}
+}  # fmt: skip
 """What bounds the sizes in each function that calls one of `SIZED`."""
 
 
@@ -106,18 +96,15 @@ def coded(document):
     return base64.b64encode(text).decode()
 
 
-@pytest.mark.parametrize(
-    ("counts", "message"),
-    [
-        ([2**63 - 1, 2**63 - 1, 1154], "counts must be 0 to 1152"),  # the sum wraps to 1152
-        ([1153, -1], "counts must be 0 to 1152"),
-        ([1152] * 5, "an annotation has 5760 cells, but the mesh has 1152"),
-        ([2**63, 1], "which does not fit into 64 bits"),
-        ([1e300, 1], "counts must be a list of whole numbers"),
-        ([[1152]], "counts must be a list of whole numbers"),
-        ({"a": 1}, "counts must be a list of whole numbers"),
-    ],
-)
+@pytest.mark.parametrize(("counts", "message"), [
+    ([2**63 - 1, 2**63 - 1, 1154], "counts must be 0 to 1152"),  # the sum wraps to 1152
+    ([1153, -1], "counts must be 0 to 1152"),
+    ([1152] * 5, "an annotation has 5760 cells, but the mesh has 1152"),
+    ([2**63, 1], "which does not fit into 64 bits"),
+    ([1e300, 1], "counts must be a list of whole numbers"),
+    ([[1152]], "counts must be a list of whole numbers"),
+    ({"a": 1}, "counts must be a list of whole numbers"),
+])  # fmt: skip
 def test_run_lengths_that_do_not_fit_the_mesh_are_refused(client, counts, message):
     files = [{"name": "a.objects.json", "data": coded(objects_of(1152, counts))}]
     answer = client.post("import", files=files)
@@ -134,24 +121,18 @@ def test_packed_cells_whose_sum_wraps_are_refused(n):
         unpack_cells(zlib.compress(b"\1" * (5 * n + 1)), n)
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("[1e999]", "the number 1e999, which does not fit into 64 bits"),
-        ("[-1e999]", "the number -1e999, which"),
-        ("[NaN]", "the number NaN, which"),
-        ("[Infinity]", "the number Infinity, which"),
-        ("[9223372036854775808]", "the number 9223372036854775808, which"),
-        (f"[{'9' * 9999}]", "the number 9{197}..., which"),
-        ('{"a": 1, "b": {"c": 1, "c": 2}}', "it has an object with the key c twice"),
-        ("[" * 100_000, "it is nested too deeply"),
-        ('{"a":' * 100_000, "it is nested too deeply"),
-        ("[1,", r"it is not valid JSON: Expecting value: line 1 column 4 \(char 3\)"),
-        ("", "it is not valid JSON"),
-        (b"\xff", "it is not valid JSON"),
-        (b'{"a": "\xff"}', "it is not valid JSON"),
-    ],
-)
+@pytest.mark.parametrize(("text", "message"), [
+    ("[1e999]", "the number 1e999, which does not fit into 64 bits"),
+    ("[-1e999]", "the number -1e999, which"), ("[NaN]", "the number NaN, which"),
+    ("[Infinity]", "the number Infinity, which"),
+    ("[9223372036854775808]", "the number 9223372036854775808, which"),
+    (f"[{'9' * 9999}]", "the number 9{197}..., which"),
+    ('{"a": 1, "b": {"c": 1, "c": 2}}', "it has an object with the key c twice"),
+    ("[" * 100_000, "it is nested too deeply"), ('{"a":' * 100_000, "it is nested too deeply"),
+    ("[1,", r"it is not valid JSON: Expecting value: line 1 column 4 \(char 3\)"),
+    ("", "it is not valid JSON"), (b"\xff", "it is not valid JSON"),
+    (b'{"a": "\xff"}', "it is not valid JSON"),
+])  # fmt: skip
 def test_json_that_python_would_change_or_fail_at_is_refused(text, message):
     with pytest.raises(MeshError, match=message) as raised:
         parsed_json(text)

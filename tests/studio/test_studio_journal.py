@@ -222,23 +222,20 @@ def test_a_line_that_makes_no_sense_is_told_with_its_number(document, sheet):
         Document.open(sheet)
 
 
-@pytest.mark.parametrize(
-    ("line", "message"),
-    [
-        ({"seq": 5, "op": "undo"}, "seq must be 1, got 5"),
-        ({"seq": 1, "op": "paint", "cells": "", "class": 1}, "packed numbers are damaged"),
-        ({"seq": 1, "op": "dance"}, "unknown operation dance"),
-        ({"seq": 1, "op": ["undo"]}, r"unknown operation \['undo'\]"),
-        ({"seq": 1, "op": "paint", "class": 1}, "'cells' is missing"),
-        ({"seq": 1, "op": "paint", "cells": 3, "class": 1}, "cells must be base64"),
-        ({"seq": 1, "op": "paint", "cells": ONE, "class": 70_000},
-         "class must be 0 to 65535, got 70000"),
-        ({"seq": 1, "op": "paint", "cells": ONE, "class": -1}, "class must be 0 to 65535, got -1"),
-        ({"seq": 1, "op": "paint", "cells": ONE, "class": 10**30},
-         "class must be 0 to 65535, got 10+"),
-        ({"seq": 10**400, "op": "undo"}, r"seq must be 1, got 10{170,200}\.\.\.$"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("line", "message"), [
+    ({"seq": 5, "op": "undo"}, "seq must be 1, got 5"),
+    ({"seq": 1, "op": "paint", "cells": "", "class": 1}, "packed numbers are damaged"),
+    ({"seq": 1, "op": "dance"}, "unknown operation dance"),
+    ({"seq": 1, "op": ["undo"]}, r"unknown operation \['undo'\]"),
+    ({"seq": 1, "op": "paint", "class": 1}, "'cells' is missing"),
+    ({"seq": 1, "op": "paint", "cells": 3, "class": 1}, "cells must be base64"),
+    ({"seq": 1, "op": "paint", "cells": ONE, "class": 70_000},
+     "class must be 0 to 65535, got 70000"),
+    ({"seq": 1, "op": "paint", "cells": ONE, "class": -1}, "class must be 0 to 65535, got -1"),
+    ({"seq": 1, "op": "paint", "cells": ONE, "class": 10**30},
+     "class must be 0 to 65535, got 10+"),
+    ({"seq": 10**400, "op": "undo"}, r"seq must be 1, got 10{170,200}\.\.\.$"),
+])  # fmt: skip
 def test_lines_that_make_no_sense(document, sheet, line, message):
     document.journal.append(line)
     document.close()

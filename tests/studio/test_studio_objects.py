@@ -139,22 +139,19 @@ def test_names_of_objects_are_kept_and_taken_away(client):
     document.close()
 
 
-@pytest.mark.parametrize(
-    ("name", "body", "message"),
-    [
-        ("paint", {"class": 1, "object": 1000}, "object must be a whole number from 0 to 999"),
-        ("paint", {"class": 1, "object": True}, "object must be a whole number from 0 to 999"),
-        ("name-object", {"class": 1, "object": 5, "name": "a"}, "there is no object 5 of class 1"),
-        ("name-object", {"class": 1, "object": 1, "name": 5}, "must be a string of valid Unicode"),
-        ("split-object", {"class": 0, "object": 0}, "there is no object 0 of class 0"),
-        ("review", {"reviewed": 1}, "reviewed must be True or False"),
-        ("compare", {"files": [{"name": "a", "data": "eA=="}]}, "is not a work file"),
-        ("compare", {"files": [{"name": str(i), "data": ""} for i in (1, 2)]},
-         "a single work file"),
-        ("accept", {"cells": "", "side": "mine"}, "there is nothing to compare with"),
-        ("accept", {"cells": "", "side": "ours"}, "side must be one of mine, theirs"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("name", "body", "message"), [
+    ("paint", {"class": 1, "object": 1000}, "object must be a whole number from 0 to 999"),
+    ("paint", {"class": 1, "object": True}, "object must be a whole number from 0 to 999"),
+    ("name-object", {"class": 1, "object": 5, "name": "a"}, "there is no object 5 of class 1"),
+    ("name-object", {"class": 1, "object": 1, "name": 5}, "must be a string of valid Unicode"),
+    ("split-object", {"class": 0, "object": 0}, "there is no object 0 of class 0"),
+    ("review", {"reviewed": 1}, "reviewed must be True or False"),
+    ("compare", {"files": [{"name": "a", "data": "eA=="}]}, "is not a work file"),
+    ("compare", {"files": [{"name": str(i), "data": ""} for i in (1, 2)]},
+     "a single work file"),
+    ("accept", {"cells": "", "side": "mine"}, "there is nothing to compare with"),
+    ("accept", {"cells": "", "side": "ours"}, "side must be one of mine, theirs"),
+])  # fmt: skip
 def test_wrong_requests_about_objects_say_what_is_wrong(client, name, body, message):
     client.done("paint", **{"class": 1}, object=1, cells=_coded_cells([1, 2]))
     answer = client.post(name, **({"cells": _coded_cells([3])} | body))
@@ -321,20 +318,17 @@ def _file(name, content):
     return {"name": name, "data": base64_of(data)}
 
 
-@pytest.mark.parametrize(
-    ("content", "message"),
-    [
-        ({}, "the entry 'categories' is missing"),
-        ({"categories": [], "annotations": [{}]}, "the entry 'segmentation' is missing"),
-        (_one := {"categories": [{"id": 1, "name": "a"}], "annotations": [
-            {"category_id": 1, "segmentation": {"counts": [1, 2]}}]},
-         "an annotation has 3 cells, but the mesh has 2"),
-        ({**_one, "annotations": [{"category_id": 2, "segmentation": {"counts": [1, 1]}}]},
-         "the entry 2 is missing"),
-        ({**_one, "annotations": 1000 * [{"category_id": 1, "segmentation": {"counts": [1, 1]}}]},
-         "a has more than 999 objects"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("content", "message"), [
+    ({}, "the entry 'categories' is missing"),
+    ({"categories": [], "annotations": [{}]}, "the entry 'segmentation' is missing"),
+    (_one := {"categories": [{"id": 1, "name": "a"}], "annotations": [
+        {"category_id": 1, "segmentation": {"counts": [1, 2]}}]},
+     "an annotation has 3 cells, but the mesh has 2"),
+    ({**_one, "annotations": [{"category_id": 2, "segmentation": {"counts": [1, 1]}}]},
+     "the entry 2 is missing"),
+    ({**_one, "annotations": 1000 * [{"category_id": 1, "segmentation": {"counts": [1, 1]}}]},
+     "a has more than 999 objects"),
+])  # fmt: skip
 def test_damaged_files_of_objects_are_told(content, message):
     mesh = superfacets.Mesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
     with pytest.raises(superfacets.MeshError, match=f"a.objects.json: {message}"):

@@ -62,14 +62,11 @@ def test_without_the_token_nothing_is_told(client, path, token):
     assert client.quits == 0
 
 
-@pytest.mark.parametrize(
-    "headers",
-    [
-        {"Origin": "http://evil.example"}, {"Origin": "null"}, {"Origin": f"https://{OWN}"},
-        {"Origin": "http://127.0.0.1:1"}, {"Sec_Fetch_Site": "cross-site"},
-        {"Sec_Fetch_Site": "same-site"},
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize("headers", [
+    {"Origin": "http://evil.example"}, {"Origin": "null"}, {"Origin": f"https://{OWN}"},
+    {"Origin": "http://127.0.0.1:1"}, {"Sec_Fetch_Site": "cross-site"},
+    {"Sec_Fetch_Site": "same-site"},
+])  # fmt: skip
 def test_another_page_is_refused_even_with_the_token(client, headers):
     answer = asked(client, "/api/quit", method="POST", **headers)
     assert answer.status_code == 403
@@ -112,15 +109,12 @@ def test_no_more_is_taken_of_a_body_than_there_may_be(client, limit, name):
     assert answer.json() == {"error": "the request is larger than 10000 bytes"}
 
 
-@pytest.mark.parametrize(
-    "path",
-    [
-        "/static/../app.py", "/static/..%2fapp.py", "/static/%2e%2e/app.py", "/static//etc/passwd",
-        "/static/%2fetc%2fpasswd", "/static/..\\app.py", "/../sheet.ply",
-        "/api/files/0/../../../sheet.ply", "/api/files/-1/mesh", "/api/files/0x0/mesh",
-        "/sheet.ply", "/sheet.ply.studio.jsonl",
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize("path", [
+    "/static/../app.py", "/static/..%2fapp.py", "/static/%2e%2e/app.py", "/static//etc/passwd",
+    "/static/%2fetc%2fpasswd", "/static/..\\app.py", "/../sheet.ply",
+    "/api/files/0/../../../sheet.ply", "/api/files/-1/mesh", "/api/files/0x0/mesh",
+    "/sheet.ply", "/sheet.ply.studio.jsonl",
+])  # fmt: skip
 def test_no_path_leads_outside(client, path):
     answer = asked(client, path)
     assert answer.status_code in (404, 405)

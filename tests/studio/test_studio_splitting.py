@@ -89,14 +89,11 @@ def test_cells_without_area_are_split_too():
     assert split(mesh, red=[0], blue=[1])[0].tolist() == [1]
 
 
-@pytest.mark.parametrize(
-    ("red", "blue", "message"),
-    [
-        ([], [1], "the red stroke is outside the region to split"),
-        ([1], [399], "the blue stroke is outside the region to split"),
-        ([1, 2], [2, 3], "the strokes cross"),
-    ],
-)
+@pytest.mark.parametrize(("red", "blue", "message"), [
+    ([], [1], "the red stroke is outside the region to split"),
+    ([1], [399], "the blue stroke is outside the region to split"),
+    ([1, 2], [2, 3], "the strokes cross"),
+])  # fmt: skip
 def test_wrong_strokes_are_refused(red, blue, message):
     with pytest.raises(ValueError, match=message):
         split(sheet(np.zeros_like), np.arange(300, dtype=np.uint32), red, blue)
