@@ -4,7 +4,7 @@ from dataclasses import replace
 from inspect import signature
 
 import superfacets
-from superfacets.base.options import LoopOptions, SizeOptions
+from superfacets.base.options import CountOptions, LoopOptions
 from superfacets.clustering.run import segment_checked
 from superfacets.graph.constraints import ConstraintOptions
 from superfacets.pipeline import run
@@ -22,7 +22,7 @@ def segment_graph(
     """Run `segment_graph`, with relocation of centers, or with a limit of paths."""
     loop = LoopOptions.checked(max_num_iter, tol, islands, n_threads, callback)
     loop = replace(loop, relocates=relocates, radius_factor=radius_factor)
-    start = (SizeOptions.checked(n_segments, None, init), init)
+    start = (CountOptions.checked(n_segments, None, init), init)
     return segment_checked(graph, start, loop, Features(None), ConstraintOptions(mask, barriers))
 
 

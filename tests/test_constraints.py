@@ -183,7 +183,7 @@ def test_what_is_left_has_the_measures_of_a_mesh_of_its_own(name):
     else:
         alone = sf.Mesh(mesh.vertices, mesh.faces[mask])
     surface = as_surface(alone, weld=True, n_threads=1)
-    cut = ConstraintOptions(mask, None).cut(mesh, graph, weld=True, n_threads=1)
+    cut = ConstraintOptions(mask, None).kept_cells(mesh, graph, weld=True, n_threads=1)
     part = cut.surface_of(as_surface(mesh, weld=True, n_threads=1))
     assert np.array_equal(part.offsets, surface.offsets)
     assert np.array_equal(part.neighbors, surface.neighbors)

@@ -8,7 +8,7 @@ import shapes
 from models import read_off
 
 from superfacets import Mesh, build_face_graph, classify, place_seeds, sample_mesh
-from superfacets.base.options import SizeOptions
+from superfacets.base.options import CountOptions
 from superfacets.clustering.update import update_centers
 from superfacets.graph.size import region_size
 from superfacets.paper import superfacet_weights
@@ -36,7 +36,7 @@ AWKWARD = {
 
 
 def size_of(graph, n_segments=None, radius=None, init="geodesic"):
-    options = SizeOptions.checked(n_segments, radius, init)
+    options = CountOptions.checked(n_segments, radius, init)
     return region_size(options, graph.measures, 1)
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy.typing as npt
 
 from .base.checks import checked_choice, checked_number, explains_parameters
-from .base.options import ANY_INITS, AnyInit, Islands, LoopOptions, SizeOptions
+from .base.options import ANY_INITS, AnyInit, CountOptions, Islands, LoopOptions
 from .base.timing import Callback
 from .clustering.plan import Start
 from .clustering.result import Segmentation
@@ -99,7 +99,7 @@ def checked(
     max_num_iter: int, n_threads: int | None, callback: Callback | None,
 ) -> SegmentOptions:  # fmt: skip
     """Check the arguments of `segment`, except arrays with one row per cell or vertex."""
-    size = SizeOptions.checked(n_segments, radius, init)
+    size = CountOptions.checked(n_segments, radius, init)
     if isinstance(init, str):
         checked_choice(init, "init", ANY_INITS)
     if radius_factor is not None:

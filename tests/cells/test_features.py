@@ -71,7 +71,7 @@ def test_a_step_costs_what_the_docs_say():
     graph = sf.CellGraph(
         [[0, 0, 0], [1, 0, 0]], [1, 1], [0, 1, 2], [1, 0], [1.0, 1.0], weight_unit=2.0
     )
-    steps = Features([[0.0, 5.0], [3.0, 1.0]], weight=0.5).steps(graph, graph.measures, 1)
+    steps = Features([[0.0, 5.0], [3.0, 1.0]], weight=0.5).costs(graph, graph.measures, 1)
     of_two = steps.added(graph.weights, graph, 4.0)
     assert of_two == pytest.approx([1 + 8**0.5] * 2)  # a difference of 2 deviations per feature
 

@@ -7,13 +7,13 @@ import pytest
 import shapes
 
 from superfacets import CellGraph, Mesh, build_face_graph, place_seeds
-from superfacets.base.options import SizeOptions
+from superfacets.base.options import CountOptions
 from superfacets.graph.size import region_size
 from superfacets.paper import superfacet_weights
 
 
 def size_of(graph, n_segments=None, radius=None, init="geodesic"):
-    options = SizeOptions.checked(n_segments, radius, init)
+    options = CountOptions.checked(n_segments, radius, init)
     return region_size(options, graph.measures, 1)
 
 

@@ -49,15 +49,15 @@ misspelled name of a seeding method."""
 
 
 @dataclass(frozen=True)
-class SizeOptions:
-    """Options for the number of regions, or for their size."""
+class CountOptions:
+    """Options for the number of regions: this number, a radius, or seeds."""
 
     n_segments: int | None
     radius: float | None  # expected radius of a region, in the unit of the positions
     seeds: Any  # argument `init`, but None if `init` is the name of a method
 
     @classmethod
-    def checked(cls, n_segments: int | None, radius: float | None, init: object) -> SizeOptions:
+    def checked(cls, n_segments: int | None, radius: float | None, init: object) -> CountOptions:
         """Check arguments of `segment`, and return them as options; `init` is checked later."""
         if n_segments is not None and radius is not None:
             raise ValueError(
@@ -189,7 +189,7 @@ class Sizes:
         """The parameter `balance`, or 1 if `cells` is given."""
         return 1.0 if self.cells is not None else self.balance
 
-    def check_with(self, size: SizeOptions, islands: str) -> None:
+    def check_with(self, size: CountOptions, islands: str) -> None:
         """Raise a ValueError if `cells` conflicts with other arguments of `segment`."""
         if self.cells is None:
             return

@@ -42,9 +42,9 @@ class BorderCosts:
         lengths, unit = _core.quantize_weights(weights, surface.n_threads)
         return cls(surface, lengths, unit, radius)
 
-    def of_cut(self, cut: KeptCells) -> BorderCosts:
-        """Return the costs restricted to the cells that a cut keeps."""
-        return replace(self, surface=cut.surface_of(self.surface), lengths=self.lengths[cut.arcs])
+    def of_kept(self, kept: KeptCells) -> BorderCosts:
+        """Return the costs restricted to the kept cells."""
+        return replace(self, surface=kept.surface_of(self.surface), lengths=self.lengths[kept.arcs])
 
     @property
     def args(self) -> tuple[_core.Surface, _core.BorderCosts]:
@@ -103,7 +103,7 @@ class LabeledPart:
     labels: Ints  # (n,) label of each labeled cell
     n_regions: int
     whole: Ints  # (N,) label of each cell, -1 included
-    cut: KeptCells | None  # selection of the labeled cells; None if no label is -1
+    kept: KeptCells | None  # selection of the labeled cells; None if no label is -1
 
     @classmethod
     def read(
@@ -119,15 +119,15 @@ class LabeledPart:
         is_kept, surface = array >= 0, costs.surface
         sources = surface.sources
         keeps_arc = is_kept[sources] & is_kept[surface.neighbors]
-        cut = KeptCells.of(surface, is_kept, keeps_arc, sources, NO_GROUPS)
-        return cls(costs.of_cut(cut), array[is_kept], n_regions, array, cut)
+        kept = KeptCells.of(surface, is_kept, keeps_arc, sources, NO_GROUPS)
+        return cls(costs.of_kept(kept), array[is_kept], n_regions, array, kept)
 
     def numbers_of(self, cells: Ints) -> Ints:
         """Convert indices of cells to indices among labeled cells; cells labeled -1 are dropped."""
-        if self.cut is None:
+        if self.kept is None:
             return cells
-        return np.searchsorted(self.cut.cells, cells[self.whole[cells] >= 0]).astype(np.int32)
+        return np.searchsorted(self.kept.cells, cells[self.whole[cells] >= 0]).astype(np.int32)
 
     def whole_labels(self, labels: Ints) -> Ints:
         """Convert new labels of the labeled cells to labels of all cells; other cells get -1."""
-        return labels if self.cut is None else self.cut.whole_labels(labels)
+        return labels if self.kept is None else self.kept.whole_labels(labels)

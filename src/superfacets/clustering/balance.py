@@ -21,7 +21,7 @@ from .. import _core
 from .._core import Clustering, CoarseGraph, OrderedGraph
 from ..base.checks import counted, exact_array
 from ..base.errors import MeshError
-from ..base.options import LoopOptions, SizeOptions, Sizes
+from ..base.options import CountOptions, LoopOptions, Sizes
 from ..base.types import Bools, Floats, Ints, Longs
 from ..cleanup.region_sizes import Goals
 from ..graph.cell_graph import BaseGraph
@@ -91,13 +91,13 @@ class SizeRules:
 
     @classmethod
     def of(
-        cls, options: Sizes, graph: BaseGraph, cut: KeptCells | None,
+        cls, options: Sizes, graph: BaseGraph, inside: KeptCells | None,
         order: Ints | None, measures: Floats,
     ) -> SizeRules | None:  # fmt: skip
         """Return the rules for the cells inside the mask, or None if `options` restrict no sizes.
 
-        `measures` are the areas or volumes of the cells before the mesh is smoothed. `cut` contains
-        the cells inside the mask, or is None for all cells. `order` is the index in the input of
+        `measures` are the areas or volumes of the cells before the mesh is smoothed. `inside` are
+        the cells inside the mask, or it is None for all cells. `order` is the index in the input of
         each cell, or None if cells are in input order. Raises a MeshError if the sum of all sizes
         is 0, or is out of the range given by `MAX_TOTAL`.
         """
@@ -108,8 +108,8 @@ class SizeRules:
             sizes = np.ones(graph.n_cells)
         elif options.weights is not None:
             sizes = in_order(options.checked_weights(graph.n_cells), order)
-        sizes = sizes if cut is None else sizes[cut.cells]
-        arcs: BaseGraph | KeptCells = graph if cut is None else cut
+        sizes = sizes if inside is None else sizes[inside.cells]
+        arcs: BaseGraph | KeptCells = graph if inside is None else inside
         one_label = np.zeros(len(sizes), np.int32)
         components, _ = _core.find_components(arcs.offsets, arcs.neighbors, one_label)
         with np.errstate(over="ignore"):
@@ -123,7 +123,7 @@ class SizeRules:
             )
         return cls(options, exact_array(sizes, np.float64), components)
 
-    def asked(self, size: SizeOptions) -> SizeOptions:
+    def with_count(self, size: CountOptions) -> CountOptions:
         """Return `size`, with `n_segments` computed from `Sizes.cells`.
 
         If that is None, `size` is returned unchanged.

@@ -9,7 +9,7 @@ import numpy as np
 
 from .. import _core
 from ..base.checks import checked_partial_labels, checked_seeds, counted, refuse_mask
-from ..base.options import AnyInit, Seeds, SizeOptions
+from ..base.options import AnyInit, CountOptions, Seeds
 from ..base.types import Array, Floats, Ints, Longs, Singles
 from ..graph.cell_graph import BaseGraph
 from ..graph.constraints import NO_GROUPS, KeptCells, in_order
@@ -28,17 +28,17 @@ ArcLengths: TypeAlias = tuple[Longs, Ints, Singles]
 class Plan:
     """The cells to segment, the expected size of regions, and the initial centers."""
 
-    cut: KeptCells | None  # part of the graph that mask and barriers keep; None if neither is given
+    inside: KeptCells | None  # what mask and barriers keep; None if neither is given
     size: RegionSize
-    asked: SizeOptions  # options of the caller; `seeds` contains indices of cells inside the mask
+    count_options: CountOptions  # of the caller; `seeds` are indices of cells inside the mask
     init: AnyInit | Seeds | None
-    """Name of the seeding method, initial centers (the same as `asked.seeds`), or None for the
-    default method."""
+    """Name of the seeding method, initial centers (the same as `count_options.seeds`), or None for
+    the default method."""
 
     @classmethod
     def of(
-        cls, graph: BaseGraph, cut: KeptCells | None,
-        start: tuple[SizeOptions, AnyInit | Start | None], n_threads: int,
+        cls, graph: BaseGraph, inside: KeptCells | None,
+        start: tuple[CountOptions, AnyInit | Start | None], n_threads: int,
         *, dimension: int, plural: str = "cells", order: Ints | None = None,
     ) -> Plan:  # fmt: skip
         """Make the plan for a graph.
@@ -47,17 +47,17 @@ class Plan:
         graph are sorted, `order` is the index of each cell before sorting. Centers and labels in
         `start` refer to the order before sorting.
         """
-        asked, given = start
+        count_options, given = start
         kept, measures = None, graph.measures
-        if cut is not None:
-            kept, measures = cut.cells, measures[cut.cells]
+        if inside is not None:
+            kept, measures = inside.cells, measures[inside.cells]
         init = _first_centers(given, graph.positions, graph.measures, kept, n_threads, order)
         seeds = None if init is None or isinstance(init, str) else init
-        if cut is not None and seeds is not None:
-            init = seeds = cut.new_cells(seeds, "init", order)
-        asked = replace(asked, seeds=seeds)
-        size = region_size(asked, measures, n_threads, dimension, plural)
-        return cls(cut, size, asked, init)
+        if inside is not None and seeds is not None:
+            init = seeds = inside.new_cells(seeds, "init", order)
+        count_options = replace(count_options, seeds=seeds)
+        size = region_size(count_options, measures, n_threads, dimension, plural)
+        return cls(inside, size, count_options, init)
 
     @property
     def has_seeds(self) -> bool:
@@ -67,7 +67,7 @@ class Plan:
     @property
     def groups(self) -> Ints:
         """Group of each cell in the mask (see `KeptCells.groups`); empty without barriers."""
-        return NO_GROUPS if self.cut is None else self.cut.groups
+        return NO_GROUPS if self.inside is None else self.inside.groups
 
     def placed_cells(
         self, graph: BaseGraph, lengths: Singles, n_threads: int
@@ -76,18 +76,22 @@ class Plan:
 
         `lengths` is the length of each arc of `graph`.
         """
-        cut = self.cut
-        if cut is None:
+        inside = self.inside
+        if inside is None:
             placed = _core.PlacedCells(graph.positions, graph.measures, n_threads)
             return placed, (graph.offsets, graph.neighbors, lengths)
-        cells = (graph.positions[cut.cells], graph.measures[cut.cells])
-        return _core.PlacedCells(*cells, n_threads), (cut.offsets, cut.neighbors, lengths[cut.arcs])
+        cells = (graph.positions[inside.cells], graph.measures[inside.cells])
+        return _core.PlacedCells(*cells, n_threads), (
+            inside.offsets,
+            inside.neighbors,
+            lengths[inside.arcs],
+        )
 
     def whole(self, result: Segmentation) -> Segmentation:
         """Extend a result for cells inside the mask to all cells; cells outside are labeled -1."""
-        if self.cut is None:
+        if self.inside is None:
             return result
-        labels, centers = self.cut.whole_labels(result.labels), self.cut.cells[result.centers]
+        labels, centers = self.inside.whole_labels(result.labels), self.inside.cells[result.centers]
         return replace(result, labels=labels, centers=centers)
 
 

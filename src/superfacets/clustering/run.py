@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from .. import _core
 from .._core import OrderedGraph
-from ..base.options import AnyInit, Islands, LoopOptions, SizeOptions
+from ..base.options import AnyInit, CountOptions, Islands, LoopOptions
 from ..base.timing import Callback, timed
 from ..base.types import Floats
 from ..graph.cell_graph import CellGraph, checked_graph
@@ -79,7 +79,7 @@ def segment_graph(
     checked_graph(graph)
     return segment_checked(
         graph,
-        (SizeOptions.checked(n_segments, radius, init), init),
+        (CountOptions.checked(n_segments, radius, init), init),
         LoopOptions.checked(max_num_iter, tol, islands, n_threads, callback),
         Features.of(features),
         ConstraintOptions(mask, barriers),
@@ -87,17 +87,17 @@ def segment_graph(
 
 
 def segment_checked(
-    graph: CellGraph, start: tuple[SizeOptions, AnyInit | Start | None], loop: LoopOptions,
+    graph: CellGraph, start: tuple[CountOptions, AnyInit | Start | None], loop: LoopOptions,
     features: Features, constraints: ConstraintOptions,
 ) -> Segmentation:  # fmt: skip
     """Return the result of `segment_graph` for checked options; `start` is as in `Plan.of`."""
     given = graph
-    cut = constraints.cut(graph, graph, weld=False, n_threads=loop.n_threads)
-    plan = Plan.of(graph, cut, start, loop.n_threads, dimension=graph.dimension)
-    steps = features.steps(graph, graph.measures, loop.n_threads)
-    if steps is not None:
-        graph = replace(graph, weights=steps.added(graph.weights, graph, plan.size.radius))
-    if plan.cut is None:
+    inside = constraints.kept_cells(graph, graph, weld=False, n_threads=loop.n_threads)
+    plan = Plan.of(graph, inside, start, loop.n_threads, dimension=graph.dimension)
+    costs = features.costs(graph, graph.measures, loop.n_threads)
+    if costs is not None:
+        graph = replace(graph, weights=costs.added(graph.weights, graph, plan.size.radius))
+    if plan.inside is None:
         ordered = graph.ordered(loop.n_threads)
     else:
         placed, arcs = plan.placed_cells(graph, graph.lengths, loop.n_threads)
@@ -115,18 +115,18 @@ def segment_cells(
     bounds: Floats,
     plan: Plan,
     loop: LoopOptions,
-    loose: ArcLengths | None = None,
+    joining_arcs: ArcLengths | None = None,
     balancer: Balancer | None = None,
 ) -> Segmentation:
     """Place seeds and run the loop on a graph of the cells inside the mask.
 
     The arguments are not checked. `coarsening` is the result of `coarsened`; its graphs are removed
-    after their last use. `loose` are the arcs across which pieces of regions without a center
-    join other regions after the loop, if possible across arcs shorter than ``graph.crease_limit``;
-    None if the loop itself makes connected regions. `balancer` balances the
-    sizes of regions, or is None.
+    after their last use. `joining_arcs` are the arcs across which pieces of regions that have no
+    center join other regions after the loop, if possible across arcs shorter than
+    ``graph.crease_limit``; it is None if the loop itself makes connected regions. `balancer`
+    balances the sizes of regions, or is None.
     """
-    size, options, init = plan.size, plan.asked, plan.init
+    size, options, init = plan.size, plan.count_options, plan.init
     if init is None:
         init = "curve" if coarsening.is_short else "geodesic"
     timings: dict[str, float] = {}
@@ -140,10 +140,10 @@ def segment_cells(
     labels, centers = cycle.run(coarsening, graph, seeds)
     # There can be fewer centers than seeds, because the balancer may remove centers.
     n_unreached = max(0, len(centers) - len(seeds))
-    if loose is not None and loop.radius_factor is None:
+    if joining_arcs is not None and loop.radius_factor is None:
         with timed(timings, "classify"):
             labels = _core.join_loose_pieces(
-                *loose, graph.crease_limit, labels, centers, loop.n_threads
+                *joining_arcs, graph.crease_limit, labels, centers, loop.n_threads
             )
     if loop.islands == "nearest":
         with timed(timings, "classify"):

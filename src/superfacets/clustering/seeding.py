@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from .. import _core
 from ..base.checks import checked_choice, checked_seeds, checked_threads
-from ..base.options import ANY_INITS, ISLANDS, AnyInit, Islands, Seeds, SizeOptions
+from ..base.options import ANY_INITS, ISLANDS, AnyInit, CountOptions, Islands, Seeds
 from ..base.types import Floats, Ints
 from ..graph.cell_graph import CellGraph, checked_graph
 from ..graph.size import RegionSize, region_size
@@ -99,7 +99,7 @@ def place_seeds(
     """
     checked_graph(graph)
     threads = checked_threads(n_threads)
-    options = SizeOptions.checked(n_segments, radius, init)
+    options = CountOptions.checked(n_segments, radius, init)
     size = region_size(options, graph.measures, threads, graph.dimension)
     checked_choice(islands, "islands", ISLANDS)
     ordered = graph.ordered(threads)
@@ -108,7 +108,7 @@ def place_seeds(
 
 def run_seeding(
     graph: _core.OrderedGraph, bounds: Floats, size: RegionSize,
-    options: SizeOptions, init: AnyInit | Seeds, islands: str, n_threads: int,
+    options: CountOptions, init: AnyInit | Seeds, islands: str, n_threads: int,
 ) -> Ints:  # fmt: skip
     """Return the result of `place_seeds` for options that are already checked."""
     if not isinstance(init, str):
@@ -130,7 +130,7 @@ def run_seeding(
     return _core.flood_seeds(graph, first, size.n_segments, reach, of_islands, n_threads)
 
 
-def _given_seeds(options: SizeOptions, n_cells: int) -> Ints:
+def _given_seeds(options: CountOptions, n_cells: int) -> Ints:
     array = checked_seeds(options.seeds, n_cells, "init")
     if options.n_segments is not None and options.n_segments != len(array):
         raise ValueError(

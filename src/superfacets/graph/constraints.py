@@ -72,7 +72,7 @@ class ConstraintOptions:
             return None
         return _checked_kept(self.mask, cells.n_cells)
 
-    def cut(
+    def kept_cells(
         self, source: Cells | CellGraph, graph: CsrArcs, *, weld: bool, n_threads: int,
         order: Ints | None = None,
     ) -> KeptCells | None:  # fmt: skip

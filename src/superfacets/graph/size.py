@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from .. import _core
 from ..base.checks import checked_count, checked_seeds, checked_threads
-from ..base.options import SizeOptions
+from ..base.options import CountOptions
 from ..base.types import Floats
 from ..mesh.faces import FaceMesh, measure_faces, sliver_area
 
@@ -26,7 +26,7 @@ class RegionSize(NamedTuple):
 
 
 def region_size(
-    options: SizeOptions, measures: Floats, n_threads: int, dimension: int = 2,
+    options: CountOptions, measures: Floats, n_threads: int, dimension: int = 2,
     plural: str = "cells",
 ) -> RegionSize:  # fmt: skip
     """Return the expected number and radius of regions for cells with these measures.
@@ -103,7 +103,7 @@ def sliver_share(
     return min(area / total, 1.0)
 
 
-def advised_max_edge(mesh: FaceMesh, size: SizeOptions) -> float:
+def advised_max_edge(mesh: FaceMesh, size: CountOptions) -> float:
     """Return the recommended maximum edge length for `subdivide`.
 
     If `size` has neither a number nor a radius of regions, the default number is used.

@@ -270,10 +270,10 @@ def hierarchy(
     with _core.Workspace():  # all steps share the threads of the workspace
         graph, costs, regions, n_regions = read_labeled(source, labels, None, weld, threads)
         table = given.scaled(source, costs.surface.measures)
-        cut = constraints.cut(source, graph, weld=weld, n_threads=threads)
-        if cut is not None:
-            _check_sides(regions, cut.groups)
-            costs = costs.of_cut(cut)
+        kept = constraints.kept_cells(source, graph, weld=weld, n_threads=threads)
+        if kept is not None:
+            _check_sides(regions, kept.groups)
+            costs = costs.of_kept(kept)
         merges = merge_neighbors(costs, regions, n_regions, table, islands)
     nested = Hierarchy(wanted, regions, *merges, found)
     for count in (wanted[0], wanted[-1]):

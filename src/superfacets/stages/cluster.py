@@ -20,7 +20,7 @@ from ..clustering.result import Segmentation
 from ..clustering.run import segment_cells
 from ..mesh.base import Cells
 from ..mesh.faces import inverse_of
-from ..weights.features import FeatureSteps
+from ..weights.features import FeatureCosts
 from ..weights.formulas import creases_of
 from .notes import radius_note, sliver_advice, warn_of_islands
 from .part_costs import PART_CREASE_SCALE, PartCosts
@@ -51,7 +51,7 @@ def cluster(
         balancer = Balancer.of(planned.sizes, coarsening.graphs, plan, options.loop)
     result = segment_cells(
         ordered, coarsening, weighed.surface.bounds, plan, options.loop,
-        arcs if weighed.has_parts else None, balancer,
+        arcs if weighed.has_part_costs else None, balancer,
     )  # fmt: skip
     warn_of_islands(replace(result, params=options.params(result)), 6)
     goals = None if balancer is None else balancer.region_goals(result.labels, result.n_segments)
@@ -59,7 +59,7 @@ def cluster(
 
 
 def clean(
-    clustered: Clustered, lengths: Lengths, steps: FeatureSteps | None, weighed: Weighed,
+    clustered: Clustered, lengths: Lengths, feature_costs: FeatureCosts | None, weighed: Weighed,
     clock: Clock,
 ) -> Segmentation:  # fmt: skip
     """Straighten borders and adjust sizes of regions, as requested."""
@@ -67,8 +67,8 @@ def clean(
     if not (options.smooth or options.sizes.is_used):
         return clustered.result
     with clock.timed("regions"):
-        costs = _border_costs(lengths, steps, weighed)
-        costs = costs if plan.cut is None else costs.of_cut(plan.cut)
+        costs = _border_costs(lengths, feature_costs, weighed)
+        costs = costs if plan.inside is None else costs.of_kept(plan.inside)
         smoothing = SmoothOptions()
         if part_costs is not None:
             arcs, n_threads = costs.surface.arcs, weighed.surface.n_threads
@@ -77,7 +77,7 @@ def clean(
             smoothing = OF_PARTS
         result, goals = clustered.result, clustered.goals
         if options.smooth:
-            sizes = None if goals is None else goals[:2]
+            sizes = None if goals is None else goals.targets
             labels = straighten(costs, result.labels, result.centers, smoothing, sizes)
             result = replace(result, labels=labels)
         if goals is not None:
@@ -105,7 +105,9 @@ def _sized(
     return replace(result, labels=labels, centers=centers, n_extra_pieces=n_extra)
 
 
-def _border_costs(lengths: Lengths, steps: FeatureSteps | None, weighed: Weighed) -> BorderCosts:
+def _border_costs(
+    lengths: Lengths, feature_costs: FeatureCosts | None, weighed: Weighed
+) -> BorderCosts:
     """Return the costs of borders between regions.
 
     The costs are computed from the weights of arcs if these have the same unit as the weights
@@ -116,8 +118,8 @@ def _border_costs(lengths: Lengths, steps: FeatureSteps | None, weighed: Weighed
     if not weighed.options.weights.costs_follow_edges:
         return BorderCosts(surface, lengths.values, lengths.unit, scale)
     weights = creases_of(surface, radius, ridges=0.0)  # weights in other units have no ridge costs
-    if steps is not None:
-        weights = steps.added(weights, surface, radius)
+    if feature_costs is not None:
+        weights = feature_costs.added(weights, surface, radius)
     return BorderCosts.of_weights(surface, weights, scale)
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy.typing as npt
 
 from ..base.checks import checked_choice, checked_flag
-from ..base.options import INITS, AnyInit, Init, Islands, LoopOptions, SizeOptions, Sizes
+from ..base.options import INITS, AnyInit, CountOptions, Init, Islands, LoopOptions, Sizes
 from ..base.timing import Callback
 from ..clustering.plan import Start
 from ..clustering.result import Segmentation
@@ -23,7 +23,7 @@ from ..weights.formulas import ArcValues, WeightName, WeightOptions, Weights
 class SegmentOptions:
     """Checked arguments of `segment`, grouped by stage."""
 
-    size: SizeOptions
+    size: CountOptions
     init: AnyInit | Start | None
     weights: WeightOptions
     loop: LoopOptions
@@ -46,7 +46,7 @@ class SegmentOptions:
         tol: float, n_threads: int | None, callback: Callback | None,
     ) -> SegmentOptions:  # fmt: skip
         """Check the arguments of `segment`, except arrays with one row per cell, vertex or arc."""
-        size = SizeOptions.checked(n_segments, radius, init)
+        size = CountOptions.checked(n_segments, radius, init)
         if isinstance(init, str):
             checked_choice(init, "init", INITS)
         if sizes is None:

@@ -47,12 +47,12 @@ compact, but 5 % longer on regular grids."""
 def add_parts(
     graph: _core.OrderedGraph, coarsening: Coarsening, weighed: Weighed, clock: Clock
 ) -> PartCosts | None:
-    """Add costs between parts of the shape, and far arcs, if `Weighed.has_parts` is true.
+    """Add costs between parts of the shape, and far arcs, if `Weighed.has_part_costs` is true.
 
     They are added to the graphs on which the loop runs. Far arcs join faces that are two or more
     arcs apart.
     """
-    if not weighed.has_parts:
+    if not weighed.has_part_costs:
         return None
     options, size, n_threads = weighed.options.weights, weighed.plan.size, weighed.surface.n_threads
     with clock.timed("weights", begins=False):

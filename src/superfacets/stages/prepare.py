@@ -242,7 +242,7 @@ def plan_regions(prepared: Prepared, options: SegmentOptions, clock: Clock) -> P
     """Determine the cells to segment, the expected size of regions, and the initial centers."""
     n_threads = options.loop.n_threads
     with clock.timed("face_graph", begins=False):
-        cut = options.constraints.cut(
+        inside = options.constraints.kept_cells(
             prepared.denoised,
             prepared.graph,
             weld=prepared.weld,
@@ -250,18 +250,18 @@ def plan_regions(prepared: Prepared, options: SegmentOptions, clock: Clock) -> P
             order=prepared.order,
         )  # fmt: skip
         measures = prepared.given_measures(n_threads)
-        sizes = SizeRules.of(options.sizes, prepared.graph, cut, prepared.order, measures)
-        size = options.size if sizes is None else sizes.asked(options.size)
+        sizes = SizeRules.of(options.sizes, prepared.graph, inside, prepared.order, measures)
+        size = options.size if sizes is None else sizes.with_count(options.size)
         plan = Plan.of(
-            prepared.graph, cut, (size, options.init), n_threads,
+            prepared.graph, inside, (size, options.init), n_threads,
             dimension=prepared.kind.dimension, plural=prepared.kind.plural, order=prepared.order,
         )  # fmt: skip
         if sizes is not None:
             sizes.check(plan.size.n_segments)
         areas = prepared.graph.measures
-        if cut is not None:
+        if inside is not None:
             areas = np.zeros_like(areas)
-            areas[cut.cells] = prepared.graph.measures[cut.cells]
+            areas[inside.cells] = prepared.graph.measures[inside.cells]
         share = prepared.kind.sliver_share(
             prepared.cells, areas, prepared.shapes, plan.size.radius, n_threads
         )

@@ -13,7 +13,7 @@ from ..base.types import Singles
 from ..clustering.plan import ArcLengths, Plan
 from ..graph.cell_graph import BaseGraph, checked_weights
 from ..graph.surface import Surface
-from ..weights.features import FeatureSteps
+from ..weights.features import FeatureCosts
 from ..weights.formulas import weights_of_kind
 from .options import SegmentOptions
 from .prepare import Prepared
@@ -32,7 +32,7 @@ class Weighed:
     plan: Plan
     surface: Surface  # lengths and angles of the arcs between all cells
     of_machine_part: bool  # see `ArcWeights.of_machine_part`
-    has_parts: bool
+    has_part_costs: bool
     """Whether arcs between parts of the shape have an additional cost. This is the case for the
     weights ``"parts"``, except for volumes, for graphs that have weights of their own, and if the
     expected radius of regions is 0."""
@@ -62,32 +62,34 @@ def weigh(
     with clock.timed("weights"):
         surface = kind.surface(prepared.cells, graph, options.loop.n_threads)
         normals = None if prepared.shapes is None else prepared.shapes.normals
-        found = weights_of_kind(kind, surface, graph, radius, options.weights, normals)
+        arc_weights = weights_of_kind(kind, surface, graph, radius, options.weights, normals)
         if not options.weights.costs_follow_edges:  # otherwise, `clean` needs the full surface
             surface = kind.bare_surface(surface, prepared.cells, graph, surface.n_threads)
     has_creases = surface.weights is None and surface.dimension == 2
-    has_parts = options.weights.has_parts and has_creases and radius > 0.0
-    relocates = options.relocates and has_parts and not plan.has_seeds
+    has_part_costs = options.weights.has_part_costs and has_creases and radius > 0.0
+    relocates = options.relocates and has_part_costs and not plan.has_seeds
     options = replace(options, loop=replace(options.loop, relocates=relocates))
-    return Weighed(options, plan, surface, found.of_machine_part, has_parts), found.weights
+    return Weighed(
+        options, plan, surface, arc_weights.of_machine_part, has_part_costs
+    ), arc_weights.weights
 
 
 def add_features(
     weights: npt.ArrayLike, weighed: Weighed, prepared: Prepared, clock: Clock
-) -> tuple[npt.ArrayLike, FeatureSteps | None]:
+) -> tuple[npt.ArrayLike, FeatureCosts | None]:
     """Add the cost of feature differences to weights; also return the object that adds it.
 
     If there are no features, the weights do not change, and the object is None.
     """
     surface, measures = weighed.surface, prepared.graph.measures
     with clock.timed("weights", begins=False):
-        steps = weighed.options.features.steps(
+        costs = weighed.options.features.costs(
             prepared.source, measures, surface.n_threads, prepared.order
         )
-        if steps is None:
+        if costs is None:
             return weights, None
         checked = checked_weights(weights, surface.n_arcs, surface.n_threads)
-        return steps.added(checked, surface, weighed.plan.size.radius), steps
+        return costs.added(checked, surface, weighed.plan.size.radius), costs
 
 
 def round_weights(
@@ -95,7 +97,7 @@ def round_weights(
 ) -> Lengths:
     """Round weights to integer multiples of a unit."""
     with clock.timed("weights", begins=False):
-        unit_factor = UNIT_FACTOR if weighed.has_parts else 1.0
+        unit_factor = UNIT_FACTOR if weighed.has_part_costs else 1.0
         return Lengths(*graph.quantized(weights, weighed.surface.n_threads, unit_factor))
 
 
@@ -118,7 +120,7 @@ def ordered_graph(
     with clock.timed("order", begins=False):
         is_symmetric = options.given is None  # formulas give symmetric weights
         # 0 marks a graph without costs between parts; see `coarsening.is_straight`.
-        straight_unit = unit * weighed.surface.weight_unit if weighed.has_parts else 0.0
+        straight_unit = unit * weighed.surface.weight_unit if weighed.has_part_costs else 0.0
         ordered = _core.OrderedGraph(
             placed.cells, *placed.arcs, weighed.surface.n_threads, is_symmetric, straight_unit
         )

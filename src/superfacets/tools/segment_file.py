@@ -21,7 +21,7 @@ from ..base.checks import (
 )
 from ..base.errors import MeshError
 from ..base.lazy import load
-from ..base.options import ANY_INITS, ISLANDS, SizeOptions, Sizes
+from ..base.options import ANY_INITS, ISLANDS, CountOptions, Sizes
 from ..base.timing import Callback, Reports, timed
 from ..base.types import Array, Bools, Floats, Longs
 from ..clustering.result import Segmentation
@@ -309,7 +309,7 @@ def _subdivided(source: Cells, options: FileOptions) -> Subdivision:
     get = options.keywords.get
     max_edge = options.max_edge
     if max_edge is None:
-        size = SizeOptions.checked(get("n_segments"), get("radius"), None)
+        size = CountOptions.checked(get("n_segments"), get("radius"), None)
         max_edge = advised_max_edge(mesh, size)
     return subdivide(mesh, max_edge, n_threads=get("n_threads"))
 

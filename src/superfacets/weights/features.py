@@ -104,9 +104,9 @@ class Features:
         """The entries of `Segmentation.params` for features; empty if there are no features."""
         return {} if self.table is None else {"feature_weight": self.weight}
 
-    def steps(
+    def costs(
         self, source: Cells | CellGraph, measures: Floats, n_threads: int, order: Ints | None = None
-    ) -> FeatureSteps | None:
+    ) -> FeatureCosts | None:
         """Return an object that adds costs of feature differences to the weights of arcs.
 
         The result is None if there are no features or their weight is 0. If the cells were sorted,
@@ -117,7 +117,7 @@ class Features:
         if table is None or not self.weight:
             return None
         _warn_if_constant(table, self.table.names if isinstance(self.table, FeatureTable) else ())
-        return FeatureSteps(table, self.weight, n_threads)
+        return FeatureCosts(table, self.weight, n_threads)
 
     def scaled(
         self, source: Cells | CellGraph, measures: Floats, order: Ints | None = None
@@ -136,7 +136,7 @@ class Features:
 
 
 @dataclass(frozen=True, eq=False)
-class FeatureSteps:
+class FeatureCosts:
     """Features of cells, to add the cost of the feature difference along each arc to its weight."""
 
     features: Floats  # (N, F) features of each cell

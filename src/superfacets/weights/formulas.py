@@ -341,7 +341,7 @@ class Formula:
     compute: Callable[[Surface, CellArrays, float, Mapping[str, float]], ArcWeights]
     """Function that computes the weights from a `Surface`, the `CellArrays` of its cells, the
     expected radius of regions, and the parameters of the formula, keyed by name."""
-    has_parts: bool = False
+    has_part_costs: bool = False
     """Whether `PartCosts` adds costs of arcs between parts of the shape to the weights."""
     costs_follow_edges: bool = False
     """Whether the weights have another unit than ``"creases"``. If so, the clean-up of regions does
@@ -358,7 +358,7 @@ WEIGHTS: Mapping[WeightName, Formula] = {
         compute=lambda surface, cells, radius, params: _adapted_weights(
             surface, cells, _crease_factors(radius, params)._replace(is_straight=True)
         ),
-        has_parts=True,
+        has_part_costs=True,
     ),
     "creases": Formula(
         about="`crease_weights`, with costs of creases that do not depend on the resolution",
@@ -476,9 +476,9 @@ class WeightOptions:
         return WEIGHTS.get(self.params["weights"])
 
     @property
-    def has_parts(self) -> bool:
-        """Value of `Formula.has_parts`; False if the caller gave weights."""
-        return self.weight is not None and self.weight.has_parts
+    def has_part_costs(self) -> bool:
+        """Value of `Formula.has_part_costs`; False if the caller gave weights."""
+        return self.weight is not None and self.weight.has_part_costs
 
     @property
     def costs_follow_edges(self) -> bool:
