@@ -112,7 +112,7 @@ def test_apps_take_only_public_names_and_names_of_the_kit_from_the_library():
 def test_apps_take_of_each_other_only_the_few_names_of_their_packages():
     """A package also lists names that the page of the API documents."""
     public, taken = {*superfacets.__all__}, {app: set() for app in APPS}
-    page = (SOURCE.parent / "docs/api.md").read_text(encoding="utf-8")
+    page = Path(__file__).parents[1].joinpath("docs/api.md").read_text(encoding="utf-8")
     documented = {app: set() for app in APPS}
     for module, table in re.findall(
         r"currentmodule:: superfacets_(\w+)\n(.*?)(?=\.\. c|```)", page, re.S

@@ -48,7 +48,7 @@ def segment(
 
     Parameters
     ----------
-    mesh, n_segments, radius, mask, barriers, islands, n_threads, callback
+    mesh, n_segments, radius, mask, barriers, islands, max_num_iter, n_threads, callback
         Same as in `superfacets.segment`.
     alpha, eta_convex : float, optional
         Same as in `superfacet_weights`: 200 and 0.2 by default.
@@ -57,8 +57,6 @@ def segment(
     radius_factor : float or None, default 2.0
         Distance from the center at which paths of a region end, > 0, in units of the expected
         radius r. With None, paths have no limit.
-    max_num_iter : int, default 50
-        Maximum number of iterations.
 
     Returns
     -------

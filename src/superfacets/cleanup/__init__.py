@@ -1,1 +1,1 @@
-"""Stage 5: connect, merge, smooth and resize regions: labels of cells in, labels out."""
+"""Functions of labels that return labels. Stage 5 of `segment` smooths and resizes regions."""

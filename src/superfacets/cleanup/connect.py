@@ -1,4 +1,4 @@
-"""Stage 5: make each region connected, by joining all but one of its pieces to other regions."""
+"""Join all but one of the pieces of each region to other regions. `segment` does not use it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Stage 5: merge small regions with their neighbors."""
+"""Merge small regions with their neighbors. `segment` does not use it."""
 
 from __future__ import annotations
 

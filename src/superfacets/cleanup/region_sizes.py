@@ -31,11 +31,6 @@ class Goals(NamedTuple):
     is_exact: bool = False  # True if sizes must equal `goals`, even if regions get disconnected
 
     @property
-    def targets(self) -> tuple[Floats, Floats]:
-        """Size of each cell, and target size of each region."""
-        return self.sizes, self.goals
-
-    @property
     def limits(self) -> tuple[Floats, Floats]:
         """Accepted minimum and maximum size of each region, as two arrays (K,)."""
         if self.is_exact:
@@ -83,7 +78,8 @@ def settle(
     centers = recentered(centers, labels, positions, measures)
     if smoothing is not None:
         near = smoothing._replace(max_distance=MAX_DISTANCE)
-        again = move_to_goals(costs, straighten(costs, labels, centers, near, goals.targets), goals)
+        smooth = straighten(costs, labels, centers, near, (goals.sizes, goals.goals))
+        again = move_to_goals(costs, smooth, goals)
         if not len(goals.out_of_bounds(again)):
             labels = again
             centers = recentered(centers, labels, positions, measures)

@@ -30,7 +30,7 @@ from ..graph.sums import sums_by_label
 from .plan import Plan
 from .seeding import CORE_ISLANDS
 
-Offsets: TypeAlias = npt.NDArray[np.uint64]
+PathLengths: TypeAlias = npt.NDArray[np.uint64]
 
 JUMP_ROUNDS = 6
 """Maximum number of rounds in which centers move from regions that are too small into regions that
@@ -324,7 +324,7 @@ class Balancer:
         is_exact = rules.options.cells is not None
         return Goals(rules.sizes, goals, rules.options.limits, is_exact)
 
-    def path_offsets(self) -> Offsets:
+    def path_offsets(self) -> PathLengths:
         """Return `offsets` as unsigned integers, which `_core` expects."""
         return self.offsets.astype(np.uint64)
 
@@ -402,7 +402,7 @@ class Balancer:
             clustering.classify(centers, self.path_offsets())
 
     def _rescued(
-        self, found: _Regions, lengths: Offsets, centers: Ints, offsets: Longs
+        self, found: _Regions, lengths: PathLengths, centers: Ints, offsets: Longs
     ) -> tuple[Ints, Longs]:
         """Move each center that lies in another region to the farthest cell of a large region.
 
@@ -460,7 +460,7 @@ class _Regions:
         ranks[order] = np.arange(len(order)) - np.searchsorted(groups, groups)
         return ranks
 
-    def farthest(self, lengths: Offsets) -> Ints:
+    def farthest(self, lengths: PathLengths) -> Ints:
         """Return, for each region, its cell with the longest path; for empty regions, the center.
 
         `lengths` is the length of the path to each cell from the center of its region.

@@ -77,7 +77,7 @@ def clean(
             smoothing = OF_PARTS
         result, goals = clustered.result, clustered.goals
         if options.smooth:
-            sizes = None if goals is None else goals.targets
+            sizes = None if goals is None else (goals.sizes, goals.goals)
             labels = straighten(costs, result.labels, result.centers, smoothing, sizes)
             result = replace(result, labels=labels)
         if goals is not None:

@@ -63,7 +63,7 @@ def weigh(
         surface = kind.surface(prepared.cells, graph, options.loop.n_threads)
         normals = None if prepared.shapes is None else prepared.shapes.normals
         arc_weights = weights_of_kind(kind, surface, graph, radius, options.weights, normals)
-        if not options.weights.costs_follow_edges:  # otherwise, `clean` needs the full surface
+        if not options.weights.costs_follow_edges:  # otherwise, `clean` needs normals
             surface = kind.bare_surface(surface, prepared.cells, graph, surface.n_threads)
     has_creases = surface.weights is None and surface.dimension == 2
     has_part_costs = options.weights.has_part_costs and has_creases and radius > 0.0
@@ -119,7 +119,7 @@ def ordered_graph(
     options = weighed.options.weights
     with clock.timed("order", begins=False):
         is_symmetric = options.given is None  # formulas give symmetric weights
-        # 0 marks a graph without costs between parts; see `coarsening.is_straight`.
+        # Length of an integer step in the unit of positions; 0 without costs between parts.
         straight_unit = unit * weighed.surface.weight_unit if weighed.has_part_costs else 0.0
         ordered = _core.OrderedGraph(
             placed.cells, *placed.arcs, weighed.surface.n_threads, is_symmetric, straight_unit

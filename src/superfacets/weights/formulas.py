@@ -471,19 +471,19 @@ class WeightOptions:
         return replace(self, params={**self.params, "eta_convex": eta})
 
     @property
-    def weight(self) -> Formula | None:
+    def formula(self) -> Formula | None:
         """The formula, or None if the caller gave weights."""
         return WEIGHTS.get(self.params["weights"])
 
     @property
     def has_part_costs(self) -> bool:
         """Value of `Formula.has_part_costs`; False if the caller gave weights."""
-        return self.weight is not None and self.weight.has_part_costs
+        return self.formula is not None and self.formula.has_part_costs
 
     @property
     def costs_follow_edges(self) -> bool:
         """Value of `Formula.costs_follow_edges`; False if the caller gave weights."""
-        return self.weight is not None and self.weight.costs_follow_edges
+        return self.formula is not None and self.formula.costs_follow_edges
 
     def crease_cost(self, radius: float) -> float:
         """Return the length that a concave crease with angle pi adds to an arc, for this radius."""
@@ -531,9 +531,9 @@ def arc_weights(
     if options.given is not None:
         return ArcWeights(options.given)
     cells = (faces.positions, faces.measures, NO_NORMALS if normals is None else normals)
-    assert options.weight is not None
+    assert options.formula is not None
     params = {**options.params, "slack": options.slack}
-    return options.weight.compute(surface, cells, radius, params)
+    return options.formula.compute(surface, cells, radius, params)
 
 
 def creases_of(surface: Surface, radius: float, ridges: float | None = None) -> Floats:
