@@ -42,6 +42,7 @@ def segment(
 ) -> Segmentation:
     """Label every face of a mesh with one of k regions, by the algorithm published in the paper.
 
+    The paper is Simari, Picciau and De Floriani, "Fast and Scalable Mesh Superfacets", 2014.
     Weights are computed with equations 1 to 3, see `superfacet_weights`. Paths of a region end at
     a distance from its center. The loop stops when no center moves, when the centers return to an
     earlier state, or after `max_num_iter` iterations. Neither the mesh nor borders are smoothed.
@@ -71,10 +72,6 @@ def segment(
         If the mesh is not valid.
     ValueError, TypeError
         If a parameter is out of range or of the wrong type.
-
-    References
-    ----------
-    Simari, Picciau and De Floriani, "Fast and Scalable Mesh Superfacets", 2014.
 
     Examples
     --------

@@ -166,7 +166,7 @@ def run(mesh: MeshLike | Prepared, options: SegmentOptions) -> Segmentation:
         planned = plan_regions(prepared, options, clock)  # 1 face_graph
         weighed, weights = weigh(prepared, planned.plan, options, clock)  # 2 weights
         weights, feature_costs = add_features(weights, weighed, prepared, clock)  # 2 weights
-        graph, source, order = prepared.graph, prepared.source, prepared.order
+        graph, source, input_index = prepared.graph, prepared.source, prepared.input_index
         del mesh, prepared
         lengths = round_weights(weights, graph, weighed, clock)  # 2 weights
         del weights
@@ -182,4 +182,4 @@ def run(mesh: MeshLike | Prepared, options: SegmentOptions) -> Segmentation:
         )
         del ordered, coarsening, placed
         result = clean(clustered, lengths, feature_costs, weighed, clock)  # 5 regions
-        return finish(result, source, order, weighed, planned, clock)  # not timed
+        return finish(result, source, input_index, weighed, planned, clock)  # not timed

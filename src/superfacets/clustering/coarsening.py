@@ -24,7 +24,7 @@ with values of 16 to 32 as without coarse levels. The undersegmentation error wi
 
 FINEST_PER_REGION = 48
 """Value that replaces CELLS_PER_REGION on the finest coarse level, if paths on coarse cells
-determine the labels of all cells (see `Coarsening.on_all`). With a value of 24, the
+determine the labels of all cells (see `Coarsening.loops_on_all`). With a value of 24, the
 undersegmentation error is 0.003 to 0.006 higher. With 96, the error is 0.001 to 0.003 lower."""
 
 COARSEST_PER_REGION = 12
@@ -61,10 +61,10 @@ class Coarsening:
 
     graphs: list[CoarseGraph]
     """Coarse graphs, from finest to coarsest. The loop removes each graph after its last use."""
-    n_finer: int = 0
+    n_without_loop: int = 0
     """Number of graphs at the start of `graphs` on which the loop does not run. After the loop,
     paths are extended from coarser cells to the cells of these graphs."""
-    on_all: bool = True
+    loops_on_all: bool = True
     """Whether the loop runs on all cells after the coarse graphs. If False, all cells are only
     labeled once at the end."""
     is_short: bool = False
@@ -78,7 +78,7 @@ class Coarsening:
         if not is_straight(graph):
             enough = (CELLS_PER_REGION * n_segments, CELLS_PER_REGION * n_segments)
             coarse = _coarser(graph, CELL_SIZES, enough, n_segments, n_threads)
-            return cls(coarse, on_all=not coarse)
+            return cls(coarse, loops_on_all=not coarse)
         finest, coarsest = FINEST_PER_REGION * n_segments, COARSEST_PER_REGION * n_segments
         if has_small_regions(graph, n_segments):
             enough = (CELLS_PER_REGION * n_segments, coarsest)
@@ -87,7 +87,7 @@ class Coarsening:
             return cls(coarse, is_short=not coarse and n_segments >= MANY_REGIONS and is_default)
         coarse = _coarser(graph, CELL_SIZES, (finest, coarsest), n_segments, n_threads)
         n_fine = sum(level.graph.n_cells >= finest for level in coarse)
-        return cls(coarse, max(n_fine - 1, 0), on_all=not coarse)
+        return cls(coarse, max(n_fine - 1, 0), loops_on_all=not coarse)
 
 
 def coarsened(

@@ -61,27 +61,27 @@ class Loop:
     def run(self, coarsening: Coarsening, graph: OrderedGraph, centers: Ints) -> tuple[Ints, Ints]:
         """Run the loop on the coarse graphs, from coarsest to finest; then label all cells.
 
-        If `coarsening.on_all`, the loop also runs on all cells. `centers` are the initial centers,
-        as cells of the coarsest graph. Returns the label of each cell, and the centers from which
+        If `coarsening.loops_on_all`, the loop also runs on all cells. `centers` are the seeds: cells
+        of the coarsest graph. Returns the label of each cell, and the centers from which
         these labels were computed. The list `coarsening.graphs` is emptied to free memory.
         """
         self.options.report("classify")
         coarse = coarsening.graphs
-        while len(coarse) > coarsening.n_finer:
+        while len(coarse) > coarsening.n_without_loop:
             level = coarse.pop()
             clustering = self._run_level(level.graph, centers)
-            if len(coarse) == coarsening.n_finer and not coarsening.on_all:
-                clustering = self._balanced(level.graph, clustering, coarsening.n_finer + 1)
+            if len(coarse) == coarsening.n_without_loop and not coarsening.loops_on_all:
+                clustering = self._balanced(level.graph, clustering, coarsening.n_without_loop + 1)
             with timed(self.timings, "update"):
                 labels, centers = _labels_and_centers(clustering)
                 centers = level.refine(labels, centers, self.options.n_threads)
-        if coarsening.on_all or not is_straight(graph):
-            must_stay = not coarsening.on_all
+        if coarsening.loops_on_all or not is_straight(graph):
+            must_stay = not coarsening.loops_on_all
             clustering = self._run_level(graph, centers, is_last=True, must_stay=must_stay)
             clustering = self._balanced(graph, clustering, 0)
             return _labels_and_centers(clustering)
         paths = clustering.lengths(), _labels_and_centers(clustering)[0]
-        coarse.append(level)  # the last coarse level; `on_all` is False only if there is one
+        coarse.append(level)  # the last one; `loops_on_all` is False only if there is one
         del level, clustering  # these references would keep the graph in memory in `_spread`
         return self._spread(coarse, paths, centers)
 

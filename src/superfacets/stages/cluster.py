@@ -77,8 +77,8 @@ def clean(
             smoothing = OF_PARTS
         result, goals = clustered.result, clustered.goals
         if options.smooth:
-            sizes = None if goals is None else (goals.sizes, goals.goals)
-            labels = straighten(costs, result.labels, result.centers, smoothing, sizes)
+            targets = None if goals is None else (goals.sizes, goals.goals)
+            labels = straighten(costs, result.labels, result.centers, smoothing, targets)
             result = replace(result, labels=labels)
         if goals is not None:
             result = _sized(costs, result, goals, smoothing if options.smooth else None)
@@ -124,14 +124,14 @@ def _border_costs(
 
 
 def finish(
-    result: Segmentation, source: Cells, order: Ints | None, weighed: Weighed, planned: Planned,
-    clock: Clock,
+    result: Segmentation, source: Cells, input_index: Ints | None, weighed: Weighed,
+    planned: Planned, clock: Clock,
 ) -> Segmentation:  # fmt: skip
     """Restore the input order of cells, and add timings and parameters to the result."""
     result = weighed.plan.whole(result)
-    if order is not None:
-        labels = result.labels[inverse_of(order)]
-        result = replace(result, labels=labels, centers=order[result.centers])
+    if input_index is not None:
+        labels = result.labels[inverse_of(input_index)]
+        result = replace(result, labels=labels, centers=input_index[result.centers])
     timings = clock.timings | result.timings
     if "regions" in timings:
         timings["regions"] = timings.pop("regions")  # moved to the end: this stage runs last

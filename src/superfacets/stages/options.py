@@ -66,9 +66,9 @@ class SegmentOptions:
             sizes=sizes,
         )
 
-    def prepared(self, n_steps: int | None, slack: float, weld: bool) -> SegmentOptions:
-        """Return options for a mesh after `n_steps` smoothing steps; see `Prepared` for `slack`."""
-        weights = replace(self.weights, slack=slack)
+    def prepared(self, n_steps: int | None, angle_slack: float, weld: bool) -> SegmentOptions:
+        """Return options for a mesh after `n_steps` smoothing steps; see `Prepared`."""
+        weights = replace(self.weights, angle_slack=angle_slack)
         return replace(self, denoise=n_steps, weights=weights, weld=weld)
 
     def needs_order(self, kind: Kind) -> bool:

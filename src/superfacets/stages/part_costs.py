@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from .. import _core
 from ..base.timing import Clock
 from ..base.types import ArcLists, Ints, Singles
 from ..clustering.coarsening import Coarsening, has_small_regions
-from ..graph.constraints import NO_GROUPS
 from ..weights import parts
 from ..weights.parts import conducting_graph, embedding, scale
 from .weigh import Weighed
@@ -44,6 +45,10 @@ SHORT_STEPS, there are 9 instead of 20 far arcs per face. Regions are then 0.2 %
 compact, but 5 % longer on regular grids."""
 
 
+EACH_ALONE: Ints = np.empty(0, np.int32)
+"""Value of `PartCosts.group_of` if each cell is its own group."""
+
+
 def add_parts(
     graph: _core.OrderedGraph, coarsening: Coarsening, weighed: Weighed, clock: Clock
 ) -> PartCosts | None:
@@ -57,7 +62,7 @@ def add_parts(
     options, size, n_threads = weighed.options.weights, weighed.plan.size, weighed.surface.n_threads
     with clock.timed("weights", begins=False):
         factors = (options.params["gamma"], options.crease_cost(size.radius))
-        if coarsening.on_all:
+        if coarsening.loops_on_all:
             groups = groups_to_embed(graph, n_threads)
             costs = PartCosts.of(graph, groups, factors, n_threads)
             far_steps = FAR_STEPS if has_small_regions(graph, size.n_segments) else 1
@@ -69,9 +74,9 @@ def add_parts(
             graph.add_part_costs(costs.group_of, costs.vectors, costs.factor, n_threads)
             costs.add_to(coarsening.graphs, costs.group_of, n_threads)
         else:
-            groups = coarsening.graphs[: coarsening.n_finer + 1]
+            groups = coarsening.graphs[: coarsening.n_without_loop + 1]
             costs = PartCosts.of(graph, groups, factors, n_threads)
-            costs.add_to(coarsening.graphs[coarsening.n_finer :], None, n_threads)
+            costs.add_to(coarsening.graphs[coarsening.n_without_loop :], None, n_threads)
         return costs
 
 
@@ -89,26 +94,26 @@ class PartCosts:
 
     @classmethod
     def of(
-        cls, graph: _core.OrderedGraph, groups: list[_core.CoarseGraph],
+        cls, graph: _core.OrderedGraph, levels: list[_core.CoarseGraph],
         factors: tuple[float, float], n_threads: int,
     ) -> PartCosts:  # fmt: skip
         """Compute the spectral embedding of a graph, and the factor of the costs.
 
-        `groups` contains successively coarser graphs. The cells of the last graph are embedded, or
-        the cells of `graph` if `groups` is empty. `factors` contains gamma, and the cost of a
+        `levels` contains successively coarser graphs. The cells of the last graph are embedded, or
+        the cells of `graph` if `levels` is empty. `factors` contains gamma, and the cost of a
         concave crease of angle pi in the unit of the positions. The cost of an arc is gamma times
         the distance of its ends in the embedding. Distances are scaled so that, over all arcs of
         the embedded graph, their sum equals the sum of the arc lengths without crease costs. On
         shapes with few creases, gamma is reduced (see `MIN_BLOCKED`).
         """
         gamma, crease_cost = factors
-        embedded = groups[-1].graph if groups else graph
+        embedded = levels[-1].graph if levels else graph
         base = conducting_graph(embedded, crease_cost, n_threads)
         vectors = embedding(base, embedded, n_threads)
         strength = (base.blocked_fraction - MIN_BLOCKED) / (FULL_BLOCKED - MIN_BLOCKED)
         gamma *= min(max(strength, 0.0), 1.0)
         factor = gamma * scale(base, vectors, n_threads) / graph.straight_unit
-        return cls(vectors, _group_of(groups, n_threads), factor)
+        return cls(vectors, _group_of(levels, n_threads), factor)
 
     def add_to(
         self, coarse: list[_core.CoarseGraph], group_of: Ints | None, n_threads: int
@@ -122,7 +127,7 @@ class PartCosts:
         for level in coarse:
             if group_of is not None:  # mean vector of the cells in each coarse cell
                 rows = level.means_of(rows, group_of, n_threads).reshape(-1, rows.shape[1])
-            group_of = NO_GROUPS
+            group_of = EACH_ALONE
             level.add_far_arcs(n_threads)
             level.add_part_costs(rows, self.factor, n_threads)
 
@@ -135,15 +140,15 @@ class PartCosts:
         return _core.add_part_costs(*arcs, lengths, self.group_of, self.vectors, factor, n_threads)
 
 
-def _group_of(groups: list[_core.CoarseGraph], n_threads: int) -> Ints:
-    """Return, for each cell, the cell of the last graph in `groups` that contains the cell.
+def _group_of(levels: list[_core.CoarseGraph], n_threads: int) -> Ints:
+    """Return, for each cell, the cell of the last graph in `levels` that contains the cell.
 
-    The result is empty if `groups` is empty.
+    The result is empty if `levels` is empty.
     """
-    if not groups:
-        return NO_GROUPS
-    found = groups[0].coarse_cells(n_threads)
-    for level in groups[1:]:
+    if not levels:
+        return EACH_ALONE
+    found = levels[0].coarse_cells(n_threads)
+    for level in levels[1:]:
         found = level.coarse_cells(n_threads)[found]
     return found
 

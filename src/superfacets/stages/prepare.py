@@ -55,11 +55,11 @@ class Prepared:
         Smoothed copy of `source`, or `source` itself if it was not smoothed.
     n_steps : int or None
         Number of smoothing steps; None if the cells are not faces.
-    slack : float
+    angle_slack : float
         Angle in radians that is subtracted from the angle of each edge, because noise remains.
     kind : Kind
         Kind of the cells: faces, tetrahedra or points.
-    cells, graph, shapes, order
+    cells, graph, shapes, input_index
         The cells in the order in which `segment` works, their graph, facts about the shapes of
         faces, and the index in `source` of each cell (None: the cells are in the given order).
     """
@@ -68,12 +68,12 @@ class Prepared:
     weld: bool
     denoised: Cells
     n_steps: int | None
-    slack: float
+    angle_slack: float
     kind: Kind
     cells: Cells
     graph: BaseGraph
     shapes: FaceShapes | None
-    order: Ints | None
+    input_index: Ints | None
 
     @classmethod
     def of(
@@ -116,7 +116,7 @@ class Prepared:
 
     def surface(self, *, n_threads: int) -> Surface:
         """Return the `Surface` of `source`, whose cells are in the order of the caller."""
-        if self.order is not None or self.n_steps:
+        if self.input_index is not None or self.n_steps:
             return graph_and_surface(self.source, self.weld, n_threads)[1]
         return self.kind.surface(self.source, self.graph, n_threads)
 
@@ -125,7 +125,7 @@ class Prepared:
         if not self.n_steps:
             return np.asarray(self.graph.measures)
         measures = self.kind.measures(self.source, n_threads)
-        return measures if self.order is None else measures[self.order]
+        return measures if self.input_index is None else measures[self.input_index]
 
 
 def prepare(
@@ -197,14 +197,14 @@ def prepared_for(
         if (
             prepared is None
             or is_kept is not None  # the mask changes the neighbors of points
-            or (needs_order and prepared.order is not None)
+            or (needs_order and prepared.input_index is not None)
             or options.denoise not in ("auto", prepared.n_steps)
         ):
             prepared = Prepared.of(
                 source, weld=True if given is None else given.weld, n_threads=n_threads,
                 is_sorted=not needs_order, denoise=options.denoise, is_kept=is_kept,
             )  # fmt: skip
-    return prepared, options.prepared(prepared.n_steps, prepared.slack, prepared.weld)
+    return prepared, options.prepared(prepared.n_steps, prepared.angle_slack, prepared.weld)
 
 
 def read_with_features(
@@ -247,14 +247,15 @@ def plan_regions(prepared: Prepared, options: SegmentOptions, clock: Clock) -> P
             prepared.graph,
             weld=prepared.weld,
             n_threads=n_threads,
-            order=prepared.order,
+            order=prepared.input_index,
         )  # fmt: skip
         measures = prepared.given_measures(n_threads)
-        sizes = SizeRules.of(options.sizes, prepared.graph, inside, prepared.order, measures)
+        sizes = SizeRules.of(options.sizes, prepared.graph, inside, prepared.input_index, measures)
         size = options.size if sizes is None else sizes.with_count(options.size)
         plan = Plan.of(
             prepared.graph, inside, (size, options.init), n_threads,
-            dimension=prepared.kind.dimension, plural=prepared.kind.plural, order=prepared.order,
+            dimension=prepared.kind.dimension, plural=prepared.kind.plural,
+            order=prepared.input_index,
         )  # fmt: skip
         if sizes is not None:
             sizes.check(plan.size.n_segments)

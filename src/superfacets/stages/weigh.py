@@ -84,7 +84,7 @@ def add_features(
     surface, measures = weighed.surface, prepared.graph.measures
     with clock.timed("weights", begins=False):
         costs = weighed.options.features.costs(
-            prepared.source, measures, surface.n_threads, prepared.order
+            prepared.source, measures, surface.n_threads, prepared.input_index
         )
         if costs is None:
             return weights, None

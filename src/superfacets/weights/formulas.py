@@ -438,7 +438,7 @@ class WeightOptions:
     params: dict[str, Any]  # name and parameters of the formula, as in `Segmentation.params`
     given: npt.ArrayLike | None  # (M,) weights given by the caller, or None to use a formula
     usual: frozenset[str] = frozenset()  # names of parameters that the caller did not set
-    slack: float = 0.0  # see `EdgeFactors.slack`
+    angle_slack: float = 0.0  # see `EdgeFactors.slack`
 
     @classmethod
     def checked(
@@ -532,7 +532,7 @@ def arc_weights(
         return ArcWeights(options.given)
     cells = (faces.positions, faces.measures, NO_NORMALS if normals is None else normals)
     assert options.formula is not None
-    params = {**options.params, "slack": options.slack}
+    params = {**options.params, "slack": options.angle_slack}
     return options.formula.compute(surface, cells, radius, params)
 
 
