@@ -173,9 +173,8 @@ def run(mesh: MeshLike | Prepared, options: SegmentOptions) -> Segmentation:
         placed = place(graph, lengths, weighed, clock)  # order
         del graph
         ordered = ordered_graph(placed, lengths.unit, weighed, clock)  # order
-        coarsening = coarsened(
-            ordered, planned.plan, weighed.options.loop, clock.timings
-        )  # coarsen
+        loop = weighed.options.loop
+        coarsening = coarsened(ordered, weighed.plan, loop, clock.timings)  # coarsen
         part_costs = add_parts(ordered, coarsening, weighed, clock)  # 2 weights
         clustered = cluster(  # 3 seeding, 4a classify, 4b update, balance
             ordered, coarsening, placed.arcs, weighed, planned, part_costs

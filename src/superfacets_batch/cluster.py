@@ -19,7 +19,7 @@ from queue import Empty, SimpleQueue
 from typing import Any, cast
 
 from superfacets import __version__
-from superfacets.kit import counted, import_extra, reason_of
+from superfacets.kit import import_extra, reason_of
 
 from .jobs import BatchJob, Record, failed, other_version, run_job
 
@@ -59,8 +59,7 @@ class Crew:
         """Yield each job with its record, or None if its worker ended.
 
         Each thread gets one job at a time, because Dask counts a failure for all jobs at a worker
-        that ends. If `is_alone` is true, one job at a time gets all threads. Raises a
-        ConnectionError if no worker or scheduler is left, and errors that must stop the batch.
+        that ends. With `is_alone`, one job gets all threads. Raises errors that stop the batch.
         """
         waiting = deque(jobs)
         started: dict[str, _Started] = {}
@@ -82,6 +81,8 @@ class Crew:
                             record = _record_of(future, started[future.key].job)
                         except TimeoutError:  # the record was lost: Dask repeats the job
                             future.add_done_callback(ended.put)
+                            self._looked = time.monotonic()  # this wait may be without workers
+                            self._look(0.0, {})
                             continue
                         if record is None:
                             self._looked = -math.inf  # there is one worker less now
@@ -114,8 +115,7 @@ class Crew:
                 one.place = places.get(key)
                 one.since = now if one.place else math.inf
         if now > self._seen + PATIENCE:
-            seconds = counted(round(PATIENCE), "second")
-            raise ConnectionError(f"there were no workers for {seconds}: start one")
+            raise ConnectionError(f"there were no workers for {PATIENCE:g} seconds: start one")
 
     def _end_worker_of(self, late: _Started) -> None:
         """Cancel a job, and restart its worker. A worker without a nanny gets no more jobs."""

@@ -4,6 +4,8 @@ import gc
 import logging
 import signal
 import socket
+import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -112,7 +114,7 @@ def test_workers_that_end_for_good_end_the_batch_when_none_is_left(many, tmp_pat
 
     with started(tmp_path) as own:
         out = tmp_path / "out"
-        with pytest.raises(ConnectionError, match="there were no workers for 1 second: start one"):
+        with pytest.raises(ConnectionError, match="there were no workers for 1 seconds: start one"):
             sf.batch(many, out, scheduler=own.address, progress=kill, **OPTIONS)
         with pytest.raises(
             ConnectionError, match=f"the scheduler at {own.address} has no workers: start"
@@ -122,6 +124,37 @@ def test_workers_that_end_for_good_end_the_batch_when_none_is_left(many, tmp_pat
     result = sf.batch(many, out, workers=1, **OPTIONS)
     assert result.n_kept + result.n_failed + result.n_done == 25
     assert result.n_kept >= 9
+
+
+def test_lost_records_end_the_batch_when_no_worker_is_left(monkeypatch):
+    """The scheduler says that a job has ended, but its record was at a worker that is gone."""
+    monkeypatch.setattr(cluster, "TICK", 0.01)
+    monkeypatch.setattr(cluster, "PATIENCE", 0.3)
+    n_asked = 0
+
+    class Lost:
+        key, status, cancelled = "job", "finished", staticmethod(lambda: False)
+
+        def add_done_callback(self, call):
+            call(self)
+
+        def result(self, timeout):
+            nonlocal n_asked
+            n_asked += 1
+            assert n_asked < 30
+            time.sleep(0.1)  # longer than five ticks
+            raise TimeoutError
+
+    class Dask:
+        counts = iter([{"worker": 1}])
+        run = staticmethod(lambda _: {"worker": (1, 1e9)})
+        submit = staticmethod(lambda *_, **__: Lost())
+        nthreads = staticmethod(lambda: next(Dask.counts, {}))
+        cancel = staticmethod(lambda _: None)
+
+    job = SimpleNamespace(with_threads=lambda _: None)
+    with pytest.raises(ConnectionError, match=r"no workers for 0\.3 seconds: start one"):
+        list(cluster.Crew(Dask).run([job], timeout=None))
 
 
 def test_a_scheduler_that_ends_ends_the_batch(many, tmp_path):

@@ -26,23 +26,23 @@ class Goals(NamedTuple):
     """Target sizes of regions. The size of a region is the sum of the sizes of its cells."""
 
     sizes: Floats  # (N,) size of each cell
-    goals: Floats  # (K,) target size of each region
+    targets: Floats  # (K,) target size of each region
     bounds: tuple[float, float] = (0.0, math.inf)  # minimum and maximum size of any region
-    is_exact: bool = False  # True if sizes must equal `goals`, even if regions get disconnected
+    is_exact: bool = False  # True if sizes must equal `targets`, even if regions get disconnected
 
     @property
     def limits(self) -> tuple[Floats, Floats]:
         """Accepted minimum and maximum size of each region, as two arrays (K,)."""
         if self.is_exact:
-            return self.goals, self.goals
+            return self.targets, self.targets
         low, high = self.bounds
-        lows, highs = (1.0 - SPREAD) * self.goals, (1.0 + SPREAD) * self.goals
+        lows, highs = (1.0 - SPREAD) * self.targets, (1.0 + SPREAD) * self.targets
         return np.clip(lows, low, high), np.clip(highs, low, high)
 
     def out_of_bounds(self, labels: Ints) -> Ints:
-        """Return the regions whose size is not in `bounds` or, if `is_exact`, is not the goal."""
+        """Return the regions whose size is not in `bounds` or, if `is_exact`, is not its target."""
         low, high = self.limits if self.is_exact else self.bounds
-        found = sums_by_label(labels, self.sizes, len(self.goals))
+        found = sums_by_label(labels, self.sizes, len(self.targets))
         slack = 1e-9 * float(found.mean())
         return np.flatnonzero((found < low - slack) | (found > high + slack)).astype(np.int32)
 
@@ -52,9 +52,9 @@ class Goals(NamedTuple):
         for region in self.out_of_bounds(labels)[:1].tolist():
             size = float(self.sizes[labels == region].sum())
             if self.is_exact:
-                wanted = self.goals[region]
+                wanted = self.targets[region]
                 raise MeshError(
-                    f"Sizes(cells={self.goals.max():g}) cannot be met: region {region} has"
+                    f"Sizes(cells={self.targets.max():g}) cannot be met: region {region} has"
                     f" {counted(int(size), 'cell')} instead of {wanted:g}"
                 )
             name, bound = ("least", low) if size < low else ("most", high)
@@ -78,7 +78,7 @@ def settle(
     centers = recentered(centers, labels, positions, measures)
     if smoothing is not None:
         near = smoothing._replace(max_distance=MAX_DISTANCE)
-        smooth = straighten(costs, labels, centers, near, (goals.sizes, goals.goals))
+        smooth = straighten(costs, labels, centers, near, (goals.sizes, goals.targets))
         again = move_to_goals(costs, smooth, goals)
         if not len(goals.out_of_bounds(again)):
             labels = again

@@ -61,8 +61,8 @@ class Loop:
     def run(self, coarsening: Coarsening, graph: OrderedGraph, centers: Ints) -> tuple[Ints, Ints]:
         """Run the loop on the coarse graphs, from coarsest to finest; then label all cells.
 
-        If `coarsening.loops_on_all`, the loop also runs on all cells. `centers` are the seeds: cells
-        of the coarsest graph. Returns the label of each cell, and the centers from which
+        If `coarsening.loops_on_all`, the loop also runs on all cells. `centers` are the seeds, as
+        cells of the coarsest graph. Returns the label of each cell, and the centers from which
         these labels were computed. The list `coarsening.graphs` is emptied to free memory.
         """
         self.options.report("classify")

@@ -77,7 +77,7 @@ def clean(
             smoothing = OF_PARTS
         result, goals = clustered.result, clustered.goals
         if options.smooth:
-            targets = None if goals is None else (goals.sizes, goals.goals)
+            targets = None if goals is None else (goals.sizes, goals.targets)
             labels = straighten(costs, result.labels, result.centers, smoothing, targets)
             result = replace(result, labels=labels)
         if goals is not None:

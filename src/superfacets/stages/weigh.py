@@ -65,7 +65,8 @@ def weigh(
         arc_weights = weights_of_kind(kind, surface, graph, radius, options.weights, normals)
         if not options.weights.costs_follow_edges:  # otherwise, `clean` needs normals
             surface = kind.bare_surface(surface, prepared.cells, graph, surface.n_threads)
-    has_creases = surface.weights is None and surface.dimension == 2
+    is_graph = surface.weights is not None  # its arcs have weights of their own
+    has_creases = not is_graph and surface.dimension == 2
     has_part_costs = options.weights.has_part_costs and has_creases and radius > 0.0
     relocates = options.relocates and has_part_costs and not plan.has_seeds
     options = replace(options, loop=replace(options.loop, relocates=relocates))
