@@ -109,7 +109,7 @@ def has_small_regions(graph: OrderedGraph, n_segments: int) -> bool:
 
 
 def is_straight(graph: OrderedGraph) -> bool:
-    """Return whether the length of each arc is the straight distance of its cells plus a cost."""
+    """Return whether arcs are straight, which they are if there are costs between parts."""
     return graph.straight_unit > 0.0
 
 

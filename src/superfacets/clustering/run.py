@@ -123,8 +123,8 @@ def segment_cells(
     The arguments are not checked. `coarsening` is the result of `coarsened`; its graphs are removed
     after their last use. `joining_arcs` are the arcs across which pieces of regions that have no
     center join other regions after the loop, if possible across arcs shorter than
-    ``graph.crease_limit``; it is None if the loop itself makes connected regions. `balancer`
-    balances the sizes of regions, or is None.
+    ``graph.crease_limit``, which machine parts have. It is None if the loop itself makes connected
+    regions. `balancer` balances the sizes of regions, or is None.
     """
     size, options, init = plan.size, plan.count_options, plan.init
     if init is None:
