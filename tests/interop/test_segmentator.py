@@ -59,7 +59,7 @@ def literal_count(mesh, threshold=0.01, least=20, normals=None):
 
 def parts_of(n_nodes, edges, ids):
     """Return the connected part of each node, where parts consist of nodes with equal ids."""
-    ends = edges[ids[edges[:, 0]] == ids[edges[:, 1]]].T
+    ends = edges[ids[edges[:, 0]] == ids[edges[:, 1]]].T.astype(np.int32)  # for older SciPy
     pairs = coo_array((np.ones(ends.shape[1]), tuple(ends)), (n_nodes, n_nodes))
     return connected_components(pairs, directed=False)[1]
 
