@@ -58,7 +58,7 @@ def folder(subject, tmp_path_factory):
 @pytest.fixture(scope="module")
 def options(folder, tmp_path_factory):
     output = tmp_path_factory.mktemp("quality")
-    return StudyOptions(benchmark=folder, output=output, ks=(6, 12), n_without_loop=1, n_jobs=2)
+    return StudyOptions(benchmark=folder, output=output, ks=(6, 12), n_finer=1, n_jobs=2)
 
 
 @pytest.fixture(scope="module")
@@ -186,7 +186,7 @@ def test_a_second_start_does_only_what_is_missing(options, results):
 def test_a_model_of_which_a_run_failed_is_left_out_and_named(folder, tmp_path):
     blocked = tmp_path / "records" / "x1" / "7" / "default_k-6.json"
     blocked.mkdir(parents=True)
-    options = StudyOptions(benchmark=folder, output=tmp_path, ks=(6,), n_without_loop=0)
+    options = StudyOptions(benchmark=folder, output=tmp_path, ks=(6,), n_finer=0)
     report = study(options)
     assert {row["model"] for row in report.rows} == {3}
     assert report.problems[-1].startswith(
