@@ -89,18 +89,16 @@ def levels_command(
         if labels is not None:  # label numbers in a file may have gaps
             of_file = labels_for(source, cells, labels, labels_named)
             given, _ = kit.ranked_labels(of_file)
-        OutputFiles(
-            [path for path in job.files if not path.name.lower().endswith(ARRAYS)]
-        ).check_fit(cells, given)
+        meshes = [path for path in job.files if not path.name.lower().endswith(ARRAYS)]
+        OutputFiles(meshes).check_fit(cells, given)
         constraints = constraints_of(mask, mask_values, barriers, source, cells, name=labels_named)
         threads, is_kept = kit.checked_threads(options["n_threads"]), constraints.get("mask")
         table: Any = CellData(cells, attributes).features(features, threads, is_kept)
         with warnings.catch_warnings():  # they are about the finest regions, which are then merged
             warnings.simplefilter("ignore", IslandWarning)
             warnings.simplefilter("ignore", SliverWarning)
-            nested = hierarchy(
-                cells, counts, labels=given, features=table, **constraints, **options
-            )
+            arguments = {**options, **constraints, "labels": given, "features": table}
+            nested = hierarchy(cells, counts, **arguments)
         return cells, attributes if keeps else None, nested
 
     cells, attributes, nested = run_in_background(compute)

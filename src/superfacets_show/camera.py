@@ -32,9 +32,6 @@ Up = Literal["auto", "x", "y", "z"]
 UP_CHOICES: tuple[str, ...] = get_args(Up)
 """Allowed values of `View.up`."""
 
-Z_UP_ENDINGS = (".las", ".laz", ".e57")
-"""Endings of formats in which z points up. glTF defines y, but many files do not follow this."""
-
 # Azimuth and elevation of named views, in degrees. "iso" shows three sides of a box equally.
 _NAMED_VIEWS = {
     "front": (0.0, 0.0),

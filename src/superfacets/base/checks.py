@@ -631,9 +631,8 @@ def ranked_labels(labels: npt.NDArray[np.integer[Any]]) -> tuple[Ints, Array]:
 
     Returns the new labels, and the K labels that they replace. Apps use it for labels with gaps.
     """
-    if labels.min(initial=0) >= -1 and labels.max(initial=0) < len(
-        labels
-    ):  # a table is faster than sorting
+    # A table is faster than sorting.
+    if labels.min(initial=0) >= -1 and labels.max(initial=0) < len(labels):
         is_used = np.bincount(labels + 1) > 0
         names, indices = np.arange(-1, len(is_used) - 1), labels + 1
     else:

@@ -13,7 +13,7 @@ from ...base.errors import MeshError
 from ...base.lazy import load
 from ...base.types import Array, Floats
 from ..attributes import MeshAttributes
-from ..guards import MAX_GROWTH, Content, most_bytes_of, named_errors
+from ..guards import MAX_GROWTH, Content, most_bytes_of, named_errors, rotation_of
 from .gltf_file import COMPONENTS, WIDTHS, Gltf
 
 DRACO = "KHR_draco_mesh_compression"
@@ -247,23 +247,12 @@ def _local_matrix(node: dict[str, Any]) -> Floats:
         return Gltf.numbers(node, "matrix", [0.0] * 16).reshape(4, 4).T
     matrix = np.eye(4)
     scale = Gltf.numbers(node, "scale", [1.0] * 3)
-    matrix[:3, :3] = _rotation(Gltf.numbers(node, "rotation", [0.0, 0.0, 0.0, 1.0])) * scale
+    rotation = rotation_of(np.roll(Gltf.numbers(node, "rotation", [0.0, 0.0, 0.0, 1.0]), 1))
+    if rotation is None:
+        raise MeshError("broken glTF: the rotation of a node is the zero quaternion")
+    matrix[:3, :3] = rotation * scale
     matrix[:3, 3] = Gltf.numbers(node, "translation", [0.0] * 3)
     return matrix
-
-
-def _rotation(quaternion: Floats) -> Floats:
-    """Return the rotation matrix of a quaternion (x, y, z, w), of any norm except 0."""
-    length = np.abs(quaternion).max()
-    if length == 0:
-        raise MeshError("broken glTF: the rotation of a node is the zero quaternion")
-    x, y, z, w = quaternion / length
-    s = 2 / (x * x + y * y + z * z + w * w)
-    return np.array([
-        [1 - s * (y * y + z * z), s * (x * y - z * w), s * (x * z + y * w)],
-        [s * (x * y + z * w), 1 - s * (x * x + z * z), s * (y * z - x * w)],
-        [s * (x * z - y * w), s * (y * z + x * w), 1 - s * (x * x + y * y)],
-    ])  # fmt: skip
 
 
 def _has_triangles(primitive: dict[str, Any]) -> bool:
