@@ -98,6 +98,7 @@ FOLDER = FILE  # type of an output folder, which `output_folder` creates
 
 INPUT = click.Path(allow_dash=True)  # type of a file, or - for standard input
 
+EXISTING_FOLDER = click.Path(path_type=Path, file_okay=False, exists=True)
 COUNT = Count(1)
 USUAL_COUNT = 150  # number of regions if no option says how many, or how large
 POSITIVE = Real(min=0, min_open=True)
