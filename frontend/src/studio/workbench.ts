@@ -52,7 +52,7 @@ export class Workbench {
     drawing.onView.push(() => this.hoveredCell >= 0 && this.hover(-1)); // another cell may be under the pointer now
     drawing.afterView.push(() => this.sayIfEmpty());
     events.on("painted", (cells) => {
-      drawing.hasLabels = (session.paints.countOf.get(0) ?? 0) < session.paints.of.length;
+      drawing.hasClasses = (session.paints.countOf.get(0) ?? 0) < session.paints.of.length;
       this.showPaint(cells);
     });
   }

@@ -3,6 +3,7 @@
 import { classOf, type Neighbors, objectOf, type Paints, type Regions } from "./labeling";
 
 export type Rgb = readonly [number, number, number];
+type Lab = readonly [lightness: number, a: number, b: number];
 
 export function parseColor(text: string): Rgb {
   const value = parseInt(text.slice(1), 16);
@@ -28,7 +29,7 @@ function mixed(color: Rgb, shift: number): Rgb {
 }
 
 /** CIELAB coordinates of an sRGB color (white point D65). */
-function labOf(color: Rgb): Rgb {
+function labOf(color: Rgb): Lab {
   const [r, g, b] = color.map((value) => (value > 10 ? ((value / 255 + 0.055) / 1.055) ** 2.4 : value / 255 / 12.92));
   const root = (value: number): number => (value > 0.008856 ? Math.cbrt(value) : 7.787 * value + 16 / 116);
   const x = root((0.4124 * r + 0.3576 * g + 0.1805 * b) / 0.9505);
@@ -41,12 +42,12 @@ function labOf(color: Rgb): Rgb {
  * Colors of successive objects of a class: the class color, and lighter and darker shades of it that differ from each
  * other and from the colors of other classes. `others` contains the colors of other classes in CIELAB.
  */
-function shadesOf(color: Rgb, others: readonly Rgb[]): Rgb[] {
+function shadesOf(color: Rgb, others: readonly Lab[]): Rgb[] {
   const shades = [color];
   const own = [labOf(color)];
   const worth = (shift: number): number => {
     const lab = labOf(mixed(color, shift));
-    const nearest = (to: readonly Rgb[]): number => Math.min(...to.map((one) => Math.hypot(...one.map((value, k) => value - lab[k]))));
+    const nearest = (to: readonly Lab[]): number => Math.min(...to.map((one) => Math.hypot(...one.map((value, k) => value - lab[k]))));
     return Math.min(nearest(others) / MIN_TO_CLASSES, nearest(own) / MIN_TO_SHADES);
   };
   while (shades.length < N_SHADES) {

@@ -58,7 +58,7 @@ const STEP = 6; // distance in pixels between the points of a stroke at which ce
 
 /** A tool that paints along strokes. `touched` contains the regions or cells that the current stroke has painted. */
 abstract class Brush extends Tool {
-  protected paint = 0;
+  protected paint = 0; // class and object that the current stroke gives, as one number; 0 removes labels
   protected strokeId = "";
   protected readonly touched = new Set<number>();
   protected readonly replaced = new Map<number, number>(); // number of repainted regions, keyed by their previous class and object

@@ -8,7 +8,7 @@ import { classOf, joined, objectOf } from "../data/labeling";
 import { remember, remembered, rememberedKeys } from "./remembered";
 
 export interface Stroke {
-  paint: number;
+  paint: number; // class and object of the stroke as one number, see data/labeling.ts
   cells: Uint32Array;
   strokeId: string; // entries with the same id belong to one stroke, and are undone together
 }
@@ -52,7 +52,7 @@ export class Saver {
   constructor(
     private readonly api: Api,
     private readonly path: string,
-    private readonly key: string,
+    private readonly key: string, // prefix of the keys in the storage of the browser; one per file and work file
     private readonly listener: Listener,
   ) {
     this.waiting = rememberedKeys(`${key} `).flatMap((stored) => entryOf(stored));

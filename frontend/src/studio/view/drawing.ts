@@ -38,7 +38,7 @@ export class Drawing {
   readonly onView: (() => void)[] = []; // callbacks that run when the view changes
   readonly afterView: (() => void)[] = []; // callbacks that run after the view has stopped changing
   clip: Box | null = null; // box outside of which nothing is drawn; null for no clipping
-  hasLabels = false; // whether any cell has a class; unlabeled cells are then gray
+  hasClasses = false; // whether any cell has a class; unlabeled cells are then gray
   hidesBacks = false; // whether triangles and points seen from behind are hidden
   readonly blend = new Blend(element("texture-row"), element<HTMLInputElement>("texture"), () => this.redraw());
   private readonly gpu: Gpu;
@@ -285,7 +285,7 @@ export class Drawing {
       ...this.theme, regions, cells: cells.table, region_colors: regionColors, class_colors: classColors,
       suggestions: this.suggestions, suggestion_colors: this.suggestionColors, has_suggestions: this.hasSuggestions,
       ids: frame.colors[0], lights: frame.colors[1], depths: frame.depth, near_far: this.camera.eye.near_far,
-      stride, samples: Math.min(samples, stride), hovered, cursor, has_borders: this.hasBorders, has_labels: this.hasLabels,
+      stride, samples: Math.min(samples, stride), hovered, cursor, has_borders: this.hasBorders, has_labels: this.hasClasses,
       line: Math.max(1, Math.round(1.1 * stride * window.devicePixelRatio)),
       blend: this.ownColors.isShown ? this.blend.opacity : 0,
       is_cloud: this.mesh.isCloud, hides_backs: this.hidesBacks, height: this.canvas.height,
