@@ -9,12 +9,12 @@ import click
 import numpy as np
 
 from superfacets import BorderCut, MeshError, cut_borders, kit, segment
-from superfacets.kit import CellFile, FaceMesh, Ints
+from superfacets.kit import Array
 
-from .inputs import labels_beside, read_input
+from .inputs import ranked_labels_beside, read_input
 from .interrupts import run_in_background
 from .options import COUNT, FILE, USUAL_COUNT, format_option, labels_argument, option
-from .outputs import OneRun, one_output_options
+from .outputs import one_output_options, plan_jobs
 
 
 @click.command("cut")
@@ -27,9 +27,7 @@ from .outputs import OneRun, one_output_options
 )  # fmt: skip
 @one_output_options("the cut mesh with its labels, or the labels of its faces alone", "IN")
 @format_option("IN")
-def cut_command(
-    mesh: Path, n_segments: int | None, labels: Path | None, format: str | None, **given: Any
-) -> None:
+def cut_command(mesh: Path, n_segments: int | None, labels: Path | None, **given: Any) -> None:
     """Cut a mesh along smooth borders of its regions.
 
     Borders between regions zigzag along mesh edges. This command replaces the borders by smooth
@@ -38,24 +36,27 @@ def cut_command(
     """
     if n_segments is not None and labels is not None:
         raise click.UsageError("give -n or LABELS, not both")
-    run = OneRun(mesh, [] if labels is None else [labels], given)
+    (job,) = plan_jobs((str(mesh),), given, (labels,))
+    job.outputs.check()
 
-    def compute() -> tuple[BorderCut, Ints]:
-        source = read_input(str(mesh), format)
-        surface = _surface_of(source)
-        run.outputs.check_fit(surface)
-        found = None
-        if n_segments is None:
-            found = labels_beside(source, labels, surface, run.labels_named)
-        if found is None:
-            found = segment(surface, n_segments, n_threads=run.n_threads).labels
-        compact, names = kit.ranked_labels(found)  # label numbers in a file may have gaps
-        if not len(names):
-            raise MeshError(f"{labels or mesh}: no face is in a region: all labels are -1")
-        return cut_borders(surface, compact, n_threads=run.n_threads), names
+    def compute() -> tuple[BorderCut, Array]:
+        source = read_input(str(mesh), given["format"])
+        surface, name, n_threads = source.cells(), given["labels_named"], given["n_threads"]
+        if not kit.kind_of(surface).has_faces:
+            plural = kit.kind_of(surface).plural
+            raise MeshError(f"{mesh}: expected a mesh of faces to cut, got {plural}")
+        surface = kit.as_mesh(surface)
+        job.outputs.check_fit(surface)
+        has_labels = labels is not None or source.labels(surface.n_cells, name) is not None
+        if n_segments is None and has_labels:
+            found, names = ranked_labels_beside(source, labels, surface, name)
+        else:
+            found = segment(surface, n_segments, n_threads=n_threads).labels
+            names = np.arange(found.max() + 1)
+        return cut_borders(surface, found, n_threads=n_threads), names
 
     cut, names = run_in_background(compute)
-    run.write(cut.mesh, np.append(names, -1)[cut.labels].astype(np.int32))
+    job.write(cut.mesh, np.append(names, -1)[cut.labels].astype(np.int32))
     n_regions, n_kept = len(cut.is_kept), int(np.count_nonzero(cut.is_kept))
     n_new = cut.mesh.n_faces
     facts = {
@@ -63,12 +64,4 @@ def cut_command(
     }  # fmt: skip
     kept = f" ({n_kept} kept their old borders)" if n_kept else ""
     faces = f"{kit.counted(cut.n_sources, 'face')} cut into {n_new}"
-    run.report(facts, f"{faces}, {kit.counted(n_regions, 'region')}{kept}")
-
-
-def _surface_of(source: CellFile) -> FaceMesh:
-    cells = source.cells()
-    kind = kit.kind_of(cells)
-    if not kind.has_faces:
-        raise MeshError(f"{source.name}: expected a mesh of faces to cut, got {kind.plural}")
-    return kit.as_mesh(cells)
+    job.report(facts, f"{faces}, {kit.counted(n_regions, 'region')}{kept}")

@@ -6,22 +6,18 @@ import dataclasses
 import json
 import math
 from collections.abc import Collection, Mapping
-from pathlib import Path
 from typing import Any
 
 import click
 import numpy as np
 
-from superfacets import MeshAttributes, SliverWarning, cloud_info, mesh_info
+from superfacets import SliverWarning, cloud_info, mesh_info
 from superfacets.kit import FORMATS, CloudInfo, MeshInfo, kind_of
 
-from .failures import EXIT_DATA, count_failures, print_note
-from .inputs import check_inputs, name_of, read_input
+from .failures import for_each, print_notes
+from .inputs import name_of, read_input
 from .interrupts import run_in_background
 from .options import INPUT, USUAL_COUNT, format_option, json_option
-
-MAX_BYTES_OF_ATTRIBUTES = 100 << 20
-"""Maximum size, in bytes, of files whose attributes are read to report constant properties."""
 
 _FACES_DOWN = (
     "if z is up, this open surface faces down: aspects are wrong by 180 degrees, and convex and"
@@ -34,31 +30,20 @@ _FACES_DOWN = (
 @click.argument("inputs", metavar="IN...", type=INPUT, nargs=-1, required=True)
 @format_option("the inputs", of_stream=True)
 @json_option("the results as JSON, one line per IN")
-@click.pass_context
-def info_command(
-    ctx: click.Context, inputs: tuple[str, ...], format: str | None, as_json: bool
-) -> None:
+def info_command(inputs: tuple[str, ...], format: str | None, as_json: bool) -> None:
     """Print counts and sizes of meshes and point clouds.
 
     IN may be - for standard input. If an input fails, the remaining inputs are still read, and the
     exit status is 1.
     """
-    check_inputs(inputs)
 
     def report(index: int) -> None:
         text = inputs[index]
-        info, attributes, frame = run_in_background(lambda: _read(text, format))
-        of_las = {} if frame is None else _facts_of(frame)
-        slivers = info.sliver_share if isinstance(info, MeshInfo) else 0.0
-        note = SliverWarning.text(slivers, "try segment --subdivide")
-        if note is not None:
-            print_note(f"{name_of(text)}: {note}")
-        if isinstance(info, MeshInfo) and info.faces_down:
-            print_note(f"{name_of(text)}: {_FACES_DOWN}")
-        constant = _constant_properties(attributes)
-        if constant:
-            names = ", ".join(constant)
-            print_note(f"{name_of(text)}: properties with the same value everywhere: {names}")
+        info, of_las = run_in_background(lambda: _read(text, format))
+        if isinstance(info, MeshInfo):
+            slivers = SliverWarning.text(info.sliver_share, "try segment --subdivide")
+            notes = (slivers, _FACES_DOWN if info.faces_down else None)
+            print_notes(f"{name_of(text)}: {note}" for note in notes if note is not None)
         if as_json:
             click.echo(json.dumps({"file": text, **dataclasses.asdict(info), **of_las}))
             return
@@ -67,20 +52,16 @@ def info_command(
             rows = [("file", name_of(text)), *rows]
         click.echo("\n".join(f"{name:<20} {value}" for name, value in rows))
 
-    if count_failures([name_of(text) for text in inputs], report):
-        ctx.exit(EXIT_DATA)
+    for_each([name_of(text) for text in inputs], report)
 
 
-def _read(text: str, format: str | None) -> tuple[Any, MeshAttributes | None, Any]:
-    path = Path(text)
-    keep = not path.is_file() or path.stat().st_size <= MAX_BYTES_OF_ATTRIBUTES
+def _read(text: str, format: str | None) -> tuple[Any, dict[str, str | int]]:
+    """Return the measures of a file, and facts that only LAS files have."""
     source = read_input(text, format)
-    is_las = source.ending in (".las", ".laz")
-    cells, attributes = source.cells_and_attributes(keep=keep or is_las)
-    frame = None if attributes is None else attributes.las
-    # Constant fields of LAS files are not reported: most files leave some fields unused.
+    cells, attributes = source.cells_and_attributes(keep=source.ending in (".las", ".laz"))
     measure: Any = cloud_info if kind_of(cells).are_points else mesh_info
-    return measure(cells), attributes if keep and not is_las else None, frame
+    frame = None if attributes is None else attributes.las
+    return measure(cells), {} if frame is None else _facts_of(frame)
 
 
 def _facts_of(frame: Any) -> dict[str, str | int]:
@@ -89,20 +70,6 @@ def _facts_of(frame: Any) -> dict[str, str | int]:
         "point_format": frame.point_format,
         "reference_system": frame.reference_system or "none",
     }
-
-
-def _constant_properties(attributes: MeshAttributes | None) -> list[str]:
-    """Return the names of properties, except colors, that have the same value everywhere."""
-    if attributes is None:
-        return []
-    stored = {**attributes.vertex, **attributes.face}
-    return [
-        name
-        for name, values in stored.items()
-        if name not in ("red", "green", "blue", "alpha")
-        and len(values)
-        and (values == values[0]).all()
-    ]
 
 
 def _coordinate(value: float, diagonal: float) -> str:

@@ -111,23 +111,19 @@ T = TypeVar("T")
 
 _NAME = "superfacets-work"  # name of the threads of `run_in_background`
 
-SECONDS_BETWEEN_TICKS = 0.1
-"""Seconds between calls of `tick`: short enough for a smooth progress bar and a quick Ctrl-C."""
 
+def run_in_background(work: Callable[[], T], *, is_shown: bool = True) -> T:
+    """Run `work` in a thread, and return its result or raise its error.
 
-def run_in_background(work: Callable[[], T], tick: Callable[[], object] | None = None) -> T:
-    """Run `work` in a thread, and return its result or raise its error; `tick` is called meanwhile.
-
-    A KeyboardInterrupt ends only the waiting: the thread continues until the process ends.
-    Therefore `work` must not write files.
+    A terminal shows meanwhile that the command works, if `is_shown`. A KeyboardInterrupt ends only
+    the waiting: the thread continues until the process ends. Therefore `work` must not write files.
     """
     import click  # importing it earlier would end the process differently on Ctrl-C
 
-    from .progress import WaitBar
+    from .progress import Progress
 
     results: list[T] = []
     errors: list[BaseException] = []
-    is_done = threading.Event()
     context = click.get_current_context(silent=True)
 
     def body() -> None:
@@ -136,14 +132,12 @@ def run_in_background(work: Callable[[], T], tick: Callable[[], object] | None =
                 results.append(work())
         except BaseException as error:
             errors.append(error)
-        finally:
-            is_done.set()
 
-    threading.Thread(target=body, name=_NAME, daemon=True).start()
-    with WaitBar(is_quiet=tick is not None):
-        while not is_done.wait(SECONDS_BETWEEN_TICKS):
-            if tick is not None:
-                tick()
+    thread = threading.Thread(target=body, name=_NAME, daemon=True)
+    thread.start()
+    with Progress() if is_shown else contextlib.nullcontext():
+        while thread.is_alive():
+            thread.join(0.1)  # without a timeout, Windows hears no Ctrl-C
     if errors:
         raise errors.pop()
     return results.pop()

@@ -22,7 +22,7 @@ from superfacets_scans import GROUPS, SEGMENTS, LiftedLabels, Overlap, ViewWarni
 from . import options as opts
 from .inputs import GivenLabels, given_labels, labels_for, labels_of_cells, read_input
 from .interrupts import run_in_background
-from .outputs import OneRun, one_output_options
+from .outputs import Job, one_output_options, plan_jobs
 
 
 @click.command("lift")
@@ -50,7 +50,7 @@ from .outputs import OneRun, one_output_options
 @opts.drop_attributes_option("IN")
 def lift_command(
     source: Path, labels: Path, masks: Path, cameras: Path, is_consistent: bool, agreement: float,
-    overlap: Any, intrinsics: Path | None, format: str | None, **given: Any,
+    overlap: Any, intrinsics: Path | None, **given: Any,
 ) -> None:  # fmt: skip
     """Label regions of a mesh with image masks.
 
@@ -66,9 +66,10 @@ def lift_command(
     """
     from superfacets import read_cameras, read_masks
 
-    run = OneRun(source, (labels, cameras), given)
+    (job,) = plan_jobs((str(source),), given, (labels, cameras))
+    job.outputs.check()
     has_segments = labels.name.endswith(SEGMENTS)
-    if (refusing := sorted(run.job.endings & {*FORMATS.vertex_outputs})) and not has_segments:
+    if (refusing := sorted(job.endings & {*FORMATS.vertex_outputs})) and not has_segments:
         raise click.UsageError(
             f"{refusing[0]} files cannot store regions without a label: give LABELS as a"
             f" {SEGMENTS} file, whose segments are then written, or use another format"
@@ -76,17 +77,17 @@ def lift_command(
     notes: list[str] = []
 
     def compute() -> tuple[Cells, MeshAttributes | None, LiftedLabels, dict[str, Any]]:
-        file = read_input(str(source), format)
-        cells, attributes = file.cells_and_attributes(keep=run.keeps_attributes)
-        run.outputs.check_fit(cells)
-        of_file = given_labels(file, cells, labels, run.labels_named)
+        file = read_input(str(source), given["format"])
+        cells, attributes = file.cells_and_attributes(keep=job.keeps_attributes)
+        job.outputs.check_fit(cells)
+        of_file = given_labels(file, cells, labels, given["labels_named"])
         regions, names = kit.ranked_labels(labels_of_cells(cells, of_file))
         ids = read_masks(masks, overlap=overlap)
         size = next(iter(ids.values())).shape[::-1]
         views = read_cameras(cameras, intrinsics=intrinsics, size=size, names=ids)
         result = _lifted(
             cells, regions, ids, views, notes, consistent_ids=is_consistent, agreement=agreement,
-            n_threads=run.n_threads,
+            n_threads=given["n_threads"],
         )  # fmt: skip
         own = _segments(of_file, names, result) if has_segments else {}
         return cells, attributes, result, own
@@ -95,10 +96,11 @@ def lift_command(
     found = result.found.tolist()
     names = tuple(map(str, found)) if is_consistent else ("object",) * len(found)
     scores = tuple(result.label_scores.tolist())
-    if own and GROUPS in run.job.endings:
+    if own and GROUPS in job.endings:
         notes.append(f"the groups in {GROUPS} contain segments of {labels.name}")
-    run.write(cells, result.labels, attributes, notes, own, classes=names, scores=scores)
-    _report(run, cells, result)
+    form = {"classes": names, "scores": scores}
+    job.write(cells, result.labels, attributes, notes, form=form, **own)
+    _report(job, cells, result)
 
 
 def _lifted(
@@ -129,7 +131,7 @@ def _segments(given: GivenLabels, names: Array, result: LiftedLabels) -> dict[st
     return {"of_vertices": of_vertices, "segments": (given.labels, objects, given.path)}
 
 
-def _report(run: OneRun, cells: Cells, result: LiftedLabels) -> None:
+def _report(job: Job, cells: Cells, result: LiftedLabels) -> None:
     areas = kit.kind_of(cells).measures(cells, 1)
     total = float(areas.sum())
     seen = float(areas[result.seen].sum()) / total
@@ -143,7 +145,7 @@ def _report(run: OneRun, cells: Cells, result: LiftedLabels) -> None:
         f" {kit.counted(n_labels, 'label')}: {labeled:.1%} of the area is labeled;"
         f" mean score {score:.2f}"
     )
-    run.report(facts | {"seen_area": seen, "labeled_area": labeled}, text, kit.kind_of(cells).noun)
+    job.report(facts | {"seen_area": seen, "labeled_area": labeled}, text, kit.kind_of(cells).noun)
 
 
 @click.command("transfer")
@@ -159,39 +161,39 @@ def _report(run: OneRun, cells: Cells, result: LiftedLabels) -> None:
 @opts.format_option("TARGET", name="--target-format")
 @opts.drop_attributes_option("TARGET")
 def transfer_command(
-    source: Path, labels: Path, target: Path, max_distance: float | None, format: str | None,
-    target_format: str | None, **given: Any,
-) -> None:  # fmt: skip
+    source: Path, labels: Path, target: Path, max_distance: float | None, **given: Any
+) -> None:
     """Transfer labels to another mesh or cloud of the same object.
 
     TARGET must have the same position as IN. Each face or point of TARGET gets the label of the
     nearest face or point of IN. LABELS is a .npy, .seg or .txt file, or a labeled .ply or .vtp; if
     IN contains the labels, give IN again.
     """
-    run = OneRun(target, (source, labels), given)
+    (job,) = plan_jobs((str(target),), given, (source, labels))
+    job.outputs.check()
 
     def compute() -> tuple[Cells, MeshAttributes | None, Ints]:
-        origin = read_input(str(source), format)
+        origin = read_input(str(source), given["format"])
         cells = origin.cells()
-        of_source = labels_for(origin, cells, labels, run.labels_named)
-        file = read_input(str(target), target_format)
-        goal, attributes = file.cells_and_attributes(keep=run.keeps_attributes)
-        run.outputs.check_fit(goal)
+        of_source = labels_for(origin, cells, labels, given["labels_named"])
+        file = read_input(str(target), given["target_format"])
+        goal, attributes = file.cells_and_attributes(keep=job.keeps_attributes)
+        job.outputs.check_fit(goal)
         with warnings.catch_warnings(record=True) as caught:  # warnings become notes
             carried = transfer(
-                cells, of_source, goal, max_distance=max_distance, n_threads=run.n_threads
+                cells, of_source, goal, max_distance=max_distance, n_threads=given["n_threads"]
             )
         notes.extend(str(warning.message) for warning in caught)
         return goal, attributes, carried
 
     notes: list[str] = []
     goal, attributes, carried = run_in_background(compute)
-    run.write(goal, carried, attributes, notes)
+    job.write(goal, carried, attributes, notes)
     n_without = int(np.count_nonzero(carried < 0))
     n_labels = len(np.unique(carried[carried >= 0]))
     noun = kit.kind_of(goal).noun
     facts = {f"n_{noun}s": len(carried), "n_labels": n_labels, "n_without": n_without}
     without = f", {n_without} without a label" if n_without else ""
-    run.report(
+    job.report(
         facts, f"{kit.counted(len(carried), noun)}, {kit.counted(n_labels, 'label')}{without}", noun
     )

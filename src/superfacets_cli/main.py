@@ -72,7 +72,7 @@ def run(group: click.Group, name: str) -> NoReturn:
     try:
         status = group.main(prog_name=name, standalone_mode=False)
     except click.UsageError as error:
-        place = error.ctx.command_path if error.ctx else _command_path(group, name)
+        place = error.ctx.command_path if error.ctx else name
         _fail(f"{_text_of(error)} (see {place} --help)", EXIT_USAGE)
     except click.Abort:
         _interrupted()
@@ -151,33 +151,20 @@ def commands(ctx: click.Context) -> None:
         ctx.exit(EXIT_USAGE)
 
 
-_SIZE = "use --radius, in the unit of the file"
-
 OTHER_OPTIONS = {
     "--compactness": "use --alpha, the opposite: higher values follow creases more",
     "--sigma": "use --denoise",
     **dict.fromkeys(("-k", "--k", "--n", "--kThresh", "--n-clusters", "--n-superpoints"), "use -n"),
     **dict.fromkeys(("-j", "--jobs", "--n-jobs", "--num-threads"), "use --threads"),
-    **dict.fromkeys(("--voxel-size", "--seed-resolution"), _SIZE),
+    **dict.fromkeys(("--voxel-size", "--seed-resolution"), "use --radius, in the unit of the file"),
     **dict.fromkeys(("--gpu", "--cuda", "--device"),
                     "leave it out, because all computations run on the CPU"),
-    # options of earlier versions
-    **dict.fromkeys(("-R", "--expected-radius"), _SIZE),
-    **dict.fromkeys(("--parts", "--relocate"),
-                    "leave it out: the default keeps regions within the parts of a shape"),
-    "--no-relocate": "leave it out, or use --paper, which moves no centers to other regions",
     **dict.fromkeys(("--min-size", "--segMinVerts"),
                     "merge small regions in Python, with superfacets.merge_small_regions"),
     **dict.fromkeys(("--connect", "--enforce-connectivity"),
                     "join pieces of regions in Python, with superfacets.enforce_connectivity"),
-    "--min-measure": "use --bounds LOW,",
-    "--max-measure": "use --bounds ,HIGH",
-    "--cells-per-region": "use --cells",
-    "--eta": "use --eta-convex",
-    "--scale-features": "leave it out: features are always scaled; see --feature-weight",
-    "--radius-factor": "use --paper",
 }  # fmt: skip
-"""What to write instead of options of other tools and of earlier versions."""
+"""What to write instead of options of other tools."""
 
 
 def _text_of(error: click.UsageError) -> str:
@@ -187,18 +174,11 @@ def _text_of(error: click.UsageError) -> str:
     if isinstance(error.ctx.command, click.Group):
         return f"{error.format_message()} (options follow the command, or the file)"
     advice = OTHER_OPTIONS.get(error.option_name)
-    if advice is None:
-        return error.format_message()
-    verb, name, *_ = advice.replace(",", "").split()
-    if verb == "use" and not any(name in each.opts for each in error.ctx.command.params):
+    known = {name for each in error.ctx.command.params for name in each.opts}
+    words = (advice or "").replace(",", "").split()
+    if advice is None or (words[0] == "use" and words[1] not in known):
         return error.format_message()
     return f"No such option: {error.option_name}: {advice}"
-
-
-def _command_path(group: click.Group, name: str) -> str:
-    """Return `name` and the command's name, for usage errors of click without a context."""
-    known = group.list_commands(click.Context(group))
-    return " ".join([name, *(word for word in sys.argv[1:2] if word in known)])
 
 
 def _fail(message: str, status: int) -> NoReturn:

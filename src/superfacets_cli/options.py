@@ -14,25 +14,20 @@ from superfacets.kit import FORMATS
 from .failures import QUIET
 
 
-class Count(click.ParamType):  # type: ignore[type-arg]  # generic in new versions of click
-    """Type of options whose value is an integer of at least `lowest`, or the text `word`."""
+class Count(click.IntRange):
+    """Type of options whose value is an integer of at least `min`, or the text `word`."""
 
-    name = "count"
+    def __init__(self, min: int, word: str | None = None) -> None:
+        super().__init__(min)
+        self._word = word
 
-    def __init__(self, lowest: int, word: str | None = None) -> None:
-        self._lowest, self._word = lowest, word
+    def _describe_range(self) -> str:
+        """Return no range for the help text, which has a sentence instead."""
+        return ""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Return the word or the number, or raise a usage error that names the lower bound."""
-        if value == self._word:
-            return value
-        try:
-            number = int(value)
-        except ValueError:
-            number = None
-        if number is None or number < self._lowest:
-            self.fail(f"{str(value)!r} is not a whole number of {self._lowest} or more", param, ctx)
-        return number
+        """Return the word or the number."""
+        return value if value == self._word else super().convert(value, param, ctx)
 
 
 class Real(click.FloatRange):
@@ -47,16 +42,11 @@ class Real(click.FloatRange):
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
     ) -> float:
-        """Return the number, or raise a usage error that names the allowed range."""
-        try:
-            number = float(value)
-        except ValueError:
-            number = math.nan
+        """Return the number, or raise a usage error."""
+        number = float(super().convert(value, param, ctx))
         if not math.isfinite(number):
-            if param is not None and param.nargs == 3:
-                self.fail(f"three numbers are needed, got {str(value)!r}", param, ctx)
             self.fail(f"{str(value)!r} is not a finite number", param, ctx)
-        return float(super().convert(number, param, ctx))
+        return number
 
 
 class GroupedCommand(click.Command):

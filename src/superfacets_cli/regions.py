@@ -17,16 +17,15 @@ from superfacets import BorderLines, MeshError, RegionGraph, border_lines, kit, 
 from superfacets_formats import write_vtk_xml
 
 from . import options as opts
-from .failures import is_quiet
-from .inputs import check_inputs, labels_beside, read_input
+from .inputs import ranked_labels_beside, read_input
 from .interrupts import run_in_background
 from .options import FILE, option, options
-from .outputs import Job, check_files
+from .outputs import Job, check_files, print_report
 
 
 @click.command("regions")
 @click.argument("cells", metavar="IN", type=opts.INPUT)
-@click.argument("labels", metavar="[LABELS]", type=FILE, required=False)
+@opts.labels_argument
 @options(
     option("-o --output", click.Path(path_type=Path, allow_dash=True),
            "Write the table of regions to this .csv, .json or .parquet file, or as CSV to standard"
@@ -49,8 +48,7 @@ from .outputs import Job, check_files
 )  # fmt: skip
 def regions_command(
     cells: str, labels: Path | None, output: Path | None, arcs: Path | None, borders: Path | None,
-    majority: tuple[str, ...], mean: tuple[str, ...], viewpoint: tuple[float, ...] | None,
-    format: str | None, labels_named: str, as_json: bool,
+    viewpoint: tuple[float, ...] | None, **given: Any,
 ) -> None:  # fmt: skip
     """Measure regions: areas, shapes, neighbors.
 
@@ -58,82 +56,54 @@ def regions_command(
     perimeter, centroid, normal, shape, neighbors and more. LABELS is a .npy, .seg or .txt file, or
     a labeled mesh or point cloud. If LABELS is not given, the labels in IN are used.
     """
-    check_inputs((cells,))
     output = None if str(output) == opts.STANDARD_STREAM else output
-    files = _checked_outputs(output, arcs, borders)
-    check_files([Job(cells, files)], also_read=[str(labels)] if labels else [])
+    allowed = ((output, TABLE_ENDINGS), (arcs, TABLE_ENDINGS), (borders, LINE_ENDINGS))
+    for path, endings in allowed:
+        if path is not None:
+            kit.known_ending(path, endings)
+    files = tuple(path for path in (output, arcs, borders) if path is not None)
+    check_files([Job(cells, files)], (labels,))
     kit.checked_targets(files)
 
-    def compute() -> tuple[RegionGraph, dict[str, kit.Array], tuple[Any, ...] | None]:
-        whole, given, integers, reals = _read(cells, format, labels, labels_named, majority, mean)
+    def compute() -> tuple[RegionGraph, dict[str, kit.Array], tuple[Any, ...]]:
+        source = read_input(cells, given["format"])
+        whole: Any
+        whole, attributes = source.cells_and_attributes(keep=bool(given["mean"]))
+        compact, names = ranked_labels_beside(source, labels, whole, given["labels_named"])
         if borders is not None and not kit.kind_of(whole).has_faces:
             raise click.UsageError(f"--borders needs a mesh with faces: {cells} has none")
+        integers = {name: source.integers(whole.n_cells, name) for name in given["majority"]}
+        data = kit.CellData(whole, attributes)
+        reals = {name: _values_of(name, source.name, data) for name in given["mean"]}
         if viewpoint is not None:
             whole = kit.kind_of(whole).seen_from(whole, viewpoint)
-        compact, names = kit.ranked_labels(given)  # label numbers in a file may have gaps
-        if not len(names):
-            raise MeshError(f"{labels or cells}: no cell is in a region: all labels are -1")
         graph = region_graph(whole, compact)
         columns = graph.table() | {"region": names}
-        for name, values in integers.items():
-            columns[f"majority_{name}"] = _most_frequent(compact, values, len(names))
-        for name, numbers in reals.items():
-            columns[f"mean_{name}"] = pool(compact, numbers)
-        if borders is None:
-            return graph, columns, None
-        return graph, columns, (whole.vertices, border_lines(whole, compact), names)
+        kept = compact >= 0
+        ones = np.ones(np.count_nonzero(kept))
+        for name, values in integers.items():  # the lowest value if there is a tie
+            votes = kit.weighted_majority(compact[kept], values[kept], ones, len(names))
+            columns[f"majority_{name}"] = votes.winners
+        columns |= {f"mean_{name}": pool(compact, values) for name, values in reals.items()}
+        lines = () if borders is None else (whole.vertices, border_lines(whole, compact), names)
+        return graph, columns, lines
 
-    graph, columns, drawn = run_in_background(compute)
-    _write(graph, columns, drawn, output, arcs, borders)
-    if as_json:
-        names_written = [opts.STANDARD_STREAM] * (output is None) + [str(path) for path in files]
-        facts = {"file": cells, "n_regions": graph.n_regions, "n_pairs": graph.n_arcs}
-        click.echo(json.dumps({**facts, "outputs": names_written}), err=output is None)
-    elif not is_quiet():
-        pairs = f"{kit.counted(graph.n_arcs, 'pair')} of neighbors"
-        lines = [f"wrote {path}" for path in files]
-        lines.append(f"{cells}: {kit.counted(graph.n_regions, 'region')}, {pairs}")
-        click.echo("\n".join(lines), err=output is None)
-
-
-def _read(
-    text: str, format: str | None, labels: Path | None, name: str, majority: tuple[str, ...],
-    mean: tuple[str, ...],
-) -> tuple[Any, kit.Ints, dict[str, kit.Ints], dict[str, kit.Floats]]:  # fmt: skip
-    """Read the cells, their labels `name`, and the properties named in `majority` and `mean`."""
-    source = read_input(text, format)
-    cells, attributes = source.cells_and_attributes(keep=bool(mean))
-    given = labels_beside(source, labels, cells, name)
-    if given is None:
-        raise MeshError(f"{source.name} has no labels: give a label file as LABELS")
-    integers = {key: source.integers(cells.n_cells, key) for key in majority}
-    data = kit.CellData(cells, attributes)
-    return cells, given, integers, {key: _values_of(key, source.name, data) for key in mean}
-
-
-def _write(
-    graph: RegionGraph, columns: dict[str, kit.Array], drawn: tuple[Any, ...] | None,
-    output: Path | None, arcs: Path | None, borders: Path | None,
-) -> None:  # fmt: skip
-    """Write the tables and the borders; print the table of regions if `output` is None."""
+    graph, columns, lines = run_in_background(compute)
     low, high = columns["region"][graph.edge_index]
     of_arcs = {"low": low, "high": high}
     of_arcs |= {name: graph.arc_values(name) for name in graph.ARC_VALUES}
     tables = [(output, columns), (arcs, of_arcs)]
     write_tables([(path, table) for path, table in tables if path is not None])
-    if borders is not None and drawn is not None:
-        write_borders(borders, *drawn)
+    if borders is not None:
+        write_borders(borders, *lines)
     if output is None:
         if sys.stdout is None:
             raise OSError("standard output is closed")
         print_csv(sys.stdout, columns)
-
-
-def _most_frequent(regions: kit.Ints, values: kit.Ints, n_regions: int) -> kit.Ints:
-    """Return the most frequent value in each region; the lowest value if there is a tie."""
-    kept = regions >= 0
-    weights = np.ones(np.count_nonzero(kept))
-    return kit.weighted_majority(regions[kept], values[kept], weights, n_regions).winners
+    facts = {"n_regions": graph.n_regions, "n_pairs": graph.n_arcs}
+    pairs = f"{kit.counted(graph.n_arcs, 'pair')} of neighbors"
+    text = f"{kit.counted(graph.n_regions, 'region')}, {pairs}"
+    print_report(cells, [*map(str, files)], facts, text, has_stream=output is None)
 
 
 def _values_of(name: str, file: str, data: kit.CellData) -> kit.Floats:
@@ -148,21 +118,6 @@ def _values_of(name: str, file: str, data: kit.CellData) -> kit.Floats:
         listed = f"the properties are {', '.join(stored)}" if stored else "it has no properties"
         raise MeshError(f"{file} has no property {name}: {listed}")
     return values
-
-
-def _checked_outputs(
-    output: Path | None, arcs: Path | None, borders: Path | None
-) -> tuple[Path, ...]:
-    """Return the paths of all given outputs; raise a usage error if a file ending is wrong."""
-    try:
-        for path in (output, arcs):
-            if path is not None:
-                kit.known_ending(path, TABLE_ENDINGS)
-        if borders is not None:
-            kit.known_ending(borders, LINE_ENDINGS)
-    except ValueError as error:
-        raise click.UsageError(str(error)) from None
-    return tuple(path for path in (output, arcs, borders) if path is not None)
 
 
 Columns = Mapping[str, kit.Array]

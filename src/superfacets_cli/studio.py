@@ -14,7 +14,7 @@ import click
 
 from superfacets.kit import import_extra, output_folder
 
-from .failures import EXIT_DATA, count_failures, print_note, print_notes
+from .failures import for_each, print_note, print_notes
 from .options import COUNT, FILE, FLAG, FOLDER, json_option, option, options
 
 if TYPE_CHECKING:
@@ -41,11 +41,9 @@ if TYPE_CHECKING:
     option("-o --output FOLDER", FOLDER, "Folder of exports.  [default: the folder of each input]"),
     option("--no-browser", FLAG, "Print the address without opening a browser."),
 )  # fmt: skip
-@click.pass_context
 def studio_command(
-    ctx: click.Context, /, path: Path, n_segments: int | None, work: Path | None,
-    classes: Path | None, port: int | None, is_list: bool, exports: tuple[str, ...],
-    output: Path | None, no_browser: bool,
+    path: Path, n_segments: int | None, work: Path | None, classes: Path | None, port: int | None,
+    is_list: bool, exports: tuple[str, ...], output: Path | None, no_browser: bool,
 ) -> None:  # fmt: skip
     """Label a mesh, a cloud or all files of a folder in a browser.
 
@@ -60,17 +58,15 @@ def studio_command(
         raise click.UsageError("-o is the folder of exports: say what to export with --export")
     files = Files.of(path, work, n_segments, new_classes(classes, path))
     if exports:
-        if _export(files, exports, output):
-            ctx.exit(EXIT_DATA)
-        return
-    if is_list:
+        _export(files, exports, output)
+    elif is_list:
         for entry in files.listed():
             reviewed = "  reviewed" if entry.get("reviewed") else ""
             if entry.get("changed_since_review"):
                 reviewed = "  changed since review"
             click.echo(f"{100 * entry['done']:5.1f} %  {entry['name']}{reviewed}")
-        return
-    _serve(files, port, is_shown=not no_browser)
+    else:
+        _serve(files, port, is_shown=not no_browser)
 
 
 def _serve(files: Files, port: int | None, *, is_shown: bool) -> None:
@@ -98,8 +94,8 @@ def _serve(files: Files, port: int | None, *, is_shown: bool) -> None:
         serve(files, opened, address, show)
 
 
-def _export(files: Files, exports: tuple[str, ...], output: Path | None) -> int:
-    """Write exports of all files that have a work file, and return the number of failed files."""
+def _export(files: Files, exports: tuple[str, ...], output: Path | None) -> None:
+    """Write exports of all files that have a work file."""
     from superfacets_studio import parsed_export, write_export
 
     wanted = [parsed_export(name) for name in exports]
@@ -117,22 +113,21 @@ def _export(files: Files, exports: tuple[str, ...], output: Path | None) -> int:
                 f"{inputs[index]}: inputs that differ only in the ending have the same exports:"
                 " export one input at a time, each to another folder with -o"
             )
-        document = files.read(started[index])
-        try:
+        with contextlib.closing(files.read(started[index])) as document:
             print_notes(document.notes)
-            exported = wanted
-            if not document.progress:
-                exported = [(what, format) for what, format in wanted if what == "regions"]
-            if len(exported) < len(wanted):
+            is_labeled = bool(document.progress)
+            if not (is_labeled or {what for what, _ in wanted} <= {"regions"}):
                 print_note(f"{inputs[index]}: no labels are exported, because nothing is labeled")
             with output_folder(target.parent):
-                for what, format in exported:
-                    path = write_export(document, what, format, folder=target.parent)
-                    click.echo(f"wrote {path}")
-        finally:
-            document.close()
+                for what, format in wanted:
+                    if is_labeled or what == "regions":
+                        written = write_export(document, what, format, folder=target.parent)
+                        click.echo(f"wrote {written}")
 
-    return count_failures([str(path) for path in inputs], write)
+    for_each([str(path) for path in inputs], write)
+
+
+_ONE_FILE = click.Path(path_type=Path, dir_okay=False)
 
 
 def _end(number: int, _: object) -> NoReturn:
@@ -140,9 +135,9 @@ def _end(number: int, _: object) -> NoReturn:
 
 
 @click.command("agree")
-@click.argument("mesh", metavar="IN", type=FILE)
-@click.argument("mine", metavar="MINE", type=FILE)
-@click.argument("theirs", metavar="THEIRS", type=FILE)
+@click.argument("mesh", metavar="IN", type=_ONE_FILE)
+@click.argument("mine", metavar="MINE", type=_ONE_FILE)
+@click.argument("theirs", metavar="THEIRS", type=_ONE_FILE)
 @options(
     option("-o --output FILE", FILE, "Write the merged work to this new file."),
     option("--prefer", ("mine", "theirs"),
@@ -165,12 +160,6 @@ def agree_command(
     _check_extra()
     from superfacets_studio import merged_work
 
-    for path in (mesh, mine, theirs):
-        if path.is_dir():
-            raise click.UsageError(
-                f"{path} is a folder: give a mesh and two work files of it, and run agree once per"
-                " mesh of a folder"
-            )
     if output is not None and output.exists():
         raise FileExistsError(f"{output} exists already: choose another file name")
     found = merged_work(mesh, mine, theirs, output, prefer_theirs=prefer == "theirs")
@@ -184,21 +173,17 @@ def _text(found: dict[str, Any]) -> str:
         f"both labeled {100 * found['labeled']:.1f} % of the area",
         f"both agree on {100 * found['share']:.1f} % of the area that both have labeled",
     ]
-    rows = [("IoU", "class", "object in MINE", "object in THEIRS", "object when merged")]
+    rows = [["IoU", "class", "object in MINE", "object in THEIRS", "object when merged"]]
     for row in found["classes"]:
-        rows.append((_iou(row), row["name"], "", "", ""))
-        for one in row["objects"]:
-            mine, theirs = ("-" if one[who] is None else one[who] for who in ("mine", "theirs"))
-            rows.append((_iou(one), row["name"], str(mine), str(theirs), str(one["object"])))
+        for one in [{**row, "mine": "", "theirs": "", "object": ""}, *row["objects"]]:
+            iou = None if one["iou"] is None else f"{one['iou']:.3f}"
+            shown = (iou, row["name"], one["mine"], one["theirs"], one["object"])
+            rows.append(["-" if value is None else str(value) for value in shown])
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     for cells in rows:
         padded = (cell.ljust(width) for cell, width in zip(cells, widths, strict=True))
         lines.append("  ".join(padded).rstrip())
     return "\n".join(lines)
-
-
-def _iou(row: dict[str, Any]) -> str:
-    return "-" if row["iou"] is None else f"{row['iou']:.3f}"
 
 
 def _check_extra() -> None:

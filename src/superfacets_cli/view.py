@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import webbrowser
-from functools import partial
 from pathlib import Path
 from tempfile import mkdtemp
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -55,52 +54,42 @@ def view_command(
         target = None if output is None else checked_page_path(output)
     except ValueError as error:
         raise click.UsageError(str(error)) from None
-    names = [path.stem for path in features]
-    if len(set(names)) < len(names):
+    values = {path.stem: read_values(path) for path in features}
+    if len(values) < len(features):
         raise click.UsageError("two features have the same name: rename their files")
     source = read_input(str(mesh))
     cells, attributes = source.cells_and_attributes()
-    texture = None if attributes is None else attributes.texture
-    colors = stored_colors(cells, attributes)
     shown = _levels_of(source, labels, cells, labels_named)
     if shown is None:
         print_note(f"{mesh} has no labels: give a label file as LABELS")
-    truth = None if gt is None else labels_for(source, cells, gt, labels_named, is_noted=False)
-    values = {path.stem: read_values(path) for path in features}
     up = up_axis(source, up)
-    camera = View(azimuth=azimuth, elevation=elevation, up=up)
-    name = mesh.name if title is None else title
-    page = None
-    show = partial(
-        view, cells, shown, ground_truth=truth, features=values, colors=colors, title=name,
-        camera=camera,
-    )  # fmt: skip
-    if texture is not None:
-        try:
-            page = show(texture=texture)
-        except (MeshError, MissingExtraError) as error:
-            print_note(f"the texture is not shown: {error}")
+
+    def page(texture: Any) -> Page:
+        return view(
+            cells, shown, features=values, colors=stored_colors(cells, attributes),
+            ground_truth=None if gt is None else labels_for(source, cells, gt, labels_named),
+            title=mesh.name if title is None else title, texture=texture,
+            camera=View(azimuth=azimuth, elevation=elevation, up=up),
+        )  # fmt: skip
+
     try:
-        page = page or show()
+        try:
+            found = page(None if attributes is None else attributes.texture)
+        except (MeshError, MissingExtraError) as error:
+            if attributes is None or attributes.texture is None:
+                raise
+            found = page(None)
+            print_note(f"the texture is not shown: {error}")
     except (ValueError, TypeError) as error:  # an input file has wrong values
         raise MeshError(f"{mesh}: {error}") from None
-    if target is not None:
-        page.save(target)
-        click.echo(f"wrote {output}{note_on_up(up, page.up)}")
-    else:
-        _open(page, mesh.stem, note_on_up(up, page.up))
-
-
-def _open(page: Page, name: str, note: str) -> None:
-    """Open the page in the browser. The file is kept, because the browser may read it later."""
-    path = page.save(Path(mkdtemp(prefix="superfacets-"), f"{name}.html"))
-    click.echo(f"wrote {path}{note}")
-    if not webbrowser.open(path.as_uri()):
+    path = found.save(target or Path(mkdtemp(prefix="superfacets-"), f"{mesh.stem}.html"))
+    click.echo(f"wrote {output or path}{note_on_up(up, found.up)}")
+    if target is None and not webbrowser.open(path.as_uri()):  # the file is kept for the browser
         print_note("no browser was found: open the file yourself, or name a file with --html")
 
 
 def _levels_of(source: CellFile, path: Path | None, cells: Cells, name: str) -> Array | None:
     """Return labels of one level, shape (N,), or of all L levels in an .npz, shape (L, N)."""
     if path is None or path.suffix.lower() != ".npz":
-        return labels_beside(source, path, cells, name, is_noted=False)
+        return labels_beside(source, path, cells, name)
     return CellFile.levels_in(path)
