@@ -51,7 +51,7 @@ def for_each(names: Sequence[str], do: Callable[[int], object]) -> None:
             if not (is_one_of_many or isinstance(error, FAILURES)):
                 raise
             message = message_of(error)
-            if is_one_of_many and name not in message:
+            if name not in message and (is_one_of_many or isinstance(error, MeshError)):
                 message = f"{name}: {message}"
             print_error(message)
             if context.params.get("as_json"):
@@ -87,7 +87,18 @@ def print_notes(messages: Iterable[str]) -> None:
         print_note(message)
 
 
+CLEAR = "\033[G\033[K"  # clears the line of a terminal; click writes it to no other stream
+
+_OPTIONS = {
+    r"Sizes\((\w+)=[^)]*\)+": r"--\1",
+    r"islands='nearest'": "--islands nearest",
+    r"subdivide first, mesh = \S+subdivide\(.*\)\.mesh": "try --subdivide",
+}
+"""Options of the command, keyed by patterns in messages of the library."""
+
+
 def print_line(kind: str, message: str) -> None:
     """Print an error or a note on stderr, even if the command is quiet."""
-    one_line = " ".join(re.sub(r"Sizes\((\w+)=[^)]*\)+", r"--\1", message).split())
-    click.echo(f"superfacets: {kind}: {one_line}", err=True)
+    for pattern, option in _OPTIONS.items():
+        message = re.sub(pattern, option, message)
+    click.echo(f"{CLEAR}superfacets: {kind}: {' '.join(message.split())}", err=True)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import sys
 from collections.abc import Mapping
-from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -16,7 +15,7 @@ from superfacets.kit import FORMATS, Array, CellFile, Cells, Ints
 from superfacets_formats import CORTEX_VALUES, values_of_vertices
 
 from .failures import print_line, print_note
-from .options import FILE, STANDARD_STREAM, Real, numbers, option, options
+from .options import FILE, STANDARD_STREAM, Count, Listed, Real, option, options
 
 VALUE_ENDINGS = (".npy", ".txt", *CORTEX_VALUES)
 
@@ -154,10 +153,9 @@ def read_values(path: Path) -> Array:
 
 
 mask_values_option = option(
-    "--mask-values N,N", None,
+    "--mask-values N,N", Listed(Count(0)),
     "Keep only cells with one of these values, such as 2,6, in the property of IN that"
     " --labels-named names, or in the mask file if one is given. Other cells get label -1.",
-    callback=partial(numbers, least=0),
 )  # fmt: skip
 constraint_options = options(
     option("--mask FILE", FILE,

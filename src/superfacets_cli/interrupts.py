@@ -21,41 +21,27 @@ GRACE = 3.0
 """Seconds allowed for cleaning up after a signal. Ending worker processes takes 0.3 seconds."""
 
 
-def hear_signals() -> None:
-    """Make SIGTERM and SIGHUP raise a KeyboardInterrupt, so that temporary files are removed.
+def end_at_signals() -> None:
+    """Make Ctrl-C, SIGTERM and SIGHUP end the process immediately, while modules are imported.
 
-    Only the first signal raises the error, because the program `timeout` sends two signals, and the
-    second would interrupt the removal. Signals that are ignored when the process starts, such as
-    SIGHUP under nohup, stay ignored.
+    The import system could swallow a KeyboardInterrupt, or change the exit status. Signals that are
+    ignored when the process starts, such as SIGHUP under nohup, stay ignored.
     """
-    for number in _ENDING:
+    for number in (signal.SIGINT, *_ENDING):
         if signal.getsignal(number) is not signal.SIG_IGN:
-            signal.signal(number, _interrupt)
+            signal.signal(number, _end)
 
 
-@contextlib.contextmanager
-def while_importing() -> Iterator[None]:
-    """Make Ctrl-C, SIGTERM and SIGHUP end the process immediately while modules are imported.
+def hear_signals() -> None:
+    """Make signals raise a KeyboardInterrupt after `end_at_signals`, so that files are cleaned up.
 
-    The import system could swallow a KeyboardInterrupt, or change the exit status.
+    Only the first SIGTERM or SIGHUP raises the error, because the program `timeout` sends two
+    signals, and the second would interrupt the removal of temporary files.
     """
-    # Only the main thread may set signal handlers.
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    raising = (signal.default_int_handler, _interrupt)  # only these two handlers are replaced
-    heard = {
-        number: handler
-        for number in (signal.SIGINT, *_ENDING)
-        if (handler := signal.getsignal(number)) in raising
-    }
-    for number in heard:
-        signal.signal(number, _end)
-    try:
-        yield
-    finally:
-        for number, handler in heard.items():
-            signal.signal(number, handler)
+    for number in (signal.SIGINT, *_ENDING):
+        if signal.getsignal(number) is _end:
+            is_ctrl_c = number == signal.SIGINT
+            signal.signal(number, signal.default_int_handler if is_ctrl_c else _interrupt)
 
 
 def _interrupt(*_: object) -> NoReturn:

@@ -17,7 +17,7 @@ from . import options as opts
 from .failures import print_notes
 from .inputs import constraint_options, constraints_of, labels_for, read_input
 from .interrupts import run_in_background
-from .options import numbers, option, options
+from .options import COUNT, option, options
 from .outputs import output_option, plan_jobs
 from .report import notes_on_written
 
@@ -29,9 +29,8 @@ ALL_LEVELS = (ARRAYS, ".sstk.json")  # file endings of formats that store all le
 @click.argument("input", metavar="IN", type=opts.INPUT)
 @opts.labels_argument
 @options(
-    option("-n --n-segments counts K,K...", None,
-           "Number of regions on each level, such as 2000,500,100.", callback=numbers,
-           required=True),
+    option("-n --n-segments counts K,K...", opts.Listed(COUNT),
+           "Number of regions on each level, such as 2000,500,100.", required=True),
     output_option(
         "A .npz or .sstk.json file for all levels. In any other format that segment writes, each"
         " level is a separate file: OUT.ply becomes OUT.2000.ply, OUT.500.ply and so on. May be"
@@ -39,11 +38,11 @@ ALL_LEVELS = (ARRAYS, ".sstk.json")  # file endings of formats that store all le
     option("--islands", FileOptions.CHOICES["islands"],
            "Merge only regions that touch (keep), or also the nearest regions across gaps between"
            " components (nearest).", default="keep"),
-    option("--features NAMES", None,
+    option("--features NAMES", opts.Listed(),
            "Merge regions with similar values of this feature, instead of similar geometry; borders"
            " of the finest level follow the feature, too. NAMES are color, normals, height (z), or"
            " properties of the faces, points or vertices in IN, separated by commas.",
-           multiple=True, callback=opts.listed),
+           multiple=True),
     constraint_options,
     opts.drop_attributes_option("IN"),
     opts.labels_named_option,
@@ -61,6 +60,7 @@ def levels_command(
     Each region of a level is a union of regions of the finer levels. LABELS is a label file with
     the regions to merge; without it, IN is segmented first. IN may be - for standard input.
     """
+    counts = tuple(sorted({*counts}))
     has_mask = given["mask"] is not None or given["mask_values"] is not None
     if labels is not None and has_mask:
         raise click.UsageError(

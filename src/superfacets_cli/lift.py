@@ -1,8 +1,7 @@
-"""The commands ``superfacets lift`` and ``transfer``."""
+"""The commands ``superfacets lift``, ``transfer`` and ``cut``: new labels of one input."""
 
 from __future__ import annotations
 
-import warnings
 from pathlib import Path
 from typing import Any, get_args
 
@@ -10,17 +9,28 @@ import click
 import numpy as np
 
 from superfacets import (
+    BorderCut,
     MeshAttributes,
-    PinholeCamera,
+    MeshError,
+    cut_borders,
     kit,
     lift,
+    segment,
     transfer,
-)
+)  # fmt: skip
 from superfacets.kit import FORMATS, Array, Cells, Ints
-from superfacets_scans import GROUPS, SEGMENTS, LiftedLabels, Overlap, ViewWarning
+from superfacets_scans import GROUPS, SEGMENTS, LiftedLabels, Overlap
 
 from . import options as opts
-from .inputs import GivenLabels, given_labels, labels_for, labels_of_cells, read_input
+from .failures import print_notes
+from .inputs import (
+    GivenLabels,
+    given_labels,
+    labels_for,
+    labels_of_cells,
+    ranked_labels_beside,
+    read_input,
+)
 from .interrupts import run_in_background
 from .outputs import Job, one_output_options, plan_jobs
 
@@ -74,7 +84,6 @@ def lift_command(
             f"{refusing[0]} files cannot store regions without a label: give LABELS as a"
             f" {SEGMENTS} file, whose segments are then written, or use another format"
         )
-    notes: list[str] = []
 
     def compute() -> tuple[Cells, MeshAttributes | None, LiftedLabels, dict[str, Any]]:
         file = read_input(str(source), given["format"])
@@ -85,9 +94,13 @@ def lift_command(
         ids = read_masks(masks, overlap=overlap)
         size = next(iter(ids.values())).shape[::-1]
         views = read_cameras(cameras, intrinsics=intrinsics, size=size, names=ids)
-        result = _lifted(
-            cells, regions, ids, views, notes, consistent_ids=is_consistent, agreement=agreement,
-            n_threads=given["n_threads"],
+        stems = [Path(view.name).stem for view in views]
+        if lacking := sorted(ids.keys() - {*stems}):
+            more = f" and {len(lacking) - 1} more" if len(lacking) > 1 else ""
+            print_notes([f"masks without a camera are left out: {lacking[0]}{more}"])
+        result = lift(
+            cells, regions, [ids[stem] for stem in stems], views, consistent_ids=is_consistent,
+            agreement=agreement, n_threads=given["n_threads"],
         )  # fmt: skip
         own = _segments(of_file, names, result) if has_segments else {}
         return cells, attributes, result, own
@@ -95,28 +108,11 @@ def lift_command(
     cells, attributes, result, own = run_in_background(compute)
     found = result.found.tolist()
     names = tuple(map(str, found)) if is_consistent else ("object",) * len(found)
-    scores = tuple(result.label_scores.tolist())
     if own and GROUPS in job.endings:
-        notes.append(f"the groups in {GROUPS} contain segments of {labels.name}")
-    form = {"classes": names, "scores": scores}
-    job.write(cells, result.labels, attributes, notes, form=form, **own)
+        print_notes([f"the groups in {GROUPS} contain segments of {labels.name}"])
+    form = {"classes": names, "scores": tuple(result.label_scores.tolist())}
+    job.write(cells, result.labels, attributes, form=form, **own)
     _report(job, cells, result)
-
-
-def _lifted(
-    cells: Cells, regions: Ints, ids: dict[str, Ints], views: list[PinholeCamera],
-    notes: list[str], **options: Any,
-) -> LiftedLabels:  # fmt: skip
-    """Label regions with all masks that have a camera; append warnings to `notes`."""
-    stems = [Path(view.name).stem for view in views]
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always", ViewWarning)
-        result = lift(cells, regions, [ids[stem] for stem in stems], views, **options)
-    notes += [str(warning.message) for warning in caught]
-    if lacking := sorted(ids.keys() - {*stems}):
-        more = f" and {len(lacking) - 1} more" if len(lacking) > 1 else ""
-        notes.append(f"masks without a camera are left out: {lacking[0]}{more}")
-    return result
 
 
 def _segments(given: GivenLabels, names: Array, result: LiftedLabels) -> dict[str, Any]:
@@ -179,16 +175,13 @@ def transfer_command(
         file = read_input(str(target), given["target_format"])
         goal, attributes = file.cells_and_attributes(keep=job.keeps_attributes)
         job.outputs.check_fit(goal)
-        with warnings.catch_warnings(record=True) as caught:  # warnings become notes
-            carried = transfer(
-                cells, of_source, goal, max_distance=max_distance, n_threads=given["n_threads"]
-            )
-        notes.extend(str(warning.message) for warning in caught)
+        carried = transfer(
+            cells, of_source, goal, max_distance=max_distance, n_threads=given["n_threads"]
+        )
         return goal, attributes, carried
 
-    notes: list[str] = []
     goal, attributes, carried = run_in_background(compute)
-    job.write(goal, carried, attributes, notes)
+    job.write(goal, carried, attributes)
     n_without = int(np.count_nonzero(carried < 0))
     n_labels = len(np.unique(carried[carried >= 0]))
     noun = kit.kind_of(goal).noun
@@ -197,3 +190,53 @@ def transfer_command(
     job.report(
         facts, f"{kit.counted(len(carried), noun)}, {kit.counted(n_labels, 'label')}{without}", noun
     )
+
+
+@click.command("cut")
+@click.argument("mesh", metavar="IN", type=opts.FILE)
+@opts.labels_argument
+@opts.option(
+    "-n --n-segments", opts.COUNT,
+    "Segment the mesh into this many regions first.  [default: use the labels in IN; if IN has no"
+    f" labels, {opts.USUAL_COUNT}]",
+)  # fmt: skip
+@one_output_options("the cut mesh with its labels, or the labels of its faces alone", "IN")
+@opts.format_option("IN")
+def cut_command(mesh: Path, n_segments: int | None, labels: Path | None, **given: Any) -> None:
+    """Cut a mesh along smooth borders of its regions.
+
+    Borders between regions zigzag along mesh edges. This command replaces the borders by smooth
+    curves, and cuts faces along these curves. Borders that follow creases do not change, and closed
+    meshes stay closed. LABELS is a label file with the regions of IN, instead of -n.
+    """
+    if n_segments is not None and labels is not None:
+        raise click.UsageError("give -n or LABELS, not both")
+    (job,) = plan_jobs((str(mesh),), given, (labels,))
+    job.outputs.check()
+
+    def compute() -> tuple[BorderCut, Array]:
+        source = read_input(str(mesh), given["format"])
+        surface, name, n_threads = source.cells(), given["labels_named"], given["n_threads"]
+        if not kit.kind_of(surface).has_faces:
+            plural = kit.kind_of(surface).plural
+            raise MeshError(f"{mesh}: expected a mesh of faces to cut, got {plural}")
+        surface = kit.as_mesh(surface)
+        job.outputs.check_fit(surface)
+        has_labels = labels is not None or source.labels(surface.n_cells, name) is not None
+        if n_segments is None and has_labels:
+            found, names = ranked_labels_beside(source, labels, surface, name)
+        else:
+            found = segment(surface, n_segments, n_threads=n_threads).labels
+            names = np.arange(found.max() + 1)
+        return cut_borders(surface, found, n_threads=n_threads), names
+
+    cut, names = run_in_background(compute)
+    job.write(cut.mesh, np.append(names, -1)[cut.labels].astype(np.int32))
+    n_regions, n_kept = len(cut.is_kept), int(np.count_nonzero(cut.is_kept))
+    n_new = cut.mesh.n_faces
+    facts = {
+        "n_faces": cut.n_sources, "n_regions": n_regions, "n_new_faces": n_new, "n_kept": n_kept,
+    }  # fmt: skip
+    kept = f" ({n_kept} kept their old borders)" if n_kept else ""
+    faces = f"{kit.counted(cut.n_sources, 'face')} cut into {n_new}"
+    job.report(facts, f"{faces}, {kit.counted(n_regions, 'region')}{kept}")

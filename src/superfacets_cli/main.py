@@ -16,7 +16,7 @@ from superfacets import __version__
 from superfacets.kit import Table
 
 from .failures import EXIT_DATA, EXIT_USAGE, FAILURES, message_of, print_error, print_note
-from .interrupts import EXIT_INTERRUPTED, INTERRUPTED, hear_signals, is_busy, while_importing
+from .interrupts import EXIT_INTERRUPTED, INTERRUPTED, end_at_signals, hear_signals, is_busy
 
 GROUPS = {
     "Segment": {
@@ -44,7 +44,10 @@ GROUPS = {
 }
 """Summaries of all commands, so that the main help text needs no imports."""
 
-_MODULES = {"agree": "studio", "demo": "segment", "formats": "info", "transfer": "lift"}
+_MODULES = {
+    "agree": "studio", "cut": "lift", "demo": "segment", "evaluate": "info", "formats": "info",
+    "transfer": "lift", "view": "render",
+}  # fmt: skip
 """Module of each command whose module has a different name."""
 
 COMMANDS = Table({
@@ -67,8 +70,9 @@ def main() -> NoReturn:
 
 def run(group: click.Group, name: str) -> NoReturn:
     """Run a group of commands, which is called `name` in messages, and exit."""
-    hear_signals()
+    end_at_signals()
     warnings.showwarning = _show_warning
+    warnings.simplefilter("default", UserWarning)
     try:
         status = group.main(prog_name=name, standalone_mode=False)
     except click.UsageError as error:
@@ -113,8 +117,8 @@ class LazyGroup(click.Group):
         table = COMMANDS if cmd_name in COMMANDS else _other_commands()
         if cmd_name not in table:
             return None
-        with while_importing():
-            command: click.Command = table[cmd_name]
+        command: click.Command = table[cmd_name]
+        hear_signals()
         return command
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
@@ -189,10 +193,8 @@ def _fail(message: str, status: int) -> NoReturn:
 def _interrupted() -> NoReturn:
     with contextlib.suppress(OSError):  # the terminal may be closed
         print_error(INTERRUPTED)
+        sys.stdout.flush()
     if is_busy():
         # Shutting down the interpreter while a thread still runs in the C++ core could crash.
-        with contextlib.suppress(OSError):
-            sys.stdout.flush()
-            sys.stderr.flush()
         os._exit(EXIT_INTERRUPTED)
     sys.exit(EXIT_INTERRUPTED)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from itertools import chain
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -47,6 +48,24 @@ class Real(click.FloatRange):
         if not math.isfinite(number):
             self.fail(f"{str(value)!r} is not a finite number", param, ctx)
         return number
+
+
+class Listed(click.ParamType):  # type: ignore[type-arg]  # generic in new versions of click
+    """Type of comma-separated lists, whose items have another type."""
+
+    name = "list"
+
+    def __init__(self, of: Any = click.STRING) -> None:
+        self._of = of
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the items as a tuple."""
+        if isinstance(value, tuple):
+            return value
+        items = [item.strip() for item in value.split(",")]
+        if not all(items):
+            self.fail("an item is empty", param, ctx)
+        return tuple(self._of.convert(item, param, ctx) for item in items)
 
 
 class GroupedCommand(click.Command):
@@ -110,6 +129,8 @@ def option(words: str, kind: Any, help: str, **settings: Any) -> Decorator:
     differs from these names, and the metavar in capitals. `kind` is a click type, a tuple of
     choices, `FLAG`, or None for text. `settings` are further arguments of `click.option`.
     """
+    if isinstance(kind, Listed) and settings.get("multiple"):
+        settings["callback"] = lambda _ctx, _param, lists: tuple(chain(*lists))
     names = words.split()
     if not names[-1].startswith("-") and not names[-1].islower():
         settings.setdefault("metavar", names.pop())
@@ -148,33 +169,6 @@ def drop_attributes_option(what: str, listed: str = "") -> Decorator:
 def json_option(what: str = "the results as JSON") -> Decorator:
     """Add the option ``--json``, for output that programs read."""
     return option("--json as_json", FLAG, f"Print {what}.")
-
-
-def numbers(
-    ctx: click.Context, parameter: click.Parameter, text: str | None, *, least: int = 1
-) -> tuple[int, ...] | None:
-    """Parse a comma-separated list into distinct, sorted integers >= `least` (a click callback)."""
-    if text is None:
-        return None
-    wanted = [number.strip() for number in text.split(",")]
-    for number in wanted:
-        if not number.isdecimal() or not least <= int(number[:12]) < 2**31:
-            raise click.BadParameter(
-                f"expected whole numbers from {least} to {2**31 - 1}, got {number!r}",
-                ctx,
-                parameter,
-            )
-    return tuple(sorted({int(number) for number in wanted}))
-
-
-def listed(
-    ctx: click.Context, parameter: click.Parameter, given: tuple[str, ...]
-) -> tuple[str, ...]:
-    """Split comma-separated lists into one tuple of names (a callback of click)."""
-    names = tuple(name.strip() for text in given for name in text.split(","))
-    if not all(names):
-        raise click.BadParameter("a name is empty", ctx, parameter)
-    return names
 
 
 def _keep_labels(ctx: click.Context, parameter: click.Parameter, path: Path | None) -> Path | None:

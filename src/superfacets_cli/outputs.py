@@ -26,9 +26,6 @@ TEXT_OUTPUTS = frozenset(
     (".obj", ".off", ".csv", ".seg", ".txt", ".segs.json", ".sstk.json", ".aggregation.json")
 )
 
-ASCII_OUTPUTS = frozenset((".ply", ".vtp", ".stl", ".vtu", ".vtk", ".pcd"))
-"""File endings of formats that ``--ascii`` writes as text."""
-
 
 def output_option(help: str, *, required: bool = False) -> opts.Decorator:
     """Add the option ``-o``, whose values are the `outputs` of `plan_jobs`."""
@@ -38,23 +35,11 @@ def output_option(help: str, *, required: bool = False) -> opts.Decorator:
 def to_option(names: str = "--to") -> opts.Decorator:
     """Add the option ``--to``, for the formats of outputs whose file name is not given."""
     return option(
-        f"{names} formats FORMAT", None,
+        f"{names} formats FORMAT", opts.Listed(click.Choice([*FORMATS.ending_of])),
         "Output format when -o is a folder or omitted, or several, separated by commas (see"
         " superfacets formats).  [default: ply; vtu for tetrahedra]",
-        multiple=True, callback=_listed_formats,
+        multiple=True,
     )  # fmt: skip
-
-
-def _listed_formats(
-    ctx: click.Context, parameter: click.Parameter, given: tuple[str, ...]
-) -> tuple[str, ...]:
-    """Split comma-separated lists of formats into one tuple of names (a callback of click)."""
-    names = opts.listed(ctx, parameter, given)
-    for name in names:
-        if name not in FORMATS.ending_of:
-            known = ", ".join(FORMATS.ending_of)
-            raise click.BadParameter(f"{name!r} is not one of {known}", ctx, parameter)
-    return names
 
 
 def one_output_options(what: str, name: str) -> opts.Decorator:
@@ -110,10 +95,10 @@ class Job:
 
     def write(
         self, cells: Cells, labels: Ints | None, attributes: MeshAttributes | None = None,
-        notes: Iterable[str] = (), *, are_replaced: bool = True,
+        *, are_replaced: bool = True,
         form: Mapping[str, Any] | None = None, **more: Any,
     ) -> None:  # fmt: skip
-        """Write the outputs; print `notes`, and notes on data that the outputs do not store.
+        """Write the outputs, and print notes on data that the outputs do not store.
 
         `are_replaced` is the same as in `notes_on_written`. `form` are changes of the options of
         formats, and `more` are further arguments of `OutputFiles.write`.
@@ -121,7 +106,6 @@ class Job:
         outputs = replace(self.outputs, options=replace(self.form, **(form or {})))
         with Progress():
             sizes = outputs.write(cells, labels, attributes=attributes, **more)
-        print_notes(notes)
         print_notes(
             notes_on_written(
                 cells, labels, attributes, self.endings, sizes, are_replaced=are_replaced
@@ -263,8 +247,7 @@ def _check_stream(stream: str | None, *, is_text: bool) -> None:
         return
     if sys.stdout is None:
         raise OSError("standard output is closed")
-    is_binary = stream not in TEXT_OUTPUTS and not (is_text and stream in ASCII_OUTPUTS)
-    if is_binary and sys.stdout.isatty():
+    if stream not in TEXT_OUTPUTS and not is_text and sys.stdout.isatty():
         raise click.UsageError(
             "standard output is a terminal, which cannot show binary data: give -o a file,"
             " or --to txt"

@@ -12,7 +12,7 @@ from typing import ClassVar, Self
 
 import click
 
-from .failures import is_quiet
+from .failures import CLEAR, is_quiet
 
 NAMES = {
     "mesh": "reading",
@@ -62,10 +62,10 @@ class Progress:
 
     def _draw(self) -> None:
         """Draw the line until the work ends, and then clear it."""
-        width = 0
-        while not self._is_done.wait(self.STEP if width else self.DELAY):
-            width = max(shutil.get_terminal_size().columns - 1, 1)
+        wait, width = self.DELAY, 0
+        while not self._is_done.wait(wait):
+            wait, width = self.STEP, shutil.get_terminal_size().columns - 1
             text = f"{self._name}{self._stage}, {time.monotonic() - self._begin:.0f} s"
-            click.echo(f"\r{text[:width]:<{width}}", err=True, nl=False)
+            click.echo(f"{CLEAR}{text[:width]}", err=True, nl=False)
         if width:
-            click.echo(f"\r{'':<{width}}\r", err=True, nl=False)
+            click.echo(CLEAR, err=True, nl=False)

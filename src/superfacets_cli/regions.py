@@ -28,10 +28,10 @@ from .outputs import Job, check_files, print_report
 @opts.labels_argument
 @options(
     option("-o --output", click.Path(path_type=Path, allow_dash=True),
-           "Write the table of regions to this .csv, .json or .parquet file, or as CSV to standard"
+           "Write the table of regions to this .csv or .json file, or as CSV to standard"
            " output (-).  [default: -]"),
     option("--arcs", FILE,
-           "Write a table of all pairs of adjacent regions to this .csv, .json or .parquet file."),
+           "Write a table of all pairs of adjacent regions to this .csv or .json file."),
     option("--borders", FILE,
            "Write the borders of regions of a mesh as polylines to this .obj or .vtp file."),
     option("--majority NAME", None,
@@ -57,11 +57,10 @@ def regions_command(
     a labeled mesh or point cloud. If LABELS is not given, the labels in IN are used.
     """
     output = None if str(output) == opts.STANDARD_STREAM else output
-    allowed = ((output, TABLE_ENDINGS), (arcs, TABLE_ENDINGS), (borders, LINE_ENDINGS))
-    for path, endings in allowed:
-        if path is not None:
-            kit.known_ending(path, endings)
-    files = tuple(path for path in (output, arcs, borders) if path is not None)
+    allowed = {output: TABLE_ENDINGS, arcs: TABLE_ENDINGS, borders: LINE_ENDINGS}
+    files = tuple(path for path in allowed if path is not None)
+    for path in files:
+        kit.known_ending(path, allowed[path])
     check_files([Job(cells, files)], (labels,))
     kit.checked_targets(files)
 
@@ -123,23 +122,20 @@ def _values_of(name: str, file: str, data: kit.CellData) -> kit.Floats:
 Columns = Mapping[str, kit.Array]
 """Columns of a table, keyed by column name; all columns have the same length."""
 
-TABLE_ENDINGS = (".csv", ".json", ".parquet")
+TABLE_ENDINGS = (".csv", ".json")
 LINE_ENDINGS = (".obj", ".vtp")
 
 
 def write_tables(tables: Sequence[tuple[Path, Columns]]) -> None:
     """Write each table to its path, in the format of its ending: all tables, or none.
 
-    The endings are ``.csv``, ``.json`` and ``.parquet``. NaN becomes an empty field in CSV, and
+    The endings are ``.csv`` and ``.json``. NaN becomes an empty field in CSV, and
     null in JSON. A JSON file has a list with one object per row. Numbers are written with enough
-    digits to restore them exactly. Parquet needs pandas and pyarrow.
+    digits to restore them exactly.
     """
     endings = [kit.known_ending(path, TABLE_ENDINGS) for path, _ in tables]
     with kit.atomic_outputs([path for path, _ in tables]) as temporaries:
         for temporary, ending, (_, columns) in zip(temporaries, endings, tables, strict=True):
-            if ending == ".parquet":
-                _write_parquet(temporary, columns)
-                continue
             with temporary.open("w", encoding="utf-8", newline="") as file:
                 if ending == ".csv":
                     print_csv(file, columns)
@@ -165,13 +161,6 @@ def _rows(columns: Columns) -> Iterable[tuple[Any, ...]]:
             values = [None if math.isnan(value) else value for value in values]
         lists.append(values)
     return zip(*lists, strict=True)
-
-
-def _write_parquet(path: Path, columns: Columns) -> None:
-    # Without this line, pandas raises a plain ImportError.
-    kit.import_extra("pyarrow", "a .parquet file", "graph")
-    pandas = kit.import_extra("pandas", "a .parquet file", "graph")
-    pandas.DataFrame(dict(columns)).to_parquet(path, engine="pyarrow", index=False)
 
 
 def write_borders(path: Path, vertices: kit.Floats, lines: BorderLines, names: kit.Ints) -> None:

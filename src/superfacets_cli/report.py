@@ -16,11 +16,13 @@ MAX_FILLED = 0.2
 rooms with a larger fraction, more vertices were in wrong objects than with fewer regions."""
 
 
-def notes_on_result(outcome: Any, n_requested: int | None, holds_labels: bool) -> list[str]:
-    """Return notes on the number of regions; `outcome` is a result of `FileOptions.segment`.
+def notes_on_result(
+    outcome: Any, n_requested: int | None, endings: Collection[str], sizes: Longs
+) -> list[str]:
+    """Return notes on a result of `FileOptions.segment`, and on outputs with these file endings.
 
-    `n_requested` is the number of regions given with -n, or None. `holds_labels` is True if some
-    output stores labels without the cells.
+    `n_requested` is the number of regions given with -n, or None. `sizes` is the same as in
+    `notes_on_written`.
     """
     mesh, result, listed = outcome.mesh, outcome.result, outcome.listed
     noun, notes = kind_of(mesh).noun, []
@@ -39,10 +41,23 @@ def notes_on_result(outcome: Any, n_requested: int | None, holds_labels: bool) -
     notes += map(str, outcome.warnings)
     if outcome.sharp_inside is not None and outcome.sharp_inside.any():
         notes.append(_note_on_sharp_edges(outcome.sharp_inside))
+    holds_labels = not {*endings} <= {*FORMATS.cell_outputs}
     if listed is not None and holds_labels and (n := n_made - len(np.unique(listed[listed >= 0]))):
         lost = counted(n, "region")
         notes.append(f"{lost} lost in label files: faces of the input are larger than regions")
-    return notes
+    n_filled = int(np.count_nonzero(sizes == OutputFiles.MIN_VERTICES))
+    if n_filled > MAX_FILLED * len(sizes):
+        notes.append(
+            f"{n_filled} of {counted(len(sizes), 'region')} in {_of_vertices(endings)} have the"
+            f" minimum of {OutputFiles.MIN_VERTICES} vertices, because small regions take vertices"
+            " from neighbors; this makes borders less accurate: try a smaller -n"
+        )
+    return notes + notes_on_written(mesh, result.labels, outcome.attributes, endings, sizes)
+
+
+def _of_vertices(endings: Collection[str]) -> str:
+    """Return the endings of formats with one label per vertex, for messages."""
+    return " and ".join(sorted({*endings} & {*FORMATS.vertex_outputs}))
 
 
 def _note_on_sharp_edges(inside: Floats) -> str:
@@ -67,7 +82,7 @@ def notes_on_written(
     with vertex labels. `are_replaced` is False if the labels come from the input, so that they
     replace no property of the input.
     """
-    notes = _notes_on_sizes(" and ".join(sorted({*endings} & {*FORMATS.vertex_outputs})), sizes)
+    notes = _notes_on_sizes(_of_vertices(endings), sizes)
     if attributes is not None and attributes.left_out:
         notes.append(f"data of the input that is not copied: {', '.join(attributes.left_out)}")
     if attributes is not None and are_replaced:
@@ -90,13 +105,6 @@ def _notes_on_sizes(files: str, sizes: Longs) -> list[str]:
     if n_small := int(np.count_nonzero((sizes > 0) & (sizes < least))):
         small = f"{counted(n_small, 'region')} with fewer than {least} vertices"
         notes.append(f"{small} in {files}: no neighbor has vertices to spare")
-    n_filled = int(np.count_nonzero(sizes == least))
-    if n_filled > MAX_FILLED * len(sizes):
-        notes.append(
-            f"{n_filled} of {counted(len(sizes), 'region')} in {files} have the minimum of {least}"
-            " vertices, because small regions take vertices from neighbors; this makes borders less"
-            " accurate: try a smaller -n"
-        )
     return notes
 
 

@@ -19,7 +19,7 @@ from .interrupts import run_in_background
 from .options import COUNT, FLAG, NOT_NEGATIVE, POSITIVE, option, options
 from .outputs import Job, output_option, plan_jobs, to_option
 from .progress import Progress
-from .report import notes_on_result, notes_on_written
+from .report import notes_on_result
 
 
 def _by_weights(parameter: str) -> str:
@@ -79,9 +79,9 @@ segment_options = options(
     option("--weights NAME", tuple(kit.WEIGHTS),
            "How borders are drawn: parts (along creases, and between parts of a shape), creases, or"
            " superfacets (as in the paper).  [default: parts]"),
-    option("--features NAMES", None,
+    option("--features NAMES", opts.Listed(),
            "Data that borders follow, too: color, texture, normals, height (z), or properties in"
-           " IN, separated by commas.", multiple=True, callback=opts.listed),
+           " IN, separated by commas.", multiple=True),
     option("--scans", FLAG,
            "For fused scans of rooms: same as"
            f" --denoise {SCANS['denoise']} --alpha {SCANS['alpha']:g}."),
@@ -257,8 +257,7 @@ class _Run:
                 sizes = outcome.write(job.outputs)
         result, mesh = outcome.result, outcome.mesh
         noun = kit.kind_of(mesh).noun
-        print_notes(notes_on_result(outcome, self.given["n_segments"], job.holds_labels))
-        print_notes(notes_on_written(mesh, result.labels, outcome.attributes, job.endings, sizes))
+        print_notes(notes_on_result(outcome, self.given["n_segments"], job.endings, sizes))
         if self.has_mask and (result.labels >= 0).all():
             print_notes([f"the mask leaves out no {noun}"])
         inside = None if outcome.sharp_inside is None else float(outcome.sharp_inside.sum())

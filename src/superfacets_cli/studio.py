@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import contextlib
 import json
-import signal
 import sys
 import webbrowser
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING
 
 import click
 
@@ -75,9 +74,6 @@ def _serve(files: Files, port: int | None, *, is_shown: bool) -> None:
 
     opened, address = open_again(port, stored_address(address_file(files.home)))
     with opened, contextlib.ExitStack() as stack:
-        for name in {"SIGTERM", "SIGHUP"} & set(dir(signal)):  # remove the address file, then exit
-            number = getattr(signal, name)
-            stack.callback(signal.signal, number, signal.signal(number, _end))
 
         def show(page: str) -> None:
             click.echo(f"superfacets studio: {page} (press Ctrl-C to stop)")
@@ -130,10 +126,6 @@ def _export(files: Files, exports: tuple[str, ...], output: Path | None) -> None
 _ONE_FILE = click.Path(path_type=Path, dir_okay=False)
 
 
-def _end(number: int, _: object) -> NoReturn:
-    sys.exit(128 + number)
-
-
 @click.command("agree")
 @click.argument("mesh", metavar="IN", type=_ONE_FILE)
 @click.argument("mine", metavar="MINE", type=_ONE_FILE)
@@ -158,32 +150,14 @@ def agree_command(
     objects that only THEIRS has get new numbers.
     """
     _check_extra()
-    from superfacets_studio import merged_work
+    from superfacets_studio import agreement_text, merged_work
 
     if output is not None and output.exists():
         raise FileExistsError(f"{output} exists already: choose another file name")
     found = merged_work(mesh, mine, theirs, output, prefer_theirs=prefer == "theirs")
-    click.echo(json.dumps(found, indent=1) if as_json else _text(found))
+    click.echo(json.dumps(found, indent=1) if as_json else agreement_text(found))
     if output is not None:
         click.echo(f"wrote {output}", err=as_json)
-
-
-def _text(found: dict[str, Any]) -> str:
-    lines = [
-        f"both labeled {100 * found['labeled']:.1f} % of the area",
-        f"both agree on {100 * found['share']:.1f} % of the area that both have labeled",
-    ]
-    rows = [["IoU", "class", "object in MINE", "object in THEIRS", "object when merged"]]
-    for row in found["classes"]:
-        for one in [{**row, "mine": "", "theirs": "", "object": ""}, *row["objects"]]:
-            iou = None if one["iou"] is None else f"{one['iou']:.3f}"
-            shown = (iou, row["name"], one["mine"], one["theirs"], one["object"])
-            rows.append(["-" if value is None else str(value) for value in shown])
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    for cells in rows:
-        padded = (cell.ljust(width) for cell, width in zip(cells, widths, strict=True))
-        lines.append("  ".join(padded).rstrip())
-    return "\n".join(lines)
 
 
 def _check_extra() -> None:

@@ -1,5 +1,6 @@
 """Names that other apps use, beside the public names of superfacets."""
 
+from .documents.agreement import agreement_text as agreement_text
 from .documents.document import merged_work as merged_work
 from .documents.files import Files as Files
 from .documents.history import classes_in_work as classes_in_work
