@@ -10,39 +10,44 @@ from typing import Any
 import click
 
 from superfacets import batch
-from superfacets.kit import FORMATS, counted
+from superfacets.kit import counted
 from superfacets_batch import BatchProgress, BatchResult
 
 from . import options as opts
 from .failures import EXIT_DATA, is_quiet, print_error, print_notes
 from .inputs import mask_values_option
 from .interrupts import soon_ended
-from .outputs import check_mask, to_option
-from .segment import SegmentCommand, file_options, options_of, segment_options
+from .outputs import to_option
+from .segment import file_options, options_of, segment_options
 
 
-@click.command("batch", cls=SegmentCommand)
+@click.command("batch", cls=opts.GroupedCommand)
 @click.argument("inputs", metavar="IN...", nargs=-1, required=True)
 @opts.options(
-    opts.option("-o --output DIR", opts.FOLDER,
-           "Folder for the results and the manifest. Its subfolders mirror the folders of IN.",
-           required=True),
-    to_option("--to --format"),
-    opts.option("--workers", opts.COUNT,
-           "Number of worker processes on this machine; with 1, files are processed one after the"
-           " other in this process.  [default: one per core if Dask is installed, else 1]"),
-    opts.option("--scheduler ADDRESS", None,
-           "Address of a Dask scheduler, such as tcp://10.0.0.1:8786."),
-    opts.option("--timeout SECONDS", opts.POSITIVE,
-           "Maximum time per file: a file that takes longer fails, and its worker restarts."
-           "  [default: no maximum]"),
-    opts.option("--retry-failed", opts.FLAG, "Retry files that failed in an earlier run."),
+    opts.options(
+        opts.option("-o --output DIR", opts.FOLDER,
+               "Folder for the results and the manifest. Its subfolders mirror the folders of IN.",
+               required=True),
+        to_option("--to --format"),
+        opts.quiet_option(),
+        group="Everyday options",
+    ),
     segment_options,
-    mask_values_option,
-    opts.labels_named_option,
+    opts.options(mask_values_option, opts.labels_named_option, group="Data that borders follow"),
     file_options,
-    opts.quiet_option(),
-    opts.json_option("the summary as a JSON object"),
+    opts.options(
+        opts.option("--workers", opts.COUNT,
+               "Number of worker processes on this machine; with 1, files are processed one after"
+               " the other in this process.  [default: one per core if Dask is installed, else 1]"),
+        opts.option("--scheduler ADDRESS", None,
+               "Address of a Dask scheduler, such as tcp://10.0.0.1:8786."),
+        opts.option("--timeout SECONDS", opts.POSITIVE,
+               "Maximum time per file: a file that takes longer fails, and its worker restarts."
+               "  [default: no maximum]"),
+        opts.option("--retry-failed", opts.FLAG, "Retry files that failed in an earlier run."),
+        opts.json_option("the summary as a JSON object"),
+        group="Running",
+    ),
 )  # fmt: skip
 def batch_command(
     inputs: tuple[str, ...], output: Path, formats: tuple[str, ...], workers: int | None,
@@ -58,8 +63,6 @@ def batch_command(
     from tqdm import tqdm
 
     arguments = options_of(**given).arguments
-    endings = [FORMATS.ending_of[name] for name in formats]
-    check_mask(endings, has_mask=bool(arguments["mask_values"]))
     tried: list[str] = []
     is_hidden = True if is_quiet() else None  # None: hidden if stderr is no terminal
     with tqdm(unit="file", leave=False, disable=is_hidden, dynamic_ncols=True) as bar, soon_ended():

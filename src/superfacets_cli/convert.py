@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,19 +10,16 @@ import click
 import numpy as np
 
 from superfacets import MeshAttributes, MeshError, kit, write_regions
-from superfacets.kit import FORMATS, Cells, Ints
+from superfacets.kit import FORMATS, Cells
 from superfacets_scans import GROUPS, regroup_segments
 
 from . import options as opts
-from .failures import for_each, is_quiet, print_note
+from .failures import for_each, print_note
 from .inputs import GivenLabels, given_labels, labels_of_cells, read_input
 from .interrupts import run_in_background
 from .options import FILE, option, options
-from .outputs import Job, output_option, plan_jobs, to_option
+from .outputs import Job, output_option, plan_jobs, print_report, to_option
 from .progress import Progress
-
-_KEPT_IN_PARTS = (*FORMATS.attribute_outputs, ".csv")
-"""Endings of files of --split that keep properties of the input; CSV keeps only ``label``."""
 
 
 @click.command("convert")
@@ -62,7 +58,7 @@ def convert_command(
     """
     outputs, formats = given["outputs"], given["formats"]
     if mesh.name.endswith(GROUPS):
-        _regroup(mesh, labels, outputs, segments, force=given["force"], as_json=given["as_json"])
+        _regroup(mesh, labels, outputs, segments, force=given["force"])
         return
     if segments is not None:
         raise click.UsageError("--segments can be given only if IN is an .aggregation.json")
@@ -87,24 +83,25 @@ def convert_command(
 
 
 def _regroup(
-    groups: Path, labels: Path | None, outputs: tuple[str, ...], segments: Path | None, *,
-    force: bool, as_json: bool,
-) -> None:  # fmt: skip
+    groups: Path,
+    labels: Path | None,
+    outputs: tuple[str, ...],
+    segments: Path | None,
+    *,
+    force: bool,
+) -> None:
     """Rewrite an .aggregation.json for new segments, and print the changes of its objects."""
     if labels is None or len(outputs) != 1:
         raise click.UsageError(
             "to convert an .aggregation.json, give new segments (.segs.json) as LABELS, and -o once"
         )
     objects = regroup_segments(outputs[0], groups, labels, segments=segments, force=force)
-    if as_json:
-        facts = {"file": str(groups), "objects": [found._asdict() for found in objects]}
-        click.echo(json.dumps({**facts, "outputs": list(outputs)}))
-    elif not is_quiet():
-        click.echo(f"{'object':>8} {'vertices':>9} {'lost':>7} {'gained':>7}  label")
-        for found in objects:
-            counts = f"{found.n_vertices:>9} {found.n_lost:>7} {found.n_gained:>7}"
-            click.echo(f"{found.object_id:>8} {counts}  {found.label}")
-        click.echo(f"wrote {outputs[0]}")
+    rows = ["  object  vertices    lost  gained  label"]
+    for found in objects:
+        counts = f"{found.n_vertices:>9} {found.n_lost:>7} {found.n_gained:>7}"
+        rows.append(f"{found.object_id:>8} {counts}  {found.label}")
+    facts = {"objects": [found._asdict() for found in objects]}
+    print_report(str(groups), outputs, facts, "\n".join(rows), has_stream=False)
 
 
 @dataclass(frozen=True)
@@ -130,9 +127,19 @@ class _Run:
                 f"{job.input}: there are no labels (none called {self.given['labels_named']}): give"
                 " a label file as LABELS, or the name of the labels with --labels-named"
             )
-        parts = []
+        parts: list[str] = []
         if self.folder is not None and labels is not None:
-            parts = self._split(self.folder, cells, labels, attributes)
+            formats, ascii = self.given["formats"], self.given["ascii"]
+            ending = FORMATS.ending_of[formats[0]] if formats else None
+            with Progress():
+                paths = write_regions(
+                    self.folder, cells, labels, ending=ending, attributes=attributes, ascii=ascii
+                )
+            parts = [f"{kit.counted(len(paths), 'file')} in {self.folder}"]
+            if self.given["as_json"]:
+                parts = [*map(str, paths)]
+            if attributes is not None and attributes.texture is not None:
+                print_note(f"no texture in the files of {self.folder}")
         else:  # labels from the input itself replace nothing
             is_new = self.labels is not None
             job.write(cells, labels, attributes, are_replaced=is_new, of_vertices=of_vertices)
@@ -143,34 +150,12 @@ class _Run:
     def _read(self, job: Job) -> tuple[Cells, GivenLabels | None, MeshAttributes | None]:
         name = self.given["labels_named"]
         source = read_input(job.input, self.given["format"])
-        keep = not self.given["drop_attributes"] and (
-            job.keeps_attributes if self.folder is None else self._ending in (None, *_KEPT_IN_PARTS)
-        )
+        keep = job.keeps_attributes
+        if self.folder is not None:
+            keep = not self.given["drop_attributes"]
         cells, attributes = source.cells_and_attributes(keep=keep)
         if self.labels is not None:
             return cells, given_labels(source, cells, self.labels, name), attributes
         labels = source.labels(cells.n_cells, name)
         given = None if labels is None else GivenLabels(Path(job.input), labels, False)
         return cells, given, attributes
-
-    @property
-    def _ending(self) -> str | None:
-        """File ending for --split, or None for the default."""
-        formats = self.given["formats"]
-        return FORMATS.ending_of[formats[0]] if formats else None
-
-    def _split(
-        self, folder: Path, cells: Cells, labels: Ints, attributes: MeshAttributes | None
-    ) -> list[str]:
-        """Write the files of --split, and return their paths, or a text with their number."""
-        ending = self._ending or FORMATS.usual_output(kit.kind_of(cells).name)
-        kept = attributes if ending in _KEPT_IN_PARTS else None
-        with Progress():
-            paths = write_regions(
-                folder, cells, labels, ending=ending, attributes=kept, ascii=self.given["ascii"]
-            )
-        if kept is not None and kept.texture is not None:
-            print_note(f"no texture in the files of {folder}")
-        if self.given["as_json"]:
-            return [*map(str, paths)]
-        return [f"{kit.counted(len(paths), 'file')} in {folder}"]

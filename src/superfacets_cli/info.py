@@ -70,16 +70,12 @@ def _read(text: str, format: str | None) -> tuple[Any, dict[str, str | int]]:
     source = read_input(text, format)
     cells, attributes = source.cells_and_attributes(keep=source.ending in (".las", ".laz"))
     measure: Any = cloud_info if kind_of(cells).are_points else mesh_info
-    frame = None if attributes is None else attributes.las
-    return measure(cells), {} if frame is None else _facts_of(frame)
-
-
-def _facts_of(frame: Any) -> dict[str, str | int]:
-    return {
-        "LAS_version": f"1.{frame.minor}",
-        "point_format": frame.point_format,
-        "reference_system": frame.reference_system or "none",
-    }
+    frame: Any = None if attributes is None else attributes.las
+    if frame is None:
+        return measure(cells), {}
+    system = frame.reference_system or "none"
+    facts = {"point_format": frame.point_format, "reference_system": system}
+    return measure(cells), {"LAS_version": f"1.{frame.minor}", **facts}
 
 
 def _text_of(value: Any, diagonal: float) -> str:

@@ -198,6 +198,12 @@ def constraints_of(given: Mapping[str, Any], source: CellFile, cells: Cells) -> 
     return keywords
 
 
+def likely_labels(constraints: Mapping[str, Any]) -> Ints | None:
+    """Return labels for `OutputFiles.check_fit`: -1 for cells that the mask leaves out, else 0."""
+    mask = constraints.get("mask")
+    return None if mask is None else np.asarray(mask, np.int32) - np.int32(1)
+
+
 def _values_of_cells(path: Path, source: CellFile, cells: Cells, name: str) -> Ints:
     """Read one integer per cell: a value, a key, or the class in a work file of the studio.
 

@@ -62,20 +62,17 @@ def soon_ended() -> Iterator[None]:
     Python runs signal handlers only between two bytecode instructions. A single instruction may
     block for very long, if it reads from a dead network drive or computes in the C++ core.
     """
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
     ours, theirs = socket.socketpair()
     theirs.setblocking(False)
     is_over = threading.Event()
 
     def watch() -> None:
-        while received := ours.recv(1):
-            if received[0] in (signal.SIGINT, *_ENDING) and not is_over.wait(GRACE):
-                _end()
+        with ours:
+            while received := ours.recv(1):
+                if received[0] in (signal.SIGINT, *_ENDING) and not is_over.wait(GRACE):
+                    _end()
 
-    watcher = threading.Thread(target=watch, daemon=True)
-    watcher.start()
+    threading.Thread(target=watch, daemon=True).start()
     before = signal.set_wakeup_fd(theirs.fileno(), warn_on_full_buffer=False)
     try:
         yield
@@ -83,8 +80,6 @@ def soon_ended() -> Iterator[None]:
         is_over.set()
         signal.set_wakeup_fd(before)
         theirs.close()
-        watcher.join()
-        ours.close()
 
 
 def _end(*_: object) -> NoReturn:

@@ -15,10 +15,10 @@ from superfacets_scans import write_sstk
 
 from . import options as opts
 from .failures import print_notes
-from .inputs import constraint_options, constraints_of, labels_for, read_input
+from .inputs import constraint_options, constraints_of, labels_for, likely_labels, read_input
 from .interrupts import run_in_background
 from .options import COUNT, option, options
-from .outputs import output_option, plan_jobs
+from .outputs import one_job, output_option
 from .report import notes_on_written
 
 ARRAYS = ".npz"
@@ -69,8 +69,7 @@ def levels_command(
     paths = [path for text in given["outputs"] for path in _paths_of_levels(Path(text), counts)]
     also_read = (labels, given["mask"], given["barriers"])
     given["outputs"] = [str(path) for path in paths]
-    (job,) = plan_jobs((input,), given, also_read, has_mask=has_mask)
-    job.outputs.check()
+    job = one_job(input, given, also_read)
 
     def compute() -> tuple[Cells, MeshAttributes | None, Hierarchy]:
         source = read_input(input, given["format"])
@@ -80,8 +79,9 @@ def levels_command(
         if labels is not None:  # label numbers in a file may have gaps
             of_file = labels_for(source, cells, labels, given["labels_named"])
             regions, _ = kit.ranked_labels(of_file)
-        OutputFiles([path for path in paths if path.suffix != ARRAYS]).check_fit(cells, regions)
         constraints = constraints_of(given, source, cells)
+        likely = likely_labels(constraints) if regions is None else regions
+        OutputFiles([path for path in paths if path.suffix != ARRAYS]).check_fit(cells, likely)
         threads = kit.checked_threads(n_threads)
         table: Any = CellData(cells, attributes).features(
             features, threads, constraints.get("mask")

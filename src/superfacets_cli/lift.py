@@ -18,13 +18,12 @@ from superfacets import (
     segment,
     transfer,
 )  # fmt: skip
-from superfacets.kit import FORMATS, Array, Cells, Ints
+from superfacets.kit import Array, Cells, Ints
 from superfacets_scans import GROUPS, SEGMENTS, LiftedLabels, Overlap
 
 from . import options as opts
 from .failures import print_notes
 from .inputs import (
-    GivenLabels,
     given_labels,
     labels_for,
     labels_of_cells,
@@ -32,7 +31,7 @@ from .inputs import (
     read_input,
 )
 from .interrupts import run_in_background
-from .outputs import Job, one_output_options, plan_jobs
+from .outputs import Job, one_job, one_output_options
 
 
 @click.command("lift")
@@ -76,19 +75,15 @@ def lift_command(
     """
     from superfacets import read_cameras, read_masks
 
-    (job,) = plan_jobs((str(source),), given, (labels, cameras))
-    job.outputs.check()
+    job = one_job(source, given, (labels, cameras))
     has_segments = labels.name.endswith(SEGMENTS)
-    if (refusing := sorted(job.endings & {*FORMATS.vertex_outputs})) and not has_segments:
-        raise click.UsageError(
-            f"{refusing[0]} files cannot store regions without a label: give LABELS as a"
-            f" {SEGMENTS} file, whose segments are then written, or use another format"
-        )
 
     def compute() -> tuple[Cells, MeshAttributes | None, LiftedLabels, dict[str, Any]]:
         file = read_input(str(source), given["format"])
         cells, attributes = file.cells_and_attributes(keep=job.keeps_attributes)
-        job.outputs.check_fit(cells)
+        # Regions may get no label, but segments are stored anyway.
+        likely = np.full(cells.n_cells, 0 if has_segments else -1, np.int32)
+        job.outputs.check_fit(cells, likely)
         of_file = given_labels(file, cells, labels, given["labels_named"])
         regions, names = kit.ranked_labels(labels_of_cells(cells, of_file))
         ids = read_masks(masks, overlap=overlap)
@@ -102,7 +97,11 @@ def lift_command(
             cells, regions, [ids[stem] for stem in stems], views, consistent_ids=is_consistent,
             agreement=agreement, n_threads=given["n_threads"],
         )  # fmt: skip
-        own = _segments(of_file, names, result) if has_segments else {}
+        own: dict[str, Any] = {}
+        if has_segments:
+            of_vertices, objects = result.of_segments(of_file.labels, names)
+            segments = (of_file.labels, objects, of_file.path)
+            own = {"of_vertices": of_vertices, "segments": segments}
         return cells, attributes, result, own
 
     cells, attributes, result, own = run_in_background(compute)
@@ -113,18 +112,6 @@ def lift_command(
     form = {"classes": names, "scores": tuple(result.label_scores.tolist())}
     job.write(cells, result.labels, attributes, form=form, **own)
     _report(job, cells, result)
-
-
-def _segments(given: GivenLabels, names: Array, result: LiftedLabels) -> dict[str, Any]:
-    """Return the keyword arguments of `OutputFiles.write` for given segments of vertices.
-
-    `names` is the segment of each region in `result`. Segments without a face have no region.
-    """
-    ranks, segments = kit.ranked_labels(given.labels)
-    objects = np.full(len(segments), -1, np.int32)
-    objects[np.searchsorted(segments, names)] = result.region_labels
-    of_vertices = np.append(objects, np.int32(-1))[ranks]
-    return {"of_vertices": of_vertices, "segments": (given.labels, objects, given.path)}
 
 
 def _report(job: Job, cells: Cells, result: LiftedLabels) -> None:
@@ -165,8 +152,7 @@ def transfer_command(
     nearest face or point of IN. LABELS is a .npy, .seg or .txt file, or a labeled .ply or .vtp; if
     IN contains the labels, give IN again.
     """
-    (job,) = plan_jobs((str(target),), given, (source, labels))
-    job.outputs.check()
+    job = one_job(target, given, (source, labels))
 
     def compute() -> tuple[Cells, MeshAttributes | None, Ints]:
         origin = read_input(str(source), given["format"])
@@ -211,8 +197,7 @@ def cut_command(mesh: Path, n_segments: int | None, labels: Path | None, **given
     """
     if n_segments is not None and labels is not None:
         raise click.UsageError("give -n or LABELS, not both")
-    (job,) = plan_jobs((str(mesh),), given, (labels,))
-    job.outputs.check()
+    job = one_job(mesh, given, (labels,))
 
     def compute() -> tuple[BorderCut, Array]:
         source = read_input(str(mesh), given["format"])

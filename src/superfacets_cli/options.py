@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from itertools import chain
 from pathlib import Path
 from typing import Any, ClassVar
@@ -17,6 +17,8 @@ from .failures import QUIET
 
 class Count(click.IntRange):
     """Type of options whose value is an integer of at least `min`, or the text `word`."""
+
+    name = "count"
 
     def __init__(self, min: int, word: str | None = None) -> None:
         super().__init__(min)
@@ -69,27 +71,27 @@ class Listed(click.ParamType):  # type: ignore[type-arg]  # generic in new versi
 
 
 class GroupedCommand(click.Command):
-    """A command whose help lists options in groups; ``--help-all`` shows all groups."""
+    """A command whose help lists options in the groups that `options` were given.
 
-    groups: ClassVar[Mapping[str, tuple[str, ...]]] = {}
-    """Parameter names of each group; the keys are the titles of the groups."""
-    n_shown = 0
-    """Number of groups, the first ones, that ``--help`` shows."""
+    ``--help`` shows `SHOWN`, and ``--help-all`` shows all.
+    """
+
+    GROUPS: ClassVar = (
+        "Everyday options", "Presets", "Creases and borders", "Equal, bounded and exact sizes",
+        "Data that borders follow", "Noise, long faces, clouds", "Seeds and the loop", "Files",
+        "Running", "Other options",
+    )  # fmt: skip
+    SHOWN: ClassVar = (*GROUPS[:2], GROUPS[-1])
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the options group by group; options without a group come last."""
-        given = [param for param in self.get_params(ctx) if isinstance(param, click.Option)]
-        rows = {param.name: param.get_help_record(ctx) for param in given}
-        listed = {
-            title: [rows.pop(name, None) for name in names] for title, names in self.groups.items()
-        }
-        if ALL_OPTIONS not in ctx.meta:
-            listed = dict(list(listed.items())[: self.n_shown])
-        for title, records in {**listed, "Other options": [*rows.values()]}.items():
-            shown = [record for record in records if record is not None]
-            if shown:
+        given = [each for each in self.get_params(ctx) if isinstance(each, click.Option)]
+        for title in self.GROUPS if ALL_OPTIONS in ctx.meta else self.SHOWN:
+            options = [each for each in given if getattr(each, "group", self.GROUPS[-1]) == title]
+            records = [record for each in options if (record := each.get_help_record(ctx))]
+            if records:
                 with formatter.section(title):
-                    formatter.write_dl(shown)
+                    formatter.write_dl(records)
 
 
 ALL_OPTIONS = "superfacets.help-all"  # key in `Context.meta`
@@ -142,12 +144,15 @@ def option(words: str, kind: Any, help: str, **settings: Any) -> Decorator:
     return click.option(*names, help=help, **settings)
 
 
-def options(*given: Decorator) -> Decorator:
-    """Add several options to a command; its help text lists the options in this order."""
+def options(*given: Decorator, group: str | None = None) -> Decorator:
+    """Add several options to a command, in this order; its help lists them under `group`."""
 
     def decorate(command: Any) -> Any:
+        n_later = len(getattr(command, "__click_params__", ()))
         for add in reversed(given):  # click lists the last added option first
             command = add(command)
+        for param in command.__click_params__[n_later:] if group else ():
+            param.group = group
         return command
 
     return decorate

@@ -79,9 +79,7 @@ class Job:
     @property
     def endings(self) -> set[str]:
         """File endings of all outputs, which determine the formats."""
-        return {kit.known_ending(path, FORMATS.outputs) for path in self.files} | (
-            {self.stream} if self.stream else set()
-        )
+        return self.outputs.endings
 
     @property
     def keeps_attributes(self) -> bool:
@@ -153,16 +151,14 @@ def _labeled(path: Path, noun: str) -> str:
 
 
 def plan_jobs(
-    inputs: Sequence[str], given: Mapping[str, Any], also_read: Iterable[Path | None] = (), *,
-    has_mask: bool = False,
-) -> list[Job]:  # fmt: skip
+    inputs: Sequence[str], given: Mapping[str, Any], also_read: Iterable[Path | None] = ()
+) -> list[Job]:
     """Return the job of each input; raise a usage error if the command line is ambiguous.
 
     `inputs` are files, or one ``-``. `given` are options of the command. Its `outputs` are files, a
     folder, or ``-``. Without `outputs`, results are written to the folder of each input, or to
     standard output for standard input. The `formats` apply to outputs whose file name is not given
-    (default: PLY, or VTU for tetrahedra). No output may overwrite a file of `also_read`. `has_mask`
-    is True if some cells will have no label.
+    (default: PLY, or VTU for tetrahedra). No output may overwrite a file of `also_read`.
     """
     outputs, formats = given["outputs"], given.get("formats", ())
     folders = [text for text in outputs if _is_folder(text)]
@@ -187,12 +183,20 @@ def plan_jobs(
             names = kit.InputFile(text, Path(text).name).output_names(endings)
             files += [place / name for name in names]
         job = Job(text, tuple(files), stream, keeps=not given.get("drop_attributes"))
-        check_mask(job.endings, has_mask=has_mask)
         jobs.append(replace(job, form=FormatOptions.checked([*job.endings], **form)))
     check_files(jobs, also_read)
     for folder in folders:
         click.get_current_context().with_resource(kit.output_folder(Path(folder)))
     return jobs
+
+
+def one_job(
+    input: str | Path, given: Mapping[str, Any], also_read: Iterable[Path | None] = ()
+) -> Job:
+    """Return the job of a command with one input, after a check whether it can be written."""
+    (job,) = plan_jobs((str(input),), given, also_read)
+    job.outputs.check()
+    return job
 
 
 def _folder_beside(path: Path) -> Path:
@@ -278,12 +282,3 @@ def _identity(path: str | Path) -> tuple[int, int] | str:
     except OSError:
         return os.path.normcase(os.path.realpath(path))
     return found.st_dev, found.st_ino
-
-
-def check_mask(endings: Iterable[str], *, has_mask: bool) -> None:
-    """Raise a usage error if there is a mask, but a format needs a label for every cell."""
-    refusing = sorted({*endings} & {*FORMATS.vertex_outputs})
-    if has_mask and refusing:
-        raise click.UsageError(
-            f"{refusing[0]} files cannot store cells that a mask leaves out: use another format"
-        )

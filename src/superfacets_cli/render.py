@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import tempfile
 import webbrowser
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, get_args
 
@@ -128,13 +127,15 @@ def render_command(
         colors = None if attributes is None else attributes.region_colors
         if colors is None:
             raise MeshError(f"{mesh} has no colors of faces, vertices or points")
+    stems = [path.stem for path in paths]
+    titles = stems if len({*stems}) == len({*paths}) else [*map(str, paths)]
     named = None if values is None or isinstance(values, str) else Path(str(color_by))
     for path in outputs:
         try:
             with Progress():
                 plotted = plot(
                     cells, series[0], output=path, compare=series[1:], colors=colors,
-                    titles=_titles(paths) if compare else None, color_by=values, view=view,
+                    titles=titles if compare else None, color_by=values, view=view,
                     numbers=numbers, scale_title=None if named is None else named.stem, **style,
                 )  # fmt: skip
         except (ValueError, TypeError) as error:
@@ -157,15 +158,6 @@ def _series_of(
         note = "has no labels, so no regions are drawn: give a label file as LABELS"
         print_note(f"{source.name} {note}")
     return series or [None], paths
-
-
-def _titles(paths: Sequence[Path]) -> list[str]:
-    """Return the stem of each path, with as many of its last folders as make titles differ."""
-    for n_parts in range(1, 1 + max(len(path.parts) for path in paths)):
-        titles = [Path(*path.with_suffix("").parts[-n_parts:]).as_posix() for path in paths]
-        if len({*titles}) == len({*paths}):
-            return titles
-    return [str(path) for path in paths]
 
 
 @click.command("view")

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Set
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import click
 import numpy as np
@@ -43,33 +43,7 @@ def _bounds(
     return low, high
 
 
-class SegmentCommand(opts.GroupedCommand):
-    """A command whose help lists the options of `segment_options` in groups."""
-
-    groups: ClassVar = {
-        "Everyday options": (
-            "n_segments", "radius", "alpha", "weights", "features", "output", "outputs", "formats",
-            "is_quiet",
-        ),
-        "Presets": ("scans", "paper"),
-        "Creases and borders": ("eta_convex", "ridges", "smooth", "islands"),
-        "Equal, bounded and exact sizes": ("balance", "bounds", "cells"),
-        "Data that borders follow": (
-            "feature_weight", "mask", "mask_values", "barriers", "barrier_angle", "labels_named",
-        ),
-        "Noise, long faces, clouds": (
-            "denoise", "is_subdivided", "max_edge", "viewpoint", "min_opacity",
-        ),
-        "Seeds and the loop": ("init", "max_num_iter", "tol"),
-        "Files": ("format", "ascii", "label_name", "vertex_labels", "drop_attributes", "force"),
-        "Running": (
-            "n_threads", "workers", "scheduler", "timeout", "retry_failed", "as_json", "is_verbose",
-        ),
-    }  # fmt: skip
-    n_shown = 2
-
-
-segment_options = options(
+_EVERYDAY = options(
     option("-n --n-segments", COUNT, f"Number of regions.  [default: {opts.USUAL_COUNT}]"),
     option("-r --radius", POSITIVE,
            "Radius of a region, instead of -n, in the unit of the file."),
@@ -82,11 +56,17 @@ segment_options = options(
     option("--features NAMES", opts.Listed(),
            "Data that borders follow, too: color, texture, normals, height (z), or properties in"
            " IN, separated by commas.", multiple=True),
+    group="Everyday options",
+)  # fmt: skip
+_PRESETS = options(
     option("--scans", FLAG,
            "For fused scans of rooms: same as"
            f" --denoise {SCANS['denoise']} --alpha {SCANS['alpha']:g}."),
     option("--paper", FLAG,
            "The algorithm of the paper, exactly as published, without options that it lacks."),
+    group="Presets",
+)  # fmt: skip
+_CREASES = options(
     option("--eta-convex", NOT_NEGATIVE,
            f"Weight of convex creases relative to concave creases.{_by_weights('eta_convex')}"),
     option("--ridges", NOT_NEGATIVE,
@@ -98,6 +78,9 @@ segment_options = options(
            "What to do with components without a seed: keep them as regions (keep), or join them to"
            " the nearest region (nearest), which makes -n exact except with barriers.  [default:"
            " keep]"),
+    group="Creases and borders",
+)  # fmt: skip
+_SIZES = options(
     option("--balance", opts.Real(0.0, 1.0),
            "How equal the areas or volumes of regions should be, from 0 to 1.  [default: 0]"),
     option("--bounds LOW,HIGH", None,
@@ -106,9 +89,15 @@ segment_options = options(
     option("--cells", COUNT,
            "Exact number of faces or points in each region, instead of -n; the remaining faces or"
            " points of each component form one smaller region."),
+    group="Equal, bounded and exact sizes",
+)  # fmt: skip
+_DATA = options(
     option("--feature-weight", NOT_NEGATIVE,
            "Weight of features: a difference of one standard deviation adds this many region radii"
            " to the length of a path.  [default: 5]"),
+    group="Data that borders follow",
+)  # fmt: skip
+_NOISE = options(
     option("--denoise N|auto", opts.Count(0, "auto"),
            "Measure creases on a copy of the mesh, smoothed in N steps; auto estimates the noise"
            " and uses 0 steps if the mesh is clean. Outputs are not smoothed.  [default: auto]"),
@@ -122,6 +111,9 @@ segment_options = options(
     option("--min-opacity P", opts.Real(0.0, 1.0),
            "Leave out Gaussian splats with an opacity below this, 0 to 1; they get label -1.",
            default=0.0, show_default=False),
+    group="Noise, long faces, clouds",
+)  # fmt: skip
+_LOOP = options(
     option("--init", kit.FileOptions.CHOICES["init"],
            "How the initial centers are placed. flood and grid need --paper, and match -n only"
            " approximately.  [default: geodesic; curve for 10,000 or more regions of less than 100"
@@ -131,8 +123,11 @@ segment_options = options(
     option("--tol", NOT_NEGATIVE,
            "Stop when centers move less than this, as a fraction of a region's radius."
            "  [default: 0.02]"),
-    opts.threads_option,
-    opts.help_all_option,
+    group="Seeds and the loop",
+)  # fmt: skip
+segment_options = options(
+    _EVERYDAY, _PRESETS, _CREASES, _SIZES, _DATA, _NOISE, _LOOP,
+    options(opts.threads_option, group="Running"), opts.help_all_option,
 )  # fmt: skip
 """Decorator that adds the options that control the segmentation to a command."""
 
@@ -143,18 +138,14 @@ file_options = options(
         "IN", ": colors, normals, texture coordinates, other properties, comments"
     ),
     opts.force_option,
+    group="Files",
 )
 """Decorator that adds the options for the format of mesh files to a command."""
 
-_EXCLUSIVE = {
-    "paper": ("scans", "weights", "ridges", "features", "feature_weight", "smooth", "balance",
-              "bounds", "cells", "denoise", "tol"),
-    "n_segments": ("radius", "cells"),
-    "radius": ("cells",),
-    "cells": ("balance", "bounds"),
-    "barriers": ("barrier_angle",),
+_NOT_WITH_PAPER = {
+    "weights", "ridges", "features", "feature_weight", "smooth", "balance", "bounds", "cells",
+    "denoise", "tol",
 }  # fmt: skip
-"""Options that cannot be given together with an option: names of parameters by name."""
 
 _OF_FILES = {field.name for field in fields(kit.FileOptions)}
 
@@ -163,10 +154,10 @@ def options_of(*, scans: bool, is_subdivided: bool, **given: Any) -> kit.FileOpt
     """Return the options, completed by presets; raise a usage error if options are incompatible."""
     given = {name: value for name, value in given.items() if value is not None and value != ()}
     is_paper = given["paper"]
-    presets = {name for name, is_given in (("paper", is_paper), ("scans", scans)) if is_given}
-    check_exclusive(given.keys() - {"paper"} | presets)
-    if given.get("init") in ("flood", "grid") and not is_paper:
-        raise click.UsageError(f"--init {given['init']} needs --paper")
+    refused = [*({"scans"} if scans else ()), *sorted(given.keys() & _NOT_WITH_PAPER)]
+    if is_paper and refused:
+        flags = {each.name: each.opts[0] for each in click.get_current_context().command.params}
+        raise click.UsageError(f"give --paper or {flags[refused[0]]}, not both")
     weight = given.pop("feature_weight", None)
     if weight is not None:
         if "features" not in given:
@@ -190,32 +181,29 @@ def options_of(*, scans: bool, is_subdivided: bool, **given: Any) -> kit.FileOpt
         raise click.UsageError(str(error)) from error
 
 
-def check_exclusive(given: Set[str]) -> None:
-    """Raise a usage error if two given options exclude each other."""
-    flags = {each.name: each.opts[0] for each in click.get_current_context().command.params}
-    for name, others in _EXCLUSIVE.items():
-        for other in others:
-            if {name, other} <= given:
-                raise click.UsageError(f"give {flags[name]} or {flags[other]}, not both")
-
-
-@click.command("segment", cls=SegmentCommand)
+@click.command("segment", cls=opts.GroupedCommand)
 @click.argument("inputs", metavar="IN...", type=opts.INPUT, nargs=-1, required=True)
 @options(
     segment_options,
-    read.constraint_options,
-    read.barrier_angle_option,
-    opts.labels_named_option,
-    output_option(
-        "Output file: a mesh or cloud with labels, or labels alone; a folder (results/) for the"
-        " files of all inputs, or - for standard output; may be given several times."
-        "  [default: IN.superfacets.ply beside IN]"),
-    to_option(),
-    opts.format_option("the inputs", of_stream=True),
-    file_options,
-    opts.quiet_option(),
-    option("-v --verbose is_verbose", FLAG, "Also print the time of each stage."),
-    opts.json_option("the results as JSON, one line per IN"),
+    options(
+        read.constraint_options, read.barrier_angle_option, opts.labels_named_option,
+        group="Data that borders follow",
+    ),
+    options(
+        output_option(
+            "Output file: a mesh or cloud with labels, or labels alone; a folder (results/) for the"
+            " files of all inputs, or - for standard output; may be given several times."
+            "  [default: IN.superfacets.ply beside IN]"),
+        to_option(),
+        opts.quiet_option(),
+        group="Everyday options",
+    ),
+    options(opts.format_option("the inputs", of_stream=True), file_options, group="Files"),
+    options(
+        option("-v --verbose is_verbose", FLAG, "Also print the time of each stage."),
+        opts.json_option("the results as JSON, one line per IN"),
+        group="Running",
+    ),
 )  # fmt: skip
 def segment_command(inputs: tuple[str, ...], **given: Any) -> None:
     """Segment meshes and clouds; superfacets FILE does the same.
@@ -227,15 +215,10 @@ def segment_command(inputs: tuple[str, ...], **given: Any) -> None:
     not_of_files = ("outputs", "formats", "format", "mask", "barriers", "barrier_angle", "as_json",
                     "is_verbose")  # fmt: skip
     chosen = options_of(**{name: given[name] for name in given if name not in not_of_files})
-    check_exclusive({name for name in ("barriers", "barrier_angle") if given[name] is not None})
-    if len(inputs) > 1 and (mask is not None or barriers is not None):
-        raise click.UsageError(
-            "files of --mask and --barriers fit only one input: to read values from each input,"
-            " give --mask-values without --mask"
-        )
-    has_mask = mask is not None or given["mask_values"] is not None
-    jobs = plan_jobs(inputs, given, (mask, barriers), has_mask=has_mask)
-    run = _Run(chosen, given, has_mask)
+    if barriers is not None and given["barrier_angle"] is not None:
+        raise click.UsageError("give --barriers or --barrier-angle, not both")
+    jobs = plan_jobs(inputs, given, (mask, barriers))
+    run = _Run(chosen, given)
     for_each([read.name_of(text) for text in inputs], lambda i: run.do(jobs[i]))
 
 
@@ -245,7 +228,6 @@ class _Run:
 
     options: kit.FileOptions
     given: Mapping[str, Any]
-    has_mask: bool
 
     def do(self, job: Job) -> None:
         """Run one job, and print a report."""
@@ -258,7 +240,8 @@ class _Run:
         result, mesh = outcome.result, outcome.mesh
         noun = kit.kind_of(mesh).noun
         print_notes(notes_on_result(outcome, self.given["n_segments"], job.endings, sizes))
-        if self.has_mask and (result.labels >= 0).all():
+        has_mask = (self.given["mask"], self.given["mask_values"]) != (None, None)
+        if has_mask and (result.labels >= 0).all():
             print_notes([f"the mask leaves out no {noun}"])
         inside = None if outcome.sharp_inside is None else float(outcome.sharp_inside.sum())
         facts = {
@@ -285,8 +268,9 @@ class _Run:
         def load(keep: bool) -> tuple[kit.Cells, Any, dict[str, kit.Array]]:
             source = read.read_input(job.input, self.given["format"])
             cells, attributes = source.cells_and_attributes(keep=keep)
-            job.outputs.check_fit(cells)
-            return cells, attributes, read.constraints_of(self.given, source, cells)
+            constraints = read.constraints_of(self.given, source, cells)
+            job.outputs.check_fit(cells, read.likely_labels(constraints))
+            return cells, attributes, constraints
 
         return self.options.segment(
             load, holds_attributes=job.keeps_attributes, timings=timings,

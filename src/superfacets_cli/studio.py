@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from superfacets.kit import import_extra, output_folder
+from superfacets.kit import import_extra
 
 from .failures import for_each, print_note, print_notes
 from .options import COUNT, FILE, FLAG, FOLDER, json_option, option, options
@@ -92,35 +92,18 @@ def _serve(files: Files, port: int | None, *, is_shown: bool) -> None:
 
 def _export(files: Files, exports: tuple[str, ...], output: Path | None) -> None:
     """Write exports of all files that have a work file."""
-    from superfacets_studio import parsed_export, write_export
+    from superfacets_studio import parsed_export, write_exports
 
     wanted = [parsed_export(name) for name in exports]
-    started = [i for i in range(len(files.paths)) if files.work_of(i).exists()]
-    if not started:
-        raise FileNotFoundError(f"{files.home}: there is no work file, so there are no labels yet")
-    root = files.folder or files.paths[0].parent
-    inputs = [files.path(i) for i in started]
-    targets = [(output or root) / path.relative_to(root).with_suffix("") for path in inputs]
+    targets = files.targets(output)
 
     def write(index: int) -> None:
-        target = targets[index]  # folder and first part of the names of exports
-        if targets.count(target) > 1:
-            raise FileExistsError(
-                f"{inputs[index]}: inputs that differ only in the ending have the same exports:"
-                " export one input at a time, each to another folder with -o"
-            )
-        with contextlib.closing(files.read(started[index])) as document:
-            print_notes(document.notes)
-            is_labeled = bool(document.progress)
-            if not (is_labeled or {what for what, _ in wanted} <= {"regions"}):
-                print_note(f"{inputs[index]}: no labels are exported, because nothing is labeled")
-            with output_folder(target.parent):
-                for what, format in wanted:
-                    if is_labeled or what == "regions":
-                        written = write_export(document, what, format, folder=target.parent)
-                        click.echo(f"wrote {written}")
+        paths, notes = write_exports(files, index, wanted, targets)
+        print_notes(notes)
+        for path in paths:
+            click.echo(f"wrote {path}")
 
-    for_each([str(path) for path in inputs], write)
+    for_each([str(files.path(number)) for number, _ in targets], write)
 
 
 _ONE_FILE = click.Path(path_type=Path, dir_okay=False)
