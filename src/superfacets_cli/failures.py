@@ -51,7 +51,7 @@ def for_each(names: Sequence[str], do: Callable[[int], object]) -> None:
             if not (is_one_of_many or isinstance(error, FAILURES)):
                 raise
             message = message_of(error)
-            if name not in message and (is_one_of_many or isinstance(error, MeshError)):
+            if is_one_of_many and name not in message:
                 message = f"{name}: {message}"
             print_error(message)
             if context.params.get("as_json"):

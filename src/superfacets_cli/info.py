@@ -59,7 +59,9 @@ def info_command(inputs: tuple[str, ...], format: str | None, as_json: bool) -> 
             click.echo(json.dumps(facts))
             return
         for name, value in facts.items():
-            title = re.sub("^(n|is|are|has)_", "", name).replace("_", " ")
+            title = (
+                re.sub("^(n|is|are|has)_", "", name).replace("_", " ").replace("tets", "tetrahedra")
+            )
             click.echo(f"{title:<20} {_text_of(value, info.diagonal)}")
 
     for_each([name_of(text) for text in inputs], report)

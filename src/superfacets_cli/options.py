@@ -15,22 +15,20 @@ from superfacets.kit import FORMATS
 from .failures import QUIET
 
 
-class Count(click.IntRange):
-    """Type of options whose value is an integer of at least `min`, or the text `word`."""
+class Count(click.ParamType):  # type: ignore[type-arg]  # generic in new versions of click
+    """Type of options whose value is an integer of at least `least`, or the text `word`."""
 
     name = "count"
 
-    def __init__(self, min: int, word: str | None = None) -> None:
-        super().__init__(min)
-        self._word = word
-
-    def _describe_range(self) -> str:
-        """Return no range for the help text, which has a sentence instead."""
-        return ""
+    def __init__(self, least: int, word: str | None = None) -> None:
+        self._least, self._word = least, word
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Return the word or the number."""
-        return value if value == self._word else super().convert(value, param, ctx)
+        text = str(value)
+        if not (text == self._word or (text.isdecimal() and int(text) >= self._least)):
+            self.fail(f"{text!r} is not a whole number of {self._least} or more", param, ctx)
+        return text if text == self._word else int(text)
 
 
 class Real(click.FloatRange):

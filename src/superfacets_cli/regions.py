@@ -60,7 +60,10 @@ def regions_command(
     allowed = {output: TABLE_ENDINGS, arcs: TABLE_ENDINGS, borders: LINE_ENDINGS}
     files = tuple(path for path in allowed if path is not None)
     for path in files:
-        kit.known_ending(path, allowed[path])
+        try:
+            kit.known_ending(path, allowed[path])
+        except ValueError as error:
+            raise click.UsageError(str(error)) from None
     check_files([Job(cells, files)], (labels,))
     kit.checked_targets(files)
 

@@ -191,9 +191,9 @@ def view_command(
         target = None if output is None else checked_page_path(output)
     except ValueError as error:
         raise click.UsageError(str(error)) from None
-    values = {path.stem: read_values(path) for path in features}
-    if len(values) < len(features):
+    if len({path.stem for path in features}) < len(features):
         raise click.UsageError("two features have the same name: rename their files")
+    values = {path.stem: read_values(path) for path in features}
     source = read_input(str(mesh))
     cells, attributes = source.cells_and_attributes()
     shown = _levels_of(source, labels, cells, labels_named)

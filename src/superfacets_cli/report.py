@@ -36,7 +36,9 @@ def notes_on_result(
             f"{n_requested} regions were requested, but there are only {counted(n_kept, noun)}:"
             f" each {noun} became a region"
         )
-    if "cells" not in result.params and result.params["n_segments"] is None and n_made == 1:
+    n_own = result.n_unreached if result.params["islands"] == "keep" else 0
+    is_by_radius = result.params["n_segments"] is None and "cells" not in result.params
+    if is_by_radius and n_made - n_own <= 1:
         notes.append("the radius gives only one region: is -r in the unit of the file?")
     notes += map(str, outcome.warnings)
     if outcome.sharp_inside is not None and outcome.sharp_inside.any():

@@ -217,6 +217,8 @@ def segment_command(inputs: tuple[str, ...], **given: Any) -> None:
     chosen = options_of(**{name: given[name] for name in given if name not in not_of_files})
     if barriers is not None and given["barrier_angle"] is not None:
         raise click.UsageError("give --barriers or --barrier-angle, not both")
+    if len(inputs) > 1 and (mask, barriers) != (None, None):
+        raise click.UsageError("files of --mask and --barriers fit only one input")
     jobs = plan_jobs(inputs, given, (mask, barriers))
     run = _Run(chosen, given)
     for_each([read.name_of(text) for text in inputs], lambda i: run.do(jobs[i]))
@@ -233,7 +235,7 @@ class _Run:
         """Run one job, and print a report."""
         job.outputs.check()
         timings: dict[str, float] = {}
-        with Progress(read.name_of(job.input)) as bar:
+        with Progress(read.name_of(Path(job.input).name)) as bar:
             outcome = run_in_background(lambda: self._compute(job, bar, timings), is_shown=False)
             with bar.timed("export", timings):
                 sizes = outcome.write(job.outputs)

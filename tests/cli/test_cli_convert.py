@@ -267,7 +267,7 @@ def test_regions_are_split(run, folder):
 def test_what_cannot_be_meant_is_refused(run, folder):
     before = files_in(folder)
     for arguments, message in (
-        (["a.ply"], "nothing to write: name a file with -o, or a folder with --split"),
+        (["a.ply"], "give -o a file or a folder, or --split a folder"),
         (
             ["a.ply", "--split", "b", "--to", "ply", "--to", "obj"],
             "writes a single format: give --to only once",

@@ -81,7 +81,7 @@ def test_labels_of_no_region_are_refused(run, sheet, tmp_path):
     np.save(tmp_path / "none.npy", np.full(1152, -1, np.int32))
     status, _, err = run("cut", sheet, "--labels", tmp_path / "none.npy", "-o", tmp_path / "c.ply")
     assert status == 1
-    assert "no face is in a region" in err
+    assert "no cell is in a region" in err
 
 
 def test_a_mesh_of_few_faces_has_a_region_for_each(run, tmp_path):

@@ -29,8 +29,10 @@ def test_the_command_carries_groups_over_and_shows_the_loss(run, scene):
     status, printed, err = run("convert", groups, new, "-o", output)
     assert (status, err) == (0, "")
     assert printed.splitlines() == [
-        "  object  vertices    lost  gained  label", "       0         4       1       0  chair",
-        "       7         3       0       1  table", f"wrote {output}",
+        f"wrote {output}",
+        "s.aggregation.json:   object  vertices    lost  gained  label",
+        "       0         4       1       0  chair",
+        "       7         3       0       1  table",
     ]  # fmt: skip
     status, _, err = run("convert", groups, new, "-o", output)
     assert (status, "this file was written by another program, and its objects would" in err) == (
