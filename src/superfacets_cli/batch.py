@@ -18,6 +18,7 @@ from .failures import EXIT_DATA, is_quiet, print_error, print_notes
 from .inputs import mask_values_option
 from .interrupts import soon_ended
 from .outputs import to_option
+from .progress import Progress
 from .segment import file_options, options_of, segment_options
 
 
@@ -65,7 +66,8 @@ def batch_command(
     arguments = options_of(**given).arguments
     tried: list[str] = []
     is_hidden = True if is_quiet() else None  # None: hidden if stderr is no terminal
-    with tqdm(unit="file", leave=False, disable=is_hidden, dynamic_ncols=True) as bar, soon_ended():
+    delay = Progress.DELAY
+    with tqdm(unit=" files", leave=False, disable=is_hidden, delay=delay) as bar, soon_ended():
 
         def progress(state: BatchProgress) -> None:
             bar.total = state.n_files

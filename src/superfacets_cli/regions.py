@@ -57,13 +57,13 @@ def regions_command(
     a labeled mesh or point cloud. If LABELS is not given, the labels in IN are used.
     """
     output = None if str(output) == opts.STANDARD_STREAM else output
-    allowed = {output: TABLE_ENDINGS, arcs: TABLE_ENDINGS, borders: LINE_ENDINGS}
-    files = tuple(path for path in allowed if path is not None)
-    for path in files:
-        try:
-            kit.known_ending(path, allowed[path])
-        except ValueError as error:
-            raise click.UsageError(str(error)) from None
+    allowed = ((output, TABLE_ENDINGS), (arcs, TABLE_ENDINGS), (borders, LINE_ENDINGS))
+    files = tuple(path for path, _ in allowed if path is not None)
+    try:
+        for path in files:
+            kit.known_ending(path, dict(allowed)[path])
+    except ValueError as error:
+        raise click.UsageError(str(error)) from None
     check_files([Job(cells, files)], (labels,))
     kit.checked_targets(files)
 

@@ -9,15 +9,16 @@ import time
 
 import numpy as np
 import pytest
-from command_line import COMMAND
+from command_line import IMPATIENT
 
 from superfacets.kit import OutputFiles
 from superfacets_cli.interrupts import is_busy, run_in_background
 from superfacets_cli.progress import Progress
 
 
-def test_a_terminal_shows_stages_and_seconds(capsys, terminal, limit):
+def test_a_terminal_shows_stages_and_seconds(capsys, terminal, limit, monkeypatch):
     terminal(sys.stderr)
+    monkeypatch.setattr(Progress, "STEP", 0.02)
     limit("delay of the bar", 0.02)
     with Progress("a.ply") as bar:
         for stage, n_iter in (("mesh", 0), ("face_graph", 0), ("classify", 3)):
@@ -30,7 +31,7 @@ def test_a_terminal_shows_stages_and_seconds(capsys, terminal, limit):
 
 
 def test_a_pipe_shows_no_progress_bar_and_a_terminal_does(large, tmp_path):
-    command = [*COMMAND, "segment", str(large), "-o", str(tmp_path / "labels.npy")]
+    command = [*IMPATIENT, "segment", str(large), "-o", str(tmp_path / "labels.npy")]
     piped = subprocess.run(command, capture_output=True, text=True, check=True)
     assert piped.stderr == ""
     ours, theirs = pty.openpty()

@@ -13,7 +13,7 @@ import time
 import numpy as np
 import pytest
 import shapes
-from command_line import COMMAND, files_in
+from command_line import COMMAND, IMPATIENT, files_in
 
 import superfacets as sf
 from superfacets_cli.main import OTHER_OPTIONS
@@ -311,7 +311,7 @@ def test_a_failed_run_leaves_what_was_there(run, sheet, tmp_path):
 
 @pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupt_ends_the_run_within_an_iteration_and_leaves_nothing(large, sent):
-    command = [*COMMAND, "segment", large, "-n", "150", "--paper", "--max-iter", "100000"]
+    command = [*IMPATIENT, "segment", large, "-n", "150", "--paper", "--max-iter", "100000"]
     ours, theirs = pty.openpty()
     termios.tcsetwinsize(theirs, (24, 80))
     with subprocess.Popen(command, stderr=theirs, stdout=subprocess.PIPE) as process:
