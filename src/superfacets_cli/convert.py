@@ -11,14 +11,13 @@ import numpy as np
 
 from superfacets import MeshAttributes, MeshError, kit, write_regions
 from superfacets.kit import FORMATS, Cells
-from superfacets_scans import GROUPS, regroup_segments
 
 from . import options as opts
 from .failures import for_each, print_note
 from .inputs import GivenLabels, given_labels, labels_of_cells, read_input
 from .interrupts import run_in_background
 from .options import FILE, option, options
-from .outputs import Job, output_option, plan_jobs, print_report, to_option
+from .outputs import Job, output_option, plan_jobs, to_option
 from .progress import Progress
 
 
@@ -34,9 +33,6 @@ from .progress import Progress
            " DIR/region_17.ply. Existing files with these names are replaced. DIR must not contain"
            " other region files of the same format."),
     to_option(),
-    option("--segments FILE", FILE,
-           "The .segs.json that belongs to IN, if IN is an .aggregation.json.  [default: the file"
-           " named in IN]"),
     opts.labels_named_option,
     opts.format_option("IN"),
     opts.ascii_option,
@@ -46,22 +42,13 @@ from .progress import Progress
     opts.quiet_option(),
     opts.json_option(),
 )  # fmt: skip
-def convert_command(
-    mesh: Path, labels: Path | None, folder: Path | None, segments: Path | None, **given: Any
-) -> None:
+def convert_command(mesh: Path, labels: Path | None, folder: Path | None, **given: Any) -> None:
     """Write meshes with their labels in other formats.
 
     If LABELS is not given, labels stored in IN are written. All meshes and point clouds of a FOLDER
-    are converted, and written to the folder that -o names. If IN is an .aggregation.json, LABELS
-    are new segments (.segs.json): the objects of IN are rewritten as groups of the new segments,
-    and a table shows how many vertices each object loses and gains.
+    are converted, and written to the folder that -o names.
     """
     outputs, formats = given["outputs"], given["formats"]
-    if mesh.name.endswith(GROUPS):
-        _regroup(mesh, labels, outputs, segments, force=given["force"])
-        return
-    if segments is not None:
-        raise click.UsageError("--segments can be given only if IN is an .aggregation.json")
     if bool(outputs) == (folder is not None):
         raise click.UsageError("give -o a file or a folder, or --split a folder, not both")
     inputs = [str(mesh)]
@@ -80,28 +67,6 @@ def convert_command(
             raise click.UsageError("--split writes a single format: give --to only once")
     run = _Run(labels, folder, given)
     for_each(inputs, lambda i: run.do(jobs[i]))
-
-
-def _regroup(
-    groups: Path,
-    labels: Path | None,
-    outputs: tuple[str, ...],
-    segments: Path | None,
-    *,
-    force: bool,
-) -> None:
-    """Rewrite an .aggregation.json for new segments, and print the changes of its objects."""
-    if labels is None or len(outputs) != 1:
-        raise click.UsageError(
-            "to convert an .aggregation.json, give new segments (.segs.json) as LABELS, and -o once"
-        )
-    objects = regroup_segments(outputs[0], groups, labels, segments=segments, force=force)
-    rows = ["  object  vertices    lost  gained  label"]
-    for found in objects:
-        counts = f"{found.n_vertices:>9} {found.n_lost:>7} {found.n_gained:>7}"
-        rows.append(f"{found.object_id:>8} {counts}  {found.label}")
-    facts = {"objects": [found._asdict() for found in objects]}
-    print_report(str(groups), outputs, facts, "\n".join(rows), has_stream=False)
 
 
 @dataclass(frozen=True)

@@ -92,9 +92,8 @@ class Job:
         return not self.endings.issubset(FORMATS.cell_outputs)
 
     def write(
-        self, cells: Cells, labels: Ints | None, attributes: MeshAttributes | None = None,
-        *, are_replaced: bool = True,
-        form: Mapping[str, Any] | None = None, **more: Any,
+        self, cells: Cells, labels: Ints | None, attributes: MeshAttributes | None = None, *,
+        are_replaced: bool = True, form: Mapping[str, Any] | None = None, **more: Any,
     ) -> None:  # fmt: skip
         """Write the outputs, and print notes on data that the outputs do not store.
 
@@ -104,11 +103,8 @@ class Job:
         outputs = replace(self.outputs, options=replace(self.form, **(form or {})))
         with Progress():
             sizes = outputs.write(cells, labels, attributes=attributes, **more)
-        print_notes(
-            notes_on_written(
-                cells, labels, attributes, self.endings, sizes, are_replaced=are_replaced
-            )
-        )
+        given = (cells, labels, attributes, self.endings, sizes)
+        print_notes(notes_on_written(*given, are_replaced=are_replaced))
 
     def report(
         self, facts: Mapping[str, Any], text: str, noun: str = "face", more: Sequence[str] = ()
