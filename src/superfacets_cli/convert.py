@@ -87,7 +87,7 @@ class _Run:
             labels = labels_of_cells(cells, given, is_noted=not is_kept)
             of_vertices = given.labels if given.are_of_vertices else None
             n_labels = len(np.unique(given.labels[given.labels >= 0]))
-        elif self.folder is not None or job.holds_labels:
+        elif self.folder is not None or not job.endings <= {*FORMATS.cell_outputs}:
             raise MeshError(
                 f"{job.input}: there are no labels (none called {self.given['labels_named']}): give"
                 " a label file as LABELS, or the name of the labels with --labels-named"

@@ -97,8 +97,7 @@ def levels_command(
 
     cells, attributes, nested = run_in_background(compute)
     _write(paths, cells, attributes, nested)
-    sizes = np.zeros(0, np.int64)
-    print_notes(notes_on_written(cells, None, attributes, job.endings, sizes))
+    print_notes(notes_on_written(cells, None, attributes, job.endings, np.zeros(0, np.int64)))
     facts = {
         "levels": list(nested.counts), "n_finest": nested.n_finest, "n_fewest": nested.n_fewest,
     }  # fmt: skip

@@ -203,8 +203,7 @@ def cut_command(mesh: Path, n_segments: int | None, labels: Path | None, **given
         source = read_input(str(mesh), given["format"])
         surface, name, n_threads = source.cells(), given["labels_named"], given["n_threads"]
         if not kit.kind_of(surface).has_faces:
-            plural = kit.kind_of(surface).plural
-            raise MeshError(f"{mesh}: expected a mesh of faces to cut, got {plural}")
+            raise MeshError(f"{mesh}: a mesh of faces is needed")
         surface = kit.as_mesh(surface)
         job.outputs.check_fit(surface)
         has_labels = labels is not None or source.labels(surface.n_cells, name) is not None

@@ -86,11 +86,6 @@ class Job:
         """Whether some output gets attributes of vertices and faces."""
         return self.keeps and not self.endings.isdisjoint(FORMATS.attribute_outputs)
 
-    @property
-    def holds_labels(self) -> bool:
-        """Whether some output stores labels, or data computed from labels, without the cells."""
-        return not self.endings.issubset(FORMATS.cell_outputs)
-
     def write(
         self, cells: Cells, labels: Ints | None, attributes: MeshAttributes | None = None, *,
         are_replaced: bool = True, form: Mapping[str, Any] | None = None, **more: Any,

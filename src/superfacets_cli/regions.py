@@ -13,8 +13,9 @@ from typing import IO, Any
 import click
 import numpy as np
 
-from superfacets import BorderLines, MeshError, RegionGraph, border_lines, kit, pool, region_graph
+from superfacets import MeshError, RegionGraph, border_lines, kit, pool, region_graph
 from superfacets_formats import write_vtk_xml
+from superfacets_show import LINE_ENDINGS, write_borders
 
 from . import options as opts
 from .inputs import ranked_labels_beside, read_input
@@ -97,7 +98,7 @@ def regions_command(
     tables = [(output, columns), (arcs, of_arcs)]
     write_tables([(path, table) for path, table in tables if path is not None])
     if borders is not None:
-        write_borders(borders, *lines)
+        write_borders(borders, *lines, write_vtk_xml)
     if output is None:
         if sys.stdout is None:
             raise OSError("standard output is closed")
@@ -126,7 +127,6 @@ Columns = Mapping[str, kit.Array]
 """Columns of a table, keyed by column name; all columns have the same length."""
 
 TABLE_ENDINGS = (".csv", ".json")
-LINE_ENDINGS = (".obj", ".vtp")
 
 
 def write_tables(tables: Sequence[tuple[Path, Columns]]) -> None:
@@ -164,34 +164,3 @@ def _rows(columns: Columns) -> Iterable[tuple[Any, ...]]:
             values = [None if math.isnan(value) else value for value in values]
         lists.append(values)
     return zip(*lists, strict=True)
-
-
-def write_borders(path: Path, vertices: kit.Floats, lines: BorderLines, names: kit.Ints) -> None:
-    """Write border lines as OBJ or VTP, with the vertices on the lines; regions get new `names`.
-
-    In OBJ, each line is a group ``border_3_7``, or ``border_3_open`` at the boundary of the mesh.
-    In VTP, the numbers of the two regions are the cell data ``low`` and ``high``.
-    """
-    whole = [lines.line(i) for i in range(len(lines))]
-    rows = [np.append(row, row[: int(lines.is_closed[i])]) for i, row in enumerate(whole)]
-    used, along = np.unique(np.concatenate([np.empty(0, int), *rows]), return_inverse=True)
-    ends = np.cumsum([*map(len, rows)], dtype=np.int64)
-    low, high = np.append(names, -1)[lines.regions].astype(np.int32).T  # -1 at the boundary
-    ending = kit.known_ending(path, LINE_ENDINGS)
-    with kit.atomic_outputs([path]) as temporaries, temporaries[0].open("wb") as file:
-        if ending == ".vtp":
-            sections: dict[str, dict[str, kit.Array]] = {
-                "CellData": {"low": low, "high": high},
-                "Points": {"Points": vertices[used]},
-                "Lines": {"connectivity": along.astype(np.int64), "offsets": ends},
-            }
-            counts = {"NumberOfPoints": len(used), "NumberOfLines": len(rows)}
-            write_vtk_xml(file, "PolyData", counts, sections, ascii=False)
-            return
-        points = vertices[used].tolist()
-        file.writelines(f"v {x!r} {y!r} {z!r}\n".encode() for x, y, z in points)
-        parts = np.split(along + 1, ends[:-1])
-        for first, second, part in zip(low.tolist(), high.tolist(), parts, strict=False):
-            row = " ".join(map(str, part.tolist()))
-            other = "open" if second < 0 else second
-            file.write(f"g border_{first}_{other}\nl {row}\n".encode())

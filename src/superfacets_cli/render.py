@@ -34,17 +34,6 @@ def _size(
     return None if text is None else (int(match[1]), int(match[2]))
 
 
-def _chosen_view(side: str | None, *, azimuth: float, elevation: float, up: Up) -> View:
-    """Return the view given by name or by angles; raise a usage error if both are given."""
-    if side is None:
-        return View(azimuth=azimuth, elevation=elevation, up=up)
-    source = click.get_current_context().get_parameter_source
-    given = click.core.ParameterSource.COMMANDLINE
-    if given in (source("azimuth"), source("elevation")):
-        raise click.UsageError("give --view, or --azimuth and --elevation, not both")
-    return View.named(side, up=up)
-
-
 def _values_named(color_by: str | None, data: CellData) -> Array | str | None:
     """Return the values in the file `color_by`, or of the property with this name.
 
@@ -107,7 +96,8 @@ def render_command(
 
     source = read_input(str(mesh))
     up = up_axis(source, up)
-    view = _chosen_view(side, azimuth=azimuth, elevation=elevation, up=up)
+    view = View(azimuth=azimuth, elevation=elevation, up=up)
+    view = view if side is None else View.named(side, up=up)
     cells, attributes = source.cells_and_attributes()
     if viewpoint is not None:
         cells = kind_of(cells).seen_from(cells, viewpoint)

@@ -103,8 +103,7 @@ _NOISE = options(
            " and uses 0 steps if the mesh is clean. Outputs are not smoothed.  [default: auto]"),
     option("--subdivide is_subdivided", FLAG,
            "First bisect edges longer than a quarter of a region's radius, for meshes with long and"
-           " thin faces. A .ply or .vtp then contains the subdivided mesh. Label files contain one"
-           " label for each face of IN: the label that covers most of the face."),
+           " thin faces. Label files still contain one label for each face of IN."),
     option("--max-edge", POSITIVE,
            "First bisect edges longer than this, in the unit of the file."),
     opts.viewpoint_option,
@@ -115,8 +114,8 @@ _NOISE = options(
 )  # fmt: skip
 _LOOP = options(
     option("--init", kit.FileOptions.CHOICES["init"],
-           "How the initial centers are placed. flood and grid need --paper, and match -n only"
-           " approximately.  [default: geodesic; curve for 10,000 or more regions of less than 100"
+           "How initial centers are placed; flood and grid need --paper, and match -n only roughly."
+           "  [default: geodesic; curve for 10,000 or more regions of less than 100"
            " cells each; farthest with --paper]"),
     option("--max-iter max_num_iter", opts.Count(0),
            "Maximum number of iterations; 0 keeps the initial centers.", default=50),

@@ -137,7 +137,6 @@ def test_a_mesh_turns(run, sheet, labeled, tmp_path, limit):
         (["-o", "p.png", "--size", "big"], "'big' is not a size such as 1200x900"),
         (["-o", "p.png", "--size", "9000x10"], "must be at most 8192, got 9000"),
         (["-o", "p.png", "--view", "above"], "'above' is not one of 'front'"),
-        (["-o", "p.png", "--view", "top", "--azimuth", 5], "give --view, or --azimuth and"),
         (["-o", "p.png", "--color-by", "area"],
          "error: --color-by area needs labels, and {sheet} has none: give LABELS (see"),
         (["-o", "p.png", "--numbers"],
