@@ -98,7 +98,7 @@ def regions_command(
     tables = [(output, columns), (arcs, of_arcs)]
     write_tables([(path, table) for path, table in tables if path is not None])
     if borders is not None:
-        write_borders(borders, *lines, write_vtk=write_vtk_xml)
+        write_borders(borders, write_vtk_xml, *lines)
     if output is None:
         if sys.stdout is None:
             raise OSError("standard output is closed")

@@ -13,8 +13,8 @@ LINE_ENDINGS = (".obj", ".vtp")
 
 
 def write_borders(
-    path: Path, vertices: kit.Floats, lines: BorderLines, names: kit.Ints,
-    write_vtk: Callable[..., object],
+    path: Path, write_vtk: Callable[..., object], vertices: kit.Floats, lines: BorderLines,
+    names: kit.Ints,
 ) -> None:  # fmt: skip
     """Write border lines as OBJ or VTP, with the vertices on the lines; regions get new `names`.
 
