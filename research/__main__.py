@@ -11,7 +11,7 @@ from superfacets.base.checks import checked_threads, counted
 from superfacets_cli import options as opts
 from superfacets_cli.failures import print_notes
 from superfacets_cli.main import run
-from superfacets_cli.options import COUNT, FILE, numbers, option, options
+from superfacets_cli.options import COUNT, FILE, Listed, option, options
 
 if TYPE_CHECKING:
     from .reproduce.reproduction import ReproductionReport
@@ -36,7 +36,7 @@ def commands() -> None:
            "Figures to reproduce, such as 4,6: numbers from 1 to 8, or rivals.  [default: all]"),
     option("--methods LIST", None,
            "Methods to compare, such as superfacets,stk02.  [default: all]"),
-    option("--ks LIST", None, "Numbers of regions, such as 50,150.", callback=numbers),
+    option("--ks LIST", Listed(COUNT), "Numbers of regions, such as 50,150."),
     option("--meshes DIR", opts.EXISTING_FOLDER,
            "Folder with large meshes for Figure 1 and Table 1."),
     option("--budget-minutes", opts.NOT_NEGATIVE,
@@ -76,9 +76,9 @@ def reproduce_command(
 @click.argument("benchmark", type=opts.EXISTING_FOLDER)
 @options(
     _results_option,
-    option("--ks LIST", None, "Numbers of regions.  [default: 50 to 300]", callback=numbers),
-    option("--models LIST", None,
-           "Numbers of the models to use, such as 5,125,397.  [default: all]", callback=numbers),
+    option("--ks LIST", Listed(COUNT), "Numbers of regions.  [default: 50 to 300]"),
+    option("--models LIST", Listed(COUNT),
+           "Numbers of the models to use, such as 5,125,397.  [default: all]"),
     option("--every", COUNT, "Use every N-th model only; 2 means every second model.", default=1),
     option("--finer n_finer", opts.Count(0),
            "Number of models that are also tested at other resolutions.", default=10),

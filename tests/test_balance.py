@@ -564,7 +564,7 @@ def test_the_command_balances_and_writes_solids(tmp_path):
     for wrong, message in [
         (("--balance", "2"), "0.0<=x<=1.0"),
         (("-n", "20", "--bounds", ",0.01"), "at least"),
-        (("--cells", "64", "-n", "20"), "give -n or --cells, not both"),
+        (("--cells", "64", "-n", "20"), "already sets the number of regions"),
     ]:
         failed = run(*wrong, "-o", str(tmp_path / "wrong.npy"))
         assert failed.exit_code != 0
@@ -579,7 +579,7 @@ def test_the_command_tells_of_pieces(tmp_path):
     arguments = ["segment", str(tmp_path / "star.obj"), "--cells", "2"]
     done = CliRunner().invoke(commands, [*arguments, "-o", str(tmp_path / "star.npy")])
     assert done.exit_code == 0
-    assert "some regions are disconnected: they have 1 additional piece" in done.output
+    assert "some regions are disconnected, with 1 extra piece" in done.output
 
 
 def test_batches_take_balance_and_refuse_arrays(tmp_path):

@@ -10,9 +10,8 @@ from .base.lazy import load
 def main() -> NoReturn:
     """Run the `superfacets` command, and exit with its exit code."""
     try:
-        while_importing = load("superfacets_cli.interrupts:while_importing")
-        with while_importing():
-            run: Callable[[], NoReturn] = load("superfacets_cli.main:main")
+        load("superfacets_cli.interrupts:end_at_signals")()
+        run: Callable[[], NoReturn] = load("superfacets_cli.main:main")
     except ImportError as error:
         sys.exit(f"superfacets: error: {error}")
     run()

@@ -3,55 +3,56 @@
 from __future__ import annotations
 
 import json
+import sys
 from pathlib import Path
 from typing import Any
 
 import click
 
 from superfacets import batch
-from superfacets.kit import FORMATS, counted
+from superfacets.kit import counted
 from superfacets_batch import BatchProgress, BatchResult
 
 from . import options as opts
 from .failures import EXIT_DATA, is_quiet, print_error, print_notes
 from .inputs import mask_values_option
 from .interrupts import soon_ended
-from .outputs import check_mask, listed_formats
-from .progress import FileBar
-from .segment import SegmentCommand, file_options, options_of, segment_options
+from .outputs import to_option
+from .progress import Progress
+from .segment import file_options, options_of, segment_options
 
 
-@click.command("batch", cls=SegmentCommand)
+@click.command("batch", cls=opts.GroupedCommand)
 @click.argument("inputs", metavar="IN...", nargs=-1, required=True)
 @opts.options(
-    opts.option("-o --output DIR", opts.FOLDER,
-           "Folder for the results and the manifest. Its subfolders mirror the folders of IN.",
-           required=True),
-    opts.option("--to --format formats LIST", None,
-           "Comma-separated formats of the results, such as npy,ply.  [default: ply; vtu for"
-           " tetrahedra]",
-           multiple=True, callback=listed_formats),
-    opts.option("--workers", opts.COUNT,
-           "Number of worker processes on this machine; with 1, files are processed one after the"
-           " other in this process.  [default: one per core if Dask is installed, else 1]"),
-    opts.option("--scheduler ADDRESS", None,
-           "Address of a Dask scheduler, such as tcp://10.0.0.1:8786."),
-    opts.option("--timeout SECONDS", opts.POSITIVE,
-           "Maximum time per file: a file that takes longer fails, and its worker restarts."
-           "  [default: no maximum]"),
-    opts.option("--retry-failed", opts.FLAG, "Retry files that failed in an earlier run."),
+    opts.options(
+        opts.option("-o --output DIR", opts.FOLDER,
+               "Folder for the results and the manifest. Its subfolders mirror the folders of IN.",
+               required=True),
+        to_option("--to --format"),
+        opts.quiet_option(),
+        group="Everyday options",
+    ),
     segment_options,
-    mask_values_option,
-    opts.labels_named_option,
+    opts.options(mask_values_option, opts.labels_named_option, group="Data that borders follow"),
     file_options,
-    opts.quiet_option(),
-    opts.json_option("the summary as a JSON object"),
+    opts.options(
+        opts.option("--workers", opts.COUNT,
+               "Number of worker processes on this machine; with 1, files are processed one after"
+               " the other in this process.  [default: one per core if Dask is installed, else 1]"),
+        opts.option("--scheduler ADDRESS", None,
+               "Address of a Dask scheduler, such as tcp://10.0.0.1:8786."),
+        opts.option("--timeout SECONDS", opts.POSITIVE,
+               "Maximum time per file: a file that takes longer fails, and its worker restarts."
+               "  [default: no maximum]"),
+        opts.option("--retry-failed", opts.FLAG, "Retry files that failed in an earlier run."),
+        opts.json_option("the summary as a JSON object"),
+        group="Running",
+    ),
 )  # fmt: skip
-@click.pass_context
 def batch_command(
-    ctx: click.Context, /, inputs: tuple[str, ...], output: Path, formats: tuple[str, ...],
-    workers: int | None, scheduler: str | None, timeout: float | None, retry_failed: bool,
-    as_json: bool, **given: Any,
+    inputs: tuple[str, ...], output: Path, formats: tuple[str, ...], workers: int | None,
+    scheduler: str | None, timeout: float | None, retry_failed: bool, as_json: bool, **given: Any,
 ) -> None:  # fmt: skip
     """Segment thousands of files on all cores, or on a cluster.
 
@@ -60,18 +61,22 @@ def batch_command(
     have no valid result yet. If a file fails, the remaining files are still processed, and the exit
     status is 1.
     """
+    from tqdm import tqdm
+
     arguments = options_of(**given).arguments
-    endings = [FORMATS.ending_of[name] for name in formats]
-    check_mask(endings, has_mask=bool(arguments["mask_values"]))
     tried: list[str] = []
-    with FileBar() as bar, soon_ended():
+    is_hidden = True if is_quiet() else None  # None: hidden if stderr is no terminal
+    delay = Progress.DELAY
+    with tqdm(unit=" files", leave=False, disable=is_hidden, delay=delay) as bar, soon_ended():
 
         def progress(state: BatchProgress) -> None:
-            bar.draw(state)
+            bar.total = state.n_files
+            bar.update(state.n_ended - bar.n)
             if "error" in state.record:
                 tried.append(state.record["name"])
-                with bar.paused():
-                    print_error(_failure(state.record))
+                name, error = state.record["input"], state.record["error"]
+                with tqdm.external_write_mode(file=sys.stderr):
+                    print_error(error if name in error else f"{name}: {error}")
 
         result = batch(
             inputs, output, formats=formats, scheduler=scheduler, workers=workers,
@@ -87,13 +92,7 @@ def batch_command(
         if not tried:
             failed += " in an earlier run: retry with --retry-failed"
         print_error(failed)
-        ctx.exit(EXIT_DATA)
-
-
-def _failure(record: dict[str, Any]) -> str:
-    """Return the error message of a failed file; add the file name if the message lacks it."""
-    name, error = record["input"], record["error"]
-    return error if name in error else f"{name}: {error}"
+        click.get_current_context().exit(EXIT_DATA)
 
 
 def _facts(result: BatchResult, output: Path) -> dict[str, Any]:

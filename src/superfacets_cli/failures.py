@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Callable, Iterable, Sequence
 
@@ -30,20 +31,17 @@ def message_of(error: BaseException) -> str:
     return str(error)
 
 
-def count_failures(
-    names: Sequence[str],
-    do: Callable[[int], object],
-    failed: Callable[[int, str], object] = lambda _, message: None,
-) -> int:
-    """Call `do` with the index of each input, print all failures, and return their number.
+def for_each(names: Sequence[str], do: Callable[[int], object]) -> None:
+    """Call `do` with the index of each input; if some fail, print their errors, and exit.
 
-    `failed` is called with the index and the error message of each failed input. If there is only
-    one input, a ValueError that is not in `FAILURES` is raised again, because it means a wrong
-    parameter on the command line. A BrokenPipeError is raised again, too: click then ends the
-    process silently, as is usual in a pipe.
+    With ``--json``, each error is also printed as a JSON object. If there is only one input, a
+    ValueError that is not in `FAILURES` is raised again, because it means a wrong parameter on the
+    command line. A BrokenPipeError is raised again, too: click then ends the process silently, as
+    is usual in a pipe.
     """
     n_failed = 0
     is_one_of_many = len(names) > 1
+    context = click.get_current_context()
     for index, name in enumerate(names):
         try:
             do(index)
@@ -56,11 +54,14 @@ def count_failures(
             if is_one_of_many and name not in message:
                 message = f"{name}: {message}"
             print_error(message)
-            failed(index, message)
+            if context.params.get("as_json"):
+                is_stream = "-" in (*context.params.get("outputs", ()), name)
+                click.echo(json.dumps({"file": name, "error": message}), err=is_stream)
             n_failed += 1
     if n_failed and is_one_of_many:
         print_error(f"{n_failed} of {len(names)} files failed")
-    return n_failed
+    if n_failed:
+        context.exit(EXIT_DATA)
 
 
 def print_error(message: str) -> None:
@@ -86,7 +87,18 @@ def print_notes(messages: Iterable[str]) -> None:
         print_note(message)
 
 
+CLEAR = "\033[G\033[K"  # clears the line of a terminal; click writes it to no other stream
+
+_OPTIONS = {
+    r"Sizes\((\w+)=[^)]*\)+": r"--\1",
+    r"islands='nearest'": "--islands nearest",
+    r"subdivide first, mesh = \S+subdivide\(.*\)\.mesh": "try --subdivide",
+}
+"""Options of the command, keyed by patterns in messages of the library."""
+
+
 def print_line(kind: str, message: str) -> None:
     """Print an error or a note on stderr, even if the command is quiet."""
-    one_line = " ".join(re.sub(r"Sizes\((\w+)=[^)]*\)+", r"--\1", message).split())
-    click.echo(f"superfacets: {kind}: {one_line}", err=True)
+    for pattern, option in _OPTIONS.items():
+        message = re.sub(pattern, option, message)
+    click.echo(f"{CLEAR}superfacets: {kind}: {' '.join(message.split())}", err=True)

@@ -1,27 +1,33 @@
-"""The commands ``superfacets info`` and ``formats``."""
+"""The commands ``superfacets info``, ``formats`` and ``evaluate``."""
 
 from __future__ import annotations
 
 import dataclasses
 import json
 import math
+import re
 from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
 import click
-import numpy as np
 
-from superfacets import MeshAttributes, SliverWarning, cloud_info, mesh_info
-from superfacets.kit import FORMATS, CloudInfo, MeshInfo, kind_of
+from superfacets import SliverWarning, cloud_info, mesh_info
+from superfacets.kit import FORMATS, MeshInfo, counted, kind_of
 
-from .failures import EXIT_DATA, count_failures, print_note
-from .inputs import check_inputs, name_of, read_input
+from .failures import for_each, print_note, print_notes
+from .inputs import given_labels, labels_of_cells, name_of, read_input
 from .interrupts import run_in_background
-from .options import INPUT, USUAL_COUNT, format_option, json_option
-
-MAX_BYTES_OF_ATTRIBUTES = 100 << 20
-"""Maximum size, in bytes, of files whose attributes are read to report constant properties."""
+from .options import (
+    FILE,
+    INPUT,
+    NOT_NEGATIVE,
+    format_option,
+    json_option,
+    labels_named_option,
+    option,
+    options,
+)  # fmt: skip
 
 _FACES_DOWN = (
     "if z is up, this open surface faces down: aspects are wrong by 180 degrees, and convex and"
@@ -34,130 +40,55 @@ _FACES_DOWN = (
 @click.argument("inputs", metavar="IN...", type=INPUT, nargs=-1, required=True)
 @format_option("the inputs", of_stream=True)
 @json_option("the results as JSON, one line per IN")
-@click.pass_context
-def info_command(
-    ctx: click.Context, inputs: tuple[str, ...], format: str | None, as_json: bool
-) -> None:
+def info_command(inputs: tuple[str, ...], format: str | None, as_json: bool) -> None:
     """Print counts and sizes of meshes and point clouds.
 
     IN may be - for standard input. If an input fails, the remaining inputs are still read, and the
     exit status is 1.
     """
-    check_inputs(inputs)
 
     def report(index: int) -> None:
         text = inputs[index]
-        info, attributes, frame = run_in_background(lambda: _read(text, format))
-        of_las = {} if frame is None else _facts_of(frame)
-        slivers = info.sliver_share if isinstance(info, MeshInfo) else 0.0
-        note = SliverWarning.text(slivers, "try segment --subdivide")
-        if note is not None:
-            print_note(f"{name_of(text)}: {note}")
-        if isinstance(info, MeshInfo) and info.faces_down:
-            print_note(f"{name_of(text)}: {_FACES_DOWN}")
-        constant = _constant_properties(attributes)
-        if constant:
-            names = ", ".join(constant)
-            print_note(f"{name_of(text)}: properties with the same value everywhere: {names}")
+        info, of_las = run_in_background(lambda: _read(text, format))
+        if isinstance(info, MeshInfo):
+            slivers = SliverWarning.text(info.sliver_share, "try segment --subdivide")
+            notes = (slivers, _FACES_DOWN if info.faces_down else None)
+            print_notes(f"{name_of(text)}: {note}" for note in notes if note is not None)
+        facts = {"file": text, **dataclasses.asdict(info), **of_las}
         if as_json:
-            click.echo(json.dumps({"file": text, **dataclasses.asdict(info), **of_las}))
+            click.echo(json.dumps(facts))
             return
-        rows = [*_rows_of(info), *((name.replace("_", " "), str(of_las[name])) for name in of_las)]
-        if len(inputs) > 1:
-            rows = [("file", name_of(text)), *rows]
-        click.echo("\n".join(f"{name:<20} {value}" for name, value in rows))
+        for name, value in facts.items():
+            title = (
+                re.sub("^(n|is|are|has)_", "", name).replace("_", " ").replace("tets", "tetrahedra")
+            )
+            click.echo(f"{title:<20} {_text_of(value, info.diagonal)}")
 
-    if count_failures([name_of(text) for text in inputs], report):
-        ctx.exit(EXIT_DATA)
+    for_each([name_of(text) for text in inputs], report)
 
 
-def _read(text: str, format: str | None) -> tuple[Any, MeshAttributes | None, Any]:
-    path = Path(text)
-    keep = not path.is_file() or path.stat().st_size <= MAX_BYTES_OF_ATTRIBUTES
+def _read(text: str, format: str | None) -> tuple[Any, dict[str, str | int]]:
+    """Return the measures of a file, and facts that only LAS files have."""
     source = read_input(text, format)
-    is_las = source.ending in (".las", ".laz")
-    cells, attributes = source.cells_and_attributes(keep=keep or is_las)
-    frame = None if attributes is None else attributes.las
-    # Constant fields of LAS files are not reported: most files leave some fields unused.
+    cells, attributes = source.cells_and_attributes(keep=source.ending in (".las", ".laz"))
     measure: Any = cloud_info if kind_of(cells).are_points else mesh_info
-    return measure(cells), attributes if keep and not is_las else None, frame
+    frame: Any = None if attributes is None else attributes.las
+    if frame is None:
+        return measure(cells), {}
+    system = frame.reference_system or "none"
+    facts = {"point_format": frame.point_format, "reference_system": system}
+    return measure(cells), {"LAS_version": f"1.{frame.minor}", **facts}
 
 
-def _facts_of(frame: Any) -> dict[str, str | int]:
-    return {
-        "LAS_version": f"1.{frame.minor}",
-        "point_format": frame.point_format,
-        "reference_system": frame.reference_system or "none",
-    }
-
-
-def _constant_properties(attributes: MeshAttributes | None) -> list[str]:
-    """Return the names of properties, except colors, that have the same value everywhere."""
-    if attributes is None:
-        return []
-    stored = {**attributes.vertex, **attributes.face}
-    return [
-        name
-        for name, values in stored.items()
-        if name not in ("red", "green", "blue", "alpha")
-        and len(values)
-        and (values == values[0]).all()
-    ]
-
-
-def _coordinate(value: float, diagonal: float) -> str:
-    """Format a coordinate, rounded to about a millionth of the diagonal of the bounding box."""
-    if not 1e-4 < diagonal < 1e12:
-        return f"{value:g}"
-    n_digits = max(0, 6 - math.floor(math.log10(diagonal)))
-    return np.format_float_positional(round(value, n_digits) + 0.0, trim="-")
-
-
-def _rows_of(info: Any) -> list[tuple[str, str]]:
-    low, high = (
-        " ".join(_coordinate(value, info.diagonal) for value in corner) for corner in info.bounds
-    )
-    facts = dataclasses.asdict(info)
-    rows = [(_name_of(name), str(n)) for name, n in facts.items() if name.startswith("n_")]
-    if isinstance(info, CloudInfo):
-        rows += [("normals", _normals_of(info)), ("colors", _colors_of(info))]
-    if isinstance(info, MeshInfo):
-        slivers = f"{info.sliver_share:.0%} of the area, for {USUAL_COUNT} regions"
-        rows += [("inside out", "yes" if info.is_inside_out else "no"), ("slivers", slivers)]
-    sizes = ("diagonal", "spacing", "area", "volume")
-    lengths = [(name, f"{facts[name]:g}") for name in sizes if name in facts]
-    return [*rows, ("bounding box", f"{low} to {high}"), *lengths]
-
-
-_NAMES = {
-    "n_positions": "distinct positions",
-    "n_isolated": "isolated points",
-    "n_nonmanifold_edges": "non-manifold edges",
-    "n_nonmanifold_triangles": "non-manifold",
-}
-"""Row titles of fields whose title cannot be derived from the field name."""
-
-
-def _name_of(count: str) -> str:
-    """Return the row title of a count, for example "flat tetrahedra" for ``n_flat_tets``."""
-    return _NAMES.get(count, count[2:].replace("_", " ").replace("tets", "tetrahedra"))
-
-
-def _colors_of(info: CloudInfo) -> str:
-    """Return a text that says whether a cloud has colors, and whether all colors are equal."""
-    if not info.has_colors:
-        return "no: all values are 0" if info.are_colors_zero else "no"
-    return "yes" if info.colors_differ else "yes, all equal"
-
-
-def _normals_of(info: CloudInfo) -> str:
-    """Return a text that says whether a cloud has normals, or how normals are estimated."""
-    if info.has_normals:
-        return "yes"
-    source = "shortest axes of splats" if info.has_axes else "no: estimated"
-    if info.has_viewpoints:
-        return f"{source}, toward the viewpoints"
-    return f"{source}, outwards" if info.knows_turns else f"{source}, sides guessed"
+def _text_of(value: Any, diagonal: float) -> str:
+    """Return a fact as text; coordinates are rounded to about a millionth of the diagonal."""
+    if isinstance(value, tuple):
+        n_digits = max(0, 6 - math.floor(math.log10(diagonal))) if diagonal > 1e-4 else 17
+        rows = (" ".join(f"{round(x, n_digits) + 0.0:.15g}" for x in corner) for corner in value)
+        return " to ".join(rows)
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 _LABEL_IMAGE = ".ids.png"  # written from a mesh, but contains only its labels
@@ -183,3 +114,59 @@ def formats_command() -> None:
 def _of(ending: str, tables: Tables) -> str:
     words = (_WORDS.get(kind, kind) for kind, table in tables.items() if ending in table)
     return ", ".join(dict.fromkeys(words))
+
+
+@click.command("evaluate")
+@click.argument("mesh", metavar="IN", type=FILE)
+@click.argument("labels", metavar="LABELS", type=FILE)
+@click.argument("more", nargs=-1, type=FILE, metavar="[--gt SEG...]")
+@options(
+    option("--gt truths SEG...", FILE,
+           "One or more label files with the ground truth, such as seg/1/*.seg.", multiple=True),
+    option("--tolerance", NOT_NEGATIVE,
+           "Maximum distance between matching borders, as a fraction of the mesh's diagonal.",
+           default=0.01),
+    labels_named_option,
+    json_option(),
+)  # fmt: skip
+def evaluate_command(
+    mesh: Path, labels: Path, truths: tuple[Path, ...], more: tuple[Path, ...], tolerance: float,
+    labels_named: str, as_json: bool,
+) -> None:  # fmt: skip
+    """Measure the quality of labels.
+
+    The metrics rate LABELS, a label file of the mesh IN. With --gt, more metrics compare LABELS
+    with ground truth. Label files are .npy, .seg, .txt, .segs.json, or labeled .ply or .vtp. In
+    ground truth, -1 means unannotated. If LABELS and all ground truths have one label per vertex,
+    they are compared at the vertices, without metrics of borders and normals.
+    """
+    from superfacets import metrics
+
+    if more and not truths:
+        raise click.UsageError(
+            f"Got unexpected extra argument ({more[0]}): give ground truth with --gt"
+        )
+
+    def compute() -> dict[str, float]:
+        source = read_input(str(mesh))
+        cells, paths = source.cells(), (labels, *truths, *more)
+        given = [given_labels(source, cells, path, labels_named) for path in paths]
+        if truths and all(each.are_of_vertices for each in given):
+            regions, *segments = (each.labels for each in given)
+            print_note(
+                "labels are compared at the vertices, without metrics of borders and normals: for"
+                " these metrics, convert the labels with superfacets.face_labels"
+            )
+            return metrics.evaluate_vertices(cells, regions, segments)
+        regions, *segments = (labels_of_cells(cells, each) for each in given)
+        return metrics.evaluate(cells, regions, segments, tolerance=tolerance)
+
+    values = run_in_background(compute)
+    n_truths = len(truths) + len(more)
+    if n_truths:
+        click.echo(f"{labels} compared with {counted(n_truths, 'ground truth')}", err=True)
+    if as_json:
+        files = {"file": str(mesh), "labels": str(labels), "n_ground_truths": n_truths}
+        click.echo(json.dumps(files | values))
+    else:
+        click.echo("\n".join(f"{name:<26} {value:.6g}" for name, value in values.items()))

@@ -21,41 +21,27 @@ GRACE = 3.0
 """Seconds allowed for cleaning up after a signal. Ending worker processes takes 0.3 seconds."""
 
 
-def hear_signals() -> None:
-    """Make SIGTERM and SIGHUP raise a KeyboardInterrupt, so that temporary files are removed.
+def end_at_signals() -> None:
+    """Make Ctrl-C, SIGTERM and SIGHUP end the process immediately, while modules are imported.
 
-    Only the first signal raises the error, because the program `timeout` sends two signals, and the
-    second would interrupt the removal. Signals that are ignored when the process starts, such as
-    SIGHUP under nohup, stay ignored.
+    The import system could swallow a KeyboardInterrupt, or change the exit status. Signals that are
+    ignored when the process starts, such as SIGHUP under nohup, stay ignored.
     """
-    for number in _ENDING:
+    for number in (signal.SIGINT, *_ENDING):
         if signal.getsignal(number) is not signal.SIG_IGN:
-            signal.signal(number, _interrupt)
+            signal.signal(number, _end)
 
 
-@contextlib.contextmanager
-def while_importing() -> Iterator[None]:
-    """Make Ctrl-C, SIGTERM and SIGHUP end the process immediately while modules are imported.
+def hear_signals() -> None:
+    """Make signals raise a KeyboardInterrupt after `end_at_signals`, so that files are cleaned up.
 
-    The import system could swallow a KeyboardInterrupt, or change the exit status.
+    Only the first SIGTERM or SIGHUP raises the error, because the program `timeout` sends two
+    signals, and the second would interrupt the removal of temporary files.
     """
-    # Only the main thread may set signal handlers.
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    raising = (signal.default_int_handler, _interrupt)  # only these two handlers are replaced
-    heard = {
-        number: handler
-        for number in (signal.SIGINT, *_ENDING)
-        if (handler := signal.getsignal(number)) in raising
-    }
-    for number in heard:
-        signal.signal(number, _end)
-    try:
-        yield
-    finally:
-        for number, handler in heard.items():
-            signal.signal(number, handler)
+    for number in (signal.SIGINT, *_ENDING):
+        if signal.getsignal(number) is _end:
+            is_ctrl_c = number == signal.SIGINT
+            signal.signal(number, signal.default_int_handler if is_ctrl_c else _interrupt)
 
 
 def _interrupt(*_: object) -> NoReturn:
@@ -76,20 +62,17 @@ def soon_ended() -> Iterator[None]:
     Python runs signal handlers only between two bytecode instructions. A single instruction may
     block for very long, if it reads from a dead network drive or computes in the C++ core.
     """
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
     ours, theirs = socket.socketpair()
     theirs.setblocking(False)
     is_over = threading.Event()
 
     def watch() -> None:
-        while received := ours.recv(1):
-            if received[0] in (signal.SIGINT, *_ENDING) and not is_over.wait(GRACE):
-                _end()
+        with ours:
+            while received := ours.recv(1):
+                if received[0] in (signal.SIGINT, *_ENDING) and not is_over.wait(GRACE):
+                    _end()
 
-    watcher = threading.Thread(target=watch, daemon=True)
-    watcher.start()
+    threading.Thread(target=watch, daemon=True).start()
     before = signal.set_wakeup_fd(theirs.fileno(), warn_on_full_buffer=False)
     try:
         yield
@@ -97,8 +80,6 @@ def soon_ended() -> Iterator[None]:
         is_over.set()
         signal.set_wakeup_fd(before)
         theirs.close()
-        watcher.join()
-        ours.close()
 
 
 def _end(*_: object) -> NoReturn:
@@ -111,23 +92,19 @@ T = TypeVar("T")
 
 _NAME = "superfacets-work"  # name of the threads of `run_in_background`
 
-SECONDS_BETWEEN_TICKS = 0.1
-"""Seconds between calls of `tick`: short enough for a smooth progress bar and a quick Ctrl-C."""
 
+def run_in_background(work: Callable[[], T], *, is_shown: bool = True) -> T:
+    """Run `work` in a thread, and return its result or raise its error.
 
-def run_in_background(work: Callable[[], T], tick: Callable[[], object] | None = None) -> T:
-    """Run `work` in a thread, and return its result or raise its error; `tick` is called meanwhile.
-
-    A KeyboardInterrupt ends only the waiting: the thread continues until the process ends.
-    Therefore `work` must not write files.
+    A terminal shows meanwhile that the command works, if `is_shown`. A KeyboardInterrupt ends only
+    the waiting: the thread continues until the process ends. Therefore `work` must not write files.
     """
     import click  # importing it earlier would end the process differently on Ctrl-C
 
-    from .progress import WaitBar
+    from .progress import Progress
 
     results: list[T] = []
     errors: list[BaseException] = []
-    is_done = threading.Event()
     context = click.get_current_context(silent=True)
 
     def body() -> None:
@@ -136,14 +113,12 @@ def run_in_background(work: Callable[[], T], tick: Callable[[], object] | None =
                 results.append(work())
         except BaseException as error:
             errors.append(error)
-        finally:
-            is_done.set()
 
-    threading.Thread(target=body, name=_NAME, daemon=True).start()
-    with WaitBar(is_quiet=tick is not None):
-        while not is_done.wait(SECONDS_BETWEEN_TICKS):
-            if tick is not None:
-                tick()
+    thread = threading.Thread(target=body, name=_NAME, daemon=True)
+    thread.start()
+    with Progress() if is_shown else contextlib.nullcontext():
+        while thread.is_alive():
+            thread.join(0.1)  # without a timeout, Windows hears no Ctrl-C
     if errors:
         raise errors.pop()
     return results.pop()

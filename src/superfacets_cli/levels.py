@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import sys
 import warnings
-from collections.abc import Callable, Iterator
-from functools import partial
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import click
 import numpy as np
@@ -18,10 +15,10 @@ from superfacets_scans import write_sstk
 
 from . import options as opts
 from .failures import print_notes
-from .inputs import check_inputs, constraint_options, constraints_of, labels_for, read_input
+from .inputs import constraint_options, constraints_of, labels_for, likely_labels, read_input
 from .interrupts import run_in_background
-from .options import numbers, option, options
-from .outputs import Job, check_mask, output_option, plan_jobs
+from .options import COUNT, option, options
+from .outputs import one_job, output_option
 from .report import notes_on_written
 
 ARRAYS = ".npz"
@@ -32,23 +29,20 @@ ALL_LEVELS = (ARRAYS, ".sstk.json")  # file endings of formats that store all le
 @click.argument("input", metavar="IN", type=opts.INPUT)
 @opts.labels_argument
 @options(
-    option("-n --n-segments counts K,K...", None,
-           "Number of regions on each level, such as 2000,500,100.", callback=numbers,
-           required=True),
+    option("-n --n-segments counts K,K...", opts.Listed(COUNT),
+           "Number of regions on each level, such as 2000,500,100.", required=True),
     output_option(
-        "A .npz or .sstk.json file for all levels, or - for standard output. In any other format"
-        " that segment writes, each level is a separate file: OUT.ply becomes OUT.2000.ply,"
-        " OUT.500.ply and so on. May be given several times.", required=True),
-    option("--to format_of_stream", tuple(ending.lstrip(".") for ending in ALL_LEVELS),
-           "Format of standard output.  [default: npz]"),
+        "A .npz or .sstk.json file for all levels. In any other format that segment writes, each"
+        " level is a separate file: OUT.ply becomes OUT.2000.ply, OUT.500.ply and so on. May be"
+        " given several times.", required=True),
     option("--islands", FileOptions.CHOICES["islands"],
            "Merge only regions that touch (keep), or also the nearest regions across gaps between"
            " components (nearest).", default="keep"),
-    option("--features NAMES", None,
+    option("--features NAMES", opts.Listed(),
            "Merge regions with similar values of this feature, instead of similar geometry; borders"
            " of the finest level follow the feature, too. NAMES are color, normals, height (z), or"
            " properties of the faces, points or vertices in IN, separated by commas.",
-           multiple=True, callback=opts.listed),
+           multiple=True),
     constraint_options,
     opts.drop_attributes_option("IN"),
     opts.labels_named_option,
@@ -58,129 +52,92 @@ ALL_LEVELS = (ARRAYS, ".sstk.json")  # file endings of formats that store all le
     opts.json_option(),
 )  # fmt: skip
 def levels_command(
-    input: str, counts: tuple[int, ...], outputs: tuple[str, ...], format_of_stream: str | None,
-    labels: Path | None, mask: Path | None, mask_values: tuple[int, ...] | None,
-    barriers: Path | None, *, format: str | None,
-    features: tuple[str, ...], drop_attributes: bool, labels_named: str, as_json: bool,
-    **options: Any,
+    input: str, counts: tuple[int, ...], labels: Path | None, features: tuple[str, ...],
+    islands: Any, n_threads: int | None, **given: Any,
 ) -> None:  # fmt: skip
     """Segment a mesh or cloud, and merge regions level by level.
 
     Each region of a level is a union of regions of the finer levels. LABELS is a label file with
     the regions to merge; without it, IN is segmented first. IN may be - for standard input.
     """
-    check_inputs((input,))
-    has_mask = mask is not None or mask_values is not None
+    counts = tuple(sorted({*counts}))
+    has_mask = given["mask"] is not None or given["mask_values"] is not None
     if labels is not None and has_mask:
         raise click.UsageError(
             "give LABELS or a mask, not both: cells with label -1 are left out already"
         )
-    also_read = [str(path) for path in (labels, mask, barriers) if path is not None]
-    named = [Path(text) for text in outputs if text != opts.STANDARD_STREAM]
-    job = _plan(input, outputs, counts, format_of_stream, also_read)
-    check_mask(job.endings, has_mask=has_mask)
-    kit.checked_targets(job.files)
-    keeps = job.holds_attributes and not drop_attributes
+    paths = [path for text in given["outputs"] for path in _paths_of_levels(Path(text), counts)]
+    also_read = (labels, given["mask"], given["barriers"])
+    given["outputs"] = [str(path) for path in paths]
+    job = one_job(input, given, also_read)
 
     def compute() -> tuple[Cells, MeshAttributes | None, Hierarchy]:
-        source = read_input(input, format)
-        cells, attributes = source.cells_and_attributes(keep=keeps or bool(features))
-        given = None
+        source = read_input(input, given["format"])
+        keep = job.keeps_attributes or bool(features)
+        cells, attributes = source.cells_and_attributes(keep=keep)
+        regions = None
         if labels is not None:  # label numbers in a file may have gaps
-            of_file = labels_for(source, cells, labels, labels_named)
-            given, _ = kit.ranked_labels(of_file)
-        meshes = [path for path in job.files if not path.name.lower().endswith(ARRAYS)]
-        OutputFiles(meshes).check_fit(cells, given)
-        constraints = constraints_of(mask, mask_values, barriers, source, cells, name=labels_named)
-        threads, is_kept = kit.checked_threads(options["n_threads"]), constraints.get("mask")
-        table: Any = CellData(cells, attributes).features(features, threads, is_kept)
+            of_file = labels_for(source, cells, labels, given["labels_named"])
+            regions, _ = kit.ranked_labels(of_file)
+        constraints = constraints_of(given, source, cells)
+        likely = likely_labels(constraints) if regions is None else regions
+        OutputFiles([path for path in paths if path.suffix != ARRAYS]).check_fit(cells, likely)
+        threads = kit.checked_threads(n_threads)
+        table: Any = CellData(cells, attributes).features(
+            features, threads, constraints.get("mask")
+        )
         with warnings.catch_warnings():  # they are about the finest regions, which are then merged
             warnings.simplefilter("ignore", IslandWarning)
             warnings.simplefilter("ignore", SliverWarning)
-            arguments = {**options, **constraints, "labels": given, "features": table}
-            nested = hierarchy(cells, counts, **arguments)
-        return cells, attributes if keeps else None, nested
+            nested = hierarchy(
+                cells, counts, labels=regions, features=table, islands=islands,
+                n_threads=n_threads, **constraints,
+            )  # fmt: skip
+        return cells, attributes if job.keeps_attributes else None, nested
 
     cells, attributes, nested = run_in_background(compute)
-    _write(job, named, cells, attributes, nested)
-    print_notes(notes_on_written(cells, attributes, job.endings, np.zeros(0, np.int64)))
+    _write(paths, cells, attributes, nested)
+    print_notes(notes_on_written(cells, None, attributes, job.endings, np.zeros(0, np.int64)))
     facts = {
         "levels": list(nested.counts), "n_finest": nested.n_finest, "n_fewest": nested.n_fewest,
     }  # fmt: skip
-    listed = ", ".join(map(str, nested.counts))
-    size = kit.counted(cells.n_cells, kit.kind_of(cells).noun)
-    text = f"{job.name}: {size}, levels of {listed} regions"
-    job.report(facts, text, kit.kind_of(cells).noun)
+    listed, noun = ", ".join(map(str, nested.counts)), kit.kind_of(cells).noun
+    size = kit.counted(cells.n_cells, noun)
+    job.report(facts, f"{size}, levels of {listed} regions", noun)
 
 
-def _plan(
-    input: str, outputs: tuple[str, ...], counts: tuple[int, ...], format: str | None,
-    also_read: list[str],
-) -> Job:  # fmt: skip
-    """Return the job of the input and its outputs; `format` is the format of standard output."""
-    paths = [path for output in outputs for path in _paths_of_levels(output, counts)]
-    format = format or ("npz" if opts.STANDARD_STREAM in outputs else None)
-    formats = [] if format is None else [format]
-    (job,) = plan_jobs((input,), paths, formats, ascii=False, also_read=also_read)
-    return job
-
-
-def _paths_of_levels(text: str, counts: tuple[int, ...]) -> list[str]:
+def _paths_of_levels(output: Path, counts: tuple[int, ...]) -> list[Path]:
     """Return the path of one file for all levels, or one path per level, finest level first."""
-    if text == opts.STANDARD_STREAM:
-        return [text]
-    output = Path(text)
     try:
         ending = kit.known_ending(output, FORMATS.outputs)
     except ValueError as error:
         raise click.UsageError(str(error)) from None
     if ending in ALL_LEVELS:
-        return [text]
+        return [output]
     stem, given = output.name[: -len(ending)], output.name[-len(ending) :]
-    return [str(output.with_name(f"{stem}.{n}{given}")) for n in sorted(counts, reverse=True)]
+    return [output.with_name(f"{stem}.{n}{given}") for n in sorted(counts, reverse=True)]
 
 
 def _write(
-    job: Job, named: list[Path], cells: Cells, attributes: MeshAttributes | None, nested: Hierarchy
+    paths: list[Path], cells: Cells, attributes: MeshAttributes | None, nested: Hierarchy
 ) -> None:
-    """Write all outputs of the job, or none of them if one fails."""
-    with kit.atomic_outputs(job.files) as temporaries:
-        writers = _writers(named, cells, attributes, nested)
-        for temporary, write in zip(temporaries, writers, strict=True):
+    """Write all outputs, or none of them if one fails; an .npz file also gets the merge tree."""
+    levels = iter(nested.levels * len(paths))  # one after the other, for each output
+    with kit.atomic_outputs(paths) as temporaries:
+        for path, temporary in zip(paths, temporaries, strict=True):
+            ending = kit.known_ending(path, FORMATS.outputs)
             with temporary.open("wb") as file:
-                write(file)
-        if job.stream is not None:
-            _write_all(sys.stdout.buffer, job.stream, nested)
-            sys.stdout.buffer.flush()
-
-
-def _writers(
-    outputs: list[Path], cells: Cells, attributes: MeshAttributes | None, nested: Hierarchy
-) -> Iterator[Callable[[IO[bytes]], None]]:
-    """Yield one function per output file; it gets the open file, and writes to it."""
-    for output in outputs:
-        ending = kit.known_ending(output, FORMATS.outputs)
-        if ending in ALL_LEVELS:
-            yield partial(_write_all, ending=ending, nested=nested)
-            continue
-        for labels in nested.levels:
-            write = partial(
-                OutputFiles([output]).write_one, path=output, cells=cells, labels=labels
-            )
-            yield partial(write, attributes=attributes)
-
-
-def _write_all(file: IO[bytes], ending: str, nested: Hierarchy) -> None:
-    """Write the labels of all levels; an .npz file also gets parent regions and the merge tree."""
-    if ending != ARRAYS:
-        write_sstk(file, nested.levels)
-        return
-    arrays: dict[str, Any] = {
-        "counts": np.array(nested.counts),
-        "labels": np.stack(nested.levels),
-        **{f"parents_{i}": parents for i, parents in enumerate(nested.parents)},
-        "finest": nested.finest,
-        "children": nested.children,
-        "costs": nested.costs,
-    }
-    np.savez(file, **arrays)
+                if ending == ARRAYS:
+                    arrays: dict[str, Any] = {
+                        "counts": np.array(nested.counts),
+                        "labels": np.stack(nested.levels),
+                        **{f"parents_{i}": parents for i, parents in enumerate(nested.parents)},
+                        "finest": nested.finest,
+                        "children": nested.children,
+                        "costs": nested.costs,
+                    }
+                    np.savez(file, **arrays)
+                elif ending in ALL_LEVELS:
+                    write_sstk(file, nested.levels)
+                else:
+                    OutputFiles([path]).write_one(file, path, cells, next(levels), attributes)

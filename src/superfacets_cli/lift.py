@@ -1,8 +1,7 @@
-"""The commands ``superfacets lift`` and ``transfer``."""
+"""The commands ``superfacets lift``, ``transfer`` and ``cut``: new labels of one input."""
 
 from __future__ import annotations
 
-import warnings
 from pathlib import Path
 from typing import Any, get_args
 
@@ -10,19 +9,29 @@ import click
 import numpy as np
 
 from superfacets import (
+    BorderCut,
     MeshAttributes,
-    PinholeCamera,
+    MeshError,
+    cut_borders,
     kit,
     lift,
+    segment,
     transfer,
-)
-from superfacets.kit import FORMATS, Array, Cells, Ints
-from superfacets_scans import GROUPS, SEGMENTS, LiftedLabels, Overlap, ViewWarning
+)  # fmt: skip
+from superfacets.kit import Array, Cells, Ints
+from superfacets_scans import GROUPS, SEGMENTS, LiftedLabels, Overlap
 
 from . import options as opts
-from .inputs import GivenLabels, given_labels, labels_for, labels_of_cells, read_input
+from .failures import print_notes
+from .inputs import (
+    given_labels,
+    labels_for,
+    labels_of_cells,
+    ranked_labels_beside,
+    read_input,
+)
 from .interrupts import run_in_background
-from .outputs import OneRun, one_output_options
+from .outputs import Job, one_job, one_output_options
 
 
 @click.command("lift")
@@ -50,7 +59,7 @@ from .outputs import OneRun, one_output_options
 @opts.drop_attributes_option("IN")
 def lift_command(
     source: Path, labels: Path, masks: Path, cameras: Path, is_consistent: bool, agreement: float,
-    overlap: Any, intrinsics: Path | None, format: str | None, **given: Any,
+    overlap: Any, intrinsics: Path | None, **given: Any,
 ) -> None:  # fmt: skip
     """Label regions of a mesh with image masks.
 
@@ -66,70 +75,46 @@ def lift_command(
     """
     from superfacets import read_cameras, read_masks
 
-    run = OneRun(source, (labels, cameras), given)
+    job = one_job(source, given, (labels, cameras))
     has_segments = labels.name.endswith(SEGMENTS)
-    if (refusing := sorted(run.job.endings & {*FORMATS.vertex_outputs})) and not has_segments:
-        raise click.UsageError(
-            f"{refusing[0]} files cannot store regions without a label: give LABELS as a"
-            f" {SEGMENTS} file, whose segments are then written, or use another format"
-        )
-    notes: list[str] = []
 
     def compute() -> tuple[Cells, MeshAttributes | None, LiftedLabels, dict[str, Any]]:
-        file = read_input(str(source), format)
-        cells, attributes = file.cells_and_attributes(keep=run.keeps_attributes)
-        run.outputs.check_fit(cells)
-        of_file = given_labels(file, cells, labels, run.labels_named)
+        file = read_input(str(source), given["format"])
+        cells, attributes = file.cells_and_attributes(keep=job.keeps_attributes)
+        # Regions may get no label, but segments are stored anyway.
+        likely = np.full(cells.n_cells, 0 if has_segments else -1, np.int32)
+        job.outputs.check_fit(cells, likely)
+        of_file = given_labels(file, cells, labels, given["labels_named"])
         regions, names = kit.ranked_labels(labels_of_cells(cells, of_file))
         ids = read_masks(masks, overlap=overlap)
         size = next(iter(ids.values())).shape[::-1]
         views = read_cameras(cameras, intrinsics=intrinsics, size=size, names=ids)
-        result = _lifted(
-            cells, regions, ids, views, notes, consistent_ids=is_consistent, agreement=agreement,
-            n_threads=run.n_threads,
+        stems = [Path(view.name).stem for view in views]
+        if lacking := sorted(ids.keys() - {*stems}):
+            more = f" and {len(lacking) - 1} more" if len(lacking) > 1 else ""
+            print_notes([f"masks without a camera are left out: {lacking[0]}{more}"])
+        result = lift(
+            cells, regions, [ids[stem] for stem in stems], views, consistent_ids=is_consistent,
+            agreement=agreement, n_threads=given["n_threads"],
         )  # fmt: skip
-        own = _segments(of_file, names, result) if has_segments else {}
+        own: dict[str, Any] = {}
+        if has_segments:
+            of_vertices, objects = result.of_segments(of_file.labels, names)
+            segments = (of_file.labels, objects, of_file.path)
+            own = {"of_vertices": of_vertices, "segments": segments}
         return cells, attributes, result, own
 
     cells, attributes, result, own = run_in_background(compute)
     found = result.found.tolist()
     names = tuple(map(str, found)) if is_consistent else ("object",) * len(found)
-    scores = tuple(result.label_scores.tolist())
-    if own and GROUPS in run.job.endings:
-        notes.append(f"the groups in {GROUPS} contain segments of {labels.name}")
-    run.write(cells, result.labels, attributes, notes, own, classes=names, scores=scores)
-    _report(run, cells, result)
+    if own and GROUPS in job.endings:
+        print_notes([f"the groups in {GROUPS} contain segments of {labels.name}"])
+    form = {"classes": names, "scores": tuple(result.label_scores.tolist())}
+    job.write(cells, result.labels, attributes, form=form, **own)
+    _report(job, cells, result)
 
 
-def _lifted(
-    cells: Cells, regions: Ints, ids: dict[str, Ints], views: list[PinholeCamera],
-    notes: list[str], **options: Any,
-) -> LiftedLabels:  # fmt: skip
-    """Label regions with all masks that have a camera; append warnings to `notes`."""
-    stems = [Path(view.name).stem for view in views]
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always", ViewWarning)
-        result = lift(cells, regions, [ids[stem] for stem in stems], views, **options)
-    notes += [str(warning.message) for warning in caught]
-    if lacking := sorted(ids.keys() - {*stems}):
-        more = f" and {len(lacking) - 1} more" if len(lacking) > 1 else ""
-        notes.append(f"masks without a camera are left out: {lacking[0]}{more}")
-    return result
-
-
-def _segments(given: GivenLabels, names: Array, result: LiftedLabels) -> dict[str, Any]:
-    """Return the keyword arguments of `OutputFiles.write` for given segments of vertices.
-
-    `names` is the segment of each region in `result`. Segments without a face have no region.
-    """
-    ranks, segments = kit.ranked_labels(given.labels)
-    objects = np.full(len(segments), -1, np.int32)
-    objects[np.searchsorted(segments, names)] = result.region_labels
-    of_vertices = np.append(objects, np.int32(-1))[ranks]
-    return {"of_vertices": of_vertices, "segments": (given.labels, objects, given.path)}
-
-
-def _report(run: OneRun, cells: Cells, result: LiftedLabels) -> None:
+def _report(job: Job, cells: Cells, result: LiftedLabels) -> None:
     areas = kit.kind_of(cells).measures(cells, 1)
     total = float(areas.sum())
     seen = float(areas[result.seen].sum()) / total
@@ -143,7 +128,7 @@ def _report(run: OneRun, cells: Cells, result: LiftedLabels) -> None:
         f" {kit.counted(n_labels, 'label')}: {labeled:.1%} of the area is labeled;"
         f" mean score {score:.2f}"
     )
-    run.report(facts | {"seen_area": seen, "labeled_area": labeled}, text, kit.kind_of(cells).noun)
+    job.report(facts | {"seen_area": seen, "labeled_area": labeled}, text, kit.kind_of(cells).noun)
 
 
 @click.command("transfer")
@@ -159,39 +144,83 @@ def _report(run: OneRun, cells: Cells, result: LiftedLabels) -> None:
 @opts.format_option("TARGET", name="--target-format")
 @opts.drop_attributes_option("TARGET")
 def transfer_command(
-    source: Path, labels: Path, target: Path, max_distance: float | None, format: str | None,
-    target_format: str | None, **given: Any,
-) -> None:  # fmt: skip
+    source: Path, labels: Path, target: Path, max_distance: float | None, **given: Any
+) -> None:
     """Transfer labels to another mesh or cloud of the same object.
 
     TARGET must have the same position as IN. Each face or point of TARGET gets the label of the
     nearest face or point of IN. LABELS is a .npy, .seg or .txt file, or a labeled .ply or .vtp; if
     IN contains the labels, give IN again.
     """
-    run = OneRun(target, (source, labels), given)
+    job = one_job(target, given, (source, labels))
 
     def compute() -> tuple[Cells, MeshAttributes | None, Ints]:
-        origin = read_input(str(source), format)
+        origin = read_input(str(source), given["format"])
         cells = origin.cells()
-        of_source = labels_for(origin, cells, labels, run.labels_named)
-        file = read_input(str(target), target_format)
-        goal, attributes = file.cells_and_attributes(keep=run.keeps_attributes)
-        run.outputs.check_fit(goal)
-        with warnings.catch_warnings(record=True) as caught:  # warnings become notes
-            carried = transfer(
-                cells, of_source, goal, max_distance=max_distance, n_threads=run.n_threads
-            )
-        notes.extend(str(warning.message) for warning in caught)
+        of_source = labels_for(origin, cells, labels, given["labels_named"])
+        file = read_input(str(target), given["target_format"])
+        goal, attributes = file.cells_and_attributes(keep=job.keeps_attributes)
+        job.outputs.check_fit(goal)
+        carried = transfer(
+            cells, of_source, goal, max_distance=max_distance, n_threads=given["n_threads"]
+        )
         return goal, attributes, carried
 
-    notes: list[str] = []
     goal, attributes, carried = run_in_background(compute)
-    run.write(goal, carried, attributes, notes)
+    job.write(goal, carried, attributes)
     n_without = int(np.count_nonzero(carried < 0))
     n_labels = len(np.unique(carried[carried >= 0]))
     noun = kit.kind_of(goal).noun
     facts = {f"n_{noun}s": len(carried), "n_labels": n_labels, "n_without": n_without}
     without = f", {n_without} without a label" if n_without else ""
-    run.report(
+    job.report(
         facts, f"{kit.counted(len(carried), noun)}, {kit.counted(n_labels, 'label')}{without}", noun
     )
+
+
+@click.command("cut")
+@click.argument("mesh", metavar="IN", type=opts.FILE)
+@opts.labels_argument
+@opts.option(
+    "-n --n-segments", opts.COUNT,
+    "Segment the mesh into this many regions first.  [default: use the labels in IN; if IN has no"
+    f" labels, {opts.USUAL_COUNT}]",
+)  # fmt: skip
+@one_output_options("the cut mesh with its labels, or the labels of its faces alone", "IN")
+@opts.format_option("IN")
+def cut_command(mesh: Path, n_segments: int | None, labels: Path | None, **given: Any) -> None:
+    """Cut a mesh along smooth borders of its regions.
+
+    Borders between regions zigzag along mesh edges. This command replaces the borders by smooth
+    curves, and cuts faces along these curves. Borders that follow creases do not change, and closed
+    meshes stay closed. LABELS is a label file with the regions of IN, instead of -n.
+    """
+    if n_segments is not None and labels is not None:
+        raise click.UsageError("give -n or LABELS, not both")
+    job = one_job(mesh, given, (labels,))
+
+    def compute() -> tuple[BorderCut, Array]:
+        source = read_input(str(mesh), given["format"])
+        surface, name, n_threads = source.cells(), given["labels_named"], given["n_threads"]
+        if not kit.kind_of(surface).has_faces:
+            raise MeshError(f"{mesh}: a mesh of faces is needed")
+        surface = kit.as_mesh(surface)
+        job.outputs.check_fit(surface)
+        has_labels = labels is not None or source.labels(surface.n_cells, name) is not None
+        if n_segments is None and has_labels:
+            found, names = ranked_labels_beside(source, labels, surface, name)
+        else:
+            found = segment(surface, n_segments, n_threads=n_threads).labels
+            names = np.arange(found.max() + 1)
+        return cut_borders(surface, found, n_threads=n_threads), names
+
+    cut, names = run_in_background(compute)
+    job.write(cut.mesh, np.append(names, -1)[cut.labels].astype(np.int32))
+    n_regions, n_kept = len(cut.is_kept), int(np.count_nonzero(cut.is_kept))
+    n_new = cut.mesh.n_faces
+    facts = {
+        "n_faces": cut.n_sources, "n_regions": n_regions, "n_new_faces": n_new, "n_kept": n_kept,
+    }  # fmt: skip
+    kept = f" ({n_kept} kept their old borders)" if n_kept else ""
+    faces = f"{kit.counted(cut.n_sources, 'face')} cut into {n_new}"
+    job.report(facts, f"{faces}, {kit.counted(n_regions, 'region')}{kept}")

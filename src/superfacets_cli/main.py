@@ -16,7 +16,7 @@ from superfacets import __version__
 from superfacets.kit import Table
 
 from .failures import EXIT_DATA, EXIT_USAGE, FAILURES, message_of, print_error, print_note
-from .interrupts import EXIT_INTERRUPTED, INTERRUPTED, hear_signals, is_busy, while_importing
+from .interrupts import EXIT_INTERRUPTED, INTERRUPTED, end_at_signals, hear_signals, is_busy
 
 GROUPS = {
     "Segment": {
@@ -44,7 +44,10 @@ GROUPS = {
 }
 """Summaries of all commands, so that the main help text needs no imports."""
 
-_MODULES = {"agree": "studio", "demo": "segment", "formats": "info", "transfer": "lift"}
+_MODULES = {
+    "agree": "studio", "cut": "lift", "demo": "segment", "evaluate": "info", "formats": "info",
+    "transfer": "lift", "view": "render",
+}  # fmt: skip
 """Module of each command whose module has a different name."""
 
 COMMANDS = Table({
@@ -67,12 +70,13 @@ def main() -> NoReturn:
 
 def run(group: click.Group, name: str) -> NoReturn:
     """Run a group of commands, which is called `name` in messages, and exit."""
-    hear_signals()
+    end_at_signals()
     warnings.showwarning = _show_warning
+    warnings.simplefilter("default", UserWarning)
     try:
         status = group.main(prog_name=name, standalone_mode=False)
     except click.UsageError as error:
-        place = error.ctx.command_path if error.ctx else _command_path(group, name)
+        place = error.ctx.command_path if error.ctx else name
         _fail(f"{_text_of(error)} (see {place} --help)", EXIT_USAGE)
     except click.Abort:
         _interrupted()
@@ -113,8 +117,8 @@ class LazyGroup(click.Group):
         table = COMMANDS if cmd_name in COMMANDS else _other_commands()
         if cmd_name not in table:
             return None
-        with while_importing():
-            command: click.Command = table[cmd_name]
+        command: click.Command = table[cmd_name]
+        hear_signals()
         return command
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
@@ -151,33 +155,20 @@ def commands(ctx: click.Context) -> None:
         ctx.exit(EXIT_USAGE)
 
 
-_SIZE = "use --radius, in the unit of the file"
-
 OTHER_OPTIONS = {
     "--compactness": "use --alpha, the opposite: higher values follow creases more",
     "--sigma": "use --denoise",
     **dict.fromkeys(("-k", "--k", "--n", "--kThresh", "--n-clusters", "--n-superpoints"), "use -n"),
     **dict.fromkeys(("-j", "--jobs", "--n-jobs", "--num-threads"), "use --threads"),
-    **dict.fromkeys(("--voxel-size", "--seed-resolution"), _SIZE),
+    **dict.fromkeys(("--voxel-size", "--seed-resolution"), "use --radius, in the unit of the file"),
     **dict.fromkeys(("--gpu", "--cuda", "--device"),
                     "leave it out, because all computations run on the CPU"),
-    # options of earlier versions
-    **dict.fromkeys(("-R", "--expected-radius"), _SIZE),
-    **dict.fromkeys(("--parts", "--relocate"),
-                    "leave it out: the default keeps regions within the parts of a shape"),
-    "--no-relocate": "leave it out, or use --paper, which moves no centers to other regions",
     **dict.fromkeys(("--min-size", "--segMinVerts"),
                     "merge small regions in Python, with superfacets.merge_small_regions"),
     **dict.fromkeys(("--connect", "--enforce-connectivity"),
                     "join pieces of regions in Python, with superfacets.enforce_connectivity"),
-    "--min-measure": "use --bounds LOW,",
-    "--max-measure": "use --bounds ,HIGH",
-    "--cells-per-region": "use --cells",
-    "--eta": "use --eta-convex",
-    "--scale-features": "leave it out: features are always scaled; see --feature-weight",
-    "--radius-factor": "use --paper",
 }  # fmt: skip
-"""What to write instead of options of other tools and of earlier versions."""
+"""What to write instead of options of other tools."""
 
 
 def _text_of(error: click.UsageError) -> str:
@@ -187,18 +178,11 @@ def _text_of(error: click.UsageError) -> str:
     if isinstance(error.ctx.command, click.Group):
         return f"{error.format_message()} (options follow the command, or the file)"
     advice = OTHER_OPTIONS.get(error.option_name)
-    if advice is None:
-        return error.format_message()
-    verb, name, *_ = advice.replace(",", "").split()
-    if verb == "use" and not any(name in each.opts for each in error.ctx.command.params):
+    known = {name for each in error.ctx.command.params for name in each.opts}
+    words = (advice or "").replace(",", "").split()
+    if advice is None or (words[0] == "use" and words[1] not in known):
         return error.format_message()
     return f"No such option: {error.option_name}: {advice}"
-
-
-def _command_path(group: click.Group, name: str) -> str:
-    """Return `name` and the command's name, for usage errors of click without a context."""
-    known = group.list_commands(click.Context(group))
-    return " ".join([name, *(word for word in sys.argv[1:2] if word in known)])
 
 
 def _fail(message: str, status: int) -> NoReturn:
@@ -209,10 +193,8 @@ def _fail(message: str, status: int) -> NoReturn:
 def _interrupted() -> NoReturn:
     with contextlib.suppress(OSError):  # the terminal may be closed
         print_error(INTERRUPTED)
+        sys.stdout.flush()
     if is_busy():
         # Shutting down the interpreter while a thread still runs in the C++ core could crash.
-        with contextlib.suppress(OSError):
-            sys.stdout.flush()
-            sys.stderr.flush()
         os._exit(EXIT_INTERRUPTED)
     sys.exit(EXIT_INTERRUPTED)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
+from itertools import chain
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -15,24 +16,19 @@ from .failures import QUIET
 
 
 class Count(click.ParamType):  # type: ignore[type-arg]  # generic in new versions of click
-    """Type of options whose value is an integer of at least `lowest`, or the text `word`."""
+    """Type of options whose value is an integer of at least `least`, or the text `word`."""
 
     name = "count"
 
-    def __init__(self, lowest: int, word: str | None = None) -> None:
-        self._lowest, self._word = lowest, word
+    def __init__(self, least: int, word: str | None = None) -> None:
+        self._least, self._word = least, word
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Return the word or the number, or raise a usage error that names the lower bound."""
-        if value == self._word:
-            return value
-        try:
-            number = int(value)
-        except ValueError:
-            number = None
-        if number is None or number < self._lowest:
-            self.fail(f"{str(value)!r} is not a whole number of {self._lowest} or more", param, ctx)
-        return number
+        """Return the word or the number."""
+        text = str(value)
+        if not (text == self._word or (text.isdecimal() and int(text) >= self._least)):
+            self.fail(f"{text!r} is not a whole number of {self._least} or more", param, ctx)
+        return text if text == self._word else int(text)
 
 
 class Real(click.FloatRange):
@@ -47,40 +43,53 @@ class Real(click.FloatRange):
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
     ) -> float:
-        """Return the number, or raise a usage error that names the allowed range."""
-        try:
-            number = float(value)
-        except ValueError:
-            number = math.nan
+        """Return the number, or raise a usage error."""
+        number = float(super().convert(value, param, ctx))
         if not math.isfinite(number):
-            if param is not None and param.nargs == 3:
-                self.fail(f"three numbers are needed, got {str(value)!r}", param, ctx)
             self.fail(f"{str(value)!r} is not a finite number", param, ctx)
-        return float(super().convert(number, param, ctx))
+        return number
+
+
+class Listed(click.ParamType):  # type: ignore[type-arg]  # generic in new versions of click
+    """Type of comma-separated lists, whose items have another type."""
+
+    name = "list"
+
+    def __init__(self, of: Any = click.STRING) -> None:
+        self._of = of
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the items as a tuple."""
+        if isinstance(value, tuple):
+            return value
+        items = [item.strip() for item in value.split(",")]
+        if not all(items):
+            self.fail("an item is empty", param, ctx)
+        return tuple(self._of.convert(item, param, ctx) for item in items)
 
 
 class GroupedCommand(click.Command):
-    """A command whose help lists options in groups; ``--help-all`` shows all groups."""
+    """A command whose help lists options in the groups that `options` were given.
 
-    groups: ClassVar[Mapping[str, tuple[str, ...]]] = {}
-    """Parameter names of each group; the keys are the titles of the groups."""
-    n_shown = 0
-    """Number of groups, the first ones, that ``--help`` shows."""
+    ``--help`` shows `SHOWN`, and ``--help-all`` shows all.
+    """
+
+    GROUPS: ClassVar = (
+        "Everyday options", "Presets", "Creases and borders", "Equal, bounded and exact sizes",
+        "Data that borders follow", "Noise, long faces, clouds", "Seeds and the loop", "Files",
+        "Running", "Other options",
+    )  # fmt: skip
+    SHOWN: ClassVar = (*GROUPS[:2], GROUPS[-1])
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the options group by group; options without a group come last."""
-        given = [param for param in self.get_params(ctx) if isinstance(param, click.Option)]
-        rows = {param.name: param.get_help_record(ctx) for param in given}
-        listed = {
-            title: [rows.pop(name, None) for name in names] for title, names in self.groups.items()
-        }
-        if ALL_OPTIONS not in ctx.meta:
-            listed = dict(list(listed.items())[: self.n_shown])
-        for title, records in {**listed, "Other options": [*rows.values()]}.items():
-            shown = [record for record in records if record is not None]
-            if shown:
+        given = [each for each in self.get_params(ctx) if isinstance(each, click.Option)]
+        for title in self.GROUPS if ALL_OPTIONS in ctx.meta else self.SHOWN:
+            options = [each for each in given if getattr(each, "group", self.GROUPS[-1]) == title]
+            records = [record for each in options if (record := each.get_help_record(ctx))]
+            if records:
                 with formatter.section(title):
-                    formatter.write_dl(shown)
+                    formatter.write_dl(records)
 
 
 ALL_OPTIONS = "superfacets.help-all"  # key in `Context.meta`
@@ -120,6 +129,8 @@ def option(words: str, kind: Any, help: str, **settings: Any) -> Decorator:
     differs from these names, and the metavar in capitals. `kind` is a click type, a tuple of
     choices, `FLAG`, or None for text. `settings` are further arguments of `click.option`.
     """
+    if isinstance(kind, Listed) and settings.get("multiple"):
+        settings["callback"] = lambda _ctx, _param, lists: tuple(chain(*lists))
     names = words.split()
     if not names[-1].startswith("-") and not names[-1].islower():
         settings.setdefault("metavar", names.pop())
@@ -131,12 +142,15 @@ def option(words: str, kind: Any, help: str, **settings: Any) -> Decorator:
     return click.option(*names, help=help, **settings)
 
 
-def options(*given: Decorator) -> Decorator:
-    """Add several options to a command; its help text lists the options in this order."""
+def options(*given: Decorator, group: str | None = None) -> Decorator:
+    """Add several options to a command, in this order; its help lists them under `group`."""
 
     def decorate(command: Any) -> Any:
+        n_later = len(getattr(command, "__click_params__", ()))
         for add in reversed(given):  # click lists the last added option first
             command = add(command)
+        for param in command.__click_params__[n_later:] if group else ():
+            param.group = group
         return command
 
     return decorate
@@ -158,33 +172,6 @@ def drop_attributes_option(what: str, listed: str = "") -> Decorator:
 def json_option(what: str = "the results as JSON") -> Decorator:
     """Add the option ``--json``, for output that programs read."""
     return option("--json as_json", FLAG, f"Print {what}.")
-
-
-def numbers(
-    ctx: click.Context, parameter: click.Parameter, text: str | None, *, least: int = 1
-) -> tuple[int, ...] | None:
-    """Parse a comma-separated list into distinct, sorted integers >= `least` (a click callback)."""
-    if text is None:
-        return None
-    wanted = [number.strip() for number in text.split(",")]
-    for number in wanted:
-        if not number.isdecimal() or not least <= int(number[:12]) < 2**31:
-            raise click.BadParameter(
-                f"expected whole numbers from {least} to {2**31 - 1}, got {number!r}",
-                ctx,
-                parameter,
-            )
-    return tuple(sorted({int(number) for number in wanted}))
-
-
-def listed(
-    ctx: click.Context, parameter: click.Parameter, given: tuple[str, ...]
-) -> tuple[str, ...]:
-    """Split comma-separated lists into one tuple of names (a callback of click)."""
-    names = tuple(name.strip() for text in given for name in text.split(","))
-    if not all(names):
-        raise click.BadParameter("a name is empty", ctx, parameter)
-    return names
 
 
 def _keep_labels(ctx: click.Context, parameter: click.Parameter, path: Path | None) -> Path | None:

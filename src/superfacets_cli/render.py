@@ -1,61 +1,37 @@
-"""The command ``superfacets render``."""
+"""The commands ``superfacets render`` and ``view``."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+import tempfile
+import webbrowser
 from pathlib import Path
-from typing import get_args
+from typing import Any, get_args
 
 import click
 
-from superfacets import MeshError, RegionGraph, View
-from superfacets.kit import Array, CellData, CellFile, Cells, checked_choice, kind_of
-from superfacets_show import VIEW_NAMES, Clip, Up
+from superfacets import MeshError, MissingExtraError, Page, View
+from superfacets.kit import Array, CellData, CellFile, Cells, kind_of, stored_colors
+from superfacets_show import VIEW_NAMES, Clip, Up, checked_page_path
 
 from . import options as opts
 from .failures import print_note
-from .inputs import VALUE_ENDINGS, labels_for, read_input, read_values, up_axis
+from .inputs import VALUE_ENDINGS, labels_beside, labels_for, read_input, read_values, up_axis
 from .options import FILE, FLAG, option, options
-from .progress import WaitBar
+from .progress import Progress
 from .report import note_on_up
-
-_MAX_SIDE = 8192
 
 _OWN_COLORS = "color"  # value of --color-by for the colors in the file
 
 
-def _checked_size(
+def _size(
     ctx: click.Context, parameter: click.Parameter, text: str | None
 ) -> tuple[int, int] | None:
     """Parse a text such as 1200x900 into width and height in pixels (a callback of click)."""
-    if text is None:
-        return None
-    match = re.fullmatch(r"(\d{1,6})x(\d{1,6})", text, re.ASCII)
-    width, height = (int(side) for side in match.groups()) if match else (0, 0)
-    if not (1 <= width <= _MAX_SIDE and 1 <= height <= _MAX_SIDE):
-        message = f"{text!r} is not a size such as 1200x900, with sides of 1 to {_MAX_SIDE}"
-        raise click.BadParameter(message, ctx, parameter)
-    return width, height
-
-
-def _checked_turntable(
-    ctx: click.Context, parameter: click.Parameter, path: Path | None
-) -> Path | None:
-    if path is not None and path.suffix.lower() not in (".gif", ".mp4"):
-        raise click.BadParameter(f"{path} must end in .gif or .mp4", ctx, parameter)
-    return path
-
-
-def _chosen_view(side: str | None, *, azimuth: float, elevation: float, up: Up) -> View:
-    """Return the view given by name or by angles; raise a usage error if both are given."""
-    if side is None:
-        return View(azimuth=azimuth, elevation=elevation, up=up)
-    source = click.get_current_context().get_parameter_source
-    given = click.core.ParameterSource.COMMANDLINE
-    if given in (source("azimuth"), source("elevation")):
-        raise click.UsageError("give --view, or --azimuth and --elevation, not both")
-    return View.named(side, up=up)
+    match = re.fullmatch(r"(\d{1,6})x(\d{1,6})", text or "0x0", re.ASCII)
+    if match is None:
+        raise click.BadParameter(f"{text!r} is not a size such as 1200x900", ctx, parameter)
+    return None if text is None else (int(match[1]), int(match[2]))
 
 
 def _values_named(color_by: str | None, data: CellData) -> Array | str | None:
@@ -69,22 +45,18 @@ def _values_named(color_by: str | None, data: CellData) -> Array | str | None:
     if Path(color_by).suffix.lower() in VALUE_ENDINGS:
         return read_values(Path(color_by))
     values = data.values(color_by)
-    if values is not None:
-        return values
-    columns = RegionGraph.column_names(kind_of(data.cells).dimension)
-    return checked_choice(color_by, "--color-by", columns)
+    return color_by if values is None else values
 
 
 @click.command("render")
 @click.argument("mesh", metavar="IN", type=FILE)
 @opts.labels_argument
 @options(
-    option("-o --output OUT", FILE, "Write the picture to this .png file."),
+    option("-o --output outputs OUT", FILE,
+           "Write a picture to this .png file, or an animation of the rotating mesh to this .gif or"
+           " .mp4 file; may be given several times.", multiple=True, required=True),
     opts.camera_options,
     opts.labels_named_option,
-    option("--turntable OUT", FILE,
-           "Write an animation of the rotating mesh to this .gif or .mp4 file.",
-           callback=_checked_turntable),
     option("--compare L", FILE,
            "Label file for another picture beside the first; may be given several times.",
            multiple=True),
@@ -97,8 +69,8 @@ def _values_named(color_by: str | None, data: CellData) -> Array | str | None:
     option("--view side", VIEW_NAMES,
            "Side from which to look, instead of --azimuth and --elevation."),
     option("--size WxH", None,
-           "Size of each picture in pixels.  [default: 1200x900; 640x480 with --turntable]",
-           callback=_checked_size),
+           "Size of each picture in pixels.  [default: 1200x900; 640x480 for animations]",
+           callback=_size),
     option("--clip", get_args(Clip),
            "Cut a mesh of tetrahedra open: x keeps the half with larger x, -x the half with smaller"
            " x.  [default: draw the outer surface]"),
@@ -110,11 +82,9 @@ def _values_named(color_by: str | None, data: CellData) -> Array | str | None:
            " from inside; points need normals or --viewpoint."),
 )  # fmt: skip
 def render_command(
-    mesh: Path, output: Path | None, up: Up, azimuth: float, elevation: float,
-    labels: Path | None, labels_named: str, clip: Clip | None, turntable: Path | None,
-    compare: tuple[Path, ...], color_by: str | None, viewpoint: tuple[float, ...] | None,
-    side: str | None, size: tuple[int, int] | None, smooth_borders: bool,
-    numbers: bool, see_inside: bool,
+    mesh: Path, outputs: tuple[Path, ...], labels: Path | None, compare: tuple[Path, ...],
+    color_by: str | None, viewpoint: tuple[float, ...] | None, up: Up, labels_named: str,
+    side: str | None, azimuth: float, elevation: float, numbers: bool, **style: Any,
 ) -> None:  # fmt: skip
     """Draw a picture of a mesh or point cloud with its regions.
 
@@ -124,38 +94,39 @@ def render_command(
     """
     from superfacets import plot
 
-    if output is None and turntable is None:
-        raise click.UsageError("nothing to write: give -o a .png, or --turntable a .gif or .mp4")
-    if output is not None and output.suffix.lower() != ".png":
-        raise click.UsageError(f"{output} must end in .png")
     source = read_input(str(mesh))
     up = up_axis(source, up)
-    view = _chosen_view(side, azimuth=azimuth, elevation=elevation, up=up)
+    view = View(azimuth=azimuth, elevation=elevation, up=up)
+    view = view if side is None else View.named(side, up=up)
     cells, attributes = source.cells_and_attributes()
     if viewpoint is not None:
         cells = kind_of(cells).seen_from(cells, viewpoint)
-    if see_inside and not kind_of(cells).has_fronts(cells):
+    if style["see_inside"] and not kind_of(cells).has_fronts(cells):
         raise click.UsageError(f"--see-inside needs normals, and {mesh} has none: give --viewpoint")
-    values = _values_named(color_by, CellData(cells, attributes))
+    data = CellData(cells, attributes)
+    values = _values_named(color_by, data)
     by_region = f"--color-by {values}" if isinstance(values, str) else None
+    series, paths = _series_of(source, labels, compare, cells, labels_named)
     needed_by = "--numbers" if numbers else by_region
-    shown, others, titles = _series_of(source, labels, compare, cells, labels_named, needed_by)
+    if series[0] is None and needed_by is not None:
+        raise click.UsageError(f"{needed_by} needs labels, and {source.name} has none: give LABELS")
     colors = None
-    if color_by == _OWN_COLORS or (color_by is None and shown is None):
-        colors = CellData(cells, attributes).colors()
-    if color_by == _OWN_COLORS and colors is None and attributes is not None:
-        colors = attributes.region_colors
+    if color_by == _OWN_COLORS or (color_by is None and series[0] is None):
+        colors = data.colors()
     if color_by == _OWN_COLORS and colors is None:
-        raise MeshError(f"{mesh} has no colors of faces, vertices or points")
+        colors = None if attributes is None else attributes.region_colors
+        if colors is None:
+            raise MeshError(f"{mesh} has no colors of faces, vertices or points")
+    stems = [path.stem for path in paths]
+    titles = stems if len({*stems}) == len({*paths}) else [*map(str, paths)]
     named = None if values is None or isinstance(values, str) else Path(str(color_by))
-    for path in [path for path in (output, turntable) if path is not None]:
+    for path in outputs:
         try:
-            with WaitBar():
+            with Progress():
                 plotted = plot(
-                    cells, shown, output=path, compare=others, titles=titles, size=size,
-                    colors=colors, color_by=values, view=view, clip=clip, numbers=numbers,
-                    scale_title=None if named is None else named.stem, see_inside=see_inside,
-                    smooth_borders=smooth_borders,
+                    cells, series[0], output=path, compare=series[1:], colors=colors,
+                    titles=titles if compare else None, color_by=values, view=view,
+                    numbers=numbers, scale_title=None if named is None else named.stem, **style,
                 )  # fmt: skip
         except (ValueError, TypeError) as error:
             if named is None or isinstance(error, MeshError):
@@ -165,35 +136,87 @@ def render_command(
 
 
 def _series_of(
-    source: CellFile, labels: Path | None, compare: tuple[Path, ...], cells: Cells, name: str,
-    needed_by: str | None,
-) -> tuple[Array | None, list[Array], list[str] | None]:  # fmt: skip
-    """Return the labels of the first picture, the labels of further pictures, and the titles.
-
-    The first labels are None if there are none. The titles are None without ``--compare``. If
-    there are no labels and `needed_by`, an option that needs labels, is not None, a usage error is
-    raised.
-    """
-    shown = source.labels(cells.n_cells, name) if labels is None else None
+    source: CellFile, labels: Path | None, compare: tuple[Path, ...], cells: Cells, name: str
+) -> tuple[list[Any], list[Path]]:
+    """Return the labels of each picture, and their paths; the first labels may be None."""
     paths = [*([] if labels is None else [labels]), *compare]
-    if paths:
-        series = [labels_for(source, cells, path, name, is_noted=False) for path in paths]
-        if shown is not None:
-            series, paths = [shown, *series], [Path(source.name), *paths]
-        return series[0], series[1:], _titles(paths) if compare else None
-    if shown is None and needed_by is not None:
-        message = f"{needed_by} needs labels, and {source.name} has none: give LABELS"
-        raise click.UsageError(message)
-    if shown is None:
+    series: list[Any] = [labels_for(source, cells, path, name) for path in paths]
+    shown = source.labels(cells.n_cells, name) if labels is None else None
+    if shown is not None:
+        return [shown, *series], [Path(source.name), *paths]
+    if not series:
         note = "has no labels, so no regions are drawn: give a label file as LABELS"
         print_note(f"{source.name} {note}")
-    return shown, [], None
+    return series or [None], paths
 
 
-def _titles(paths: Sequence[Path]) -> list[str]:
-    """Return the stem of each path, with as many of its last folders as make titles differ."""
-    for n_parts in range(1, 1 + max(len(path.parts) for path in paths)):
-        titles = [Path(*path.with_suffix("").parts[-n_parts:]).as_posix() for path in paths]
-        if len({*titles}) == len({*paths}):
-            return titles
-    return [str(path) for path in paths]
+@click.command("view")
+@click.argument("mesh", metavar="IN", type=FILE)
+@opts.labels_argument
+@options(
+    option("--html output OUT", FILE,
+           "Write the page to this .html file.  [default: open it in the browser]"),
+    opts.labels_named_option,
+    option("--gt SEG", FILE, "Label file with the ground truth."),
+    option("--feature features FILE", FILE,
+           "A .npy or .txt file with one value per cell, per region of the first level, or per"
+           " vertex of a mesh; may be given several times.", multiple=True),
+    option("--title TEXT", None, "Title of the page.  [default: the name of IN]"),
+    opts.camera_options,
+)  # fmt: skip
+def view_command(
+    mesh: Path, output: Path | None, labels: Path | None, labels_named: str, gt: Path | None,
+    features: tuple[Path, ...], title: str | None, up: Up, azimuth: float, elevation: float,
+) -> None:  # fmt: skip
+    """Show a mesh or point cloud with its regions in a browser.
+
+    LABELS is a label file, or an .npz from superfacets levels; without it, the labels in IN are
+    shown. The page is a single file, which any browser can open offline. If IN has a texture or
+    colors, the page shows them, too. Without --html, the page is a temporary file, and the browser
+    opens it.
+    """
+    from superfacets import view
+
+    try:
+        target = None if output is None else checked_page_path(output)
+    except ValueError as error:
+        raise click.UsageError(str(error)) from None
+    if len({path.stem for path in features}) < len(features):
+        raise click.UsageError("two features have the same name: rename their files")
+    values = {path.stem: read_values(path) for path in features}
+    source = read_input(str(mesh))
+    cells, attributes = source.cells_and_attributes()
+    shown = _levels_of(source, labels, cells, labels_named)
+    if shown is None:
+        print_note(f"{mesh} has no labels: give a label file as LABELS")
+    up = up_axis(source, up)
+
+    def page(texture: Any) -> Page:
+        return view(
+            cells, shown, features=values, colors=stored_colors(cells, attributes),
+            ground_truth=None if gt is None else labels_for(source, cells, gt, labels_named),
+            title=mesh.name if title is None else title, texture=texture,
+            camera=View(azimuth=azimuth, elevation=elevation, up=up),
+        )  # fmt: skip
+
+    try:
+        try:
+            found = page(None if attributes is None else attributes.texture)
+        except (MeshError, MissingExtraError) as error:
+            if attributes is None or attributes.texture is None:
+                raise
+            found = page(None)
+            print_note(f"the texture is not shown: {error}")
+    except (ValueError, TypeError) as error:  # an input file has wrong values
+        raise MeshError(f"{mesh}: {error}") from None
+    path = found.save(target or Path(tempfile.mkdtemp(prefix="superfacets-"), f"{mesh.stem}.html"))
+    click.echo(f"wrote {output or path}{note_on_up(up, found.up)}")
+    if target is None and not webbrowser.open(path.as_uri()):  # the file is kept for the browser
+        print_note("no browser was found: open the file yourself, or name a file with --html")
+
+
+def _levels_of(source: CellFile, path: Path | None, cells: Cells, name: str) -> Array | None:
+    """Return labels of one level, shape (N,), or of all L levels in an .npz, shape (L, N)."""
+    if path is None or path.suffix.lower() != ".npz":
+        return labels_beside(source, path, cells, name)
+    return CellFile.levels_in(path)

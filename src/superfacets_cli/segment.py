@@ -2,26 +2,24 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Set
-from dataclasses import dataclass, fields
-from functools import partial
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import click
 import numpy as np
 
-from superfacets import SCANS, Features, MeshAttributes, MeshError, Sizes, Weights, kit
+from superfacets import SCANS, Features, Segmentation, Sizes, Weights, kit
 
 from . import inputs as read
 from . import options as opts
-from .failures import EXIT_DATA, count_failures, print_note, print_notes
+from .failures import for_each, print_notes
 from .interrupts import run_in_background
 from .options import COUNT, FLAG, NOT_NEGATIVE, POSITIVE, option, options
-from .outputs import Job, check_mask, output_option, plan_jobs, to_option
-from .progress import RunBar
-from .report import facts_of, notes_of, summary_of
+from .outputs import Job, output_option, plan_jobs, to_option
+from .progress import Progress
+from .report import notes_on_result
 
 
 def _by_weights(parameter: str) -> str:
@@ -39,42 +37,13 @@ def _bounds(
         return None
     try:
         low, high = (float(bound) if bound.strip() else None for bound in text.split(","))
-        Sizes(bounds=(low, high))
-    except ValueError as error:
-        why = (
-            str(error) if "bounds[" in str(error) else f"{text!r} is not LOW,HIGH: 2,5 or 2, or ,5"
-        )
+    except ValueError:
+        why = f"{text!r} is not LOW,HIGH: 2,5 or 2, or ,5"
         raise click.BadParameter(why, ctx, parameter) from None
     return low, high
 
 
-class SegmentCommand(opts.GroupedCommand):
-    """A command whose help lists the options of `segment_options` in groups."""
-
-    groups: ClassVar = {
-        "Everyday options": (
-            "n_segments", "radius", "alpha", "weights", "features", "output", "outputs", "formats",
-            "is_quiet",
-        ),
-        "Presets": ("scans", "paper"),
-        "Creases and borders": ("eta_convex", "ridges", "smooth", "islands"),
-        "Equal, bounded and exact sizes": ("balance", "bounds", "cells"),
-        "Data that borders follow": (
-            "feature_weight", "mask", "mask_values", "barriers", "barrier_angle", "labels_named",
-        ),
-        "Noise, long faces, clouds": (
-            "denoise", "is_subdivided", "max_edge", "viewpoint", "min_opacity",
-        ),
-        "Seeds and the loop": ("init", "max_num_iter", "tol"),
-        "Files": ("format", "ascii", "label_name", "vertex_labels", "drop_attributes", "force"),
-        "Running": (
-            "n_threads", "workers", "scheduler", "timeout", "retry_failed", "as_json", "is_verbose",
-        ),
-    }  # fmt: skip
-    n_shown = 2
-
-
-segment_options = options(
+_EVERYDAY = options(
     option("-n --n-segments", COUNT, f"Number of regions.  [default: {opts.USUAL_COUNT}]"),
     option("-r --radius", POSITIVE,
            "Radius of a region, instead of -n, in the unit of the file."),
@@ -84,14 +53,20 @@ segment_options = options(
     option("--weights NAME", tuple(kit.WEIGHTS),
            "How borders are drawn: parts (along creases, and between parts of a shape), creases, or"
            " superfacets (as in the paper).  [default: parts]"),
-    option("--features NAMES", None,
+    option("--features NAMES", opts.Listed(),
            "Data that borders follow, too: color, texture, normals, height (z), or properties in"
-           " IN, separated by commas.", multiple=True, callback=opts.listed),
+           " IN, separated by commas.", multiple=True),
+    group="Everyday options",
+)  # fmt: skip
+_PRESETS = options(
     option("--scans", FLAG,
            "For fused scans of rooms: same as"
            f" --denoise {SCANS['denoise']} --alpha {SCANS['alpha']:g}."),
     option("--paper", FLAG,
            "The algorithm of the paper, exactly as published, without options that it lacks."),
+    group="Presets",
+)  # fmt: skip
+_CREASES = options(
     option("--eta-convex", NOT_NEGATIVE,
            f"Weight of convex creases relative to concave creases.{_by_weights('eta_convex')}"),
     option("--ridges", NOT_NEGATIVE,
@@ -103,6 +78,9 @@ segment_options = options(
            "What to do with components without a seed: keep them as regions (keep), or join them to"
            " the nearest region (nearest), which makes -n exact except with barriers.  [default:"
            " keep]"),
+    group="Creases and borders",
+)  # fmt: skip
+_SIZES = options(
     option("--balance", opts.Real(0.0, 1.0),
            "How equal the areas or volumes of regions should be, from 0 to 1.  [default: 0]"),
     option("--bounds LOW,HIGH", None,
@@ -111,33 +89,44 @@ segment_options = options(
     option("--cells", COUNT,
            "Exact number of faces or points in each region, instead of -n; the remaining faces or"
            " points of each component form one smaller region."),
+    group="Equal, bounded and exact sizes",
+)  # fmt: skip
+_DATA = options(
     option("--feature-weight", NOT_NEGATIVE,
            "Weight of features: a difference of one standard deviation adds this many region radii"
            " to the length of a path.  [default: 5]"),
+    group="Data that borders follow",
+)  # fmt: skip
+_NOISE = options(
     option("--denoise N|auto", opts.Count(0, "auto"),
            "Measure creases on a copy of the mesh, smoothed in N steps; auto estimates the noise"
            " and uses 0 steps if the mesh is clean. Outputs are not smoothed.  [default: auto]"),
     option("--subdivide is_subdivided", FLAG,
            "First bisect edges longer than a quarter of a region's radius, for meshes with long and"
-           " thin faces. A .ply or .vtp then contains the subdivided mesh. Label files contain one"
-           " label for each face of IN: the label that covers most of the face."),
+           " thin faces. Label files still contain one label for each face of IN."),
     option("--max-edge", POSITIVE,
            "First bisect edges longer than this, in the unit of the file."),
     opts.viewpoint_option,
     option("--min-opacity P", opts.Real(0.0, 1.0),
            "Leave out Gaussian splats with an opacity below this, 0 to 1; they get label -1.",
            default=0.0, show_default=False),
+    group="Noise, long faces, clouds",
+)  # fmt: skip
+_LOOP = options(
     option("--init", kit.FileOptions.CHOICES["init"],
-           "How the initial centers are placed. flood and grid need --paper, and match -n only"
-           " approximately.  [default: geodesic; curve for 10,000 or more regions of less than 100"
+           "How initial centers are placed; flood and grid need --paper, and match -n only roughly."
+           "  [default: geodesic; curve for 10,000 or more regions of less than 100"
            " cells each; farthest with --paper]"),
     option("--max-iter max_num_iter", opts.Count(0),
            "Maximum number of iterations; 0 keeps the initial centers.", default=50),
     option("--tol", NOT_NEGATIVE,
            "Stop when centers move less than this, as a fraction of a region's radius."
            "  [default: 0.02]"),
-    opts.threads_option,
-    opts.help_all_option,
+    group="Seeds and the loop",
+)  # fmt: skip
+segment_options = options(
+    _EVERYDAY, _PRESETS, _CREASES, _SIZES, _DATA, _NOISE, _LOOP,
+    options(opts.threads_option, group="Running"), opts.help_all_option,
 )  # fmt: skip
 """Decorator that adds the options that control the segmentation to a command."""
 
@@ -148,17 +137,14 @@ file_options = options(
         "IN", ": colors, normals, texture coordinates, other properties, comments"
     ),
     opts.force_option,
+    group="Files",
 )
 """Decorator that adds the options for the format of mesh files to a command."""
 
-_EXCLUSIVE = {
-    "paper": ("scans", "weights", "ridges", "features", "feature_weight", "smooth", "balance",
-              "bounds", "cells", "denoise", "tol"),
-    "n_segments": ("radius", "cells"),
-    "radius": ("cells",),
-    "cells": ("balance", "bounds"),
+_NOT_WITH_PAPER = {
+    "weights", "ridges", "features", "feature_weight", "smooth", "balance", "bounds", "cells",
+    "denoise", "tol",
 }  # fmt: skip
-"""Options that cannot be given together with an option: names of parameters by name."""
 
 _OF_FILES = {field.name for field in fields(kit.FileOptions)}
 
@@ -167,10 +153,10 @@ def options_of(*, scans: bool, is_subdivided: bool, **given: Any) -> kit.FileOpt
     """Return the options, completed by presets; raise a usage error if options are incompatible."""
     given = {name: value for name, value in given.items() if value is not None and value != ()}
     is_paper = given["paper"]
-    presets = {name for name, is_given in (("paper", is_paper), ("scans", scans)) if is_given}
-    _check_exclusive(given.keys() - {"paper"} | presets)
-    if given.get("init") in ("flood", "grid") and not is_paper:
-        raise click.UsageError(f"--init {given['init']} needs --paper")
+    refused = [*({"scans"} if scans else ()), *sorted(given.keys() & _NOT_WITH_PAPER)]
+    if is_paper and refused:
+        flags = {each.name: each.opts[0] for each in click.get_current_context().command.params}
+        raise click.UsageError(f"give --paper or {flags[refused[0]]}, not both")
     weight = given.pop("feature_weight", None)
     if weight is not None:
         if "features" not in given:
@@ -194,68 +180,47 @@ def options_of(*, scans: bool, is_subdivided: bool, **given: Any) -> kit.FileOpt
         raise click.UsageError(str(error)) from error
 
 
-def _check_exclusive(given: Set[str]) -> None:
-    """Raise a usage error if two given options exclude each other."""
-    flags = {each.name: each.opts[0] for each in click.get_current_context().command.params}
-    for name, others in _EXCLUSIVE.items():
-        for other in others:
-            if {name, other} <= given:
-                raise click.UsageError(f"give {flags[name]} or {flags[other]}, not both")
-
-
-@click.command("segment", cls=SegmentCommand)
+@click.command("segment", cls=opts.GroupedCommand)
 @click.argument("inputs", metavar="IN...", type=opts.INPUT, nargs=-1, required=True)
 @options(
     segment_options,
-    read.constraint_options,
-    read.barrier_angle_option,
-    opts.labels_named_option,
-    output_option(
-        "Output file: a mesh or cloud with labels, or labels alone; a folder (results/) for the"
-        " files of all inputs, or - for standard output; may be given several times."
-        "  [default: IN.superfacets.ply beside IN]"),
-    to_option(),
-    opts.format_option("the inputs", of_stream=True),
-    file_options,
-    opts.quiet_option(),
-    option("-v --verbose is_verbose", FLAG, "Also print the time of each stage."),
-    opts.json_option("the results as JSON, one line per IN"),
+    options(
+        read.constraint_options, read.barrier_angle_option, opts.labels_named_option,
+        group="Data that borders follow",
+    ),
+    options(
+        output_option(
+            "Output file: a mesh or cloud with labels, or labels alone; a folder (results/) for the"
+            " files of all inputs, or - for standard output; may be given several times."
+            "  [default: IN.superfacets.ply beside IN]"),
+        to_option(),
+        opts.quiet_option(),
+        group="Everyday options",
+    ),
+    options(opts.format_option("the inputs", of_stream=True), file_options, group="Files"),
+    options(
+        option("-v --verbose is_verbose", FLAG, "Also print the time of each stage."),
+        opts.json_option("the results as JSON, one line per IN"),
+        group="Running",
+    ),
 )  # fmt: skip
-@click.pass_context
-def segment_command(
-    ctx: click.Context, /, inputs: tuple[str, ...], outputs: tuple[str, ...],
-    formats: tuple[str, ...], format: str | None, mask: Path | None,
-    mask_values: tuple[int, ...] | None, barriers: Path | None, barrier_angle: float | None,
-    labels_named: str, is_verbose: bool, as_json: bool, **given: Any,
-) -> None:  # fmt: skip
+def segment_command(inputs: tuple[str, ...], **given: Any) -> None:
     """Segment meshes and clouds; superfacets FILE does the same.
 
     IN may be - for standard input, whose result is written to standard output unless -o is given.
     If an input fails, the others are still processed, and the exit status is 1.
     """
-    scans = given["scans"]
-    chosen = options_of(**given)
-    read.check_inputs(inputs)
-    if barriers is not None and barrier_angle is not None:
+    mask, barriers = given["mask"], given["barriers"]
+    not_of_files = ("outputs", "formats", "format", "mask", "barriers", "barrier_angle", "as_json",
+                    "is_verbose")  # fmt: skip
+    chosen = options_of(**{name: given[name] for name in given if name not in not_of_files})
+    if barriers is not None and given["barrier_angle"] is not None:
         raise click.UsageError("give --barriers or --barrier-angle, not both")
-    if len(inputs) > 1 and (mask is not None or barriers is not None):
-        raise click.UsageError(
-            "files of --mask and --barriers fit only one input: to read values from each input,"
-            " give --mask-values without --mask"
-        )
-    also_read = [str(path) for path in (mask, barriers) if path is not None]
-    jobs = plan_jobs(inputs, outputs, formats, ascii=chosen.ascii, also_read=also_read)
-    endings = [ending for job in jobs for ending in job.endings]
-    has_mask = mask is not None or mask_values is not None
-    check_mask(endings, has_mask=has_mask)
-    constraints = partial(read.constraints_of, mask, mask_values, barriers, name=labels_named)
-    run = _Run(
-        chosen, format, chosen.form(endings), constraints, barrier_angle, has_mask, scans,
-        as_json, is_verbose,
-    )  # fmt: skip
-    named = [read.name_of(job.input) for job in jobs]
-    if count_failures(named, lambda i: run.do(jobs[i]), lambda i, m: run.print_failure(jobs[i], m)):
-        ctx.exit(EXIT_DATA)
+    if len(inputs) > 1 and (mask, barriers) != (None, None):
+        raise click.UsageError("files of --mask and --barriers fit only one input")
+    jobs = plan_jobs(inputs, given, (mask, barriers))
+    run = _Run(chosen, given)
+    for_each([read.name_of(text) for text in inputs], lambda i: run.do(jobs[i]))
 
 
 @dataclass(frozen=True)
@@ -263,87 +228,66 @@ class _Run:
     """Options of the command that apply to every job."""
 
     options: kit.FileOptions
-    format: str | None
-    form: kit.FormatOptions
-    constraints: partial[dict[str, kit.Array]]
-    barrier_angle: float | None
-    has_mask: bool
-    scans: bool
-    as_json: bool
-    is_verbose: bool
-
-    def print_failure(self, job: Job, message: str) -> None:
-        """Print a failure as a JSON object if ``--json`` is given."""
-        if self.as_json:
-            job.print(json.dumps({"file": job.input, "error": message}))
+    given: Mapping[str, Any]
 
     def do(self, job: Job) -> None:
         """Run one job, and print a report."""
-        outputs = job.outputs(self.form)
-        outputs.check()
+        job.outputs.check()
         timings: dict[str, float] = {}
-        with RunBar(read.name_of(job.input)) as bar:
-            outcome = run_in_background(
-                lambda: self._compute(job, outputs, bar, timings), tick=bar.draw
-            )
+        with Progress(read.name_of(Path(job.input).name)) as bar:
+            outcome = run_in_background(lambda: self._compute(job, bar, timings), is_shown=False)
             with bar.timed("export", timings):
-                sizes = outcome.write(outputs)
-        result, noun = outcome.result, kit.kind_of(outcome.mesh).noun
-        timings = {**result.timings, **timings}
-        asked = self.options.keywords.get("n_segments")
-        print_notes(notes_of(outcome, asked, job.endings, sizes, job.holds_labels))
-        n_left_out = int(np.count_nonzero(result.labels < 0))
-        if self.has_mask and not n_left_out:
-            print_note(f"the mask leaves out no {noun}")
+                sizes = outcome.write(job.outputs)
+        result, mesh = outcome.result, outcome.mesh
+        noun = kit.kind_of(mesh).noun
+        print_notes(notes_on_result(outcome, self.given["n_segments"], job.endings, sizes))
+        has_mask = (self.given["mask"], self.given["mask_values"]) != (None, None)
+        if has_mask and (result.labels >= 0).all():
+            print_notes([f"the mask leaves out no {noun}"])
         inside = None if outcome.sharp_inside is None else float(outcome.sharp_inside.sum())
-        summary = summary_of(
-            result, timings, noun, n_left_out, denoise=self.options.keywords.get("denoise"),
-            is_verbose=self.is_verbose,
-        )  # fmt: skip
+        facts = {
+            f"n_{noun}s": len(result.labels), "n_segments": result.n_segments,
+            "n_iter": result.n_iter, "stop_reason": result.stop_reason,
+            "levels": [asdict(level) for level in result.levels],
+            "seconds": {**result.timings, **timings}, "n_unreached": result.n_unreached,
+            "sliver_share": result.sliver_share, "sharp_inside": inside, "params": result.params,
+        }  # fmt: skip
+        text = _summary(result, facts["seconds"], noun)
+        if self.given["denoise"] in (None, "auto") and result.params["denoise"]:
+            steps = kit.counted(result.params["denoise"], "smoothing step")
+            text += f"; noise found: creases measured after {steps}"
+        if self.given["is_verbose"]:
+            seconds = ", ".join(f"{stage} {spent:.3f}" for stage, spent in facts["seconds"].items())
+            iterations = kit.counted(result.n_iter, "iteration")
+            text += f"; {iterations}, {result.stop_reason}; seconds: {seconds}"
         sharp = "; all sharp edges are on borders" if inside == 0 else ""
-        facts = facts_of(result, timings, noun, inside)
-        text = f"{job.name}: {summary}{sharp}"
-        job.report(facts, text, noun)
+        job.report(facts, text + sharp, noun)
 
-    def _compute(
-        self, job: Job, outputs: kit.OutputFiles, bar: RunBar, timings: dict[str, float]
-    ) -> Any:
+    def _compute(self, job: Job, bar: Progress, timings: dict[str, float]) -> Any:
         """Read, subdivide and segment the input, without writing files."""
+
+        def load(keep: bool) -> tuple[kit.Cells, Any, dict[str, kit.Array]]:
+            source = read.read_input(job.input, self.given["format"])
+            cells, attributes = source.cells_and_attributes(keep=keep)
+            constraints = read.constraints_of(self.given, source, cells)
+            job.outputs.check_fit(cells, read.likely_labels(constraints))
+            return cells, attributes, constraints
+
         return self.options.segment(
-            lambda keep: self._load(job, outputs, keep=keep),
-            holds_attributes=job.holds_attributes,
-            timings=timings,
-            barrier_angle=self.barrier_angle,
-            callback=bar.on_report,
-        )
+            load, holds_attributes=job.keeps_attributes, timings=timings,
+            barrier_angle=self.given["barrier_angle"], callback=bar.on_report,
+        )  # fmt: skip
 
-    def _load(
-        self, job: Job, outputs: kit.OutputFiles, *, keep: bool
-    ) -> tuple[kit.Cells, MeshAttributes | None, dict[str, kit.Array]]:
-        """Read the input and its constraints.
 
-        Raises an error if an output format cannot store this kind of cells.
-        """
-        source = read.read_input(job.input, self.format)
-        cells, attributes = source.cells_and_attributes(keep=keep)
-        self._check_kind(job, cells)
-        outputs.check_fit(cells)
-        return cells, attributes, self.constraints(source, cells)
-
-    def _check_kind(self, job: Job, cells: kit.Cells) -> None:
-        """Raise a MeshError if options for meshes are given with a point cloud."""
-        if not kit.kind_of(cells).are_points:
-            return
-        typed = "--subdivide" if self.options.subdivide else None
-        if self.options.keywords.get("denoise"):
-            typed = "--scans" if self.scans else "--denoise"
-        if typed is not None:
-            raise MeshError(
-                f"{read.name_of(job.input)}: {typed} is for meshes, but this is a point cloud"
-            )
-        if self.barrier_angle is not None:
-            name = read.name_of(job.input)
-            raise MeshError(f"{name}: --barrier-angle needs a mesh: point clouds have no edges")
+def _summary(result: Segmentation, seconds: Mapping[str, float], noun: str) -> str:
+    """Return a one-line summary of a run; `noun` is the word for a labeled element."""
+    regions, cells = (
+        f"{n:,} {kit.counted(n, thing).partition(' ')[2]}"
+        for n, thing in ((result.n_segments, "region"), (len(result.labels), noun))
+    )
+    n_left_out = int(np.count_nonzero(result.labels < 0))
+    left_out = f" ({n_left_out:,} left out)" if n_left_out else ""
+    return f"{regions} of {cells}{left_out} in {sum(seconds.values()):.2f} s"
 
 
 @click.command("demo")
@@ -359,13 +303,10 @@ def demo_command(output: Path) -> None:
     check_rendering()
     click.get_current_context().with_resource(kit.output_folder(output))
     labeled, picture = output / "bear.superfacets.ply", output / "bear.superfacets.png"
-    timings: dict[str, float] = {}
-    with RunBar("bear") as bar:
-        with bar.timed("mesh", timings):
-            surface = sample_mesh()
+    with Progress("bear") as bar:
+        surface = sample_mesh()
         result = segment(surface, callback=bar.on_report)
-        with bar.timed("export", timings):
-            write_mesh(labeled, surface, result.labels)
-    click.echo(f"wrote {labeled}\nbear: {summary_of(result, {**result.timings, **timings})}")
-    plot(surface, result.labels, output=picture)
-    click.echo(f"wrote {picture}")
+        write_mesh(labeled, surface, result.labels)
+        plot(surface, result.labels, output=picture)
+    click.echo(f"bear: {_summary(result, result.timings, 'face')}")
+    click.echo(f"wrote {labeled}\nwrote {picture}")

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import contextlib
 import json
-import signal
 import sys
 import webbrowser
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING
 
 import click
 
-from superfacets.kit import import_extra, output_folder
+from superfacets.kit import import_extra
 
-from .failures import EXIT_DATA, count_failures, print_note, print_notes
+from .failures import for_each, print_note, print_notes
 from .options import COUNT, FILE, FLAG, FOLDER, json_option, option, options
 
 if TYPE_CHECKING:
@@ -41,11 +40,9 @@ if TYPE_CHECKING:
     option("-o --output FOLDER", FOLDER, "Folder of exports.  [default: the folder of each input]"),
     option("--no-browser", FLAG, "Print the address without opening a browser."),
 )  # fmt: skip
-@click.pass_context
 def studio_command(
-    ctx: click.Context, /, path: Path, n_segments: int | None, work: Path | None,
-    classes: Path | None, port: int | None, is_list: bool, exports: tuple[str, ...],
-    output: Path | None, no_browser: bool,
+    path: Path, n_segments: int | None, work: Path | None, classes: Path | None, port: int | None,
+    is_list: bool, exports: tuple[str, ...], output: Path | None, no_browser: bool,
 ) -> None:  # fmt: skip
     """Label a mesh, a cloud or all files of a folder in a browser.
 
@@ -60,17 +57,15 @@ def studio_command(
         raise click.UsageError("-o is the folder of exports: say what to export with --export")
     files = Files.of(path, work, n_segments, new_classes(classes, path))
     if exports:
-        if _export(files, exports, output):
-            ctx.exit(EXIT_DATA)
-        return
-    if is_list:
+        _export(files, exports, output)
+    elif is_list:
         for entry in files.listed():
             reviewed = "  reviewed" if entry.get("reviewed") else ""
             if entry.get("changed_since_review"):
                 reviewed = "  changed since review"
             click.echo(f"{100 * entry['done']:5.1f} %  {entry['name']}{reviewed}")
-        return
-    _serve(files, port, is_shown=not no_browser)
+    else:
+        _serve(files, port, is_shown=not no_browser)
 
 
 def _serve(files: Files, port: int | None, *, is_shown: bool) -> None:
@@ -79,9 +74,6 @@ def _serve(files: Files, port: int | None, *, is_shown: bool) -> None:
 
     opened, address = open_again(port, stored_address(address_file(files.home)))
     with opened, contextlib.ExitStack() as stack:
-        for name in {"SIGTERM", "SIGHUP"} & set(dir(signal)):  # remove the address file, then exit
-            number = getattr(signal, name)
-            stack.callback(signal.signal, number, signal.signal(number, _end))
 
         def show(page: str) -> None:
             click.echo(f"superfacets studio: {page} (press Ctrl-C to stop)")
@@ -98,51 +90,29 @@ def _serve(files: Files, port: int | None, *, is_shown: bool) -> None:
         serve(files, opened, address, show)
 
 
-def _export(files: Files, exports: tuple[str, ...], output: Path | None) -> int:
-    """Write exports of all files that have a work file, and return the number of failed files."""
-    from superfacets_studio import parsed_export, write_export
+def _export(files: Files, exports: tuple[str, ...], output: Path | None) -> None:
+    """Write exports of all files that have a work file."""
+    from superfacets_studio import parsed_export, write_exports
 
     wanted = [parsed_export(name) for name in exports]
-    started = [i for i in range(len(files.paths)) if files.work_of(i).exists()]
-    if not started:
-        raise FileNotFoundError(f"{files.home}: there is no work file, so there are no labels yet")
-    root = files.folder or files.paths[0].parent
-    inputs = [files.path(i) for i in started]
-    targets = [(output or root) / path.relative_to(root).with_suffix("") for path in inputs]
+    targets = files.targets(output)
 
     def write(index: int) -> None:
-        target = targets[index]  # folder and first part of the names of exports
-        if targets.count(target) > 1:
-            raise FileExistsError(
-                f"{inputs[index]}: inputs that differ only in the ending have the same exports:"
-                " export one input at a time, each to another folder with -o"
-            )
-        document = files.read(started[index])
-        try:
-            print_notes(document.notes)
-            exported = wanted
-            if not document.progress:
-                exported = [(what, format) for what, format in wanted if what == "regions"]
-            if len(exported) < len(wanted):
-                print_note(f"{inputs[index]}: no labels are exported, because nothing is labeled")
-            with output_folder(target.parent):
-                for what, format in exported:
-                    path = write_export(document, what, format, folder=target.parent)
-                    click.echo(f"wrote {path}")
-        finally:
-            document.close()
+        paths, notes = write_exports(files, index, wanted, targets)
+        print_notes(notes)
+        for path in paths:
+            click.echo(f"wrote {path}")
 
-    return count_failures([str(path) for path in inputs], write)
+    for_each([str(files.path(number)) for number, _ in targets], write)
 
 
-def _end(number: int, _: object) -> NoReturn:
-    sys.exit(128 + number)
+_ONE_FILE = click.Path(path_type=Path, dir_okay=False)
 
 
 @click.command("agree")
-@click.argument("mesh", metavar="IN", type=FILE)
-@click.argument("mine", metavar="MINE", type=FILE)
-@click.argument("theirs", metavar="THEIRS", type=FILE)
+@click.argument("mesh", metavar="IN", type=_ONE_FILE)
+@click.argument("mine", metavar="MINE", type=_ONE_FILE)
+@click.argument("theirs", metavar="THEIRS", type=_ONE_FILE)
 @options(
     option("-o --output FILE", FILE, "Write the merged work to this new file."),
     option("--prefer", ("mine", "theirs"),
@@ -163,42 +133,14 @@ def agree_command(
     objects that only THEIRS has get new numbers.
     """
     _check_extra()
-    from superfacets_studio import merged_work
+    from superfacets_studio import agreement_text, merged_work
 
-    for path in (mesh, mine, theirs):
-        if path.is_dir():
-            raise click.UsageError(
-                f"{path} is a folder: give a mesh and two work files of it, and run agree once per"
-                " mesh of a folder"
-            )
     if output is not None and output.exists():
         raise FileExistsError(f"{output} exists already: choose another file name")
     found = merged_work(mesh, mine, theirs, output, prefer_theirs=prefer == "theirs")
-    click.echo(json.dumps(found, indent=1) if as_json else _text(found))
+    click.echo(json.dumps(found, indent=1) if as_json else agreement_text(found))
     if output is not None:
         click.echo(f"wrote {output}", err=as_json)
-
-
-def _text(found: dict[str, Any]) -> str:
-    lines = [
-        f"both labeled {100 * found['labeled']:.1f} % of the area",
-        f"both agree on {100 * found['share']:.1f} % of the area that both have labeled",
-    ]
-    rows = [("IoU", "class", "object in MINE", "object in THEIRS", "object when merged")]
-    for row in found["classes"]:
-        rows.append((_iou(row), row["name"], "", "", ""))
-        for one in row["objects"]:
-            mine, theirs = ("-" if one[who] is None else one[who] for who in ("mine", "theirs"))
-            rows.append((_iou(one), row["name"], str(mine), str(theirs), str(one["object"])))
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    for cells in rows:
-        padded = (cell.ljust(width) for cell, width in zip(cells, widths, strict=True))
-        lines.append("  ".join(padded).rstrip())
-    return "\n".join(lines)
-
-
-def _iou(row: dict[str, Any]) -> str:
-    return "-" if row["iou"] is None else f"{row['iou']:.3f}"
 
 
 def _check_extra() -> None:

@@ -234,7 +234,7 @@ class _Groups:
         if not isinstance(name, str) or not name:
             raise MeshError(
                 f"{self.path}: has no segmentsFile: give the path of the file of old segments"
-                " (segments=, --segments)"
+                " (segments=)"
             )
         for text in (name, name.removeprefix("scannet.")):
             path = self.path.with_name(Path(text).name)
@@ -242,7 +242,7 @@ class _Groups:
                 return path
         raise MeshError(
             f"{self.path}: the segmentsFile {name} is not in the same folder: give its path"
-            " (segments=, --segments)"
+            " (segments=)"
         )
 
     def objects_of(self, segments: Ints, source: Path) -> Longs:

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from superfacets import MeshError
 from superfacets.kit import (
+    Array,
     Bools,
     Floats,
     Ints,
@@ -74,6 +75,17 @@ class LiftedLabels:
     def found(self) -> Ints:
         """Distinct labels of all regions in ascending order, without -1."""
         return np.unique(self.region_labels[self.region_labels >= 0])
+
+    def of_segments(self, segments: Ints, names: Array) -> tuple[Ints, Ints]:
+        """Return the label of each vertex, and of each distinct segment in ascending order.
+
+        `segments` are the segments of the vertices, and `names` is the segment of each region.
+        Segments without a face have no region, and get label -1.
+        """
+        ranks, distinct = ranked_labels(segments)
+        labels = np.full(len(distinct), -1, np.int32)
+        labels[np.searchsorted(distinct, names)] = self.region_labels
+        return np.append(labels, np.int32(-1))[ranks], labels
 
     def __repr__(self) -> str:
         labels, regions = (

@@ -1,5 +1,7 @@
 """Public names, and names that other apps use."""
 
+from .border_files import LINE_ENDINGS as LINE_ENDINGS
+from .border_files import write_borders as write_borders
 from .camera import VIEW_NAMES as VIEW_NAMES
 from .camera import Clip as Clip
 from .camera import Up as Up

@@ -1,10 +1,11 @@
 """Names that other apps use, beside the public names of superfacets."""
 
+from .documents.agreement import agreement_text as agreement_text
 from .documents.document import merged_work as merged_work
 from .documents.files import Files as Files
 from .documents.history import classes_in_work as classes_in_work
 from .export.write import parsed_export as parsed_export
-from .export.write import write_export as write_export
+from .export.write import write_exports as write_exports
 from .labels.classes import new_classes as new_classes
 from .web.address import address_file as address_file
 from .web.address import open_again as open_again

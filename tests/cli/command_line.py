@@ -20,3 +20,8 @@ def can_render():
     except RenderError:
         return False
     return True
+
+
+_SOON = "from superfacets_cli.progress import Progress as P; P.DELAY = P.STEP = 0.05; "
+IMPATIENT = [*COMMAND[:2], _SOON + COMMAND[2]]
+"""Same, but progress is shown from the beginning."""

@@ -81,7 +81,7 @@ def test_labels_of_no_region_are_refused(run, sheet, tmp_path):
     np.save(tmp_path / "none.npy", np.full(1152, -1, np.int32))
     status, _, err = run("cut", sheet, "--labels", tmp_path / "none.npy", "-o", tmp_path / "c.ply")
     assert status == 1
-    assert "no face is in a region" in err
+    assert "no cell is in a region" in err
 
 
 def test_a_mesh_of_few_faces_has_a_region_for_each(run, tmp_path):
@@ -92,17 +92,17 @@ def test_a_mesh_of_few_faces_has_a_region_for_each(run, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("name", "cells", "kind"),
+    ("name", "cells"),
     [
-        ("tets.vtu", TetMesh(np.eye(4, 3), [[0, 1, 2, 3]]), "tetrahedra"),
-        ("cloud.ply", PointCloud(np.random.default_rng(0).random((30, 3))), "points"),
+        ("tets.vtu", TetMesh(np.eye(4, 3), [[0, 1, 2, 3]])),
+        ("cloud.ply", PointCloud(np.random.default_rng(0).random((30, 3)))),
     ],
 )
-def test_tetrahedra_and_points_have_no_borders_to_cut(run, tmp_path, name, cells, kind):
+def test_tetrahedra_and_points_have_no_borders_to_cut(run, tmp_path, name, cells):
     write_mesh(tmp_path / name, cells)
     status, _, err = run("cut", tmp_path / name, "-o", tmp_path / "cut.ply")
     assert status == 1
-    assert f"{name}: expected a mesh of faces to cut, got {kind}\n" in err
+    assert f"{name}: a mesh of faces is needed\n" in err
 
 
 def test_smooth_borders_are_drawn(run, sheet, labels, tmp_path):

@@ -54,7 +54,7 @@ def test_evaluate_refuses_what_does_not_fit(run, labeled_strip):
     assert "give ground truth with --gt" in error
     status, _, error = run("evaluate", mesh, labels, "--gt")
     assert status == 2
-    assert error.endswith("'--gt' requires an argument. (see superfacets evaluate --help)\n")
+    assert error.endswith("'--gt' requires an argument. (see superfacets --help)\n")
     status, _, error = run("evaluate", mesh, labels, "--tolerance", "nan")
     assert status == 2
     assert "'nan' is not a finite number" in error

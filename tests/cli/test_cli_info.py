@@ -28,7 +28,7 @@ def test_info_says_where_regions_would_become_stripes(run, tmp_path):
     write_mesh(path, shapes.drilled_block(256))
     status, out, err = run("info", path)
     assert status == 0
-    assert "slivers              37% of the area, for 150 regions\n" in out
+    assert "sliver share         0.37" in out
     assert err == (
         f"superfacets: note: {path}: 37% of the area is in faces that are long and thin compared"
         " with the regions, so regions will be stripes: try segment --subdivide\n"
@@ -61,21 +61,19 @@ def test_info_takes_several_files_and_goes_on_after_a_bad_one(run, sheet):
     assert [json.loads(line)["file"] for line in out.splitlines()] == [str(sheet)] * 2
 
 
-def test_info_prints_version_and_reference_system_of_las(run, tmp_path, limit):
+def test_info_prints_version_and_reference_system_of_las(run, tmp_path):
     pytest.importorskip("laspy")
     path = tmp_path / "tile.las"
     points = np.random.default_rng(0).random((30, 3))
     frame = LasFrame(2, 3, (0.01,) * 3, (0.0,) * 3, ((34735, bytes(8)),))
     write_mesh(path, PointCloud(points), attributes=MeshAttributes(las=frame))
-    for n_bytes in (1000, 1 << 20):
-        limit("attributes for info", n_bytes)
-        status, out, err = run("info", path)
-        assert (status, err) == (0, "")
-        assert [line.rsplit(maxsplit=1) for line in out.splitlines()[-3:]] == [
-            ["LAS version", "1.2"],
-            ["point format", "3"],
-            ["reference system", "GeoTIFF"],
-        ]
+    status, out, err = run("info", path)
+    assert (status, err) == (0, "")
+    assert [line.rsplit(maxsplit=1) for line in out.splitlines()[-3:]] == [
+        ["LAS version", "1.2"],
+        ["point format", "3"],
+        ["reference system", "GeoTIFF"],
+    ]
     facts = json.loads(run("info", path, "--json")[1])
     assert (facts["LAS_version"], facts["point_format"]) == ("1.2", 3)
     write_mesh(path, PointCloud(points))

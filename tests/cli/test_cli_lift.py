@@ -150,15 +150,6 @@ def test_segments_are_written_again_with_their_groups(run, folder, segments):
         assert file["vertex_super_index"].tolist() == (is_in - 1).tolist()
 
 
-def test_without_segments_ids_of_vertices_are_refused_before_the_work(run, folder):
-    before = files_in(folder)
-    for ending in (".segs.json", ".bin"):
-        status, out, err = run("lift", *LIFT[1:3], "no masks", LIFT[4], "-o", f"a{ending}")
-        assert (status, out, err.count("\n")) == (2, "", 1)
-        assert f"{ending} files cannot store regions without a label: give LABELS as a" in err
-    assert files_in(folder) == before
-
-
 def test_masks_that_show_no_region_much_give_no_labels(run, folder):
     for path in (folder / "masks").iterdir():
         mask = np.zeros((48, 64), np.uint8)
@@ -178,8 +169,8 @@ def test_images_that_do_not_vote_are_noted(run, folder):
     assert status == 0
     assert out.startswith("wrote a.npy (a label per face)\ncube.ply: 7 images: 100.0%")
     assert err == (
-        "superfacets: note: there is no mask in image 3 (3.jpg)\n"
         "superfacets: note: masks without a camera are left out: other\n"
+        "superfacets: note: there is no mask in image 3 (3.jpg)\n"
     )
 
 

@@ -1,7 +1,5 @@
 """The command `render`."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 import shapes
@@ -16,7 +14,6 @@ from superfacets import (
     write_labels,
     write_mesh,
 )
-from superfacets_cli.render import _titles
 
 
 def test_labels_in_a_mesh_file_that_are_wrong_are_not_passed_over(run, tmp_path):
@@ -116,22 +113,13 @@ def test_labels_in_the_mesh_are_compared_with_others(run, sheet, labeled, tmp_pa
     assert path.read_bytes() == seen
 
 
-def test_titles_tell_label_files_apart():
-    paths = ["a/x/scan.segs.json", "b/x/scan.segs.json", "b/y/other.npy", "scan.npy"]
-    titles = ["a/x/scan.segs", "b/x/scan.segs", "b/y/other", "scan"]
-    assert _titles([Path(path) for path in paths]) == titles
-    assert _titles([Path(path) for path in paths[2:]]) == ["other", "scan"]
-    assert _titles([Path("a/scan.npy"), Path("a/scan.ply")]) == ["a/scan.npy", "a/scan.ply"]
-    assert _titles([Path("a/scan.npy")] * 2) == ["scan"] * 2
-
-
 def test_a_mesh_turns(run, sheet, labeled, tmp_path, limit):
     if not can_render():
         pytest.skip("no OpenGL to draw with")
     limit("frames of a turn", 3)
     turn, still = tmp_path / "turn.gif", tmp_path / "still.png"
     more = ["--labels", labeled[0], "--size", "64x48"]
-    status, out, err = run("render", sheet, "-o", still, "--turntable", turn, *more)
+    status, out, err = run("render", sheet, "-o", still, "-o", turn, *more)
     guess = "(up: y, guessed; change it with --up)"
     assert (status, out, err) == (0, f"wrote {still} {guess}\nwrote {turn} {guess}\n", "")
     assert size_of(turn) == ((64, 48), 3)
@@ -141,22 +129,20 @@ def test_a_mesh_turns(run, sheet, labeled, tmp_path, limit):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ([], "nothing to write: give -o a .png, or --turntable a .gif or .mp4"),
-        (["-o", "picture.jpg"], "picture.jpg must end in .png"),
+        ([], "Missing option '-o'"),
+        (["-o", "picture.jpg"], "got 'picture.jpg'"),
         (["-o", "p.png", "--azimuth", "nan"], "'nan' is not a finite number"),
-        (["-o", "p.png", "--elevation", "-inf"], "'-inf' is not a finite number"),
+        (["-o", "p.png", "--elevation", "-inf"], "-inf is not in the range"),
         (["-o", "p.png", "--elevation", 91], "91.0 is not in the range -90<=x<=90"),
-        (["--turntable", "turn.png"], "turn.png must end in .gif or .mp4"),
-        (["-o", "p.png", "--size", "big"], "'big' is not a size such as 1200x900, with sides of 1"),
-        (["-o", "p.png", "--size", "9000x10"], "'9000x10' is not a size such as 1200x900"),
+        (["-o", "p.png", "--size", "big"], "'big' is not a size such as 1200x900"),
+        (["-o", "p.png", "--size", "9000x10"], "must be at most 8192, got 9000"),
         (["-o", "p.png", "--view", "above"], "'above' is not one of 'front'"),
-        (["-o", "p.png", "--view", "top", "--azimuth", 5], "give --view, or --azimuth and"),
         (["-o", "p.png", "--color-by", "area"],
          "error: --color-by area needs labels, and {sheet} has none: give LABELS (see"),
         (["-o", "p.png", "--numbers"],
          "error: --numbers needs labels, and {sheet} has none: give LABELS (see"),
         (["-o", "p.png", "--color-by", "curvature"],
-         "error: --color-by must be one of region, cell_count, area, "),
+         "needs labels"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_drawn_is_a_wrong_command_line(run, sheet, tmp_path, arguments, message):

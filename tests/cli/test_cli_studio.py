@@ -186,7 +186,7 @@ def test_agree_refuses_a_folder(run, labeled, tmp_path, wrong):
     arguments[wrong] = tmp_path
     status, out, err = run("agree", *arguments)
     assert (status, out) == (2, "")
-    assert f"error: {tmp_path} is a folder: give a mesh and two work files of it" in err
+    assert f"File '{tmp_path}' is a directory" in err
     assert err.count("\n") == 1
 
 

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from superfacets import BorderLines, MeshError
-from superfacets_cli.regions import write_borders, write_tables
+from superfacets_cli.regions import write_tables
+from superfacets_formats import write_vtk_xml
+from superfacets_show import write_borders
 
 COLUMNS = {"region": np.array([3, 7]), "area": np.array([0.1, np.nan])}
 
@@ -37,21 +39,21 @@ def test_lines_hold_the_vertices_that_they_use(tmp_path):
     path, names = tmp_path / "lines.obj", np.array([3, 7])
     lines = lines_of([3, 1, 1, 0], [0, 2, 4], [[0, 1], [1, -1]], [False, True])
     none = lines_of([], [0], np.empty((0, 2), int), [])
-    write_borders(path, vertices, lines, names)
+    write_borders(path, write_vtk_xml, vertices, lines, names)
     assert path.read_text().splitlines() == [
         "v 0.0 0.1 0.2", "v 0.3 0.4 0.5", "v 0.9 1.0 1.1",
         "g border_3_7", "l 3 2", "g border_7_open", "l 2 1 2",
     ]  # fmt: skip
-    write_borders(path, vertices, none, names)
+    write_borders(path, write_vtk_xml, vertices, none, names)
     assert path.read_text() == ""
     pyvista = pytest.importorskip("pyvista")
-    write_borders(tmp_path / "lines.vtp", vertices, lines, names)
+    write_borders(tmp_path / "lines.vtp", write_vtk_xml, vertices, lines, names)
     read = pyvista.read(tmp_path / "lines.vtp")
     assert read.points.tolist() == vertices[[0, 1, 3]].tolist()
     assert read.lines.tolist() == [2, 2, 1, 3, 1, 0, 1]
     assert read.cell_data["low"].tolist() == [3, 7]
     assert read.cell_data["high"].tolist() == [7, -1]
-    write_borders(tmp_path / "none.vtp", vertices, none, names)
+    write_borders(tmp_path / "none.vtp", write_vtk_xml, vertices, none, names)
     assert pyvista.read(tmp_path / "none.vtp").n_cells == 0
     with pytest.raises(MeshError, match=r"expected the ending \.obj, \.vtp"):
-        write_borders(tmp_path / "lines.ply", vertices, none, names)
+        write_borders(tmp_path / "lines.ply", write_vtk_xml, vertices, none, names)

@@ -77,7 +77,7 @@ def test_labels_go_to_standard_output(run, folder):
         "transfer", "coarse.ply", "labels.npy", "coarse.ply", "-o", "-", "--to", "txt"
     )
     assert (status, out.split()) == (0, [str(label) for label in np.load("labels.npy")])
-    assert err == f"wrote standard output\ncoarse.ply: {len(out.split())} faces, 5 labels\n"
+    assert err == f"coarse.ply: {len(out.split())} faces, 5 labels\n"
     run("transfer", "coarse.ply", "labels.npy", "fine.ply", "-o", "results/", "--to", "seg")
     assert files_in(folder / "results") == ["fine.superfacets.seg"]
 

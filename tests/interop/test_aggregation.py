@@ -122,7 +122,7 @@ def test_files_that_do_not_belong_together_are_refused(scene):
     with pytest.raises(
         MeshError,
         match=r"has no segmentsFile: give the path of the file of old segments"
-        r" \(segments=, --segments\)",
+        r" \(segments=\)",
     ):
         regroup_segments(output, groups, new)
     assert not output.exists()

@@ -140,6 +140,25 @@ def agreement(mine: State, theirs: Theirs, areas: Floats) -> dict[str, Any]:
     }
 
 
+def agreement_text(found: dict[str, Any]) -> str:
+    """Return a result of `agreement` as text for people, with a table."""
+    lines = [
+        f"both labeled {100 * found['labeled']:.1f} % of the area",
+        f"both agree on {100 * found['share']:.1f} % of the area that both have labeled",
+    ]
+    rows = [["IoU", "class", "object in MINE", "object in THEIRS", "object when merged"]]
+    for row in found["classes"]:
+        for one in [{**row, "mine": "", "theirs": "", "object": ""}, *row["objects"]]:
+            iou = None if one["iou"] is None else f"{one['iou']:.3f}"
+            shown = (iou, row["name"], one["mine"], one["theirs"], one["object"])
+            rows.append(["-" if value is None else str(value) for value in shown])
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    for cells in rows:
+        padded = (cell.ljust(width) for cell, width in zip(cells, widths, strict=True))
+        lines.append("  ".join(padded).rstrip())
+    return "\n".join(lines)
+
+
 def _rows(mine: Paint, theirs: Theirs, both: Bools, areas: Floats) -> list[dict[str, Any]]:
     """Return the ``classes`` of `agreement`; `areas` are those of the cells in the mask `both`."""
     paint, other = mine[both], theirs.paint[both]

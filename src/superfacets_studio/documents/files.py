@@ -79,6 +79,22 @@ class Files:
             raise IndexError(f"file {number} does not exist: the studio has {n_files}")
         return self.paths[number]
 
+    def targets(self, output: Path | None) -> list[tuple[int, Path]]:
+        """Return number and target of each file that has a work file.
+
+        The target has the folder and the first part of the names of exports. Raises an OSError if
+        there is no work file.
+        """
+        started = [i for i in range(len(self.paths)) if self.work_of(i).exists()]
+        if not started:
+            raise FileNotFoundError(
+                f"{self.home}: there is no work file, so there are no labels yet"
+            )
+        root = self.folder or self.paths[0].parent
+        return [
+            (i, (output or root) / self.path(i).relative_to(root).with_suffix("")) for i in started
+        ]
+
     def listed(self) -> list[dict[str, Any]]:
         """List all files and their progress, without opening them."""
         return [self._entry(number) for number in range(len(self.paths))]

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import io
 import json
 import tempfile
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from superfacets.kit import Bytes, Floats, Ints
 from superfacets_scans import NO_CLASS
 
 from ..documents.document import Document, work_file_of
+from ..documents.files import Files
 from ..labels.classes import names_of
 from ..regions.revisions import Revision
 from .objects import FORMATS, FORMATS_OF_KIND, PAIRED, vertex_instances, write_objects
@@ -74,6 +76,32 @@ def parsed_export(name: str) -> tuple[str, str | None]:
     kinds = {mark[1:]: what for what, mark in {**MARKS, "regions": kit.InputFile.MARK}.items()}
     kind, _, format = name.partition(".")
     return kinds[kit.checked_choice(kind, "--export", tuple(kinds))], format or None
+
+
+def write_exports(
+    files: Files, index: int, wanted: Sequence[tuple[str, str | None]],
+    targets: Sequence[tuple[int, Path]],
+) -> tuple[list[Path], list[str]]:  # fmt: skip
+    """Write exports of a file beside its target; return the paths, and notes for the user.
+
+    `targets` are the result of `Files.targets`, of which `index` selects one. If nothing is
+    labeled, only regions are exported. Raises a FileExistsError if files have the same exports.
+    """
+    number, target = targets[index]
+    path = files.path(number)
+    if [each for _, each in targets].count(target) > 1:
+        raise FileExistsError(
+            f"{path}: inputs that differ only in the ending have the same exports: export one input"
+            " at a time, each to another folder with -o"
+        )
+    with contextlib.closing(files.read(number)) as document:
+        notes = list(document.notes)
+        kept = [one for one in wanted if document.progress or one[0] == "regions"]
+        if len(kept) < len(wanted):
+            notes.append(f"{path}: no labels are exported, because nothing is labeled")
+        with kit.output_folder(target.parent):
+            written = [write_export(document, *one, folder=target.parent) for one in kept]
+    return written, notes
 
 
 def write_export(
