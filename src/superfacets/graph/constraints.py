@@ -85,22 +85,35 @@ class ConstraintOptions:
         if not self.is_used:
             return None
         n_cells, sources = graph.n_cells, graph.sources
-        is_kept = in_order(_checked_kept(of_cells(self.mask, source), n_cells), order)
+        mask, barriers = self._of_cells(source)
+        is_kept = in_order(_checked_kept(mask, n_cells), order)
         keeps_arc = is_kept[sources] & is_kept[graph.neighbors]
         groups = NO_GROUPS
-        if self.barriers is not None:
+        if barriers is not None:
             refuse_mask(self.barriers, "barriers")
-            if np.ndim(self.barriers) == 2:
-                crosses = _crossed_by(
-                    self.barriers, source, (graph, sources), weld, n_threads, order
-                )
+            if np.ndim(barriers) == 2:
+                crosses = _crossed_by(barriers, source, (graph, sources), weld, n_threads, order)
                 groups = _groups_apart(graph, keeps_arc, keeps_arc & ~crosses, sources)
             else:
-                given = of_cells(self.barriers, source)
-                groups = in_order(_checked_groups(given, n_cells), order)
+                groups = in_order(_checked_groups(barriers, n_cells), order)
                 crosses = groups[sources] != groups[graph.neighbors]
             keeps_arc &= ~crosses
         return KeptCells.of(graph, is_kept, keeps_arc, sources, groups)
+
+    def _of_cells(self, source: Any) -> tuple[Any, Any]:
+        """Return the mask and the barriers with one value per cell, but barriers of edges as given.
+
+        If both have one value per vertex, "not kept" is one more number in the vote of the corners,
+        and wins if all numbers are equally frequent, as the label -1 in `face_labels`.
+        """
+        n_vertices = getattr(source, "n_vertices", None)
+        if np.shape(self.mask) == np.shape(self.barriers) == (n_vertices,) != (source.n_cells,):
+            is_kept = checked_mask(self.mask, n_vertices, "mask")
+            numbers = of_cells(
+                np.where(is_kept, _checked_groups(self.barriers, n_vertices), -1), source
+            )
+            return numbers >= 0, numbers
+        return of_cells(self.mask, source), of_cells(self.barriers, source)
 
 
 @dataclass(frozen=True, eq=False)
