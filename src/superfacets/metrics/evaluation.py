@@ -11,8 +11,16 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..base.checks import checked_classes, checked_number, checked_threads, counted
-from ..base.types import ArcLists, Bools, Floats, Ints
+from ..base.checks import (
+    checked_any_labels,
+    checked_classes,
+    checked_number,
+    checked_threads,
+    counted,
+    ranked_labels,
+)
+from ..base.errors import MeshError
+from ..base.types import ArcLists, Bools, Floats, Ints, Longs
 from ..graph.kinds import as_surface, kind_of
 from ..graph.sums import positive_total
 from ..graph.surface import Surface
@@ -20,6 +28,7 @@ from ..mesh.convert import MeshLike, as_cells
 from ..mesh.faces import AnyMesh, FaceMesh, is_same_mesh, vertex_graph
 from ..mesh.weld import lowest_vertices
 from ..regions.crease_labels import corners_in
+from ..regions.submeshes import part_of
 from .cuts import DEFAULT_TOLERANCE, Cuts, annotated, boundary_agreement_of, cut_discrepancy_of
 from .edges import MeshEdges
 from .overlap import (
@@ -38,6 +47,7 @@ from .overlap import (
 from .shape import compactness_of, explained_variation_of
 
 _WRONG_MESH = "the ground truths were prepared for another mesh: prepare GroundTruths of this mesh"
+_NO_REGION = "labels must contain at least one region, but all labels are -1"
 
 
 @dataclass(frozen=True)
@@ -110,7 +120,8 @@ def evaluate(
     mesh : Mesh, PolygonMesh, TetMesh, PointCloud, mesh-like or cloud-like
         Same as in `segment`.
     labels : array_like of integers, shape (F,)
-        Region of each face, tetrahedron or point, >= 0.
+        Region of each face, tetrahedron or point, >= 0; -1 for cells in no region, which are left
+        out: all metrics are those of the other cells alone.
     ground_truths : array of integers, sequence of array_like of integers, or GroundTruths
         One or several ground truths. A ground truth contains the true segment (>= 0) of each cell,
         or -1 for an unannotated cell. Unannotated cells are ignored in the comparison with this
@@ -126,13 +137,14 @@ def evaluate(
     Returns
     -------
     dict of str to float
-        ``n_regions``, ``n_extra_pieces`` (total number of connected pieces of the regions, minus
-        ``n_regions``), ``compactness`` and ``explained_variation``. With ground truths, the
-        dict also contains the following metrics, which are means over the ground truths:
-        ``undersegmentation_error``, ``achievable_accuracy``, ``achievable_iou``,
+        ``n_regions``, ``n_left_out`` (number of cells that are -1 in the labels or in the ground
+        truth, a mean if there are several), ``n_extra_pieces`` (total number of connected pieces of
+        the regions, minus ``n_regions``), ``compactness`` and ``explained_variation``. With ground
+        truths, the dict also contains the following metrics, which are means over the ground
+        truths: ``undersegmentation_error``, ``achievable_accuracy``, ``achievable_iou``,
         ``boundary_recall``, ``boundary_precision``, ``cut_discrepancy``, ``hamming_distance``,
         ``missing_rate``, ``false_alarm_rate``, ``rand_index``, ``global_consistency_error`` and
-        ``local_consistency_error``. All metrics except the first three are weighted by area or
+        ``local_consistency_error``. All metrics except the first four are weighted by area or
         length, by volume for a `TetMesh`, and for a `PointCloud` by the number of points. Metrics
         do not change if labels are renumbered or if the mesh is scaled. For a `TetMesh` or a
         `PointCloud`, metrics that need normals or border edges are left out.
@@ -142,7 +154,7 @@ def evaluate(
     MeshError
         If the mesh or cloud is not valid.
     ValueError, TypeError
-        If labels are not one integer >= 0 per cell, if a ground truth is not valid (see
+        If labels are not one integer >= -1 per cell, or all -1, if a ground truth is not valid (see
         `GroundTruths`), if all cells have area 0, if `tolerance` is negative, or if `GroundTruths`
         were made for another mesh.
 
@@ -155,6 +167,9 @@ def evaluate(
     """
     tolerance = checked_number(tolerance, "tolerance", zero=True)
     cells: Any = as_cells(mesh)
+    checked = checked_any_labels(labels, cells.n_cells, getattr(cells, "n_vertices", None))
+    if -1 in checked:
+        return _of_part(cells, checked, ground_truths, tolerance=tolerance, weld=weld)
     if not kind_of(cells).has_faces:
         if isinstance(ground_truths, GroundTruths):
             raise ValueError(_WRONG_MESH)
@@ -175,7 +190,7 @@ def evaluate(
         if truth.segments.min() < 0:
             rated = Cuts.of(edges, annotated(regions, truth.segments))
         rows.append(_of_overlap(overlap) | _of_cuts(edges, rated, truth.cuts, tolerance))
-    return values | _means(rows)
+    return values | _left_out([truth.segments for truth in prepared.truths]) | _means(rows)
 
 
 def evaluate_vertices(
@@ -190,7 +205,7 @@ def evaluate_vertices(
     mesh : Mesh, PolygonMesh, TetMesh or mesh-like
         Same as in `segment`. Vertices that belong to no face are ignored.
     vertex_labels : array_like of integers, shape (V,)
-        Region of each vertex, >= 0.
+        Region of each vertex, >= 0; -1 for vertices in no region, which are left out.
     ground_truths : array of integers or sequence of array_like of integers
         Same as in `evaluate`, with one value per vertex.
 
@@ -206,8 +221,8 @@ def evaluate_vertices(
     MeshError
         If the mesh is not valid, or if it is a point cloud.
     ValueError, TypeError
-        If labels are not one integer >= 0 per vertex, if a ground truth is not one integer >= -1
-        per vertex, or if it is -1 at all vertices of faces.
+        If labels or a ground truth are not one integer >= -1 per vertex, or if they are -1 at all
+        vertices of faces.
 
     Examples
     --------
@@ -218,18 +233,20 @@ def evaluate_vertices(
     """
     cells: Any = as_cells(mesh)
     corners, n = corners_in(cells), cells.n_vertices
-    checked = checked_classes(vertex_labels, n, "vertex_labels", "vertex")
-    regions, n_regions = compact_complete(checked, n)
+    regions, names = ranked_labels(checked_classes(vertex_labels, n, "vertex_labels", "vertex"))
     listed = [checked_classes(truth, n, "truth", "vertex") for truth in _listed(ground_truths)]
-    truths = [compact_truth(truth, n) for truth in listed]
     is_used = np.bincount(corners.vertices, minlength=n) > 0
-    n_pieces = _core.find_components(*_arcs_of_vertices(cells, is_used), regions)[1]
-    n_used = len(np.unique(regions[is_used]))
-    n_extra = n_pieces - int((~is_used).sum()) - n_used
-    counts = is_used.astype(np.float64)
-    overlaps = [overlap_of(regions, n_regions, *truth, counts) for truth in truths]
-    values = {"n_regions": n_used, "n_extra_pieces": n_extra}
-    return values | _means([_of_overlap(overlap) for overlap in overlaps])
+    is_rated = is_used & (regions >= 0)
+    if not is_rated.any():
+        raise MeshError(_NO_REGION)
+    pieces = _core.find_components(*_arcs_of_vertices(cells, is_used), regions)[0]
+    n_rated, n_pieces = (len(np.unique(found[is_rated])) for found in (regions, pieces))
+    values = {"n_regions": n_rated, "n_extra_pieces": n_pieces - n_rated}
+    truths = [compact_truth(np.where(is_rated, truth, -1), n) for truth in listed]
+    labeled, counts = np.maximum(regions, 0), is_rated.astype(np.float64)
+    overlaps = [overlap_of(labeled, len(names), *truth, counts) for truth in truths]
+    left_out = _left_out([found[is_used] for found, _ in truths] or [regions[is_used]])
+    return values | left_out | _means([_of_overlap(overlap) for overlap in overlaps])
 
 
 def _arcs_of_vertices(cells: AnyMesh, is_used: Bools) -> ArcLists:
@@ -254,12 +271,31 @@ def _of_volume(
     values = _of_regions(surface, regions, n_regions)
     truths = [compact_truth(truth, surface.n_cells) for truth in _listed(ground_truths)]
     overlaps = [overlap_of(regions, n_regions, *truth, weights) for truth in truths]
-    return values | _means([_of_overlap(overlap) for overlap in overlaps])
+    left_out = _left_out([segments for segments, _ in truths])
+    return values | left_out | _means([_of_overlap(overlap) for overlap in overlaps])
+
+
+def _of_part(cells: Any, labels: Longs, truths: Any, **options: Any) -> dict[str, float]:
+    """Return the metrics of the cells whose label is not -1."""
+    kept = np.flatnonzero(labels != -1)
+    if not len(kept):
+        raise MeshError(_NO_REGION)
+    if isinstance(truths, GroundTruths):
+        truths = [truth.segments for truth in _prepared(cells, truths, True, None).truths]
+    cut = [compact_truth(truth, len(labels))[0][kept] for truth in _listed(truths)]
+    found = evaluate(part_of(cells, kept, 0).mesh, labels[kept], cut, **options)
+    return found | {"n_left_out": found["n_left_out"] + len(labels) - len(kept)}
+
+
+def _left_out(arrays: list[Ints]) -> dict[str, float]:
+    """Return the number of values -1: the mean over `arrays`, or 0 if there are none."""
+    return {"n_left_out": float(np.mean([np.count_nonzero(a < 0) for a in arrays] or [0]))}
 
 
 def _of_regions(surface: Surface, regions: Ints, n_regions: int) -> dict[str, float]:
     return {
         "n_regions": n_regions,
+        "n_left_out": 0,
         "n_extra_pieces": int(surface.components(regions).max()) + 1 - n_regions,
         "compactness": compactness_of(surface, regions, n_regions),
     }

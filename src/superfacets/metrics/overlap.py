@@ -76,7 +76,7 @@ def compact_complete(labels: Any, n_cells: int, n_vertices: int | None = None) -
     Raises a MeshError if a label is negative, because metrics need a region for each cell.
     """
     array = checked_any_labels(labels, n_cells, n_vertices)
-    must = "at least 0, because metrics need a region for each cell"
+    must = "at least 0: superfacets.metrics.evaluate leaves out cells that are -1"
     refuse_first(array < 0, "labels", array, must, MeshError)
     ranks, names = ranked_labels(array)
     return ranks, len(names)

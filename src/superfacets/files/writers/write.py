@@ -18,7 +18,7 @@ from ...graph.kinds import kind_of
 from ...mesh.base import Cells
 from ...mesh.convert import as_cells
 from ...regions.submeshes import Submesh, part_of
-from ...regions.vertices import MIN_IN_FILES
+from ...regions.vertices import MIN_IN_FILES, face_labels
 from ..atomic import StrPath, atomic_outputs, checked_targets, output_folder
 from ..attributes import MeshAttributes, is_image
 from ..formats import FORMATS
@@ -79,7 +79,8 @@ def write_mesh(
         Same as in `segment`. Polygons stay polygons, except in GLB. For a cloud, there is one label
         and one color per point; LAS stores the labels in an extra dimension ``label``.
     labels : array_like of integers, shape (F,), optional
-        Region of each face, 0 or greater; -1 if a face is in no region.
+        Region of each face, 0 or greater; -1 if a face is in no region. Formats with one id or
+        label per vertex, and ``.aggregation.json``, also accept one label per vertex, (V,).
     colors : array_like of uint8, shape (F, 3), optional
         Red, green and blue of each face. If there are labels, the default is the result of
         `face_colors`.
@@ -157,6 +158,15 @@ def _check_truth_stays(paths: Sequence[StrPath], force: bool) -> None:
 
 def _labels_of(cells: Cells, labels: npt.ArrayLike) -> Ints:
     return checked_labels(labels, cells.n_cells, getattr(cells, "n_vertices", None))
+
+
+def _of_cells_and_vertices(cells: Cells, labels: Any) -> tuple[Any, Ints | None]:
+    """Return labels of cells, and the given labels if there is one label per vertex, or None."""
+    n_vertices = getattr(cells, "n_vertices", None)
+    if np.shape(labels) != (n_vertices,) or n_vertices == cells.n_cells:
+        return labels, None
+    of_vertices = checked_labels(labels)
+    return face_labels(cells, of_vertices), of_vertices
 
 
 def write_labels(path: StrPath, labels: npt.ArrayLike, *, force: bool = False) -> None:
@@ -405,6 +415,8 @@ class OutputFiles:
         paths, all_endings, options = [*map(Path, self.files)], self.endings, self.options
         _check_truth_stays(paths, options.force)
         cells = as_cells(mesh)
+        if of_vertices is None and all_endings <= {*FORMATS.unconverted_outputs}:
+            labels, of_vertices = _of_cells_and_vertices(cells, labels)
         cell_labels = None if labels is None else _labels_of(cells, labels)
         file = next((path for path in paths if _ending_of(path) == SEGMENTS), None)
         given = None if segments is None else Segments(*segments)
