@@ -20,7 +20,7 @@ from superfacets.kit import FORMATS, Array, Cells, Ints
 from superfacets_scans import GROUPS, SEGMENTS, LiftedLabels, Overlap, ViewWarning
 
 from . import options as opts
-from .inputs import GivenLabels, given_labels, labels_for, labels_of_cells, read_input
+from .inputs import GivenLabels, given_labels, labels_of_cells, read_input
 from .interrupts import run_in_background
 from .outputs import OneRun, one_output_options
 
@@ -165,15 +165,16 @@ def transfer_command(
     """Transfer labels to another mesh or cloud of the same object.
 
     TARGET must have the same position as IN. Each face or point of TARGET gets the label of the
-    nearest face or point of IN. LABELS is a .npy, .seg or .txt file, or a labeled .ply or .vtp; if
-    IN contains the labels, give IN again.
+    nearest face or point of IN, or of the nearest vertex if LABELS has labels of vertices. LABELS
+    is a file of any label format, such as .npy or .segs.json, or a labeled mesh; if IN contains
+    the labels, give IN again.
     """
     run = OneRun(target, (source, labels), given)
 
     def compute() -> tuple[Cells, MeshAttributes | None, Ints]:
         origin = read_input(str(source), format)
         cells = origin.cells()
-        of_source = labels_for(origin, cells, labels, run.labels_named)
+        of_source = given_labels(origin, cells, labels, run.labels_named).labels
         file = read_input(str(target), target_format)
         goal, attributes = file.cells_and_attributes(keep=run.keeps_attributes)
         run.outputs.check_fit(goal)

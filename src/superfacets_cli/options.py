@@ -53,8 +53,6 @@ class Real(click.FloatRange):
         except ValueError:
             number = math.nan
         if not math.isfinite(number):
-            if param is not None and param.nargs == 3:
-                self.fail(f"three numbers are needed, got {str(value)!r}", param, ctx)
             self.fail(f"{str(value)!r} is not a finite number", param, ctx)
         return float(super().convert(number, param, ctx))
 
@@ -177,6 +175,21 @@ def numbers(
     return tuple(sorted({int(number) for number in wanted}))
 
 
+def _position(
+    ctx: click.Context, parameter: click.Parameter, text: str | None
+) -> tuple[float, ...] | None:
+    """Parse X,Y,Z into three finite numbers (a callback of click)."""
+    if text is None:
+        return None
+    try:
+        position = tuple(map(float, text.split(",")))
+    except ValueError:
+        position = ()
+    if len(position) != 3 or not all(map(math.isfinite, position)):
+        raise click.BadParameter(f"expected X,Y,Z, such as 2,2,1.5, got {text!r}", ctx, parameter)
+    return position
+
+
 def listed(
     ctx: click.Context, parameter: click.Parameter, given: tuple[str, ...]
 ) -> tuple[str, ...]:
@@ -221,9 +234,9 @@ def quiet_option(about: str = "Print only errors.") -> Decorator:
 
 threads_option = option("--threads n_threads", COUNT, "Number of threads.  [default: one per core]")
 viewpoint_option = option(
-    "--viewpoint", Real(),
+    "--viewpoint X,Y,Z", None,
     "Position of the scanner, for point clouds without normals: estimated normals point toward this"
-    " position.", nargs=3, metavar="X Y Z",
+    " position.", callback=_position,
 )  # fmt: skip
 force_option = option(
     "--force", FLAG,

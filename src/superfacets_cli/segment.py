@@ -338,9 +338,8 @@ class _Run:
         if self.options.keywords.get("denoise"):
             typed = "--scans" if self.scans else "--denoise"
         if typed is not None:
-            raise MeshError(
-                f"{read.name_of(job.input)}: {typed} is for meshes, but this is a point cloud"
-            )
+            name = read.name_of(job.input)
+            raise MeshError(f"{name} is a point cloud: leave out {typed}, which is for meshes")
         if self.barrier_angle is not None:
             name = read.name_of(job.input)
             raise MeshError(f"{name}: --barrier-angle needs a mesh: point clouds have no edges")

@@ -101,7 +101,7 @@ def test_what_the_file_does_not_have_is_an_error(folder):
 
 
 def test_a_cloud_is_not_subdivided(folder):
-    assert "--subdivide is for meshes" in run("segment", "cloud.ply", "--subdivide", status=1)
+    assert "leave out --subdivide" in run("segment", "cloud.ply", "--subdivide", status=1)
 
 
 def test_scans_of_an_e57_become_one_cloud(folder):
@@ -157,8 +157,8 @@ def test_info_has_the_digits_of_coordinates_far_from_the_origin(folder):
 @pytest.mark.parametrize(
     ("options", "status", "message"),
     [
-        (["--scans"], 1, "cloud.ply: --scans is for meshes"),
-        (["--viewpoint", 0, 0, "-n", 9], 2, "three numbers are needed, got '-n'"),
+        (["--scans"], 1, "cloud.ply is a point cloud: leave out --scans, which is for meshes"),
+        (["--viewpoint", "0,0"], 2, "expected X,Y,Z, such as 2,2,1.5, got '0,0'"),
         (["--paper", "--balance", 1], 2, "give --paper or --balance, not both"),
     ],
 )

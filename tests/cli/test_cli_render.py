@@ -200,7 +200,7 @@ def test_points_are_colored_by_a_property_and_seen_from_a_viewpoint(run, tmp_pat
         [np.random.default_rng(0).random((9, 3)), np.arange(9) % 3, np.arange(9)]
     )
     np.savetxt(path, rows, delimiter=",", header="x,y,z,label,intensity", comments="")
-    picture = ["render", path, "-o", tmp_path / "a.png", "--viewpoint", 1, 2, 3]
+    picture = ["render", path, "-o", tmp_path / "a.png", "--viewpoint", "1,2,3"]
     assert run(*picture, "--color-by", "intensity")[0] == 0
     assert run(*picture, "--color-by", "normal_z")[0] == 0
     (cells, labels, given), (_, _, other) = drawn
@@ -215,7 +215,7 @@ def test_surfaces_seen_from_behind_are_hidden_on_request(run, sheet, tmp_path, d
     np.savetxt(cloud, np.random.default_rng(0).random((9, 3)))
     for arguments in ((sheet,), (sheet, "--see-inside")):
         assert run("render", *arguments, *to)[0] == 0
-    assert run("render", cloud, "--see-inside", "--viewpoint", 1, 2, 3, *to)[0] == 0
+    assert run("render", cloud, "--see-inside", "--viewpoint", "1,2,3", *to)[0] == 0
     assert [given["see_inside"] for _, _, given in drawn] == [False, True, True]
     status, _, err = run("render", cloud, "--see-inside", *to)
     assert status == 2
@@ -249,7 +249,7 @@ def test_own_colors_are_drawn_without_labels_and_on_request(run, tmp_path, drawn
 
 
 def test_a_mesh_has_no_viewpoint(run, sheet, tmp_path, drawn):
-    status, _, err = run("render", sheet, "-o", tmp_path / "a.png", "--viewpoint", 0, 0, 1)
+    status, _, err = run("render", sheet, "-o", tmp_path / "a.png", "--viewpoint", "0,0,1")
     assert status == 1
     assert "omit viewpoint: it is only for point clouds without normals" in err
     assert not drawn

@@ -27,7 +27,7 @@ from ..mesh.convert import MeshLike, as_mesh
 from ..mesh.faces import FaceMesh, corners_of
 from ..mesh.weld import lowest_vertices
 from .cell_graph import CellGraph, CsrArcs
-from .corner_labels import of_cells
+from .corner_labels import fit_vertices, of_cells
 from .face_graph import FaceGraph, build_face_graph
 from .kinds import kind_of
 from .surface import Surface, arc_measures
@@ -106,8 +106,8 @@ class ConstraintOptions:
         If both have one value per vertex, "not kept" is one more number in the vote of the corners,
         and wins if all numbers are equally frequent, as the label -1 in `face_labels`.
         """
-        n_vertices = getattr(source, "n_vertices", None)
-        if np.shape(self.mask) == np.shape(self.barriers) == (n_vertices,) != (source.n_cells,):
+        if fit_vertices(self.mask, source) and fit_vertices(self.barriers, source):
+            n_vertices = source.n_vertices
             is_kept = checked_mask(self.mask, n_vertices, "mask")
             numbers = of_cells(
                 np.where(is_kept, _checked_groups(self.barriers, n_vertices), -1), source

@@ -13,10 +13,12 @@ from ..base.checks import checked_classes, checked_threads
 from ..base.errors import MismatchWarning
 from ..base.types import Array, Floats, Ints
 from ..graph.cell_graph import CellGraph
+from ..graph.corner_labels import fit_vertices
 from ..graph.kinds import as_known, kind_of
 from ..graph.sums import weighted_majority
 from ..mesh.convert import MeshLike
 from ..mesh.faces import FaceMesh, cut_into_triangles
+from ..mesh.point_cloud import PointCloud
 from ..mesh.queries import checked_distance, query_points
 
 _ROUNDING = 8 * np.finfo(np.float64).eps
@@ -51,8 +53,9 @@ def transfer(
         The labeled cells, as for `segment`. The distance to a face is the distance to its nearest
         point, not to its centroid. The distance to a tetrahedron is 0 inside. The distance to a
         cell of a graph is the distance to its position.
-    labels : array_like of int, shape (N,)
-        Label of each cell, which may be any integer >= 0, or -1 for cells without a label.
+    labels : array_like of int, shape (N,) or (V,)
+        Label of each cell, or of each vertex of a mesh, which is then treated as the cloud of its
+        vertices. Labels may be any integers >= 0, or -1 for no label.
     target : array_like, shape (M, 3), or mesh or cloud like `mesh`
         Points with finite coordinates (M may be 0), or another mesh or cloud of the same object.
         Points, tetrahedra and cells of a graph get the label of the cell nearest to their position
@@ -83,7 +86,8 @@ def transfer(
     MeshError
         If a mesh is not valid, or if points are not finite or do not have shape (M, 3).
     ValueError, TypeError
-        If labels are not one integer >= -1 per cell, or if another parameter is not valid.
+        If labels are not one integer >= -1 per cell or vertex, or if another parameter is not
+        valid.
 
     See Also
     --------
@@ -106,6 +110,8 @@ def transfer(
     threads = checked_threads(n_threads)
     limit = checked_distance(max_distance)
     source = as_known(mesh)
+    if fit_vertices(labels, source):
+        source = PointCloud(source.vertices)
     given = checked_classes(labels, source.n_cells, "labels")
 
     goal = _as_target(target)

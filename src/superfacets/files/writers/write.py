@@ -14,11 +14,12 @@ from ...base.checks import refuse_order
 from ...base.errors import MeshError
 from ...base.lazy import load
 from ...base.types import Ints, Longs
+from ...graph.corner_labels import fit_vertices, of_cells
 from ...graph.kinds import kind_of
 from ...mesh.base import Cells
 from ...mesh.convert import as_cells
 from ...regions.submeshes import Submesh, part_of
-from ...regions.vertices import MIN_IN_FILES, face_labels
+from ...regions.vertices import MIN_IN_FILES
 from ..atomic import StrPath, atomic_outputs, checked_targets, output_folder
 from ..attributes import MeshAttributes, is_image
 from ..formats import FORMATS
@@ -158,15 +159,6 @@ def _check_truth_stays(paths: Sequence[StrPath], force: bool) -> None:
 
 def _labels_of(cells: Cells, labels: npt.ArrayLike) -> Ints:
     return checked_labels(labels, cells.n_cells, getattr(cells, "n_vertices", None))
-
-
-def _of_cells_and_vertices(cells: Cells, labels: Any) -> tuple[Any, Ints | None]:
-    """Return labels of cells, and the given labels if there is one label per vertex, or None."""
-    n_vertices = getattr(cells, "n_vertices", None)
-    if np.shape(labels) != (n_vertices,) or n_vertices == cells.n_cells:
-        return labels, None
-    of_vertices = checked_labels(labels)
-    return face_labels(cells, of_vertices), of_vertices
 
 
 def write_labels(path: StrPath, labels: npt.ArrayLike, *, force: bool = False) -> None:
@@ -415,8 +407,10 @@ class OutputFiles:
         paths, all_endings, options = [*map(Path, self.files)], self.endings, self.options
         _check_truth_stays(paths, options.force)
         cells = as_cells(mesh)
-        if of_vertices is None and all_endings <= {*FORMATS.unconverted_outputs}:
-            labels, of_vertices = _of_cells_and_vertices(cells, labels)
+        stores_given = all_endings <= {*FORMATS.unconverted_outputs}
+        if of_vertices is None and stores_given and fit_vertices(labels, cells):
+            of_vertices = checked_labels(labels)
+            labels = of_cells(of_vertices, cells)
         cell_labels = None if labels is None else _labels_of(cells, labels)
         file = next((path for path in paths if _ending_of(path) == SEGMENTS), None)
         given = None if segments is None else Segments(*segments)
@@ -424,11 +418,11 @@ class OutputFiles:
         if listed is not None:
             of_listed = cells if listed_mesh is None else as_cells(listed_mesh)
             ids = IdWriter(of_listed, checked_labels(listed), options, segments_file=file)
-        of_cells = CellWriter(cells, cell_labels, colors, attributes, options, of_vertices)
+        cell_writer = CellWriter(cells, cell_labels, colors, attributes, options, of_vertices)
         listing = all_endings.difference(FORMATS.cell_outputs)
         ids.checked([*listing])
-        of_cells = of_cells.checked([*all_endings - listing])
-        writers = dict.fromkeys(all_endings, of_cells.write) | dict.fromkeys(listing, ids.write)
+        cell_writer = cell_writer.checked([*all_endings - listing])
+        writers = dict.fromkeys(all_endings, cell_writer.write) | dict.fromkeys(listing, ids.write)
         self._write_with(writers)
         is_unchanged = of_vertices is not None or kind_of(cells).are_points
         if is_unchanged or all_endings.isdisjoint(FORMATS.vertex_outputs):
