@@ -168,9 +168,10 @@ mask_values_option = option(
 )  # fmt: skip
 constraint_options = options(
     option("--mask FILE", FILE,
-           "Label file with one value per face, point or vertex; in .label.gii and .annot files,"
-           " the key or table row. Without --mask-values, cells with value 0 (or False) are left"
-           " out and get label -1. A face has the most frequent value of its vertices."),
+           "Label file with one value per face, point or vertex, as superfacets.read_labels reads"
+           " it. Without --mask-values, cells with value 0 (or False) are left out and get label"
+           " -1, or with value -1 (no area) in .label.gii and .annot files. A face has the most"
+           " frequent value of its vertices."),
     mask_values_option,
     option("--barriers FILE", FILE,
            "Label file with one whole number per face, point or vertex. Cells with different"
@@ -200,6 +201,8 @@ def constraints_of(
     keywords: dict[str, Any] = {}
     if mask is not None:
         of_file = _values_of_cells(mask, source, cells, name)
+        if values is None and mask.name.lower().endswith(FORMATS.key_labels):
+            of_file = of_file + np.int32(1)  # -1 means no area
         keywords["mask"] = source.mask(of_file, values, cells, mask)
     elif values is not None:
         labels = source.integers(cells.n_cells, name)
@@ -210,7 +213,7 @@ def constraints_of(
 
 
 def _values_of_cells(path: Path, source: CellFile, cells: Cells, name: str) -> Ints:
-    """Read one integer per cell: a value, a key, or the class in a work file of the studio.
+    """Read one integer per cell: a value, a label, or the class in a work file of the studio.
 
     Values of vertices are converted: a cell gets the most frequent value of its corners. False is
     0, and True is 1.
@@ -218,5 +221,4 @@ def _values_of_cells(path: Path, source: CellFile, cells: Cells, name: str) -> I
     if is_work(path):
         return classes_in_work(source, path, cells.n_cells)
     given = given_labels(source, cells, path, name, are_values=True)
-    first = int(path.name.lower().endswith(FORMATS.key_labels))  # key of label 0
-    return labels_of_cells(cells, given, is_noted=False) + np.int32(first)
+    return labels_of_cells(cells, given, is_noted=False)

@@ -64,18 +64,17 @@ def segment_mesh(
     vertices take vertices from their neighbors, or are merged with a neighbor if this is not
     possible.
 
-    The number of regions equals the number of segments that the original package finds with the
-    same parameters: in nine scans of rooms it differed by 0 to 2, because the original computes
-    with 32-bit numbers. The original package uses the method of Felzenszwalb and Huttenlocher on the
-    edges of the mesh. The weight of an edge from vertex i to vertex j is 1 - n_i . n_j, where the
-    normal n of a vertex is the mean of the unit normals of its faces. The weight is squared if n_j
-    points forward along the edge, as on a convex surface. At first, each vertex is a segment. In
-    the order of ascending weight, an edge joins the segments at its ends if its weight is at most
-    the threshold of both segments. The threshold of a segment is `kThresh` divided by its number of
-    vertices, plus the weight of the last edge that was used to join it. Then segments with fewer
-    than `segMinVerts` vertices are joined to neighboring segments. Connected components with fewer
-    than `segMinVerts` vertices are not counted, and become additional regions. Vertices at the same
-    position are treated as one vertex.
+    The number of regions is the number of segments of the original package, plus 1 or 2 or minus 1
+    on noisy scans, because the original computes with 32-bit numbers. The original package uses the
+    method of Felzenszwalb and Huttenlocher on the edges of the mesh. The weight of an edge from
+    vertex i to vertex j is 1 - n_i . n_j, where the normal n of a vertex is the mean of the unit
+    normals of its faces. The weight is squared if n_j points forward along the edge, as on a convex
+    surface. In the order of ascending weight, an edge joins the segments at its ends, at first
+    single vertices, if its weight is at most the threshold of both segments: `kThresh` divided by
+    the number of vertices, plus the weight of the last edge that joined the segment. Then segments
+    with fewer than `segMinVerts` vertices are joined to neighboring segments. Components with fewer
+    than `segMinVerts` vertices become additional regions. Vertices at the same position are treated
+    as one vertex.
 
     Parameters
     ----------
