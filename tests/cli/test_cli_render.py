@@ -262,3 +262,11 @@ def test_z_is_up_in_formats_of_surveys(run, tmp_path, drawn, ending):
     _, out, _ = run("render", tmp_path / f"post{ending}", "-o", tmp_path / "a.png")
     assert drawn[0][2]["view"].up == ("z" if ending == ".las" else "auto")
     assert ("guessed" in out) == (ending == ".ply")
+
+
+def test_z_is_up_in_surfaces_of_a_cortex(run, tmp_path, drawn):
+    integers = np.array([3, 1], ">i4").tobytes() + np.eye(3, dtype=">f4").tobytes()
+    surface = b"\xff\xff\xfecreated by\n\n" + integers + np.arange(3, dtype=">i4").tobytes()
+    (tmp_path / "lh.white").write_bytes(surface)
+    status, out, _ = run("render", tmp_path / "lh.white", "-o", tmp_path / "a.png")
+    assert (status, drawn[0][2]["view"].up, "guessed" in out) == (0, "z", False)
