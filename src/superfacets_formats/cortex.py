@@ -16,16 +16,7 @@ from xml.etree.ElementTree import Element, ParseError, fromstring
 import numpy as np
 
 from superfacets import MeshAttributes, MeshError, kit
-from superfacets.kit import (
-    Array,
-    BinaryReader,
-    Content,
-    Lines,
-    StrPath,
-    as_integers,
-    counted,
-    shown,
-)
+from superfacets.kit import Array, BinaryReader, Content, Lines, as_integers, counted, shown
 
 from .grids import as_count
 from .vtk_xml import NUMBER_TYPES
@@ -186,17 +177,10 @@ gifti_value_labels, curve_value_labels = (
 )
 
 
-def label_names(path: StrPath) -> dict[int, str]:
-    """Return the names in the table of a ``.label.gii`` or ``.annot`` file.
+def label_names(path: kit.StrPath) -> dict[int, str]:
+    """Return the names in the table of a ``.label.gii`` or ``.annot`` file, keyed by label.
 
-    The keys are the labels that `read_labels` returns; -1 is no area.
-
-    Raises
-    ------
-    MeshError
-        If the file is damaged or has another format.
-    OSError
-        If the file does not exist or cannot be read.
+    Labels are those of `read_labels`; -1 is no area. Raises a MeshError if the file is damaged.
     """
     path = Path(path)
     ending, data = kit.known_ending(path, kit.FORMATS.key_labels), kit.read_content(path)

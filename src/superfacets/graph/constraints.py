@@ -103,8 +103,7 @@ class ConstraintOptions:
     def _of_cells(self, source: Any) -> tuple[Any, Any]:
         """Return the mask and the barriers with one value per cell, but barriers of edges as given.
 
-        If both have one value per vertex, "not kept" is one more number in the vote of the corners,
-        and wins if all numbers are equally frequent, as the label -1 in `face_labels`.
+        If both have one value per vertex, "not kept" is one more number in the vote of the corners.
         """
         if fit_vertices(self.mask, source) and fit_vertices(self.barriers, source):
             n_vertices = source.n_vertices

@@ -18,8 +18,8 @@ from ..graph.kinds import as_known, kind_of
 from ..graph.sums import weighted_majority
 from ..mesh.convert import MeshLike
 from ..mesh.faces import FaceMesh, cut_into_triangles
+from ..mesh.point_cloud import PointCloud
 from ..mesh.queries import checked_distance, query_points
-from .crease_labels import corners_in
 
 _ROUNDING = 8 * np.finfo(np.float64).eps
 """Upper bound of the rounding error of centroids, relative to the largest absolute coordinate."""
@@ -54,8 +54,8 @@ def transfer(
         point, not to its centroid. The distance to a tetrahedron is 0 inside. The distance to a
         cell of a graph is the distance to its position.
     labels : array_like of int, shape (N,) or (V,)
-        Label of each cell, any integer >= 0, or -1 for cells without a label; or label of each
-        vertex of a mesh, of which a point gets the label of the nearest corner of the nearest cell.
+        Label of each cell, any integer >= 0, or -1 for cells without a label. If there is one label
+        per vertex of a mesh, the mesh is treated as the cloud of its vertices.
     target : array_like, shape (M, 3), or mesh or cloud like `mesh`
         Points with finite coordinates (M may be 0), or another mesh or cloud of the same object.
         Points, tetrahedra and cells of a graph get the label of the cell nearest to their position
@@ -111,8 +111,8 @@ def transfer(
     limit = checked_distance(max_distance)
     source = as_known(mesh)
     are_of_vertices = fit_vertices(labels, source)
-    n_labels = source.n_vertices if are_of_vertices else source.n_cells
-    given = checked_classes(labels, n_labels, "labels")
+    source = PointCloud(source.vertices) if are_of_vertices else source
+    given = checked_classes(labels, source.n_cells, "labels")
 
     goal = _as_target(target)
     limit += _ROUNDING * float(np.abs(source.bounds).max())
@@ -122,25 +122,12 @@ def transfer(
     )
     points: Floats = goal if samples is None else samples.points
     nearest, distances, _ = kind_of(source).nearest(source, points, limit, threads)
-    if max_distance is None and not _are_points(target):
+    if max_distance is None and not are_of_vertices and not _are_points(target):
         _warn_if_far(distances, source.bounds)
-    if are_of_vertices:
-        nearest = _nearest_corners(source, nearest, points)
     found = np.append(given, np.int32(-1))[nearest]  # -1 (no cell) selects the appended label
     if samples is None:
         return found
     return weighted_majority(samples.faces, found, samples.areas, goal.n_faces).winners
-
-
-def _nearest_corners(cells: Any, nearest: Ints, points: Floats) -> Ints:
-    """Return the corner nearest to each point of the cell in `nearest`, or -1 if it is -1."""
-    found, is_near = nearest.copy(), nearest >= 0
-    corners, offsets = corners_in(cells).of(nearest[is_near])
-    rows = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
-    squares = np.square(cells.vertices[corners] - points[is_near][rows]).sum(axis=1)
-    order = np.lexsort((corners, squares, rows))
-    found[is_near] = corners[order[offsets[:-1]]]
-    return found
 
 
 def _warn_if_far(distances: Floats, bounds: Floats) -> None:

@@ -187,10 +187,7 @@ def vertex_ids(cells: Any, labels: npt.NDArray[np.integer[Any]]) -> Longs:
     """
     if kind_of(cells).are_points:
         return labels.astype(np.int64)
-    ranks, names = ranked_labels(labels)
-    threads = checked_threads(None)
-    found = crease_labels(cells, ranks, len(names), threads, least=MIN_IN_FILES)
-    ids = names.astype(np.int64)[found]
-    unused = np.flatnonzero(found < 0)
-    ids[unused] = int(names[-1]) + 1 + np.arange(len(unused))
+    ids = vertex_labels(cells, labels).astype(np.int64)
+    unused = np.flatnonzero(ids < 0)
+    ids[unused] = int(labels.max()) + 1 + np.arange(len(unused))
     return ids
