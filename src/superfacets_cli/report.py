@@ -156,7 +156,8 @@ def notes_on_written(
         notes.append(f"{lost} lost in {files}: all their vertices have labels of other regions")
     if n_small := int(np.count_nonzero((sizes > 0) & (sizes < OutputFiles.MIN_VERTICES))):
         small = f"{counted(n_small, 'region')} with fewer than {OutputFiles.MIN_VERTICES} vertices"
-        notes.append(f"{small} in {files}: no neighbor has vertices to spare")
+        note = "no neighbor has vertices to spare, and regions are not merged"
+        notes.append(f"{small} in {files}: {note}")
     if attributes is None:
         return notes
     if attributes.left_out:
