@@ -41,7 +41,7 @@ def of_cells(values: Any, cells: Any) -> Any:
 def fit_vertices(values: Any, cells: Any) -> bool:
     """Return whether there is one value per vertex and not one per cell, as in `of_cells`."""
     n_vertices = getattr(cells, "n_vertices", None)  # point clouds have no vertices
-    return np.shape(values) == (n_vertices,) and n_vertices != cells.n_cells
+    return bool(np.shape(values) == (n_vertices,) != (cells.n_cells,))
 
 
 def are_of_vertices(labels: Sized, cells: Any) -> bool:

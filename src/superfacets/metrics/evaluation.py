@@ -277,7 +277,7 @@ def _of_volume(
 
 def _of_part(cells: Any, labels: Longs, truths: Any, **options: Any) -> dict[str, float]:
     """Return the metrics of the cells whose label is not -1."""
-    kept = np.flatnonzero(labels != -1)
+    kept = np.flatnonzero(labels != -1).astype(np.int32)
     if not len(kept):
         raise MeshError(_NO_REGION)
     if isinstance(truths, GroundTruths):
@@ -289,7 +289,7 @@ def _of_part(cells: Any, labels: Longs, truths: Any, **options: Any) -> dict[str
 
 def _left_out(arrays: list[Ints]) -> dict[str, float]:
     """Return the number of values -1: the mean over `arrays`, or 0 if there are none."""
-    return {"n_left_out": float(np.mean([np.count_nonzero(a < 0) for a in arrays] or [0]))}
+    return {"n_left_out": sum(np.count_nonzero(a < 0) for a in arrays) / max(len(arrays), 1)}
 
 
 def _of_regions(surface: Surface, regions: Ints, n_regions: int) -> dict[str, float]:
