@@ -364,9 +364,13 @@ def test_cells_in_no_region_are_no_region():
         with pytest.raises(MeshError, match="labels" + message):
             compare(mesh, hole, labels)
     for cells, n in ((mesh, 4), (tets, 2)):
-        with pytest.raises(MeshError, match="at least one region, but all labels are -1"):
+        with pytest.raises(
+            MeshError, match="labels must be 0 or greater for at least one cell, but all are -1"
+        ):
             evaluate(cells, [-1] * n)
-    with pytest.raises(MeshError, match="at least one region, but all labels are -1"):
+    with pytest.raises(
+        MeshError, match="labels must be 0 or greater for at least one cell, but all are -1"
+    ):
         evaluate_vertices(mesh, [-1] * 6)
 
 
@@ -424,13 +428,13 @@ def test_a_truth_without_annotation_is_refused():
     for compare in (boundary_agreement, cut_discrepancy, undersegmentation_error):
         with pytest.raises(
             MeshError,
-            match="truth must have a segment for at least one cell, but all values are -1",
+            match="truth must be 0 or greater for at least one cell, but all are -1",
         ):
             compare(mesh, [0] * 4, [-1] * 4)
         with pytest.raises(MeshError, match=r"truth\[1\] must be at least -1, got -2"):
             compare(mesh, [0] * 4, [0, -2, 0, 0])
     with pytest.raises(
-        MeshError, match="truth must have a segment for at least one cell, but all values are -1"
+        MeshError, match="truth must be 0 or greater for at least one cell, but all are -1"
     ):
         evaluate(tets, [0], [[-1]])
     with pytest.raises(

@@ -105,14 +105,13 @@ class ConstraintOptions:
 
         If both have one value per vertex, "not kept" is one more number in the vote of the corners.
         """
-        if fit_vertices(self.mask, source) and fit_vertices(self.barriers, source):
-            n_vertices = source.n_vertices
-            is_kept = checked_mask(self.mask, n_vertices, "mask")
-            numbers = of_cells(
-                np.where(is_kept, _checked_groups(self.barriers, n_vertices), -1), source
-            )
-            return numbers >= 0, numbers
-        return of_cells(self.mask, source), of_cells(self.barriers, source)
+        mask, barriers = self.mask, self.barriers
+        if fit_vertices(mask, source) and fit_vertices(barriers, source):
+            is_kept = checked_mask(mask, source.n_vertices, "mask")
+            numbers = np.where(is_kept, _checked_groups(barriers, source.n_vertices), -1)
+            barriers = of_cells(numbers, source)
+            mask = barriers >= 0
+        return of_cells(mask, source), of_cells(barriers, source)
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,16 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..base.checks import (
-    checked_any_labels,
-    checked_classes,
-    checked_number,
-    checked_threads,
-    counted,
-    ranked_labels,
-)
-from ..base.errors import MeshError
-from ..base.types import ArcLists, Bools, Floats, Ints, Longs
+from ..base.checks import checked_classes, checked_number, checked_threads, counted
+from ..base.types import ArcLists, Bools, Floats, Ints
 from ..graph.kinds import as_surface, kind_of
 from ..graph.sums import positive_total
 from ..graph.surface import Surface
@@ -35,7 +27,7 @@ from .overlap import (
     Overlap,
     achievable_accuracy,
     achievable_iou,
-    compact_complete,
+    compact_labels,
     compact_truth,
     consistency_error,
     hamming_distance,
@@ -47,7 +39,6 @@ from .overlap import (
 from .shape import compactness_of, explained_variation_of
 
 _WRONG_MESH = "the ground truths were prepared for another mesh: prepare GroundTruths of this mesh"
-_NO_REGION = "labels must contain at least one region, but all labels are -1"
 
 
 @dataclass(frozen=True)
@@ -167,17 +158,18 @@ def evaluate(
     """
     tolerance = checked_number(tolerance, "tolerance", zero=True)
     cells: Any = as_cells(mesh)
-    checked = checked_any_labels(labels, cells.n_cells, getattr(cells, "n_vertices", None))
-    if -1 in checked:
-        return _of_part(cells, checked, ground_truths, tolerance=tolerance, weld=weld)
+    regions, n_regions = compact_labels(labels, cells.n_cells, getattr(cells, "n_vertices", None))
+    if regions.min() < 0:
+        return _of_part(cells, regions, ground_truths, tolerance=tolerance, weld=weld)
     if not kind_of(cells).has_faces:
         if isinstance(ground_truths, GroundTruths):
             raise ValueError(_WRONG_MESH)
         surface = as_surface(cells, weld=weld, n_threads=n_threads)
-        return _of_volume(surface, weights_of_cells(cells), labels, ground_truths)
+        values = _of_regions(surface, regions, n_regions)
+        truths = [compact_truth(truth, surface.n_cells) for truth in _listed(ground_truths)]
+        return values | _of_overlaps(regions, n_regions, truths, weights_of_cells(cells))
     prepared = _prepared(cells, ground_truths, weld, n_threads)
     edges, surface = prepared.edges, prepared.edges.surface
-    regions, n_regions = compact_complete(labels, surface.n_cells, edges.mesh.n_vertices)
     values = _of_regions(surface, regions, n_regions)
     values["explained_variation"] = explained_variation_of(surface, regions, n_regions)
     if not prepared.truths:
@@ -233,20 +225,18 @@ def evaluate_vertices(
     """
     cells: Any = as_cells(mesh)
     corners, n = corners_in(cells), cells.n_vertices
-    regions, names = ranked_labels(checked_classes(vertex_labels, n, "vertex_labels", "vertex"))
-    listed = [checked_classes(truth, n, "truth", "vertex") for truth in _listed(ground_truths)]
     is_used = np.bincount(corners.vertices, minlength=n) > 0
-    is_rated = is_used & (regions >= 0)
-    if not is_rated.any():
-        raise MeshError(_NO_REGION)
-    pieces = _core.find_components(*_arcs_of_vertices(cells, is_used), regions)[0]
-    n_rated, n_pieces = (len(np.unique(found[is_rated])) for found in (regions, pieces))
-    values = {"n_regions": n_rated, "n_extra_pieces": n_pieces - n_rated}
+    given = checked_classes(vertex_labels, n, "vertex_labels", "vertex")
+    regions, n_regions = compact_labels(np.where(is_used, given, -1), n)
+    is_rated = regions >= 0
+    listed = [checked_classes(truth, n, "truth", "vertex") for truth in _listed(ground_truths)]
     truths = [compact_truth(np.where(is_rated, truth, -1), n) for truth in listed]
-    labeled, counts = np.maximum(regions, 0), is_rated.astype(np.float64)
-    overlaps = [overlap_of(labeled, len(names), *truth, counts) for truth in truths]
-    left_out = _left_out([found[is_used] for found, _ in truths] or [regions[is_used]])
-    return values | left_out | _means([_of_overlap(overlap) for overlap in overlaps])
+    pieces = _core.find_components(*_arcs_of_vertices(cells, is_used), regions)[0]
+    n_extra = len(np.unique(pieces[is_rated])) - n_regions
+    values = {"n_regions": n_regions, "n_extra_pieces": n_extra} | _left_out([regions[is_used]])
+    used = [(segments[is_used], n_segments) for segments, n_segments in truths]
+    of_used = np.maximum(regions[is_used], 0)
+    return values | _of_overlaps(of_used, n_regions, used, np.ones(len(of_used)))
 
 
 def _arcs_of_vertices(cells: AnyMesh, is_used: Bools) -> ArcLists:
@@ -262,24 +252,18 @@ def _arcs_of_vertices(cells: AnyMesh, is_used: Bools) -> ArcLists:
     return offsets, ends[np.argsort(starts, kind="stable")].astype(np.int32)
 
 
-def _of_volume(
-    surface: Surface, weights: Floats, labels: npt.ArrayLike,
-    ground_truths: npt.NDArray[np.integer] | Sequence[npt.ArrayLike],
-) -> dict[str, float]:  # fmt: skip
-    """Return the metrics that need no normals or border edges, for tetrahedra or points."""
-    regions, n_regions = compact_complete(labels, surface.n_cells)
-    values = _of_regions(surface, regions, n_regions)
-    truths = [compact_truth(truth, surface.n_cells) for truth in _listed(ground_truths)]
+def _of_overlaps(
+    regions: Ints, n_regions: int, truths: list[tuple[Ints, int]], weights: Floats
+) -> dict[str, float]:
+    """Return the metrics of overlaps, and the number of unannotated cells: means over `truths`."""
     overlaps = [overlap_of(regions, n_regions, *truth, weights) for truth in truths]
-    left_out = _left_out([segments for segments, _ in truths])
-    return values | left_out | _means([_of_overlap(overlap) for overlap in overlaps])
+    left_out = _left_out([segments for segments, _ in truths]) if truths else {}
+    return left_out | _means([_of_overlap(overlap) for overlap in overlaps])
 
 
-def _of_part(cells: Any, labels: Longs, truths: Any, **options: Any) -> dict[str, float]:
+def _of_part(cells: Any, labels: Ints, truths: Any, **options: Any) -> dict[str, float]:
     """Return the metrics of the cells whose label is not -1."""
-    kept = np.flatnonzero(labels != -1).astype(np.int32)
-    if not len(kept):
-        raise MeshError(_NO_REGION)
+    kept = np.flatnonzero(labels >= 0).astype(np.int32)
     if isinstance(truths, GroundTruths):
         truths = [truth.segments for truth in _prepared(cells, truths, True, None).truths]
     cut = [compact_truth(truth, len(labels))[0][kept] for truth in _listed(truths)]
