@@ -181,11 +181,8 @@ def _position(
     """Parse X,Y,Z into three finite numbers (a callback of click)."""
     if text is None:
         return None
-    try:
-        position = tuple(map(float, text.split(",")))
-    except ValueError:
-        position = ()
-    if len(position) != 3 or not all(map(math.isfinite, position)):
+    position = tuple(Real().convert(number, parameter, ctx) for number in text.split(","))
+    if len(position) != 3:
         raise click.BadParameter(f"expected X,Y,Z, such as 2,2,1.5, got {text!r}", ctx, parameter)
     return position
 
