@@ -85,8 +85,14 @@ class ConstraintOptions:
         if not self.is_used:
             return None
         n_cells, sources = graph.n_cells, graph.sources
-        mask, barriers = self._of_cells(source)
-        is_kept = in_order(_checked_kept(mask, n_cells), order)
+        mask, barriers = self.mask, self.barriers
+        if fit_vertices(mask, source) and fit_vertices(barriers, source):
+            # "Not kept" is one more number in the vote of the corners, so that both agree.
+            votes = _checked_groups(barriers, np.size(barriers))
+            votes[~checked_mask(mask, len(votes), "mask")] = -1
+            barriers = of_cells(votes, source)
+            mask = barriers >= 0
+        is_kept = in_order(_checked_kept(of_cells(mask, source), n_cells), order)
         keeps_arc = is_kept[sources] & is_kept[graph.neighbors]
         groups = NO_GROUPS
         if barriers is not None:
@@ -95,23 +101,10 @@ class ConstraintOptions:
                 crosses = _crossed_by(barriers, source, (graph, sources), weld, n_threads, order)
                 groups = _groups_apart(graph, keeps_arc, keeps_arc & ~crosses, sources)
             else:
-                groups = in_order(_checked_groups(barriers, n_cells), order)
+                groups = in_order(_checked_groups(of_cells(barriers, source), n_cells), order)
                 crosses = groups[sources] != groups[graph.neighbors]
             keeps_arc &= ~crosses
         return KeptCells.of(graph, is_kept, keeps_arc, sources, groups)
-
-    def _of_cells(self, source: Any) -> tuple[Any, Any]:
-        """Return the mask and the barriers with one value per cell, but barriers of edges as given.
-
-        If both have one value per vertex, "not kept" is one more number in the vote of the corners.
-        """
-        mask, barriers = self.mask, self.barriers
-        if fit_vertices(mask, source) and fit_vertices(barriers, source):
-            is_kept = checked_mask(mask, source.n_vertices, "mask")
-            numbers = np.where(is_kept, _checked_groups(barriers, source.n_vertices), -1)
-            barriers = of_cells(numbers, source)
-            mask = barriers >= 0
-        return of_cells(mask, source), of_cells(barriers, source)
 
 
 @dataclass(frozen=True, eq=False)

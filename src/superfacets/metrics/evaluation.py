@@ -28,7 +28,6 @@ from .overlap import (
     achievable_accuracy,
     achievable_iou,
     compact_labels,
-    compact_truth,
     consistency_error,
     hamming_distance,
     overlap_of,
@@ -85,7 +84,7 @@ class GroundTruths:
         self.edges = MeshEdges.of(mesh, weld=weld, n_threads=n_threads)
         positive_total(self.edges.areas)
         sizes = (self.edges.mesh.n_faces, self.edges.mesh.n_vertices)
-        compact = [compact_truth(truth, *sizes) for truth in _listed(truths)]
+        compact = [compact_labels(truth, *sizes, "truth") for truth in _listed(truths)]
         self.truths = [_Truth(*labels, Cuts.of(self.edges, labels[0])) for labels in compact]
 
     def __len__(self) -> int:
@@ -166,7 +165,9 @@ def evaluate(
             raise ValueError(_WRONG_MESH)
         surface = as_surface(cells, weld=weld, n_threads=n_threads)
         values = _of_regions(surface, regions, n_regions)
-        truths = [compact_truth(truth, surface.n_cells) for truth in _listed(ground_truths)]
+        truths = [
+            compact_labels(truth, surface.n_cells, name="truth") for truth in _listed(ground_truths)
+        ]
         return values | _of_overlaps(regions, n_regions, truths, weights_of_cells(cells))
     prepared = _prepared(cells, ground_truths, weld, n_threads)
     edges, surface = prepared.edges, prepared.edges.surface
@@ -230,7 +231,7 @@ def evaluate_vertices(
     regions, n_regions = compact_labels(np.where(is_used, given, -1), n)
     is_rated = regions >= 0
     listed = [checked_classes(truth, n, "truth", "vertex") for truth in _listed(ground_truths)]
-    truths = [compact_truth(np.where(is_rated, truth, -1), n) for truth in listed]
+    truths = [compact_labels(np.where(is_rated, truth, -1), n, name="truth") for truth in listed]
     pieces = _core.find_components(*_arcs_of_vertices(cells, is_used), regions)[0]
     n_extra = len(np.unique(pieces[is_rated])) - n_regions
     values = {"n_regions": n_regions, "n_extra_pieces": n_extra} | _left_out([regions[is_used]])
@@ -266,7 +267,7 @@ def _of_part(cells: Any, labels: Ints, truths: Any, **options: Any) -> dict[str,
     kept = np.flatnonzero(labels >= 0).astype(np.int32)
     if isinstance(truths, GroundTruths):
         truths = [truth.segments for truth in _prepared(cells, truths, True, None).truths]
-    cut = [compact_truth(truth, len(labels))[0][kept] for truth in _listed(truths)]
+    cut = [compact_labels(truth, len(labels), name="truth")[0][kept] for truth in _listed(truths)]
     found = evaluate(part_of(cells, kept, 0).mesh, labels[kept], cut, **options)
     return found | {"n_left_out": found["n_left_out"] + len(labels) - len(kept)}
 
