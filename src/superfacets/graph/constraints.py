@@ -88,6 +88,7 @@ class ConstraintOptions:
         mask, barriers = self.mask, self.barriers
         if fit_vertices(mask, source) and fit_vertices(barriers, source):
             # "Not kept" is one more number in the vote of the corners, so that both agree.
+            refuse_mask(mask, "mask")
             votes = _checked_groups(barriers, np.size(barriers))
             votes[~checked_mask(mask, len(votes), "mask")] = -1
             barriers = of_cells(votes, source)
