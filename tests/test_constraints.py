@@ -576,3 +576,13 @@ def test_masks_and_barriers_of_vertices_are_those_of_the_majority_of_corners():
     assert np.array_equal(superfacets.segment(mesh, 20, barriers=of_vertices).labels, expected)
     with pytest.raises(ValueError, match="mask must have shape"):
         superfacets.segment(mesh, 20, mask=of_vertices[1:])
+
+
+def test_a_mask_and_barriers_of_vertices_keep_the_faces_of_the_same_labels():
+    mesh = superfacets.sample_mesh(3_000)
+    areas = np.random.default_rng(0).integers(-1, 3, mesh.n_vertices)  # many ties of three
+    of_faces = superfacets.face_labels(mesh, areas)
+    found = run(mesh, 300, mask=areas >= 0, barriers=areas).labels
+    assert np.array_equal(found >= 0, of_faces >= 0)
+    expected = run(mesh, 300, mask=of_faces >= 0, barriers=of_faces).labels
+    assert np.array_equal(found, expected)

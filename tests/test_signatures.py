@@ -108,6 +108,19 @@ WRONG = {
 }  # fmt: skip
 
 
+def test_results_of_other_functions_are_named_by_their_class():
+    result = sf.segment(SHEET, 2)
+    merged = sf.merge_small_regions(SHEET, result.labels, 0)
+    for given in (result.regions, merged, sf.hierarchy(SHEET, [2]), sf.MeshAttributes()):
+        name = type(given).__name__
+        with pytest.raises(TypeError, match=f"^expected a mesh, got {name}$"):
+            sf.hierarchy(given, [1])
+        with pytest.raises(TypeError, match=f"^expected labels, got {name}$"):
+            sf.region_graph(SHEET, given)
+        with pytest.raises(TypeError, match=f"^expected a path, got {name}$"):
+            sf.write_mesh(given, SHEET)
+
+
 @pytest.mark.parametrize("case", WRONG)
 def test_arguments_in_the_wrong_order_are_named(case):
     call, words = WRONG[case]

@@ -159,8 +159,10 @@ mask_values_option = option(
 )  # fmt: skip
 constraint_options = options(
     option("--mask FILE", FILE,
-           "Label file with one value per face, point or vertex. Cells with value 0 (or False), or"
-           " with none of --mask-values, are left out and get label -1."),
+           "Label file with one value per face, point or vertex, as superfacets.read_labels reads"
+           " it. Without --mask-values, cells with value 0 (or False) are left out and get label"
+           " -1, or with value -1 (no area) in .label.gii and .annot files. A face has the most"
+           " frequent value of its vertices."),
     mask_values_option,
     option("--barriers FILE", FILE,
            "Label file with one whole number per face, point or vertex. Cells with different"
@@ -192,6 +194,8 @@ def constraints_of(given: Mapping[str, Any], source: CellFile, cells: Cells) -> 
             if mask is None
             else _values_of_cells(mask, source, cells, name)
         )
+        if mask is not None and values is None and mask.name.lower().endswith(FORMATS.key_labels):
+            of_cells = of_cells + np.int32(1)  # -1 means no area
         keywords["mask"] = source.mask(of_cells, values, cells, mask)
     if given["barriers"] is not None:
         keywords["barriers"] = _values_of_cells(given["barriers"], source, cells, name)
@@ -205,7 +209,7 @@ def likely_labels(constraints: Mapping[str, Any]) -> Ints | None:
 
 
 def _values_of_cells(path: Path, source: CellFile, cells: Cells, name: str) -> Ints:
-    """Read one integer per cell: a value, a key, or the class in a work file of the studio.
+    """Read one integer per cell: a value, a label, or the class in a work file of the studio.
 
     Values of vertices are converted: a cell gets the most frequent value of its corners. False is
     0, and True is 1.
@@ -213,5 +217,4 @@ def _values_of_cells(path: Path, source: CellFile, cells: Cells, name: str) -> I
     if path.suffix.lower() == ".jsonl":
         return _classes_in_work(source, path, cells.n_cells)
     given = given_labels(source, cells, path, name, are_values=True)
-    first = int(path.name.lower().endswith(FORMATS.key_labels))  # key of label 0
-    return labels_of_cells(cells, given, is_noted=False) + np.int32(first)
+    return labels_of_cells(cells, given, is_noted=False)

@@ -149,15 +149,16 @@ def transfer_command(
     """Transfer labels to another mesh or cloud of the same object.
 
     TARGET must have the same position as IN. Each face or point of TARGET gets the label of the
-    nearest face or point of IN. LABELS is a .npy, .seg or .txt file, or a labeled .ply or .vtp; if
-    IN contains the labels, give IN again.
+    nearest face or point of IN, or of the nearest vertex if LABELS has labels of vertices. LABELS
+    is a file of any label format, such as .npy or .segs.json, or a labeled mesh; if IN contains
+    the labels, give IN again.
     """
     job = one_job(target, given, (source, labels))
 
     def compute() -> tuple[Cells, MeshAttributes | None, Ints]:
         origin = read_input(str(source), given["format"])
         cells = origin.cells()
-        of_source = labels_for(origin, cells, labels, given["labels_named"])
+        of_source = given_labels(origin, cells, labels, given["labels_named"]).labels
         file = read_input(str(target), given["target_format"])
         goal, attributes = file.cells_and_attributes(keep=job.keeps_attributes)
         job.outputs.check_fit(goal)

@@ -208,9 +208,9 @@ def quiet_option(about: str = "Print only errors.") -> Decorator:
 
 threads_option = option("--threads n_threads", COUNT, "Number of threads.  [default: one per core]")
 viewpoint_option = option(
-    "--viewpoint", Real(),
+    "--viewpoint X,Y,Z", Listed(Real()),
     "Position of the scanner, for point clouds without normals: estimated normals point toward this"
-    " position.", nargs=3, metavar="X Y Z",
+    " position.",
 )  # fmt: skip
 force_option = option(
     "--force", FLAG,

@@ -54,8 +54,9 @@ def regions_command(
     """Measure regions: areas, shapes, neighbors.
 
     IN may be a point cloud, or - for standard input. The table has one row per region with area,
-    perimeter, centroid, normal, shape, neighbors and more. LABELS is a .npy, .seg or .txt file, or
-    a labeled mesh or point cloud. If LABELS is not given, the labels in IN are used.
+    perimeter, centroid, normal, shape, neighbors and more. LABELS is a file of any label format,
+    such as .npy or .segs.json, or a labeled mesh or point cloud. If LABELS is not given, the labels
+    in IN are used.
     """
     output = None if str(output) == opts.STANDARD_STREAM else output
     allowed = ((output, TABLE_ENDINGS), (arcs, TABLE_ENDINGS), (borders, LINE_ENDINGS))

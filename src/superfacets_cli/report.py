@@ -106,7 +106,9 @@ def _notes_on_sizes(files: str, sizes: Longs) -> list[str]:
         notes.append(f"{lost} lost in {files}: all their vertices have labels of other regions")
     if n_small := int(np.count_nonzero((sizes > 0) & (sizes < least))):
         small = f"{counted(n_small, 'region')} with fewer than {least} vertices"
-        notes.append(f"{small} in {files}: no neighbor has vertices to spare")
+        notes.append(
+            f"{small} in {files}: no neighbor has vertices to spare, and regions are not merged"
+        )
     return notes
 
 

@@ -177,11 +177,34 @@ gifti_value_labels, curve_value_labels = (
 )
 
 
+def label_names(path: kit.StrPath) -> dict[int, str]:
+    """Return the names in the table of a ``.label.gii`` or ``.annot`` file, keyed by label.
+
+    Labels are those of `read_labels`; -1 is no area. Raises a MeshError if the file is damaged.
+    """
+    path = Path(path)
+    ending, data = kit.known_ending(path, kit.FORMATS.key_labels), kit.read_content(path)
+    with kit.named_errors(path):
+        if ending == ".annot":
+            names = _annot_tables(BinaryReader(data, ">"))[2]
+        else:
+            rows = _parsed(data).iterfind("LabelTable/Label")
+            names = {as_count(row.get("Key", ""), "Key"): row.text or "" for row in rows}
+    return {max(key, 0) - 1: name for key, name in sorted(names.items())}
+
+
 def annot_labels(data: Content, name: str = "") -> Array:
     """Return the label of each vertex: its row in the color table minus 1; -1 means no region."""
-    reader = BinaryReader(data, ">")
-    pairs = reader.numbers(2 * reader.take("i")[0], "i4").reshape(-1, 2)  # vertex and color
-    rows = {0: 0}  # row of each color
+    pairs, rows, _ = _annot_tables(BinaryReader(data, ">"))
+    colors, places = np.unique(pairs[:, 1], return_inverse=True)
+    found = np.array([rows.get(color, 0) for color in colors.tolist()], np.int64)
+    return np.maximum(found, 0)[places.ravel()] - 1
+
+
+def _annot_tables(reader: BinaryReader) -> tuple[Array, dict[int, int], dict[int, str]]:
+    """Return vertices and their colors, (V, 2), the row of each color, and the name of each row."""
+    pairs = reader.numbers(2 * reader.take("i")[0], "i4").reshape(-1, 2)
+    rows, names = {0: 0}, dict[int, str]()
     has_table, n_rows = reader.take("2i")
     if is_sparse := n_rows < 0:  # rows are numbered; in older files they are consecutive
         reader.take("i")  # one above the highest number
@@ -192,9 +215,8 @@ def annot_labels(data: Content, name: str = "") -> Array:
         raise MeshError("the FreeSurfer file has no color table")
     for row in range(n_rows):
         (number,) = reader.take("i") if is_sparse else (row,)
-        reader.skip(reader.take("i")[0])  # name of the region
+        name = reader.numbers(reader.take("i")[0], "u1").tobytes()
+        names.setdefault(number, name.rstrip(b"\0").decode("utf-8", "replace"))
         red, green, blue, _ = reader.take("4i")
         rows.setdefault(red | green << 8 | blue << 16, number)
-    colors, places = np.unique(pairs[:, 1], return_inverse=True)
-    found = np.array([rows.get(color, 0) for color in colors.tolist()], np.int64)
-    return np.maximum(found, 0)[places.ravel()] - 1
+    return pairs, rows, names

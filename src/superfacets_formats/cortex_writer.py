@@ -17,6 +17,9 @@ from .cortex import STRUCTURE
 _UNKNOWN = (25, 5, 25)
 """Color of vertices in no region, as in FreeSurfer."""
 
+_MOST_ROWS = 1 << 16
+"""Maximum number of rows with gaps, which take 0.3 s to write."""
+
 _GIFTI = """\
 <?xml version="1.0" encoding="UTF-8"?>
 <!DOCTYPE GIFTI SYSTEM "http://www.nitrc.org/frs/download.php/115/gifti.dtd">
@@ -74,17 +77,21 @@ def _write_gifti(
 
 
 def _write_annot(file: IO[bytes], labels: Array, regions: Array, colors: Bytes) -> None:
-    """Write an annotation file. Its color table has a row for no region, and a row per region."""
+    """Write an annotation file. Row 0 of its color table is no region, row i + 1 is region i."""
+    # nibabel lists the names without their rows, so gaps have rows, too.
+    highest = int(labels.max())
+    rows = np.arange(highest + 1) if highest < _MOST_ROWS else regions
+    colors = colors[np.searchsorted(regions, rows) % max(len(colors), 1)]
     # The colors of regions must differ, because the file stores the region of a vertex as a color.
     table = np.array([_UNKNOWN, *_distinct(colors)], np.int64)
     packed = table @ [1, 1 << 8, 1 << 16]
-    places = np.where(labels < 0, 0, np.searchsorted(regions, labels) + 1)
+    places = np.where(labels < 0, 0, np.searchsorted(rows, labels) + 1)
     pairs = np.stack([np.arange(len(labels)), packed[places]], axis=1)
-    names = ["unknown", *(f"region_{region}" for region in regions.tolist())]
     file.write(_integers(len(labels)) + pairs.astype(">i4").tobytes())
-    file.write(_integers(1, -2, len(names)) + _text("superfacets") + _integers(len(names)))
-    for row, (name, color) in enumerate(zip(names, table.tolist(), strict=True)):
-        file.write(_integers(row) + _text(name) + _integers(*color, 0))
+    file.write(_integers(1, -2, highest + 2) + _text("superfacets") + _integers(len(table)))
+    for row, color in zip((-1, *rows.tolist()), table.tolist(), strict=True):
+        name = "unknown" if row < 0 else f"region_{row}"
+        file.write(_integers(row + 1) + _text(name) + _integers(*color, 0))
 
 
 def _distinct(colors: Bytes) -> Iterator[tuple[int, ...]]:

@@ -6,8 +6,8 @@ To use this module instead, change the import line to
 
     from superfacets import segmentator
 
-The number of regions is about the same as with the original package. Regions are connected and
-compact, and their borders follow creases.
+Regions are connected and compact, and their borders follow creases. Their number is the number of
+segments of the original package, up to the rounding errors of its 32-bit numbers.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from superfacets import (
     Mesh,
     MeshError,
     PointCloud,
+    hierarchy,
     segment,
     segment_graph,
     vertex_labels,
@@ -63,17 +64,17 @@ def segment_mesh(
     vertices take vertices from their neighbors, or are merged with a neighbor if this is not
     possible.
 
-    The number of regions equals the number of segments that the original package finds with the
-    same parameters. The original package uses the method of Felzenszwalb and Huttenlocher on the
-    edges of the mesh. The weight of an edge from vertex i to vertex j is 1 - n_i . n_j, where the
-    normal n of a vertex is the mean of the unit normals of its faces. The weight is squared if n_j
-    points forward along the edge, as on a convex surface. At first, each vertex is a segment. In
-    the order of ascending weight, an edge joins the segments at its ends if its weight is at most
-    the threshold of both segments. The threshold of a segment is `kThresh` divided by its number of
-    vertices, plus the weight of the last edge that was used to join it. Then segments with fewer
-    than `segMinVerts` vertices are joined to neighboring segments. Connected components with fewer
-    than `segMinVerts` vertices are not counted, and become additional regions. Vertices at the same
-    position are treated as one vertex.
+    The number of regions is the number of segments of the original package, plus 1 or 2 or minus 1
+    on noisy scans, because the original computes with 32-bit numbers. The original package uses the
+    method of Felzenszwalb and Huttenlocher on the edges of the mesh. The weight of an edge from
+    vertex i to vertex j is 1 - n_i . n_j, where the normal n of a vertex is the mean of the unit
+    normals of its faces. The weight is squared if n_j points forward along the edge, as on a convex
+    surface. In the order of ascending weight, an edge joins the segments at its ends, at first
+    single vertices, if its weight is at most the threshold of both segments: `kThresh` divided by
+    the number of vertices, plus the weight of the last edge that joined the segment. Then segments
+    with fewer than `segMinVerts` vertices are joined to neighboring segments. Components with fewer
+    than `segMinVerts` vertices become additional regions. Vertices at the same position are treated
+    as one vertex.
 
     Parameters
     ----------
@@ -87,8 +88,9 @@ def segment_mesh(
         Minimum number of vertices of a region, >= 1, except for smaller components and vertices
         without faces.
     n_segments : int, optional
-        Number of regions. By default, it is computed from `kThresh` and `segMinVerts`. If you pass
-        a number, small regions can still take vertices from their neighbors, but are not merged.
+        Number of regions, besides components without a seed. By default, it is computed from
+        `kThresh` and `segMinVerts`, and includes these components. If you pass a number, small
+        regions can still take vertices from their neighbors, but are not merged.
 
     Returns
     -------
@@ -137,6 +139,12 @@ def segment_mesh(
     labels = vertex_labels(mesh, of_faces, min_vertices=least)
     if n_segments is None:
         labels = _merged(joined, labels, lowest, least)
+        excess = int((np.bincount(labels + 1)[1:] >= least).sum()) - number
+        if excess > 0:  # as many large components got no seed
+            nested = hierarchy(mesh, [int(of_faces.max()) + 1], labels=of_faces)
+            of_faces = nested.cut(max(nested.n_finest - excess, nested.n_fewest))
+            labels = vertex_labels(mesh, of_faces, min_vertices=least)
+            labels = _merged(joined, labels, lowest, least)
     unused = np.flatnonzero(labels < 0)
     labels[unused] = labels.max() + 1 + np.arange(len(unused))
     return _like(labels, faces)
@@ -166,7 +174,7 @@ def segment_point(
         Pairs of neighboring points, in one direction or in both directions.
     kThresh, segMinVerts, n_segments
         Same as in `segment_mesh`, with `edges` and `normals` in place of the edges and the normals
-        of a mesh.
+        of a mesh. Components without a seed are always additional regions.
 
     Returns
     -------

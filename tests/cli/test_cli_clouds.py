@@ -153,7 +153,8 @@ def test_info_has_the_digits_of_coordinates_far_from_the_origin(folder):
 @pytest.mark.parametrize(
     ("options", "status", "message"),
     [
-        (["--viewpoint", 0, 0, "-n", 9], 2, "'--viewpoint': '-n' is not a valid number"),
+        (["--scans"], 1, "cloud.ply is a point cloud: leave out --scans, which is for meshes"),
+        (["--viewpoint", "0,0"], 2, "expected X,Y,Z, such as 2,2,1.5, got '0,0'"),
         (["--paper", "--balance", 1], 2, "give --paper or --balance, not both"),
     ],
 )

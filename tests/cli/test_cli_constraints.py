@@ -280,6 +280,15 @@ def test_what_a_barrier_angle_does_not_go_with_is_one_line(run, sheet, tmp_path,
     assert message in err
 
 
+@pytest.mark.parametrize("name", ["m.npy", "m.annot", "m.label.gii"])
+def test_mask_values_are_the_labels_that_python_reads(run, sheet, tmp_path, name):
+    mesh, path, out = read_mesh(sheet), tmp_path / name, tmp_path / "out.npy"
+    write_labels(path, np.digitize(mesh.vertices[:, 0], [-1, 1]))
+    status, _, err = run("segment", sheet, "-n", 5, "--mask", path, "--mask-values", 1, "-o", out)
+    assert status == 0, err
+    assert np.array_equal(np.load(out) >= 0, face_labels(mesh, read_labels(path)) == 1)
+
+
 @pytest.mark.parametrize("name", ["m.npy", "m.annot", "m.label.gii", "m.shape.gii", "lh.curv"])
 def test_masks_and_barriers_may_have_a_value_per_vertex(run, sheet, tmp_path, name):
     mesh = read_mesh(sheet)

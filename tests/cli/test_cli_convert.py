@@ -47,7 +47,7 @@ def test_a_mesh_and_its_labels_are_written_in_other_formats(run, folder):
     assert status == 0
     assert err == (
         "superfacets: note: 9 regions with fewer than 20 vertices in .bin and .segs.json and"
-        " _sp_label.npy: no neighbor has vertices to spare\n"
+        " _sp_label.npy: no neighbor has vertices to spare, and regions are not merged\n"
     )
     assert printed.splitlines() == [
         f"wrote {name}" + " (a label per vertex)" * name.endswith((".segs.json", ".bin", ".npy"))
@@ -388,7 +388,7 @@ def test_regions_without_a_vertex_are_a_note(run, folder):
         "superfacets: note: 4 regions lost in .bin and .segs.json: all their vertices have"
         " labels of other regions\n"
         "superfacets: note: 8 regions with fewer than 20 vertices in .bin and .segs.json: no"
-        " neighbor has vertices to spare\n"
+        " neighbor has vertices to spare, and regions are not merged\n"
         "superfacets: note: labels are renumbered without gaps in .bin; .segs.json keeps the labels"
         " 0, 1, 2, ...\n"
     )

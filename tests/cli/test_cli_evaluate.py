@@ -24,7 +24,7 @@ def test_evaluate_prints_metrics_with_and_without_ground_truth(run, labeled_stri
     status, printed, _ = run("evaluate", mesh, labels)
     assert status == 0
     assert [line.split() for line in printed.splitlines()] == [
-        ["n_regions", "2"], ["n_extra_pieces", "0"], ["compactness", "4"],
+        ["n_regions", "2"], ["n_left_out", "0"], ["n_extra_pieces", "0"], ["compactness", "4"],
         ["explained_variation", "1"],
     ]  # fmt: skip
     status, printed, _ = run("evaluate", mesh, labels, "--gt", labeled_strip / "one.seg")
@@ -60,15 +60,11 @@ def test_evaluate_refuses_what_does_not_fit(run, labeled_strip):
     assert "'nan' is not a finite number" in error
 
 
-def test_faces_in_no_region_are_an_error(run, labeled_strip):
-    mesh, labels = labeled_strip / "strip.ply", labeled_strip / "labels.seg"
-    hole = labeled_strip / "hole.seg"
+def test_faces_in_no_region_are_left_out_and_counted(run, labeled_strip):
+    mesh, hole = labeled_strip / "strip.ply", labeled_strip / "hole.seg"
     hole.write_text("0\n-1\n1\n1\n")
-    status, _, err = run("evaluate", mesh, hole)
-    expected = "[1] must be at least 0, because metrics need a region for each cell, got -1\n"
-    assert (status, err) == (1, f"superfacets: error: labels{expected}")
-    status, printed, _ = run("evaluate", mesh, labels, "--gt", hole)
-    assert (status, "undersegmentation_error    0\n" in printed) == (0, True)
+    status, printed, _ = run("evaluate", mesh, hole)
+    assert (status, printed.splitlines()[1].split()) == (0, ["n_left_out", "1"])
 
 
 def test_defaults_in_help_texts_are_the_defaults_of_the_functions(run):

@@ -276,7 +276,7 @@ def test_normals_of_regions_face_the_viewpoint(run, fold, side):
     plane = np.random.default_rng(0).random((90, 3)) * [1, 1, 0]
     np.save(fold / "cloud.npy", plane)
     (fold / "many.seg").write_text("0\n1\n" * 45)
-    view = ("--viewpoint", 0.5, 0.5, 9 * side)
+    view = ("--viewpoint", f"0.5,0.5,{9 * side}")
     status, printed, _ = run("regions", fold / "cloud.npy", fold / "many.seg", *view)
     assert status == 0
     assert [float(row["normal_z"]) for row in rows_of(printed)] == pytest.approx([side, side])

@@ -186,7 +186,7 @@ def test_points_are_colored_by_a_property_and_seen_from_a_viewpoint(run, tmp_pat
         [np.random.default_rng(0).random((9, 3)), np.arange(9) % 3, np.arange(9)]
     )
     np.savetxt(path, rows, delimiter=",", header="x,y,z,label,intensity", comments="")
-    picture = ["render", path, "-o", tmp_path / "a.png", "--viewpoint", 1, 2, 3]
+    picture = ["render", path, "-o", tmp_path / "a.png", "--viewpoint", "1,2,3"]
     assert run(*picture, "--color-by", "intensity")[0] == 0
     assert run(*picture, "--color-by", "normal_z")[0] == 0
     (cells, labels, given), (_, _, other) = drawn
@@ -201,7 +201,7 @@ def test_surfaces_seen_from_behind_are_hidden_on_request(run, sheet, tmp_path, d
     np.savetxt(cloud, np.random.default_rng(0).random((9, 3)))
     for arguments in ((sheet,), (sheet, "--see-inside")):
         assert run("render", *arguments, *to)[0] == 0
-    assert run("render", cloud, "--see-inside", "--viewpoint", 1, 2, 3, *to)[0] == 0
+    assert run("render", cloud, "--see-inside", "--viewpoint", "1,2,3", *to)[0] == 0
     assert [given["see_inside"] for _, _, given in drawn] == [False, True, True]
     status, _, err = run("render", cloud, "--see-inside", *to)
     assert status == 2
@@ -235,7 +235,7 @@ def test_own_colors_are_drawn_without_labels_and_on_request(run, tmp_path, drawn
 
 
 def test_a_mesh_has_no_viewpoint(run, sheet, tmp_path, drawn):
-    status, _, err = run("render", sheet, "-o", tmp_path / "a.png", "--viewpoint", 0, 0, 1)
+    status, _, err = run("render", sheet, "-o", tmp_path / "a.png", "--viewpoint", "0,0,1")
     assert status == 1
     assert "omit viewpoint: it is only for point clouds without normals" in err
     assert not drawn
@@ -248,3 +248,11 @@ def test_z_is_up_in_formats_of_surveys(run, tmp_path, drawn, ending):
     _, out, _ = run("render", tmp_path / f"post{ending}", "-o", tmp_path / "a.png")
     assert drawn[0][2]["view"].up == ("z" if ending == ".las" else "auto")
     assert ("guessed" in out) == (ending == ".ply")
+
+
+def test_z_is_up_in_surfaces_of_a_cortex(run, tmp_path, drawn):
+    integers = np.array([3, 1], ">i4").tobytes() + np.eye(3, dtype=">f4").tobytes()
+    surface = b"\xff\xff\xfecreated by\n\n" + integers + np.arange(3, dtype=">i4").tobytes()
+    (tmp_path / "lh.white").write_bytes(surface)
+    status, out, _ = run("render", tmp_path / "lh.white", "-o", tmp_path / "a.png")
+    assert (status, drawn[0][2]["view"].up, "guessed" in out) == (0, "z", False)

@@ -157,3 +157,15 @@ def test_a_distance_of_nothing_carries_all_labels_to_the_mesh_itself(run, folder
     options = ("--max-distance", 0, "-o", "same.npy", "-q")
     assert run("transfer", "coarse.ply", "labels.npy", "coarse.ply", *options) == (0, "", "")
     assert np.array_equal(np.load("same.npy"), np.load("labels.npy"))
+
+
+def test_labels_of_vertices_go_to_the_nearest_vertex(run, folder):
+    coarse = sf.read_mesh("coarse.ply")
+    np.save("vertices.npy", np.arange(coarse.n_vertices))
+    points = coarse.vertices + [0.01, 0.01, 0]
+    np.save("near.npy", points)
+    status, _, err = run("transfer", "coarse.ply", "vertices.npy", "near.npy", "-o", "out.npy")
+    assert (status, err) == (0, "")
+    assert np.array_equal(np.load("out.npy"), np.arange(coarse.n_vertices))
+    of_faces = sf.transfer(coarse, np.arange(coarse.n_vertices), "fine.ply")
+    assert np.isin(of_faces, coarse.faces).all()

@@ -214,7 +214,7 @@ def test_cells_without_a_label_are_gray():
          r"labels must have one value per cell \(128\), got 2 values"),
         ({"labels": np.full(128, 0.5)}, TypeError, "integers"),
         ({"labels": np.full(128, 2**40)}, ValueError,
-         "labels must be from -2147483648 to 2147483647, got 1099511627776"),
+         r"labels\[0\] must be -1 to 2147483647, got 1099511627776"),
         ({"location": "points"}, ValueError,
          r"labels must have one value per cell \(81\), got 128 values"),
         ({"location": "edges"}, ValueError, "location must be"),

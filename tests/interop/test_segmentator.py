@@ -290,3 +290,11 @@ def test_edges_to_vertices_that_do_not_exist_are_refused():
     edges = kit.VertexEdges(np.zeros(3, int), np.zeros(0, np.int32), *np.zeros((2, 2, 3)))
     with pytest.raises(ValueError, match="pairs must be vertices from 0 to 1"):
         edges.count_segments(np.array([[0, 2]]), 0.01, 1, 1)
+
+
+def test_components_without_a_seed_are_among_the_regions():
+    plate = shapes.bumpy_sheet(8)
+    small = [sf.Mesh(plate.vertices / 20 + [3, i, 0], plate.faces) for i in range(4)]
+    scan = shapes.together([shapes.bumpy_sheet(30), *small])
+    ids = segment_mesh(scan.vertices, scan.faces)
+    assert ids.max() + 1 == literal_count(scan) > 5

@@ -64,6 +64,8 @@ GUARDS = {
     "superfacets_formats/cortex.py": {
         ("_decoded", "decompress"): "at most one byte more than declared, which is limited",
         ("_gifti_array", "frombuffer"): "a view of decoded bytes, whose number is checked"},
+    "superfacets_formats/cortex_writer.py": {
+        ("_write_annot", "arange"): "at most `_MOST_ROWS`"},
     "superfacets_formats/e57.py": {
         ("_read_columns", "reader"): "`_check_counts` compares all scans with the file",
         ("_joined", "repeat"): "lengths of points in memory",

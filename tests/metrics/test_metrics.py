@@ -356,17 +356,38 @@ def test_cells_in_no_region_are_no_region():
     corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]]
     tets = TetMesh(corners, [[0, 1, 2, 3], [1, 2, 3, 4]])
     labels, hole = [0, 0, 1, 1], [0, -1, 1, 1]
-    message = r"\[1\] must be at least 0, because metrics need a region for each cell, got -1"
-    for measure in (compactness, explained_variation, evaluate):
+    message = r"\[1\] must be at least 0: superfacets.metrics.evaluate leaves out cells that are -1"
+    for measure in (compactness, explained_variation):
         with pytest.raises(MeshError, match="labels" + message):
             measure(mesh, hole)
     for compare in (boundary_agreement, cut_discrepancy, undersegmentation_error):
         with pytest.raises(MeshError, match="labels" + message):
             compare(mesh, hole, labels)
-    with pytest.raises(MeshError, match="labels" + message):
-        evaluate(tets, [0, -1])
-    with pytest.raises(MeshError, match="labels" + message):
-        evaluate_vertices(mesh, [0, -1, 1, 1, 1, 1])
+    for cells, n in ((mesh, 4), (tets, 2)):
+        with pytest.raises(
+            MeshError, match="labels must be 0 or greater for at least one cell, but all are -1"
+        ):
+            evaluate(cells, [-1] * n)
+    with pytest.raises(
+        MeshError, match="labels must be 0 or greater for at least one cell, but all are -1"
+    ):
+        evaluate_vertices(mesh, [-1] * 6)
+
+
+@pytest.mark.parametrize("prepare", [lambda mesh, truth: [truth], GroundTruths])
+def test_cells_in_no_region_are_left_out_and_counted(prepare):
+    mesh = shapes.bumpy_sheet(6)
+    labels, truth = np.arange(mesh.n_faces) // 9, np.arange(mesh.n_faces) // 15
+    labels[:10], truth[20:22] = -1, -1
+    values = evaluate(mesh, labels, prepare(mesh, truth))
+    alone = evaluate(Mesh(mesh.vertices, mesh.faces[10:]), labels[10:], [truth[10:]])
+    assert (values.pop("n_left_out"), alone.pop("n_left_out")) == (12, 2)
+    assert values == pytest.approx(alone)
+    body = PointCloud(mesh.vertices)
+    of_points = np.r_[[-1] * 3, np.arange(body.n_points - 3) // 9]
+    assert evaluate(body, of_points)["n_left_out"] == 3
+    values = evaluate_vertices(mesh, of_points, [np.maximum(of_points, 0)])
+    assert (values["n_left_out"], values["achievable_accuracy"]) == (3, 1)
 
 
 def test_unannotated_cells_are_left_out_of_every_comparison():
@@ -379,7 +400,9 @@ def test_unannotated_cells_are_left_out_of_every_comparison():
     alone = evaluate(annotated, labels[:6], [truth[:6]])
     scale = MeshEdges.of(mesh, weld=True, n_threads=1)
     scale_alone = MeshEdges.of(annotated, weld=True, n_threads=1)
-    for name in sorted({*alone} - {"n_regions", "compactness", "explained_variation"}):
+    for name in sorted(
+        {*alone} - {"n_regions", "n_left_out", "compactness", "explained_variation"}
+    ):
         value = values[name]
         if name == "cut_discrepancy":  # relative to the radius of the whole surface
             value *= scale.mean_radius / scale_alone.mean_radius
@@ -405,13 +428,13 @@ def test_a_truth_without_annotation_is_refused():
     for compare in (boundary_agreement, cut_discrepancy, undersegmentation_error):
         with pytest.raises(
             MeshError,
-            match="truth must have a segment for at least one cell, but all values are -1",
+            match="truth must be 0 or greater for at least one cell, but all are -1",
         ):
             compare(mesh, [0] * 4, [-1] * 4)
         with pytest.raises(MeshError, match=r"truth\[1\] must be at least -1, got -2"):
             compare(mesh, [0] * 4, [0, -2, 0, 0])
     with pytest.raises(
-        MeshError, match="truth must have a segment for at least one cell, but all values are -1"
+        MeshError, match="truth must be 0 or greater for at least one cell, but all are -1"
     ):
         evaluate(tets, [0], [[-1]])
     with pytest.raises(

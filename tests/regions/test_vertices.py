@@ -211,3 +211,34 @@ def test_the_default_is_what_files_get(tmp_path):
     sf.write_mesh(tmp_path / "a.ply", mesh, labels, vertex_labels=True)
     stored = sf.read_attributes(tmp_path / "a.ply").vertex["label"]
     assert np.array_equal(stored, sf.vertex_labels(mesh, labels))
+
+
+@pytest.mark.parametrize("method", ["creases", "majority"])
+def test_vertices_keep_to_the_cells_on_their_side_of_barriers(method):
+    mesh = sf.sample_mesh(5000)
+    areas = np.digitize(mesh.vertices[:, 2], [-0.3, 0, 0.3]) - 1
+    parcels = sf.segment(mesh, 40, barriers=areas, mask=areas >= 0, islands="nearest")
+    least = 1 if method == "majority" else 20
+    found = sf.vertex_labels(
+        mesh, parcels, method=method, min_vertices=least, barriers=areas.tolist()
+    )
+    area_of = sf.pool(parcels, sf.face_labels(mesh, areas), how="majority", mesh=mesh)
+    assert np.array_equal(found >= 0, areas >= 0)
+    assert np.array_equal(area_of[found[found >= 0]], areas[found >= 0])
+    assert np.array_equal(np.unique(found[found >= 0]), np.arange(parcels.n_segments))
+    across = sf.vertex_labels(mesh, parcels, method=method)
+    assert (area_of[across[across >= 0]] != areas[across >= 0]).any()
+    with pytest.raises(ValueError, match="barriers must have one value per vertex"):
+        sf.vertex_labels(mesh, parcels, barriers=area_of)
+
+
+@pytest.mark.parametrize("ending", [".annot", ".label.gii", ".segs.json", ".bin"])
+def test_labels_of_vertices_are_written_as_given_where_files_store_them(tmp_path, ending):
+    mesh = sf.sample_mesh(3000)
+    labels = np.arange(mesh.n_vertices) // 500 - (ending in (".annot", ".label.gii"))
+    path = tmp_path / f"a{ending}"
+    sf.write_mesh(path, mesh, labels)
+    found = np.fromfile(path, "<i8") if ending == ".bin" else sf.read_labels(path)
+    assert np.array_equal(found, labels)
+    with pytest.raises(sf.MeshError, match="labels must have one value per cell"):
+        sf.write_mesh(tmp_path / "a.ply", mesh, labels)

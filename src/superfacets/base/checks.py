@@ -120,15 +120,17 @@ def refuse_order(value: Any, expected: str) -> None:
     `expected` is "a path", "a mesh" or "labels". Apps check with it paths and labels that no other
     function of this module checks. A path is also accepted as a mesh.
     """
+    given, is_own = expected, type(value).__module__.startswith("superfacets")
     if isinstance(value, (str, os.PathLike)):
         given = "a path" if expected == "labels" else expected
-    elif hasattr(value, "labels"):  # a result of `segment`
+    elif is_own and hasattr(value, "__array__"):  # a result of `segment`
         given = "labels"
+    elif is_own and not hasattr(value, "n_cells"):
+        raise TypeError(f"expected {expected}, got {type(value).__name__}")
     elif isinstance(value, (np.ndarray, list, tuple)):
         given = _kind_of_array(value) or expected
-    else:
-        names = ("vertices", "points", "n_cells", "vertex", "point")
-        given = "a mesh" if any(hasattr(value, name) for name in names) else expected
+    elif is_own or any(hasattr(value, name) for name in ("vertices", "points", "vertex", "point")):
+        given = "a mesh"
     if given != expected:
         order = "the path comes first, then the mesh, then the labels"
         raise TypeError(f"expected {expected}, got {given}: {order}")

@@ -21,11 +21,9 @@ from .checks import (
     checked_choice,
     checked_count,
     checked_fraction,
+    checked_nonnegative_array,
     checked_number,
     checked_threads,
-    exact_doubles,
-    refuse_first,
-    refuse_mask,
 )
 from .timing import Callback, Reports
 from .types import Floats
@@ -205,16 +203,8 @@ class Sizes:
 
     def checked_weights(self, n_cells: int) -> Floats:
         """Return `weights` as (N,) float64 after checking that each is finite and >= 0."""
-        refuse_mask(self.weights, "Sizes.weights")
-        given = np.asarray(self.weights)
-        if given.dtype.kind not in "iufb":
-            raise TypeError(f"Sizes.weights must contain numbers, got {given.dtype}")
-        if given.shape != (n_cells,):
-            raise ValueError(f"Sizes.weights must have shape ({n_cells},), got {given.shape}")
-        array = exact_doubles(given)
-        is_wrong = ~(np.isfinite(array) & (array >= 0))
-        refuse_first(is_wrong, "Sizes.weights", given, "finite and not negative")
-        return array
+        threads = checked_threads(None)
+        return checked_nonnegative_array(self.weights, n_cells, "Sizes.weights", "cell", threads)
 
     @property
     def params(self) -> dict[str, Any]:

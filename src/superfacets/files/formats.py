@@ -133,7 +133,7 @@ class Formats(dict[str, Table]):
         """Files with meshes, or with cells of another kind than points."""
         self.cells = _distinct(self.meshes, self.readers["points"])
         """Mesh files and point cloud files."""
-        self.z_up = (".las", ".laz", ".e57")
+        self.z_up = (".las", ".laz", ".e57", ".gii", *_SURFACES)
         """Files in which z points up. glTF defines y, but many files do not follow this."""
         self.label_columns = tuple(sorted({*self.readers["points"]} - {".ply", ".npy", ".txt"}))
         """Cloud files in which labels are a column. Excluded are .npy and .txt, which usually have

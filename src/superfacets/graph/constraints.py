@@ -27,7 +27,7 @@ from ..mesh.convert import MeshLike, as_mesh
 from ..mesh.faces import FaceMesh, corners_of
 from ..mesh.weld import lowest_vertices
 from .cell_graph import CellGraph, CsrArcs
-from .corner_labels import of_cells
+from .corner_labels import fit_vertices, of_cells
 from .face_graph import FaceGraph, build_face_graph
 from .kinds import kind_of
 from .surface import Surface, arc_measures
@@ -85,19 +85,24 @@ class ConstraintOptions:
         if not self.is_used:
             return None
         n_cells, sources = graph.n_cells, graph.sources
-        is_kept = in_order(_checked_kept(of_cells(self.mask, source), n_cells), order)
+        mask, barriers = self.mask, self.barriers
+        if fit_vertices(mask, source) and fit_vertices(barriers, source):
+            # "Not kept" is one more number in the vote of the corners, so that both agree.
+            refuse_mask(mask, "mask")
+            votes = _checked_groups(barriers, np.size(barriers))
+            votes[~checked_mask(mask, len(votes), "mask")] = -1
+            barriers = of_cells(votes, source)
+            mask = barriers >= 0
+        is_kept = in_order(_checked_kept(of_cells(mask, source), n_cells), order)
         keeps_arc = is_kept[sources] & is_kept[graph.neighbors]
         groups = NO_GROUPS
-        if self.barriers is not None:
+        if barriers is not None:
             refuse_mask(self.barriers, "barriers")
-            if np.ndim(self.barriers) == 2:
-                crosses = _crossed_by(
-                    self.barriers, source, (graph, sources), weld, n_threads, order
-                )
+            if np.ndim(barriers) == 2:
+                crosses = _crossed_by(barriers, source, (graph, sources), weld, n_threads, order)
                 groups = _groups_apart(graph, keeps_arc, keeps_arc & ~crosses, sources)
             else:
-                given = of_cells(self.barriers, source)
-                groups = in_order(_checked_groups(given, n_cells), order)
+                groups = in_order(_checked_groups(of_cells(barriers, source), n_cells), order)
                 crosses = groups[sources] != groups[graph.neighbors]
             keeps_arc &= ~crosses
         return KeptCells.of(graph, is_kept, keeps_arc, sources, groups)

@@ -35,10 +35,13 @@ def of_cells(values: Any, cells: Any) -> Any:
 
     If a mesh has as many vertices as cells, the values belong to cells.
     """
-    n_vertices = getattr(cells, "n_vertices", None)
-    if np.shape(values) != (n_vertices,) or n_vertices == cells.n_cells:
-        return values
-    return labels_of_corners(cells, np.asarray(values))
+    return labels_of_corners(cells, np.asarray(values)) if fit_vertices(values, cells) else values
+
+
+def fit_vertices(values: Any, cells: Any) -> bool:
+    """Return whether there is one value per vertex and not one per cell, as in `of_cells`."""
+    n_vertices = getattr(cells, "n_vertices", None)  # point clouds have no vertices
+    return bool(np.shape(values) == (n_vertices,) != (cells.n_cells,))
 
 
 def are_of_vertices(labels: Sized, cells: Any) -> bool:

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import Any, Literal, get_args
 
-import numpy as np
 import numpy.typing as npt
 
-from ..base.checks import checked_any_labels, checked_choice
+from ..base.checks import checked_choice, checked_classes
 from ..base.lazy import load
 from ..base.types import Bytes, Ints
 from .base import Cells
@@ -85,19 +84,9 @@ def attach_labels(
     n_rows, of_vertices = cells.n_cells, False
     if location == "points" and not are_points:
         n_rows, of_vertices = cells.n_vertices, True
-    checked = _labels_as_int32(labels, n_rows)
+    checked = checked_classes(labels, n_rows, "labels")
     shades = _checked_colors(cells, checked, colors, of_vertices)
     put_results(mesh, Results(name, checked, shades, on_points=of_vertices or are_points))
-
-
-def _labels_as_int32(labels: npt.ArrayLike, n_rows: int) -> Ints:
-    """Check labels of any integer type, and copy them to int32."""
-    array = checked_any_labels(labels, n_rows)
-    limits = np.iinfo(np.int32)
-    if array.min() < limits.min or array.max() > limits.max:
-        extreme = array.min() if array.min() < limits.min else array.max()
-        raise ValueError(f"labels must be from {limits.min} to {limits.max}, got {extreme}")
-    return array.astype(np.int32)
 
 
 def _checked_colors(

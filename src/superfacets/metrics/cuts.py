@@ -12,7 +12,7 @@ from ..base.checks import checked_number
 from ..base.types import Floats, Ints
 from ..mesh.convert import MeshLike
 from .edges import Borders, MeshEdges, find_borders
-from .overlap import compact_complete, compact_truth
+from .overlap import compact_complete, compact_labels
 
 DEFAULT_TOLERANCE = 0.01
 """Default tolerance, as a fraction of the diagonal of the bounding box. This is about a third of
@@ -168,7 +168,7 @@ def _cuts_of_both(
     mesh: MeshEdges, labels: npt.ArrayLike, truth: npt.ArrayLike
 ) -> tuple[Cuts, Cuts]:
     regions, _ = compact_complete(labels, mesh.graph.n_cells)
-    segments, _ = compact_truth(truth, mesh.graph.n_cells)
+    segments, _ = compact_labels(truth, mesh.graph.n_cells, name="truth")
     return Cuts.of(mesh, annotated(regions, segments)), Cuts.of(mesh, segments)
 
 

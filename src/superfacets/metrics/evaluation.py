@@ -20,14 +20,14 @@ from ..mesh.convert import MeshLike, as_cells
 from ..mesh.faces import AnyMesh, FaceMesh, is_same_mesh, vertex_graph
 from ..mesh.weld import lowest_vertices
 from ..regions.crease_labels import corners_in
+from ..regions.submeshes import part_of
 from .cuts import DEFAULT_TOLERANCE, Cuts, annotated, boundary_agreement_of, cut_discrepancy_of
 from .edges import MeshEdges
 from .overlap import (
     Overlap,
     achievable_accuracy,
     achievable_iou,
-    compact_complete,
-    compact_truth,
+    compact_labels,
     consistency_error,
     hamming_distance,
     overlap_of,
@@ -84,7 +84,7 @@ class GroundTruths:
         self.edges = MeshEdges.of(mesh, weld=weld, n_threads=n_threads)
         positive_total(self.edges.areas)
         sizes = (self.edges.mesh.n_faces, self.edges.mesh.n_vertices)
-        compact = [compact_truth(truth, *sizes) for truth in _listed(truths)]
+        compact = [compact_labels(truth, *sizes, "truth") for truth in _listed(truths)]
         self.truths = [_Truth(*labels, Cuts.of(self.edges, labels[0])) for labels in compact]
 
     def __len__(self) -> int:
@@ -110,7 +110,8 @@ def evaluate(
     mesh : Mesh, PolygonMesh, TetMesh, PointCloud, mesh-like or cloud-like
         Same as in `segment`.
     labels : array_like of integers, shape (F,)
-        Region of each face, tetrahedron or point, >= 0.
+        Region of each face, tetrahedron or point, >= 0; -1 for cells in no region, which are left
+        out: all metrics are those of the other cells alone.
     ground_truths : array of integers, sequence of array_like of integers, or GroundTruths
         One or several ground truths. A ground truth contains the true segment (>= 0) of each cell,
         or -1 for an unannotated cell. Unannotated cells are ignored in the comparison with this
@@ -126,13 +127,14 @@ def evaluate(
     Returns
     -------
     dict of str to float
-        ``n_regions``, ``n_extra_pieces`` (total number of connected pieces of the regions, minus
-        ``n_regions``), ``compactness`` and ``explained_variation``. With ground truths, the
-        dict also contains the following metrics, which are means over the ground truths:
-        ``undersegmentation_error``, ``achievable_accuracy``, ``achievable_iou``,
+        ``n_regions``, ``n_left_out`` (number of cells that are -1 in the labels or in the ground
+        truth, a mean if there are several), ``n_extra_pieces`` (total number of connected pieces of
+        the regions, minus ``n_regions``), ``compactness`` and ``explained_variation``. With ground
+        truths, the dict also contains the following metrics, which are means over the ground
+        truths: ``undersegmentation_error``, ``achievable_accuracy``, ``achievable_iou``,
         ``boundary_recall``, ``boundary_precision``, ``cut_discrepancy``, ``hamming_distance``,
         ``missing_rate``, ``false_alarm_rate``, ``rand_index``, ``global_consistency_error`` and
-        ``local_consistency_error``. All metrics except the first three are weighted by area or
+        ``local_consistency_error``. All metrics except the first four are weighted by area or
         length, by volume for a `TetMesh`, and for a `PointCloud` by the number of points. Metrics
         do not change if labels are renumbered or if the mesh is scaled. For a `TetMesh` or a
         `PointCloud`, metrics that need normals or border edges are left out.
@@ -142,7 +144,7 @@ def evaluate(
     MeshError
         If the mesh or cloud is not valid.
     ValueError, TypeError
-        If labels are not one integer >= 0 per cell, if a ground truth is not valid (see
+        If labels are not one integer >= -1 per cell, or all -1, if a ground truth is not valid (see
         `GroundTruths`), if all cells have area 0, if `tolerance` is negative, or if `GroundTruths`
         were made for another mesh.
 
@@ -155,14 +157,20 @@ def evaluate(
     """
     tolerance = checked_number(tolerance, "tolerance", zero=True)
     cells: Any = as_cells(mesh)
+    regions, n_regions = compact_labels(labels, cells.n_cells, getattr(cells, "n_vertices", None))
+    if regions.min() < 0:
+        return _of_part(cells, regions, ground_truths, tolerance=tolerance, weld=weld)
     if not kind_of(cells).has_faces:
         if isinstance(ground_truths, GroundTruths):
             raise ValueError(_WRONG_MESH)
         surface = as_surface(cells, weld=weld, n_threads=n_threads)
-        return _of_volume(surface, weights_of_cells(cells), labels, ground_truths)
+        values = _of_regions(surface, regions, n_regions)
+        truths = [
+            compact_labels(truth, surface.n_cells, name="truth") for truth in _listed(ground_truths)
+        ]
+        return values | _of_overlaps(regions, n_regions, truths, weights_of_cells(cells))
     prepared = _prepared(cells, ground_truths, weld, n_threads)
     edges, surface = prepared.edges, prepared.edges.surface
-    regions, n_regions = compact_complete(labels, surface.n_cells, edges.mesh.n_vertices)
     values = _of_regions(surface, regions, n_regions)
     values["explained_variation"] = explained_variation_of(surface, regions, n_regions)
     if not prepared.truths:
@@ -175,7 +183,7 @@ def evaluate(
         if truth.segments.min() < 0:
             rated = Cuts.of(edges, annotated(regions, truth.segments))
         rows.append(_of_overlap(overlap) | _of_cuts(edges, rated, truth.cuts, tolerance))
-    return values | _means(rows)
+    return values | _left_out([truth.segments for truth in prepared.truths]) | _means(rows)
 
 
 def evaluate_vertices(
@@ -190,7 +198,7 @@ def evaluate_vertices(
     mesh : Mesh, PolygonMesh, TetMesh or mesh-like
         Same as in `segment`. Vertices that belong to no face are ignored.
     vertex_labels : array_like of integers, shape (V,)
-        Region of each vertex, >= 0.
+        Region of each vertex, >= 0; -1 for vertices in no region, which are left out.
     ground_truths : array of integers or sequence of array_like of integers
         Same as in `evaluate`, with one value per vertex.
 
@@ -206,8 +214,8 @@ def evaluate_vertices(
     MeshError
         If the mesh is not valid, or if it is a point cloud.
     ValueError, TypeError
-        If labels are not one integer >= 0 per vertex, if a ground truth is not one integer >= -1
-        per vertex, or if it is -1 at all vertices of faces.
+        If labels or a ground truth are not one integer >= -1 per vertex, or if they are -1 at all
+        vertices of faces.
 
     Examples
     --------
@@ -218,18 +226,18 @@ def evaluate_vertices(
     """
     cells: Any = as_cells(mesh)
     corners, n = corners_in(cells), cells.n_vertices
-    checked = checked_classes(vertex_labels, n, "vertex_labels", "vertex")
-    regions, n_regions = compact_complete(checked, n)
-    listed = [checked_classes(truth, n, "truth", "vertex") for truth in _listed(ground_truths)]
-    truths = [compact_truth(truth, n) for truth in listed]
     is_used = np.bincount(corners.vertices, minlength=n) > 0
-    n_pieces = _core.find_components(*_arcs_of_vertices(cells, is_used), regions)[1]
-    n_used = len(np.unique(regions[is_used]))
-    n_extra = n_pieces - int((~is_used).sum()) - n_used
-    counts = is_used.astype(np.float64)
-    overlaps = [overlap_of(regions, n_regions, *truth, counts) for truth in truths]
-    values = {"n_regions": n_used, "n_extra_pieces": n_extra}
-    return values | _means([_of_overlap(overlap) for overlap in overlaps])
+    given = checked_classes(vertex_labels, n, "vertex_labels", "vertex")
+    regions, n_regions = compact_labels(np.where(is_used, given, -1), n)
+    is_rated = regions >= 0
+    listed = [checked_classes(truth, n, "truth", "vertex") for truth in _listed(ground_truths)]
+    truths = [compact_labels(np.where(is_rated, truth, -1), n, name="truth") for truth in listed]
+    pieces = _core.find_components(*_arcs_of_vertices(cells, is_used), regions)[0]
+    n_extra = len(np.unique(pieces[is_rated])) - n_regions
+    values = {"n_regions": n_regions, "n_extra_pieces": n_extra} | _left_out([regions[is_used]])
+    used = [(segments[is_used], n_segments) for segments, n_segments in truths]
+    of_used = np.maximum(regions[is_used], 0)
+    return values | _of_overlaps(of_used, n_regions, used, np.ones(len(of_used)))
 
 
 def _arcs_of_vertices(cells: AnyMesh, is_used: Bools) -> ArcLists:
@@ -245,21 +253,34 @@ def _arcs_of_vertices(cells: AnyMesh, is_used: Bools) -> ArcLists:
     return offsets, ends[np.argsort(starts, kind="stable")].astype(np.int32)
 
 
-def _of_volume(
-    surface: Surface, weights: Floats, labels: npt.ArrayLike,
-    ground_truths: npt.NDArray[np.integer] | Sequence[npt.ArrayLike],
-) -> dict[str, float]:  # fmt: skip
-    """Return the metrics that need no normals or border edges, for tetrahedra or points."""
-    regions, n_regions = compact_complete(labels, surface.n_cells)
-    values = _of_regions(surface, regions, n_regions)
-    truths = [compact_truth(truth, surface.n_cells) for truth in _listed(ground_truths)]
+def _of_overlaps(
+    regions: Ints, n_regions: int, truths: list[tuple[Ints, int]], weights: Floats
+) -> dict[str, float]:
+    """Return the metrics of overlaps, and the number of unannotated cells: means over `truths`."""
     overlaps = [overlap_of(regions, n_regions, *truth, weights) for truth in truths]
-    return values | _means([_of_overlap(overlap) for overlap in overlaps])
+    left_out = _left_out([segments for segments, _ in truths]) if truths else {}
+    return left_out | _means([_of_overlap(overlap) for overlap in overlaps])
+
+
+def _of_part(cells: Any, labels: Ints, truths: Any, **options: Any) -> dict[str, float]:
+    """Return the metrics of the cells whose label is not -1."""
+    kept = np.flatnonzero(labels >= 0).astype(np.int32)
+    if isinstance(truths, GroundTruths):
+        truths = [truth.segments for truth in _prepared(cells, truths, True, None).truths]
+    cut = [compact_labels(truth, len(labels), name="truth")[0][kept] for truth in _listed(truths)]
+    found = evaluate(part_of(cells, kept, 0).mesh, labels[kept], cut, **options)
+    return found | {"n_left_out": found["n_left_out"] + len(labels) - len(kept)}
+
+
+def _left_out(arrays: list[Ints]) -> dict[str, float]:
+    """Return the number of values -1: the mean over `arrays`, or 0 if there are none."""
+    return {"n_left_out": sum(np.count_nonzero(a < 0) for a in arrays) / max(len(arrays), 1)}
 
 
 def _of_regions(surface: Surface, regions: Ints, n_regions: int) -> dict[str, float]:
     return {
         "n_regions": n_regions,
+        "n_left_out": 0,
         "n_extra_pieces": int(surface.components(regions).max()) + 1 - n_regions,
         "compactness": compactness_of(surface, regions, n_regions),
     }

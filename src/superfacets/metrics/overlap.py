@@ -71,27 +71,22 @@ Labels: TypeAlias = npt.ArrayLike | None
 
 
 def compact_complete(labels: Any, n_cells: int, n_vertices: int | None = None) -> tuple[Ints, int]:
-    """Replace K different labels by 0 to K - 1 in the same order; return the new labels and K.
-
-    Raises a MeshError if a label is negative, because metrics need a region for each cell.
-    """
+    """Return the same as `compact_labels`; raise a MeshError if a label is -1."""
     array = checked_any_labels(labels, n_cells, n_vertices)
-    must = "at least 0, because metrics need a region for each cell"
+    must = "at least 0: superfacets.metrics.evaluate leaves out cells that are -1"
     refuse_first(array < 0, "labels", array, must, MeshError)
-    ranks, names = ranked_labels(array)
-    return ranks, len(names)
+    return compact_labels(array, n_cells)
 
 
-def compact_truth(truth: Any, n_cells: int, n_vertices: int | None = None) -> tuple[Ints, int]:
-    """Return the same as `compact_complete`, but unannotated cells keep the label -1.
-
-    Raises a MeshError if a label is below -1, or if all cells are unannotated.
-    """
-    array = checked_any_labels(truth, n_cells, n_vertices)
-    refuse_first(array < -1, "truth", array, "at least -1", MeshError)
+def compact_labels(
+    labels: Any, n_cells: int, n_vertices: int | None = None, name: str = "labels"
+) -> tuple[Ints, int]:
+    """Return `ranked_labels` and K; raise a MeshError if a label is below -1, or all are -1."""
+    array = checked_any_labels(labels, n_cells, n_vertices)
+    refuse_first(array < -1, name, array, "at least -1", MeshError)
     ranks, names = ranked_labels(array)
     if not len(names):
-        raise MeshError("truth must have a segment for at least one cell, but all values are -1")
+        raise MeshError(f"{name} must be 0 or greater for at least one cell, but all are -1")
     return ranks, len(names)
 
 
@@ -130,7 +125,7 @@ def area_overlap(labels: npt.ArrayLike, truth: npt.ArrayLike, areas: npt.ArrayLi
     )
     positive_total(values)
     regions, n_regions = compact_complete(labels, len(values))
-    segments, n_segments = compact_truth(truth, len(values))
+    segments, n_segments = compact_labels(truth, len(values), name="truth")
     return overlap_of(regions, n_regions, segments, n_segments, values)
 
 
@@ -371,7 +366,7 @@ def _prepared(source: Labeled, labels: Labels, truth: Labels) -> Overlap:
     cells = as_known(source)
     n_vertices = getattr(cells, "n_vertices", None)
     regions, n_regions = compact_complete(labels, cells.n_cells, n_vertices)
-    segments, n_segments = compact_truth(truth, cells.n_cells, n_vertices)
+    segments, n_segments = compact_labels(truth, cells.n_cells, n_vertices, "truth")
     values = weights_of_cells(cells)
     positive_total(values)
     return overlap_of(regions, n_regions, segments, n_segments, values)

@@ -9,7 +9,8 @@ import numpy as np
 from .. import _core
 from ..base.checks import check_length, check_spread, checked_classes
 from ..base.errors import MeshError
-from ..base.types import Array, Floats, Ints, Longs
+from ..base.types import Array, Bools, Floats, Ints, Longs
+from ..graph.corner_labels import labels_of_corners
 from ..graph.kinds import kind_of
 from ..graph.point_graph import PointGraph, point_surface
 from ..graph.sums import Majority, weighted_majority
@@ -31,6 +32,14 @@ class VertexEdges(NamedTuple):
         """Return the edges of a mesh between the vertices in `lowest`, see `lowest_vertices`."""
         graph = vertex_graph(mesh, lowest, n_threads)
         return cls(*graph[:2], mesh.vertices, mean_normals(mesh, lowest))
+
+    def within(self, groups: Ints) -> VertexEdges:
+        """Return the edges between vertices of the same group, (V,), which must be >= 0."""
+        sources = np.repeat(np.arange(len(groups)), np.diff(self.offsets))
+        is_kept = (groups[sources] == groups[self.neighbors]) & (groups[sources] >= 0)
+        counts = np.bincount(sources[is_kept], minlength=len(groups))
+        offsets = np.concatenate([[0], np.cumsum(counts)])
+        return self._replace(offsets=offsets, neighbors=self.neighbors[is_kept])
 
     def count_segments(self, pairs: Ints, threshold: float, least: int, n_threads: int) -> int:
         """Return the number of segments of `least` or more vertices by Felzenszwalb's method.
@@ -92,14 +101,28 @@ class _Regions(NamedTuple):
     corners: Corners  # vertex at each corner of the cells, after welding of equal positions
     labels: Ints  # (N,) region of each cell, 0 to n - 1
     n: int  # number of regions, some of which may have no cells
+    votes: Bools  # whether each corner may get the label of its cell
+
+
+def own_corners(cells: Any, corners: Corners, groups: Ints | None) -> Bools:
+    """Return whether each corner has the most frequent group of its cell; all True without groups.
+
+    `groups`, (V,), is the group of each vertex.
+    """
+    if groups is None:
+        return np.ones(len(corners.vertices), bool)
+    of_cells = labels_of_corners(cells, groups)
+    return np.asarray(np.repeat(of_cells, corners.sizes) == groups[corners.vertices])
 
 
 def crease_labels(
-    cells: Any, labels: Ints, n_labels: int, n_threads: int, *, least: int = 1
-) -> Ints:
+    cells: Any, labels: Ints, n_labels: int, n_threads: int, *, least: int = 1,
+    groups: Ints | None = None,
+) -> Ints:  # fmt: skip
     """Convert labels of cells to labels of vertices by the method "creases" of `vertex_labels`.
 
-    The cells must have corners, and their labels must be from -1 to `n_labels` - 1.
+    The cells must have corners, and their labels must be from -1 to `n_labels` - 1. `groups` are
+    the barriers of `vertex_labels`, >= 0.
     """
     found = np.full(cells.n_vertices, -1, np.int32)
     if labels.max() < 0:
@@ -109,8 +132,13 @@ def crease_labels(
     corners = corners_in(cells)
     edges = VertexEdges.of_mesh(cells, lowest, n_threads)
     welded = Corners(lowest[corners.vertices], corners.size, corners.offsets)
-    regions = _Regions(cells, welded, labels, n_labels)
+    groups = None if groups is None else groups[lowest]
+    regions = _Regions(cells, welded, labels, n_labels, own_corners(cells, welded, groups))
+    if groups is not None:
+        edges = edges.within(groups)
     of_positions = _labels_along_creases(edges, regions, n_threads)
+    if groups is not None:  # vertices that no label reaches
+        edges = edges.within(np.where(of_positions < 0, np.int32(-1), groups))
     is_used = np.zeros(cells.n_vertices, bool)
     is_used[corners.vertices] = True
     counts = np.bincount(lowest[is_used], minlength=cells.n_vertices).astype(np.int32)
@@ -161,9 +189,10 @@ def _majority(regions: _Regions, n_vertices: int, n_threads: int) -> Majority:
 
     Some labels are changed so that each region with cells has at least one vertex, if possible.
     """
-    vertices, sizes = regions.corners.vertices, regions.corners.sizes
-    of_corners = np.repeat(regions.labels, sizes)
-    areas = np.repeat(kind_of(regions.cells).measures(regions.cells, n_threads), sizes)
+    vertices, sizes = regions.corners.vertices[regions.votes], regions.corners.sizes
+    of_corners = np.repeat(regions.labels, sizes)[regions.votes]
+    measures = kind_of(regions.cells).measures(regions.cells, n_threads)
+    areas = np.repeat(measures, sizes)[regions.votes]
     winners, is_divided = weighted_majority(vertices, of_corners, areas, n_vertices)
     winners = _core.share_vertices(vertices, of_corners, winners, regions.n, n_threads)
     return Majority(winners, is_divided)

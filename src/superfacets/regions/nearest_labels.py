@@ -13,10 +13,12 @@ from ..base.checks import checked_classes, checked_threads
 from ..base.errors import MismatchWarning
 from ..base.types import Array, Floats, Ints
 from ..graph.cell_graph import CellGraph
+from ..graph.corner_labels import fit_vertices
 from ..graph.kinds import as_known, kind_of
 from ..graph.sums import weighted_majority
 from ..mesh.convert import MeshLike
 from ..mesh.faces import FaceMesh, cut_into_triangles
+from ..mesh.point_cloud import PointCloud
 from ..mesh.queries import checked_distance, query_points
 
 _ROUNDING = 8 * np.finfo(np.float64).eps
@@ -51,8 +53,9 @@ def transfer(
         The labeled cells, as for `segment`. The distance to a face is the distance to its nearest
         point, not to its centroid. The distance to a tetrahedron is 0 inside. The distance to a
         cell of a graph is the distance to its position.
-    labels : array_like of int, shape (N,)
-        Label of each cell, which may be any integer >= 0, or -1 for cells without a label.
+    labels : array_like of int, shape (N,) or (V,)
+        Label of each cell, any integer >= 0, or -1 for cells without a label. If there is one label
+        per vertex of a mesh, the mesh is treated as the cloud of its vertices.
     target : array_like, shape (M, 3), or mesh or cloud like `mesh`
         Points with finite coordinates (M may be 0), or another mesh or cloud of the same object.
         Points, tetrahedra and cells of a graph get the label of the cell nearest to their position
@@ -83,7 +86,8 @@ def transfer(
     MeshError
         If a mesh is not valid, or if points are not finite or do not have shape (M, 3).
     ValueError, TypeError
-        If labels are not one integer >= -1 per cell, or if another parameter is not valid.
+        If labels are not one integer >= -1 per cell or vertex, or if another parameter is not
+        valid.
 
     See Also
     --------
@@ -106,6 +110,8 @@ def transfer(
     threads = checked_threads(n_threads)
     limit = checked_distance(max_distance)
     source = as_known(mesh)
+    are_of_vertices = fit_vertices(labels, source)
+    source = PointCloud(source.vertices) if are_of_vertices else source
     given = checked_classes(labels, source.n_cells, "labels")
 
     goal = _as_target(target)
@@ -116,7 +122,7 @@ def transfer(
     )
     points: Floats = goal if samples is None else samples.points
     nearest, distances, _ = kind_of(source).nearest(source, points, limit, threads)
-    if max_distance is None and not _are_points(target):
+    if max_distance is None and not are_of_vertices and not _are_points(target):
         _warn_if_far(distances, source.bounds)
     found = np.append(given, np.int32(-1))[nearest]  # -1 (no cell) selects the appended label
     if samples is None:

@@ -19,7 +19,7 @@ from ..graph.corner_labels import labels_of_corners
 from ..graph.kinds import kind_of
 from ..graph.sums import weighted_majority
 from ..mesh.convert import MeshLike, as_cells
-from .crease_labels import corners_in, crease_labels
+from .crease_labels import corners_in, crease_labels, own_corners
 
 METHODS = ("creases", "majority")
 """Names of the methods of `vertex_labels`."""
@@ -35,6 +35,7 @@ def vertex_labels(
     *,
     method: str = "creases",
     min_vertices: int | None = None,
+    barriers: npt.ArrayLike | None = None,
     n_threads: int | None = None,
 ) -> Ints:
     """Convert labels of cells to labels of vertices.
@@ -62,6 +63,10 @@ def vertex_labels(
         regions take vertices from neighboring regions, across the edges with the lowest weights. A
         neighboring region must stay connected and keep `min_vertices` vertices. If neighboring
         regions cannot give enough vertices, the small region does not change.
+    barriers : array_like of int, shape (V,), optional
+        One number per vertex >= -1, such as its area in an atlas: the `barriers` of `segment`, with
+        -1 outside a mask. A vertex gets only labels of cells that have its number, which is the
+        most frequent number of their corners, and -1 if it is not connected with such a cell.
     n_threads : int, optional
         Same as in `segment`. The labels do not depend on the number of threads.
 
@@ -116,18 +121,19 @@ def vertex_labels(
         )
     if kind_of(cells).are_points:
         return array
-    corners = corners_in(cells)
-    vertices, sizes = corners.vertices, corners.sizes
+    corners, groups = corners_in(cells), None
+    if barriers is not None:
+        groups = checked_classes(barriers, cells.n_vertices, "barriers", "vertex") + np.int32(1)
     if method == "creases":
         ranks, names = ranked_labels(array)
-        found = crease_labels(cells, ranks, len(names), threads, least=least)
+        found = crease_labels(cells, ranks, len(names), threads, least=least, groups=groups)
         return np.append(names, -1).astype(np.int32)[found]
-    weights = np.repeat(kind_of(cells).measures(cells, threads), sizes)
-    of_corners = np.repeat(array, sizes)
-    if array.min() < 0:
-        kept = of_corners >= 0
-        vertices, of_corners, weights = vertices[kept], of_corners[kept], weights[kept]
-    return weighted_majority(vertices, of_corners, weights, cells.n_vertices).winners
+    weights = np.repeat(kind_of(cells).measures(cells, threads), corners.sizes)
+    of_corners = np.repeat(array, corners.sizes)
+    votes = own_corners(cells, corners, groups) & (of_corners >= 0)
+    return weighted_majority(
+        corners.vertices[votes], of_corners[votes], weights[votes], cells.n_vertices
+    ).winners
 
 
 def face_labels(mesh: MeshLike, vertex_labels: npt.ArrayLike) -> Ints:
@@ -181,10 +187,7 @@ def vertex_ids(cells: Any, labels: npt.NDArray[np.integer[Any]]) -> Longs:
     """
     if kind_of(cells).are_points:
         return labels.astype(np.int64)
-    ranks, names = ranked_labels(labels)
-    threads = checked_threads(None)
-    found = crease_labels(cells, ranks, len(names), threads, least=MIN_IN_FILES)
-    ids = names.astype(np.int64)[found]
-    unused = np.flatnonzero(found < 0)
-    ids[unused] = int(names[-1]) + 1 + np.arange(len(unused))
+    ids = vertex_labels(cells, labels).astype(np.int64)
+    unused = np.flatnonzero(ids < 0)
+    ids[unused] = int(labels.max()) + 1 + np.arange(len(unused))
     return ids

@@ -14,6 +14,7 @@ from ...base.checks import refuse_order
 from ...base.errors import MeshError
 from ...base.lazy import load
 from ...base.types import Ints, Longs
+from ...graph.corner_labels import fit_vertices, of_cells
 from ...graph.kinds import kind_of
 from ...mesh.base import Cells
 from ...mesh.convert import as_cells
@@ -79,7 +80,8 @@ def write_mesh(
         Same as in `segment`. Polygons stay polygons, except in GLB. For a cloud, there is one label
         and one color per point; LAS stores the labels in an extra dimension ``label``.
     labels : array_like of integers, shape (F,), optional
-        Region of each face, 0 or greater; -1 if a face is in no region.
+        Region of each face, 0 or greater; -1 if a face is in no region. Formats with one id or
+        label per vertex, and ``.aggregation.json``, also accept one label per vertex, (V,).
     colors : array_like of uint8, shape (F, 3), optional
         Red, green and blue of each face. If there are labels, the default is the result of
         `face_colors`.
@@ -405,6 +407,10 @@ class OutputFiles:
         paths, all_endings, options = [*map(Path, self.files)], self.endings, self.options
         _check_truth_stays(paths, options.force)
         cells = as_cells(mesh)
+        stores_given = all_endings <= {*FORMATS.unconverted_outputs}
+        if of_vertices is None and stores_given and fit_vertices(labels, cells):
+            of_vertices = checked_labels(labels)
+            labels = of_cells(of_vertices, cells)
         cell_labels = None if labels is None else _labels_of(cells, labels)
         file = next((path for path in paths if _ending_of(path) == SEGMENTS), None)
         given = None if segments is None else Segments(*segments)
@@ -412,11 +418,11 @@ class OutputFiles:
         if listed is not None:
             of_listed = cells if listed_mesh is None else as_cells(listed_mesh)
             ids = IdWriter(of_listed, checked_labels(listed), options, segments_file=file)
-        of_cells = CellWriter(cells, cell_labels, colors, attributes, options, of_vertices)
+        cell_writer = CellWriter(cells, cell_labels, colors, attributes, options, of_vertices)
         listing = all_endings.difference(FORMATS.cell_outputs)
         ids.checked([*listing])
-        of_cells = of_cells.checked([*all_endings - listing])
-        writers = dict.fromkeys(all_endings, of_cells.write) | dict.fromkeys(listing, ids.write)
+        cell_writer = cell_writer.checked([*all_endings - listing])
+        writers = dict.fromkeys(all_endings, cell_writer.write) | dict.fromkeys(listing, ids.write)
         self._write_with(writers)
         is_unchanged = of_vertices is not None or kind_of(cells).are_points
         if is_unchanged or all_endings.isdisjoint(FORMATS.vertex_outputs):
