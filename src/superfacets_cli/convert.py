@@ -136,12 +136,10 @@ class _Run:
             )
         parts = [] if labels is None else self._split(cells, labels, attributes)
         with WaitBar():
-            sizes = outputs.write(cells, labels, attributes=attributes, of_vertices=of_vertices)
-        # Labels from the input itself replace nothing, and files of --split have no labels.
-        replaces = self.labels is not None and bool(job.endings)
+            written = outputs.write(cells, labels, attributes=attributes, of_vertices=of_vertices)
         print_notes(
-            notes_on_written(cells, attributes, job.endings, sizes, are_replaced=replaces)
-            + notes_on_numbers(labels, job.endings, sizes)
+            notes_on_written(cells, attributes, job.endings, written)
+            + notes_on_numbers(labels, job.endings, written.region_sizes)
         )
         if self.as_json:
             n_labels = None if given is None else len(np.unique(given.labels[given.labels >= 0]))

@@ -48,7 +48,7 @@ def info_command(
     def report(index: int) -> None:
         text = inputs[index]
         info, attributes, frame = run_in_background(lambda: _read(text, format))
-        of_las = {} if frame is None else _facts_of(frame)
+        of_las = {} if frame is None else frame.facts
         slivers = info.sliver_share if isinstance(info, MeshInfo) else 0.0
         note = SliverWarning.text(slivers, "try segment --subdivide")
         if note is not None:
@@ -77,18 +77,10 @@ def _read(text: str, format: str | None) -> tuple[Any, MeshAttributes | None, An
     source = read_input(text, format)
     is_las = source.ending in (".las", ".laz")
     cells, attributes = source.cells_and_attributes(keep=keep or is_las)
-    frame = None if attributes is None else attributes.las
+    frame = None if attributes is None else attributes.header
     # Constant fields of LAS files are not reported: most files leave some fields unused.
     measure: Any = cloud_info if kind_of(cells).are_points else mesh_info
     return measure(cells), attributes if keep and not is_las else None, frame
-
-
-def _facts_of(frame: Any) -> dict[str, str | int]:
-    return {
-        "LAS_version": f"1.{frame.minor}",
-        "point_format": frame.point_format,
-        "reference_system": frame.reference_system or "none",
-    }
 
 
 def _constant_properties(attributes: MeshAttributes | None) -> list[str]:
@@ -168,7 +160,8 @@ _WORDS = dict.fromkeys(("faces", "polygons", "triangles"), "mesh")
 @click.command("formats")
 def formats_command() -> None:
     """List the formats of files."""
-    read: Tables = {**FORMATS.readers, "mesh": FORMATS["scenes"], "labels": FORMATS.labels}
+    cells = {"mesh": FORMATS["read"], "points": FORMATS["read_points"]}
+    read: Tables = {**cells, "labels": FORMATS.labels}
     labels = {*FORMATS.labels, *FORMATS.label_outputs, *FORMATS.id_outputs, *FORMATS.class_outputs}
     kinds = {kind: {*table} - {_LABEL_IMAGE} for kind, table in FORMATS.writers.items()}
     labels = labels & {*FORMATS.outputs} | {_LABEL_IMAGE}

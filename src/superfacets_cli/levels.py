@@ -13,7 +13,7 @@ import click
 import numpy as np
 
 from superfacets import Hierarchy, IslandWarning, MeshAttributes, SliverWarning, hierarchy, kit
-from superfacets.kit import FORMATS, CellData, Cells, FileOptions, OutputFiles
+from superfacets.kit import FORMATS, CellData, Cells, FileOptions, OutputFiles, Written
 from superfacets_scans import write_sstk
 
 from . import options as opts
@@ -102,8 +102,8 @@ def levels_command(
         return cells, attributes if keeps else None, nested
 
     cells, attributes, nested = run_in_background(compute)
-    _write(job, named, cells, attributes, nested)
-    print_notes(notes_on_written(cells, attributes, job.endings, np.zeros(0, np.int64)))
+    written = _write(job, named, cells, attributes, nested)
+    print_notes(notes_on_written(cells, attributes, job.endings, written))
     facts = {
         "levels": list(nested.counts), "n_finest": nested.n_finest, "n_fewest": nested.n_fewest,
     }  # fmt: skip
@@ -142,21 +142,23 @@ def _paths_of_levels(text: str, counts: tuple[int, ...]) -> list[str]:
 
 def _write(
     job: Job, named: list[Path], cells: Cells, attributes: MeshAttributes | None, nested: Hierarchy
-) -> None:
+) -> Written:
     """Write all outputs of the job, or none of them if one fails."""
+    lost: dict[str, list[str]] = {}
     with kit.atomic_outputs(job.files) as temporaries:
         writers = _writers(named, cells, attributes, nested)
-        for temporary, write in zip(temporaries, writers, strict=True):
+        for output, temporary, write in zip(job.files, temporaries, writers, strict=True):
             with temporary.open("wb") as file:
-                write(file)
+                lost[output.suffix] = write(file)
         if job.stream is not None:
             _write_all(sys.stdout.buffer, job.stream, nested)
             sys.stdout.buffer.flush()
+    return Written(lost, np.zeros(0, np.int64))
 
 
 def _writers(
     outputs: list[Path], cells: Cells, attributes: MeshAttributes | None, nested: Hierarchy
-) -> Iterator[Callable[[IO[bytes]], None]]:
+) -> Iterator[Callable[[IO[bytes]], list[str]]]:
     """Yield one function per output file; it gets the open file, and writes to it."""
     for output in outputs:
         ending = kit.known_ending(output, FORMATS.outputs)
@@ -170,11 +172,11 @@ def _writers(
             yield partial(write, attributes=attributes)
 
 
-def _write_all(file: IO[bytes], ending: str, nested: Hierarchy) -> None:
+def _write_all(file: IO[bytes], ending: str, nested: Hierarchy) -> list[str]:
     """Write the labels of all levels; an .npz file also gets parent regions and the merge tree."""
     if ending != ARRAYS:
         write_sstk(file, nested.levels)
-        return
+        return []
     arrays: dict[str, Any] = {
         "counts": np.array(nested.counts),
         "labels": np.stack(nested.levels),
@@ -184,3 +186,4 @@ def _write_all(file: IO[bytes], ending: str, nested: Hierarchy) -> None:
         "costs": nested.costs,
     }
     np.savez(file, **arrays)
+    return []

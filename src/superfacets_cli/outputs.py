@@ -188,9 +188,9 @@ class OneRun:
         """
         outputs = replace(self.outputs, options=replace(self.outputs.options, **form))
         with WaitBar():
-            sizes = outputs.write(cells, labels, attributes=attributes, **(of_vertices or {}))
-        lacking = notes_on_written(cells, attributes, self.job.endings, sizes)
-        numbers = notes_on_numbers(labels, self.job.endings, sizes)
+            written = outputs.write(cells, labels, attributes=attributes, **(of_vertices or {}))
+        lacking = notes_on_written(cells, attributes, self.job.endings, written)
+        numbers = notes_on_numbers(labels, self.job.endings, written.region_sizes)
         print_notes([*notes, *lacking, *numbers])
 
     def report(self, facts: Mapping[str, Any], text: str, noun: str = "face") -> None:

@@ -16,7 +16,17 @@ from superfacets import (
     Segmentation,
     SliverWarning,
 )
-from superfacets.kit import FORMATS, Cells, Floats, Ints, Longs, OutputFiles, counted, kind_of
+from superfacets.kit import (
+    FORMATS,
+    Cells,
+    Floats,
+    Ints,
+    Longs,
+    OutputFiles,
+    Written,
+    counted,
+    kind_of,
+)
 from superfacets_textures import notes_on_texture
 
 MAX_FILLED = 0.2
@@ -25,15 +35,16 @@ rooms with a larger fraction, more vertices were in wrong objects than with fewe
 
 
 def notes_of(
-    outcome: Any, n_requested: int | None, endings: Collection[str], sizes: Longs,
+    outcome: Any, n_requested: int | None, endings: Collection[str], written: Written,
     holds_labels: bool,
 ) -> list[str]:  # fmt: skip
     """Return notes on unexpected results; `outcome` is a result of `FileOptions.segment`.
 
-    `n_requested` is the number of regions given with -n, or None. `sizes` is the same as in
-    `notes_on_written`. `holds_labels` is True if some output stores labels without the cells.
+    `n_requested` is the number of regions given with -n, or None. `holds_labels` is True if some
+    output stores labels without the cells.
     """
     mesh, result, listed = outcome.mesh, outcome.result, outcome.listed
+    sizes = written.region_sizes
     kind = kind_of(mesh)
     notes = []
     if listed is not None:
@@ -55,7 +66,7 @@ def notes_of(
         notes += _notes_on_listed(result, listed)
     return [
         *notes,
-        *notes_on_written(mesh, outcome.attributes, endings, sizes),
+        *notes_on_written(mesh, outcome.attributes, endings, written),
         *_notes_on_filled(sizes, endings),
     ]
 
@@ -140,16 +151,10 @@ def _notes_on_listed(result: Segmentation, listed: Longs) -> list[str]:
 
 
 def notes_on_written(
-    cells: Cells, attributes: MeshAttributes | None, endings: Collection[str], sizes: Longs, *,
-    are_replaced: bool = True,
-) -> list[str]:  # fmt: skip
-    """Return notes on data that outputs with these file endings do not store.
-
-    `sizes` is the result of `OutputFiles.write`: the number of vertices of each region in files
-    with vertex labels. `are_replaced` is False if the labels come from the input, so that they
-    replace no property of the input.
-    """
-    notes = []
+    cells: Cells, attributes: MeshAttributes | None, endings: Collection[str], written: Written
+) -> list[str]:
+    """Return notes on data that outputs with these file endings do not store."""
+    notes, sizes = [], written.region_sizes
     files = " and ".join(sorted({*endings} & {*FORMATS.vertex_outputs}))
     if n_lost := int(np.count_nonzero(sizes == 0)):
         lost = counted(n_lost, "region")
@@ -161,13 +166,13 @@ def notes_on_written(
         return notes
     if attributes.left_out:
         notes.append(f"data of the input that is not copied: {', '.join(attributes.left_out)}")
-    replaced = OutputFiles.replaced_by_labels(cells, attributes, endings)
-    if replaced and are_replaced:
-        notes.append(f"data of the input that labels replace: {', '.join(replaced)}")
+    notes += [
+        f"data of the input that {ending} does not store: {', '.join(lost)}"
+        for ending, lost in written.lost.items()
+        if lost
+    ]
     if attributes.texture is not None:
-        corners = kind_of(cells).corners(cells)
-        has_polygons = corners is not None and corners.size != 3
-        notes += notes_on_texture(attributes.texture, endings, has_polygons=has_polygons)
+        notes += notes_on_texture(attributes.texture, endings)
     return notes
 
 

@@ -287,11 +287,11 @@ class _Run:
                 lambda: self._compute(job, outputs, bar, timings), tick=bar.draw
             )
             with bar.timed("export", timings):
-                sizes = outcome.write(outputs)
+                written = outcome.write(outputs)
         result, noun = outcome.result, kit.kind_of(outcome.mesh).noun
         timings = {**result.timings, **timings}
         asked = self.options.keywords.get("n_segments")
-        print_notes(notes_of(outcome, asked, job.endings, sizes, job.holds_labels))
+        print_notes(notes_of(outcome, asked, job.endings, written, job.holds_labels))
         n_left_out = int(np.count_nonzero(result.labels < 0))
         if self.has_mask and not n_left_out:
             print_note(f"the mask leaves out no {noun}")

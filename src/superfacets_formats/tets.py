@@ -6,13 +6,11 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from superfacets import MeshError
-from superfacets.kit import Array, Content, as_integers, check_length, counted
+from superfacets.kit import Content, Input, Read, check_length, counted
 
+from . import medit, msh, vtk_legacy
 from .grids import Grid
-from .medit import read_medit
-from .msh import read_msh
 from .tet_mesh import TetMesh
-from .vtk_legacy import read_vtk
 from .vtk_xml import XmlFile
 
 
@@ -30,20 +28,14 @@ class TetFormat(NamedTuple):
 
     read: Callable[[Content, str], Grid]  # takes the content and a name of cell data, or ""
 
-    def mesh(self, data: Content) -> TetMesh:
+    def cells(self, source: Input) -> Read:
         """Return the tetrahedra, in the order of the file; points, lines and faces are skipped.
 
         Raises a MeshError if there are other volume cells, or no tetrahedra.
         """
-        grid = self._checked(data, "")
-        return TetMesh(grid.vertices, grid.tets())
-
-    def labels(self, data: Content, name: str) -> Array | None:
-        """Return the cell data `name` of the tetrahedra, or None if the file has no such data."""
-        grid = self._checked(data, name)
-        if grid.values is None:
-            return None
-        return as_integers(grid.values[grid.is_tet()], "labels")  # MSH stores cell data as floats
+        grid = self._checked(source.data, "label")
+        face = [] if grid.values is None else [("label", grid.values[grid.is_tet()])]
+        return source.of_cells(TetMesh(grid.vertices, grid.tets()), face=face)
 
     def _checked(self, data: Content, name: str) -> Grid:
         grid = self.read(data, name)
@@ -59,4 +51,7 @@ class TetFormat(NamedTuple):
         return grid
 
 
-MEDIT, MSH, VTK, VTU = map(TetFormat, (read_medit, read_msh, read_vtk, _read_vtu))
+read_medit, read_msh, read_vtk, read_vtu = (
+    TetFormat(read).cells
+    for read in (medit.read_medit, msh.read_msh, vtk_legacy.read_vtk, _read_vtu)
+)

@@ -12,7 +12,17 @@ from xml.etree.ElementTree import Element, ParseError, fromstring
 import numpy as np
 
 from superfacets import MeshError, kit
-from superfacets.kit import Array, Content, Lines, as_integers, counted, named_errors, shown
+from superfacets.kit import (
+    Array,
+    Content,
+    Input,
+    Lines,
+    Read,
+    as_integers,
+    counted,
+    named_errors,
+    shown,
+)
 
 from .grids import as_count, sizes_between
 
@@ -38,21 +48,13 @@ def is_vtp(data: Content) -> bool:
     return b"<VTKFile" in head and b"PolyData" in head
 
 
-def read_vtp(data: Content) -> tuple[Array, Array, Array]:
-    """Return vertices, and sizes and corners of polygons; single points and lines are skipped."""
-    points, sizes, corners = _open(data).cells("Polys", "NumberOfPolys")
-    if not len(sizes):
-        raise MeshError("the VTP file has no polygons")
-    return points, sizes, corners
-
-
-def vtp_labels(data: Content, name: str) -> Array | None:
-    """Return the cell data `name` of the polygons, or None if the file has no such data."""
-    before = ("NumberOfVerts", "NumberOfLines")
-    labels = _open(data).cell_data(name, "NumberOfPolys", before)
-    if labels is not None and labels.dtype.kind not in "iu":
-        raise MeshError(f"labels must be integers, got {labels.dtype} in the VTP file")
-    return labels
+def read_vtp(source: Input) -> Read:
+    """Read the polygons of a VTP file, with the data of points and polygons."""
+    file = _open(source.data)
+    points, sizes, corners = file.cells("Polys", "NumberOfPolys")
+    label = file.cell_data("label", "NumberOfPolys", ("NumberOfVerts", "NumberOfLines"))
+    face = [] if label is None else [("label", label)]
+    return source.polygons(points, sizes, corners, face=face)
 
 
 def _open(data: Content) -> XmlFile:

@@ -10,7 +10,7 @@ from urllib.parse import unquote
 
 import numpy as np
 
-from superfacets import MeshAttributes, MeshError
+from superfacets import MeshError
 from superfacets.kit import Array, Floats, GltfScene, Ints, counted, most_bytes_of
 
 from .images import ENDING_OF_IMAGE, UNKNOWN, TextureImage, image_beside, kind_of_image, problems_of
@@ -22,17 +22,13 @@ _TRANSFORM = "KHR_texture_transform"
 _WEBP, _BASIS = "EXT_texture_webp", "KHR_texture_basisu"
 
 
-def read_texture(scene: GltfScene, folder: Path | None) -> MeshAttributes:
-    """Return the texture of a scene, or if it cannot be read, the reason in `left_out`.
+def read_texture(scene: GltfScene, folder: Path | None) -> tuple[Texture | None, list[str]]:
+    """Return the texture of a scene, and what is left out of it; images may be in `folder`.
 
-    Images may be in `folder`.
+    Raises a MeshError if the texture cannot be read.
     """
     reader = _Reader(scene, folder)
-    try:
-        texture = reader.texture()
-    except MeshError as error:
-        return MeshAttributes(left_out=(f"texture: {error}",))
-    return MeshAttributes(left_out=(*reader.left_out,), texture=texture)
+    return reader.texture(), reader.left_out
 
 
 @dataclass(frozen=True)

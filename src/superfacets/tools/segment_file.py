@@ -26,14 +26,14 @@ from ..base.timing import Callback, Reports, timed
 from ..base.types import Array, Bools, Floats, Longs
 from ..clustering.result import Segmentation
 from ..files.attributes import MeshAttributes
+from ..files.cell_file import CellFile
 from ..files.formats import FORMATS
 from ..files.guards import Content, read_content
 from ..files.named_features import CellData
-from ..files.readers.labels import parse_labels
-from ..files.readers.read import cell_ending, parse_cells_and_attributes
+from ..files.readers.read import cell_ending
 from ..files.writers.cells import FormatOptions
-from ..files.writers.write import OutputFiles
-from ..graph.constraints import mask_of, sharp_edges, sharp_edges_inside
+from ..files.writers.write import OutputFiles, Written
+from ..graph.constraints import sharp_edges, sharp_edges_inside
 from ..graph.kinds import kind_of
 from ..graph.point_graph import checked_viewpoint
 from ..graph.size import advised_max_edge
@@ -78,7 +78,7 @@ class Outcome:
     None if there are no barrier edges, or if no `barrier_angle` was given."""
     warnings: tuple[Warning, ...] = ()  # warnings of `segment`
 
-    def write(self, outputs: OutputFiles) -> Longs:
+    def write(self, outputs: OutputFiles) -> Written:
         """Write all outputs, and return the same as `OutputFiles.write`."""
         return outputs.write(
             self.mesh, self.result.labels, attributes=self.attributes, listed=self.listed,
@@ -232,13 +232,13 @@ class FileOptions:
                 on_content(None)
                 raise
             on_content(content)
-            ending = cell_ending(path)
-            cells, attributes = parse_cells_and_attributes(content, ending, path.parent, keep=keep)
+            file = CellFile(str(path), content, cell_ending(path), path.parent)
+            cells, attributes = file.cells_and_attributes(keep=keep)
             outputs.check_fit(cells)
             constraints: dict[str, Array] = {}
             if self.mask_values:
-                labels = parse_labels(content, ending, cells.n_cells, self.labels_named)
-                constraints["mask"] = mask_of(labels, self.mask_values, path, cells)
+                labels = file.integers(cells.n_cells, self.labels_named)
+                constraints["mask"] = file.mask(labels, self.mask_values, cells)
             return cells, attributes, constraints
 
         timings: dict[str, float] = {}
@@ -339,10 +339,9 @@ def attributes_of_parts(
 
     `MeshAttributes.left_out` lists the attributes that cannot be converted.
     """
-    left_out = [
-        *attributes.left_out,
-        *(f"vertex property {name}, which new vertices do not have" for name in attributes.vertex),
-    ]
+    declared = {**attributes.declared}
+    for name in attributes.vertex:
+        declared[f"vertex property {name}"] = "which new vertices do not have"
     face = {name: values[parts.sources] for name, values in attributes.face.items()}
     texture = attributes.texture
     if texture is not None:
@@ -352,6 +351,6 @@ def attributes_of_parts(
             texture, as_mesh(source), parts.mesh, parts.sources
         )
         if texture is None:
-            left_out.append("the texture, because subdivision replaces polygons by triangles")
-    return MeshAttributes(face=face, comments=attributes.comments, left_out=tuple(left_out),
-                          texture=texture)  # fmt: skip
+            declared["texture"] = "because subdivision replaces polygons by triangles"
+    return MeshAttributes(face=face, comments=attributes.comments, declared=declared,
+                          names=attributes.names, texture=texture)  # fmt: skip

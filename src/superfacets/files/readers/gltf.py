@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,8 +11,8 @@ from ...base.checks import MAX_CELLS, counted
 from ...base.errors import MeshError
 from ...base.lazy import load
 from ...base.types import Array, Floats
-from ..attributes import MeshAttributes
-from ..guards import MAX_GROWTH, Content, most_bytes_of, named_errors, rotation_of
+from ..guards import MAX_GROWTH, most_bytes_of, named_errors, rotation_of
+from ..input import Input, Read
 from .gltf_file import COMPONENTS, WIDTHS, Gltf
 
 DRACO = "KHR_draco_mesh_compression"
@@ -23,17 +22,12 @@ TRIANGLES, TRIANGLE_STRIP, TRIANGLE_FAN = 4, 5, 6
 BYTES_PER_VERTEX, BYTES_PER_FACE = 24, 12
 
 
-def read_gltf(data: Content, folder: Path | None) -> tuple[Floats, Array]:
-    """Return vertices, (V, 3), and faces, (F, 3), of a glTF file; other files are in `folder`."""
-    return GltfScene.open(data, folder).read()
-
-
-def read_gltf_with_attributes(
-    data: Content, folder: Path | None
-) -> tuple[tuple[Floats, Array], MeshAttributes]:
-    """Return vertices, faces and texture of a glTF file."""
-    scene = GltfScene.open(data, folder)
-    return scene.read(), load("superfacets_textures.gltf_texture:read_texture")(scene, folder)
+def read_gltf(source: Input) -> Read:
+    """Read the default scene of a glTF file; other files must be in its folder or in subfolders."""
+    scene = GltfScene.open(source.data, source.folder)
+    vertices, faces = scene.read()
+    texture = source.texture("gltf_texture", scene) if source.keep else None
+    return source.mesh(vertices, faces, texture=texture)
 
 
 class GltfScene(Gltf):

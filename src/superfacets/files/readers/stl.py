@@ -9,8 +9,10 @@ import numpy.typing as npt
 
 from ...base.checks import MAX_CELLS, counted
 from ...base.errors import MeshError
-from ...base.types import Floats, Singles
-from ..guards import Arrays, Content, as_doubles, contiguous_rows
+from ...base.types import Array, Floats, Singles
+from ..guards import Content, as_doubles, contiguous_rows
+from ..input import Input, Read
+from .parts import Parts, parts_of
 from .text import Lines
 
 HEADER_SIZE = 80
@@ -33,14 +35,25 @@ def cad_advice(name: str) -> str:
     )
 
 
-def read_stl(data: Content) -> Arrays:
-    """Return vertices, three per face, and faces of an STL file; stored normals are skipped."""
+def read_stl(source: Input) -> Read:
+    """Read an STL file: three vertices per face, and names of solids in a text file."""
+    data = source.data
     if data[: len(STEP_MAGIC)] == STEP_MAGIC:
         raise MeshError(cad_advice("STEP"))
-    corners = _read_binary(data) if is_binary_stl(data) else _read_ascii(data)
+    is_binary = is_binary_stl(data)
+    corners = _read_binary(data) if is_binary else _read_ascii(data)
     vertices = as_doubles(corners).reshape(-1, 3)
     index_type = np.int32 if len(vertices) <= MAX_CELLS else np.int64
-    return vertices, np.arange(len(vertices), dtype=index_type).reshape(-1, 3)
+    faces = np.arange(len(vertices), dtype=index_type).reshape(-1, 3)
+    parts = Parts([], {})
+    if source.keep:
+        source.declare("corners of triangles", "cells")
+        source.declare("normals of triangles", "which follow from the corners")
+        if not is_binary:
+            parts = parts_of(data, (b"facet", b"solid"), "solid", any_case=True)
+        elif _stored(data)["attribute"].any():
+            parts = Parts([("attribute", _stored(data)["attribute"])], {})
+    return source.mesh(vertices, faces, face=parts.columns, names=parts.names)
 
 
 def _declared(data: Content) -> tuple[int, int]:
@@ -74,8 +87,13 @@ def _read_binary(data: Content) -> Singles:
             f"not an STL file, or damaged: the size must be {size} bytes for"
             f" {counted(n_faces, 'declared triangle')}, got {len(data)}"
         )
-    triangles = np.frombuffer(data, dtype=TRIANGLE, count=n_faces, offset=HEADER_SIZE + 4)
-    return contiguous_rows(triangles["corners"].reshape(n_faces, 9))
+    return contiguous_rows(_stored(data)["corners"].reshape(n_faces, 9))
+
+
+def _stored(data: Content) -> Array:
+    """Return the triangles of a binary file whose size was checked."""
+    n_faces, _ = _declared(data)
+    return np.frombuffer(data, dtype=TRIANGLE, count=n_faces, offset=HEADER_SIZE + 4)
 
 
 def _read_ascii(data: Content) -> Floats:

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ...base.types import Array, Bytes, Ints
-from ..attributes import MeshAttributes
+from ..attributes import OF_REGIONS, MeshAttributes, have_region_colors
 
 if TYPE_CHECKING:
     from ... import Texture
@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 class Output:
     """Checked cells to write, with their labels, colors, attributes and format options.
 
-    Functions that write a format get it as their second argument; see `files.formats`.
+    Functions that write a format get it as their second argument; see `files.formats`. They mark
+    in `taken` which attributes they store, so that all others are known to be lost.
     """
 
     cells: Any
@@ -33,11 +34,55 @@ class Output:
     label_name: str = "label"
     ascii: bool = False
     path: Path | None = None  # path of the output file; None for a stream
+    taken: set[str] = field(default_factory=set)  # what the writer stores of the attributes
+
+    def properties(self, owner: str, own: Collection[str] = ()) -> dict[str, Array]:
+        """Return the properties of the "vertex" or the "face" to write, and mark them as stored.
+
+        `own` are names of properties that the writer itself writes, for example for labels.
+        Properties with these names are lost, unless they have the same values.
+        """
+        stored = self._stored(owner)
+        self.taken.update(f"{owner} property {name}" for name in stored.keys() - own)
+        return {name: values for name, values in stored.items() if name not in own}
+
+    def _stored(self, owner: str) -> Mapping[str, Array]:
+        stored: Mapping[str, Array] = getattr(self.attributes, owner, {})
+        return stored
+
+    @property
+    def lost(self) -> list[str]:
+        """Attributes that the writer did not store.
+
+        Labels and colors of regions, which an earlier run of `write_mesh` stored, do not count if
+        new labels replace them.
+        """
+        if self.attributes is None:
+            return []
+        lost = [
+            f"{owner} property {name}"
+            for owner in ("vertex", "face")
+            for name, values in self._stored(owner).items()
+            if not (name == "label" and np.array_equal(values, np.asarray(self.labels)))
+            and not (name in OF_REGIONS and have_region_colors(self._stored(owner)))
+        ]
+        lost += ["texture"] * (self.texture is not None)
+        lost += [f"names of {name}s" for name in self.attributes.names]
+        lost += [str(self.attributes.header)] * (self.attributes.header is not None)
+        lost += ["comments"] * bool(self.attributes.comments)
+        return [item for item in lost if item not in self.taken]
 
     @property
     def texture(self) -> Texture | None:
         """Texture of the attributes, or None if there is no texture."""
         return None if self.attributes is None else self.attributes.texture
+
+    @property
+    def cloud_colors(self) -> Bytes | None:
+        """Given colors of points, or else colors of the cloud, (N, 3); None if there are none."""
+        if self.colors is not None or self.cells.colors is None:
+            return self.colors
+        return np.asarray(np.rint(self.cells.colors * 255), np.uint8)
 
     def part_names(self, values: Array) -> Array:
         """Return the name of the part of the file for each of the distinct labels, ascending.

@@ -35,6 +35,7 @@ def write_obj(file: IO[bytes], content: Output) -> None:
     if texture is not None:
         library_lines = load("superfacets_textures.writing:library_lines")
         file.write(library_lines(texture, content.path))
+        content.taken.add("texture")
     row = " ".join(["v", *[coordinate_format(mesh.vertices)] * 3]) + "\n"
     write_rows(file, row, list(mesh.vertices.T))
     if texture is not None and len(texture.coordinates):
