@@ -71,6 +71,7 @@ from .files.readers.gltf import GltfScene as GltfScene
 from .files.guards import file_beside as file_beside
 from .files.guards import most_bytes_of as most_bytes_of
 from .files.guards import rotation_of as rotation_of
+from .files.guarded import guarded as guarded
 from .files.readers.npy import npy_array as npy_array
 from .files.named_features import stored_colors as stored_colors
 from .files.named_features import CellData as CellData
@@ -85,11 +86,6 @@ from .files.atomic import locked as locked
 from .files.writers.text import write_rows as write_rows
 from .files.writers.text import number_format as number_format
 from .files.writers.cells import FormatOptions as FormatOptions
-
-# Results, for annotations
-from .stages.prepare import Prepared as Prepared
-from .tools.info import CloudInfo as CloudInfo
-from .tools.info import MeshInfo as MeshInfo
 
 # Packages of apps
 from .base.lazy import lazy_names as lazy_names

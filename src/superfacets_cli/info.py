@@ -13,7 +13,7 @@ import click
 import numpy as np
 
 from superfacets import MeshAttributes, SliverWarning, cloud_info, mesh_info
-from superfacets.kit import FORMATS, CloudInfo, MeshInfo, kind_of
+from superfacets.kit import FORMATS, kind_of
 
 from .failures import EXIT_DATA, count_failures, print_note
 from .inputs import check_inputs, name_of, read_input
@@ -49,11 +49,11 @@ def info_command(
         text = inputs[index]
         info, attributes, frame = run_in_background(lambda: _read(text, format))
         of_las = {} if frame is None else frame.facts
-        slivers = info.sliver_share if isinstance(info, MeshInfo) else 0.0
+        slivers = getattr(info, "sliver_share", 0.0)
         note = SliverWarning.text(slivers, "try segment --subdivide")
         if note is not None:
             print_note(f"{name_of(text)}: {note}")
-        if isinstance(info, MeshInfo) and info.faces_down:
+        if getattr(info, "faces_down", False):
             print_note(f"{name_of(text)}: {_FACES_DOWN}")
         constant = _constant_properties(attributes)
         if constant:
@@ -111,9 +111,9 @@ def _rows_of(info: Any) -> list[tuple[str, str]]:
     )
     facts = dataclasses.asdict(info)
     rows = [(_name_of(name), str(n)) for name, n in facts.items() if name.startswith("n_")]
-    if isinstance(info, CloudInfo):
+    if "spacing" in facts:
         rows += [("normals", _normals_of(info)), ("colors", _colors_of(info))]
-    if isinstance(info, MeshInfo):
+    if "sliver_share" in facts:
         slivers = f"{info.sliver_share:.0%} of the area, for {USUAL_COUNT} regions"
         rows += [("inside out", "yes" if info.is_inside_out else "no"), ("slivers", slivers)]
     sizes = ("diagonal", "spacing", "area", "volume")
@@ -135,14 +135,14 @@ def _name_of(count: str) -> str:
     return _NAMES.get(count, count[2:].replace("_", " ").replace("tets", "tetrahedra"))
 
 
-def _colors_of(info: CloudInfo) -> str:
+def _colors_of(info: Any) -> str:
     """Return a text that says whether a cloud has colors, and whether all colors are equal."""
     if not info.has_colors:
         return "no: all values are 0" if info.are_colors_zero else "no"
     return "yes" if info.colors_differ else "yes, all equal"
 
 
-def _normals_of(info: CloudInfo) -> str:
+def _normals_of(info: Any) -> str:
     """Return a text that says whether a cloud has normals, or how normals are estimated."""
     if info.has_normals:
         return "yes"

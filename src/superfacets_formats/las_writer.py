@@ -56,7 +56,8 @@ def write_las(file: IO[bytes], content: Output) -> None:
         else:
             las.evlrs = laspy.vlrs.vlrlist.VLRList([*(las.evlrs or ()), vlr])
     las.x, las.y, las.z = cloud.points.T
-    stored = content.properties("vertex", ["label"] * (content.labels is not None))
+    own = {} if content.labels is None else {"label": content.labels}
+    stored = content.properties("vertex", own)
     content.taken.add(str(frame) if attributes is None else str(attributes.header))
     if cloud.colors is not None and not {"red", "green", "blue"} <= stored.keys():
         for name, shades in zip(("red", "green", "blue"), cloud.colors.T, strict=True):

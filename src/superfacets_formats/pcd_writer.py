@@ -69,20 +69,16 @@ def _columns_of(content: Output) -> dict[str, Array]:
     columns: dict[str, Array] = dict(zip("xyz", np.ascontiguousarray(points.T), strict=True))
     if cloud.normals is not None:
         columns |= zip(_NAMES.values(), cloud.normals.T.astype(np.float32), strict=True)
-    own = set()
+    own: dict[str, Array] = {}
     if colors is not None:
         packed = colors.astype(np.uint32) @ np.array([1 << 16, 1 << 8, 1], np.uint32)
         # Other programs expect these bits as a float in binary files, and as an integer in text.
         columns["rgb"] = packed if content.ascii else packed.view(np.float32)
-        own = {"red", "green", "blue"}
-        if content.colors is None:  # packed colors of the cloud
-            content.taken.update(f"vertex property {name}" for name in own)
+        own = dict(zip(("red", "green", "blue"), colors.T, strict=True))
     if labels is not None:
         columns["label"] = labels if labels.min() < 0 else labels.astype(np.uint32)
-    names = {pcd: name for name, pcd in _NAMES.items()}
-    own |= {names.get(name, name) for name in columns}
-    if cloud.normals is not None:
-        content.taken.update(f"vertex property {name}" for name in _NAMES)
+    names = {field: name for name, field in _NAMES.items()}
+    own |= {names.get(field, field): values for field, values in columns.items()}
     columns |= {
         _NAMES.get(name, name): values for name, values in content.properties("vertex", own).items()
     }

@@ -19,7 +19,7 @@ from superfacets import (
     write_labels,
     write_mesh,
 )
-from superfacets.files.attributes import LasDimension, LasFrame
+from superfacets_formats.las_frame import LasDimension, LasFrame
 from superfacets_scans import regroup_segments
 from superfacets_textures import Material
 

@@ -8,15 +8,16 @@ from mesh_files import ORDERS, VERTICES, ply_header, ply_text, stl_binary
 from numpy.testing import assert_array_equal
 
 from superfacets import Mesh, MeshError, PointCloud, TetMesh
+from superfacets.files.cell_file import CellFile
 from superfacets.files.formats import FORMATS
-from superfacets.files.readers.labels import find_labels, read_labels
+from superfacets.files.readers.labels import read_labels
 from superfacets.files.writers.write import write_labels, write_mesh
 
 LABELS = np.array([3, 0, 2**31 - 1], dtype=np.int32)
 
 
 def labels_in(path, name="label"):
-    return find_labels(path.read_bytes(), path.suffix, None, name)
+    return CellFile.read(path, path.suffix).labels(None, name)
 
 
 def npy(array, **options) -> bytes:
@@ -32,7 +33,7 @@ def ply_with_labels(form="ascii", kind="int", labels=(3, 0)) -> bytes:
     header = ply_header(form, faces=faces).encode()
     if form == "ascii":
         rows = "".join(f"4 0 1 2 3 {label} 0.5\n" for label in labels)
-        return header + ("0 0 0\n" * 5 + rows).encode()
+        return header + ("0 0 0\n" * 4 + "1 1 1\n" + rows).encode()
     order = ORDERS[form]
     code = {"int": "i4", "uchar": "u1", "short": "i2", "uint32": "u4", "double": "f8"}[kind]
     row = np.dtype(
@@ -209,13 +210,13 @@ def test_text_of_something_else_is_refused(refuse, data, message):
 
 
 @pytest.mark.parametrize(("data", "message"), [
-    (ply_text(), "the PLY faces have no property label"),
-    (ply_with_labels(kind="list uchar int"), "the PLY faces have no property label"),
+    (ply_text(), "the faces have no property label"),
+    (ply_with_labels(kind="list uchar int"), "the faces have no property label"),
     (ply_with_labels(kind="float"),
-     "labels must be integers, but the PLY property label has another type"),
+     "labels must be integers"),
     (ply_with_labels(labels=(1.5, 2)), "labels must be integers, got 1.5"),
     (ply_with_labels(labels=(1, -2)), "labels[1] must be -1 to 2147483647, got -2"),
-    (ply_text(faces=[]), "the PLY points have no property label"),
+    (ply_text(faces=[]), "the points have no property label"),
     (b"1\n2\n", "not a PLY file"),
 ])  # fmt: skip
 def test_ply_without_labels_is_refused(refuse, data, message):
@@ -260,7 +261,7 @@ def test_labels_of_another_name_are_read(tmp_path):
     assert_array_equal(read_labels(path, name="Part"), [3, 0])
     assert_array_equal(labels_in(path, "Part"), read_labels(path, name="Part"))
     assert labels_in(path) is None
-    message = r"the PLY faces have no property label: the integer properties are Part$"
+    message = r"the faces have no property label: the integer properties are Part$"
     with pytest.raises(MeshError, match=message):
         read_labels(path)
 
@@ -291,7 +292,11 @@ def test_regions_come_back_from_solids_and_groups(tmp_path, ending):
 
 def test_named_parts_are_numbered_in_their_order(tmp_path):
     path = tmp_path / "a.stl"
-    facet = "facet normal 0 0 0\nouter loop\n" + "vertex 0 0 0\n" * 3 + "endloop\nendfacet\n"
+    facet = (
+        "facet normal 0 0 0\nouter loop\n"
+        + "vertex 0 0 0\nvertex 1 0 0\n"
+        + "vertex 0 1 0\nendloop\nendfacet\n"
+    )
     names = ("inlet", "wall", "Inlet", "wall", "")
     path.write_text("".join(f"SOLID {name}\n{2 * facet}endsolid\n" for name in names))
     assert_array_equal(read_labels(path), [0, 0, 1, 1, 2, 2, 1, 1, 3, 3])
@@ -305,13 +310,13 @@ def test_named_parts_are_numbered_in_their_order(tmp_path):
 
 
 def test_files_without_parts_are_refused(refuse):
-    refuse("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "the OBJ file has no groups")
+    refuse("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "the faces have no property label")
     refuse(
         "a.obj",
         b"g a\nf 1 2 3\n",
         "the face refers to vertex 1, but the vertices have the numbers 1 to 0",
     )
-    refuse("a.stl", stl_binary(), "a binary STL file has no solids")
+    refuse("a.stl", stl_binary(), "the faces have no property label")
 
 
 def test_a_missing_file_is_an_os_error(tmp_path):

@@ -175,7 +175,7 @@ def test_foreign_content_is_refused(refuse, data):
 
 
 def test_a_point_cloud_is_refused(refuse):
-    refuse("a.obj", SQUARE.encode(), "the mesh has no faces")
+    refuse("a.obj", SQUARE.encode(), "the file contains points, but no faces: use read_cloud")
 
 
 @pytest.mark.parametrize(

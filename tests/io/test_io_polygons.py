@@ -6,7 +6,7 @@ from mesh_files import obj, off, ply_binary, ply_text
 
 import superfacets as sf
 from superfacets import MeshAttributes, MeshError, PolygonMesh
-from superfacets.files.readers.labels import find_labels
+from superfacets.kit import CellFile
 
 POINTS = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.1], [0.5, 2, 1 / 3]]
 MIXED = PolygonMesh.of_faces(POINTS, [[0, 1, 2, 3], [3, 2, 4], [1, 2, 4, 3, 0], [4, 2, 3]])
@@ -76,7 +76,7 @@ def test_vtp_keeps_polygons_labels_and_attributes(tmp_path, mesh, ascii):
     assert faces_of(found) == faces_of(mesh)
     assert np.array_equal(found.vertices, mesh.vertices)
     assert sf.read_labels(path, mesh.n_faces).tolist() == labels
-    assert find_labels(path.read_bytes(), ".vtp", None, "label").tolist() == labels
+    assert CellFile.read(path).labels(None, "label").tolist() == labels
     pyvista = pytest.importorskip("pyvista")
     other = pyvista.read(path)
     assert other.cell_data["label"].tolist() == labels
@@ -92,8 +92,8 @@ def test_vtp_of_triangles_is_a_mesh(tmp_path):
     assert isinstance(found, sf.Mesh)
     assert np.array_equal(found.faces, mesh.faces)
     assert np.array_equal(found.vertices, mesh.vertices)
-    assert find_labels((tmp_path / "a.vtp").read_bytes(), ".vtp", None, "label") is None
-    with pytest.raises(MeshError, match=r"a\.vtp: the VTP file has no cell data label"):
+    assert CellFile.read(tmp_path / "a.vtp").labels(None, "label") is None
+    with pytest.raises(MeshError, match=r"a\.vtp: the faces have no property label"):
         sf.read_labels(tmp_path / "a.vtp")
 
 

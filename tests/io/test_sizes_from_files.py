@@ -83,7 +83,7 @@ GUARDS = {
         ("_chunks", "read_chunk_table_only"): "the number of chunks is compared with the file",
         ("_decompressed", "decompress_points_with_chunk_table"): "chunks and layers are checked",
         ("_decompressed", "empty"): "at most _MAX_COMPRESSED times the file",
-        ("read_las_cloud", "frombuffer"): "the size is compared with the file"},
+        ("read_las", "frombuffer"): "the size is compared with the file"},
     "superfacets_formats/msh.py": {
         ("_read_element_blocks", "full"): "`_sizes` has read as many rows",
         ("_read_elements", "repeat"): "numbers of tokens in the text"},
@@ -94,7 +94,6 @@ GUARDS = {
     "superfacets_textures/obj_texture.py": {
         ("_add_coordinates", "repeat"): "numbers of tokens in the text",
         ("_add_materials", "empty"): "lines of the text"},
-    "superfacets/files/readers/parts.py": {("_labels_by_part", "arange"): "names in the text"},
     "superfacets_formats/pcd.py": {
         ("_read_compressed", "frombuffer"): "8 bytes",
         ("_read_compressed", "unpacked"): "at most _MAX_COMPRESSED times the packed bytes",
@@ -111,7 +110,7 @@ GUARDS = {
         ("_pairs_of_faces", "arange"): "corners in memory",
         ("_pairs_of_faces", "repeat"): "sizes of faces in memory"},
     "superfacets/files/readers/stl.py": {
-        ("_read_binary", "frombuffer"): "the count must give the size of the file"},
+        ("_stored", "frombuffer"): "the count must give the size of the file"},
     "superfacets/files/readers/text.py": {
         ("_as_text", "frombuffer"): "a view of the whole file",
         ("runs", "arange"): "callers compare lengths with the file",

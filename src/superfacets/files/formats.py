@@ -17,12 +17,20 @@ from __future__ import annotations
 
 from collections import ChainMap
 from collections.abc import Iterable, Mapping
+from importlib.util import find_spec
 from itertools import chain
 from typing import Any
 
+from ..base.errors import MissingExtraError
 from ..base.lazy import Table
 
 _READ, _WRITE = "superfacets.files.readers.", "superfacets.files.writers."
+_EXTRAS = {
+    ".laz": ("lazrs", "las"), ".e57": ("pye57", "e57"), ".vtk": ("vtkmodules", "viz"),
+    ".msh": ("meshio", "mesh"), ".mesh": ("meshio", "mesh"),
+}  # fmt: skip
+"""Package that reads a format, and the extra of superfacets that installs it, by ending."""
+
 _SURFACES = (".white", ".pial", ".inflated", ".smoothwm", ".orig", ".sphere")
 _GIFTI_VALUES = (".shape.gii", ".func.gii")
 _CURVES = (".curv", ".thickness", ".sulc", ".area")
@@ -159,6 +167,14 @@ class Formats(dict[str, Table]):
         """All output files."""
         self.ending_of = {ending.lstrip("._"): ending for ending in self.outputs}
         """Maps names of output formats, such as ``ply`` or ``sp_label.npy``, to endings."""
+
+    @staticmethod
+    def check_readers(endings: Iterable[str]) -> None:
+        """Raise a MissingExtraError if the package that reads one of these formats is missing."""
+        for ending in endings:
+            package, extra = _EXTRAS.get(ending, ("numpy", ""))
+            if find_spec(package) is None:
+                raise MissingExtraError(f"a {ending} file", extra)
 
     def usual_output(self, kind: str) -> str:
         """Return the default ending of files with cells of the kind named `kind`."""

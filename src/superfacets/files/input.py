@@ -86,7 +86,7 @@ class Input:
         """
         if faces is None or not len(faces[0] if isinstance(faces, Polygons) else faces):
             if not len(vertices):
-                raise MeshError("the file has no faces and no points")
+                raise MeshError("the mesh has no faces")
             positions: Columns = zip("xyz", vertices.T, strict=True)
             return self.cloud((*positions, *vertex), **others)
         cells: Cells

@@ -9,12 +9,12 @@ import numpy as np
 
 from ...base.errors import MeshError
 from ...base.lazy import load
-from ...base.types import Array, Floats, Longs
+from ...base.types import Array, Longs
 from ..attributes import images_in
-from ..guards import Arrays, as_rows, checked_faces, contiguous_rows
+from ..guards import Polygons, as_rows, checked_faces, contiguous_rows
 from ..input import Input, Read
 from .ply_body import Column, read_tables
-from .ply_header import INDEX_NAMES, STRIPS, Element, Header, Property, parse_header
+from .ply_header import INDEX_NAMES, STRIPS, Header, Property, parse_header
 from .text import as_integers
 
 RESTART = -1
@@ -28,16 +28,18 @@ def read_ply(source: Input) -> Read:
     """
     data = source.data
     header = parse_header(data)
+    positions_at, corners_at = _find_positions(header), _find_corners(header)
     tables = read_tables(header, data)
-    comments = tuple(map(_one_line, header.comments))
     for place, element in enumerate(header.elements):
         if element.name not in ("vertex", "face") and place != header.faces:
             source.declare(f"element {element.name}")
+    positions = [_present(tables[place][column].values) for place, column in positions_at]
+    vertices = as_rows(positions, np.float64)
+    comments = tuple(map(_one_line, header.comments))
     vertex = _columns(header, tables, "vertex")
-    if header.faces is None:
-        xyz = _positions(header, tables)
-        return source.mesh(xyz, None, vertex=vertex, comments=comments)
-    vertices, faces = _read_arrays(header, tables)
+    if corners_at is None:
+        return source.mesh(vertices, None, vertex=vertex, comments=comments)
+    faces = _faces_of(tables[corners_at[0]][corners_at[1]], header)
     for item in (*(f"vertex property {axis}" for axis in "xyz"), "corners of faces"):
         source.declare(item, "cells")
     face = _columns(header, tables, "face")
@@ -64,42 +66,40 @@ def _lists_of_faces(
     return _present(values), np.asarray(found.lengths, np.int64)
 
 
-def _positions(header: Header, tables: list[list[Column]]) -> Floats:
+def _find_positions(header: Header) -> list[tuple[int, int]]:
+    """Return the indices of the element vertex, and of its properties x, y and z."""
     place = header.find("vertex")
     if place is None:
         raise MeshError("the PLY file has no element vertex")
-    found = [_find_scalar(header.elements[place], name) for name in "xyz"]
-    return as_rows([_present(tables[place][column].values) for column in found], np.float64)
+    element, found = header.elements[place], []
+    for name in "xyz":
+        column = element.find(name)
+        if column is None or element.properties[column].is_list:
+            raise MeshError(f"the PLY element vertex has no property {name}")
+        found.append((place, column))
+    return found
 
 
-def _read_arrays(header: Header, tables: list[list[Column]]) -> Arrays:
-    positions = _positions(header, tables)
-    face, faces = _find_faces(header)
+def _find_corners(header: Header) -> tuple[int, int] | None:
+    """Return the indices of the element with faces and of the list of corners, or None."""
+    if header.faces is None:
+        return None
+    faces = header.elements[header.faces]
     column = faces.find(*INDEX_NAMES)
     if column is None or not faces.properties[column].is_list:
         what = "faces" if faces.name == "face" else "triangle strips"
         raise MeshError(f"the PLY {what} have no list {INDEX_NAMES[0]}")
     if not faces.properties[column].is_integer:
         raise MeshError(f"the type of the PLY list {INDEX_NAMES[0]} must be an integer type")
-    indices = tables[face][column]
+    return header.faces, column
+
+
+def _faces_of(indices: Column, header: Header) -> Array | Polygons:
     listed = indices.values
     flat = _present(indices.ragged) if listed is None else contiguous_rows(listed).ravel()
     corners, lengths = as_integers(flat, "vertex indices"), _present(indices.lengths)
-    read_faces = _triangles_of_strips if faces.name == STRIPS else checked_faces
-    return positions, read_faces(lengths, corners)
-
-
-def _find_scalar(element: Element, name: str) -> int:
-    column = element.find(name)
-    if column is None or element.properties[column].is_list:
-        raise MeshError(f"the PLY element {element.name} has no property {name}")
-    return column
-
-
-def _find_faces(header: Header) -> tuple[int, Element]:
-    if header.faces is None:
-        raise MeshError("the PLY file has no faces: if it is a point cloud, use read_cloud")
-    return header.faces, header.elements[header.faces]
+    are_strips = header.faces is not None and header.elements[header.faces].name == STRIPS
+    return (_triangles_of_strips if are_strips else checked_faces)(lengths, corners)
 
 
 def _present(values: Array | None) -> Array:

@@ -240,6 +240,7 @@ def cell_ending(path: Path, endings: tuple[str, ...] = FORMATS.cells) -> str:
 
 def parse(source: Input) -> Read:
     """Parse the content of a mesh or point cloud file, in the format of its ending."""
+    FORMATS.check_readers([source.ending])
     table = FORMATS["read" if source.ending in FORMATS["read"] else "read_points"]
     found: Read = table[source.ending](source)
     return found

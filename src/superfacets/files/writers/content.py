@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ...base.lazy import load
 from ...base.types import Array, Bytes, Ints
-from ..attributes import OF_REGIONS, MeshAttributes, have_region_colors
+from ..attributes import OF_REGIONS, MeshAttributes, have_region_colors, is_image
 
 if TYPE_CHECKING:
     from ... import Texture
@@ -36,14 +37,15 @@ class Output:
     path: Path | None = None  # path of the output file; None for a stream
     taken: set[str] = field(default_factory=set)  # what the writer stores of the attributes
 
-    def properties(self, owner: str, own: Collection[str] = ()) -> dict[str, Array]:
+    def properties(self, owner: str, own: Mapping[str, Any] | None = None) -> dict[str, Array]:
         """Return the properties of the "vertex" or the "face" to write, and mark them as stored.
 
-        `own` are names of properties that the writer itself writes, for example for labels.
-        Properties with these names are lost, unless they have the same values.
+        `own` are the names and values that the writer itself writes, for example of labels. A
+        property with such a name is lost, unless it has the same values.
         """
-        stored = self._stored(owner)
-        self.taken.update(f"{owner} property {name}" for name in stored.keys() - own)
+        own, stored = own or {}, self._stored(owner)
+        same = [name for name in own.keys() & stored.keys() if _are_equal(own[name], stored[name])]
+        self.taken.update(f"{owner} property {name}" for name in (*(stored.keys() - own), *same))
         return {name: values for name, values in stored.items() if name not in own}
 
     def _stored(self, owner: str) -> Mapping[str, Array]:
@@ -54,22 +56,22 @@ class Output:
     def lost(self) -> list[str]:
         """Attributes that the writer did not store.
 
-        Labels and colors of regions, which an earlier run of `write_mesh` stored, do not count if
-        new labels replace them.
+        Labels and colors of regions from an earlier run of `write_mesh` do not count.
         """
         if self.attributes is None:
             return []
-        lost = [
-            f"{owner} property {name}"
-            for owner in ("vertex", "face")
-            for name, values in self._stored(owner).items()
-            if not (name == "label" and np.array_equal(values, np.asarray(self.labels)))
-            and not (name in OF_REGIONS and have_region_colors(self._stored(owner)))
-        ]
+        done = (
+            load("superfacets_textures.ply_texture:OF_TEXTURE") if "texture" in self.taken else ()
+        )
+        lost = []
+        for owner in ("vertex", "face"):
+            stored = self._stored(owner)
+            outdated = (*done, *OF_REGIONS) if have_region_colors(stored) else done
+            lost += [f"{owner} property {name}" for name in stored if name not in outdated]
         lost += ["texture"] * (self.texture is not None)
         lost += [f"names of {name}s" for name in self.attributes.names]
         lost += [str(self.attributes.header)] * (self.attributes.header is not None)
-        lost += ["comments"] * bool(self.attributes.comments)
+        lost += ["comments"] * any(not is_image(line) for line in self.attributes.comments)
         return [item for item in lost if item not in self.taken]
 
     @property
@@ -94,3 +96,9 @@ class Output:
         if self.classes is not None:
             regions = ["_".join(name.split()) or "unnamed" for name in self.classes]
         return np.array(["unlabeled"] * int((values < 0).any()) + regions)
+
+
+def _are_equal(own: Any, stored: Array) -> bool:
+    """Return whether a property is the same as own values; NaN equals NaN."""
+    is_real = stored.dtype.kind == "f"
+    return own is not None and np.array_equal(np.asarray(own), stored, equal_nan=is_real)

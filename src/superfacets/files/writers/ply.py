@@ -29,8 +29,9 @@ def write_ply(file: IO[bytes], content: Output) -> None:
     # If new labels of faces are written, labels of vertices in the attributes are outdated.
     labels = () if attributes is None else attributes.face.get("label", ())
     are_other = content.labels is not None and not np.array_equal(labels, content.labels)
-    vertices.add(content.properties("vertex", (*vertices.names, *["label"] * are_other)))
-    faces.add(content.properties("face", (*INDEX_NAMES, *faces.names)))
+    outdated = {"label": None} if are_other else {}
+    vertices.add(content.properties("vertex", outdated | vertices.own))
+    faces.add(content.properties("face", dict.fromkeys(INDEX_NAMES) | faces.own))
     comments = () if attributes is None else attributes.comments
     if texture is not None:
         is_cut = corners_of(mesh).size == 3
@@ -50,7 +51,7 @@ def write_cloud_ply(file: IO[bytes], content: Output) -> None:
     """Write a point cloud as PLY, with one label per point."""
     cloud = content.cells
     points = _Element("vertex", cloud.n_points, _point_columns(cloud, content))
-    points.add(content.properties("vertex", points.names))
+    points.add(content.properties("vertex", points.own))
     comments = () if content.attributes is None else content.attributes.comments
     content.taken.add("comments")
     _write_elements(file, [points], comments, ascii=content.ascii)
@@ -106,8 +107,8 @@ class _Element:
     columns: list[_Column]
 
     @property
-    def names(self) -> list[str]:
-        return [column.name for column in self.columns]
+    def own(self) -> dict[str, Any]:
+        return {column.name: column.values for column in self.columns}
 
     def add(self, properties: Mapping[str, Array]) -> None:
         """Append properties as columns."""
