@@ -46,26 +46,27 @@ def read_with_vtk(data: bytes, ending: str) -> Found:
 
     log = vtkCommonCore.vtkStringOutputWindow()
     vtkCommonCore.vtkOutputWindow.SetInstance(log)
+    reader: Any
     is_xml = data.lstrip()[:1] == b"<"
     if is_xml:
-        reader = (
-            vtkIOXML.vtkXMLUnstructuredGridReader
-            if ending == ".vtu"
-            else vtkIOXML.vtkXMLPolyDataReader
-        )()
+        is_grid = ending == ".vtu"
+        reader = getattr(vtkIOXML, f"vtkXML{'UnstructuredGrid' if is_grid else 'PolyData'}Reader")()
         reader.ReadFromInputStringOn()
         reader.SetInputString(data.decode("latin-1"))
     else:
         reader = vtkIOLegacy.vtkGenericDataObjectReader()
         reader.ReadFromInputStringOn()
         reader.SetBinaryInputString(data, len(data))
-        reader.ReadAllScalarsOn()
-        reader.ReadAllVectorsOn()
-        reader.ReadAllNormalsOn()
-        reader.ReadAllTensorsOn()
-        reader.ReadAllTCoordsOn()
-        reader.ReadAllFieldsOn()
-        reader.ReadAllColorScalarsOn()
+        for what in (
+            "Scalars",
+            "Vectors",
+            "Normals",
+            "Tensors",
+            "TCoords",
+            "Fields",
+            "ColorScalars",
+        ):
+            getattr(reader, f"ReadAll{what}On")()
     reader.Update()
     said = [line for line in log.GetOutput().splitlines() if line.strip()]
     if any("ERR" in line or line.startswith("ERROR") for line in said):
@@ -88,7 +89,8 @@ def read_with_vtk(data: bytes, ending: str) -> Found:
 def _numbers_of(array: Any) -> Array | None:
     from vtkmodules.util.numpy_support import vtk_to_numpy
 
-    return None if array is None else np.asarray(vtk_to_numpy(array))
+    convert: Any = vtk_to_numpy
+    return None if array is None else np.asarray(convert(array))
 
 
 def _grid_of(found: Any) -> Found:
@@ -137,14 +139,19 @@ def _check_declared(data: bytes, found: Found) -> None:
 
 def read_with_meshio(data: bytes, ending: str) -> Found:
     """Return the cells of an MSH file of Gmsh, or of a MESH file of Medit."""
-    from meshio import gmsh, medit
+    from meshio import ReadError, gmsh, medit  # type: ignore[import-untyped]
 
     if ending == ".mesh":  # keywords in any letter case
         data = _KEYWORD.sub(lambda found: found[0].capitalize(), data)
+    elif any(data.find(b"$End%s" % section) < 0 for section in (b"Nodes", b"Elements")):
+        raise MeshError("the file has no end of its nodes and elements: it may be truncated")
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, f"mesh{ending}")
         path.write_bytes(data)
-        mesh: Any = (medit if ending == ".mesh" else gmsh).read(path)
+        try:
+            mesh: Any = (medit if ending == ".mesh" else gmsh).read(path)
+        except ReadError as error:
+            raise MeshError(f"meshio cannot read the file: {error or 'it is damaged'}") from None
     unknown = {block.type for block in mesh.cells} - _MESHIO_KINDS.keys()
     if unknown:
         raise MeshError(f"cells of type {', '.join(sorted(unknown))} are not supported")

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from superfacets import MeshError
+from superfacets import MeshError, kit
 from superfacets.kit import Array, Floats, Input, Longs, Read, counted, guarded, shown
 
 from .tet_mesh import TetMesh
@@ -55,14 +55,16 @@ class Grid:
     @classmethod
     def of_foreign(cls, reader: str, source: Input) -> Grid:
         """Return the grid that a function of the module `foreign` reads."""
+        kit.FORMATS.check_readers([".vtk" if reader == "read_with_vtk" else ".msh"])
         found = guarded(f"superfacets_formats.foreign:{reader}", source.data, source.ending)
-        arrays: Any = [found.pop(name) for name in ("vertices", "kinds", "sizes", "corners")]
+        fields = ("vertices", "kinds", "sizes", "corners")
+        arrays: dict[str, Any] = {name: found.pop(name) for name in fields}
         data: dict[str, list[tuple[str, Any]]] = {"point": [], "cell": [], "names": []}
         for key, values in found.items():
             owner, _, name = key.partition(" ")
             data[owner].append((name, values))
         names = {name: tuple(json.loads(values)) for name, values in data["names"]}
-        return cls(*arrays, data["point"], data["cell"], names)
+        return cls(**arrays, point=data["point"], cell=data["cell"], names=names)
 
     def read(self, source: Input) -> Read:
         """Return the tetrahedra, or else the faces, or else the points, of a file.

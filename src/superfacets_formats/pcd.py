@@ -84,7 +84,7 @@ def read_pcd(source: Input) -> Read:
     columns: dict[str, Array] = {}
     for field, values in zip(header.fields, read[header.form](data, header), strict=True):
         if field.name in columns:
-            source.declare(f"point property {field.name}", "whose name is repeated")
+            source.declare(f"another point property {field.name}", "whose name is repeated")
         elif field.name != _PADDING:
             columns[field.name] = values
     columns = _with_colors(columns)

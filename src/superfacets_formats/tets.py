@@ -11,9 +11,9 @@ from .vtk_xml import XmlFile
 
 def read_vtu(source: Input) -> Read:
     """Read a VTU file; VTK reads files that are compressed with LZ4."""
-    if source.data.find(b"vtkLZ4DataCompressor") >= 0:
-        return Grid.of_foreign("read_with_vtk", source).read(source)
     file = XmlFile(source.data, "UnstructuredGrid")
+    if file.needs_vtk:
+        return Grid.of_foreign("read_with_vtk", source).read(source)
     if not file.pieces:
         raise MeshError("the VTU file has no element Piece")
     points, sizes, corners = file.cells("Cells", "NumberOfCells")

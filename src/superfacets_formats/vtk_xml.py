@@ -24,7 +24,7 @@ from superfacets.kit import (
     shown,
 )
 
-from .grids import as_count, sizes_between
+from .grids import Grid, as_count, sizes_between
 
 NUMBER_TYPES = {
     **{f"Int{8 * n}": f"i{n}" for n in (1, 2, 4, 8)},
@@ -50,7 +50,11 @@ def is_vtp(data: Content) -> bool:
 
 def read_vtp(source: Input) -> Read:
     """Read the polygons of a VTP file, with the data of points and polygons."""
-    file = _open(source.data)
+    if not is_vtp(source.data):
+        raise MeshError("not a VTP file: it does not begin with a VTKFile of type PolyData")
+    file = XmlFile(source.data, "PolyData")
+    if file.needs_vtk or any(_count(piece, "NumberOfStrips") for piece in file.pieces):
+        return Grid.of_foreign("read_with_vtk", source).read(source)
     points, sizes, corners = file.cells("Polys", "NumberOfPolys")
     others = ("NumberOfVerts", "NumberOfLines")
     for name in others:
@@ -60,15 +64,6 @@ def read_vtp(source: Input) -> Read:
         points, sizes, corners, vertex=file.data("PointData", "NumberOfPoints"),
         face=file.data("CellData", "NumberOfPolys", others),
     )  # fmt: skip
-
-
-def _open(data: Content) -> XmlFile:
-    if not is_vtp(data):
-        raise MeshError("not a VTP file: it does not begin with a VTKFile of type PolyData")
-    file = XmlFile(data, "PolyData")
-    if any(_count(piece, "NumberOfStrips") for piece in file.pieces):
-        raise MeshError("triangle strips in VTP are not supported: save the file with polygons")
-    return file
 
 
 def _count(piece: Element, name: str) -> int:
@@ -100,6 +95,11 @@ class XmlFile:
         self._compressor = root.get("compressor", "")
         appended = root.find("AppendedData")
         self._encoding = "" if appended is None else appended.get("encoding", "")
+
+    @property
+    def needs_vtk(self) -> bool:
+        """Whether only VTK can decompress the arrays."""
+        return self._compressor == "vtkLZ4DataCompressor"
 
     def cells(self, section: str, count: str) -> tuple[Array, Array, Array]:
         """Return vertices, (V, 3), sizes of cells, and flat corners of cells, of all pieces."""

@@ -116,7 +116,7 @@ def test_off_files_that_are_wrong_are_refused(refuse, old, new, message):
 
 @pytest.mark.parametrize("data", [b"OFF", b"OFF\n", b"OFF\n0 0 0\n", b"OFF\n4 0 0\n" + V4.encode()])
 def test_off_files_without_faces_are_refused(refuse, data):
-    refuse("a.off", data, "expected the counts" if len(data) < 5 else "the mesh has no faces")
+    refuse("a.off", data, "expected the counts" if len(data) < 5 else "no faces")
 
 
 @pytest.mark.parametrize(("old", "new", "message"), [
@@ -152,7 +152,7 @@ def test_tri_files_that_are_wrong_are_refused(refuse, old, new, message):
 def test_tri_files_that_end_early_are_refused(refuse):
     refuse("a.tri", b" \n", "expected a vertex count at the end of the file")
     refuse("a.tri", f"4\n{V4}".encode(), "expected a triangle count at the end of the file")
-    refuse("a.tri", f"4\n{V4}0\n".encode(), "the mesh has no faces")
+    refuse("a.tri", f"4\n{V4}0\n".encode(), "no faces: use read_cloud")
 
 
 @pytest.mark.parametrize("name", ["a.off", "a.tri"])

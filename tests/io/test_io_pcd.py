@@ -137,7 +137,7 @@ def test_padding_and_repeated_fields_are_left_out(cloud_of):
         "a": [9],
         "c": [4],
     }
-    assert attributes.left_out == ("point property c (2), whose name is repeated",)
+    assert attributes.left_out == ("another point property c, whose name is repeated",)
 
 
 def test_copies_that_overlap_are_unpacked(cloud_of):

@@ -23,8 +23,7 @@ def test_an_empty_file_is_refused(refuse, ending):
     ("name", "got"), [("a.dwg", ".dwg: convert the file first"), ("a", "none"), (".ply", "none")]
 )
 def test_an_unknown_ending_is_refused(refuse, name, got):
-    endings = ".glb, .gltf, .obj, .off, .ply, .stl, .tri, .vtp, .gii, .white, .pial"
-    endings += ", .inflated, .smoothwm, .orig, .sphere, .mesh, .msh, .vtk, .vtu"
+    endings = ", ".join(FORMATS.meshes)
     refuse(name, b"ply", f"expected the ending {endings}, got {got}")
 
 

@@ -77,16 +77,14 @@ GUARDS = {
         ("rows", "empty"): "only with 0 rows",
         ("rows", "ndarray"): "the end of the rows is compared with the view"},
     "superfacets_formats/grids.py": {
-        ("numbers", "frombuffer"): "the count is compared with the bytes that are left"},
+        ("_corners_of", "arange"): "corners in memory",
+        ("_corners_of", "repeat"): "corners in memory"},
     "superfacets_formats/las.py": {
         ("_add_extra_columns", "ndarray"): "a view of the records in memory",
         ("_chunks", "read_chunk_table_only"): "the number of chunks is compared with the file",
         ("_decompressed", "decompress_points_with_chunk_table"): "chunks and layers are checked",
         ("_decompressed", "empty"): "at most _MAX_COMPRESSED times the file",
         ("read_las", "frombuffer"): "the size is compared with the file"},
-    "superfacets_formats/msh.py": {
-        ("_read_element_blocks", "full"): "`_sizes` has read as many rows",
-        ("_read_elements", "repeat"): "numbers of tokens in the text"},
     "superfacets/files/readers/npy.py": {
         ("npy_array", "frombuffer"): "the declared size must be the size that follows"},
     "superfacets/files/readers/obj.py": {

@@ -122,7 +122,7 @@ def property_of(cells: Cells, attributes: MeshAttributes | None, name: str) -> A
     if found is not None and found.ndim == 1 and found.dtype.kind in "iu":
         return found
     if found is not None and found.ndim == 1:
-        return as_integers(found, f"labels must be integers: property {name}")
+        return as_integers(found, "labels")
     stored = _stored_of(cells, attributes)
     others = [
         key for key, values in stored.items() if values.dtype.kind in "iu" and values.ndim == 1

@@ -31,7 +31,7 @@ def read_ply(source: Input) -> Read:
     positions_at, corners_at = _find_positions(header), _find_corners(header)
     tables = read_tables(header, data)
     for place, element in enumerate(header.elements):
-        if element.name not in ("vertex", "face") and place != header.faces:
+        if element.n_rows and element.name not in ("vertex", "face") and place != header.faces:
             source.declare(f"element {element.name}")
     positions = [_present(tables[place][column].values) for place, column in positions_at]
     vertices = as_rows(positions, np.float64)
