@@ -167,7 +167,7 @@ def notes_on_written(
     if attributes.left_out:
         notes.append(f"data of the input that is not copied: {', '.join(attributes.left_out)}")
     notes += [
-        f"data of the input that {ending} does not store: {', '.join(lost)}"
+        f"data of the input that {ending} does not store: {'; '.join(lost)}"
         for ending, lost in written.lost.items()
         if lost
     ]

@@ -208,10 +208,7 @@ def test_names_of_the_labels_win(tmp_path):
         {"x": [9.0] * 5, "label": [1, 2, 3, 4, 5]},
         {"label": [8, 8], "red": [1.0, 2.0], "vertex_index": [0, 0], "kept": [5, 6]},
     )
-    lost = (
-        "vertex property x, vertex property label, face property label, face property red,"
-        " face property vertex_index"
-    )
+    lost = "vertex properties x, label; face properties label, red, vertex_index"
     with pytest.warns(UserWarning, match=f"^.ply does not store: {lost}$"):
         write_mesh(path, mesh, [1, 0], attributes=attributes)
     assert_array_equal(read_mesh(path).vertices, VERTICES)

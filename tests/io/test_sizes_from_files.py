@@ -79,6 +79,8 @@ GUARDS = {
     "superfacets_formats/grids.py": {
         ("_corners_of", "arange"): "corners in memory",
         ("_corners_of", "repeat"): "corners in memory"},
+    "superfacets_formats/foreign.py": {
+        ("read_with_meshio", "repeat"): "cells in memory, of a process with a limit"},
     "superfacets_formats/las.py": {
         ("_add_extra_columns", "ndarray"): "a view of the records in memory",
         ("_chunks", "read_chunk_table_only"): "the number of chunks is compared with the file",
@@ -114,8 +116,6 @@ GUARDS = {
         ("runs", "arange"): "callers compare lengths with the file",
         ("runs", "repeat"): "callers compare lengths with the file",
         ("table", "arange"): "the width is a constant, or compared with the lines"},
-    "superfacets_formats/vtk_legacy.py": {
-        ("_split_rows", "full"): "at most as many rows as numbers in memory"},
     "superfacets_formats/vtk_xml.py": {
         ("_content", "frombuffer"): "`_first_bytes` compares the size with the data",
         ("_decoded", "frombuffer"): "a view of decoded bytes, whose number is checked",

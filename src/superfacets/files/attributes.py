@@ -179,10 +179,6 @@ class MeshAttributes:
         return f"MeshAttributes(vertex: {vertex}; face: {face}; {comments}{texture})"
 
 
-OF_REGIONS = ("label", "quality", *COLORS, "alpha")
-"""Names of properties that `write_ply` writes for labels and colors of regions."""
-
-
 def have_region_colors(stored: Mapping[str, Array]) -> bool:
     """Return whether colors are of regions: `write_ply` stores labels as `label` and `quality`."""
     if not stored.keys() >= {"label", "quality"}:

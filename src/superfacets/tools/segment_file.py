@@ -26,14 +26,15 @@ from ..base.timing import Callback, Reports, timed
 from ..base.types import Array, Bools, Floats, Longs
 from ..clustering.result import Segmentation
 from ..files.attributes import MeshAttributes
-from ..files.cell_file import CellFile
 from ..files.formats import FORMATS
 from ..files.guards import Content, read_content
+from ..files.input import Input
 from ..files.named_features import CellData
-from ..files.readers.read import cell_ending
+from ..files.readers.labels import parse_labels
+from ..files.readers.read import cell_ending, parse
 from ..files.writers.cells import FormatOptions
 from ..files.writers.write import OutputFiles, Written
-from ..graph.constraints import sharp_edges, sharp_edges_inside
+from ..graph.constraints import mask_of, sharp_edges, sharp_edges_inside
 from ..graph.kinds import kind_of
 from ..graph.point_graph import checked_viewpoint
 from ..graph.size import advised_max_edge
@@ -232,13 +233,13 @@ class FileOptions:
                 on_content(None)
                 raise
             on_content(content)
-            file = CellFile(str(path), content, cell_ending(path), path.parent)
-            cells, attributes = file.cells_and_attributes(keep=keep)
+            source = Input(content, cell_ending(path), path.parent, keep)
+            cells, attributes = parse(source)
             outputs.check_fit(cells)
             constraints: dict[str, Array] = {}
             if self.mask_values:
-                labels = file.integers(cells.n_cells, self.labels_named)
-                constraints["mask"] = file.mask(labels, self.mask_values, cells)
+                labels = parse_labels(source, cells.n_cells, self.labels_named)
+                constraints["mask"] = mask_of(labels, self.mask_values, path, cells)
             return cells, attributes, constraints
 
         timings: dict[str, float] = {}

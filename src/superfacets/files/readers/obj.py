@@ -44,7 +44,7 @@ def read_obj(source: Input) -> Read:
             source.declare(f"{word} ({what})")
     part = parts_of(data, (b"f", b"g", b"o"), "group", comment=b"#")
     texture = None
-    if re.search(rb"^[ \t]*(?:usemtl|mtllib)\s", data, re.MULTILINE):
+    if re.search(rb"^[ \t]*(?:usemtl|mtllib|vt)\s", data, re.MULTILINE):
         texture = source.texture("obj_texture", data)
     return source.mesh(
         vertices, faces, vertex=colors, face=part.columns, names=part.names, texture=texture

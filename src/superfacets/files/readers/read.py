@@ -157,7 +157,9 @@ def read_cloud(path: str | os.PathLike[str]) -> PointCloud:
     PointCloud(2 points, colors)
     """
     cells, _ = _read(path, FORMATS.cells, keep=False)
-    return cells if isinstance(cells, PointCloud) else PointCloud(cast("AnyMesh", cells).vertices)
+    if not kind_of(cells).are_points:
+        return PointCloud(cast("AnyMesh", cells).vertices)
+    return cast("PointCloud", cells)
 
 
 def read_attributes(path: str | os.PathLike[str]) -> MeshAttributes:

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...base.lazy import load
 from ...base.types import Array, Bytes, Ints
-from ..attributes import OF_REGIONS, MeshAttributes, have_region_colors, is_image
+from ..attributes import MeshAttributes, is_image
 
 if TYPE_CHECKING:
     from ... import Texture
@@ -54,10 +54,7 @@ class Output:
 
     @property
     def lost(self) -> list[str]:
-        """Attributes that the writer did not store.
-
-        Labels and colors of regions from an earlier run of `write_mesh` do not count.
-        """
+        """Attributes that the writer did not store."""
         if self.attributes is None:
             return []
         done = (
@@ -65,14 +62,22 @@ class Output:
         )
         lost = []
         for owner in ("vertex", "face"):
-            stored = self._stored(owner)
-            outdated = (*done, *OF_REGIONS) if have_region_colors(stored) else done
-            lost += [f"{owner} property {name}" for name in stored if name not in outdated]
-        lost += ["texture"] * (self.texture is not None)
-        lost += [f"names of {name}s" for name in self.attributes.names]
-        lost += [str(self.attributes.header)] * (self.attributes.header is not None)
-        lost += ["comments"] * any(not is_image(line) for line in self.attributes.comments)
-        return [item for item in lost if item not in self.taken]
+            names = [
+                name
+                for name in self._stored(owner)
+                if name not in done and f"{owner} property {name}" not in self.taken
+            ]
+            if names:
+                many = "properties" if len(names) > 1 else "property"
+                lost.append(f"{owner} {many} {', '.join(names)}")
+        others = {
+            "texture": self.texture is not None,
+            **{f"names of {name}s": True for name in self.attributes.names},
+            str(self.attributes.header): self.attributes.header is not None,
+            "comments": any(not is_image(line) for line in self.attributes.comments),
+        }
+        more = [item for item, is_there in others.items() if is_there and item not in self.taken]
+        return [*lost, *more]
 
     @property
     def texture(self) -> Texture | None:
@@ -101,4 +106,6 @@ class Output:
 def _are_equal(own: Any, stored: Array) -> bool:
     """Return whether a property is the same as own values; NaN equals NaN."""
     is_real = stored.dtype.kind == "f"
-    return own is not None and np.array_equal(np.asarray(own), stored, equal_nan=is_real)
+    values = np.asarray(own)  # one value stands for all rows
+    values = np.broadcast_to(values, stored.shape) if values.ndim == 0 else values
+    return own is not None and np.array_equal(values, stored, equal_nan=is_real)

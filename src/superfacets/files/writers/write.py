@@ -149,7 +149,7 @@ def write_mesh(
     files = OutputFiles([path], options)
     written = files.write(mesh, labels, colors=colors, attributes=attributes)
     if lost := written.lost[ending]:
-        warnings.warn(f"{ending} does not store: {', '.join(lost)}", stacklevel=2)
+        warnings.warn(f"{ending} does not store: {'; '.join(lost)}", stacklevel=2)
 
 
 def _check_truth_stays(paths: Sequence[StrPath], force: bool) -> None:
