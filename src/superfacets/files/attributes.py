@@ -28,6 +28,10 @@ COLORS = ("red", "green", "blue")
 TAKEN = ("cells", "attributes", "texture")
 """Values of `MeshAttributes.declared` for what is not left out."""
 
+NAMES_COMMENT = "comment names "
+"""Begin of the comments in PLY with the name of a property of faces, and the names of its values as
+a JSON list."""
+
 IMAGE_COMMENT = "comment TextureFile "
 """Begin of the comments in PLY that name an image of the texture."""
 

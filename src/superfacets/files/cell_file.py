@@ -106,10 +106,19 @@ class CellFile:
             if n_vertices is not None and ending in FORMATS["vertex_labels"]:
                 check_length(labels, n_vertices, "labels", "vertex", error=MeshError)
                 return labels, True
+            labels = self._of_points(labels, cells)
             of_vertices = are_of_vertices(labels, cells)
         if ending in FORMATS.placed_labels:
             self._check_same_order(cells, labeled, are_of_vertices=of_vertices)
         return labels, of_vertices
+
+    def _of_points(self, labels: Ints, cells: Cells) -> Ints:
+        """Return labels of points, given labels of the records of a point cloud file."""
+        if not kind_of(cells).are_points or len(labels) == cells.n_cells:
+            return labels
+        attributes = self.cells_and_attributes(keep=False)[1]
+        records = None if attributes is None else attributes.records
+        return labels if records is None or len(records) != len(labels) else labels[records]
 
     @staticmethod
     def levels_in(path: Path) -> Array:

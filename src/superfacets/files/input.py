@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 
+from ..base.checks import counted
 from ..base.errors import MeshError
 from ..base.lazy import load
 from ..base.types import Array, Bools, Floats
@@ -89,12 +89,26 @@ class Input:
                 raise MeshError("the mesh has no faces")
             positions: Columns = zip("xyz", vertices.T, strict=True)
             return self.cloud((*positions, *vertex), **others)
+        vertices = self._without_gaps(vertices, faces)
         cells: Cells
         if isinstance(faces, Polygons):
             cells = PolygonMesh._of_new(vertices, *faces)
         else:
             cells = Mesh._of_new(vertices, faces)
         return self.of_cells(cells, vertex=vertex, face=face, **others)
+
+    def _without_gaps(self, vertices: Floats, faces: Array | Polygons) -> Floats:
+        """Move vertices that have no position, and that no face uses, to a corner of a face."""
+        if np.isfinite(vertices.sum()):  # a sum of finite numbers may be infinite, which is rare
+            return vertices
+        corners = faces.indices if isinstance(faces, Polygons) else faces.ravel()
+        is_lost: Bools = np.asarray(~np.isfinite(vertices).all(axis=1))
+        used = corners[(corners >= 0) & (corners < len(vertices))]
+        if not is_lost.any() or is_lost[used].any():
+            return vertices
+        n_lost = counted(int(np.count_nonzero(is_lost)), "vertex")
+        self.declare(f"{n_lost} without a position", "which no face uses")
+        return np.where(is_lost[:, np.newaxis], vertices[used[0]], vertices)
 
     def polygons(self, vertices: Floats, sizes: Array, corners: Array, **others: Any) -> Read:
         """Return the same as `mesh` for polygons with the given numbers of corners, and corners."""
@@ -125,14 +139,28 @@ class Input:
             if axis not in found or found[axis].ndim != 1:
                 raise MeshError(f"the points have no property {axis}")
             self.declare(f"point property {axis}", "cells")
-        cloud = _cloud_of(found, viewpoints)
+        normals = self._normals_of(found)
+        cloud = _cloud_of(found, normals, viewpoints)
         if not self.keep:
-            return cloud, None
+            is_whole = records is None or bool(records.all())
+            return cloud, None if is_whole else MeshAttributes(records=records)
         kept = self._kept("point", (pair for pair in pairs if pair[0] not in [*"xyz"]))
         if records is not None and not records.all():
             n_lost = len(records) - cloud.n_points
             self.declare(f"{n_lost:,} of {len(records):,} points", "which have no position")
         return cloud, MeshAttributes(vertex=kept, declared=self.declared, records=records, **others)
+
+    def _normals_of(self, columns: Mapping[str, Array]) -> Floats | None:
+        """Return the normals, with zeros, which mean no normal, where they are not finite."""
+        if not _has(columns, NORMALS):
+            return None
+        normals = as_rows([columns[name] for name in NORMALS], np.float64)
+        is_lost: Bools = np.asarray(~np.isfinite(normals).all(axis=1))
+        if is_lost.any():
+            n_lost = counted(int(np.count_nonzero(is_lost)), "point")
+            self.declare(f"normals of {n_lost}", "which are not finite")
+            normals[is_lost] = 0.0
+        return normals if normals.any() else None  # normals of Gaussian splats are often zero
 
     def _kept(self, owner: str, columns: Columns) -> dict[str, Array]:
         """Return the properties that attributes can store, and account for all."""
@@ -151,22 +179,21 @@ class Input:
         return kept
 
 
-def _cloud_of(columns: Mapping[str, Array], viewpoints: Floats | None) -> PointCloud:
+def _has(columns: Mapping[str, Array], names: Sequence[str]) -> bool:
+    return all(name in columns and columns[name].ndim == 1 for name in names)
+
+
+def _cloud_of(
+    columns: Mapping[str, Array], normals: Floats | None, viewpoints: Floats | None
+) -> PointCloud:
     """Return the cloud of columns, (N,) each, with the names in `Input.cloud`."""
-
-    def rows(names: Sequence[str], dtype: npt.DTypeLike) -> Array:
-        return as_rows([columns[name] for name in names], dtype)
-
-    has = {name for name, values in columns.items() if values.ndim == 1}.issuperset
-    normals = rows(NORMALS, np.float64) if has(NORMALS) else None
-    if normals is not None and not normals.any():  # normals of Gaussian splats are often zero
-        normals = None
     colors = None
-    if has(COLORS):
+    if _has(columns, COLORS):
         kinds = {columns[name].dtype.kind + str(columns[name].dtype.itemsize) for name in COLORS}
         if len(kinds) == 1 and kinds <= {"u1", "u2", "f4", "f8"}:
-            colors = rows(COLORS, columns["red"].dtype)
+            colors = as_rows([columns[name] for name in COLORS], columns["red"].dtype)
     else:
         colors = splat_colors(columns)
     axes = splat_axes(columns) if normals is None else None
-    return PointCloud(rows("xyz", np.float64), normals, colors, axes, viewpoints)
+    points = as_rows([columns[axis] for axis in "xyz"], np.float64)
+    return PointCloud(points, normals, colors, axes, viewpoints)

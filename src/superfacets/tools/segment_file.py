@@ -188,7 +188,8 @@ class FileOptions:
             table = CellData(mesh, attributes).features(wanted.names, threads, is_kept)
             if table is not None:
                 of_cells["features"] = table
-            attributes = attributes if keeps else None
+            if attributes is not None and not keeps:
+                attributes = MeshAttributes(records=attributes.records)
         parts, given = None, mesh
         if self.subdivide:
             with timed(timings, "subdivide"):

@@ -20,6 +20,7 @@ from ..attributes import MeshAttributes
 from ..formats import FORMATS
 from ..guards import Content, hint_at_integers, known_ending, named_errors, read_content
 from ..input import Input
+from ..other import as_declared
 from .npy import npy_array, npy_header
 from .read import parse
 from .text import Lines, as_integers, shown
@@ -104,7 +105,8 @@ def parse_labels(source: Input, n_cells: int | None, name: str) -> Ints:
     """Return the labels in the content of a file, or raise a MeshError if they are missing."""
     for role in ("labels", "vertex_labels"):
         if source.ending in FORMATS[role]:
-            return checked_labels(FORMATS[role][source.ending](source.data), n_cells)
+            content = as_declared(source.data)
+            return checked_labels(FORMATS[role][source.ending](content), n_cells)
     if source.ending not in FORMATS.cells:
         raise MeshError(f"expected a format that can store labels, got {source.ending}")
     return checked_labels(property_of(*parse(replace(source, keep=True)), name), n_cells)

@@ -25,18 +25,31 @@ def read_off(source: Input) -> Read:
     """Read an OFF file; without faces, the vertices are a point cloud."""
     lines = Lines.of(source.data, comment=b"#")
     n_vertices, n_faces, n_header = _read_header(lines)
-    n_rows = len(lines) - n_header
-    if n_rows < n_vertices + n_faces:
-        raise MeshError(
-            f"the header declares {counted(n_vertices, 'vertex')} and {counted(n_faces, 'face')}"
-            f" but the file has only {counted(n_rows, 'more line')}: it may be truncated"
-        )
-    if n_rows > n_vertices + n_faces:
-        extra = lines.number(n_header + n_vertices + n_faces)
-        raise MeshError(f"line {extra}: there are more lines than the header declares")
     body = lines[n_header:]
+    if len(body) != n_vertices + n_faces:
+        return source.mesh(*_read_wrapped(body, n_vertices, n_faces))
     vertices = body[:n_vertices].parse_vertices()
     return source.mesh(vertices, _read_faces(body[n_vertices:]))
+
+
+def _read_wrapped(body: Lines, n_vertices: int, n_faces: int) -> tuple[Array, Array | Polygons]:
+    """Return vertices and faces of which a row may have several lines, and a line several rows."""
+    numbers = body.parse_integers_or_floats()
+    vertices, rest = numbers[: 3 * n_vertices].astype(np.float64), numbers[3 * n_vertices :]
+    places: list[int] = []
+    place = 0
+    while len(places) < n_faces and place < len(rest):
+        places.append(place)
+        place += 1 + int(max(rest[place], 0))
+    if len(vertices) < 3 * n_vertices or len(places) < n_faces or place != len(rest):
+        raise MeshError(
+            f"the header declares {counted(n_vertices, 'vertex')} and {counted(n_faces, 'face')}"
+            f" but {counted(len(numbers), 'number')} in {counted(len(body), 'line')} do not fit:"
+            " the file may be truncated"
+        )
+    sizes = as_integers(rest[places], "corner counts").astype(np.int64)
+    corners = as_integers(rest[runs(np.array(places) + 1, sizes)], "vertex indices")
+    return vertices.reshape(-1, 3), checked_faces(sizes, corners)
 
 
 def _read_header(lines: Lines) -> tuple[int, int, int]:

@@ -14,8 +14,8 @@ from ...base.types import Array, Ints
 from ..guards import Content
 from .text import Lines
 
-_REGION = re.compile(r"region_(\d{1,10})|unlabeled")
-"""Matches the names that `write_mesh` gives to parts that have no other name."""
+_REGION = re.compile(r"(?:(.+)_)?region_(\d{1,10})|unlabeled")
+"""Matches the names that `write_mesh` gives to parts; they may begin with another name."""
 
 
 class Parts(NamedTuple):
@@ -33,8 +33,8 @@ def parts_of(
 
     Lines that begin with another of `words` begin a part. The name of the part follows the word.
     The property has the name `noun`; the value -1 stands for no part. If all names are like
-    ``region_17``, the property is ``label``, and has the numbers in the names. There is no property
-    if a file has no names.
+    ``region_17`` or ``inlet_region_17``, the property ``label`` has the numbers in the names. There
+    is no property if a file has no names, or one name for all faces.
     """
     names: dict[str, int] = {}
     blocks, last = [], -1
@@ -52,6 +52,13 @@ def parts_of(
         return Parts([], {})
     matches = [_REGION.fullmatch(name) for name in names]
     if all(matches):
-        numbers = [int(match[1]) if match and match[1] else -1 for match in matches]
-        return Parts([("label", np.array([-1, *numbers])[of_faces + 1])], {})
+        pairs = [(match[1] or "", match[2] or -1) for match in matches if match is not None]
+        labels = np.array([-1, *(int(number) for _, number in pairs)])[of_faces + 1]
+        wholes = [*dict.fromkeys(whole for whole, _ in pairs)]
+        if wholes == [""]:
+            return Parts([("label", labels)], {})
+        of_parts = np.array([-1, *(wholes.index(whole) for whole, _ in pairs)])[of_faces + 1]
+        return Parts([("label", labels), (noun, of_parts)], {noun: tuple(wholes)})
+    if len(names) == 1 and of_faces.min() == 0:  # the name of the model
+        return Parts([], {})
     return Parts([(noun, of_faces)], {noun: tuple(names)})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Iterator
 from functools import partial
 
@@ -10,8 +11,8 @@ import numpy as np
 from ...base.errors import MeshError
 from ...base.lazy import load
 from ...base.types import Array, Longs
-from ..attributes import images_in
-from ..guards import Polygons, as_rows, checked_faces, contiguous_rows
+from ..attributes import NAMES_COMMENT, images_in
+from ..guards import Polygons, as_rows, checked_faces, contiguous_rows, parsed_json
 from ..input import Input, Read
 from .ply_body import Column, read_tables
 from .ply_header import INDEX_NAMES, STRIPS, Header, Property, parse_header
@@ -35,7 +36,7 @@ def read_ply(source: Input) -> Read:
             source.declare(f"element {element.name}")
     positions = [_present(tables[place][column].values) for place, column in positions_at]
     vertices = as_rows(positions, np.float64)
-    comments = tuple(map(_one_line, header.comments))
+    comments, names = _comments_of(header)
     vertex = _columns(header, tables, "vertex")
     if corners_at is None:
         return source.mesh(vertices, None, vertex=vertex, comments=comments)
@@ -43,12 +44,31 @@ def read_ply(source: Input) -> Read:
     for item in (*(f"vertex property {axis}" for axis in "xyz"), "corners of faces"):
         source.declare(item, "cells")
     face = _columns(header, tables, "face")
-    cells, attributes = source.mesh(vertices, faces, vertex=vertex, face=face, comments=comments)
+    cells, attributes = source.mesh(
+        vertices, faces, vertex=vertex, face=face, comments=comments, names=names
+    )
     if attributes is not None and (images := images_in(comments)):
         with_texture = load("superfacets_textures.ply_texture:with_texture")
         lists = partial(_lists_of_faces, header, tables)
         attributes = with_texture(attributes, images, faces, lists, source.folder)
     return cells, attributes
+
+
+def _comments_of(header: Header) -> tuple[tuple[str, ...], dict[str, tuple[str, ...]]]:
+    """Return the comments, and the names of values that `write_mesh` stores in comments."""
+    comments: list[str] = []
+    names: dict[str, tuple[str, ...]] = {}
+    for line in map(_one_line, header.comments):
+        name, _, text = line.removeprefix(NAMES_COMMENT).partition(" ")
+        found = None
+        if line.startswith(NAMES_COMMENT):
+            with contextlib.suppress(MeshError):
+                found = parsed_json(text)
+        if isinstance(found, list) and all(isinstance(each, str) for each in found):
+            names[name] = tuple(found)
+        else:
+            comments.append(line)
+    return tuple(comments), names
 
 
 def _lists_of_faces(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import cast
 
@@ -11,27 +12,16 @@ from ...base.errors import MeshError
 from ...graph.kinds import kind_of
 from ...mesh.faces import AnyMesh
 from ...mesh.point_cloud import PointCloud
+from .. import other
 from ..attributes import MeshAttributes
 from ..formats import FORMATS
 from ..guards import Content, known_ending, named_errors, read_content
 from ..input import Input, Read
 from .off import MAGIC as OFF_MAGIC
-from .stl import cad_advice, has_binary_size
+from .stl import has_binary_size
 
-_CAD_FORMATS = {".step": "STEP", ".stp": "STEP", ".iges": "IGES", ".igs": "IGES", ".brep": "BREP",
-                ".fcstd": "FCStd"}  # fmt: skip
 _BEGINS = {b"ply\n": ".ply", b"ply\r": ".ply", b"glTF": ".glb"}
 """Endings of mesh formats, keyed by the first bytes of their files."""
-
-_RASTER = (
-    "a raster file is not a mesh: convert its heights to a mesh (see Terrain in the documentation)"
-)
-_VECTOR = "a vector file is not a mesh: convert its triangles or points to .ply, .obj or .csv"
-_NO_MESHES = {
-    **{ending: cad_advice(name) for ending, name in _CAD_FORMATS.items()},
-    **dict.fromkeys((".tif", ".tiff", ".asc"), _RASTER), ".shp": _VECTOR, ".gpkg": _VECTOR,
-}  # fmt: skip
-"""Error messages for CAD files and files with geographic data, keyed by ending."""
 
 # Matches the first word of a text, with any comment lines before it.
 _FIRST_WORD = re.compile(rb"(?:\s*+#[^\n]*+\n)*+\s*+(\S{1,20})")
@@ -228,12 +218,14 @@ def _read(path: str | os.PathLike[str], endings: tuple[str, ...], *, keep: bool)
 
 def cell_ending(path: Path, endings: tuple[str, ...] = FORMATS.cells) -> str:
     """Return the ending of a mesh or point cloud file, or raise a MeshError for other endings."""
+    if path.suffix.lower() == ".gz":  # for example, .ply.gz
+        path = path.with_suffix("")
     try:
         return known_ending(path, endings)
     except MeshError as error:
         suffix = path.suffix.lower()
-        if suffix in _NO_MESHES:
-            raise MeshError(f"{path}: {_NO_MESHES[suffix]}") from None
+        if suffix in other.ENDINGS:
+            raise MeshError(f"{path}: {other.ENDINGS[suffix]}") from None
         advice = ": convert the file first" if suffix else ""
         if suffix in FORMATS["read_points"]:
             advice = ": the file contains points, use read_cloud"
@@ -243,6 +235,7 @@ def cell_ending(path: Path, endings: tuple[str, ...] = FORMATS.cells) -> str:
 def parse(source: Input) -> Read:
     """Parse the content of a mesh or point cloud file, in the format of its ending."""
     FORMATS.check_readers([source.ending])
+    source = replace(source, data=other.as_declared(source.data))
     table = FORMATS["read" if source.ending in FORMATS["read"] else "read_points"]
     found: Read = table[source.ending](source)
     return found

@@ -91,16 +91,42 @@ class Output:
             return self.colors
         return np.asarray(np.rint(self.cells.colors * 255), np.uint8)
 
-    def part_names(self, values: Array) -> Array:
-        """Return the name of the part of the file for each of the distinct labels, ascending.
+    def parts(self) -> tuple[Array, list[str]] | None:
+        """Return the number of each face's named part of the file, and the names of the parts.
 
-        Names are ``region_17`` for label 17, or the name of its class with underscores instead of
-        spaces, and ``unlabeled`` for label -1.
+        There is a part per region: ``region_17`` for label 17, or the class of the region with
+        underscores instead of spaces, and ``unlabeled`` for label -1. If the input has named parts,
+        such as solids, and a region is inside of one part, its name begins with the name of the
+        part, for example ``inlet_region_17``. Without labels, the parts are those of the input. The
+        result is None if there are none.
         """
-        regions = [f"region_{value}" for value in values.tolist() if value >= 0]
+        given = self._given_parts
+        if self.labels is None:
+            return given
+        values, ranks = np.unique(self.labels, return_inverse=True)
+        n_unlabeled = int((values < 0).any())
+        names = [f"region_{value}" for value in values[n_unlabeled:].tolist()]
         if self.classes is not None:
-            regions = ["_".join(name.split()) or "unnamed" for name in self.classes]
-        return np.array(["unlabeled"] * int((values < 0).any()) + regions)
+            names = ["_".join(name.split()) or "unnamed" for name in self.classes]
+        elif given is not None:
+            lowest, highest = np.full(len(values), len(given[1])), np.full(len(values), -1)
+            np.minimum.at(lowest, ranks, given[0])
+            np.maximum.at(highest, ranks, given[0])
+            for place, part in enumerate(highest[n_unlabeled:].tolist()):
+                if lowest[place + n_unlabeled] == part:
+                    names[place] = f"{given[1][part]}_{names[place]}"
+        return ranks, ["unlabeled"] * n_unlabeled + names
+
+    @property
+    def _given_parts(self) -> tuple[Array, list[str]] | None:
+        """Number of the named part of each face in the input, and the names of the parts."""
+        stored, listed = self._stored("face"), getattr(self.attributes, "names", {})
+        for name, names in listed.items():
+            if name in stored and stored[name].max() < len(names):
+                words = ["_".join(each.split()) or f"{name}_{i}" for i, each in enumerate(names)]
+                self.taken.update((f"names of {name}s", f"face property {name}"))
+                return stored[name], [*words, "unnamed"]  # -1, no part, stands for the last one
+        return None
 
 
 def _are_equal(own: Any, stored: Array) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import IO, Any
@@ -12,7 +13,7 @@ from ...base.lazy import load
 from ...base.types import Array, Bytes, Floats, Ints, Longs
 from ...mesh.faces import FaceMesh, corners_of
 from ...mesh.point_cloud import PointCloud
-from ..attributes import COLORS, PLY_TYPES, is_image
+from ..attributes import COLORS, NAMES_COMMENT, PLY_TYPES, is_image
 from ..readers.ply_header import INDEX_NAMES
 from .content import Output
 from .text import ROWS_AT_ONCE, finite_singles, fits_single, text_rows
@@ -33,6 +34,11 @@ def write_ply(file: IO[bytes], content: Output) -> None:
     vertices.add(content.properties("vertex", outdated | vertices.own))
     faces.add(content.properties("face", dict.fromkeys(INDEX_NAMES) | faces.own))
     comments = () if attributes is None else attributes.comments
+    if attributes is not None:
+        comments += tuple(
+            f"{NAMES_COMMENT}{name} {json.dumps(names)}" for name, names in attributes.names.items()
+        )
+        content.taken.update(f"names of {name}s" for name in attributes.names)
     if texture is not None:
         is_cut = corners_of(mesh).size == 3
         placer = load("superfacets_textures.writing:Placer")(content.path)

@@ -406,9 +406,10 @@ class OutputFiles:
     ) -> Written:
         """Write all files and streams.
 
-        If files that contain only labels belong to another mesh, such as the mesh before
-        subdivision, pass this mesh as `listed_mesh`, and its labels as `listed`. Formats with one
-        label per vertex store `of_vertices` if it is given, and otherwise labels of vertices
+        Files with one label per cell get one per record of the input (`MeshAttributes.records`), -1
+        for records without a position. If files that contain only labels belong to another mesh,
+        such as the mesh before subdivision, pass this mesh as `listed_mesh`, and its labels as
+        `listed`. Formats with one label per vertex store `of_vertices` if it is given, and otherwise labels of vertices
         computed from labels of cells. If `segments` are given, the fields of `Segments`, they are
         written to formats in `Formats.vertex_outputs`, and groups of them to
         ``.aggregation.json``. Groups name the ``.segs.json`` file in `files`, if there is one.
@@ -431,6 +432,13 @@ class OutputFiles:
         ids.checked([*listing])
         of_cells = of_cells.checked([*all_endings - listing])
         writers = dict.fromkeys(all_endings, of_cells.write) | dict.fromkeys(listing, ids.write)
+        records = None if attributes is None else attributes.records
+        if records is not None and cell_labels is not None:  # one label per record of the file
+            of_records = np.full(len(records), -1, np.int32)
+            of_records[records] = cell_labels
+            writers |= dict.fromkeys(
+                all_endings & {*FORMATS.label_outputs}, IdWriter(cells, of_records, options).write
+            )
         lost = self._write_with(writers)
         is_unchanged = of_vertices is not None or kind_of(cells).are_points
         has_ids = not is_unchanged and not all_endings.isdisjoint(FORMATS.vertex_outputs)
