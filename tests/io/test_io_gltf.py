@@ -409,7 +409,7 @@ def test_more_faces_than_labels_can_count_are_refused_before_they_are_made(refus
 
 @pytest.mark.parametrize(("data", "message"), [
     (b"hello", "the glTF file is not valid JSON"),
-    (b"\xff\xd8\xff\xe0\0\x10JFIF\0" * 20, "the glTF file is not valid JSON"),
+    (b"\xff\xd8\xff\xe0\0\x10JFIF\0" * 20, "the file is a picture, not a mesh"),
     (b"[" * 200_000, "the glTF file is nested too deeply"),
     (b'{"asset": NaN}', "the glTF file has the number NaN, which"),
     (b"[]", "not a glTF file: the JSON has no asset"),

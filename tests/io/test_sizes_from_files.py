@@ -109,6 +109,8 @@ GUARDS = {
     "superfacets_textures/ply_texture.py": {
         ("_pairs_of_faces", "arange"): "corners in memory",
         ("_pairs_of_faces", "repeat"): "sizes of faces in memory"},
+    "superfacets/files/other.py": {
+        ("_unpacked", "decompress"): "at most `most_bytes_of` the file"},
     "superfacets/files/readers/stl.py": {
         ("_stored", "frombuffer"): "the count must give the size of the file"},
     "superfacets/files/readers/text.py": {

@@ -99,8 +99,9 @@ class Input:
 
     def _without_gaps(self, vertices: Floats, faces: Array | Polygons) -> Floats:
         """Move vertices that have no position, and that no face uses, to a corner of a face."""
-        if np.isfinite(vertices.sum()):  # a sum of finite numbers may be infinite, which is rare
-            return vertices
+        with np.errstate(over="ignore", invalid="ignore"):
+            if np.isfinite(vertices.sum()):  # the sum of finite numbers is rarely infinite
+                return vertices
         corners = faces.indices if isinstance(faces, Polygons) else faces.ravel()
         is_lost: Bools = np.asarray(~np.isfinite(vertices).all(axis=1))
         used = corners[(corners >= 0) & (corners < len(vertices))]

@@ -30,7 +30,8 @@ _BEGINS = {
     rb"\s*<(?:!doctype html|html)": "the file is a web page, not a mesh: download the file itself",
     rb"PK\x03\x04": "the file is a ZIP archive: unpack it first",
     rb"(?:7z\xbc\xaf|Rar!|BZh|\xfd7zXZ)": "the file is a compressed archive: unpack it first",
-    rb"(?:II\*\0|MM\0\*|\x89PNG|\xff\xd8\xff)": _RASTER,
+    rb"(?:II\*\0|MM\0\*)": _RASTER,
+    rb"(?:\x89PNG|\xff\xd8\xff|GIF8)": "the file is a picture, not a mesh",
     rb"ISO-10303-21": _CAD.format("STEP"),
     rb"%PDF": "the file is a PDF document, not a mesh",
 }

@@ -115,7 +115,9 @@ def _are_closed(keywords: npt.NDArray[np.int8]) -> bool:
 
 def _refuse_cut(data: Content) -> NoReturn:
     number = Lines.of(data).number(-1)
-    raise MeshError(f"line {number}: the file ends within a facet: it may be truncated")
+    raise MeshError(
+        f"line {number}: the file ends, but not after a facet or solid: it may be truncated"
+    )
 
 
 def _check_facets(keywords: npt.NDArray[np.int8], data: Content) -> None:

@@ -409,10 +409,11 @@ class OutputFiles:
         Files with one label per cell get one per record of the input (`MeshAttributes.records`), -1
         for records without a position. If files that contain only labels belong to another mesh,
         such as the mesh before subdivision, pass this mesh as `listed_mesh`, and its labels as
-        `listed`. Formats with one label per vertex store `of_vertices` if it is given, and otherwise labels of vertices
-        computed from labels of cells. If `segments` are given, the fields of `Segments`, they are
-        written to formats in `Formats.vertex_outputs`, and groups of them to
-        ``.aggregation.json``. Groups name the ``.segs.json`` file in `files`, if there is one.
+        `listed`. Formats with one label per vertex store `of_vertices` if it is given, and
+        otherwise labels of vertices computed from labels of cells. If `segments` are given, the
+        fields of `Segments`, they are written to formats in `Formats.vertex_outputs`, and groups of
+        them to ``.aggregation.json``. Groups name the ``.segs.json`` file in `files`, if there is
+        one.
 
         Raises the errors of `write_mesh`, and a ValueError if a path is given twice, or if a format
         needs labels but there are none.
