@@ -68,12 +68,12 @@ class _Reader:
 
     def texture(self) -> Texture | None:
         """Return the texture of a scene, or None if it has neither coordinates nor materials."""
-        parts = {index: self._parts(index) for index in dict(self.gltf.visits)}
+        parts = {index: self._parts(index) for index in {visit.mesh for visit in self.gltf.visits}}
         corners: list[Array] = []
         face_materials: list[Ints] = []
-        for index, matrix in self.gltf.visits:
-            for indices, material in parts[index]:
-                corners.append(indices[:, [0, 2, 1]] if self.gltf.is_mirrored(matrix) else indices)
+        for visit in self.gltf.visits:
+            for indices, material in parts[visit.mesh]:
+                corners.append(indices[:, [0, 2, 1]] if visit.is_mirrored else indices)
                 face_materials.append(np.full(len(indices), material, np.int32))
         if not self.coordinates and not self.materials:
             return None
