@@ -144,10 +144,10 @@ def test_importing_a_package_loads_none_of_its_modules():
 
 ENTRY_POINTS = """
 [superfacets.formats]
-read_faces.abc = abc_package:read
+read.abc = abc_package:read
 write_polygons.abc = abc_package:write
-read_dots.dot = abc_package:read_dots
-read_faces.lost = no_package:read
+read.dot = abc_package:read_dots
+read.lost = no_package:read
 
 [superfacets.kinds]
 abc_package.Dots = abc_package:DOTS
@@ -184,9 +184,11 @@ class DotsKind(Kind):
         return graph, None
 
 DOTS = DotsKind()
-read = lambda data: (np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]), np.array([[0, 1, 2]]))
+read = lambda source: source.mesh(np.eye(3), np.array([[0, 1, 2]]))
 write = lambda file, content: file.write(b"abc %d" % content.cells.n_faces)
-read_dots = lambda data: Dots(np.frombuffer(data, np.uint8).astype(float))
+read_dots = lambda source: source.of_cells(
+    Dots(np.frombuffer(source.data, np.uint8).astype(float))
+)
 
 @click.command("greet")
 def greet():

@@ -53,6 +53,8 @@ from .regions.shared_masks import MaskedAreas as MaskedAreas
 from .weights.formulas import WEIGHTS as WEIGHTS
 
 # Reading files
+from .files.input import Input as Input
+from .files.input import Read as Read
 from .files.formats import FORMATS as FORMATS
 from .files.guards import Content as Content
 from .files.guards import read_content as read_content
@@ -65,13 +67,12 @@ from .files.guards import BinaryReader as BinaryReader
 from .files.readers.text import Lines as Lines
 from .files.readers.text import as_integers as as_integers
 from .files.readers.text import shown as shown
-from .files.readers.clouds import cloud_of as cloud_of
 from .files.readers.gltf import GltfScene as GltfScene
 from .files.guards import file_beside as file_beside
 from .files.guards import most_bytes_of as most_bytes_of
 from .files.guards import rotation_of as rotation_of
+from .files.guarded import guarded as guarded
 from .files.readers.npy import npy_array as npy_array
-from .files.attributes import LasFrame as LasFrame
 from .files.named_features import stored_colors as stored_colors
 from .files.named_features import CellData as CellData
 from .files.cell_file import CellFile as CellFile
@@ -83,12 +84,8 @@ from .files.atomic import checked_targets as checked_targets
 from .files.atomic import output_folder as output_folder
 from .files.atomic import locked as locked
 from .files.writers.text import write_rows as write_rows
+from .files.writers.text import number_format as number_format
 from .files.writers.cells import FormatOptions as FormatOptions
-
-# Results, for annotations
-from .stages.prepare import Prepared as Prepared
-from .tools.info import CloudInfo as CloudInfo
-from .tools.info import MeshInfo as MeshInfo
 
 # Packages of apps
 from .base.lazy import lazy_names as lazy_names
@@ -96,4 +93,5 @@ from .base.lazy import lazy_names as lazy_names
 # Whole files
 from .tools.segment_file import FileOptions as FileOptions
 from .files.writers.write import OutputFiles as OutputFiles
+from .files.writers.write import Written as Written
 from .tools.sources import InputFile as InputFile

@@ -105,9 +105,8 @@ class _Run:
                 parts = [*map(str, paths)]
             if attributes is not None and attributes.texture is not None:
                 print_note(f"no texture in the files of {self.folder}")
-        else:  # labels from the input itself replace nothing
-            is_new = self.labels is not None
-            job.write(cells, labels, attributes, are_replaced=is_new, of_vertices=of_vertices)
+        else:
+            job.write(cells, labels, attributes, of_vertices=of_vertices)
         noun = kit.kind_of(cells).noun
         size = kit.counted(cells.n_cells, noun)
         job.report({f"n_{noun}s": cells.n_cells, "n_labels": n_labels}, size, noun, parts)

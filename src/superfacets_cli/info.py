@@ -13,7 +13,7 @@ from typing import Any
 import click
 
 from superfacets import SliverWarning, cloud_info, mesh_info
-from superfacets.kit import FORMATS, MeshInfo, counted, kind_of
+from superfacets.kit import FORMATS, counted, kind_of
 
 from .failures import for_each, print_note, print_notes
 from .inputs import given_labels, labels_of_cells, name_of, read_input
@@ -50,7 +50,7 @@ def info_command(inputs: tuple[str, ...], format: str | None, as_json: bool) -> 
     def report(index: int) -> None:
         text = inputs[index]
         info, of_las = run_in_background(lambda: _read(text, format))
-        if isinstance(info, MeshInfo):
+        if hasattr(info, "sliver_share"):
             slivers = SliverWarning.text(info.sliver_share, "try segment --subdivide")
             notes = (slivers, _FACES_DOWN if info.faces_down else None)
             print_notes(f"{name_of(text)}: {note}" for note in notes if note is not None)
@@ -72,12 +72,8 @@ def _read(text: str, format: str | None) -> tuple[Any, dict[str, str | int]]:
     source = read_input(text, format)
     cells, attributes = source.cells_and_attributes(keep=source.ending in (".las", ".laz"))
     measure: Any = cloud_info if kind_of(cells).are_points else mesh_info
-    frame: Any = None if attributes is None else attributes.las
-    if frame is None:
-        return measure(cells), {}
-    system = frame.reference_system or "none"
-    facts = {"point_format": frame.point_format, "reference_system": system}
-    return measure(cells), {"LAS_version": f"1.{frame.minor}", **facts}
+    header: Any = None if attributes is None else attributes.header
+    return measure(cells), {} if header is None else header.facts
 
 
 def _text_of(value: Any, diagonal: float) -> str:
@@ -99,7 +95,8 @@ _WORDS = dict.fromkeys(("faces", "polygons", "triangles"), "mesh")
 @click.command("formats")
 def formats_command() -> None:
     """List the formats of files."""
-    read: Tables = {**FORMATS.readers, "mesh": FORMATS["scenes"], "labels": FORMATS.labels}
+    cells = {"mesh": FORMATS["read"], "points": FORMATS["read_points"]}
+    read: Tables = {**cells, "labels": FORMATS.labels}
     labels = {*FORMATS.labels, *FORMATS.label_outputs, *FORMATS.id_outputs, *FORMATS.class_outputs}
     kinds = {kind: {*table} - {_LABEL_IMAGE} for kind, table in FORMATS.writers.items()}
     labels = labels & {*FORMATS.outputs} | {_LABEL_IMAGE}

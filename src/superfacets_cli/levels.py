@@ -10,7 +10,7 @@ import click
 import numpy as np
 
 from superfacets import Hierarchy, IslandWarning, MeshAttributes, SliverWarning, hierarchy, kit
-from superfacets.kit import FORMATS, CellData, Cells, FileOptions, OutputFiles
+from superfacets.kit import FORMATS, CellData, Cells, FileOptions, OutputFiles, Written
 from superfacets_scans import write_sstk
 
 from . import options as opts
@@ -96,8 +96,8 @@ def levels_command(
         return cells, attributes if job.keeps_attributes else None, nested
 
     cells, attributes, nested = run_in_background(compute)
-    _write(paths, cells, attributes, nested)
-    print_notes(notes_on_written(cells, None, attributes, job.endings, np.zeros(0, np.int64)))
+    written = _write(paths, cells, attributes, nested)
+    print_notes(notes_on_written(None, attributes, job.endings, written))
     facts = {
         "levels": list(nested.counts), "n_finest": nested.n_finest, "n_fewest": nested.n_fewest,
     }  # fmt: skip
@@ -120,8 +120,9 @@ def _paths_of_levels(output: Path, counts: tuple[int, ...]) -> list[Path]:
 
 def _write(
     paths: list[Path], cells: Cells, attributes: MeshAttributes | None, nested: Hierarchy
-) -> None:
+) -> Written:
     """Write all outputs, or none of them if one fails; an .npz file also gets the merge tree."""
+    lost: dict[str, list[str]] = {}
     levels = iter(nested.levels * len(paths))  # one after the other, for each output
     with kit.atomic_outputs(paths) as temporaries:
         for path, temporary in zip(paths, temporaries, strict=True):
@@ -140,4 +141,6 @@ def _write(
                 elif ending in ALL_LEVELS:
                     write_sstk(file, nested.levels)
                 else:
-                    OutputFiles([path]).write_one(file, path, cells, next(levels), attributes)
+                    output = OutputFiles([path])
+                    lost[ending] = output.write_one(file, path, cells, next(levels), attributes)
+    return Written(lost, np.zeros(0, np.int64))

@@ -25,7 +25,6 @@ from . import options as opts
 from .failures import print_notes
 from .inputs import (
     given_labels,
-    labels_for,
     labels_of_cells,
     ranked_labels_beside,
     read_input,

@@ -88,18 +88,17 @@ class Job:
 
     def write(
         self, cells: Cells, labels: Ints | None, attributes: MeshAttributes | None = None, *,
-        are_replaced: bool = True, form: Mapping[str, Any] | None = None, **more: Any,
+        form: Mapping[str, Any] | None = None, **more: Any,
     ) -> None:  # fmt: skip
         """Write the outputs, and print notes on data that the outputs do not store.
 
-        `are_replaced` is the same as in `notes_on_written`. `form` are changes of the options of
-        formats, and `more` are further arguments of `OutputFiles.write`.
+        `form` are changes of the options of formats, and `more` are further arguments of
+        `OutputFiles.write`.
         """
         outputs = replace(self.outputs, options=replace(self.form, **(form or {})))
         with Progress():
-            sizes = outputs.write(cells, labels, attributes=attributes, **more)
-        given = (cells, labels, attributes, self.endings, sizes)
-        print_notes(notes_on_written(*given, are_replaced=are_replaced))
+            written = outputs.write(cells, labels, attributes=attributes, **more)
+        print_notes(notes_on_written(labels, attributes, self.endings, written))
 
     def report(
         self, facts: Mapping[str, Any], text: str, noun: str = "face", more: Sequence[str] = ()

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from superfacets import MeshAttributes
-from superfacets.kit import FORMATS, Cells, Floats, Ints, Longs, OutputFiles, counted, kind_of
+from superfacets.kit import FORMATS, Floats, Ints, Longs, OutputFiles, Written, counted, kind_of
 from superfacets_textures import notes_on_texture
 
 MAX_FILLED = 0.2
@@ -17,11 +17,11 @@ rooms with a larger fraction, more vertices were in wrong objects than with fewe
 
 
 def notes_on_result(
-    outcome: Any, n_requested: int | None, endings: Collection[str], sizes: Longs
+    outcome: Any, n_requested: int | None, endings: Collection[str], written: Written
 ) -> list[str]:
     """Return notes on a result of `FileOptions.segment`, and on outputs with these file endings.
 
-    `n_requested` is the number of regions given with -n, or None. `sizes` is the same as in
+    `n_requested` is the number of regions given with -n, or None. `written` is the same as in
     `notes_on_written`.
     """
     mesh, result, listed = outcome.mesh, outcome.result, outcome.listed
@@ -47,6 +47,7 @@ def notes_on_result(
     if listed is not None and holds_labels and (n := n_made - len(np.unique(listed[listed >= 0]))):
         lost = counted(n, "region")
         notes.append(f"{lost} lost in label files: faces of the input are larger than regions")
+    sizes = written.region_sizes
     n_filled = int(np.count_nonzero(sizes == OutputFiles.MIN_VERTICES))
     if n_filled > MAX_FILLED * len(sizes):
         notes.append(
@@ -54,7 +55,7 @@ def notes_on_result(
             f" minimum of {OutputFiles.MIN_VERTICES} vertices, because small regions take vertices"
             " from neighbors; this makes borders less accurate: try a smaller -n"
         )
-    return notes + notes_on_written(mesh, result.labels, outcome.attributes, endings, sizes)
+    return notes + notes_on_written(result.labels, outcome.attributes, endings, written)
 
 
 def _of_vertices(endings: Collection[str]) -> str:
@@ -75,26 +76,24 @@ def _note_on_sharp_edges(inside: Floats) -> str:
 
 
 def notes_on_written(
-    cells: Cells, labels: Ints | None, attributes: MeshAttributes | None,
-    endings: Collection[str], sizes: Longs, *, are_replaced: bool = True,
+    labels: Ints | None, attributes: MeshAttributes | None, endings: Collection[str],
+    written: Written,
 ) -> list[str]:  # fmt: skip
     """Return notes on data that outputs with these file endings do not store, or store otherwise.
 
-    `sizes` is the result of `OutputFiles.write`: the number of vertices of each region in files
-    with vertex labels. `are_replaced` is False if the labels come from the input, so that they
-    replace no property of the input.
+    `written` is the result of `OutputFiles.write`.
     """
+    sizes = written.region_sizes
     notes = _notes_on_sizes(_of_vertices(endings), sizes)
     if attributes is not None and attributes.left_out:
         notes.append(f"data of the input that is not copied: {', '.join(attributes.left_out)}")
-    if attributes is not None and are_replaced:
-        replaced = OutputFiles.replaced_by_labels(cells, attributes, endings)
-        if replaced:
-            notes.append(f"data of the input that labels replace: {', '.join(replaced)}")
+    notes += [
+        f"data of the input that {ending} does not store: {'; '.join(lost)}"
+        for ending, lost in written.lost.items()
+        if lost
+    ]
     if attributes is not None and attributes.texture is not None:
-        corners = kind_of(cells).corners(cells)
-        has_polygons = corners is not None and corners.size != 3
-        notes += notes_on_texture(attributes.texture, endings, has_polygons=has_polygons)
+        notes += notes_on_texture(attributes.texture, endings)
     return notes if labels is None else notes + _notes_on_numbers(labels, endings, sizes)
 
 

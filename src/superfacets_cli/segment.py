@@ -237,10 +237,10 @@ class _Run:
         with Progress(read.name_of(Path(job.input).name)) as bar:
             outcome = run_in_background(lambda: self._compute(job, bar, timings), is_shown=False)
             with bar.timed("export", timings):
-                sizes = outcome.write(job.outputs)
+                written = outcome.write(job.outputs)
         result, mesh = outcome.result, outcome.mesh
         noun = kit.kind_of(mesh).noun
-        print_notes(notes_on_result(outcome, self.given["n_segments"], job.endings, sizes))
+        print_notes(notes_on_result(outcome, self.given["n_segments"], job.endings, written))
         has_mask = (self.given["mask"], self.given["mask_values"]) != (None, None)
         if has_mask and (result.labels >= 0).all():
             print_notes([f"the mask leaves out no {noun}"])

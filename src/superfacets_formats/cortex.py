@@ -9,14 +9,23 @@ import binascii
 import math
 import zlib
 from functools import partial
-from pathlib import Path
 from typing import Literal
 from xml.etree.ElementTree import Element, ParseError, fromstring
 
 import numpy as np
 
-from superfacets import MeshAttributes, MeshError, kit
-from superfacets.kit import Array, BinaryReader, Content, Lines, as_integers, counted, shown
+from superfacets import MeshError, kit
+from superfacets.kit import (
+    Array,
+    BinaryReader,
+    Content,
+    Input,
+    Lines,
+    Read,
+    as_integers,
+    counted,
+    shown,
+)
 
 from .grids import as_count
 from .vtk_xml import NUMBER_TYPES
@@ -51,8 +60,9 @@ def is_surface(data: Content) -> bool:
     return data[:3] == TRIANGLES
 
 
-def read_gifti(data: Content) -> tuple[Array, Array]:
-    """Return vertices and triangles of a GIFTI surface; its transforms are not applied."""
+def read_gifti(source: Input) -> Read:
+    """Read a GIFTI surface, and its anatomical structure as a comment; ignore its transforms."""
+    data = source.data
     points, triangles = (
         _gifti_array(data, Intent=f"NIFTI_INTENT_{intent}") for intent in ("POINTSET", "TRIANGLE")
     )
@@ -60,20 +70,13 @@ def read_gifti(data: Content) -> tuple[Array, Array]:
         raise MeshError("the GIFTI file has no surface: points or triangles are missing")
     if points.shape[1:] != (3,) or triangles.shape[1:] != (3,):
         raise MeshError("points and triangles of a GIFTI file must have 3 numbers each")
-    return points, as_integers(triangles, "vertex indices")
-
-
-def read_gifti_with_attributes(
-    data: Content, folder: Path | None
-) -> tuple[tuple[Array, Array], MeshAttributes]:
-    """Return a surface, and a comment with its anatomical structure, such as CortexLeft."""
     pairs = {pair.findtext("Name"): pair.findtext("Value") for pair in _parsed(data).iter("MD")}
     found = pairs.get(STRUCTURE.split()[1])
     comments = (f"{STRUCTURE}{found.strip()}",) if found else ()
-    return read_gifti(data), MeshAttributes(comments=comments)
+    return source.mesh(points, as_integers(triangles, "vertex indices"), comments=comments)
 
 
-def gifti_labels(data: Content, name: str = "") -> Array:
+def gifti_labels(data: Content) -> Array:
     """Return the label of each vertex: its key minus 1. Key 0 means no region and becomes -1."""
     keys = _gifti_array(data, Intent="NIFTI_INTENT_LABEL")
     if keys is None or keys.ndim != 1:
@@ -140,8 +143,9 @@ def _decoded(text: str, n_bytes: int, *, is_packed: bool) -> bytes:
     return content
 
 
-def read_surface(data: Content) -> tuple[Array, Array]:
-    """Return vertices and triangles of a FreeSurfer surface."""
+def read_surface(source: Input) -> Read:
+    """Read a FreeSurfer surface of triangles."""
+    data = source.data
     if not is_surface(data):
         raise MeshError("not a FreeSurfer surface of triangles: the magic number is missing")
     reader = BinaryReader(data, ">", 3)
@@ -149,7 +153,7 @@ def read_surface(data: Content) -> tuple[Array, Array]:
         reader.text(b"\n")
     n_vertices, n_faces = reader.take("2i")
     vertices = reader.numbers(3 * n_vertices, "f4").reshape(-1, 3)
-    return vertices, reader.numbers(3 * n_faces, "i4").reshape(-1, 3)
+    return source.mesh(vertices, reader.numbers(3 * n_faces, "i4").reshape(-1, 3))
 
 
 def values_of_vertices(data: Content, ending: str) -> Array:
@@ -168,7 +172,7 @@ def values_of_vertices(data: Content, ending: str) -> Array:
     return reader.numbers(n_vertices, "f4")
 
 
-def _value_labels(data: Content, name: str, *, ending: str) -> Array:
+def _value_labels(data: Content, *, ending: str) -> Array:
     return as_integers(values_of_vertices(data, ending), "labels")
 
 
@@ -193,7 +197,7 @@ def label_names(path: kit.StrPath) -> dict[int, str]:
     return {max(key, 0) - 1: name for key, name in sorted(names.items())}
 
 
-def annot_labels(data: Content, name: str = "") -> Array:
+def annot_labels(data: Content) -> Array:
     """Return the label of each vertex: its row in the color table minus 1; -1 means no region."""
     pairs, rows, _ = _annot_tables(BinaryReader(data, ">"))
     colors, places = np.unique(pairs[:, 1], return_inverse=True)

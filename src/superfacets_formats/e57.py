@@ -13,8 +13,19 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from superfacets import MeshAttributes, MeshError, PointCloud, kit
-from superfacets.kit import Array, Content, Floats, Ints, counted, reason_of, rotation_of, shortened
+from superfacets import MeshError, kit
+from superfacets.kit import (
+    Array,
+    Content,
+    Floats,
+    Input,
+    Ints,
+    Read,
+    counted,
+    reason_of,
+    rotation_of,
+    shortened,
+)
 
 _CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ")
 _SPHERICAL = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
@@ -46,7 +57,7 @@ class _Scan(NamedTuple):
     frame: Floats | None  # (4, 3) `_AT_REST` transformed by the pose; None if there is no pose
 
 
-def read_e57(data: Content) -> tuple[PointCloud, MeshAttributes]:
+def read_e57(source: Input) -> Read:
     """Read the points of all scans, in the order of the file, except points declared invalid.
 
     Invalid points have no position, and are common in scans on a grid. The attributes ``scan`` and
@@ -54,6 +65,7 @@ def read_e57(data: Content) -> tuple[PointCloud, MeshAttributes]:
     and intensities are kept only if all scans have them, and viewpoints only if all have poses,
     of which at least one is not the identity.
     """
+    data = source.data
     pye57 = kit.import_extra("pye57", "an .e57 file", "e57")
     _check_description(data)
     with _temporary_file(data, "scans.e57") as path:
@@ -67,7 +79,7 @@ def read_e57(data: Content) -> tuple[PointCloud, MeshAttributes]:
             raise MeshError(f"the E57 file cannot be read: {shortened(reason_of(error))}") from None
     if not scans:
         raise MeshError("the E57 file has no scans")
-    return _joined(scans)
+    return _joined(source, scans)
 
 
 @contextlib.contextmanager
@@ -113,7 +125,7 @@ def _check_counts(file: Any, n_bytes: int) -> None:
         )
 
 
-def _joined(scans: list[_Scan]) -> tuple[PointCloud, MeshAttributes]:
+def _joined(source: Input, scans: list[_Scan]) -> Read:
     places = np.repeat(np.arange(len(scans), dtype=np.int32), [len(scan.points) for scan in scans])
     stored: dict[str, Array] = {
         "scan": places,
@@ -123,10 +135,11 @@ def _joined(scans: list[_Scan]) -> tuple[PointCloud, MeshAttributes]:
     if len(intensities) == len(scans):
         stored["intensity"] = np.concatenate(intensities)
     shades = [scan.colors for scan in scans if scan.colors is not None]
-    colors = np.concatenate(shades) if len(shades) == len(scans) else None
+    if len(shades) == len(scans):
+        stored |= zip(("red", "green", "blue"), np.concatenate(shades).T, strict=True)
     points = np.concatenate([scan.points for scan in scans])
-    cloud = PointCloud(points, colors=colors, viewpoints=_viewpoints_of(scans))
-    return cloud, MeshAttributes(vertex=stored)
+    stored |= zip("xyz", points.T, strict=True)
+    return source.cloud(stored.items(), viewpoints=_viewpoints_of(scans))
 
 
 def _viewpoints_of(scans: list[_Scan]) -> Floats | None:

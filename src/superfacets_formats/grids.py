@@ -1,21 +1,32 @@
-"""Helpers for readers of volume meshes: `Cursor` reads blocks of numbers, `Grid` stores cells."""
+"""Choose the tetrahedra, faces or points among the cells of a file."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
-from typing import Any, Literal
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
-from superfacets import MeshError
-from superfacets.kit import Array, Bools, Content, Floats, Lines, Longs, as_integers, counted, shown
+from superfacets import MeshError, kit
+from superfacets.kit import Array, Floats, Input, Longs, Read, counted, guarded, shown
+
+from .tet_mesh import TetMesh
+
+Columns = Iterable[tuple[str, "Array | str"]]
+"""Names and values of data, or the reasons why they cannot be read."""
 
 TETS = {10: 4, 24: 10}
 """Number of nodes for each VTK type of tetrahedra. The first four nodes are the corners."""
 
 _FLAT = (*range(10), 21, 22, 23, 28, 30, 34, 35, 36)
 """VTK types of cells without volume."""
+
+_PIXEL, _STRIP = 8, 6
+
+_FACES = {5: 3, _STRIP: None, 7: None, _PIXEL: 4, 9: 4, 22: 3, 23: 4, 28: 4, 34: 3, 36: None}
+"""Number of corners used for each VTK type of faces; None if it is the number of nodes."""
 
 _SIZES = {1: 1, 3: 2, 5: 3, 9: 4}
 """Number of corners for VTK types of flat cells; a different number indicates a damaged file."""
@@ -31,41 +42,114 @@ _NAMES = {
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """Vertices and cells, in the order of the file."""
+    """Vertices and cells of all kinds, in the order of the file, with their data."""
 
     vertices: Floats  # (V, 3) positions of the vertices
     kinds: Array  # (C,) VTK type of each cell
     sizes: Array  # (C,) number of corners of each cell
     corners: Array  # (S,) vertex of each corner, one cell after the other
-    values: Array | None  # (C,) cell data with the requested name, or None
+    point: Columns = ()
+    cell: Columns = ()
+    names: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
-    def tets(self) -> Array:
-        """Return the corners of tetrahedra, (N, 4).
+    @classmethod
+    def of_foreign(cls, reader: str, source: Input) -> Grid:
+        """Return the grid that a function of the module `foreign` reads."""
+        kit.FORMATS.check_readers([".vtk" if reader == "read_with_vtk" else ".msh"])
+        found = guarded(f"superfacets_formats.foreign:{reader}", source.data, source.ending)
+        fields = ("vertices", "kinds", "sizes", "corners")
+        arrays: dict[str, Any] = {name: found.pop(name) for name in fields}
+        data: dict[str, list[tuple[str, Any]]] = {"point": [], "cell": [], "names": []}
+        for key, values in found.items():
+            owner, _, name = key.partition(" ")
+            data[owner].append((name, values))
+        names = {name: tuple(json.loads(values)) for name, values in data["names"]}
+        return cls(**arrays, point=data["point"], cell=data["cell"], names=names)
 
-        Raises a MeshError if there are other volume cells, or if there are no tetrahedra.
+    def read(self, source: Input) -> Read:
+        """Return the tetrahedra, or else the faces, or else the points, of a file.
+
+        Raises a MeshError if there are other volume cells.
         """
+        self._check()
         kinds = np.unique(self.kinds).tolist()
-        others = [kind for kind in kinds if kind not in (*TETS, *_FLAT)]
-        if others:
+        if others := [kind for kind in kinds if kind not in (*TETS, *_FLAT)]:
             raise MeshError(f"all volume cells must be tetrahedra, but there are {_named(others)}")
-        chosen = self.is_tet()
-        if not chosen.any():
+        wanted: Mapping[int, int | None] = TETS if {*TETS} & {*kinds} else _FACES
+        chosen = np.flatnonzero(np.isin(self.kinds, [*wanted]))
+        for kind in kinds:
+            if kind not in wanted:
+                n = counted(int(np.count_nonzero(self.kinds == kind)), "cell")
+                source.declare(f"{n} of type {_named([kind])}")
+        source.declare("points", "cells")
+        if wanted is TETS:
+            corners = self._corners_of(chosen, np.full(len(chosen), 4)).reshape(-1, 4)
+            cells = TetMesh(self.vertices, corners)
+            face = self._data_of(chosen)
+            return source.of_cells(cells, vertex=self.point, face=face, names=self.names)
+        rows, sizes, corners = self._polygons(chosen)
+        return source.polygons(
+            self.vertices, sizes, corners, vertex=self.point, face=self._data_of(rows),
+            names=self.names,
+        )  # fmt: skip
+
+    def _data_of(self, rows: Longs) -> Columns:
+        for name, values in self.cell:
+            if isinstance(values, str):
+                yield name, values
+            elif len(values) != len(self.kinds):
+                raise MeshError(
+                    f"{name} has {counted(len(values), 'value')} for"
+                    f" {counted(len(self.kinds), 'cell')}: the file may be damaged"
+                )
+            else:
+                yield name, values[rows]
+
+    def _check(self) -> None:
+        n_cells = len(self.kinds)
+        if len(self.sizes) != n_cells or int(self.sizes.sum()) != len(self.corners):
             raise MeshError(
-                f"the file has no tetrahedra{', only ' if kinds else ''}{_named(kinds)}"
+                f"the file has types of {counted(n_cells, 'cell')}, but sizes of"
+                f" {len(self.sizes)} and {counted(len(self.corners), 'corner')}: the file may be"
+                " damaged"
             )
         for kind, n_corners in (*_SIZES.items(), *TETS.items()):
             wrong = np.flatnonzero((self.kinds == kind) & (self.sizes != n_corners))
             if len(wrong):
                 n_found = counted(int(self.sizes[wrong[0]]), "corner")
                 raise MeshError(f"cells[{wrong[0]}] has the type {_named([kind])} but {n_found}")
-        if chosen.all() and (self.sizes == 4).all():
-            return self.corners.reshape(-1, 4)
-        starts = np.cumsum(self.sizes, dtype=np.int64) - self.sizes
-        return np.asarray(self.corners[starts[chosen][:, np.newaxis] + np.arange(4)])
 
-    def is_tet(self) -> Bools:
-        """Return whether each cell is a tetrahedron, (C,)."""
-        return np.isin(self.kinds, list(TETS))
+    def _corners_of(self, rows: Longs, sizes: Array) -> Array:
+        """Return the first `sizes` corners of some cells, flat."""
+        starts = np.cumsum(self.sizes, dtype=np.int64) - self.sizes
+        firsts = np.cumsum(sizes) - sizes
+        places = np.repeat(starts[rows] - firsts, sizes) + np.arange(int(sizes.sum()))
+        return np.asarray(self.corners[places])
+
+    def _polygons(self, chosen: Longs) -> tuple[Longs, Array, Array]:
+        """Return the cell, the size and the corners of each face; strips become triangles."""
+        kinds = self.kinds[chosen]
+        sizes = self.sizes[chosen].astype(np.int64)
+        for kind, n_corners in _FACES.items():
+            if n_corners is not None:
+                sizes[kinds == kind] = n_corners
+        corners = self._corners_of(chosen, sizes)
+        if (kinds == _PIXEL).any():  # its corners are in rows
+            at = (np.cumsum(sizes) - sizes)[kinds == _PIXEL]
+            corners[at + 2], corners[at + 3] = corners[at + 3], corners[at + 2].copy()
+        if not (kinds == _STRIP).any():
+            return chosen, sizes, corners
+        parts: list[tuple[int, Array]] = []
+        of_rows = np.split(corners, np.cumsum(sizes)[:-1])
+        for row, kind, of_row in zip(chosen, kinds, of_rows, strict=True):
+            triangles = [of_row]
+            if kind == _STRIP:
+                triangles = [of_row[i : i + 3][[0, 1, 2] if i % 2 == 0 else [1, 0, 2]]
+                             for i in range(len(of_row) - 2)]  # fmt: skip
+            parts += [(row, each) for each in triangles]
+        lists = [each for _, each in parts]
+        rows = np.array([row for row, _ in parts])
+        return rows, np.array([len(each) for each in lists]), np.concatenate(lists)
 
 
 def _named(kinds: list[int]) -> str:
@@ -86,91 +170,3 @@ def sizes_between(offsets: Array, what: str) -> Longs:
     if (offsets < 0).any() or (sizes < 0).any():
         raise MeshError(f"the offsets of {what} must be non-negative and ascending")
     return sizes
-
-
-class Cursor:
-    """Position in a file from which header lines and blocks of numbers are read."""
-
-    def __init__(self, data: Content) -> None:
-        self.data = data  # content of the file
-        self.place = 0  # offset of the next byte to read
-        self.byte_order: Literal["", "<", ">"] = ""  # byte order of numbers; empty for text
-
-    @cached_property
-    def _lines(self) -> tuple[Lines, Longs]:
-        """Lines of a text file, and the number of tokens up to the end of each line."""
-        lines = Lines.of(self.data)
-        return lines, np.cumsum(lines.counts, dtype=np.int64)
-
-    def any_line(self) -> bytes:
-        """Return the next line, which may be blank, without surrounding whitespace."""
-        newline = self.data.find(b"\n", self.place)
-        end = newline if newline >= 0 else len(self.data)
-        line, self.place = self.data[self.place : end], min(end + 1, len(self.data))
-        return line.strip()
-
-    def line(self) -> bytes:
-        """Return the next line that is not blank, or empty bytes at the end of the file."""
-        while self.place < len(self.data):
-            if line := self.any_line():
-                return line
-        return b""
-
-    def counts(self, n: int, what: str) -> list[int]:
-        """Return the counts on the next non-blank line, which must have at least `n` counts."""
-        tokens = self.line().split()
-        if len(tokens) < n:
-            raise MeshError(f"{what}: expected {n} or more numbers, got {len(tokens)}")
-        return [as_count(token, what) for token in tokens]
-
-    def numbers(self, n: int, dtype: str, what: str, unit: str = "number") -> Array:
-        """Return the next `n` numbers, or raise a MeshError if the file has fewer than `n` left.
-
-        Memory is allocated only after this check. In text files, floats are parsed as float64 and
-        rounded to `dtype`, and integers are returned with the parsed type.
-        """
-        stored = np.dtype(dtype)
-        if not self.byte_order:
-            return self._parsed(n, stored, what)
-        n_left = (len(self.data) - self.place) // stored.itemsize
-        if n > n_left:
-            raise _too_few(n, n_left, what, unit)
-        found = np.frombuffer(self.data, stored.newbyteorder(self.byte_order), n, self.place)
-        self.place += n * stored.itemsize
-        return found.astype(stored)
-
-    def rows(self, n: int, what: str) -> Lines:
-        """Return the next `n` lines, or raise a MeshError if the file has fewer lines."""
-        lines, _ = self._lines
-        first = int(np.searchsorted(lines.starts, self.place))
-        if n > len(lines) - first:
-            raise MeshError(
-                f"the file declares {counted(n, 'line')} of {what}, but has only"
-                f" {len(lines) - first}: it may be truncated"
-            )
-        found = lines[first : first + n]
-        if n:
-            self.place = int(found.ends[-1])
-        return found
-
-    def _parsed(self, n: int, stored: np.dtype[Any], what: str) -> Array:
-        lines, totals = self._lines
-        first = int(np.searchsorted(lines.starts, self.place))
-        before = int(totals[first - 1]) if first else 0
-        last = int(np.searchsorted(totals, before + n))
-        if n and last == len(lines):
-            raise _too_few(n, int(totals[-1]) - before, what)
-        if n and totals[last] != before + n:
-            raise MeshError(f"line {lines.number(last)}: there are too many numbers for {what}")
-        part = self.rows(last + 1 - first if n else 0, what)
-        if stored.kind != "f":
-            return as_integers(part.parse_integers_or_floats(), what)
-        with np.errstate(over="ignore", invalid="ignore"):
-            return part.parse(np.float64).astype(stored)
-
-
-def _too_few(n: int, n_left: int, what: str, unit: str = "number") -> MeshError:
-    return MeshError(
-        f"the file declares {counted(n, unit)} of {what}, but has at most {n_left}: it may be"
-        " truncated"
-    )

@@ -15,8 +15,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from superfacets import MeshAttributes, MeshError, PointCloud, kit
-from superfacets.kit import Array, Bytes, Content, LasFrame, cloud_of, counted, reason_of, shortened
+from superfacets import MeshError, kit
+from superfacets.kit import Array, Bytes, Content, Input, Read, counted, reason_of, shortened
+
+from .las_frame import LasFrame
 
 _MAX_COMPRESSED = 1000
 """Maximum ratio of decompressed bytes to bytes of the file. The usual ratio is 5 to 20. Only files
@@ -89,11 +91,12 @@ class _Header(NamedTuple):
         return _FORMATS[self.frame.point_format]
 
 
-def read_las_cloud(data: Content) -> tuple[PointCloud, MeshAttributes]:
+def read_las(source: Input) -> Read:
     """Return the points of a LAS or LAZ file with their colors and attributes; no wave packets.
 
     Attributes have the same names as in laspy, except that underscores replace spaces.
     """
+    data = source.data
     header = _header_of(data)
     n_bytes = header.n_points * header.size
     if header.is_compressed:
@@ -107,9 +110,9 @@ def read_las_cloud(data: Content) -> tuple[PointCloud, MeshAttributes]:
     else:
         records = np.frombuffer(data, np.uint8, n_bytes, header.begin)
     columns = dict(_columns(records, header))
-    frame, left_out = _add_extra_columns(columns, records, header)
+    frame = _add_extra_columns(columns, records, header, source)
     if {9, 13} & {*header.parts}:
-        left_out += ("wave packets",)
+        source.declare("wave packets")
     points = {}
     for axis, scale, offset in zip("xyz", header.frame.scales, header.frame.offsets, strict=True):
         with np.errstate(over="ignore", invalid="ignore"):  # `PointCloud` refuses infinite results
@@ -118,7 +121,8 @@ def read_las_cloud(data: Content) -> tuple[PointCloud, MeshAttributes]:
     # Colors in LAS have 16 bits, but many programs write only values from 0 to 255.
     if colors and max(int(shades.max(initial=0)) for shades in colors.values()) <= 255:
         colors = {name: shades.astype(np.uint8) for name, shades in colors.items()}
-    return cloud_of(points | colors, columns, left_out=left_out, las=frame)
+    columns = points | columns | colors
+    return source.cloud(columns.items(), header=frame)
 
 
 def las_steps(data: Content) -> tuple[float, float, float]:
@@ -213,13 +217,10 @@ def _columns(records: Bytes, header: _Header) -> Iterator[tuple[str, Array]]:
 
 
 def _add_extra_columns(
-    columns: dict[str, Array], records: Bytes, header: _Header
-) -> tuple[LasFrame, tuple[str, ...]]:
-    """Add the extra dimensions of the points to `columns`.
-
-    Returns the frame with the added dimensions, and descriptions of the data that was left out.
-    """
-    added, left_out = [], []
+    columns: dict[str, Array], records: Bytes, header: _Header, source: Input
+) -> LasFrame:
+    """Add the extra dimensions of the points to `columns`, and return the frame with them."""
+    added = []
     place = sum(_size_of(_PARTS[part].fields) for part in header.parts)
     described = header.records.get((b"LASF_Spec", 4), b"")
     for dimension, n_bytes in LasFrame.dimensions(described if place < header.size else b""):
@@ -233,11 +234,11 @@ def _add_extra_columns(
             columns[name] = dimension.decoded(stored)
             added.append(dimension)
             if not dimension.scales and _is_rounded(stored):
-                left_out.append(f"last digits of {name}, which are rounded above 2^53")
+                source.declare(f"last digits of {name}", "which are rounded above 2^53")
         else:
-            left_out.append(f"extra dimension {dimension.name!r}")
+            source.declare(f"extra dimension {dimension.name!r}")
         place += n_bytes
-    return header.frame._replace(extra=tuple(added)), tuple(left_out)
+    return header.frame._replace(extra=tuple(added))
 
 
 def _is_rounded(stored: Array) -> bool:

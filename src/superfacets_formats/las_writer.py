@@ -8,9 +8,10 @@ from typing import IO, Any
 import numpy as np
 
 from superfacets import MeshError, PointCloud
-from superfacets.kit import Array, LasFrame, Output, import_extra, reason_of, shortened
+from superfacets.kit import Array, Output, import_extra, reason_of, shortened
 
 from .las import PROJECTION
+from .las_frame import LasFrame
 
 _WITHOUT_WAVES = {4: 1, 5: 3, 9: 6, 10: 8}
 """Maps each LAS point format with wave packets to the same format without wave packets."""
@@ -39,7 +40,7 @@ def write_las(file: IO[bytes], content: Output) -> None:
     """
     laspy = import_extra("laspy", "a .las or .laz file", "las")
     cloud, attributes = content.cells, content.attributes
-    frame = _frame_of(cloud, None if attributes is None else attributes.las)
+    frame = _frame_of(cloud, None if attributes is None else attributes.header)
     header = laspy.LasHeader(point_format=frame.point_format, version=f"1.{frame.minor}")
     header.scales, header.offsets = np.array(frame.scales), np.array(frame.offsets)
     header.file_source_id = frame.source_id
@@ -55,7 +56,9 @@ def write_las(file: IO[bytes], content: Output) -> None:
         else:
             las.evlrs = laspy.vlrs.vlrlist.VLRList([*(las.evlrs or ()), vlr])
     las.x, las.y, las.z = cloud.points.T
-    stored = {} if attributes is None else dict(attributes.vertex)
+    own = {} if content.labels is None else {"label": content.labels}
+    stored = content.properties("vertex", own)
+    content.taken.add(str(frame) if attributes is None else str(attributes.header))
     if cloud.colors is not None and not {"red", "green", "blue"} <= stored.keys():
         for name, shades in zip(("red", "green", "blue"), cloud.colors.T, strict=True):
             stored[name] = np.rint(shades * 65535).astype(np.uint16)

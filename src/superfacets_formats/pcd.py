@@ -8,8 +8,19 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from superfacets import MeshAttributes, MeshError, PointCloud, kit
-from superfacets.kit import Array, BinaryReader, Bools, Content, Floats, Lines, counted, shown
+from superfacets import MeshError
+from superfacets.kit import (
+    Array,
+    BinaryReader,
+    Bools,
+    Content,
+    Floats,
+    Input,
+    Lines,
+    Read,
+    counted,
+    shown,
+)
 
 from .grids import as_count
 
@@ -59,30 +70,31 @@ class _Header(NamedTuple):
         return sum(field.dtype.itemsize * field.length for field in self.fields)
 
 
-def read_pcd_cloud(data: Content) -> tuple[PointCloud, MeshAttributes]:
+def read_pcd(source: Input) -> Read:
     """Return the points of a PCD file with their normals, colors and attributes.
 
     Organized clouds, which have one point per pixel, contain points with a NaN or infinite
-    coordinate. They are skipped, and the attribute ``record`` has the index of each remaining point
-    in the file.
+    coordinate, which are skipped.
     """
+    data = source.data
     header = _header_of(data)
     read = {"ascii": _read_text, "binary": _read_records, "binary_compressed": _read_compressed}
     if header.form not in read:
         raise MeshError(f"expected DATA {', '.join(read)}, got {shown(header.form)}")
-    columns, left_out = {}, []
+    columns: dict[str, Array] = {}
     for field, values in zip(header.fields, read[header.form](data, header), strict=True):
-        name = field.name
-        if name == _PADDING:
-            continue
-        if name in columns or not _WORD.fullmatch(name):
-            left_out.append(f"field {shown(name)}, whose name is repeated or not a word of ASCII")
-            continue
-        columns[name] = values
-    columns = _with_positions(_with_colors(columns), left_out)
-    columns = {_OTHER_NAMES.get(name, name): values for name, values in columns.items()}
-    others = {name: values for name, values in columns.items() if name not in "xyz"}
-    return kit.cloud_of(columns, others, left_out=left_out, viewpoint=header.viewpoint)
+        if field.name in columns:
+            source.declare(f"another point property {field.name}", "whose name is repeated")
+        elif field.name != _PADDING:
+            columns[field.name] = values
+    columns = _with_colors(columns)
+    is_known: Bools = np.all([np.isfinite(columns[axis]) for axis in "xyz"], axis=0)
+    if not is_known.any():
+        raise MeshError("no point of the file has a position: all coordinates are NaN")
+    return source.cloud(
+        ((_OTHER_NAMES.get(name, name), values[is_known]) for name, values in columns.items()),
+        viewpoints=header.viewpoint, records=is_known,
+    )  # fmt: skip
 
 
 def _header_of(data: Content) -> _Header:
@@ -226,15 +238,3 @@ def _with_colors(columns: dict[str, Array]) -> dict[str, Array]:
         for color, shift in (("red", 16), ("green", 8), ("blue", 0))
     }
     return {key: values for key, values in columns.items() if key != name} | colors
-
-
-def _with_positions(columns: dict[str, Array], left_out: list[str]) -> dict[str, Array]:
-    is_known: Bools = np.all([np.isfinite(columns[axis]) for axis in "xyz"], axis=0)
-    records = np.flatnonzero(is_known).astype(np.int32)
-    if not len(records):
-        raise MeshError("no point of the file has a position: all coordinates are NaN")
-    if len(records) == len(is_known):
-        return columns
-    n_lost = len(is_known) - len(records)
-    left_out.append(counted(n_lost, "point") + " without a position")
-    return {name: values[records] for name, values in columns.items()} | {"record": records}

@@ -6,14 +6,12 @@ from typing import IO
 
 import numpy as np
 
-from superfacets.kit import Array, Output, write_rows
+from superfacets.kit import Array, Output, number_format, write_rows
 
 _NAMES = {"nx": "normal_x", "ny": "normal_y", "nz": "normal_z"}
 
 ROWS_AT_ONCE = 1 << 14
 """Number of records that are written at a time."""
-
-_FORMATS = {"f4": "%.9g", "f8": "%.17g"}
 
 
 def write_pcd(file: IO[bytes], content: Output) -> None:
@@ -44,7 +42,7 @@ def write_pcd(file: IO[bytes], content: Output) -> None:
     file.write("\n".join(lines).encode("ascii"))
     if content.ascii:
         flat = [column for values in columns.values() for column in np.atleast_2d(values.T)]
-        row = " ".join(_FORMATS.get(column.dtype.str[1:], "%d") for column in flat)
+        row = " ".join(map(number_format, flat))
         write_rows(file, f"{row}\n", flat)
         return
     record = np.dtype(
@@ -63,7 +61,7 @@ def _columns_of(content: Output) -> dict[str, Array]:
     An attribute is skipped if another field has its name, or if it stores colors that are already
     packed in the field ``rgb``.
     """
-    cloud, labels, colors = content.cells, content.labels, content.colors
+    cloud, labels, colors = content.cells, content.labels, content.cloud_colors
     with np.errstate(over="ignore"):  # overflow gives infinity, which differs from the value
         points = cloud.points.astype(np.float32)
     if not np.array_equal(points, cloud.points):
@@ -71,18 +69,17 @@ def _columns_of(content: Output) -> dict[str, Array]:
     columns: dict[str, Array] = dict(zip("xyz", np.ascontiguousarray(points.T), strict=True))
     if cloud.normals is not None:
         columns |= zip(_NAMES.values(), cloud.normals.T.astype(np.float32), strict=True)
-    if colors is None and cloud.colors is not None:
-        colors = np.rint(cloud.colors * 255).astype(np.uint8)
-    taken = set()
+    own: dict[str, Array] = {}
     if colors is not None:
         packed = colors.astype(np.uint32) @ np.array([1 << 16, 1 << 8, 1], np.uint32)
         # Other programs expect these bits as a float in binary files, and as an integer in text.
         columns["rgb"] = packed if content.ascii else packed.view(np.float32)
-        taken = {"red", "green", "blue"}
+        own = dict(zip(("red", "green", "blue"), colors.T, strict=True))
     if labels is not None:
         columns["label"] = labels if labels.min() < 0 else labels.astype(np.uint32)
-    stored = {} if content.attributes is None else content.attributes.vertex
-    for name, values in stored.items():
-        if name not in taken:
-            columns.setdefault(_NAMES.get(name, name), values)
+    names = {field: name for name, field in _NAMES.items()}
+    own |= {names.get(field, field): values for field, values in columns.items()}
+    columns |= {
+        _NAMES.get(name, name): values for name, values in content.properties("vertex", own).items()
+    }
     return columns

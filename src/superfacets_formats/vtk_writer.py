@@ -13,7 +13,7 @@ from urllib.parse import quote
 
 import numpy as np
 
-from superfacets.kit import Array, Output, corners_of, write_rows
+from superfacets.kit import Array, Output, corners_of, number_format, write_rows
 
 Arrays = Mapping[str, Array]
 """Arrays of shape (N,) or (N, n), by name."""
@@ -69,26 +69,19 @@ def _write_array(file: IO[bytes], name: str, values: Array, *, ascii: bool) -> N
     file.write(b"</DataArray>\n")
 
 
-def number_format(values: Array) -> str:
-    """Return a format string with enough digits to restore values of this type exactly."""
-    return "%d" if values.dtype.kind in "iu" else "%.9g" if values.dtype.itemsize == 4 else "%.17g"
-
-
 def write_vtp(file: IO[bytes], content: Output) -> None:
     """Write VTP, with labels and ``colors`` as cell data."""
-    mesh, attributes = content.cells, content.attributes
+    mesh = content.cells
     corners = corners_of(mesh)
-    of_faces: dict[str, Array] = dict(attributes.face if attributes else {})
-    if content.labels is not None:
-        of_faces[content.label_name] = content.labels
-    if content.colors is not None:
-        of_faces["colors"] = content.colors
+    own = {content.label_name: content.labels, "colors": content.colors}
+    written = {name: values for name, values in own.items() if values is not None}
+    of_faces = {**content.properties("face", written), **written}
     polygons = {
         "connectivity": corners.vertices.astype(np.int64),
         "offsets": corners.starts[1:],
     }
     sections = {
-        "PointData": attributes.vertex if attributes else {},
+        "PointData": content.properties("vertex"),
         "CellData": of_faces,
         "Points": {"Points": mesh.vertices},
         "Polys": polygons,

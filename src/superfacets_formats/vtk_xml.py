@@ -5,16 +5,26 @@ from __future__ import annotations
 import binascii
 import lzma
 import zlib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, Literal
 from xml.etree.ElementTree import Element, ParseError, fromstring
 
 import numpy as np
 
 from superfacets import MeshError, kit
-from superfacets.kit import Array, Content, Lines, as_integers, counted, named_errors, shown
+from superfacets.kit import (
+    Array,
+    Content,
+    Input,
+    Lines,
+    Read,
+    as_integers,
+    counted,
+    named_errors,
+    shown,
+)
 
-from .grids import as_count, sizes_between
+from .grids import Grid, as_count, sizes_between
 
 NUMBER_TYPES = {
     **{f"Int{8 * n}": f"i{n}" for n in (1, 2, 4, 8)},
@@ -38,30 +48,22 @@ def is_vtp(data: Content) -> bool:
     return b"<VTKFile" in head and b"PolyData" in head
 
 
-def read_vtp(data: Content) -> tuple[Array, Array, Array]:
-    """Return vertices, and sizes and corners of polygons; single points and lines are skipped."""
-    points, sizes, corners = _open(data).cells("Polys", "NumberOfPolys")
-    if not len(sizes):
-        raise MeshError("the VTP file has no polygons")
-    return points, sizes, corners
-
-
-def vtp_labels(data: Content, name: str) -> Array | None:
-    """Return the cell data `name` of the polygons, or None if the file has no such data."""
-    before = ("NumberOfVerts", "NumberOfLines")
-    labels = _open(data).cell_data(name, "NumberOfPolys", before)
-    if labels is not None and labels.dtype.kind not in "iu":
-        raise MeshError(f"labels must be integers, got {labels.dtype} in the VTP file")
-    return labels
-
-
-def _open(data: Content) -> XmlFile:
-    if not is_vtp(data):
+def read_vtp(source: Input) -> Read:
+    """Read the polygons of a VTP file, with the data of points and polygons."""
+    if not is_vtp(source.data):
         raise MeshError("not a VTP file: it does not begin with a VTKFile of type PolyData")
-    file = XmlFile(data, "PolyData")
-    if any(_count(piece, "NumberOfStrips") for piece in file.pieces):
-        raise MeshError("triangle strips in VTP are not supported: save the file with polygons")
-    return file
+    file = XmlFile(source.data, "PolyData")
+    if file.needs_vtk or any(_count(piece, "NumberOfStrips") for piece in file.pieces):
+        return Grid.of_foreign("read_with_vtk", source).read(source)
+    points, sizes, corners = file.cells("Polys", "NumberOfPolys")
+    others = ("NumberOfVerts", "NumberOfLines")
+    for name in others:
+        if n := sum(_count(piece, name) for piece in file.pieces):
+            source.declare(f"{n} {name[8:].lower()}", "which are not polygons")
+    return source.polygons(
+        points, sizes, corners, vertex=file.data("PointData", "NumberOfPoints"),
+        face=file.data("CellData", "NumberOfPolys", others),
+    )  # fmt: skip
 
 
 def _count(piece: Element, name: str) -> int:
@@ -94,6 +96,11 @@ class XmlFile:
         appended = root.find("AppendedData")
         self._encoding = "" if appended is None else appended.get("encoding", "")
 
+    @property
+    def needs_vtk(self) -> bool:
+        """Whether only VTK can decompress the arrays."""
+        return self._compressor == "vtkLZ4DataCompressor"
+
     def cells(self, section: str, count: str) -> tuple[Array, Array, Array]:
         """Return vertices, (V, 3), sizes of cells, and flat corners of cells, of all pieces."""
         parts: list[tuple[Array, Array, Array]] = [(np.empty((0, 3)), _NONE, _NONE)]
@@ -116,21 +123,37 @@ class XmlFile:
         ]
         return np.concatenate([_NONE, *found])
 
-    def cell_data(self, name: str, count: str, before: Sequence[str] = ()) -> Array | None:
-        """Return the cell data `name` of the cells of one kind, or None if it is missing.
+    def data(
+        self, section: str, count: str, before: Sequence[str] = ()
+    ) -> Iterator[tuple[str, Array | str]]:
+        """Yield the arrays of a section, PointData or CellData, for the rows of one kind.
 
-        `count` and `before` are attributes of the XML element Piece: the number of these cells, and
-        the numbers of the cells of other kinds that precede them.
+        `count` and `before` are attributes of the XML element Piece: the number of these rows, and
+        the numbers of the rows of other kinds that precede them.
         """
-        parts = []
-        for piece in self.pieces:
-            n_before = sum(_count(piece, name) for name in before)
-            n_cells = n_before + _count(piece, count)
-            values = self._array(piece, "CellData", name, n_cells) if n_cells else _NONE
-            if values is None:
-                return None
-            parts.append(values[n_before:])
-        return np.concatenate(parts) if parts else None
+        found = [one for piece in self.pieces for one in piece.findall(f"{section}/DataArray")]
+        for name in dict.fromkeys(one.get("Name", _UNNAMED) for one in found):
+            parts = [self._rows(piece, section, name, count, before) for piece in self.pieces]
+            whole = [part for part in parts if part is not None]
+            widths = {part.shape[1:] for part in whole if len(part)}
+            if len(whole) < len(parts) or len(widths) > 1:
+                yield name, "which not all pieces of the file have"
+            else:
+                yield name, np.concatenate([part for part in whole if len(part)] or whole)
+
+    def _rows(
+        self, piece: Element, section: str, name: str, count: str, before: Sequence[str]
+    ) -> Array | None:
+        """Return an array of one piece, (n,) or (n, m), or None if it is missing."""
+        n_before = sum(_count(piece, name) for name in before)
+        n_rows = n_before + _count(piece, count)
+        arrays = piece.findall(f"{section}/DataArray")
+        array = next((one for one in arrays if one.get("Name", _UNNAMED) == name), None)
+        if not n_rows or array is None:
+            return None if n_rows else _NONE
+        width = max(as_count(array.get("NumberOfComponents", "1"), "NumberOfComponents"), 1)
+        values = self._values(array, n_rows * width)
+        return values[n_before:] if width == 1 else values.reshape(-1, width)[n_before:]
 
     def _points(self, piece: Element) -> Array:
         n_points = _count(piece, "NumberOfPoints")

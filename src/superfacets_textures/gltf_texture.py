@@ -10,7 +10,7 @@ from urllib.parse import unquote
 
 import numpy as np
 
-from superfacets import MeshAttributes, MeshError
+from superfacets import MeshError
 from superfacets.kit import Array, Floats, GltfScene, Ints, counted, most_bytes_of
 
 from .images import ENDING_OF_IMAGE, UNKNOWN, TextureImage, image_beside, kind_of_image, problems_of
@@ -22,17 +22,13 @@ _TRANSFORM = "KHR_texture_transform"
 _WEBP, _BASIS = "EXT_texture_webp", "KHR_texture_basisu"
 
 
-def read_texture(scene: GltfScene, folder: Path | None) -> MeshAttributes:
-    """Return the texture of a scene, or if it cannot be read, the reason in `left_out`.
+def read_texture(scene: GltfScene, folder: Path | None) -> tuple[Texture | None, list[str]]:
+    """Return the texture of a scene, and what is left out of it; images may be in `folder`.
 
-    Images may be in `folder`.
+    Raises a MeshError if the texture cannot be read.
     """
     reader = _Reader(scene, folder)
-    try:
-        texture = reader.texture()
-    except MeshError as error:
-        return MeshAttributes(left_out=(f"texture: {error}",))
-    return MeshAttributes(left_out=(*reader.left_out,), texture=texture)
+    return reader.texture(), reader.left_out
 
 
 @dataclass(frozen=True)
@@ -72,12 +68,12 @@ class _Reader:
 
     def texture(self) -> Texture | None:
         """Return the texture of a scene, or None if it has neither coordinates nor materials."""
-        parts = {index: self._parts(index) for index in dict(self.gltf.visits)}
+        parts = {index: self._parts(index) for index in {visit.mesh for visit in self.gltf.visits}}
         corners: list[Array] = []
         face_materials: list[Ints] = []
-        for index, matrix in self.gltf.visits:
-            for indices, material in parts[index]:
-                corners.append(indices[:, [0, 2, 1]] if self.gltf.is_mirrored(matrix) else indices)
+        for visit in self.gltf.visits:
+            for indices, material in parts[visit.mesh]:
+                corners.append(indices[:, [0, 2, 1]] if visit.is_mirrored else indices)
                 face_materials.append(np.full(len(indices), material, np.int32))
         if not self.coordinates and not self.materials:
             return None

@@ -32,6 +32,7 @@ def write_ids(file: IO[bytes], content: Output) -> None:
         raise MeshError("a .ids.png file needs faces with labels and texture coordinates")
     if labels.max(initial=0) >= 2**24 - 1:
         raise MeshError(f".ids.png needs labels below 2**24 - 1, got {labels.max()}: renumber them")
+    content.taken.add("texture")
     n_texels = np.zeros(int(labels.max(initial=-1)) + 1, np.int64)
     for number, (material, is_here, size) in enumerate(_layouts(texture)):
         ids = ids_in_layout(content.cells, texture, labels, is_here, material.wrap, size)

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 
-from superfacets import MeshAttributes, MeshError
 from superfacets.kit import Array, Bools, Content, Floats, Ints, Lines
 
 from .images import problems_of
@@ -16,18 +15,6 @@ from .textures import Material, Texture
 
 KEYWORDS = (b"vt", b"f", b"usemtl", b"mtllib")
 COORDINATES, FACE, MATERIAL, LIBRARY = range(4)
-
-
-def read_texture(data: Content, folder: Path | None) -> MeshAttributes:
-    """Return the texture of a valid OBJ file without continued lines; MTL files are in `folder`.
-
-    If the texture cannot be read, the result has no texture, and `left_out` has the reason.
-    """
-    try:
-        texture, left_out = _read_texture(data, folder)
-    except MeshError as error:
-        return MeshAttributes(left_out=(f"texture: {error}",))
-    return MeshAttributes(left_out=(*left_out,), texture=texture)
 
 
 @dataclass
@@ -43,7 +30,11 @@ class _Found:
     n_coordinates: int = 0
 
 
-def _read_texture(data: Content, folder: Path | None) -> tuple[Texture | None, list[str]]:
+def read_texture(data: Content, folder: Path | None) -> tuple[Texture | None, list[str]]:
+    """Return the texture of a valid OBJ file without continued lines, and what is left out of it.
+
+    MTL files are in `folder`. Raises a MeshError if the texture cannot be read.
+    """
     found = _Found()
     for lines in Lines.blocks(data, comment=b"#"):
         kinds = lines.keywords(KEYWORDS)

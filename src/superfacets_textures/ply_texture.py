@@ -47,9 +47,11 @@ def with_texture(
     is_known = (numbers >= 0) & (numbers < len(names)) & (numbers == np.floor(numbers))
     face_materials = np.where(is_known, numbers, -1).astype(np.int32).reshape(-1)
     texture = Texture(*found, materials, face_materials, format="ply")
-    is_kept = [OF_CORNERS not in text for text in attributes.left_out]
-    left_out = [text for text, kept in zip(attributes.left_out, is_kept, strict=True) if kept]
-    return replace(attributes, texture=texture, left_out=(*left_out, *problems_of(images)))
+    declared = {**attributes.declared, "texture": "texture"}
+    of_corners = {f"face property {OF_CORNERS}": "texture"}
+    declared |= {item: became for item, became in of_corners.items() if item in declared}
+    declared |= dict.fromkeys(problems_of(images), "")
+    return replace(attributes, texture=texture, declared=declared)
 
 
 def _corners_of(faces: Array | tuple[Longs, Array]) -> tuple[Array, Longs]:

@@ -17,16 +17,9 @@ from .light import srgb_of_linear
 from .textures import Texture
 
 
-def notes_on_texture(
-    texture: Texture, endings: Collection[str], *, has_polygons: bool = False
-) -> list[str]:
+def notes_on_texture(texture: Texture, endings: Collection[str]) -> list[str]:
     """Return notes on parts of the texture that files with these endings cannot store."""
     notes = []
-    lacking = sorted({ending for ending in endings if ending in (".off", ".vtp")})
-    if ".ply" in endings and has_polygons and not texture.is_of_ply:
-        lacking.append(".ply of polygons")
-    if lacking:
-        notes.append(f"no texture in {' and '.join(lacking)}: the format cannot store textures")
     for ending, format in ((".obj", "mtl"), (".glb", "gltf"), (".ply", "none")):
         others = [
             material.name for material in texture.materials

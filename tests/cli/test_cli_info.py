@@ -8,7 +8,7 @@ import pytest
 import shapes
 
 from superfacets import Mesh, MeshAttributes, PointCloud, write_mesh
-from superfacets.files.attributes import LasFrame
+from superfacets_formats.las_frame import LasFrame
 
 
 def test_info_prints_counts(run, sheet):
@@ -66,7 +66,7 @@ def test_info_prints_version_and_reference_system_of_las(run, tmp_path):
     path = tmp_path / "tile.las"
     points = np.random.default_rng(0).random((30, 3))
     frame = LasFrame(2, 3, (0.01,) * 3, (0.0,) * 3, ((34735, bytes(8)),))
-    write_mesh(path, PointCloud(points), attributes=MeshAttributes(las=frame))
+    write_mesh(path, PointCloud(points), attributes=MeshAttributes(header=frame))
     status, out, err = run("info", path)
     assert (status, err) == (0, "")
     assert [line.rsplit(maxsplit=1) for line in out.splitlines()[-3:]] == [

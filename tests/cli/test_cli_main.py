@@ -97,7 +97,7 @@ def test_a_folder_in_the_place_of_a_mesh_is_one_line(run, name):
 def test_data_that_cannot_be_used_is_one_line_and_status_1(run, tmp_path):
     (tmp_path / "empty.ply").write_bytes(b"")
     (tmp_path / "foreign.obj").write_bytes(b"\x89PNG\r\n\x1a\n\0\0\0")
-    (tmp_path / "points.off").write_text("OFF\n2 0 0\n0 0 0\n1 0 0\n")
+    (tmp_path / "points.off").write_text("OFF\n0 0 0\n")
     (tmp_path / "edge.off").write_text("OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n2 0 1\n")
     (tmp_path / "nan.off").write_text("OFF\n3 1 0\n0 0 0\n1 nan 0\n0 1 0\n3 0 1 2\n")
     (tmp_path / "index.off").write_text("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n")

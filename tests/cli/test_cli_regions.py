@@ -74,7 +74,7 @@ def test_a_format_without_integers_of_the_cells_is_refused(run, fold):
     write_mesh(fold / "fold.off", FOLD)
     status, _, notes = run("regions", fold / "fold.off", fold / "labels.seg", "--majority", "kind")
     assert status == 1
-    assert notes.endswith("fold.off: expected a format that can store labels, got .off\n")
+    assert notes.endswith("fold.off: the faces have no property kind\n")
 
 
 def test_a_column_has_the_mean_of_a_property_in_each_region(run, tmp_path):

@@ -430,9 +430,8 @@ def test_a_labeled_mesh_keeps_what_the_input_held(run, colored):
     assert status == 0
     assert err.splitlines() == [
         "superfacets: note: data of the input that is not copied: element edge",
-        "superfacets: note: data of the input that labels replace: face property label, face"
-        " property quality, face property red, face property green, face property blue, face"
-        " property alpha",
+        "superfacets: note: data of the input that .ply does not store: face properties label,"
+        " quality, red, green, blue",
     ]
     found = sf.read_attributes(output)
     assert np.array_equal(found.vertex["red"], np.arange(len(found.vertex["red"])) % 256)

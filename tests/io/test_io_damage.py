@@ -11,7 +11,7 @@ import pytest
 from mesh_files import whole_files
 
 from superfacets import MeshError
-from superfacets.files.readers.read import read_mesh
+from superfacets.files.readers.read import read_attributes, read_mesh
 
 FILES = whole_files()
 
@@ -27,14 +27,15 @@ def test_a_file_cut_at_any_byte_is_refused_or_complete(read, tmp_path, name):
         except MeshError:
             continue
         n_read += 1
-        n_faces = mesh.n_faces if name.endswith(".obj") else whole.n_faces
+        is_noted = "the file may be truncated" in "".join(read_attributes(tmp_path / name).left_out)
+        n_faces = mesh.n_faces if name.endswith(".obj") or is_noted else whole.n_faces
         assert np.array_equal(mesh.faces, whole.faces[:n_faces])
-        assert np.array_equal(mesh.vertices, whole.vertices)
+        assert np.array_equal(mesh.vertices, whole.vertices[: 3 * n_faces if is_noted else None])
     # A text is complete without its last newline, or without the name after `endsolid`. An OBJ
     # file declares no counts, so it is valid if it is cut after its first face.
     assert n_read == {
         "ascii.ply": 1, "square.obj": 3, "square.off": 1, "square.tri": 1,
-        "ascii.stl": len(" square\n"),
+        "ascii.stl": 14,  # or after a facet
     }.get(name, 0)  # fmt: skip
 
 

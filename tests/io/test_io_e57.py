@@ -9,6 +9,7 @@ import pytest
 from superfacets import MeshError, MissingExtraError, read_cloud, segment
 from superfacets.files.formats import FORMATS
 from superfacets.graph.point_graph import estimate_normals
+from superfacets.kit import Input
 from superfacets_formats.e57 import read_e57
 
 QUARTER_TURN = np.sqrt([0.5, 0, 0, 0.5])  # about z, as a quaternion w, x, y, z
@@ -55,7 +56,7 @@ def test_scans_are_joined_in_their_poses(write):
         (scan(colors=COLORS), {"rotation": QUARTER_TURN, "translation": np.array([10.0, 0, 0])}),
         (scan(colors=COLORS[::-1]), {"translation": np.array([0, 0, 5.0])}),
     )
-    cloud, attributes = read_e57(path.read_bytes())
+    cloud, attributes = read_e57(Input(path.read_bytes(), ".e57"))
     turned = np.column_stack([10 - POINTS[:, 1], POINTS[:, 0], POINTS[:, 2]])
     assert cloud.points == pytest.approx(np.concatenate([turned, POINTS + [0, 0, 5]]), abs=1e-12)
     assert cloud.colors == pytest.approx(np.concatenate([COLORS, COLORS[::-1]]) / 255)
@@ -100,7 +101,7 @@ def test_invalid_points_are_left_out(write):
     rates = np.array([0.5, 0.25, 1, 0], np.float32)
     columns = scan(colors=COLORS, cartesianInvalidState=state, intensity=rates)
     path = write((columns, {}), (scan(colors=COLORS, intensity=rates), {}))
-    cloud, attributes = read_e57(path.read_bytes())
+    cloud, attributes = read_e57(Input(path.read_bytes(), ".e57"))
     kept = [0, 2, 0, 1, 2, 3]
     assert np.array_equal(cloud.points, POINTS[kept])
     assert cloud.colors == pytest.approx(COLORS[kept] / 255)
@@ -113,7 +114,7 @@ def test_invalid_points_are_left_out(write):
 def test_what_only_some_scans_have_is_left_out(write):
     rates = np.ones(4, np.float32)
     path = write((scan(colors=COLORS, intensity=rates), {}), (scan(), {}))
-    cloud, attributes = read_e57(path.read_bytes())
+    cloud, attributes = read_e57(Input(path.read_bytes(), ".e57"))
     assert cloud.n_points == 8
     assert cloud.colors is None
     assert "intensity" not in attributes.vertex

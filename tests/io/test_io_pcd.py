@@ -122,10 +122,9 @@ def test_points_of_an_organized_cloud_without_a_position_are_left_out(cloud_of):
     data = text([*XYZ, ("label", "I4", 1)], [*points.T, np.arange(6)], WIDTH=3, HEIGHT=2)
     cloud, attributes = cloud_of(data)
     assert np.array_equal(cloud.points, POINTS)
-    assert (
-        attributes.vertex["label"].tolist() == attributes.vertex["record"].tolist() == [0, 1, 3, 4]
-    )
-    assert attributes.left_out == ("2 points without a position",)
+    assert attributes.vertex["label"].tolist() == [0, 1, 3, 4]
+    assert attributes.records.tolist() == [True, True, False, True, True, False]
+    assert attributes.left_out == ("2 of 6 points, which have no position",)
     assert len(segment(cloud, 2).labels) == 4
 
 
@@ -138,7 +137,7 @@ def test_padding_and_repeated_fields_are_left_out(cloud_of):
         "a": [9],
         "c": [4],
     }
-    assert attributes.left_out == ("field 'c', whose name is repeated or not a word of ASCII",)
+    assert attributes.left_out == ("another point property c, whose name is repeated",)
 
 
 def test_copies_that_overlap_are_unpacked(cloud_of):

@@ -147,7 +147,7 @@ def test_a_point_cloud_is_refused(refuse, form):
     refuse(
         "a.ply",
         ply(form, faces=[]),
-        "the PLY file has no faces: if it is a point cloud, use read_cloud",
+        "the file contains points, but no faces: use read_cloud",
     )
 
 
@@ -156,7 +156,7 @@ def test_a_ply_file_without_the_element_face_is_refused(refuse):
     refuse(
         "a.ply",
         header.encode() + text_of(VERTICES).encode(),
-        "the PLY file has no faces: if it is a point cloud, use read_cloud",
+        "the file contains points, but no faces: use read_cloud",
     )
 
 

@@ -6,7 +6,7 @@ from mesh_files import obj, off, ply_binary, ply_text
 
 import superfacets as sf
 from superfacets import MeshAttributes, MeshError, PolygonMesh
-from superfacets.files.readers.labels import find_labels
+from superfacets.kit import CellFile
 
 POINTS = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.1], [0.5, 2, 1 / 3]]
 MIXED = PolygonMesh.of_faces(POINTS, [[0, 1, 2, 3], [3, 2, 4], [1, 2, 4, 3, 0], [4, 2, 3]])
@@ -76,7 +76,7 @@ def test_vtp_keeps_polygons_labels_and_attributes(tmp_path, mesh, ascii):
     assert faces_of(found) == faces_of(mesh)
     assert np.array_equal(found.vertices, mesh.vertices)
     assert sf.read_labels(path, mesh.n_faces).tolist() == labels
-    assert find_labels(path.read_bytes(), ".vtp", None, "label").tolist() == labels
+    assert CellFile.read(path).labels(None, "label").tolist() == labels
     pyvista = pytest.importorskip("pyvista")
     other = pyvista.read(path)
     assert other.cell_data["label"].tolist() == labels
@@ -92,8 +92,8 @@ def test_vtp_of_triangles_is_a_mesh(tmp_path):
     assert isinstance(found, sf.Mesh)
     assert np.array_equal(found.faces, mesh.faces)
     assert np.array_equal(found.vertices, mesh.vertices)
-    assert find_labels((tmp_path / "a.vtp").read_bytes(), ".vtp", None, "label") is None
-    with pytest.raises(MeshError, match=r"a\.vtp: the VTP file has no cell data label"):
+    assert CellFile.read(tmp_path / "a.vtp").labels(None, "label") is None
+    with pytest.raises(MeshError, match=r"a\.vtp: the faces have no property label"):
         sf.read_labels(tmp_path / "a.vtp")
 
 
@@ -109,14 +109,13 @@ def test_vtp_that_is_wrong_is_refused_without_a_word(tmp_path, capfd):
     path.write_bytes(whole.replace(b"PolyData", b"ImageData"))
     with pytest.raises(MeshError, match="not a VTP file"):
         sf.read_mesh(path)
-    pyvista.Sphere().strip().save(path)
-    with pytest.raises(
-        MeshError, match="triangle strips in VTP are not supported: save the file with polygons"
-    ):
-        sf.read_mesh(path)
+    sphere = pyvista.Sphere()
+    sphere.strip().save(path)
+    assert sf.read_mesh(path).n_faces == sphere.n_cells
     pyvista.PolyData(np.eye(3)).save(path)
-    with pytest.raises(MeshError, match="the VTP file has no polygons"):
+    with pytest.raises(MeshError, match="the file contains points, but no faces: use read_cloud"):
         sf.read_mesh(path)
+    assert np.array_equal(sf.read_cloud(path).points, np.eye(3))
     plane = pyvista.Plane(i_resolution=1, j_resolution=1)
     plane.cell_data["label"] = [0.5]
     plane.save(path)

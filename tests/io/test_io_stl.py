@@ -5,6 +5,8 @@ import pytest
 from mesh_files import CORNERS, SOUP_FACES, stl_binary, stl_text
 from numpy.testing import assert_array_equal
 
+from superfacets import read_attributes
+
 
 @pytest.mark.parametrize("data", [stl_binary(), stl_text()], ids=["binary", "ascii"])
 def test_every_face_has_three_vertices_of_its_own(read, data):
@@ -75,11 +77,9 @@ def test_coordinates_that_are_not_finite_are_refused(refuse, make, value):
     ("      vertex 1.0 0.0 0.0\n", "", "line 6: expected the keyword vertex"),
     ("    endloop\n", "vertex 3 3 3\nendloop\n", "line 7: faces[0] has more than 3 corners"),
     ("outer loop", "inner loop", "line 3: expected the keyword outer"),
-    ("endsolid square\n", "", "line 15: the file ends, but a `solid` has"),
-    ("endsolid square\n", "endsolidity\n", "line 16: the file ends, but a `solid` has"),
-    ("endsolid square\n", "solid b\nendsolid\n", "line 17: the file ends, but a `solid` has"),
+    ("endsolid square\n", "endsolidity\n", "line 16: the file ends, but not after a facet or solid"),
     ("  endfacet\nendsolid", "endsolid", "the last facet is incomplete"),
-    ("solid square\n", "solids square\n", "line 16: the file ends, but a `solid` has"),
+    ("solid square\n", "solids square\n", "line 1: expected the keyword facet"),
 ])  # fmt: skip
 def test_ascii_files_of_another_structure_are_refused(refuse, old, new, message):
     data = stl_text().decode()
@@ -89,5 +89,19 @@ def test_ascii_files_of_another_structure_are_refused(refuse, old, new, message)
 
 def test_foreign_content_is_refused(refuse):
     refuse("a.stl", b"hello\n", "not an STL file: it has only 6 bytes and no word solid")
-    refuse("a.stl", b"\xff\xd8\xff\xe0\0\x10JFIF\0" * 20, "not an STL file, or damaged")
+    refuse("a.stl", b"\xff\xd8\xff\xe0\0\x10JFIF\0" * 20, "the file is a picture, not a mesh")
     refuse("a.stl", b"solid\0" + b"x" * 200, "not an STL file, or damaged")
+
+
+@pytest.mark.parametrize(("old", "new", "is_noted"), [
+    ("endsolid square\n", "", True),
+    ("endsolid square\n", "solid b\nendsolid\n", True),
+    ("endsolid square\n", "end solid\n", False),
+    ("endloop\n", "end loop\n", False),
+])  # fmt: skip
+def test_solids_without_an_end_are_read_with_a_note(tmp_path, old, new, is_noted):
+    path = tmp_path / "a.stl"
+    path.write_text(stl_text().decode().replace(old, new))
+    attributes = read_attributes(path)
+    note = "end of a solid, which is missing: the file may be truncated"
+    assert attributes.left_out == ((note,) if is_noted else ())

@@ -74,21 +74,27 @@ GUARDS = {
         ("_viewpoints_of", "repeat"): "lengths of points in memory",
         ("read_e57", "E57"): "reads only the XML, which is in the file"},
     "superfacets/files/readers/gltf.py": {
+        ("_colors", "ones"): "rows of an accessor in memory",
+        ("_labels", "frombuffer"): "a view of a buffer in memory",
+        ("_read_mesh", "ones"): "rows of an accessor in memory",
+        ("_shades", "ones"): "vertices in memory",
+        ("_triangles_of", "arange"): "corners of an accessor in memory",
         ("corners", "arange"): "vertices of an accessor in memory"},
     "superfacets/files/readers/gltf_file.py": {
-        ("rows", "empty"): "only with 0 rows",
-        ("rows", "ndarray"): "the end of the rows is compared with the view"},
+        ("_rows_at", "empty"): "only with 0 rows",
+        ("_rows_at", "ndarray"): "the end of the rows is compared with the view",
+        ("_sparse_rows", "zeros"): "`Gltf.take` limits the sum of sizes"},
     "superfacets_formats/grids.py": {
-        ("numbers", "frombuffer"): "the count is compared with the bytes that are left"},
+        ("_corners_of", "arange"): "corners in memory",
+        ("_corners_of", "repeat"): "corners in memory"},
+    "superfacets_formats/foreign.py": {
+        ("read_with_meshio", "repeat"): "cells in memory, of a process with a limit"},
     "superfacets_formats/las.py": {
         ("_add_extra_columns", "ndarray"): "a view of the records in memory",
         ("_chunks", "read_chunk_table_only"): "the number of chunks is compared with the file",
         ("_decompressed", "decompress_points_with_chunk_table"): "chunks and layers are checked",
         ("_decompressed", "empty"): "at most _MAX_COMPRESSED times the file",
-        ("read_las_cloud", "frombuffer"): "the size is compared with the file"},
-    "superfacets_formats/msh.py": {
-        ("_read_element_blocks", "full"): "`_sizes` has read as many rows",
-        ("_read_elements", "repeat"): "numbers of tokens in the text"},
+        ("read_las", "frombuffer"): "the size is compared with the file"},
     "superfacets/files/readers/npy.py": {
         ("npy_array", "frombuffer"): "the declared size must be the size that follows"},
     "superfacets/files/readers/obj.py": {
@@ -96,7 +102,6 @@ GUARDS = {
     "superfacets_textures/obj_texture.py": {
         ("_add_coordinates", "repeat"): "numbers of tokens in the text",
         ("_add_materials", "empty"): "lines of the text"},
-    "superfacets/files/readers/parts.py": {("_labels_by_part", "arange"): "names in the text"},
     "superfacets_formats/pcd.py": {
         ("_read_compressed", "frombuffer"): "8 bytes",
         ("_read_compressed", "unpacked"): "at most _MAX_COMPRESSED times the packed bytes",
@@ -112,15 +117,15 @@ GUARDS = {
     "superfacets_textures/ply_texture.py": {
         ("_pairs_of_faces", "arange"): "corners in memory",
         ("_pairs_of_faces", "repeat"): "sizes of faces in memory"},
+    "superfacets/files/other.py": {
+        ("_unpacked", "decompress"): "at most `most_bytes_of` the file"},
     "superfacets/files/readers/stl.py": {
-        ("_read_binary", "frombuffer"): "the count must give the size of the file"},
+        ("_stored", "frombuffer"): "the count must give the size of the file"},
     "superfacets/files/readers/text.py": {
         ("_as_text", "frombuffer"): "a view of the whole file",
         ("runs", "arange"): "callers compare lengths with the file",
         ("runs", "repeat"): "callers compare lengths with the file",
         ("table", "arange"): "the width is a constant, or compared with the lines"},
-    "superfacets_formats/vtk_legacy.py": {
-        ("_split_rows", "full"): "at most as many rows as numbers in memory"},
     "superfacets_formats/vtk_xml.py": {
         ("_content", "frombuffer"): "`_first_bytes` compares the size with the data",
         ("_decoded", "frombuffer"): "a view of decoded bytes, whose number is checked",

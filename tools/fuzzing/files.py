@@ -20,7 +20,6 @@ import shapes
 
 import superfacets as sf
 from superfacets.files.formats import FORMATS
-from superfacets.files.readers.clouds import CLOUD_READERS
 
 from .promises import check_labels, refusals
 
@@ -91,7 +90,7 @@ def _whole_files(formats: tuple[str, ...]) -> list[tuple[Read, str, bytes]]:
         files += [(sf.read_labels, *item) for item in damage.whole_label_files(folder).items()]
         for path in _written_files(folder):
             for read, endings in (
-                (sf.read_mesh, FORMATS.meshes), (sf.read_cloud, tuple(CLOUD_READERS)),
+                (sf.read_mesh, FORMATS.meshes), (sf.read_cloud, tuple(FORMATS["read_points"])),
                 (sf.read_labels, FORMATS.labels),
             ):  # fmt: skip
                 if path.name.endswith(tuple(endings)) and _can_read(read, path):

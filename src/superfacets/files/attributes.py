@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import reprlib
-import struct
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from ..base.checks import counted, owned, refuse_mask
-from ..base.errors import MeshError
 from ..base.lazy import load
-from ..base.types import Array, Bytes
-from .guards import narrowed
+from ..base.types import Array, Bools, Bytes
 
 if TYPE_CHECKING:
     from .. import Texture
@@ -28,120 +25,15 @@ PLY_TYPES = {"i1": "char", "u1": "uchar", "i2": "short", "u2": "ushort", "i4": "
 COLORS = ("red", "green", "blue")
 """Names of the properties that are colors."""
 
+TAKEN = ("cells", "attributes", "texture")
+"""Values of `MeshAttributes.declared` for what is not left out."""
+
+NAMES_COMMENT = "comment names "
+"""Begin of the comments in PLY with the name of a property of faces, and the names of its values as
+a JSON list."""
+
 IMAGE_COMMENT = "comment TextureFile "
 """Begin of the comments in PLY that name an image of the texture."""
-
-_WKT, _GEOTIFF = 2112, 34735
-"""Ids of the LAS records that define the reference system: in WKT format, and in GeoTIFF format."""
-
-
-_DIMENSION = 192
-"""Size in bytes of the description of an extra dimension in a LAS file."""
-
-_EXTRA_TYPES = ("", "u1", "i1", "<u2", "<i2", "<u4", "<i4", "<u8", "<i8", "<f4", "<f8")
-
-
-class LasDimension(NamedTuple):
-    """Description of an extra dimension of a LAS file, which has 1 to 3 numbers per point."""
-
-    name: str  # name in the file, which may contain spaces
-    kind: str  # NumPy type of the stored numbers, such as "<u2"
-    n_numbers: int  # number of stored numbers per point, 1 to 3
-    description: str
-    scales: tuple[float, ...] = ()
-    offsets: tuple[float, ...] = ()
-    """A value is its stored number times `scales`, plus `offsets`. Both tuples are empty if the
-    stored numbers are the values."""
-
-    @property
-    def attribute(self) -> str:
-        """Name of the dimension in `MeshAttributes`, where underscores replace spaces."""
-        return "_".join(self.name.split())
-
-    @property
-    def is_readable(self) -> bool:
-        """Whether the type is documented, and the name can be a name in `MeshAttributes`."""
-        return bool(self.kind) and is_word(self.attribute)
-
-    def decoded(self, stored: Array) -> Array:
-        """Return the values that stored numbers represent."""
-        if not self.scales:
-            return narrowed(stored)
-        with np.errstate(over="ignore", invalid="ignore"):
-            values: Array = stored * np.array(self.scales) + np.array(self.offsets)
-        return values
-
-    def encoded(self, values: Array) -> Array | None:
-        """Return the numbers to store; None if the shape is wrong or decoding them gives others."""
-        if values.shape[1:] != ((self.n_numbers,) if self.n_numbers > 1 else ()):
-            return None
-        dtype = np.dtype(self.kind)
-        with np.errstate(all="ignore"):
-            if self.scales:
-                numbers = (values - np.array(self.offsets)) / np.array(self.scales)
-                stored = (np.rint(numbers) if dtype.kind in "iu" else numbers).astype(dtype)
-            else:
-                stored = values.astype(dtype)
-        return stored if np.array_equal(self.decoded(stored), values, equal_nan=True) else None
-
-
-class LasFrame(NamedTuple):
-    """Version, point format, quantization and coordinate reference system of a LAS file.
-
-    The reader of LAS stores it in `MeshAttributes.las`, so that written files are like the file
-    that was read; the command `info` shows it.
-    """
-
-    minor: int  # minor version: LAS 1.minor
-    point_format: int
-    scales: tuple[float, float, float]
-    offsets: tuple[float, float, float]
-    """A coordinate is its stored integer times `scales`, plus `offsets`."""
-    projection: tuple[tuple[int, bytes], ...] = ()
-    """Id and content of each record of the reference system: GeoTIFF keys or WKT."""
-    is_wkt: bool = False
-    """Whether the header declares that the reference system is WKT."""
-    extra: tuple[LasDimension, ...] = ()
-    """Extra dimensions that were read, and are attributes of the points."""
-    source_id: int = 0
-    """File source id, for example the number of the flight line."""
-    has_standard_time: bool = False
-    """Whether GPS times are adjusted standard times. Otherwise they are seconds since the start of
-    the week."""
-
-    @property
-    def reference_system(self) -> Literal["WKT", "GeoTIFF"] | None:
-        """Format of the coordinate reference system, or None if there is none."""
-        numbers = {number for number, _ in self.projection}
-        if _WKT in numbers and (self.is_wkt or _GEOTIFF not in numbers):
-            return "WKT"
-        return "GeoTIFF" if _GEOTIFF in numbers else None
-
-    @staticmethod
-    def dimensions(record: bytes) -> Iterator[tuple[LasDimension, int]]:
-        """Yield the extra dimensions that a LAS record describes, with their sizes in bytes.
-
-        For undocumented bytes, `kind` is empty. The types 11 to 30 are deprecated pairs and triples
-        of the types 1 to 10. Raises a MeshError for other types.
-        """
-        for begin in range(0, len(record) - _DIMENSION + 1, _DIMENSION):
-            kind, options, name = struct.unpack_from("<2xBB32s", record, begin)
-            if kind > 30:
-                raise MeshError(f"an extra dimension of the points has the unknown type {kind}")
-            n = (kind - 1) // 10 + 1 if kind else 1
-            factors = struct.unpack_from(f"<{n}d", record, begin + 112)
-            terms = struct.unpack_from(f"<{n}d", record, begin + 136)
-            scaling = (
-                factors if options & 8 else (1.0,) * n, terms if options & 16 else (0.0,) * n
-            )  # fmt: skip
-            dimension = LasDimension(
-                name.split(b"\0")[0].decode("utf-8", "replace"),
-                _EXTRA_TYPES[(kind - 1) % 10 + 1] if kind else "",
-                n,
-                record[begin + 160 : begin + 192].split(b"\0")[0].decode("ascii", "ignore"),
-                *(scaling if kind > 0 and options & 24 else ()),
-            )
-            yield dimension, n * np.dtype(dimension.kind).itemsize if kind else options
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,15 +53,22 @@ class MeshAttributes:
         Properties of the faces other than their corners.
     comments : sequence of str, optional
         Lines of the PLY header that begin with ``comment`` or ``obj_info``, in their order.
-    left_out : sequence of str, optional
-        Descriptions of data in the file that were not read, for example elements other than
-        vertices and faces, lists of varying length, properties whose name is repeated or is not one
-        word of ASCII, and missing images.
-    las : LasFrame, optional
-        Version, point format, quantization, coordinate reference system and types of extra
-        dimensions of the LAS file that was read. Written LAS files use the same values.
     texture : Texture, optional
         Texture coordinates and materials.
+    names : mapping of str to sequence of str, optional
+        Names of the values 0, 1, 2, ... of an integer property of the faces, keyed by the name of
+        the property: for example names of the groups of an OBJ file, or of the solids of an STL
+        file.
+    declared : mapping of str to str, optional
+        What a file declares, such as elements, properties, arrays, materials, poses and cells of
+        other kinds, and what became of each: "cells", "attributes", "texture", or the reason why it
+        was left out, which may be empty.
+    records : array_like of bool, shape (R,), optional
+        Whether each record of a point cloud file is a point of the cloud. By default, all are.
+        Records without a position are not.
+    header : object, optional
+        Further data of the file that was read, for the writer of the same format: for LAS the
+        version, point format, quantization, coordinate reference system and extra dimensions.
 
     Raises
     ------
@@ -193,9 +92,11 @@ class MeshAttributes:
     vertex: Mapping[str, Array] = field(default_factory=dict)
     face: Mapping[str, Array] = field(default_factory=dict)
     comments: tuple[str, ...] = ()
-    left_out: tuple[str, ...] = ()
-    las: LasFrame | None = None
     texture: Texture | None = None
+    names: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    declared: Mapping[str, str] = field(default_factory=dict)
+    records: Bools | None = None
+    header: Any = None
 
     def __post_init__(self) -> None:
         for owner in ("vertex", "face"):
@@ -205,10 +106,20 @@ class MeshAttributes:
             checked = {name: _checked(values, name, owner) for name, values in given.items()}
             object.__setattr__(self, owner, MappingProxyType(checked))
         object.__setattr__(self, "comments", tuple(map(_checked_comment, self.comments)))
-        object.__setattr__(self, "left_out", tuple(self.left_out))
+        for owner in ("names", "declared"):
+            object.__setattr__(self, owner, MappingProxyType({**getattr(self, owner)}))
         texture_class = "superfacets_textures.textures:Texture"
         if self.texture is not None and not isinstance(self.texture, load(texture_class)):
             raise TypeError(f"texture must be a Texture, got {type(self.texture).__name__}")
+
+    @property
+    def left_out(self) -> tuple[str, ...]:
+        """What the file declares, but is neither in the cells nor in the attributes, and why."""
+        return tuple(
+            f"{item}, {fate}" if fate else item
+            for item, fate in self.declared.items()
+            if fate not in TAKEN
+        )
 
     @property
     def colors(self) -> Bytes | None:
@@ -231,7 +142,7 @@ class MeshAttributes:
 
     def _colors_that(self, *, are_of_regions: bool) -> Bytes | None:
         for stored in (self.face, self.vertex):
-            if stored.keys() >= {*COLORS} and _have_region_colors(stored) == are_of_regions:
+            if stored.keys() >= {*COLORS} and have_region_colors(stored) == are_of_regions:
                 return _bytes_of(np.column_stack([stored[name] for name in COLORS])[:, :3])
         return None
 
@@ -261,8 +172,9 @@ class MeshAttributes:
         )
 
     def __reduce__(self) -> tuple[type[MeshAttributes], tuple[Any, ...]]:
-        others = self.comments, self.left_out, self.las, self.texture
-        return MeshAttributes, (dict(self.vertex), dict(self.face), *others)
+        others = dict(self.names), dict(self.declared), self.records, self.header
+        stored = dict(self.vertex), dict(self.face), self.comments, self.texture
+        return MeshAttributes, (*stored, *others)
 
     def __repr__(self) -> str:
         vertex, face = (", ".join(names) or "none" for names in (self.vertex, self.face))
@@ -271,7 +183,7 @@ class MeshAttributes:
         return f"MeshAttributes(vertex: {vertex}; face: {face}; {comments}{texture})"
 
 
-def _have_region_colors(stored: Mapping[str, Array]) -> bool:
+def have_region_colors(stored: Mapping[str, Array]) -> bool:
     """Return whether colors are of regions: `write_ply` stores labels as `label` and `quality`."""
     if not stored.keys() >= {"label", "quality"}:
         return False

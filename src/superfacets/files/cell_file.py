@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,12 +17,13 @@ from ..graph.corner_labels import are_of_vertices
 from ..graph.kinds import kind_of
 from ..mesh.base import Cells
 from .atomic import StrPath
-from .attributes import MeshAttributes
 from .formats import FORMATS
 from .guards import Content, known_ending, named_errors, read_content
-from .readers.labels import checked_labels, find_labels, parse_labels
+from .input import Input, Read
+from .readers.labels import checked_labels, find_property, parse_labels
 from .readers.npy import npy_array, npy_header, npz_array
-from .readers.read import cell_ending, parse_cells_and_attributes, recognized_ending
+from .readers.read import cell_ending, parse, recognized_ending
+from .readers.text import as_integers
 
 
 @dataclass(frozen=True)
@@ -50,27 +51,29 @@ class CellFile:
         ending = ending or recognized_ending(data)
         return None if ending is None else cls(name, data, ending)
 
+    def cells_and_attributes(self, *, keep: bool = True) -> Read:
+        """Return the mesh or point cloud, and its attributes; None if `keep` is False."""
+        with named_errors(self.name):
+            return parse(replace(self._input, keep=keep))
+
     def cells(self) -> Cells:
         """Return the mesh or point cloud."""
         return self.cells_and_attributes(keep=False)[0]
 
-    def cells_and_attributes(self, *, keep: bool = True) -> tuple[Cells, MeshAttributes | None]:
-        """Return the mesh or point cloud, and its attributes.
-
-        The attributes are None if `keep` is False, or if the format has no attributes.
-        """
-        with named_errors(self.name):
-            return parse_cells_and_attributes(self.data, self.ending, self.folder, keep=keep)
-
     def labels(self, n_cells: int, name: str) -> Ints | None:
         """Return the labels called `name`, one per cell, or None if the file has none."""
         with named_errors(self.name):
-            return find_labels(self.data, self.ending, n_cells, name)
+            found = find_property(*parse(self._input), name)
+            return None if found is None else checked_labels(as_integers(found, name), n_cells)
 
     def integers(self, n_cells: int, name: str) -> Ints:
         """Return the integer property `name`, one value per cell; if missing, raise a MeshError."""
         with named_errors(self.name):
-            return parse_labels(self.data, self.ending, n_cells, name)
+            return parse_labels(self._input, n_cells, name)
+
+    @property
+    def _input(self) -> Input:
+        return Input(self.data, self.ending, self.folder)
 
     def mask(
         self, labels: Ints, values: Sequence[int] | None, cells: Cells, path: Path | None = None
@@ -98,15 +101,24 @@ class CellFile:
             if is_mask:
                 labels = checked_labels(npy_array(labeled.data, "labels").view(np.uint8))
             else:
-                labels = parse_labels(labeled.data, ending, None, name)
+                labels = parse_labels(labeled._input, None, name)
             n_vertices = getattr(cells, "n_vertices", None)
             if n_vertices is not None and ending in FORMATS["vertex_labels"]:
                 check_length(labels, n_vertices, "labels", "vertex", error=MeshError)
                 return labels, True
+            labels = self._of_points(labels, cells)
             of_vertices = are_of_vertices(labels, cells)
         if ending in FORMATS.placed_labels:
             self._check_same_order(cells, labeled, are_of_vertices=of_vertices)
         return labels, of_vertices
+
+    def _of_points(self, labels: Ints, cells: Cells) -> Ints:
+        """Return labels of points, given labels of the records of a point cloud file."""
+        if not kind_of(cells).are_points or len(labels) == cells.n_cells:
+            return labels
+        attributes = self.cells_and_attributes(keep=False)[1]
+        records = None if attributes is None else attributes.records
+        return labels if records is None or len(records) != len(labels) else labels[records]
 
     @staticmethod
     def levels_in(path: Path) -> Array:

@@ -3,14 +3,11 @@
 Other packages add formats by entry points of the group ``superfacets.formats``. The name of an
 entry point is a role and an ending, for example ``read_faces.abc``; its value is a function:
 
-- ``read_faces``: takes the content of a file, and returns vertices and triangles,
-  or vertices, sizes of polygons, and the corners of all polygons;
-- ``scenes``: the same for files that refer to other files; also takes their folder (or None);
-- ``read_points``: returns a `PointCloud` and the `MeshAttributes` of the points;
-- ``read_KIND``, where ``KIND`` is a `Kind.name`, as in ``read_tetrahedra``: returns the cells;
-- ``attributes``: takes content and folder; returns vertices and faces, and `MeshAttributes`;
-- ``labels``: takes the content and the name of a property; returns the labels of cells. In a table
-  ``found_labels`` the result may be None, and in ``vertex_labels`` labels are of vertices;
+- ``read``: takes an `Input`, and returns the result of `Input.mesh`, `Input.of_cells` or
+  `Input.cloud`: cells and attributes of a mesh file, or of its points if it has no cells;
+- ``read_points``: the same for formats that contain only points;
+- ``labels``: takes the content of a label file; returns the labels of cells. In a table
+  ``vertex_labels``, labels are of vertices. Labels in other formats are attributes of the cells;
 - ``steps``: takes the content, and returns the quantization steps of x, y and z;
 - ``recognize``: takes the content of a file without a name; returns whether it has this format;
 - ``write_KIND``: takes a binary file and an `Output`. ``write_polygons`` also writes triangles.
@@ -20,58 +17,50 @@ from __future__ import annotations
 
 from collections import ChainMap
 from collections.abc import Iterable, Mapping
+from importlib.util import find_spec
 from itertools import chain
 from typing import Any
 
+from ..base.errors import MissingExtraError
 from ..base.lazy import Table
 
 _READ, _WRITE = "superfacets.files.readers.", "superfacets.files.writers."
+_EXTRAS = {
+    ".laz": ("lazrs", "las"), ".e57": ("pye57", "e57"), ".vtk": ("vtkmodules", "viz"),
+    ".msh": ("meshio", "mesh"), ".mesh": ("meshio", "mesh"),
+}  # fmt: skip
+"""Package that reads a format, and the extra of superfacets that installs it, by ending."""
+
 _SURFACES = (".white", ".pial", ".inflated", ".smoothwm", ".orig", ".sphere")
 _GIFTI_VALUES = (".shape.gii", ".func.gii")
 _CURVES = (".curv", ".thickness", ".sulc", ".area")
-_TETS = {".mesh": "MEDIT", ".msh": "MSH", ".vtk": "VTK", ".vtu": "VTU"}
 
 _ROLES: dict[str, dict[str, str]] = {
-    "scenes": dict.fromkeys((".glb", ".gltf"), f"{_READ}gltf:read_gltf"),
-    "read_faces": {
-        ".obj": f"{_READ}obj:read_obj",
-        ".off": f"{_READ}off:read_off",
+    "read": {
         ".ply": f"{_READ}ply:read_ply",
+        ".obj": f"{_READ}obj:read_obj",
         ".stl": f"{_READ}stl:read_stl",
-        ".tri": f"{_READ}off:read_tri",
+        ".off": f"{_READ}off:read_off",
+        **dict.fromkeys((".glb", ".gltf"), f"{_READ}gltf:read_gltf"),
         ".vtp": "superfacets_formats.vtk_xml:read_vtp",
+        ".vtu": "superfacets_formats.tets:read_vtu",
+        ".vtk": "superfacets_formats.tets:read_vtk",
+        ".msh": "superfacets_formats.tets:read_msh",
+        ".mesh": "superfacets_formats.tets:read_medit",
         ".gii": "superfacets_formats.cortex:read_gifti",
         **dict.fromkeys(_SURFACES, "superfacets_formats.cortex:read_surface"),
-    },
-    "read_tetrahedra": {
-        ending: f"superfacets_formats.tets:{name}.mesh" for ending, name in _TETS.items()
+        ".tri": f"{_READ}off:read_tri",
     },
     "read_points": {
-        ".ply": f"{_READ}clouds:read_ply_cloud",
         **dict.fromkeys((".xyz", ".txt", ".csv"), f"{_READ}clouds:read_text_cloud"),
         ".npy": f"{_READ}clouds:read_npy_cloud",
-        ".las": "superfacets_formats.las:read_las_cloud",
-        ".laz": "superfacets_formats.las:read_las_cloud",
-        ".pcd": "superfacets_formats.pcd:read_pcd_cloud",
+        **dict.fromkeys((".las", ".laz"), "superfacets_formats.las:read_las"),
+        ".pcd": "superfacets_formats.pcd:read_pcd",
         ".e57": "superfacets_formats.e57:read_e57",
-    },
-    "attributes": {
-        ".ply": f"{_READ}ply:read_ply_with_attributes",
-        ".obj": f"{_READ}obj:read_obj_with_attributes",
-        ".gii": "superfacets_formats.cortex:read_gifti_with_attributes",
-        **dict.fromkeys((".glb", ".gltf"), f"{_READ}gltf:read_gltf_with_attributes"),
     },
     "labels": {
         ".npy": f"{_READ}labels:read_npy_labels",
-        ".ply": f"{_READ}ply:read_ply_labels",
-        ".seg": f"{_READ}labels:read_text_labels",
-        ".txt": f"{_READ}labels:read_text_labels",
-        ".stl": f"{_READ}parts:stl_labels",
-        ".obj": f"{_READ}parts:obj_labels",
-    },
-    "found_labels": {
-        ".vtp": "superfacets_formats.vtk_xml:vtp_labels",
-        **{ending: f"superfacets_formats.tets:{name}.labels" for ending, name in _TETS.items()},
+        **dict.fromkeys((".seg", ".txt"), f"{_READ}labels:read_text_labels"),
     },
     "vertex_labels": {
         ".segs.json": f"{_READ}labels:read_segments",
@@ -125,27 +114,16 @@ class Formats(dict[str, Table]):
         self._list_outputs()
 
     def _list_inputs(self) -> None:
-        tables = ((role, table) for role, table in self.items() if role[:5] == "read_")
-        self.readers = {role.removeprefix("read_"): table for role, table in tables}
-        """Readers of cells, keyed by `Kind.name` (``faces`` for surfaces), then by ending."""
-        kinds = [table for kind, table in self.readers.items() if kind != "points"]
-        self.meshes = _distinct(self["scenes"], *kinds)
+        self.meshes = _distinct(self["read"])
         """Files with meshes, or with cells of another kind than points."""
-        self.cells = _distinct(self.meshes, self.readers["points"])
+        self.cells = _distinct(self.meshes, self["read_points"])
         """Mesh files and point cloud files."""
         self.z_up = (".las", ".laz", ".e57", ".gii", *_SURFACES)
         """Files in which z points up. glTF defines y, but many files do not follow this."""
-        self.label_columns = tuple(sorted({*self.readers["points"]} - {".ply", ".npy", ".txt"}))
-        """Cloud files in which labels are a column. Excluded are .npy and .txt, which usually have
-        only labels, and .ply, which has its own reader of labels."""
-        self.found_labels = (*self["found_labels"], *self.label_columns)
-        """Files that contain more than labels, so that labels may be missing."""
-        self.part_labels = (".stl", ".obj")
-        """Files that store labels as named parts. `write_mesh` sorts the faces by part."""
-        self.labels = (*self["labels"], *self.found_labels, *self["vertex_labels"])
-        """Files with labels."""
-        self.placed_labels = (".ply", *self.part_labels, *self.found_labels)
+        self.placed_labels = tuple(ending for ending in self.cells if ending not in self["labels"])
         """Label files that also contain the labeled cells, and therefore their positions."""
+        self.labels = _distinct(self["labels"], self.placed_labels, self["vertex_labels"])
+        """Files with labels."""
         self.key_labels = (".label.gii", ".annot")
         """Files with one label per vertex, which may be -1, and a table of colors and names. The
         label is the key of the vertex, or its row in the table, minus 1."""
@@ -166,6 +144,9 @@ class Formats(dict[str, Table]):
         """Files for which commands read the attributes of the input, including its texture."""
         self.class_outputs = (".glb", ".obj", ".stl", ".aggregation.json")
         """Files that store a class per region."""
+        volumes = dict.fromkeys((".vtu", ".vtk", ".msh", ".mesh"), ".vtu")
+        self.usual_outputs = volumes | {".las": ".las", ".laz": ".laz"}
+        """Default ending of results, keyed by the ending of the input; .ply for other inputs."""
         self.label_outputs = (".npy", ".seg", ".txt")
         """Files with one label per cell."""
         self.graph_outputs = (".npz",)
@@ -186,6 +167,14 @@ class Formats(dict[str, Table]):
         """All output files."""
         self.ending_of = {ending.lstrip("._"): ending for ending in self.outputs}
         """Maps names of output formats, such as ``ply`` or ``sp_label.npy``, to endings."""
+
+    @staticmethod
+    def check_readers(endings: Iterable[str]) -> None:
+        """Raise a MissingExtraError if the package that reads one of these formats is missing."""
+        for ending in endings:
+            package, extra = _EXTRAS.get(ending, ("numpy", ""))
+            if find_spec(package) is None:
+                raise MissingExtraError(f"a {ending} file", extra)
 
     def usual_output(self, kind: str) -> str:
         """Return the default ending of files with cells of the kind named `kind`."""

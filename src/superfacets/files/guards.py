@@ -40,10 +40,6 @@ class Polygons(NamedTuple):
     indices: Array  # (C,) vertex index of each corner
 
 
-Arrays = tuple[Floats, Array | Polygons]
-"""Vertices, (V, 3), and faces, in the order of the file. Faces are an (F, 3) array if all faces are
-triangles. Indices and coordinates are checked later, by `Mesh` and `PolygonMesh`."""
-
 MAX_DIGITS = 20  # maximum length of an integer in JSON; int64 has 19 digits and a sign
 
 Content = bytes | mmap.mmap

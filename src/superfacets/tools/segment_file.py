@@ -28,11 +28,12 @@ from ..clustering.result import Segmentation
 from ..files.attributes import MeshAttributes
 from ..files.formats import FORMATS
 from ..files.guards import Content, read_content
+from ..files.input import Input
 from ..files.named_features import CellData
 from ..files.readers.labels import parse_labels
-from ..files.readers.read import cell_ending, parse_cells_and_attributes
+from ..files.readers.read import cell_ending, parse
 from ..files.writers.cells import FormatOptions
-from ..files.writers.write import OutputFiles
+from ..files.writers.write import OutputFiles, Written
 from ..graph.constraints import mask_of, sharp_edges, sharp_edges_inside
 from ..graph.kinds import kind_of
 from ..graph.point_graph import checked_viewpoint
@@ -78,7 +79,7 @@ class Outcome:
     None if there are no barrier edges, or if no `barrier_angle` was given."""
     warnings: tuple[Warning, ...] = ()  # warnings of `segment`
 
-    def write(self, outputs: OutputFiles) -> Longs:
+    def write(self, outputs: OutputFiles) -> Written:
         """Write all outputs, and return the same as `OutputFiles.write`."""
         return outputs.write(
             self.mesh, self.result.labels, attributes=self.attributes, listed=self.listed,
@@ -187,7 +188,8 @@ class FileOptions:
             table = CellData(mesh, attributes).features(wanted.names, threads, is_kept)
             if table is not None:
                 of_cells["features"] = table
-            attributes = attributes if keeps else None
+            if attributes is not None and not keeps:
+                attributes = MeshAttributes(records=attributes.records)
         parts, given = None, mesh
         if self.subdivide:
             with timed(timings, "subdivide"):
@@ -232,12 +234,12 @@ class FileOptions:
                 on_content(None)
                 raise
             on_content(content)
-            ending = cell_ending(path)
-            cells, attributes = parse_cells_and_attributes(content, ending, path.parent, keep=keep)
+            source = Input(content, cell_ending(path), path.parent, keep)
+            cells, attributes = parse(source)
             outputs.check_fit(cells)
             constraints: dict[str, Array] = {}
             if self.mask_values:
-                labels = parse_labels(content, ending, cells.n_cells, self.labels_named)
+                labels = parse_labels(source, cells.n_cells, self.labels_named)
                 constraints["mask"] = mask_of(labels, self.mask_values, path, cells)
             return cells, attributes, constraints
 
@@ -339,10 +341,9 @@ def attributes_of_parts(
 
     `MeshAttributes.left_out` lists the attributes that cannot be converted.
     """
-    left_out = [
-        *attributes.left_out,
-        *(f"vertex property {name}, which new vertices do not have" for name in attributes.vertex),
-    ]
+    declared = {**attributes.declared}
+    for name in attributes.vertex:
+        declared[f"vertex property {name}"] = "which new vertices do not have"
     face = {name: values[parts.sources] for name, values in attributes.face.items()}
     texture = attributes.texture
     if texture is not None:
@@ -352,6 +353,6 @@ def attributes_of_parts(
             texture, as_mesh(source), parts.mesh, parts.sources
         )
         if texture is None:
-            left_out.append("the texture, because subdivision replaces polygons by triangles")
-    return MeshAttributes(face=face, comments=attributes.comments, left_out=tuple(left_out),
-                          texture=texture)  # fmt: skip
+            declared["texture"] = "because subdivision replaces polygons by triangles"
+    return MeshAttributes(face=face, comments=attributes.comments, declared=declared,
+                          names=attributes.names, texture=texture)  # fmt: skip

@@ -69,9 +69,7 @@ class InputFile:
     def usual_ending(self) -> str:
         """Default ending of the result."""
         ending = PurePosixPath(self.name).suffix.lower()
-        kinds = [kind for kind, table in FORMATS.readers.items() if ending in table]
-        of_one = kinds[0] if len(kinds) == 1 and kinds[0] != "points" else "triangles"
-        return FORMATS.usual_output(of_one if of_one in FORMATS.writers else "triangles")
+        return FORMATS.usual_outputs.get(ending, FORMATS.usual_output("triangles"))
 
     def output_names(self, endings: Sequence[str]) -> tuple[str, ...]:
         """Return the names of the results, one name per ending.

@@ -23,7 +23,7 @@ from superfacets import (
     prepare,
     segment,
 )
-from superfacets.kit import WEIGHTS, Cells, Ints, Prepared, Surface
+from superfacets.kit import WEIGHTS, Cells, Ints, Surface
 
 MAX_KEPT = 4  # number of cached segmentations, and of cached merge trees
 LEVEL_STEP = 2  # ratio of the numbers of regions of two successive levels
@@ -139,14 +139,15 @@ class Segmenter:
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
     @cached_property
-    def prepared(self) -> Prepared:
+    def prepared(self) -> Any:
         """Mesh as prepared for `segment`, with its cell graph."""
         return prepare(self.source)
 
     @cached_property
     def surface(self) -> Surface:
         """Graph and geometry for borders, merging and splits, with cells in input order."""
-        return self.prepared.surface(n_threads=kit.checked_threads(None))
+        surface: Surface = self.prepared.surface(n_threads=kit.checked_threads(None))
+        return surface
 
     def run(self, parameters: Parameters, task: SegmentationTask | None = None) -> UnsplitRegions:
         """Segment with checked parameters; this call cancels the previous call of `run`.

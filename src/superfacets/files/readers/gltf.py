@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 from functools import cached_property
-from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -12,28 +12,61 @@ from ...base.checks import MAX_CELLS, counted
 from ...base.errors import MeshError
 from ...base.lazy import load
 from ...base.types import Array, Floats
-from ..attributes import MeshAttributes
-from ..guards import MAX_GROWTH, Content, most_bytes_of, named_errors, rotation_of
-from .gltf_file import COMPONENTS, WIDTHS, Gltf
+from ..attributes import COLORS
+from ..guards import MAX_GROWTH, most_bytes_of, named_errors, rotation_of
+from ..input import Input, Read
+from .gltf_file import COMPONENTS, GEOMETRY, SUPPORTED, WIDTHS, Gltf
 
 DRACO = "KHR_draco_mesh_compression"
 
-TRIANGLES, TRIANGLE_STRIP, TRIANGLE_FAN = 4, 5, 6
+INSTANCES = "EXT_mesh_gpu_instancing"
+
+POINTS, TRIANGLES, TRIANGLE_STRIP, TRIANGLE_FAN = 0, 4, 5, 6
+_FACES = (TRIANGLES, TRIANGLE_STRIP, TRIANGLE_FAN)
+_MODES = {0: "points", 1: "lines", 2: "line loops", 3: "line strips", 4: "triangles",
+          5: "triangle strips", 6: "triangle fans"}  # fmt: skip
+
+_FATES = {"POSITION": "cells", "JOINTS_0": "cells", "WEIGHTS_0": "cells", "COLOR_0": "attributes",
+          "_FEATURE_ID_0": "attributes", "TEXCOORD_0": "texture"}  # fmt: skip
+"""What becomes of attributes of vertices."""
 
 BYTES_PER_VERTEX, BYTES_PER_FACE = 24, 12
 
 
-def read_gltf(data: Content, folder: Path | None) -> tuple[Floats, Array]:
-    """Return vertices, (V, 3), and faces, (F, 3), of a glTF file; other files are in `folder`."""
-    return GltfScene.open(data, folder).read()
+def read_gltf(source: Input) -> Read:
+    """Read the default scene of a glTF file; other files must be in its folder or in subfolders.
+
+    Without triangles, the points of the scene are a point cloud.
+    """
+    scene = GltfScene.open(source.data, source.folder)
+    scene.declare_others(source)
+    vertices, faces, vertex, face = scene.read()
+    texture = source.texture("gltf_texture", scene) if source.keep and len(faces) else None
+    return source.mesh(vertices, faces, vertex=vertex, face=face, texture=texture)
 
 
-def read_gltf_with_attributes(
-    data: Content, folder: Path | None
-) -> tuple[tuple[Floats, Array], MeshAttributes]:
-    """Return vertices, faces and texture of a glTF file."""
-    scene = GltfScene.open(data, folder)
-    return scene.read(), load("superfacets_textures.gltf_texture:read_texture")(scene, folder)
+class Visit(NamedTuple):
+    """A node with a mesh, or one of its instances."""
+
+    mesh: int  # index of the mesh
+    matrix: Floats  # global matrix; the identity for a skinned mesh, whose joints place it
+    node: dict[str, Any]
+
+    @property
+    def is_mirrored(self) -> bool:
+        """Whether the matrix turns a surface inside out: its determinant is negative."""
+        axes = self.matrix[:3, :3]
+        with np.errstate(over="ignore", invalid="ignore"):
+            return float((np.cross(axes[0], axes[1]) * axes[2]).sum()) < 0
+
+
+class _Mesh(NamedTuple):
+    """Vertices of the primitives of a mesh, which share vertices with the same positions."""
+
+    positions: Floats
+    faces: Array
+    colors: Floats | None  # (V, 4) in linear light
+    ids: Floats | None  # (V,) feature ids
 
 
 class GltfScene(Gltf):
@@ -44,53 +77,141 @@ class GltfScene(Gltf):
     """
 
     @cached_property
-    def visits(self) -> list[tuple[int, Floats]]:
-        """Return mesh index and global matrix of each node with a mesh, sorted by mesh.
+    def visits(self) -> list[Visit]:
+        """Return nodes with a mesh, and instances, sorted by mesh.
 
-        Nodes of one mesh are in depth-first order.
+        Nodes of one mesh are in depth-first order. If the default scene has no mesh, all scenes are
+        used; if there are no scenes, all nodes; and if there are no nodes, all meshes.
         """
-        scene = self.item("scenes", self.document.get("scene", 0))
-        stack = [(root, np.eye(4)) for root in reversed(_indices(scene, "nodes"))]
-        seen: set[int] = set()
+        scenes = self.items(self.document, "scenes")
+        if not scenes:
+            visits = self._visits_of(self._roots())
+            n_meshes = 0 if visits else len(self.items(self.document, "meshes"))
+            return visits or [Visit(index, np.eye(4), {}) for index in range(n_meshes)]
+        default = self.item("scenes", self.document.get("scene", 0))
+        visits = self._visits_of(_indices(default, "nodes"))
+        if not visits:
+            roots = [root for scene in scenes for root in _indices(scene, "nodes")]
+            visits = self._visits_of([*dict.fromkeys(map(_whole, roots))])
+        return visits
+
+    def _roots(self) -> list[int]:
+        nodes = self.items(self.document, "nodes")
+        below = {_whole(child) for node in nodes for child in _indices(node, "children")}
+        return [index for index in range(len(nodes)) if index not in below]
+
+    def _visits_of(self, roots: list[Any]) -> list[Visit]:
+        stack = [(root, np.eye(4)) for root in reversed(roots)]
         visits = []
+        self._matrices: dict[int, Floats] = {}  # global matrix of each node, by index
         while stack:
             index, above = stack.pop()
             node = self.item("nodes", index)
-            if index in seen:
+            if index in self._matrices:
                 raise MeshError(
                     f"broken glTF: nodes[{index}] has two parents or is its own ancestor"
                 )
-            seen.add(index)
-            # Unlike `@`, this product adds in the same order on all machines. `Mesh` refuses
-            # infinite coordinates.
-            with np.errstate(over="ignore", invalid="ignore"):
-                matrix = (above[:, :, np.newaxis] * _local_matrix(node)).sum(axis=1)
+            matrix = self._matrices[index] = _product(above, _local_matrix(node))
             if "mesh" in node:
                 self.item("meshes", node["mesh"])
-                visits.append((node["mesh"], matrix))
+                if "skin" in node:
+                    visits.append(Visit(node["mesh"], np.eye(4), node))
+                else:
+                    visits += [Visit(node["mesh"], one, node) for one in self._copies(node, matrix)]
             stack.extend((child, matrix) for child in reversed(_indices(node, "children")))
-        return sorted(visits, key=lambda visit: visit[0])
+        return sorted(visits, key=lambda visit: visit.mesh)
 
-    def read(self) -> tuple[Floats, Array]:
-        """Return vertices and faces: meshes in the order of the file, each for every node.
+    def _copies(self, node: dict[str, Any], matrix: Floats) -> list[Floats]:
+        """Return the matrix of each instance of a node, or the matrix of the node."""
+        extensions = node.get("extensions")
+        found = extensions.get(INSTANCES) if isinstance(extensions, dict) else None
+        attributes = found.get("attributes") if isinstance(found, dict) else None
+        if not isinstance(attributes, dict):
+            return [matrix]
+        kinds = {"TRANSLATION": "VEC3", "ROTATION": "VEC4", "SCALE": "VEC3"}
+        rows = {
+            name.lower(): self.doubles(attributes[name], kind)
+            for name, kind in kinds.items() if name in attributes
+        }  # fmt: skip
+        n_copies = min((len(values) for values in rows.values()), default=0)
+        self.take(128 * n_copies, "instances")
+        return [
+            _product(matrix, _local_matrix({name: row[i].tolist() for name, row in rows.items()}))
+            for i in range(n_copies)
+        ]
 
-        Primitives of one mesh that use the same positions share vertices. Lines and points are
-        skipped.
+    def declare_others(self, source: Input) -> None:
+        """Declare what the document has besides meshes and materials."""
+        for name in ("animations", "cameras", "lights"):
+            if n := len(self.items(self.document, name)):
+                source.declare(counted(n, name[:-1]))
+        used = self.document.get("extensionsUsed", [])
+        for name in used if isinstance(used, list) else []:
+            if name not in SUPPORTED and GEOMETRY.search(str(name)):
+                source.declare(f"extension {name}")
+        shown = {index for index, *_ in self.visits}
+        n_meshes = len(self.items(self.document, "meshes"))
+        if n_hidden := n_meshes - len(shown):
+            source.declare(counted(n_hidden, "mesh"), "which no node of the scene shows")
+        for index in shown:
+            for primitive in self.items(self.item("meshes", index), "primitives"):
+                mode = self.whole(primitive, "mode", TRIANGLES)
+                source.declared.setdefault(
+                    _MODES.get(mode, f"primitives of mode {mode}"),
+                    "cells" if mode in _FACES else "",
+                )
+                attributes = primitive.get("attributes")
+                for name in attributes if isinstance(attributes, dict) else ():
+                    source.declared.setdefault(f"vertex attribute {name}", _FATES.get(name, ""))
+
+    def read(self) -> tuple[Floats, Array, list[tuple[str, Array]], list[tuple[str, Array]]]:
+        """Return vertices and faces, and properties of vertices and of faces.
+
+        Meshes are in the order of the file, each for every node. Primitives of one mesh that use
+        the same positions share vertices. Without triangles, all points of the scene are vertices.
         """
         visits = self.visits
-        shown = sorted({index for index, _ in visits})
-        sizes = {index: self._mesh_size(index) for index in shown}
-        self._check_size([sizes[index] for index, _ in visits])
-        meshes = {index: self._read_mesh(index) for index in shown}
-        parts = [_place(*meshes[index], matrix) for index, matrix in visits]
-        ends = np.cumsum([len(positions) for positions, _ in parts]).tolist()
-        faces = [_shifted(part, first) for (_, part), first in zip(parts, [0, *ends], strict=False)]
-        return _concatenated([positions for positions, _ in parts]), _concatenated(faces)
+        if not visits:
+            raise MeshError("no scene of the glTF file has a mesh")
+        sizes = {index: self._mesh_size(index) for index in {index for index, *_ in visits}}
+        self._check_size([sizes[visit.mesh] for visit in visits])
+        plain: dict[int, _Mesh] = {}
+        parts = []
+        for visit in visits:
+            is_moved = "skin" in visit.node or self._morph_weights(visit)
+            if is_moved:
+                mesh = self._read_mesh(visit)
+            else:
+                mesh = plain.setdefault(visit.mesh, plain.get(visit.mesh) or self._read_mesh(visit))
+            positions, faces = _place(mesh.positions, mesh.faces, visit)
+            parts.append(mesh._replace(positions=positions, faces=faces))
+        ends = np.cumsum([len(part.positions) for part in parts]).tolist()
+        faces = _concatenated([
+            _shifted(part.faces, first) for part, first in zip(parts, [0, *ends], strict=False)
+        ])  # fmt: skip
+        vertices = _concatenated([part.positions for part in parts])
+        vertex = _shades([(part.colors, len(part.positions)) for part in parts])
+        face = self._labels([(part.ids, part.faces) for part in parts])
+        return vertices, faces, vertex, face
+
+    def _labels(self, parts: list[tuple[Floats | None, Array]]) -> list[tuple[str, Array]]:
+        """Return the region of each face: the id of its vertices, or its label in a table."""
+        if not parts or any(ids is None for ids, _ in parts):
+            return []
+        found = [ids[faces[:, 0]] for ids, faces in parts if ids is not None]
+        ids = np.rint(_concatenated(found)).astype(np.int64)
+        extensions = self.document.get("extensions", {})
+        with contextlib.suppress(MeshError, KeyError, IndexError, TypeError):
+            table = extensions["EXT_structural_metadata"]["propertyTables"][0]
+            view = self.view(table["properties"]["label"]["values"])
+            names = np.append(np.frombuffer(view, "<i4", self.whole(table, "count")), np.int32(-1))
+            return [("label", names[np.clip(ids, 0, len(names) - 1)])]
+        return [("feature_id", ids)]
 
     def primitives(self, index: int) -> list[dict[str, Any]]:
-        """Return the triangle primitives of a mesh; raise a MeshError for strips and fans."""
+        """Return the primitives of a mesh that have triangles, strips or fans."""
         primitives = self.items(self.item("meshes", index), "primitives")
-        found = [primitive for primitive in primitives if _has_triangles(primitive)]
+        found = [each for each in primitives if self.whole(each, "mode", TRIANGLES) in _FACES]
         for primitive in found:
             self._unpack_draco(primitive, index)
         return found
@@ -105,13 +226,16 @@ class GltfScene(Gltf):
             corners = stored.astype(np.int32 if fits else np.int64, copy=False)
         else:
             corners = np.arange(n_vertices)
-        if len(corners) % 3:
-            raise MeshError(f"broken glTF: a multiple of 3 corners is expected, got {len(corners)}")
         if len(corners) and corners.max() >= n_vertices:
             raise MeshError(
                 f"a face refers to vertex {corners.max()}, but its primitive has"
                 f" {counted(n_vertices, 'vertex')}"
             )
+        mode = self.whole(primitive, "mode", TRIANGLES)
+        if mode != TRIANGLES:
+            return _triangles_of(corners, is_fan=mode == TRIANGLE_FAN)
+        if len(corners) % 3:
+            raise MeshError(f"broken glTF: a multiple of 3 corners is expected, got {len(corners)}")
         return corners
 
     @staticmethod
@@ -123,13 +247,6 @@ class GltfScene(Gltf):
             raise MeshError(f"broken glTF: meshes[{index}] has a primitive without positions")
         return accessor
 
-    @staticmethod
-    def is_mirrored(matrix: Floats) -> bool:
-        """Return whether a matrix turns a surface inside out: its determinant is negative."""
-        axes = matrix[:3, :3]
-        with np.errstate(over="ignore", invalid="ignore"):
-            return float((np.cross(axes[0], axes[1]) * axes[2]).sum()) < 0
-
     def _mesh_size(self, index: int) -> tuple[int, int]:
         """Return the numbers of vertices and faces of a mesh, without copying arrays."""
         n_vertices = {}  # keyed by the accessor of the positions
@@ -139,14 +256,14 @@ class GltfScene(Gltf):
             n_vertices[accessor] = n_own = len(self.rows(accessor, "VEC3"))
             indices = primitive.get("indices")
             has_indices = "indices" in primitive
-            n_corners += len(self.rows(indices, "SCALAR")) if has_indices else n_own
+            n_own = len(self.rows(indices, "SCALAR")) if has_indices else n_own
+            is_strip = self.whole(primitive, "mode", TRIANGLES) != TRIANGLES
+            n_corners += 3 * max(n_own - 2, 0) if is_strip else n_own
         return sum(n_vertices.values()), -(-n_corners // 3)
 
     def _check_size(self, sizes: list[tuple[int, int]]) -> None:
         """Raise a MeshError if there are no triangles, too many, or too many for the file size."""
         n_vertices, n_faces = (sum(size[i] for size in sizes) for i in range(2))
-        if n_faces == 0:
-            raise MeshError("the default scene of the glTF file has no triangles")
         if max(n_faces, n_vertices) > MAX_CELLS:
             raise MeshError(
                 f"the scene has {n_faces} faces and {n_vertices} vertices;"
@@ -160,22 +277,101 @@ class GltfScene(Gltf):
                 " times is allowed: save the scene without copies"
             )
 
-    def _read_mesh(self, index: int) -> tuple[Floats, Array]:
-        positions: dict[int, Floats] = {}  # keyed by accessor, in order of first use
-        first_vertices: dict[int, int] = {}
+    def _read_mesh(self, visit: Visit) -> _Mesh:
+        """Read a mesh; a skin or morph weights of the node place its vertices."""
+        primitives = self.primitives(visit.mesh)
+        has_faces = bool(primitives) or self._has_faces
+        if not has_faces:  # only points
+            listed = self.items(self.item("meshes", visit.mesh), "primitives")
+            primitives = [each for each in listed if self.whole(each, "mode", TRIANGLES) == POINTS]
+        first_vertices: dict[int, int] = {}  # keyed by the accessor of the positions
+        rows: dict[str, list[Any]] = {"positions": [], "colors": [], "ids": []}
         faces: list[Array] = []
         n_vertices = 0
-        for primitive in self.primitives(index):
-            accessor = self.positions_of(primitive, index)
-            if accessor not in positions:
+        for primitive in primitives:
+            accessor = self.positions_of(primitive, visit.mesh)
+            n_own = len(self.rows(accessor, "VEC3"))
+            if accessor not in first_vertices:
                 first_vertices[accessor] = n_vertices
-                positions[accessor] = self.doubles(accessor, "VEC3")
-                n_vertices += len(positions[accessor])
-            corners = self.corners(primitive, len(positions[accessor]))
-            faces.append(_shifted(corners.reshape(-1, 3), first_vertices[accessor]))
-        if not faces:
-            return np.empty((0, 3)), np.empty((0, 3), dtype=np.int64)
-        return _concatenated(list(positions.values())), _concatenated(faces)
+                rows["positions"].append(self._positions(primitive, accessor, visit))
+                rows["colors"].append((self._colors(primitive, n_own), n_own))
+                rows["ids"].append(self._ids(primitive, n_own))
+                n_vertices += n_own
+            if has_faces:
+                corners = self.corners(primitive, n_own).reshape(-1, 3)
+                faces.append(_shifted(corners, first_vertices[accessor]))
+        none = np.empty((0, 3), np.int64)
+        colors = [np.ones((n, 4)) if each is None else each for each, n in rows["colors"]]
+        has_colors = any(each is not None for each, _ in rows["colors"])
+        has_ids = bool(rows["ids"]) and all(each is not None for each in rows["ids"])
+        return _Mesh(
+            _concatenated(rows["positions"] or [np.empty((0, 3))]), _concatenated(faces or [none]),
+            _concatenated(colors) if has_colors else None,
+            _concatenated(rows["ids"]) if has_ids else None,
+        )  # fmt: skip
+
+    @cached_property
+    def _has_faces(self) -> bool:
+        return any(self.primitives(index) for index in {index for index, *_ in self.visits})
+
+    def _colors(self, primitive: dict[str, Any], n_rows: int) -> Floats | None:
+        index = primitive["attributes"].get("COLOR_0")
+        if index is None:
+            return None
+        kind = self.item("accessors", index).get("type")
+        shades = self.doubles(index, "VEC4" if kind == "VEC4" else "VEC3")
+        if len(shades) != n_rows:
+            raise MeshError(f"broken glTF: accessors[{index}] must have {n_rows} colors")
+        return np.column_stack([shades[:, :3], np.ones(n_rows)])
+
+    def _ids(self, primitive: dict[str, Any], n_rows: int) -> Floats | None:
+        index = primitive["attributes"].get("_FEATURE_ID_0")
+        ids = None if index is None else self.doubles(index, "SCALAR")
+        return ids if ids is not None and len(ids) == n_rows and np.isfinite(ids).all() else None
+
+    def _morph_weights(self, visit: Visit) -> list[float]:
+        mesh = self.item("meshes", visit.mesh)
+        weights = visit.node.get("weights", mesh.get("weights", []))
+        are_numbers = isinstance(weights, list) and all(
+            type(weight) in (int, float) for weight in weights
+        )
+        return weights if are_numbers and any(weights) else []
+
+    def _positions(self, primitive: dict[str, Any], accessor: int, visit: Visit) -> Floats:
+        positions = self.doubles(accessor, "VEC3")
+        targets = self.items(primitive, "targets")
+        for target, weight in zip(targets, self._morph_weights(visit), strict=False):
+            if "POSITION" in target:
+                moves = self.doubles(target["POSITION"], "VEC3")
+                if len(moves) != len(positions):
+                    raise MeshError("broken glTF: a morph target has another number of positions")
+                positions = positions + weight * moves
+        attributes = primitive["attributes"]
+        if "skin" not in visit.node or not {"JOINTS_0", "WEIGHTS_0"} <= attributes.keys():
+            return positions
+        joints, shares = self.rows(attributes["JOINTS_0"], "VEC4"), attributes["WEIGHTS_0"]
+        weights, matrices = self.doubles(shares, "VEC4"), self._joints(visit.node["skin"])
+        if not len(joints) == len(weights) == len(positions) or (
+            len(joints) and joints.max() >= len(matrices)
+        ):
+            raise MeshError("broken glTF: the joints of a mesh do not match its skin")
+        with np.errstate(all="ignore"):
+            blended = (weights[:, :, None, None] * matrices[joints.astype(np.int64)]).sum(axis=1)
+            return _moved(positions, blended)
+
+    def _joints(self, index: object) -> Floats:
+        """Return the matrix of each joint of a skin, (J, 4, 4), for positions in the bind pose."""
+        skin = self.item("skins", index)
+        nodes = _indices(skin, "joints")
+        found = [self._matrices.get(node) for node in map(_whole, nodes)]
+        matrices = np.array([np.eye(4) if one is None else one for one in found]).reshape(-1, 4, 4)
+        if "inverseBindMatrices" not in skin:
+            return matrices
+        binds = self.doubles(skin["inverseBindMatrices"], "MAT4").reshape(-1, 4, 4)
+        if len(binds) != len(matrices):
+            raise MeshError(f"broken glTF: skins[{index}] needs an inverse matrix for each joint")
+        pairs = zip(matrices, binds, strict=True)
+        return np.array([_product(one, bind.T) for one, bind in pairs]).reshape(-1, 4, 4)
 
     def _unpack_draco(self, primitive: dict[str, Any], mesh: int) -> None:
         """Decode a primitive that is stored only as Draco data, so that `rows` can read it."""
@@ -255,17 +451,50 @@ def _local_matrix(node: dict[str, Any]) -> Floats:
     return matrix
 
 
-def _has_triangles(primitive: dict[str, Any]) -> bool:
-    mode = Gltf.whole(primitive, "mode", TRIANGLES)
-    if mode in (TRIANGLE_STRIP, TRIANGLE_FAN):
-        raise MeshError("triangle strips and fans are not supported: save the file with triangles")
-    return mode == TRIANGLES
+def _whole(value: object) -> int:
+    if type(value) is not int:
+        raise MeshError(f"broken glTF: expected the index of a node, got {value!r:.40}")
+    return value
 
 
-def _place(positions: Floats, faces: Array, matrix: Floats) -> tuple[Floats, Array]:
+def _product(above: Floats, matrix: Floats) -> Floats:
+    """Return the product of two matrices; unlike `@`, it adds in one order on all machines."""
+    with np.errstate(over="ignore", invalid="ignore"):  # `Mesh` refuses infinite coordinates
+        product: Floats = (above[:, :, np.newaxis] * matrix).sum(axis=1)
+    return product
+
+
+def _triangles_of(corners: Array, *, is_fan: bool) -> Array:
+    """Return the corners of the triangles of a strip or fan, flat."""
+    n = max(len(corners) - 2, 0)
+    if is_fan:
+        first = np.broadcast_to(corners[:1], n)
+        return np.stack([corners[1 : n + 1], corners[2 : n + 2], first], axis=1).ravel()
+    odd = np.arange(n) % 2
+    places = np.arange(n)
+    return np.stack([corners[:n], corners[places + 1 + odd], corners[places + 2 - odd]], 1).ravel()
+
+
+def _moved(positions: Floats, matrices: Floats) -> Floats:
+    """Apply a matrix, (4, 4), or one per position, (n, 4, 4)."""
+    moved: Floats = (positions[:, np.newaxis, :] * matrices[..., :3, :3]).sum(axis=2)
+    return moved + matrices[..., :3, 3]
+
+
+def _place(positions: Floats, faces: Array, visit: Visit) -> tuple[Floats, Array]:
     """Transform a mesh. After a reflection, reverse faces, so that they are not inside out."""
-    if np.array_equal(matrix, np.eye(4)):
+    if np.array_equal(visit.matrix, np.eye(4)):
         return positions, faces
     with np.errstate(over="ignore", invalid="ignore"):  # `Mesh` refuses infinite coordinates
-        moved = (positions[:, np.newaxis, :] * matrix[:3, :3]).sum(axis=2) + matrix[:3, 3]
-    return moved, faces[:, [0, 2, 1]] if GltfScene.is_mirrored(matrix) else faces
+        moved = _moved(positions, visit.matrix)
+    return moved, faces[:, [0, 2, 1]] if visit.is_mirrored else faces
+
+
+def _shades(parts: list[tuple[Floats | None, int]]) -> list[tuple[str, Array]]:
+    """Return red, green and blue of all vertices as sRGB bytes; white where a part has no color."""
+    if all(colors is None for colors, _ in parts):
+        return []
+    whole = _concatenated([np.ones((n, 4)) if one is None else one for one, n in parts])[:, :3]
+    linear = np.clip(np.nan_to_num(whole), 0.0, 1.0)
+    srgb = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+    return [*zip(COLORS, np.rint(255 * srgb).astype(np.uint8).T, strict=True)]

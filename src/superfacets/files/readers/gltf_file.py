@@ -7,6 +7,7 @@ uses them.
 from __future__ import annotations
 
 import base64
+import re
 import reprlib
 import struct
 from dataclasses import dataclass, field
@@ -33,15 +34,21 @@ from ..guards import (
 
 COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 
-WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3}
-"""Numbers per row for each accessor type: vertex indices, texture coordinates, positions."""
+WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
+"""Numbers per row for each accessor type."""
 
 CHUNK_JSON, CHUNK_BINARY = 0x4E4F534A, 0x004E4942
 
 MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
 
-UNSUPPORTED = ("EXT_mesh_gpu_instancing",)
-"""Extensions that are not supported. Files that require them are refused."""
+SUPPORTED = (
+    "EXT_mesh_gpu_instancing", "EXT_mesh_features", "EXT_structural_metadata", *MESHOPT,
+    "KHR_draco_mesh_compression", "KHR_mesh_quantization",
+)  # fmt: skip
+"""Extensions that affect the geometry, and are read."""
+
+GEOMETRY = re.compile(r"mesh|geometry|gaussian|node|visibility|primitive")
+"""Matches names of extensions that affect the geometry. If one is required, a file is refused."""
 
 
 @dataclass(eq=False)
@@ -68,7 +75,8 @@ class Gltf:
         if not isinstance(version, str) or not version.startswith("2."):
             raise MeshError(f"the glTF version must be 2.0, got {reprlib.repr(version)}")
         required = document.get("extensionsRequired", [])
-        used = [name for name in UNSUPPORTED if isinstance(required, list) and name in required]
+        names = [str(name) for name in required] if isinstance(required, list) else []
+        used = [name for name in names if name not in SUPPORTED and GEOMETRY.search(name)]
         if used:
             raise MeshError(
                 f"the glTF extension {used[0]} is not supported: save the file without it"
@@ -143,12 +151,40 @@ class Gltf:
         if type(index) is int and index in self.unpacked:
             return self.unpacked[index][1]
         if "sparse" in accessor or "bufferView" not in accessor:
-            raise MeshError(f"{where} is sparse or has no buffer view, which is not supported")
-        dtype = np.dtype(COMPONENTS[accessor["componentType"]])
-        n_rows = self.whole(accessor, "count")
-        view = self.item("bufferViews", accessor["bufferView"])
-        content = self.view(accessor["bufferView"])
-        begin = self.whole(accessor, "byteOffset", 0)
+            return self._sparse_rows(accessor, where, kind)
+        return self._rows_at(accessor, accessor["componentType"], kind, where)
+
+    def _sparse_rows(self, accessor: dict[str, Any], where: str, kind: str) -> Array:
+        """Return rows of which some replace the rows of a buffer view, or else zeros."""
+        n_rows, component = self.whole(accessor, "count"), accessor["componentType"]
+        self.take(n_rows * WIDTHS[kind] * np.dtype(COMPONENTS[component]).itemsize, where)
+        if "bufferView" in accessor:
+            rows = self._rows_at(accessor, component, kind, where).copy()
+        else:
+            shape = (n_rows,) if kind == "SCALAR" else (n_rows, WIDTHS[kind])
+            rows = np.zeros(shape, COMPONENTS[component])
+        sparse = accessor.get("sparse", {"count": 0})
+        if not isinstance(sparse, dict) or self.whole(sparse, "count") == 0:
+            return rows
+        places, values = sparse.get("indices"), sparse.get("values")
+        if not isinstance(places, dict) or not isinstance(values, dict):
+            raise MeshError(f"broken glTF: {where} has no indices or values of sparse rows")
+        n_own = {"count": sparse["count"]}
+        at = self._rows_at(places | n_own, places.get("componentType"), "SCALAR", where)
+        if len(at) and at.max() >= n_rows:
+            raise MeshError(f"broken glTF: {where} has a sparse row beyond its end")
+        rows[at] = self._rows_at(values | n_own, component, kind, where)
+        return rows
+
+    def _rows_at(self, place: dict[str, Any], component: object, kind: str, where: str) -> Array:
+        """Return `count` rows at a place in a buffer view."""
+        if component not in COMPONENTS:
+            raise MeshError(f"broken glTF: {where} has an unknown type of numbers")
+        dtype = np.dtype(COMPONENTS[component])
+        n_rows = self.whole(place, "count")
+        view = self.item("bufferViews", place.get("bufferView"))
+        content = self.view(place["bufferView"])
+        begin = self.whole(place, "byteOffset", 0)
         row_size = dtype.itemsize * WIDTHS[kind]
         stride = self.whole(view, "byteStride", row_size)
         if stride < row_size:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,13 +14,16 @@ import numpy as np
 from ...base.checks import check_length, refuse_first, refuse_mask, refuse_order
 from ...base.errors import MeshError
 from ...base.types import Array, Ints
+from ...graph.kinds import kind_of
+from ...mesh.base import Cells
+from ..attributes import MeshAttributes
 from ..formats import FORMATS
 from ..guards import Content, hint_at_integers, known_ending, named_errors, read_content
-from .clouds import CLOUD_READERS
+from ..input import Input
+from ..other import as_declared
 from .npy import npy_array, npy_header
-from .parts import has_region_parts
-from .ply import has_ply_labels
-from .text import Lines, shown
+from .read import parse
+from .text import Lines, as_integers, shown
 
 MAX_LABEL = 2**31 - 1
 """Largest allowed label, because labels are int32."""
@@ -39,10 +44,8 @@ def read_labels(
 
         - ``.npy``: a one-dimensional array of any integer type;
         - ``.seg`` and ``.txt``: one integer per line, without a header;
-        - ``.ply``: integer property ``label`` of the faces, or of the vertices if there are no
-          faces;
-        - ``.vtp``, ``.vtu``, ``.vtk``, ``.msh`` and ``.mesh``: integer cell data ``label``;
-        - other formats of `read_cloud`: a column or dimension ``label``;
+        - other formats of `read_mesh` and `read_cloud`: the integer property ``label`` of the
+          cells, which VTK calls cell data, and which is a column or dimension of points;
         - ``.segs.json`` (ScanNet): one id per vertex. `face_labels` converts labels of vertices to
           labels of faces;
         - ``.label.gii`` (GIFTI) and ``.annot`` (FreeSurfer): one label per vertex: the key of the
@@ -50,9 +53,9 @@ def read_labels(
           the table means no region, and becomes -1;
         - ``.shape.gii``, ``.func.gii`` (GIFTI) and ``.curv``, ``.thickness``, ``.sulc``, ``.area``
           (FreeSurfer): one whole number per vertex;
-        - ``.stl`` (text) and ``.obj``: one label per part of the mesh (solid, group or object). If
-          all parts have names like ``region_17``, the numbers in the names are the labels.
-          Otherwise parts are numbered in the order of the file.
+        - ``.stl`` (text) and ``.obj`` without labels: one label per part of the mesh (solid, group
+          or object). If all parts have names like ``region_17``, the numbers in the names are the
+          labels. Otherwise parts are numbered in the order of the file.
     n_faces : int, optional
         Number of labels that the file must have: one per cell, or one per vertex. By default, any
         number is accepted.
@@ -95,29 +98,49 @@ def read_labels(
     ending = known_ending(path, FORMATS.labels)
     data = read_content(path)
     with named_errors(path):
-        return parse_labels(data, ending, n_faces, name)
+        return parse_labels(Input(data, ending, path.parent), n_faces, name)
 
 
-def parse_labels(data: Content, ending: str, n_cells: int | None, name: str) -> Ints:
+def parse_labels(source: Input, n_cells: int | None, name: str) -> Ints:
     """Return the labels in the content of a file, or raise a MeshError if they are missing."""
-    if ending not in FORMATS.labels:
-        raise MeshError(f"expected a format that can store labels, got {ending}")
-    if ending in FORMATS.found_labels:
-        found, missing = _find(data, name, ending)
-        if found is None:
-            raise MeshError(missing)
-        return checked_labels(found, n_cells)
-    table = FORMATS["labels" if ending in FORMATS["labels"] else "vertex_labels"]
-    return checked_labels(table[ending](data, name), n_cells)
+    for role in ("labels", "vertex_labels"):
+        if source.ending in FORMATS[role]:
+            content = as_declared(source.data)
+            return checked_labels(FORMATS[role][source.ending](content), n_cells)
+    if source.ending not in FORMATS.cells:
+        raise MeshError(f"expected a format that can store labels, got {source.ending}")
+    return checked_labels(property_of(*parse(replace(source, keep=True)), name), n_cells)
 
 
-def find_labels(data: Content, ending: str, n_cells: int | None, name: str) -> Ints | None:
-    """Return the labels in the content of a mesh or point cloud file, or None if missing."""
-    if ending in (".ply", *FORMATS.part_labels):
-        is_found = has_ply_labels(data, name) if ending == ".ply" else has_region_parts(data)
-        return parse_labels(data, ending, n_cells, name) if is_found else None
-    found = _find(data, name, ending)[0] if ending in FORMATS.found_labels else None
-    return None if found is None else checked_labels(found, n_cells)
+def property_of(cells: Cells, attributes: MeshAttributes | None, name: str) -> Array:
+    """Return the integer property `name` of cells, or raise a MeshError if it is missing.
+
+    For the name ``label``, named parts of the mesh, such as solids, are labels, too.
+    """
+    kind = kind_of(cells)
+    found = find_property(cells, attributes, name)
+    if found is None and attributes is not None and name == "label" and attributes.names:
+        found = attributes.face[next(iter(attributes.names))]
+    if found is not None and found.ndim == 1 and found.dtype.kind in "iu":
+        return found
+    if found is not None and found.ndim == 1:
+        return as_integers(found, "labels")
+    stored = _stored_of(cells, attributes)
+    others = [
+        key for key, values in stored.items() if values.dtype.kind in "iu" and values.ndim == 1
+    ]
+    raise MeshError(f"the {kind.plural} have no property {name}{hint_at_integers(others)}")
+
+
+def find_property(cells: Cells, attributes: MeshAttributes | None, name: str) -> Array | None:
+    """Return the property `name` of cells, or None if the file has none."""
+    return _stored_of(cells, attributes).get("_".join(name.split()))
+
+
+def _stored_of(cells: Cells, attributes: MeshAttributes | None) -> Mapping[str, Array]:
+    if attributes is None:
+        return {}
+    return attributes.vertex if kind_of(cells).are_points else attributes.face
 
 
 def checked_labels(labels: Any, n_faces: int | None = None, n_vertices: int | None = None) -> Ints:
@@ -139,7 +162,7 @@ def checked_labels(labels: Any, n_faces: int | None = None, n_vertices: int | No
     return np.ascontiguousarray(array, dtype=np.int32)
 
 
-def read_text_labels(data: Content, name: str) -> Array:
+def read_text_labels(data: Content) -> Array:
     """Return the integers of a text file, one per line."""
     lines = Lines.of(data)
     crowded = np.flatnonzero(lines.counts != 1)
@@ -149,7 +172,7 @@ def read_text_labels(data: Content, name: str) -> Array:
     return lines.parse(np.int64)
 
 
-def read_segments(data: Content, name: str) -> Array:
+def read_segments(data: Content) -> Array:
     """Return the id of each vertex in a ``.segs.json`` file."""
     try:
         document = json.loads(bytes(data))
@@ -165,7 +188,7 @@ def read_segments(data: Content, name: str) -> Array:
     return array
 
 
-def read_npy_labels(data: Content, name: str) -> Array:
+def read_npy_labels(data: Content) -> Array:
     """Return the array of a ``.npy`` file, which must be one-dimensional integers."""
     shape, dtype, _, _ = npy_header(data)
     if dtype.kind not in "iu":
@@ -173,13 +196,3 @@ def read_npy_labels(data: Content, name: str) -> Array:
     if len(shape) != 1:
         raise MeshError(f"labels must be one-dimensional: the .npy header declares {list(shape)}")
     return npy_array(data, "labels")
-
-
-def _find(data: Content, name: str, ending: str) -> tuple[Array | None, str]:
-    """Return the labels named `name`, and the error message if they are missing (None)."""
-    if ending not in FORMATS.label_columns:
-        missing = f"the {ending[1:].upper()} file has no cell data {name}"
-        return FORMATS["found_labels"][ending](data, name), missing
-    stored = CLOUD_READERS[ending](data)[1].vertex
-    others = [key for key, values in stored.items() if values.dtype.kind in "iu"]
-    return stored.get(name), f"the points have no property {name}{hint_at_integers(others)}"

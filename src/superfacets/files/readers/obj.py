@@ -1,51 +1,76 @@
-"""Read OBJ files: the `v` and `f` lines of all objects, groups and materials."""
+"""Read OBJ files: vertices with colors, faces, names of groups, and the texture."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from pathlib import Path
 from typing import NoReturn
 
 import numpy as np
 
 from ...base.errors import MeshError
-from ...base.lazy import load
 from ...base.types import Array, Floats, Ints
-from ..attributes import MeshAttributes
-from ..guards import Arrays, Content, checked_faces
-from .text import Lines
+from ..attributes import COLORS
+from ..guards import Content, Polygons, checked_faces
+from ..input import Input, Read
+from .parts import parts_of
+from .text import Lines, table
 
 KEYWORDS = (b"v", b"f")
 VERTEX, FACE = range(2)
+
+_OTHER_LINES = {"vn": "normals", "l": "lines", "p": "points", "vp": "parameters", "curv": "curves",
+                "surf": "surfaces"}  # fmt: skip
+"""First words of lines that are not read, and what the lines define."""
 
 _CONTINUED = re.compile(rb"^([^#\n]*)\\[ \t]*\r?\n", re.MULTILINE)
 """Matches a line that continues on the next line and has no comment."""
 
 
-def read_obj(data: Content) -> Arrays:
-    """Return vertices, one per `v` line, and faces, one per `f` line, of an OBJ file.
+def read_obj(source: Input) -> Read:
+    """Read an OBJ file: vertices, one per `v` line, and faces, one per `f` line.
 
-    Texture and normal indices do not split vertices. Lines and points are skipped. Truncation of a
-    file between two lines is not detected, because OBJ does not declare counts.
+    Texture and normal indices do not split vertices. Without faces, the vertices are a point cloud.
+    Truncation of a file between two lines is not detected, because OBJ does not declare counts.
     """
-    data = without_continuations(data)
+    data = without_continuations(source.data)
+    vertices, colors, faces = _read_arrays(data)
+    for item in ("v (vertices)", "f (faces)"):
+        source.declare(item, "cells")
+    if not source.keep:
+        return source.mesh(vertices, faces, vertex=colors)
+    for word, what in _OTHER_LINES.items():
+        if re.search(rb"^[ \t]*" + word.encode() + rb"[ \t]", data, re.MULTILINE):
+            source.declare(f"{word} ({what})")
+    part = parts_of(data, (b"f", b"g", b"o"), "group", comment=b"#")
+    texture = None
+    if re.search(rb"^[ \t]*(?:usemtl|mtllib|vt)\s", data, re.MULTILINE):
+        texture = source.texture("obj_texture", data)
+    return source.mesh(
+        vertices, faces, vertex=colors, face=part.columns, names=part.names, texture=texture
+    )
+
+
+def _read_arrays(data: Content) -> tuple[Floats, list[tuple[str, Array]], Array | Polygons | None]:
+    """Return vertices, colors of the vertices, and faces (None if there are none)."""
     parts = zip(*_read_blocks(data), strict=True)
-    vertices, corners, lengths = (np.concatenate(blocks) for blocks in parts)
-    if not len(vertices) and not len(lengths):
+    rows, sizes, corners, lengths = (np.concatenate(blocks) for blocks in parts)
+    if not len(sizes) and not len(lengths):
         raise MeshError("not an OBJ file: it has no `v` and no `f` lines")
+    vertices = table(rows, sizes, 3)
+    colors: list[tuple[str, Array]] = []
+    if len(sizes) and sizes.min() >= 6:  # x y z red green blue
+        rgb = table(rows, sizes, 6)[:, 3:]
+        top = rgb.max(initial=0.0)
+        if rgb.min() >= 0 and top <= 255:
+            rgb = np.rint(rgb * (255 if top <= 1 else 1)).astype(np.uint8)
+            colors = [*zip(COLORS, rgb.T, strict=True)]
+    if not len(lengths):
+        return vertices, colors, None
     faces = checked_faces(lengths, corners)
-    if len(corners) and (corners.min() < 0 or corners.max() >= len(vertices)):
+    if corners.min() < 0 or corners.max() >= len(vertices):
         _raise_index_error(data, lengths, corners, len(vertices))
-    return vertices, faces
-
-
-def read_obj_with_attributes(data: Content, folder: Path | None) -> tuple[Arrays, MeshAttributes]:
-    """Return vertices, faces and texture of an OBJ file; MTL files must be in `folder`."""
-    data = without_continuations(data)
-    vertices, faces = read_obj(data)
-    read_texture = load("superfacets_textures.obj_texture:read_texture")
-    return (vertices, faces), read_texture(data, folder)
+    return vertices, colors, faces
 
 
 def without_continuations(data: Content) -> Content:
@@ -53,8 +78,8 @@ def without_continuations(data: Content) -> Content:
     return _CONTINUED.sub(rb"\1 ", data) if data.find(b"\\") >= 0 else data
 
 
-def _read_blocks(data: Content) -> Iterator[tuple[Floats, Array, Ints]]:
-    """Yield vertices, flat corners and corner counts of each block of lines.
+def _read_blocks(data: Content) -> Iterator[tuple[Floats, Ints, Array, Ints]]:
+    """Yield the numbers and counts of vertices, and corners and counts of faces, by block.
 
     Corners are vertex indices, counted from 0. They may be out of range.
     """
@@ -62,7 +87,8 @@ def _read_blocks(data: Content) -> Iterator[tuple[Floats, Array, Ints]]:
     for lines in Lines.blocks(data, comment=b"#"):
         keywords = lines.keywords(KEYWORDS)
         is_vertex, is_face = keywords == VERTEX, keywords == FACE
-        vertices = lines.after_keyword(is_vertex, b"v").parse_vertices()
+        vertices = lines.after_keyword(is_vertex, b"v")
+        vertices.refuse(vertices.counts < 3, "a vertex needs 3 coordinates")
         faces = lines.after_keyword(is_face, b"f")
         corners = faces.parse_corners()
         if corners.min(initial=1) < 0:
@@ -70,7 +96,7 @@ def _read_blocks(data: Content) -> Iterator[tuple[Floats, Array, Ints]]:
             last = np.repeat(n_before, faces.counts)  # number of vertices that precede each corner
             corners = np.where(corners < 0, np.maximum(corners + last + 1, 0), corners)
         corners -= 1
-        yield vertices, corners, faces.counts
+        yield vertices.parse(np.float64), vertices.counts, corners, faces.counts
         n_vertices += len(vertices)
 
 

@@ -12,7 +12,8 @@ import numpy as np
 from ...base.checks import counted
 from ...base.errors import MeshError
 from ...base.types import Array
-from ..guards import Arrays, Content, Polygons, check_corner_counts, checked_faces, contiguous_rows
+from ..guards import Polygons, check_corner_counts, checked_faces, contiguous_rows
+from ..input import Input, Read
 from .text import Lines, as_integers, runs, shown, table
 
 # ST, C and N declare texture coordinates, colors and normals after x, y and z on vertex lines. Some
@@ -20,21 +21,35 @@ from .text import Lines, as_integers, runs, shown, table
 MAGIC = re.compile(rb"(?:ST)?C?N?OFF(?=[\s\d]|$)\s*")
 
 
-def read_off(data: Content) -> Arrays:
-    """Return vertices and faces of an OFF file; colors and normals are skipped."""
-    lines = Lines.of(data, comment=b"#")
+def read_off(source: Input) -> Read:
+    """Read an OFF file; without faces, the vertices are a point cloud."""
+    lines = Lines.of(source.data, comment=b"#")
     n_vertices, n_faces, n_header = _read_header(lines)
-    n_rows = len(lines) - n_header
-    if n_rows < n_vertices + n_faces:
+    body = lines[n_header:]
+    if len(body) != n_vertices + n_faces:
+        return source.mesh(*_read_wrapped(body, n_vertices, n_faces))
+    vertices = body[:n_vertices].parse_vertices()
+    return source.mesh(vertices, _read_faces(body[n_vertices:]))
+
+
+def _read_wrapped(body: Lines, n_vertices: int, n_faces: int) -> tuple[Array, Array | Polygons]:
+    """Return vertices and faces of which a row may have several lines, and a line several rows."""
+    numbers = body.parse_integers_or_floats()
+    vertices, rest = numbers[: 3 * n_vertices].astype(np.float64), numbers[3 * n_vertices :]
+    places: list[int] = []
+    place = 0
+    while len(places) < n_faces and place < len(rest):
+        places.append(place)
+        place += 1 + int(max(rest[place], 0))
+    if len(vertices) < 3 * n_vertices or len(places) < n_faces or place != len(rest):
         raise MeshError(
             f"the header declares {counted(n_vertices, 'vertex')} and {counted(n_faces, 'face')}"
-            f" but the file has only {counted(n_rows, 'more line')}: it may be truncated"
+            f" but {counted(len(numbers), 'number')} in {counted(len(body), 'line')} do not fit:"
+            " the file may be truncated"
         )
-    if n_rows > n_vertices + n_faces:
-        extra = lines.number(n_header + n_vertices + n_faces)
-        raise MeshError(f"line {extra}: there are more lines than the header declares")
-    body = lines[n_header:]
-    return body[:n_vertices].parse_vertices(), _read_faces(body[n_vertices:])
+    sizes = as_integers(rest[places], "corner counts").astype(np.int64)
+    corners = as_integers(rest[runs(np.array(places) + 1, sizes)], "vertex indices")
+    return vertices.reshape(-1, 3), checked_faces(sizes, corners)
 
 
 def _read_header(lines: Lines) -> tuple[int, int, int]:
@@ -79,14 +94,14 @@ def _read_faces(lines: Lines) -> Array | Polygons:
     return checked_faces(n_corners, as_integers(corners, "vertex indices").ravel())
 
 
-def read_tri(data: Content) -> Arrays:
-    """Return vertices and faces of a .tri file, in which indices are counted from 0."""
-    lines = Lines.of(data)
+def read_tri(source: Input) -> Read:
+    """Read a .tri file, in which indices are counted from 0."""
+    lines = Lines.of(source.data)
     vertices, rest = _read_block(lines, "vertex", np.float64)
     faces, rest = _read_block(rest, "triangle", np.int64)
     if len(rest):
         raise MeshError(f"line {rest.number(0)}: there are more lines than declared triangles")
-    return vertices, faces
+    return source.mesh(vertices, faces)
 
 
 def _read_block(

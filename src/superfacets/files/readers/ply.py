@@ -2,44 +2,73 @@
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Iterator
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 
 from ...base.errors import MeshError
 from ...base.lazy import load
 from ...base.types import Array, Longs
-from ..attributes import MeshAttributes, images_in, is_word
-from ..guards import Arrays, Content, as_rows, checked_faces, contiguous_rows, hint_at_integers
+from ..attributes import NAMES_COMMENT, images_in
+from ..guards import Polygons, as_rows, checked_faces, contiguous_rows, parsed_json
+from ..input import Input, Read
 from .ply_body import Column, read_tables
-from .ply_header import INDEX_NAMES, STRIPS, Element, Header, Property, parse_header
+from .ply_header import INDEX_NAMES, STRIPS, Header, Property, parse_header
 from .text import as_integers
 
 RESTART = -1
 """Value in a list of vertex indices after which a new triangle strip begins."""
 
 
-def read_ply(data: Content) -> Arrays:
-    """Return vertices and faces of a PLY file, ASCII or binary."""
-    return _read_arrays(parse_header(data), data)[0]
+def read_ply(source: Input) -> Read:
+    """Read a PLY file, ASCII or binary; without faces, the vertices are a point cloud.
 
-
-def read_ply_with_attributes(
-    data: Content, folder: Path | None = None
-) -> tuple[Arrays, MeshAttributes]:
-    """Return vertices and faces, and copies of all other properties.
-
-    Images that ``TextureFile`` comments name must be in `folder` or in its subfolders.
+    Images that ``TextureFile`` comments name must be in the folder of the file or in subfolders.
     """
+    data = source.data
     header = parse_header(data)
-    arrays, tables = _read_arrays(header, data)
-    attributes = attributes_of(header, tables)
-    if images := images_in(attributes.comments):
+    positions_at, corners_at = _find_positions(header), _find_corners(header)
+    tables = read_tables(header, data)
+    for place, element in enumerate(header.elements):
+        if element.n_rows and element.name not in ("vertex", "face") and place != header.faces:
+            source.declare(f"element {element.name}")
+    positions = [_present(tables[place][column].values) for place, column in positions_at]
+    vertices = as_rows(positions, np.float64)
+    comments, names = _comments_of(header)
+    vertex = _columns(header, tables, "vertex")
+    if corners_at is None:
+        return source.mesh(vertices, None, vertex=vertex, comments=comments)
+    faces = _faces_of(tables[corners_at[0]][corners_at[1]], header)
+    for item in (*(f"vertex property {axis}" for axis in "xyz"), "corners of faces"):
+        source.declare(item, "cells")
+    face = _columns(header, tables, "face")
+    cells, attributes = source.mesh(
+        vertices, faces, vertex=vertex, face=face, comments=comments, names=names
+    )
+    if attributes is not None and (images := images_in(comments)):
         with_texture = load("superfacets_textures.ply_texture:with_texture")
         lists = partial(_lists_of_faces, header, tables)
-        attributes = with_texture(attributes, images, arrays[1], lists, folder)
-    return arrays, attributes
+        attributes = with_texture(attributes, images, faces, lists, source.folder)
+    return cells, attributes
+
+
+def _comments_of(header: Header) -> tuple[tuple[str, ...], dict[str, tuple[str, ...]]]:
+    """Return the comments, and the names of values that `write_mesh` stores in comments."""
+    comments: list[str] = []
+    names: dict[str, tuple[str, ...]] = {}
+    for line in map(_one_line, header.comments):
+        name, _, text = line.removeprefix(NAMES_COMMENT).partition(" ")
+        found = None
+        if line.startswith(NAMES_COMMENT):
+            with contextlib.suppress(MeshError):
+                found = parsed_json(text)
+        if isinstance(found, list) and all(isinstance(each, str) for each in found):
+            names[name] = tuple(found)
+        else:
+            comments.append(line)
+    return tuple(comments), names
 
 
 def _lists_of_faces(
@@ -57,39 +86,40 @@ def _lists_of_faces(
     return _present(values), np.asarray(found.lengths, np.int64)
 
 
-def _read_arrays(header: Header, data: Content) -> tuple[Arrays, list[list[Column]]]:
-    vertex = header.find("vertex")
-    if vertex is None:
+def _find_positions(header: Header) -> list[tuple[int, int]]:
+    """Return the indices of the element vertex, and of its properties x, y and z."""
+    place = header.find("vertex")
+    if place is None:
         raise MeshError("the PLY file has no element vertex")
-    xyz = [_find_scalar(header.elements[vertex], name) for name in "xyz"]
-    face, faces = _find_faces(header)
+    element, found = header.elements[place], []
+    for name in "xyz":
+        column = element.find(name)
+        if column is None or element.properties[column].is_list:
+            raise MeshError(f"the PLY element vertex has no property {name}")
+        found.append((place, column))
+    return found
+
+
+def _find_corners(header: Header) -> tuple[int, int] | None:
+    """Return the indices of the element with faces and of the list of corners, or None."""
+    if header.faces is None:
+        return None
+    faces = header.elements[header.faces]
     column = faces.find(*INDEX_NAMES)
     if column is None or not faces.properties[column].is_list:
         what = "faces" if faces.name == "face" else "triangle strips"
         raise MeshError(f"the PLY {what} have no list {INDEX_NAMES[0]}")
     if not faces.properties[column].is_integer:
         raise MeshError(f"the type of the PLY list {INDEX_NAMES[0]} must be an integer type")
-    tables = read_tables(header, data)
-    indices = tables[face][column]
-    positions = as_rows([_present(tables[vertex][place].values) for place in xyz], np.float64)
+    return header.faces, column
+
+
+def _faces_of(indices: Column, header: Header) -> Array | Polygons:
     listed = indices.values
     flat = _present(indices.ragged) if listed is None else contiguous_rows(listed).ravel()
     corners, lengths = as_integers(flat, "vertex indices"), _present(indices.lengths)
-    read_faces = _triangles_of_strips if faces.name == STRIPS else checked_faces
-    return (positions, read_faces(lengths, corners)), tables
-
-
-def _find_scalar(element: Element, name: str) -> int:
-    column = element.find(name)
-    if column is None or element.properties[column].is_list:
-        raise MeshError(f"the PLY element {element.name} has no property {name}")
-    return column
-
-
-def _find_faces(header: Header) -> tuple[int, Element]:
-    if header.faces is None:
-        raise MeshError("the PLY file has no faces: if it is a point cloud, use read_cloud")
-    return header.faces, header.elements[header.faces]
+    are_strips = header.faces is not None and header.elements[header.faces].name == STRIPS
+    return (_triangles_of_strips if are_strips else checked_faces)(lengths, corners)
 
 
 def _present(values: Array | None) -> Array:
@@ -118,64 +148,25 @@ def _triangles_of_strips(lengths: Array, corners: Array) -> Longs:
     return triangles.astype(np.int64)
 
 
-def read_ply_labels(data: Content, name: str = "label") -> Array:
-    """Return the integer property `name` of the faces, or of the vertices if there are no faces."""
-    header = parse_header(data)
-    place, column = _find_labels(header, name)
+def _columns(
+    header: Header, tables: list[list[Column]], owner: str
+) -> Iterator[tuple[str, Array | str]]:  # fmt: skip
+    """Yield copies of all properties of an element except positions and corners.
+
+    As they are copies, the content of the file can be freed.
+    """
+    place = header.find(owner)
+    if place is None:
+        return
     element = header.elements[place]
-    if column is None or element.properties[column].is_list:
-        things = "faces" if element.name in ("face", STRIPS) else "points"
-        others = [some.name for some in element.properties if some.is_integer and not some.is_list]
-        raise MeshError(f"the PLY {things} have no property {name}{hint_at_integers(others)}")
-    if not element.properties[column].is_integer:
-        raise MeshError(f"labels must be integers, but the PLY property {name} has another type")
-    return as_integers(_present(read_tables(header, data)[place][column].values), "labels")
-
-
-def has_ply_labels(data: Content, name: str) -> bool:
-    """Return whether the faces, or the vertices if there are no faces, have the property `name`."""
-    header = parse_header(data)
-    has_cells = header.faces is not None or header.find("vertex") is not None
-    return has_cells and _find_labels(header, name)[1] is not None
-
-
-def _find_labels(header: Header, name: str) -> tuple[int, int | None]:
-    """Return the index of the element with labels, and of its property `name` (None if missing)."""
-    vertex = header.find("vertex")
-    place = vertex if header.faces is None and vertex is not None else _find_faces(header)[0]
-    element = header.elements[place]
-    return place, None if element.name == STRIPS else element.find(name)
-
-
-def attributes_of(header: Header, tables: list[list[Column]]) -> MeshAttributes:
-    """Copy all properties except x, y, z and corners, so that the file content can be freed."""
-    left_out: list[str] = []
-    kept: dict[str, dict[str, Array]] = {"vertex": {}, "face": {}}
-    for place, (element, columns) in enumerate(zip(header.elements, tables, strict=True)):
-        if element.name in kept:
-            kept[element.name] = _copied(element, columns, left_out)
-        elif element.n_rows and place != header.faces:
-            left_out.append(f"element {element.name}")
-    comments = tuple(map(_one_line, header.comments))
-    return MeshAttributes(kept["vertex"], kept["face"], comments, tuple(left_out))
-
-
-def _copied(element: Element, columns: list[Column], left_out: list[str]) -> dict[str, Array]:
-    """Copy columns except positions and corners; skipped columns are added to `left_out`."""
-    is_vertex = element.name == "vertex"
-    own = [element.find(axis) for axis in "xyz"] if is_vertex else [element.find(*INDEX_NAMES)]
-    copies: dict[str, Array] = {}
-    for place, (stored, column) in enumerate(zip(element.properties, columns, strict=True)):
-        if place in own:
-            continue
-        what = f"{element.name} property {stored.name}"
-        if column.values is None:
-            left_out.append(f"{what}, whose lists differ in length")
-        elif stored.name in copies or not is_word(stored.name):
-            left_out.append(f"{what}, whose name is repeated or not a word of ASCII")
-        else:
-            copies[stored.name] = _as_stored(column.values, stored)
-    return copies
+    own = [element.find(axis) for axis in "xyz"] if owner == "vertex" else [
+        element.find(*INDEX_NAMES)
+    ]  # fmt: skip
+    for column, stored in enumerate(element.properties):
+        if column not in own:
+            values = tables[place][column].values
+            why = "whose lists differ in length"
+            yield stored.name, why if values is None else _as_stored(values, stored)
 
 
 def _as_stored(values: Array, stored: Property) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import reprlib
 from dataclasses import dataclass, field
 
@@ -24,6 +25,9 @@ INDEX_NAMES = ("vertex_indices", "vertex_index")
 
 STRIPS = "tristrips"
 """Name of the element with triangle strips; each row is a list of vertices."""
+
+_END, _OLD_END = re.compile(rb"\nend_header[ \t]*\r?\n"), re.compile(rb"\rend_header\r")
+"""Match the end of the header. Some programs mix ``\\n`` and ``\\r\\n``."""
 
 BYTE_ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 
@@ -87,12 +91,12 @@ def parse_header(data: Content) -> Header:
     """Parse the header at the beginning of `data`, or raise a MeshError if a line is not valid."""
     if data[:4] not in (b"ply\n", b"ply\r"):
         raise MeshError("not a PLY file: it does not begin with the word ply")
-    newline = b"\r\n" if data[3:5] == b"\r\n" else data[3:4]
-    end = data.find(newline + b"end_header" + newline)
-    if end < 0:
+    is_old = data[3:4] == b"\r" and data[4:5] != b"\n"  # lines end with \\r
+    found = (_OLD_END if is_old else _END).search(data)
+    if found is None:
         raise MeshError("the PLY header has no line end_header: the file may be truncated")
-    size = end + len(newline + b"end_header" + newline)
-    lines = data[:end].decode("latin-1").split(newline.decode())
+    size = found.end()
+    lines = data[: found.start()].decode("latin-1").splitlines()
     byte_order = _parse_format(lines[1].split() if len(lines) > 1 else [])
     elements: list[Element] = []
     for line in lines[2:]:

@@ -4,39 +4,24 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import cast
 
 from ...base.errors import MeshError
-from ...mesh.base import Cells
+from ...graph.kinds import kind_of
 from ...mesh.faces import AnyMesh
 from ...mesh.point_cloud import PointCloud
-from ...mesh.polygon_mesh import PolygonMesh
-from ...mesh.triangle_mesh import Mesh
+from .. import other
 from ..attributes import MeshAttributes
 from ..formats import FORMATS
-from ..guards import Content, Polygons, checked_faces, known_ending, named_errors, read_content
-from .clouds import CLOUD_READERS, holds_cloud
+from ..guards import Content, known_ending, named_errors, read_content
+from ..input import Input, Read
 from .off import MAGIC as OFF_MAGIC
-from .stl import cad_advice, has_binary_size
+from .stl import has_binary_size
 
-_CAD_FORMATS = {".step": "STEP", ".stp": "STEP", ".iges": "IGES", ".igs": "IGES", ".brep": "BREP",
-                ".fcstd": "FCStd"}  # fmt: skip
 _BEGINS = {b"ply\n": ".ply", b"ply\r": ".ply", b"glTF": ".glb"}
 """Endings of mesh formats, keyed by the first bytes of their files."""
-
-_RASTER = (
-    "a raster file is not a mesh: convert its heights to a mesh (see Terrain in the documentation)"
-)
-_VECTOR = "a vector file is not a mesh: convert its triangles or points to .ply, .obj or .csv"
-_NO_MESHES = {
-    **{ending: cad_advice(name) for ending, name in _CAD_FORMATS.items()},
-    **dict.fromkeys((".tif", ".tiff", ".asc"), _RASTER), ".shp": _VECTOR, ".gpkg": _VECTOR,
-}  # fmt: skip
-"""Error messages for CAD files and files with geographic data, keyed by ending."""
-
-Parsed = TypeVar("Parsed")
 
 # Matches the first word of a text, with any comment lines before it.
 _FIRST_WORD = re.compile(rb"(?:\s*+#[^\n]*+\n)*+\s*+(\S{1,20})")
@@ -107,7 +92,10 @@ def read_mesh(path: str | os.PathLike[str]) -> AnyMesh:
     ...     read_mesh(path)
     Mesh(4 vertices, 2 faces)
     """
-    return _read(path, FORMATS.meshes, parse_mesh)
+    cells, _ = _read(path, FORMATS.meshes, keep=False)
+    if kind_of(cells).are_points:
+        raise MeshError(f"{path}: the file contains points, but no faces: use read_cloud")
+    return cast("AnyMesh", cells)
 
 
 def read_cloud(path: str | os.PathLike[str]) -> PointCloud:
@@ -158,10 +146,10 @@ def read_cloud(path: str | os.PathLike[str]) -> PointCloud:
     ...     read_cloud(path)
     PointCloud(2 points, colors)
     """
-    found: PointCloud = _read(
-        path, tuple(CLOUD_READERS), lambda data, ending, _: CLOUD_READERS[ending](data)[0]
-    )
-    return found
+    cells, _ = _read(path, FORMATS.cells, keep=False)
+    if not kind_of(cells).are_points:
+        return PointCloud(cast("AnyMesh", cells).vertices)
+    return cast("PointCloud", cells)
 
 
 def read_attributes(path: str | os.PathLike[str]) -> MeshAttributes:
@@ -214,77 +202,43 @@ def read_attributes(path: str | os.PathLike[str]) -> MeshAttributes:
     ...     read_attributes(path).vertex["nz"]
     array([1., 1., 1.])
     """
-    endings = tuple(dict.fromkeys((*FORMATS["attributes"], *CLOUD_READERS)))
-    _, attributes = _read(path, endings, parse_cells_and_attributes)
-    assert attributes is not None  # files with these endings always have attributes
+    _, attributes = _read(path, FORMATS.cells, keep=True)
+    assert attributes is not None
     return attributes
 
 
-def _read(
-    path: str | os.PathLike[str],
-    endings: tuple[str, ...],
-    parse: Callable[[Content, str, Path | None], Parsed],
-    content: Content | None = None,
-) -> Parsed:
-    """Read and parse a file with one of these endings; error messages begin with its path."""
+def _read(path: str | os.PathLike[str], endings: tuple[str, ...], *, keep: bool) -> Read:
+    """Read a file with one of these endings; error messages begin with its path."""
     path = Path(path)
     ending = cell_ending(path, endings)
-    data = read_content(path) if content is None else content
+    data = read_content(path)
     with named_errors(path):
-        return parse(data, ending, path.parent)
+        return parse(Input(data, ending, path.parent, keep))
 
 
 def cell_ending(path: Path, endings: tuple[str, ...] = FORMATS.cells) -> str:
     """Return the ending of a mesh or point cloud file, or raise a MeshError for other endings."""
+    if path.suffix.lower() == ".gz":  # for example, .ply.gz
+        path = path.with_suffix("")
     try:
         return known_ending(path, endings)
     except MeshError as error:
         suffix = path.suffix.lower()
-        if suffix in _NO_MESHES:
-            raise MeshError(f"{path}: {_NO_MESHES[suffix]}") from None
+        if suffix in other.ENDINGS:
+            raise MeshError(f"{path}: {other.ENDINGS[suffix]}") from None
         advice = ": convert the file first" if suffix else ""
-        if suffix in CLOUD_READERS:
+        if suffix in FORMATS["read_points"]:
             advice = ": the file contains points, use read_cloud"
         raise MeshError(f"{error}{advice}") from None
 
 
-def parse_mesh(data: Content, ending: str, folder: Path | None) -> AnyMesh:
-    """Parse the content of a mesh file; a glTF file may refer to other files in `folder`."""
-    if ending in FORMATS["scenes"]:
-        return _mesh_of(FORMATS["scenes"][ending](data, folder))
-    tables = (
-        table for kind, table in FORMATS.readers.items() if kind != "points" and ending in table
-    )
-    return _mesh_of(next(tables)[ending](data))
-
-
-def parse_cells_and_attributes(
-    data: Content, ending: str, folder: Path | None, *, keep: bool = True
-) -> tuple[Cells, MeshAttributes | None]:
-    """Parse the content of a mesh file, or of a point cloud file if there are no faces.
-
-    If `keep` is true, attributes are parsed, too. They are None for formats without attributes.
-    """
-    if holds_cloud(data, ending):
-        cloud, attributes = CLOUD_READERS[ending](data)
-        return cloud, attributes if keep else None
-    if keep and ending in FORMATS["attributes"]:
-        arrays, attributes = FORMATS["attributes"][ending](data, folder)
-        return _mesh_of(arrays), attributes
-    return parse_mesh(data, ending, folder), None
-
-
-def _mesh_of(read: Any) -> AnyMesh:
-    """Return the mesh of what a reader returned; cells of other kinds are returned unchanged.
-
-    A reader returns vertices and faces, or vertices, sizes of faces and corners of all faces.
-    """
-    if not isinstance(read, tuple):
-        return cast("AnyMesh", read)
-    vertices, faces = read if len(read) == 2 else (read[0], checked_faces(*read[1:]))
-    if isinstance(faces, Polygons):
-        return PolygonMesh._of_new(vertices, *faces)
-    return Mesh._of_new(vertices, faces)
+def parse(source: Input) -> Read:
+    """Parse the content of a mesh or point cloud file, in the format of its ending."""
+    FORMATS.check_readers([source.ending])
+    source = replace(source, data=other.as_declared(source.data))
+    table = FORMATS["read" if source.ending in FORMATS["read"] else "read_points"]
+    found: Read = table[source.ending](source)
+    return found
 
 
 def recognized_ending(data: Content) -> str | None:

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import re
+from typing import NoReturn
 
 import numpy as np
 import numpy.typing as npt
 
 from ...base.checks import MAX_CELLS, counted
 from ...base.errors import MeshError
-from ...base.types import Floats, Singles
-from ..guards import Arrays, Content, as_doubles, contiguous_rows
+from ...base.types import Array, Floats, Singles
+from ..guards import Content, as_doubles, contiguous_rows
+from ..input import Input, Read
+from .parts import Parts, parts_of
 from .text import Lines
 
 HEADER_SIZE = 80
@@ -20,27 +23,31 @@ TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribu
 KEYWORDS = (b"facet", b"outer", b"vertex", b"endloop", b"endfacet", b"solid", b"endsolid")
 FACET, OUTER, VERTEX, ENDLOOP, ENDFACET, SOLID, ENDSOLID = range(7)
 
+_SPACED = re.compile(rb"^([ \t]*end)[ \t]+(solid|facet|loop)\b", re.I | re.M)
+"""Matches keywords that some programs write as two words."""
+
 TRIANGLE_LINES = np.array([FACET, OUTER, VERTEX, VERTEX, VERTEX, ENDLOOP, ENDFACET], dtype=np.int8)
 
-STEP_MAGIC = b"ISO-10303-21"
 
-
-def cad_advice(name: str) -> str:
-    """Return the error message for a CAD file."""
-    return (
-        f"{name} is a CAD format, not a mesh: export STL from your CAD program, or run"
-        " gmsh part.step -2 -o part.stl"
-    )
-
-
-def read_stl(data: Content) -> Arrays:
-    """Return vertices, three per face, and faces of an STL file; stored normals are skipped."""
-    if data[: len(STEP_MAGIC)] == STEP_MAGIC:
-        raise MeshError(cad_advice("STEP"))
-    corners = _read_binary(data) if is_binary_stl(data) else _read_ascii(data)
+def read_stl(source: Input) -> Read:
+    """Read an STL file: three vertices per face, and names of solids in a text file."""
+    data = source.data
+    is_binary = is_binary_stl(data)
+    if not is_binary and _SPACED.search(data):
+        data = _SPACED.sub(rb"\1\2", data)
+    corners = _read_binary(data) if is_binary else _read_ascii(data, source)
     vertices = as_doubles(corners).reshape(-1, 3)
     index_type = np.int32 if len(vertices) <= MAX_CELLS else np.int64
-    return vertices, np.arange(len(vertices), dtype=index_type).reshape(-1, 3)
+    faces = np.arange(len(vertices), dtype=index_type).reshape(-1, 3)
+    parts = Parts([], {})
+    if source.keep:
+        source.declare("corners of triangles", "cells")
+        source.declare("normals of triangles", "cells")
+        if not is_binary:
+            parts = parts_of(data, (b"facet", b"solid"), "solid", any_case=True)
+        elif _stored(data)["attribute"].any():
+            parts = Parts([("attribute", _stored(data)["attribute"])], {})
+    return source.mesh(vertices, faces, face=parts.columns, names=parts.names)
 
 
 def _declared(data: Content) -> tuple[int, int]:
@@ -74,11 +81,16 @@ def _read_binary(data: Content) -> Singles:
             f"not an STL file, or damaged: the size must be {size} bytes for"
             f" {counted(n_faces, 'declared triangle')}, got {len(data)}"
         )
-    triangles = np.frombuffer(data, dtype=TRIANGLE, count=n_faces, offset=HEADER_SIZE + 4)
-    return contiguous_rows(triangles["corners"].reshape(n_faces, 9))
+    return contiguous_rows(_stored(data)["corners"].reshape(n_faces, 9))
 
 
-def _read_ascii(data: Content) -> Floats:
+def _stored(data: Content) -> Array:
+    """Return the triangles of a binary file whose size was checked."""
+    n_faces, _ = _declared(data)
+    return np.frombuffer(data, dtype=TRIANGLE, count=n_faces, offset=HEADER_SIZE + 4)
+
+
+def _read_ascii(data: Content, source: Input) -> Floats:
     blocks = []
     for lines in Lines.blocks(data):
         found = lines.keywords(KEYWORDS, any_case=True)
@@ -86,21 +98,26 @@ def _read_ascii(data: Content) -> Floats:
         corners.refuse(corners.counts != 3, "a vertex needs 3 coordinates")
         blocks.append((corners.parse(np.float64), found))
     vertices, keywords = (np.concatenate(parts) for parts in zip(*blocks, strict=True))
-    _check_solids(keywords, data)
+    if keywords[-1] not in (ENDFACET, ENDSOLID):
+        _refuse_cut(data)
+    if not _are_closed(keywords):
+        source.declare("end of a solid", "which is missing: the file may be truncated")
     _check_facets(keywords, data)
     return vertices
 
 
-def _check_solids(keywords: npt.NDArray[np.int8], data: Content) -> None:
-    """Raise a MeshError if a `solid` is not closed by an `endsolid`."""
+def _are_closed(keywords: npt.NDArray[np.int8]) -> bool:
+    """Return whether each `solid` is closed by an `endsolid`."""
     borders = keywords[(keywords == SOLID) | (keywords == ENDSOLID)]
     expected = np.resize([SOLID, ENDSOLID], len(borders) + len(borders) % 2)
-    if keywords[-1] != ENDSOLID or not np.array_equal(borders, expected):
-        number = Lines.of(data).number(-1)
-        raise MeshError(
-            f"line {number}: the file ends, but a `solid` has no `endsolid`: the file may be"
-            " truncated"
-        )
+    return bool(keywords[-1] == ENDSOLID) and np.array_equal(borders, expected)
+
+
+def _refuse_cut(data: Content) -> NoReturn:
+    number = Lines.of(data).number(-1)
+    raise MeshError(
+        f"line {number}: the file ends, but not after a facet or solid: it may be truncated"
+    )
 
 
 def _check_facets(keywords: npt.NDArray[np.int8], data: Content) -> None:

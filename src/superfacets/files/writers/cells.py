@@ -18,8 +18,9 @@ from ...base.lazy import load
 from ...base.types import Bytes, Ints
 from ...graph.kinds import Kind, kind_of
 from ...mesh.base import Cells
-from ..attributes import MeshAttributes
+from ..attributes import MeshAttributes, have_region_colors
 from ..formats import FORMATS
+from ..named_features import stored_colors
 from .content import Output
 
 _COLORLESS = (".obj", ".stl", ".csv", ".ids.png", *FORMATS["write_tetrahedra"])
@@ -114,18 +115,19 @@ class CellWriter:
         for ending in endings:
             _check_kind(kind, ending)
         self.options.check_classes(self.labels)
-        if not {*endings}.isdisjoint(FORMATS["write_tetrahedra"]):
-            if self.given_colors is not None or self.attributes is not None:
-                raise ValueError(".vtu and .vtk cannot store colors and attributes: omit them")
-            return self
+        if self.given_colors is not None and not {*endings}.isdisjoint(FORMATS["write_tetrahedra"]):
+            raise ValueError(".vtu and .vtk cannot store colors: omit them")
         _check_attributes(self.attributes, self.cells)
         if self.options.vertex_labels and (self.labels is None or not kind.has_faces):
             raise MeshError("vertex_labels needs faces with labels")
         colors = _checked_colors(self.given_colors, self.cells)
         return replace(self, given_colors=colors)
 
-    def write(self, file: IO[bytes], ending: str, path: Path | None = None) -> None:
-        """Write a file in the format of `ending`; `path` is its path, or None for a stream."""
+    def write(self, file: IO[bytes], ending: str, path: Path | None = None) -> list[str]:
+        """Write a file in the format of `ending`, and return the attributes that are lost.
+
+        `path` is the path of the file, or None for a stream.
+        """
         options, of_vertices = self.options, None
         if ending == ".ply" and options.vertex_labels:
             from ...regions.vertices import vertex_labels
@@ -144,12 +146,20 @@ class CellWriter:
             options.classes, options.label_name, options.ascii, path,
         )  # fmt: skip
         FORMATS.writers[kind_of(self.cells).name][ending](file, content)
+        return content.lost
 
     @cached_property
     def _colors(self) -> Bytes | None:
-        """Given colors, or else colors computed from the labels; None if there are no labels."""
+        """Given colors, or else colors computed from the labels; None if there are no labels.
+
+        A point cloud keeps its own colors, unless they are colors of regions.
+        """
         if self.given_colors is not None or self.labels is None:
             return self.given_colors  # type: ignore[no-any-return]  # see `checked`
+        stored = {} if self.attributes is None else self.attributes.vertex
+        has_colors = stored_colors(self.cells, self.attributes) is not None
+        if kind_of(self.cells).are_points and has_colors and not have_region_colors(stored):
+            return None
         colors: Bytes = load("superfacets_show.colors:face_colors")(self.cells, self.labels)
         return colors
 

@@ -1,23 +1,36 @@
-"""Write point clouds with one label per point as CSV."""
+"""Write point clouds as CSV."""
 
 from __future__ import annotations
 
 from typing import IO
 
+import numpy as np
+
+from ...base.types import Array
+from ..attributes import COLORS
+from ..input import NORMALS
 from .content import Output
-from .text import write_rows
+from .text import number_format, write_rows
 
 
 def write_csv(file: IO[bytes], content: Output) -> None:
-    """Write points as CSV: a header line, then one line per point with x, y, z and the label.
+    """Write points as CSV: a line with names, then one line per point with all its properties.
 
-    If there are no labels, the property ``label`` is written if it contains integers.
+    Columns are x, y, z, the label, normals and colors of the cloud, and the properties of the file.
+    A property with several numbers has several columns, for example ``rgb_0``.
     """
-    cloud, labels = content.cells, content.labels
-    if labels is None and content.attributes is not None:
-        stored = content.attributes.vertex.get("label")
-        labels = stored if stored is not None and stored.dtype.kind in "iu" else None
-    more = [] if labels is None else [labels]
-    file.write(b"x,y,z,label\n" if more else b"x,y,z\n")
-    row = ",".join(["%.17g"] * 3 + ["%d"] * len(more)) + "\n"
-    write_rows(file, row, [*cloud.points.T, *more])
+    cloud = content.cells
+    columns: dict[str, Array] = dict(zip("xyz", cloud.points.T, strict=True))
+    if content.labels is not None:
+        columns["label"] = content.labels
+    for name, values in content.properties("vertex", columns).items():
+        parts = {name: values} if values.ndim == 1 else {
+            f"{name}_{place}": part for place, part in enumerate(values.T)
+        }  # fmt: skip
+        columns |= parts
+    for names, table in ((NORMALS, cloud.normals), (COLORS, content.cloud_colors)):
+        if table is not None and not columns.keys() & {*names}:
+            columns |= zip(names, table.T, strict=True)
+    file.write(f"{','.join(columns)}\n".encode())
+    row = ",".join(number_format(np.asarray(values)) for values in columns.values()) + "\n"
+    write_rows(file, row, [*columns.values()])

@@ -55,6 +55,7 @@ def write_glb(file: IO[bytes], content: Output) -> None:
     if texture is None:
         primitives = [_add_primitive(scene, split, content, regions)]
     else:
+        content.taken.add("texture")
         materials = load("superfacets_textures.gltf_materials:GltfMaterials")(scene.view)
         primitives = []
         of_triangles = texture.face_materials[split.faces]

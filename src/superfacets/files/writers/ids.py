@@ -81,8 +81,11 @@ class IdWriter:
             return self.of_vertices
         return self.labels
 
-    def write(self, file: IO[bytes], ending: str, path: Path | None = None) -> None:
-        """Write a file in the format of `ending`; the scene name is taken from `path`."""
+    def write(self, file: IO[bytes], ending: str, path: Path | None = None) -> list[str]:
+        """Write a file in the format of `ending`; the scene name is taken from `path`.
+
+        Attributes are never lost, because nobody expects them in files of labels.
+        """
         assert self.labels is not None
         if ending in FORMATS.graph_outputs:
             load("superfacets_scans.pyg:write_arrays")(file, self._graph)
@@ -94,6 +97,7 @@ class IdWriter:
             has_ids = ending in FORMATS.vertex_outputs and self.segments is None
             labels = self._vertex_ids if has_ids else self._labels_in(ending)
             write_levels(file, ending, path, [labels])
+        return []
 
     @property
     def _graph(self) -> dict[str, Array]:

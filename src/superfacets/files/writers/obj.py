@@ -28,13 +28,15 @@ _SAFE = str.maketrans("#\\", "__")
 def write_obj(file: IO[bytes], content: Output) -> None:
     """Write OBJ with one group per region, or per class; faces keep their order within a region.
 
-    Groups are named by `Output.part_names`, with underscores instead of ``#`` and backslashes.
+    Groups are named by `Output.parts`, with underscores instead of ``#`` and backslashes.
     Materials are written to an MTL file in the same folder. Colors and attributes are not written.
     """
     mesh, labels, texture = content.cells, content.labels, content.texture
+    parts = content.parts()
     if texture is not None:
         library_lines = load("superfacets_textures.writing:library_lines")
         file.write(library_lines(texture, content.path))
+        content.taken.add("texture")
     row = " ".join(["v", *[coordinate_format(mesh.vertices)] * 3]) + "\n"
     write_rows(file, row, list(mesh.vertices.T))
     if texture is not None and len(texture.coordinates):
@@ -46,11 +48,10 @@ def write_obj(file: IO[bytes], content: Output) -> None:
         materials = load("superfacets_textures.writing:material_names")(texture)
         uses = [f"usemtl {name}\n" for name in (*materials, NO_MATERIAL)]  # -1 means the last one
         blocks = _with_titles(blocks, texture.face_materials[order], uses)
-    if labels is not None:
-        values, regions = np.unique(labels, return_inverse=True)
-        names, groups = np.unique(content.part_names(values), return_inverse=True)
+    if parts is not None:
+        names, groups = np.unique(parts[1], return_inverse=True)
         titles = [f"g {name}\n".translate(_SAFE) for name in names.tolist()]
-        blocks = _with_titles(blocks, groups[regions[order]], titles)
+        blocks = _with_titles(blocks, groups[parts[0][order]], titles)
     for lines in blocks:
         file.write(b"".join(lines))
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+import json
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import IO, Any
 
@@ -12,56 +13,43 @@ from ...base.lazy import load
 from ...base.types import Array, Bytes, Floats, Ints, Longs
 from ...mesh.faces import FaceMesh, corners_of
 from ...mesh.point_cloud import PointCloud
-from ..attributes import COLORS, PLY_TYPES, MeshAttributes, is_image
+from ..attributes import COLORS, NAMES_COMMENT, PLY_TYPES, is_image
 from ..readers.ply_header import INDEX_NAMES
 from .content import Output
 from .text import ROWS_AT_ONCE, finite_singles, fits_single, text_rows
 
-OWN_NAMES = {
-    "vertex": ("x", "y", "z", "label"),
-    "face": (*INDEX_NAMES, "label", "quality", "red", "green", "blue", "alpha"),
-}
-"""Names of properties that `write_ply` itself writes; labels and colors only if there are any. An
-attribute is skipped if the file already has a property with its name."""
-
-
-def names_replaced(attributes: MeshAttributes, *, of_points: bool = False) -> list[str]:
-    """Return the attributes with names in `OWN_NAMES`, described like "face property label".
-
-    With `of_points`, the names for faces apply to the points of a cloud.
-    """
-    return [
-        f"{'point' if of_points else owner} property {name}"
-        for owner, values in (("vertex", attributes.vertex), ("face", attributes.face))
-        for name in values
-        if name in OWN_NAMES["face" if of_points else owner]
-    ]
-
 
 def write_ply(file: IO[bytes], content: Output) -> None:
     """Write a mesh as PLY, with the properties that `superfacets.write_mesh` describes."""
-    mesh, attributes = content.cells, content.attributes
+    mesh, attributes, texture = content.cells, content.attributes, content.texture
     vertices = _Element("vertex", mesh.n_vertices, _vertex_columns(mesh.vertices))
     columns = [_corner_column(mesh), *_label_columns(content.labels, content.colors)]
     faces = _Element("face", mesh.n_faces, columns)
     if content.vertex_labels is not None:
         vertices.columns.append(_Column("label", "<i4", content.vertex_labels))
-    if attributes is not None:
-        # If new labels of faces are written, labels of vertices in the attributes are outdated.
-        labels = attributes.face.get("label", ())
-        are_other = content.labels is not None and not np.array_equal(labels, content.labels)
-        vertices.add(attributes.vertex, ("label",) if are_other else ())
-        faces.add(attributes.face)
+    # If new labels of faces are written, labels of vertices in the attributes are outdated.
+    labels = () if attributes is None else attributes.face.get("label", ())
+    are_other = content.labels is not None and not np.array_equal(labels, content.labels)
+    outdated = {"label": None} if are_other else {}
+    vertices.add(content.properties("vertex", outdated | vertices.own))
+    faces.add(content.properties("face", dict.fromkeys(INDEX_NAMES) | faces.own))
     comments = () if attributes is None else attributes.comments
-    if content.texture is not None:
+    if attributes is not None:
+        comments += tuple(
+            f"{NAMES_COMMENT}{name} {json.dumps(names)}" for name, names in attributes.names.items()
+        )
+        content.taken.update(f"names of {name}s" for name in attributes.names)
+    if texture is not None:
         is_cut = corners_of(mesh).size == 3
         placer = load("superfacets_textures.writing:Placer")(content.path)
         describe = load("superfacets_textures.writing:ply_texture")
-        lines, fields = describe(content.texture, placer, has_triangles=is_cut)
+        lines, fields = describe(texture, placer, has_triangles=is_cut)
         comments = (*(line for line in comments if not is_image(line)), *lines)
         if "texcoord" in fields:
             fields["texcoord"] = finite_singles(fields["texcoord"])
         faces.add(fields)
+        content.taken.update(["texture"] * bool(lines))
+    content.taken.add("comments")
     _write_elements(file, [vertices, faces], comments, ascii=content.ascii)
 
 
@@ -69,9 +57,9 @@ def write_cloud_ply(file: IO[bytes], content: Output) -> None:
     """Write a point cloud as PLY, with one label per point."""
     cloud = content.cells
     points = _Element("vertex", cloud.n_points, _point_columns(cloud, content))
-    if content.attributes is not None:
-        points.add(content.attributes.vertex)
+    points.add(content.properties("vertex", points.own))
     comments = () if content.attributes is None else content.attributes.comments
+    content.taken.add("comments")
     _write_elements(file, [points], comments, ascii=content.ascii)
 
 
@@ -124,16 +112,16 @@ class _Element:
     n_rows: int
     columns: list[_Column]
 
-    def add(self, attributes: Mapping[str, Array], left_out: Collection[str] = ()) -> None:
-        """Append attributes as columns; skip names of existing columns and names in `left_out`."""
-        taken = {column.name for column in self.columns} | {*left_out}
-        if "vertex_indices" in taken:
-            taken |= {*INDEX_NAMES}
-        for name, values in attributes.items():
-            if name not in taken:
-                dtype = values.dtype.newbyteorder("<").str
-                length = None if values.ndim == 1 else values.shape[1]
-                self.columns.append(_Column(name, dtype, values, length))
+    @property
+    def own(self) -> dict[str, Any]:
+        return {column.name: column.values for column in self.columns}
+
+    def add(self, properties: Mapping[str, Array]) -> None:
+        """Append properties as columns."""
+        for name, values in properties.items():
+            dtype = values.dtype.newbyteorder("<").str
+            length = None if values.ndim == 1 else values.shape[1]
+            self.columns.append(_Column(name, dtype, values, length))
 
 
 def _vertex_columns(vertices: Floats) -> list[_Column]:
@@ -146,13 +134,10 @@ def _columns(names: Sequence[str], dtype: str, table: Array) -> list[_Column]:
 
 def _point_columns(cloud: PointCloud, content: Output) -> list[_Column]:
     """Return columns of positions, normals, labels, and colors (given, or else of the cloud)."""
-    colors = content.colors
     columns = _vertex_columns(cloud.points)
     if cloud.normals is not None:
         columns += _columns(("nx", "ny", "nz"), "<f4", cloud.normals)
-    if colors is None and cloud.colors is not None:
-        colors = np.rint(cloud.colors * 255).astype(np.uint8)
-    return columns + _label_columns(content.labels, colors)
+    return columns + _label_columns(content.labels, content.cloud_colors)
 
 
 def _label_columns(labels: Ints | None, colors: Bytes | None) -> list[_Column]:

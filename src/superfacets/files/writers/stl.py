@@ -16,28 +16,27 @@ from .text import coordinate_format, fits_single, write_rows
 def write_stl(file: IO[bytes], content: Output) -> None:
     """Write one solid per region, in ascending order of labels, or one per class.
 
-    Meshing and flow simulation programs use the names of solids, `Output.part_names`, for patches.
-    Files with labels are text, because binary STL has only one solid. A file without labels is
+    Meshing and flow simulation programs use the names of solids, `Output.parts`, for patches.
+    Files with parts are text, because binary STL has only one solid. A file without parts is
     binary if float32 is exact for all coordinates and `Output.ascii` is false; otherwise it is
     text with one solid. Undefined normals are 0.
     """
-    mesh, labels = content.cells, content.labels
+    mesh = content.cells
     normals = area_vectors(mesh, checked_threads(None))
     lengths = np.sqrt((normals * normals).sum(axis=1, keepdims=True))
     normals /= np.where(lengths > 0, lengths, 1.0)
-    if labels is None and not content.ascii and fits_single(mesh.vertices):
+    parts = content.parts()
+    if parts is None and not content.ascii and fits_single(mesh.vertices):
         triangles = np.zeros(mesh.n_faces, TRIANGLE)
         triangles["normal"], triangles["corners"] = normals, mesh.vertices[mesh.faces]
         file.write(bytes(HEADER_SIZE) + mesh.n_faces.to_bytes(4, "little") + triangles.tobytes())
         return
-    solids, names = np.zeros(mesh.n_faces, np.intp), np.array(["mesh"])
-    if labels is not None:
-        values, solids = np.unique(labels, return_inverse=True)
-        names = content.part_names(values)
+    solids, listed = parts or (np.zeros(mesh.n_faces, np.intp), ["mesh"])
+    names = np.array(listed)
     number = coordinate_format(mesh.vertices)
     corner = " ".join(["      vertex", *[number] * 3]) + "\n"
     facet = f"  facet normal %.9g %.9g %.9g\n    outer loop\n{3 * corner}    endloop\n  endfacet\n"
-    for name in dict.fromkeys(names.tolist()):
+    for name in dict.fromkeys(names[np.unique(solids)].tolist()):
         faces = np.flatnonzero((names == name)[solids])
         columns = [*normals[faces].T, *mesh.vertices[mesh.faces[faces]].reshape(-1, 9).T]
         file.write(b"solid %s\n" % name.encode("utf-8"))

@@ -57,3 +57,8 @@ def write_npy(file: IO[bytes], array: Array) -> None:
     """Write an array as .npy to any stream; `numpy.save` calls ``tell``, which fails on pipes."""
     npy_format.write_array_header_1_0(file, npy_format.header_data_from_array_1_0(array))
     file.write(array.data)
+
+
+def number_format(values: Array) -> str:
+    """Return a format string with enough digits to restore values of this type exactly."""
+    return "%d" if values.dtype.kind in "iu" else "%.9g" if values.dtype.itemsize == 4 else "%.17g"

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+import warnings
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import IO, Any, ClassVar
+from typing import IO, Any, ClassVar, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -27,7 +28,6 @@ from ..guards import known_ending
 from ..readers.labels import checked_labels
 from .cells import CellWriter, FormatOptions
 from .ids import SEGMENTS, IdWriter, Segments, checked_levels, write_levels
-from .ply import names_replaced
 
 
 def write_mesh(
@@ -148,7 +148,10 @@ def write_mesh(
         [ending], ascii=ascii, label_name=label_name, vertex_labels=vertex_labels,
         classes=classes, scores=scores, force=force,
     )  # fmt: skip
-    OutputFiles([path], options).write(mesh, labels, colors=colors, attributes=attributes)
+    files = OutputFiles([path], options)
+    written = files.write(mesh, labels, colors=colors, attributes=attributes)
+    if lost := written.lost[ending]:
+        warnings.warn(f"{ending} does not store: {'; '.join(lost)}", stacklevel=2)
 
 
 def _check_truth_stays(paths: Sequence[StrPath], force: bool) -> None:
@@ -327,6 +330,16 @@ def _check_no_other_regions(folder: Path, paths: Sequence[Path], ending: str) ->
         )
 
 
+class Written(NamedTuple):
+    """Result of `OutputFiles.write`."""
+
+    lost: dict[str, list[str]]
+    """Attributes that the formats do not store, keyed by ending."""
+    region_sizes: Longs
+    """If ids of vertices were computed, the number of vertices of each region, in ascending order
+    of the labels; otherwise an empty array."""
+
+
 @dataclass(frozen=True)
 class OutputFiles:
     """Files, and open binary streams, that are written together: either all files, or none.
@@ -373,10 +386,13 @@ class OutputFiles:
     def write_one(
         self, file: IO[bytes], path: Path, cells: Cells, labels: Ints,
         attributes: MeshAttributes | None = None,
-    ) -> None:  # fmt: skip
-        """Write one labeling of cells to an open file, in the format of `path`."""
+    ) -> list[str]:  # fmt: skip
+        """Write one labeling of cells to an open file, in the format of `path`.
+
+        Returns the attributes that are lost.
+        """
         ending = _ending_of(path)
-        _writer_of(cells, labels, ending, self.options, attributes).write(file, ending, path)
+        return _writer_of(cells, labels, ending, self.options, attributes).write(file, ending, path)
 
     def write(
         self,
@@ -389,20 +405,20 @@ class OutputFiles:
         listed_mesh: Any = None,
         of_vertices: Ints | None = None,
         segments: tuple[Ints, Ints, Path] | None = None,
-    ) -> Longs:
+    ) -> Written:
         """Write all files and streams.
 
-        If files that contain only labels belong to another mesh, such as the mesh before
-        subdivision, pass this mesh as `listed_mesh`, and its labels as `listed`. Formats with one
-        label per vertex store `of_vertices` if it is given, and otherwise labels of vertices
-        computed from labels of cells. If `segments` are given, the fields of `Segments`, they are
-        written to formats in `Formats.vertex_outputs`, and groups of them to
-        ``.aggregation.json``. Groups name the ``.segs.json`` file in `files`, if there is one.
+        Files with one label per cell get one per record of the input (`MeshAttributes.records`), -1
+        for records without a position. If files that contain only labels belong to another mesh,
+        such as the mesh before subdivision, pass this mesh as `listed_mesh`, and its labels as
+        `listed`. Formats with one label per vertex store `of_vertices` if it is given, and
+        otherwise labels of vertices computed from labels of cells. If `segments` are given, the
+        fields of `Segments`, they are written to formats in `Formats.vertex_outputs`, and groups of
+        them to ``.aggregation.json``. Groups name the ``.segs.json`` file in `files`, if there is
+        one.
 
-        If ids of vertices were computed for such a format, the result is the number of vertices of
-        each region, in ascending order of the labels, and otherwise an empty array. Raises the
-        errors of `write_mesh`, and a ValueError if a path is given twice, or if a format needs
-        labels but there are none.
+        Raises the errors of `write_mesh`, and a ValueError if a path is given twice, or if a format
+        needs labels but there are none.
         """
         paths, all_endings, options = [*map(Path, self.files)], self.endings, self.options
         _check_truth_stays(paths, options.force)
@@ -423,31 +439,30 @@ class OutputFiles:
         ids.checked([*listing])
         cell_writer = cell_writer.checked([*all_endings - listing])
         writers = dict.fromkeys(all_endings, cell_writer.write) | dict.fromkeys(listing, ids.write)
-        self._write_with(writers)
+        records = None if attributes is None else attributes.records
+        if records is not None and cell_labels is not None:  # one label per record of the file
+            of_records = np.full(len(records), -1, np.int32)
+            of_records[records] = cell_labels
+            writers |= dict.fromkeys(
+                all_endings & {*FORMATS.label_outputs}, IdWriter(cells, of_records, options).write
+            )
+        lost = self._write_with(writers)
         is_unchanged = of_vertices is not None or kind_of(cells).are_points
-        if is_unchanged or all_endings.isdisjoint(FORMATS.vertex_outputs):
-            return np.zeros(0, np.int64)
-        return ids.region_sizes
+        has_ids = not is_unchanged and not all_endings.isdisjoint(FORMATS.vertex_outputs)
+        return Written(lost, ids.region_sizes if has_ids else np.zeros(0, np.int64))
 
-    @staticmethod
-    def replaced_by_labels(
-        cells: Cells, attributes: MeshAttributes, endings: Collection[str]
-    ) -> list[str]:
-        """Return the attributes that labels replace, described like "face property label"."""
-        of_points = kind_of(cells).are_points
-        replaced = names_replaced(attributes, of_points=of_points)
-        if of_points and {".ply", ".pcd"}.isdisjoint(endings):  # LAS files keep the input's colors
-            return [name for name in replaced if name.endswith(" label")]
-        return replaced if of_points or not {".ply", ".vtp"}.isdisjoint(endings) else []
-
-    def _write_with(self, writers: Mapping[str, Callable[..., None]]) -> None:
+    def _write_with(self, writers: Mapping[str, Callable[..., list[str]]]) -> dict[str, list[str]]:
+        """Write all files and streams, and return what is lost, keyed by ending."""
+        lost = {}
         with atomic_outputs(self.files) as temporaries:
             for temporary, path in zip(temporaries, map(Path, self.files), strict=True):
+                ending = _ending_of(path)
                 with temporary.open("wb") as file:
-                    writers[_ending_of(path)](file, _ending_of(path), path)
+                    lost[ending] = writers[ending](file, ending, path)
             for ending, stream in self.streams.items():
-                writers[ending](stream, ending, None)
+                lost[ending] = writers[ending](stream, ending, None)
                 stream.flush()
+        return lost
 
 
 def _ending_of(path: Path) -> str:

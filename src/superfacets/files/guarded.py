@@ -1,0 +1,111 @@
+"""Call a reader of another library in a process of its own, with limits of memory and time.
+
+A damaged file can end the process of such a reader, stall it, or make it allocate all memory.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping
+from contextlib import suppress
+from typing import IO, Any
+
+import numpy as np
+
+from ..base.errors import MeshError, reason_of
+from ..base.lazy import load
+from ..base.types import Array
+from .guards import Content, shortened
+
+SECONDS, BYTES_PER_SECOND = 10, 1 << 20
+"""Maximum time of a call: a constant, plus the size of the file divided by a speed."""
+
+MEMORY, MEMORY_PER_BYTE = 2 << 30, 100
+"""Maximum size of the address space: a constant, plus a multiple of the size of the file."""
+
+Result = Mapping[str, "Array | str"]
+"""Named arrays and texts."""
+
+_REFUSED = 3
+"""Exit status of the process if the file was refused; the last line of stderr has the reason."""
+
+_CODE = "from superfacets.files.guarded import main; main()"
+
+
+def guarded(reader: str, data: Content, ending: str) -> dict[str, Array | str]:
+    """Return the result of a function that reads a file, called in a process of its own.
+
+    Readers of formats use it. `reader` names the function, ``"package.module:function"``. It takes
+    the content and the ending of a file, and returns named arrays and texts. Raises a MeshError if
+    the function raises an error, ends its process, or needs more time or memory than the size of
+    the file allows. On Windows, memory is not limited.
+    """
+    options = [reader, ending, str(len(data))]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    with tempfile.TemporaryFile() as given, tempfile.TemporaryFile() as found:
+        given.write(data)
+        given.seek(0)
+        try:
+            done = subprocess.run(
+                [sys.executable, "-c", _CODE, *options], stdin=given, stdout=found,
+                stderr=subprocess.PIPE, env=environment, check=False,
+                timeout=SECONDS + len(data) / BYTES_PER_SECOND,
+            )  # fmt: skip
+        except subprocess.TimeoutExpired:
+            raise MeshError("reading takes too long: the file may be damaged") from None
+        said = done.stderr.decode("utf-8", "replace").strip().splitlines()
+        if done.returncode == _REFUSED and said:
+            raise MeshError(said[-1])
+        if done.returncode:
+            raise MeshError("the reader of this format crashed: the file is damaged")
+        found.seek(0)
+        return _received(found)
+
+
+def main() -> None:
+    """Read a file from standard input, and write the result to standard output."""
+    reader, ending, n_bytes = sys.argv[1:]
+    _limit_memory(MEMORY + MEMORY_PER_BYTE * int(n_bytes))
+    data = sys.stdin.buffer.read()
+    with os.fdopen(os.dup(1), "wb") as output:
+        os.dup2(2, 1)  # libraries print to standard output
+        try:
+            _send(output, load(reader)(data, ending))
+        except MemoryError:
+            _refuse("reading takes too much memory: the file may be damaged")
+        except Exception as error:  # libraries raise errors of many classes
+            _refuse(str(error) if isinstance(error, MeshError) else reason_of(error))
+
+
+def _refuse(message: str) -> None:
+    sys.stderr.write(f"\n{shortened(message)}\n")
+    sys.stderr.flush()
+    os._exit(_REFUSED)  # other threads and destructors of libraries cannot change the status
+
+
+def _limit_memory(n_bytes: int) -> None:
+    with suppress(ImportError, ValueError, OSError):  # not available, or already lower
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_AS, (n_bytes, n_bytes))
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+
+
+def _send(output: IO[bytes], result: Result) -> None:
+    texts = {name: value for name, value in result.items() if isinstance(value, str)}
+    arrays = {name: value for name, value in result.items() if not isinstance(value, str)}
+    output.write(json.dumps([texts, [*arrays]]).encode() + b"\n")
+    for array in arrays.values():
+        np.save(output, np.ascontiguousarray(array), allow_pickle=False)
+
+
+def _received(found: IO[Any]) -> dict[str, Array | str]:
+    texts, names = json.loads(found.readline())
+    stream = io.BytesIO(found.read())
+    arrays = {name: np.load(stream, allow_pickle=False) for name in names}
+    return {**texts, **arrays}

@@ -1,0 +1,135 @@
+"""Describe the header of a LAS file, so that a written file is like the file that was read."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from superfacets import MeshError
+from superfacets.kit import Array
+
+_WKT, _GEOTIFF = 2112, 34735
+"""Ids of the LAS records that define the reference system: in WKT format, and in GeoTIFF format."""
+
+_DIMENSION = 192
+"""Size in bytes of the description of an extra dimension in a LAS file."""
+
+_EXTRA_TYPES = ("", "u1", "i1", "<u2", "<i2", "<u4", "<i4", "<u8", "<i8", "<f4", "<f8")
+
+
+class LasDimension(NamedTuple):
+    """Description of an extra dimension of a LAS file, which has 1 to 3 numbers per point."""
+
+    name: str  # name in the file, which may contain spaces
+    kind: str  # NumPy type of the stored numbers, such as "<u2"
+    n_numbers: int  # number of stored numbers per point, 1 to 3
+    description: str
+    scales: tuple[float, ...] = ()
+    offsets: tuple[float, ...] = ()
+    """A value is its stored number times `scales`, plus `offsets`. Both tuples are empty if the
+    stored numbers are the values."""
+
+    @property
+    def attribute(self) -> str:
+        """Name of the dimension in `MeshAttributes`, where underscores replace spaces."""
+        return "_".join(self.name.split())
+
+    @property
+    def is_readable(self) -> bool:
+        """Whether the type is documented."""
+        return bool(self.kind)
+
+    def decoded(self, stored: Array) -> Array:
+        """Return the values that stored numbers represent."""
+        if not self.scales:
+            return stored
+        with np.errstate(over="ignore", invalid="ignore"):
+            values: Array = stored * np.array(self.scales) + np.array(self.offsets)
+        return values
+
+    def encoded(self, values: Array) -> Array | None:
+        """Return the numbers to store; None if the shape is wrong or decoding them gives others."""
+        if values.shape[1:] != ((self.n_numbers,) if self.n_numbers > 1 else ()):
+            return None
+        dtype = np.dtype(self.kind)
+        with np.errstate(all="ignore"):
+            if self.scales:
+                numbers = (values - np.array(self.offsets)) / np.array(self.scales)
+                stored = (np.rint(numbers) if dtype.kind in "iu" else numbers).astype(dtype)
+            else:
+                stored = values.astype(dtype)
+        return stored if np.array_equal(self.decoded(stored), values, equal_nan=True) else None
+
+
+class LasFrame(NamedTuple):
+    """Version, point format, quantization and coordinate reference system of a LAS file.
+
+    The reader of LAS stores it in `MeshAttributes.las`, so that written files are like the file
+    that was read; the command `info` shows it.
+    """
+
+    minor: int  # minor version: LAS 1.minor
+    point_format: int
+    scales: tuple[float, float, float]
+    offsets: tuple[float, float, float]
+    """A coordinate is its stored integer times `scales`, plus `offsets`."""
+    projection: tuple[tuple[int, bytes], ...] = ()
+    """Id and content of each record of the reference system: GeoTIFF keys or WKT."""
+    is_wkt: bool = False
+    """Whether the header declares that the reference system is WKT."""
+    extra: tuple[LasDimension, ...] = ()
+    """Extra dimensions that were read, and are attributes of the points."""
+    source_id: int = 0
+    """File source id, for example the number of the flight line."""
+    has_standard_time: bool = False
+    """Whether GPS times are adjusted standard times. Otherwise they are seconds since the start of
+    the week."""
+
+    def __str__(self) -> str:
+        return f"LAS header, reference system {self.reference_system or 'none'}"
+
+    @property
+    def facts(self) -> dict[str, str | int]:
+        """What `superfacets info` shows."""
+        return {
+            "LAS_version": f"1.{self.minor}",
+            "point_format": self.point_format,
+            "reference_system": self.reference_system or "none",
+        }
+
+    @property
+    def reference_system(self) -> Literal["WKT", "GeoTIFF"] | None:
+        """Format of the coordinate reference system, or None if there is none."""
+        numbers = {number for number, _ in self.projection}
+        if _WKT in numbers and (self.is_wkt or _GEOTIFF not in numbers):
+            return "WKT"
+        return "GeoTIFF" if _GEOTIFF in numbers else None
+
+    @staticmethod
+    def dimensions(record: bytes) -> Iterator[tuple[LasDimension, int]]:
+        """Yield the extra dimensions that a LAS record describes, with their sizes in bytes.
+
+        For undocumented bytes, `kind` is empty. The types 11 to 30 are deprecated pairs and triples
+        of the types 1 to 10. Raises a MeshError for other types.
+        """
+        for begin in range(0, len(record) - _DIMENSION + 1, _DIMENSION):
+            kind, options, name = struct.unpack_from("<2xBB32s", record, begin)
+            if kind > 30:
+                raise MeshError(f"an extra dimension of the points has the unknown type {kind}")
+            n = (kind - 1) // 10 + 1 if kind else 1
+            factors = struct.unpack_from(f"<{n}d", record, begin + 112)
+            terms = struct.unpack_from(f"<{n}d", record, begin + 136)
+            scaling = (
+                factors if options & 8 else (1.0,) * n, terms if options & 16 else (0.0,) * n
+            )  # fmt: skip
+            dimension = LasDimension(
+                name.split(b"\0")[0].decode("utf-8", "replace"),
+                _EXTRA_TYPES[(kind - 1) % 10 + 1] if kind else "",
+                n,
+                record[begin + 160 : begin + 192].split(b"\0")[0].decode("ascii", "ignore"),
+                *(scaling if kind > 0 and options & 24 else ()),
+            )
+            yield dimension, n * np.dtype(dimension.kind).itemsize if kind else options
