@@ -9,6 +9,7 @@ import binascii
 import math
 import zlib
 from functools import partial
+from pathlib import Path
 from typing import Literal
 from xml.etree.ElementTree import Element, ParseError, fromstring
 

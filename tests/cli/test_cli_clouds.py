@@ -154,7 +154,7 @@ def test_info_has_the_digits_of_coordinates_far_from_the_origin(folder):
     ("options", "status", "message"),
     [
         (["--scans"], 1, "cloud.ply is a point cloud: leave out --scans, which is for meshes"),
-        (["--viewpoint", "0,0"], 2, "expected X,Y,Z, such as 2,2,1.5, got '0,0'"),
+        (["--viewpoint", "0,0"], 2, "viewpoint must be three finite numbers, got (0.0, 0.0)"),
         (["--paper", "--balance", 1], 2, "give --paper or --balance, not both"),
     ],
 )
