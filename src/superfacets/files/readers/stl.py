@@ -33,7 +33,7 @@ def read_stl(source: Input) -> Read:
     """Read an STL file: three vertices per face, and names of solids in a text file."""
     data = source.data
     is_binary = is_binary_stl(data)
-    if not is_binary and _SPACED.search(data):
+    if not is_binary and any(data.find(word) >= 0 for word in (b"end ", b"End ", b"END ")):
         data = _SPACED.sub(rb"\1\2", data)
     corners = _read_binary(data) if is_binary else _read_ascii(data, source)
     vertices = as_doubles(corners).reshape(-1, 3)
