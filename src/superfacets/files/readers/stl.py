@@ -33,9 +33,13 @@ def read_stl(source: Input) -> Read:
     """Read an STL file: three vertices per face, and names of solids in a text file."""
     data = source.data
     is_binary = is_binary_stl(data)
-    if not is_binary and any(data.find(word) >= 0 for word in (b"end ", b"End ", b"END ")):
+    try:
+        corners = _read_binary(data) if is_binary else _read_ascii(data, source)
+    except MeshError:
+        if is_binary or not _SPACED.search(data):
+            raise
         data = _SPACED.sub(rb"\1\2", data)
-    corners = _read_binary(data) if is_binary else _read_ascii(data, source)
+        corners = _read_ascii(data, source)
     vertices = as_doubles(corners).reshape(-1, 3)
     index_type = np.int32 if len(vertices) <= MAX_CELLS else np.int64
     faces = np.arange(len(vertices), dtype=index_type).reshape(-1, 3)
