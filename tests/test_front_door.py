@@ -129,7 +129,8 @@ def test_prepared_polygons_tets_and_clouds_give_the_same_results(tmp_path):
 
 
 @pytest.mark.parametrize(("options", "error", "message"), [
-    ({"weld": 1}, TypeError, "weld must be True or False, got 1"),
+    ({"weld": "all"}, TypeError, "weld must be True or False, got 'all'"),
+    ({"weld": -1.0}, ValueError, "weld must be"),
     ({"denoise": -1}, ValueError, "denoise must be at least 0"),
     ({"denoise": "some"}, (TypeError, ValueError), "denoise must be"),
     ({"n_threads": 0}, ValueError, "n_threads must be at least 1"),

@@ -104,6 +104,8 @@ _NOISE = options(
     option("--subdivide is_subdivided", FLAG,
            "First bisect edges longer than a quarter of a region's radius, for meshes with long and"
            " thin faces. Label files still contain one label for each face of IN."),
+    option("--weld", POSITIVE,
+           "Treat vertices at most this far apart as one vertex, in the unit of the file."),
     option("--max-edge", POSITIVE,
            "First bisect edges longer than this, in the unit of the file."),
     opts.viewpoint_option,

@@ -75,7 +75,9 @@ class TetGraph(BaseGraph):
         return f"TetGraph({kit.counted(self.n_cells, 'tet')}, {kit.counted(self.n_arcs, 'arc')})"
 
 
-def build_tet_graph(mesh: MeshLike, *, weld: bool = True, n_threads: int | None = None) -> TetGraph:
+def build_tet_graph(
+    mesh: MeshLike, *, weld: float = True, n_threads: int | None = None
+) -> TetGraph:
     """Return the graph of a tetrahedral mesh, with arcs between tetrahedra that share a triangle.
 
     All pairs of tetrahedra that share a triangle are neighbors, with the same exception as in
@@ -133,7 +135,7 @@ class _Tets(Kind):
     plural = "tetrahedra"
     dimension = 3
 
-    def build_graph(self, cells: TetMesh, weld: bool, n_threads: int) -> tuple[TetGraph, None]:
+    def build_graph(self, cells: TetMesh, weld: float, n_threads: int) -> tuple[TetGraph, None]:
         return build_tet_graph(cells, weld=weld, n_threads=n_threads), None
 
     def surface(self, cells: TetMesh, graph: TetGraph, n_threads: int) -> Surface:

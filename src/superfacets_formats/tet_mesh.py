@@ -78,7 +78,7 @@ class TetMesh(TetCells):
         """Number of tetrahedra, N."""
         return len(self.tets)
 
-    def boundary(self, keep: npt.ArrayLike | None = None, *, weld: bool = True) -> TetBoundary:
+    def boundary(self, keep: npt.ArrayLike | None = None, *, weld: float = True) -> TetBoundary:
         """Return the boundary: all triangles that belong to exactly one of the kept tetrahedra.
 
         Parameters

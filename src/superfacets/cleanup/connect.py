@@ -20,7 +20,7 @@ def enforce_connectivity(
     *,
     centers: npt.ArrayLike | None = None,
     weights: npt.ArrayLike | None = None,
-    weld: bool = True,
+    weld: float = True,
     n_threads: int | None = None,
 ) -> RegionEdit:
     """Change labels so that all regions are connected.

@@ -76,7 +76,7 @@ class RegionEdit(NamedTuple):
 
 
 def read_labeled(
-    cells: Cells | CellGraph, labels: npt.ArrayLike, weights: npt.ArrayLike | None, weld: bool,
+    cells: Cells | CellGraph, labels: npt.ArrayLike, weights: npt.ArrayLike | None, weld: float,
     n_threads: int,
 ) -> tuple[BaseGraph, BorderCosts, Ints, int]:  # fmt: skip
     """Check labels and weights; return graph, border costs, labels, and the number of regions.
@@ -108,7 +108,7 @@ class LabeledPart:
     @classmethod
     def read(
         cls, source: MeshLike | CellGraph, labels: npt.ArrayLike,
-        weights: npt.ArrayLike | None, weld: bool, n_threads: int | None,
+        weights: npt.ArrayLike | None, weld: float, n_threads: int | None,
     ) -> LabeledPart:  # fmt: skip
         """Check the arguments of functions like `smooth_borders`, and select the labeled cells."""
         cells = as_known(source)

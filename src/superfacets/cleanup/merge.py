@@ -29,7 +29,7 @@ def merge_small_regions(
     *,
     islands: Islands = "keep",
     weights: npt.ArrayLike | None = None,
-    weld: bool = True,
+    weld: float = True,
     n_threads: int | None = None,
 ) -> RegionEdit:
     """Merge small regions with their neighbors.

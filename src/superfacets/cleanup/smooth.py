@@ -91,7 +91,7 @@ def smooth_borders(
     centers: npt.ArrayLike | None = None,
     max_distance: float = MAX_DISTANCE,
     stiffness: float = 0.0,
-    weld: bool = True,
+    weld: float = True,
     n_threads: int | None = None,
 ) -> Ints:
     r"""Straighten borders between regions where the surface is smooth, but keep them in creases.

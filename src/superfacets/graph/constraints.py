@@ -73,7 +73,7 @@ class ConstraintOptions:
         return _checked_kept(self.mask, cells.n_cells)
 
     def kept_cells(
-        self, source: Cells | CellGraph, graph: CsrArcs, *, weld: bool, n_threads: int,
+        self, source: Cells | CellGraph, graph: CsrArcs, *, weld: float, n_threads: int,
         order: Ints | None = None,
     ) -> KeptCells | None:  # fmt: skip
         """Return the cells and arcs to keep, or None if there is neither a mask nor barriers.
@@ -178,7 +178,7 @@ def mask_of(labels: Ints, values: Sequence[int] | None, file: object, cells: Cel
 
 
 def sharp_edges(
-    mesh: MeshLike, angle: float = 30.0, *, weld: bool = True, n_threads: int | None = None
+    mesh: MeshLike, angle: float = 30.0, *, weld: float = True, n_threads: int | None = None
 ) -> Ints:
     """Return the sharp edges of a mesh, to use as `barriers` of `segment`.
 
@@ -242,7 +242,7 @@ def sharp_edges_inside(
 
 
 def _sharp_sides(
-    mesh: MeshLike, angle: float, weld: bool, n_threads: int | None
+    mesh: MeshLike, angle: float, weld: float, n_threads: int | None
 ) -> tuple[Longs, Ints]:
     """Return, for each arc across a sharp edge, the key of the edge, and both faces of the arc.
 
@@ -306,7 +306,7 @@ def _checked_edges(barriers: Any, n_vertices: int) -> Ints:
 
 
 def _crossed_by(
-    barriers: Any, source: Any, arcs: tuple[CsrArcs, Ints], weld: bool, n_threads: int,
+    barriers: Any, source: Any, arcs: tuple[CsrArcs, Ints], weld: float, n_threads: int,
     order: Ints | None,
 ) -> Bools:  # fmt: skip
     """Return whether each arc crosses an edge in `barriers`.

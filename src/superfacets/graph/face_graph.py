@@ -179,7 +179,7 @@ def core_surface(
 
 
 def build_face_graph(
-    mesh: MeshLike, *, weld: bool = True, n_threads: int | None = None
+    mesh: MeshLike, *, weld: float = True, n_threads: int | None = None
 ) -> FaceGraph:
     """Return the graph of the faces of a mesh, with arcs between faces that share an edge.
 
@@ -230,7 +230,9 @@ class FaceShapes(NamedTuple):
     """Squared length of the longest side in each block of consecutive faces; None for polygons."""
 
 
-def graph_and_shapes(mesh: FaceMesh, *, weld: bool, n_threads: int) -> tuple[FaceGraph, FaceShapes]:
+def graph_and_shapes(
+    mesh: FaceMesh, *, weld: float, n_threads: int
+) -> tuple[FaceGraph, FaceShapes]:
     """Return the result of `build_face_graph`, and the `FaceShapes` of the same mesh."""
     arcs = arcs_of_faces(mesh, lowest_vertices(mesh.vertices, weld, n_threads), n_threads)
     positions, measures, *shapes = measure_shapes(mesh, n_threads)

@@ -85,13 +85,13 @@ class Kind:
     """Whether arcs have angles, so that formulas can compute their weights."""
 
     def build_graph(
-        self, cells: Any, weld: bool, n_threads: int
+        self, cells: Any, weld: float, n_threads: int
     ) -> tuple[BaseGraph, FaceShapes | None]:
         """Return the graph of the cells, and additional measures of cells that are faces."""
         return cells, None
 
     def ordered(
-        self, cells: Any, weld: bool, n_threads: int, *, is_sorted: bool,
+        self, cells: Any, weld: float, n_threads: int, *, is_sorted: bool,
         is_kept: Bools | None = None,
     ) -> OrderedCells:  # fmt: skip
         """Build the graph of the cells; sort them first if `is_sorted` and sorting saves time.
@@ -226,7 +226,7 @@ class _Faces(Kind):
     has_angles = True
 
     def build_graph(
-        self, cells: FaceMesh, weld: bool, n_threads: int
+        self, cells: FaceMesh, weld: float, n_threads: int
     ) -> tuple[FaceGraph, FaceShapes]:
         return graph_and_shapes(cells, weld=weld, n_threads=n_threads)
 
@@ -285,11 +285,13 @@ class _Points(Kind):
             return super().seen_from(cells, viewpoint)
         return PointCloud(cells.points, None, cells.colors, cells.axes, np.array(viewpoint))
 
-    def build_graph(self, cells: PointCloud, weld: bool, n_threads: int) -> tuple[PointGraph, None]:
+    def build_graph(
+        self, cells: PointCloud, weld: float, n_threads: int
+    ) -> tuple[PointGraph, None]:
         return find_point_graph(cells, n_threads), None
 
     def ordered(
-        self, cells: PointCloud, weld: bool, n_threads: int, *, is_sorted: bool,
+        self, cells: PointCloud, weld: float, n_threads: int, *, is_sorted: bool,
         is_kept: Bools | None = None,
     ) -> OrderedCells:  # fmt: skip
         graph = find_point_graph(cells, n_threads, is_kept=is_kept, is_sorted=is_sorted)
@@ -354,7 +356,7 @@ def as_known(source: MeshLike | CellGraph) -> Any:
 
 
 def as_surface(
-    source: MeshLike | CellGraph, *, weld: bool, n_threads: int | None,
+    source: MeshLike | CellGraph, *, weld: float, n_threads: int | None,
     is_kept: Bools | None = None,
 ) -> Surface:  # fmt: skip
     """Return the `Surface` of a mesh, a cloud, or a graph with `ArcMeasures`.
@@ -365,7 +367,7 @@ def as_surface(
 
 
 def graph_and_surface(
-    cells: Cells | CellGraph, weld: bool, n_threads: int, is_kept: Bools | None = None
+    cells: Cells | CellGraph, weld: float, n_threads: int, is_kept: Bools | None = None
 ) -> tuple[BaseGraph, Surface]:
     """Return the graph and the `Surface` of cells. `cells` must be a result of `as_known`.
 

@@ -51,7 +51,9 @@ def is_scattered(vertices: Floats, corners: Corners) -> bool:
     return max(far_steps(means_at, n_cells), far) > MAX_FAR
 
 
-def sorted_corners(vertices: Floats, corners: Corners, weld: bool, n_threads: int) -> SortedCorners:
+def sorted_corners(
+    vertices: Floats, corners: Corners, weld: float, n_threads: int
+) -> SortedCorners:
     """Sort the cells and the vertices of a mesh, after welding vertices if `weld` is true.
 
     The corners of each cell keep their order. The expected time is O(V + C).

@@ -34,7 +34,7 @@ class TetCells(CellsOfVertices):
         vertices, tets, bounds = checked_tets(self.vertices, self.tets)
         freeze(self, vertices=vertices, tets=tets, bounds=bounds)
 
-    def arcs_and_measures(self, weld: bool, n_threads: int) -> tuple[Any, tuple[Floats, ...]]:
+    def arcs_and_measures(self, weld: float, n_threads: int) -> tuple[Any, tuple[Floats, ...]]:
         """Return arcs between tetrahedra that share a triangle, and measures.
 
         Arcs: offsets, neighbors and sides, an unused array, and numbers of all, boundary and
@@ -47,7 +47,7 @@ class TetCells(CellsOfVertices):
         except ValueError as error:
             raise MeshError(str(error)) from None
 
-    def boundary_sides(self, keep: Any, weld: bool) -> tuple[Array, Array]:
+    def boundary_sides(self, keep: Any, weld: float) -> tuple[Array, Array]:
         """Return the triangles that belong to exactly one of the tetrahedra that `keep` marks.
 
         A triangle is given by its tetrahedron and by the opposite corner, 0 to 3.

@@ -98,7 +98,7 @@ def checked_denoise(denoise: object) -> Denoise:
     return n_steps
 
 
-def smoothed(mesh: FaceMesh, n_steps: int, *, weld: bool, n_threads: int) -> FaceMesh:
+def smoothed(mesh: FaceMesh, n_steps: int, *, weld: float, n_threads: int) -> FaceMesh:
     """Return a copy of the mesh, smoothed by `n_steps` steps of Taubin smoothing.
 
     If `weld` is true, vertices at the same position stay together, and faces of the result refer to

@@ -52,7 +52,7 @@ def boundary_agreement(
     truth: npt.ArrayLike,
     *,
     tolerance: float = DEFAULT_TOLERANCE,
-    weld: bool = True,
+    weld: float = True,
 ) -> BoundaryAgreement:
     """Return the recall and the precision of the borders of regions, compared with true borders.
 
@@ -103,7 +103,7 @@ def boundary_agreement(
 
 
 def cut_discrepancy(
-    mesh: MeshLike, labels: npt.ArrayLike, truth: npt.ArrayLike, *, weld: bool = True
+    mesh: MeshLike, labels: npt.ArrayLike, truth: npt.ArrayLike, *, weld: float = True
 ) -> float:
     """Return the relative distance between borders of regions and true borders; 0 is best.
 

@@ -78,7 +78,7 @@ class MeshEdges:
     representative: Ints  # (V,) lowest index of a vertex at the same position
 
     @classmethod
-    def of(cls, source: MeshLike, *, weld: bool, n_threads: int | None) -> MeshEdges:
+    def of(cls, source: MeshLike, *, weld: float, n_threads: int | None) -> MeshEdges:
         """Convert `source` to a mesh and build its face graph; for `weld`, see `segment`."""
         mesh = as_mesh(source)
         threads = checked_threads(n_threads)

@@ -78,7 +78,7 @@ class GroundTruths:
         mesh: MeshLike,
         truths: npt.NDArray[np.integer] | Sequence[npt.ArrayLike],
         *,
-        weld: bool = True,
+        weld: float = True,
         n_threads: int | None = None,
     ) -> None:
         self.edges = MeshEdges.of(mesh, weld=weld, n_threads=n_threads)
@@ -100,7 +100,7 @@ def evaluate(
     ground_truths: GroundTruths | npt.NDArray[np.integer] | Sequence[npt.ArrayLike] = (),
     *,
     tolerance: float = DEFAULT_TOLERANCE,
-    weld: bool = True,
+    weld: float = True,
     n_threads: int | None = None,
 ) -> dict[str, float]:
     """Compute all metrics of labels, and return them in a dict keyed by name.
@@ -305,7 +305,7 @@ def _listed(truths: npt.NDArray[np.integer] | Sequence[npt.ArrayLike]) -> list[n
 
 def _prepared(
     mesh: FaceMesh, ground_truths: GroundTruths | npt.NDArray[np.integer] | Sequence[npt.ArrayLike],
-    weld: bool, n_threads: int | None,
+    weld: float, n_threads: int | None,
 ) -> GroundTruths:  # fmt: skip
     if isinstance(ground_truths, GroundTruths):
         if not is_same_mesh(ground_truths.edges.mesh, mesh):

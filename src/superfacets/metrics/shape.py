@@ -19,7 +19,7 @@ _NORMAL_NOISE = 1e-12
 """A surface is treated as flat if the variation of normals is at most this fraction of the area."""
 
 
-def compactness(mesh: MeshLike | CellGraph, labels: npt.ArrayLike, *, weld: bool = True) -> float:
+def compactness(mesh: MeshLike | CellGraph, labels: npt.ArrayLike, *, weld: float = True) -> float:
     """Return the mean of perimeter / sqrt(area) over all regions; round regions have low values.
 
     The value is 3.54 for a disk, 3.72 for a hexagon and 4 for a square. The boundary of an open

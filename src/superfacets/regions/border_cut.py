@@ -92,7 +92,7 @@ class BorderCut:
 
 
 def cut_borders(
-    mesh: MeshLike, labels: npt.ArrayLike, *, weld: bool = True, n_threads: int | None = None
+    mesh: MeshLike, labels: npt.ArrayLike, *, weld: float = True, n_threads: int | None = None
 ) -> BorderCut:
     """Cut faces along smooth borders between regions, and return the new mesh and its labels.
 
@@ -185,14 +185,14 @@ class _RegionsToCut:
     labels: Ints  # (F,) region of each face, or n_regions if the face is in no region
     n_regions: int  # number of regions, not counting the additional region
     representative: Ints  # (V,) lowest index of a vertex at the same position
-    weld: bool  # whether vertices at the same position are treated as one vertex
+    weld: float  # whether vertices at the same position are treated as one vertex
     areas: Floats  # (n_regions + 1,) area of each region
     n_pieces: Longs  # (n_regions + 1,) number of connected components of each region
     n_threads: int
 
     @classmethod
     def of(
-        cls, mesh: Mesh, labels: Ints, n_regions: int, weld: bool, n_threads: int
+        cls, mesh: Mesh, labels: Ints, n_regions: int, weld: float, n_threads: int
     ) -> _RegionsToCut:
         """Prepare regions for cutting. `labels` must be checked; -1 marks faces in no region."""
         whole = np.where(labels < 0, n_regions, labels).astype(np.int32)
@@ -271,7 +271,7 @@ def _cut_until_sound(regions: _RegionsToCut) -> tuple[_Cut, Bools]:
     return regions.cut(is_kept.view(np.uint8)), is_kept[:-1]
 
 
-def _count_pieces(mesh: Mesh, labels: Ints, n_labels: int, weld: bool, n_threads: int) -> Longs:
+def _count_pieces(mesh: Mesh, labels: Ints, n_labels: int, weld: float, n_threads: int) -> Longs:
     """Return the number of connected components of the faces with each label, (n_labels,)."""
     graph = build_face_graph(mesh, weld=weld, n_threads=n_threads)
     pieces, n_pieces = _core.find_components(graph.offsets, graph.neighbors, labels)

@@ -149,7 +149,7 @@ def hierarchy(
     features: npt.ArrayLike | str | Sequence[str] | Features | None = None,
     islands: Islands = "keep",
     barriers: npt.ArrayLike | None = None,
-    weld: bool = True,
+    weld: float = True,
     n_threads: int | None = None,
     **options: Any,
 ) -> Hierarchy:
@@ -307,7 +307,7 @@ def _checked_counts(counts: Any) -> tuple[int, ...]:
     return tuple(checked)
 
 
-def _finest(source: Any, n: int, weld: bool, options: dict[str, Any]) -> Segmentation:
+def _finest(source: Any, n: int, weld: float, options: dict[str, Any]) -> Segmentation:
     """Segment the cells into n regions, or more if some components get no seed."""
     if isinstance(source, CellGraph):
         return segment_graph(source, n, **options)

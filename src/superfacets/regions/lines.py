@@ -72,7 +72,7 @@ class BorderLines:
 
 
 def border_lines(
-    mesh: MeshLike, labels: npt.ArrayLike, *, weld: bool = True, n_threads: int | None = None
+    mesh: MeshLike, labels: npt.ArrayLike, *, weld: float = True, n_threads: int | None = None
 ) -> BorderLines:
     """Return the borders between regions, and the boundary of an open mesh, as ordered lines.
 
@@ -131,7 +131,7 @@ class _Segments:
 
     @classmethod
     def of(
-        cls, mesh: FaceMesh, graph: FaceGraph, labels: Ints, weld: bool, n_threads: int
+        cls, mesh: FaceMesh, graph: FaceGraph, labels: Ints, weld: float, n_threads: int
     ) -> _Segments:
         faces, sides, others = _border_sides(mesh, graph, labels)
         lowest = lowest_vertices(mesh.vertices, weld, n_threads)
@@ -250,7 +250,7 @@ def find_boundaries(
     mesh: MeshLike | CellGraph,
     labels: npt.ArrayLike,
     *,
-    weld: bool = True,
+    weld: float = True,
     n_threads: int | None = None,
 ) -> Bools:
     """Return whether each cell has a neighbor with another label.

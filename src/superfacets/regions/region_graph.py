@@ -373,7 +373,7 @@ def region_graph(
     labels: npt.ArrayLike,
     *,
     centers: npt.ArrayLike | None = None,
-    weld: bool = True,
+    weld: float = True,
     n_threads: int | None = None,
 ) -> RegionGraph:
     """Return the graph of regions, with measures of regions and of borders between neighbors.

@@ -53,7 +53,6 @@ def cluster(
         ordered, coarsening, weighed.surface.bounds, plan, options.loop,
         arcs if weighed.has_part_costs else None, balancer,
     )  # fmt: skip
-    warn_of_islands(replace(result, params=options.params(result)), 6)
     goals = None if balancer is None else balancer.region_goals(result.labels, result.n_segments)
     return Clustered(result, goals, part_costs)
 
@@ -139,6 +138,7 @@ def finish(
         result, sliver_share=planned.sliver_share, timings=timings,
         params=weighed.options.params(result), cells=source,
     )  # fmt: skip
+    warn_of_islands(result, source, 6)
     note = radius_note(result)
     if note is not None:
         warnings.warn(note, RadiusWarning, stacklevel=5)

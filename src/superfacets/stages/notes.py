@@ -6,12 +6,15 @@ import warnings
 
 import numpy as np
 
-from ..base.checks import counted
+from ..base.checks import checked_threads, counted
 from ..base.errors import IslandWarning
 from ..base.options import Sizes
+from ..base.types import Floats
 from ..clustering.result import Segmentation
 from ..graph.kinds import kind_of
 from ..graph.size import EDGE_PER_RADIUS
+from ..mesh.base import Cells
+from ..mesh.weld import lowest_vertices
 
 
 def sliver_advice(radius: float) -> str:
@@ -51,7 +54,20 @@ def fewer_note(result: Segmentation) -> str | None:
     )
 
 
-def warn_of_islands(result: Segmentation, stacklevel: int = 4) -> None:
+def _tolerance_of_cracks(cells: Cells) -> float | None:
+    """Return a millionth of the diagonal if it joins vertices that differ, otherwise None."""
+    if kind_of(cells).corners(cells) is None:
+        return None
+    vertices: Floats = cells.vertices  # type: ignore[attr-defined]
+    tolerance = 1e-6 * float(np.linalg.norm(np.ptp(cells.bounds, axis=0)))
+    n_exact, n_joined = (
+        len(np.unique(lowest_vertices(vertices, weld, checked_threads(None))))
+        for weld in (True, tolerance)
+    )
+    return tolerance if n_joined < n_exact else None
+
+
+def warn_of_islands(result: Segmentation, cells: Cells, stacklevel: int = 4) -> None:
     """Issue an IslandWarning if components or a lower bound of sizes changed the number of regions.
 
     There is no warning if seeds, a radius or a limit of paths are given, or if there are more
@@ -71,6 +87,8 @@ def warn_of_islands(result: Segmentation, stacklevel: int = 4) -> None:
             return
         advice = "to join them to the nearest region, use islands='nearest'"
         note = f"{counted(result.n_unreached, 'component')} got no seed; {advice}"
+        if result.n_unreached > asked and (tolerance := _tolerance_of_cracks(cells)):
+            note += f"; to join vertices that almost coincide, prepare(mesh, weld={tolerance:.2g})"
         if has_barriers:
             note = (
                 "barriers divide the cells into components, each of which has at least one region"

@@ -8,7 +8,7 @@ from typing import cast
 
 import numpy as np
 
-from ..base.checks import checked_flag, checked_threads
+from ..base.checks import checked_threads
 from ..base.errors import MeshError
 from ..base.lazy import load
 from ..base.timing import Clock
@@ -31,6 +31,7 @@ from ..mesh.denoising import (
     smoothed,
 )
 from ..mesh.faces import FaceMesh
+from ..mesh.weld import checked_weld
 from ..weights.features import Features
 from .options import SegmentOptions
 
@@ -65,7 +66,7 @@ class Prepared:
     """
 
     source: Cells
-    weld: bool
+    weld: float
     denoised: Cells
     n_steps: int | None
     angle_slack: float
@@ -77,7 +78,7 @@ class Prepared:
 
     @classmethod
     def of(
-        cls, source: Cells, *, weld: bool, n_threads: int, is_sorted: bool = True,
+        cls, source: Cells, *, weld: float, n_threads: int, is_sorted: bool = True,
         denoise: Denoise = "auto", is_kept: Bools | None = None,
     ) -> Prepared:  # fmt: skip
         """Smooth a mesh as `denoise` requires, and build the graph of the mesh or cloud.
@@ -88,7 +89,7 @@ class Prepared:
         """
         kind = kind_of(source)
 
-        def ordered(cells: Cells, weld: bool) -> OrderedCells:
+        def ordered(cells: Cells, weld: float) -> OrderedCells:
             return kind.ordered(cells, weld, n_threads, is_sorted=is_sorted, is_kept=is_kept)
 
         def smoothed_in(n_steps: int) -> tuple[Cells, OrderedCells]:
@@ -131,7 +132,7 @@ class Prepared:
 def prepare(
     mesh: MeshLike,
     *,
-    weld: bool = True,
+    weld: float = True,
     denoise: Denoise = "auto",
     n_threads: int | None = None,
 ) -> Prepared:
@@ -143,9 +144,10 @@ def prepare(
     ----------
     mesh, denoise, n_threads
         Same as in `segment`.
-    weld : bool, default True
+    weld : bool or float, default True
         Whether vertices at exactly the same position are treated as one vertex. If not, only faces
-        that have vertices in common are neighbors.
+        that have vertices in common are neighbors. A number is a tolerance, in the unit of the
+        mesh: vertices whose coordinates differ by at most this number are treated as one vertex.
 
     Returns
     -------
@@ -169,7 +171,7 @@ def prepare(
     [10, 20]
     """
     return Prepared.of(
-        as_cells(mesh), weld=checked_flag(weld, "weld"), denoise=checked_denoise(denoise),
+        as_cells(mesh), weld=checked_weld(weld), denoise=checked_denoise(denoise),
         n_threads=checked_threads(n_threads),
     )  # fmt: skip
 

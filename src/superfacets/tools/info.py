@@ -108,7 +108,7 @@ class CloudInfo:
     """Length of the diagonal of the bounding box."""
 
 
-def mesh_info(mesh: MeshLike, *, weld: bool = True) -> MeshInfo | TetInfo:
+def mesh_info(mesh: MeshLike, *, weld: float = True) -> MeshInfo | TetInfo:
     """Return counts and sizes of a mesh: a `TetInfo` for tetrahedra, a `MeshInfo` otherwise.
 
     Raises a MeshError for a point cloud; use `cloud_info` instead.
@@ -175,7 +175,7 @@ def cloud_info(cloud: CloudLike) -> CloudInfo:
     )
 
 
-def _face_info(mesh: FaceMesh, weld: bool) -> MeshInfo:
+def _face_info(mesh: FaceMesh, weld: float) -> MeshInfo:
     n_threads = checked_threads(None)
     graph, shapes = graph_and_shapes(mesh, weld=weld, n_threads=n_threads)
     edges, boundary, non_manifold, inconsistent = graph.edge_counts
@@ -213,7 +213,7 @@ def _faces_down(mesh: FaceMesh, graph: FaceGraph, area: float) -> bool:
     return bool(shadow < -area / 2.0)
 
 
-def _tet_info(mesh: TetCells, weld: bool) -> Any:
+def _tet_info(mesh: TetCells, weld: float) -> Any:
     threads = checked_threads(None)
     graph, _ = kind_of(mesh).build_graph(mesh, weld, threads)
     counts = count_positions(mesh.vertices), count_components(graph)
@@ -221,7 +221,7 @@ def _tet_info(mesh: TetCells, weld: bool) -> Any:
     return load("superfacets_formats.tet_info:tet_info")(mesh, graph, *counts, volume)
 
 
-_FACTS: dict[str, Callable[[Any, bool], Any]] = {
+_FACTS: dict[str, Callable[[Any, float], Any]] = {
     "triangles": _face_info,
     "polygons": _face_info,
     "tetrahedra": _tet_info,

@@ -40,8 +40,10 @@ from ..graph.point_graph import checked_viewpoint
 from ..graph.size import advised_max_edge
 from ..mesh.base import Cells
 from ..mesh.convert import as_mesh
+from ..mesh.weld import checked_weld
 from ..pipeline import segment
 from ..stages.options import SegmentOptions
+from ..stages.prepare import Prepared, prepare
 from ..stages.presets import OTHER_NAMES
 from ..weights.features import FEATURE_WEIGHT, Features
 from ..weights.formulas import Weights
@@ -111,6 +113,7 @@ class FileOptions:
     mask_values: Sequence[int] = ()  # empty if there is no mask
     labels_named: str = "label"
     paper: bool = False  # whether `keywords` are arguments of `paper.segment`
+    weld: float = True  # same as in `prepare`
 
     def __post_init__(self) -> None:
         is_paper = checked_flag(self.paper, "paper")
@@ -123,6 +126,7 @@ class FileOptions:
             "keywords": given,
             "features": _checked_features(self.features, is_paper),
             "max_edge": max_edge,
+            "weld": checked_weld(self.weld),
             "viewpoint": None if viewpoint is None else checked_viewpoint(viewpoint),
             "min_opacity": checked_fraction(self.min_opacity, "min_opacity"),
             "mask_values": tuple(
@@ -324,13 +328,17 @@ def _segmented(
     `n_segments` is reduced if there are fewer cells inside the mask.
     """
     keywords = dict(options.keywords)
+    source: Cells | Prepared = mesh
     if keywords.get("n_segments") is not None:
         n_kept = int(of_cells["mask"].sum()) if "mask" in of_cells else mesh.n_cells
         keywords["n_segments"] = min(keywords["n_segments"], max(n_kept, 1))  # 0 is for `segment`
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", UserWarning)
         function = paper.segment if options.paper else segment
-        result = function(mesh, callback=callback, **keywords, **of_cells)
+        if options.weld is not True:
+            denoise, threads = keywords.get("denoise", "auto"), keywords.get("n_threads")
+            source = prepare(mesh, weld=options.weld, denoise=denoise, n_threads=threads)
+        result = function(source, callback=callback, **keywords, **of_cells)
     return result, tuple(one.message for one in caught if isinstance(one.message, Warning))
 
 

@@ -79,7 +79,7 @@ def spectral_embedding(
     mesh: MeshLike,
     n_vectors: int = N_VECTORS,
     *,
-    weld: bool = True,
+    weld: float = True,
     n_threads: int | None = None,
 ) -> Floats:
     r"""Return coordinates for each face, such that different parts of a shape are far apart.
