@@ -148,7 +148,11 @@ def write_groups(
 
     Each group has the entries ``segments`` and ``label``, and may have other entries.
     `segments_file` is the name of the segment file; the default is ScanNet's name for the scene.
+    If some groups have a class, groups without one are left out, because readers of ScanNet know
+    only names of classes.
     """
+    named = [group for group in groups if group["label"] not in ("", NO_CLASS)]
+    groups = named or groups
     document = {
         "sceneId": f"scannet.{scene}",
         "appId": APP_ID,

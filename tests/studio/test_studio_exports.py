@@ -12,7 +12,7 @@ import pytest
 from textured_meshes import grid, save_png
 
 import superfacets
-from superfacets import Texture, read_labels, vertex_labels
+from superfacets import Texture, read_attributes, read_labels, vertex_labels
 from superfacets_studio.documents.document import Document
 from superfacets_studio.export.write import export_bytes, write_export
 from superfacets_studio.labels.imports import read_import
@@ -110,6 +110,11 @@ def test_classes_of_vertices_are_the_majority_around_them(painted):
         painted.cells, painted.state.classes.astype(np.int32), method="majority"
     )
     assert np.array_equal(read_labels(write_export(painted, "vertices", "npy")), expected)
+    path = write_export(painted, "vertices", "labels.ply")
+    found = read_attributes(path).vertex
+    assert (path.name.endswith(".labels.ply"), found["label"].dtype) == (True, np.uint16)
+    assert np.array_equal(found["label"], expected)
+    assert len({*zip(found["label"], found["red"], found["green"])}) == len(np.unique(expected))
     segments = json.loads(write_export(painted, "vertices", "segs.json").read_text())["segIndices"]
     assert segments == expected.tolist()
 

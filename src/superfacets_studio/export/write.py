@@ -27,6 +27,9 @@ from .objects import FORMATS, FORMATS_OF_KIND, PAIRED, vertex_instances, write_o
 _GRAY = (190, 190, 190)
 
 _LISTS = ("npy", "seg", "txt")
+LABELED = "labels.ply"
+"""Format of ScanNet: a mesh with the class and the color of the class of each vertex."""
+
 _NAMED = ("glb", "obj")  # formats that store a class per label
 _COLORED = ("ply", "off", "glb", "vtp", "las", "laz")
 _TEXTURED = (".obj", ".glb")
@@ -45,11 +48,12 @@ def formats_of(kind: str) -> dict[str, list[str]]:
     """Return the available formats of each kind of export, for a kind of cells."""
     of_triangles = ("sstk.json",) if kind == "triangles" else ()
     of_vertices = ("segs.json", "bin", "sp_label.npy")
+    of_faces = (LABELED,) if kind in ("triangles", "polygons") else ()
     regions = (*_LISTS, *FORMATS_OF_KIND[kind], *of_vertices, *of_triangles, "npz")
     return {
         "cells": [*_LISTS, *FORMATS_OF_KIND[kind], *of_triangles],
         "objects": list(FORMATS),
-        "vertices": [*_LISTS, "segs.json"],
+        "vertices": [*_LISTS, "segs.json", *of_faces],
         "instances": ["txt", "npy"],
         "regions": list(regions),
         "region_classes": ["csv", "json", "npy"],
@@ -168,7 +172,7 @@ def _name_of(document: Document, what: str, format: str) -> str:
     stem = _stem_of(document)
     if what == "regions":
         return kit.InputFile("", stem + document.path.suffix).output_names((ending,))[0]
-    return f"{stem}{MARKS[what]}{ending}"
+    return f"{stem}.{format}" if format == LABELED else f"{stem}{MARKS[what]}{ending}"
 
 
 def _stem_of(document: Document) -> str:
@@ -223,8 +227,13 @@ def _attributes_for(document: Document, path: Path) -> MeshAttributes | None:
 
 def _write_vertices(document: Document, format: str, path: Path) -> None:
     classes = document.state.classes.astype(np.int32)
-    labels = vertex_labels(document.cells, classes, method="majority")
-    write_labels(path, np.maximum(labels, 0))  # vertices without cells get class 0
+    labels = np.maximum(vertex_labels(document.cells, classes, method="majority"), 0)
+    if format != LABELED:  # vertices without cells get class 0
+        write_labels(path, labels)
+        return
+    shades = dict(zip(("red", "green", "blue"), _colors_of(document)[labels].T, strict=True))
+    of_vertices = {**shades, "label": labels.astype(np.uint16)}
+    write_mesh(path, document.cells, attributes=MeshAttributes(vertex=of_vertices))
 
 
 def _write_regions(document: Document, format: str, path: Path) -> None:
