@@ -16,8 +16,8 @@ from ..graph.kinds import kind_of
 from ..graph.point_graph import find_point_graph
 from ..mesh.faces import area_vectors
 from ..weights.features import FeatureTable
-from .attributes import COLORS, MeshAttributes
-from .guards import named_errors
+from .attributes import COLORS, MeshAttributes, is_word
+from .guards import named_errors, narrowed
 
 JUST_VISIBLE = 0.02
 """Just noticeable difference of colors in OKLab. Texture colors are divided by their standard
@@ -150,6 +150,32 @@ class CellData:
         if kind_of(self.cells).are_points and self.cells.colors is not None:
             return True
         return any({*COLORS} <= {*stored} for stored in self._stored)
+
+
+def attributes_of(mesh: Any, cells: Any) -> MeshAttributes:
+    """Return the data arrays and colors of a mesh of PyVista, meshio or trimesh; else none."""
+    found: dict[str, dict[str, Array]] = {"vertex": {}, "face": {}}
+    n_points = getattr(cells, "n_vertices", cells.n_cells)
+    visual = getattr(mesh, "visual", None)
+    shades = {
+        owner: {"RGBA": getattr(visual, f"{owner}_colors", ())}
+        for owner in found if getattr(visual, "kind", None) == owner
+    }  # fmt: skip
+    for owner, names, n in (
+        ("vertex", ("point_data", "vertex_attributes"), n_points),
+        ("face", ("cell_data", "face_attributes"), cells.n_cells),
+    ):
+        for stored in (*(getattr(mesh, name, None) or {} for name in names), shades.get(owner, {})):
+            for name in stored.keys():  # noqa: SIM118  # data of PyVista is no mapping
+                values = np.asarray(stored[name])
+                values = values[0] if values.ndim == 3 and len(values) == 1 else values  # meshio
+                key = "_".join(str(name).split())
+                if values.dtype.kind in "biuf" and values.ndim in (1, 2) and len(values) == n:
+                    found[owner][key] = narrowed(values)
+                    if key in ("RGB", "RGBA") and values.shape[1:] in ((3,), (4,)):
+                        found[owner] |= zip(COLORS, values.T, strict=False)
+    words = {owner: {k: v for k, v in data.items() if is_word(k)} for owner, data in found.items()}
+    return MeshAttributes(words["vertex"], words["face"])
 
 
 def stored_colors(cells: Any, attributes: MeshAttributes | None) -> Bytes | None:

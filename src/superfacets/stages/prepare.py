@@ -36,6 +36,7 @@ from ..weights.features import Features
 from .options import SegmentOptions
 
 _FILE = "superfacets.files.cell_file:CellFile"
+_ATTRIBUTES = "superfacets.files.named_features:attributes_of"
 _DATA = "superfacets.files.named_features:CellData"
 
 
@@ -220,8 +221,9 @@ def read_with_features(
     if isinstance(mesh, (str, os.PathLike)):
         source, attributes = load(_FILE).read(mesh).cells_and_attributes()
     else:
-        source, attributes = as_cells(mesh), None
-        if "color" in names and kind_of(source).has_faces:
+        source = as_cells(mesh)
+        attributes = load(_ATTRIBUTES)(mesh, source)
+        if "color" in names and kind_of(source).has_faces and attributes.colors is None:
             raise MeshError(
                 "a Mesh has no colors, so features='color' is not available: pass the path of the"
                 " file instead, or an array of colors as features"
