@@ -27,7 +27,6 @@ from superfacets import (
     read_mesh,
     split_regions,
     vertex_labels,
-    write_graphs,
     write_labels,
     write_mesh,
     write_regions,
