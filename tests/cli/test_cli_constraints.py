@@ -247,8 +247,8 @@ def test_sharp_edges_inside_regions_are_noted(run, tmp_path):
         0,
         "superfacets: note: 100% of the length of sharp edges is inside region 0: these edges do"
         " not enclose an area, because some edges between their ends bend by less than"
-        " --barrier-angle; if the mesh has no noise, try a smaller angle, or see 'Flat sides"
-        " and fillets' on the page 'CAD parts' of the documentation\n",
+        " --barrier-angle; if the mesh has no noise, try a smaller angle, or"
+        " superfacets.cad_faces in Python\n",
     )
     lengths = np.linalg.norm(np.diff(folded.vertices[sharp_edges(folded, 30)], axis=1), axis=-1)
     cube = shapes.cube()  # its edges are between regions

@@ -34,6 +34,7 @@ from superfacets import (
 from superfacets.files.formats import FORMATS
 from superfacets.files.writers.cells import FormatOptions
 from superfacets.files.writers.write import OutputFiles
+from superfacets_scans import write_graphs
 from superfacets_scans.scannet import scene_of
 
 SEGMENTS = "scene0000_00_vh_clean_2.0.010000.segs.json"
