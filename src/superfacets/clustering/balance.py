@@ -376,8 +376,9 @@ class Balancer:
     ) -> None:
         # Estimated length of a path from a center to the border of its region: the radius of a disk
         # is 3/2 of the mean distance of its points from its center.
-        lengths = clustering.lengths()[clustering.labels() >= 0]
-        scale = 1.5 * float(lengths.astype(np.float64).mean())
+        labels = clustering.labels()
+        lengths = clustering.lengths() - self.path_offsets()[labels]
+        scale = 1.5 * float(lengths[labels >= 0].astype(np.float64).mean())
         goals = np.maximum(self.goals, max(1e-9 * float(self.goals.mean()), MIN_SIZE))
         for n in range(n_rounds + RESCUES):
             found = _Regions.of(clustering, *cells)
