@@ -307,7 +307,9 @@ class Balancer:
             n_rounds = ROUNDS_ON_ALL
         else:
             if self.may_move_centers:
-                clustering = self._counted(graph, clustering, cells)
+                has = np.bincount(cells[1][clustering.centers()], minlength=cells[1].max() + 1)
+                limits = (self.n_threads, self.islands)
+                clustering = with_counts(graph, clustering, cells, self.rules.counts(has), limits)
                 self._even_out(clustering, cells)
             found = _Regions.of(clustering, *cells)
             self.goals = self.rules.goals(found.sizes, found.components)
@@ -327,31 +329,6 @@ class Balancer:
     def path_offsets(self) -> PathLengths:
         """Return `offsets` as unsigned integers, which `_core` expects."""
         return self.offsets.astype(np.uint64)
-
-    def _counted(
-        self, graph: OrderedGraph, clustering: Clustering, cells: tuple[Floats, Ints]
-    ) -> Clustering:
-        """Add and remove centers until each component has its target number of regions."""
-        n_components = int(cells[1].max()) + 1
-        targets = None
-        while True:
-            found = _Regions.of(clustering, *cells)
-            has = np.bincount(found.components, minlength=n_components)
-            if targets is None:
-                targets = self.rules.counts(has)
-            change = targets - has
-            smallest_first = found.ranks(found.sizes)
-            stays = smallest_first >= np.maximum(-change, 0)[found.components]
-            more = found.farthest(clustering.lengths())
-            is_divisible = ~np.isin(more, found.centers)  # False for regions of one cell
-            largest_first = found.ranks(np.where(is_divisible, -found.sizes, math.inf))
-            gets = is_divisible & (largest_first < np.maximum(change, 0)[found.components])
-            if stays.all() and not gets.any():
-                return clustering
-            # A component may need several rounds, because a round adds at most one center to each
-            # region.
-            centers = np.concatenate([found.centers[stays], more[gets]])
-            clustering = Clustering(graph, centers, math.inf, self.n_threads, self.islands)
 
     def _even_out(self, clustering: Clustering, cells: tuple[Floats, Ints]) -> None:
         """Move centers of small regions into large regions of the same connected component."""
@@ -419,6 +396,53 @@ class Balancer:
         ahead = (lengths[at].astype(np.int64) - self.offsets[large]) // 2
         offsets[lost] = offsets[large] + ahead
         return centers, offsets
+
+
+def shared_seeds(
+    graph: OrderedGraph, seeds: Ints, components: Ints, n_seeds: int, loop: LoopOptions
+) -> Ints:
+    """Add and remove seeds until components have numbers of seeds in proportion to their sizes.
+
+    Each component has at least one seed; if ``loop.islands`` is "nearest", only the components that
+    have a seed before. There are `n_seeds` seeds if there are not more components.
+    """
+    sizes, n_cells = graph.measures(), np.bincount(components)
+    _, firsts = np.unique(components, return_index=True)
+    are_bare = np.bincount(components[seeds], minlength=len(firsts)) == 0
+    targets = np.zeros(len(firsts), np.int64)
+    are_seeded = ~are_bare | (loop.islands == "keep")
+    totals = sums_by_label(components, sizes, len(firsts))[are_seeded]
+    targets[are_seeded] = _divided(n_seeds, totals, np.ones(len(totals)), n_cells[are_seeded])
+    centers = np.concatenate([seeds, firsts[are_bare & are_seeded]]).astype(np.int32)
+    limits = (loop.n_threads, CORE_ISLANDS["nearest"])
+    clustering = Clustering(graph, centers, math.inf, *limits)
+    return with_counts(graph, clustering, (sizes, components), targets, limits).centers()
+
+
+def with_counts(
+    graph: OrderedGraph, clustering: Clustering, cells: tuple[Floats, Ints], targets: Longs,
+    limits: tuple[int, _core.Islands],
+) -> Clustering:  # fmt: skip
+    """Add and remove centers until each component has its target number of regions.
+
+    `cells` contains the size and the component of each cell, and `limits` the number of threads,
+    and what becomes of components without a center.
+    """
+    while True:
+        found = _Regions.of(clustering, *cells)
+        change = targets - np.bincount(found.components, minlength=len(targets))
+        smallest_first = found.ranks(found.sizes)
+        stays = smallest_first >= np.maximum(-change, 0)[found.components]
+        more = found.farthest(clustering.lengths())
+        is_divisible = ~np.isin(more, found.centers)  # False for regions of one cell
+        largest_first = found.ranks(np.where(is_divisible, -found.sizes, math.inf))
+        gets = is_divisible & (largest_first < np.maximum(change, 0)[found.components])
+        if stays.all() and not gets.any():
+            return clustering
+        # A component may need several rounds, because a round adds at most one center to each
+        # region.
+        centers = np.concatenate([found.centers[stays], more[gets]])
+        clustering = Clustering(graph, centers, math.inf, *limits)
 
 
 @dataclass(frozen=True, eq=False)

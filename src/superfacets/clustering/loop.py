@@ -51,6 +51,8 @@ class Loop:
     timings: dict[str, float]  # wall time in seconds, keyed by the name of the stage
     levels: list[LoopLevel] = field(default_factory=list)  # one record per finished level
     balancer: Balancer | None = None  # None if sizes of regions are neither balanced nor limited
+    # (n,) component of each cell of the first level, whose number of centers must not change
+    components: Ints | None = None
     is_short: bool = False  # whether there are only a few iterations; see `SHORT_ITERATIONS`
 
     @property
@@ -180,6 +182,9 @@ class Loop:
             with timed(self.timings, "update"):
                 n_moves = max(1, round(fraction * len(centers)))
                 moved_to = clustering.relocate(n_moves, self.options.n_threads)
+            if self.components is not None:
+                is_inside = self.components[moved_to] == self.components[centers]
+                moved_to = np.where(is_inside, moved_to, centers)
             if np.array_equal(moved_to, centers):
                 break
             with timed(self.timings, "classify"):
