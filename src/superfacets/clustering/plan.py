@@ -70,6 +70,11 @@ class Plan:
         """Group of each cell in the mask (see `KeptCells.groups`); empty without barriers."""
         return NO_GROUPS if self.inside is None else self.inside.groups
 
+    @property
+    def is_divided(self) -> bool:
+        """Whether barriers divide the cells inside the mask."""
+        return bool((self.groups[1:] != self.groups[:-1]).any())
+
     def components(self, coarse: list[CoarseGraph]) -> Ints:
         """Return the component of each cell of the last graph in `coarse`, or of each cell inside.
 

@@ -135,7 +135,7 @@ def segment_cells(
         first = coarse[-1].graph if coarse else graph
         seeds = run_seeding(first, bounds, size, options, init, loop.islands, loop.n_threads)
         components = None
-        if len(plan.groups) and not plan.has_seeds:
+        if plan.is_divided and not plan.has_seeds:
             components = plan.components(coarse)
             seeds = shared_seeds(first, seeds, components, size.n_segments, loop)
         del first  # this reference would keep the graph in memory during the loop
