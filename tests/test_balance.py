@@ -697,3 +697,38 @@ def test_a_part_without_a_seed_does_not_change_the_balance_of_the_others():
     both = apart(sheet, sf.Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]))
     found = sf.segment(both, 8, sizes=sf.Sizes(balance=1), smooth=False, islands="nearest")
     assert spread(areas_of(sheet, found.labels[:-1])) < 0.02
+
+
+def spread_and_shape(result):
+    """Return the coefficient of variation of areas, and the largest compactness."""
+    regions = result.regions
+    return regions.areas.std() / regions.areas.mean(), regions.compactness.max()
+
+
+@pytest.mark.parametrize("weights", ["parts", "creases"])
+def test_equal_regions_between_barriers_are_compact(weights):
+    block = shapes.drilled_block(64)
+    fine = sf.subdivide(block, 0.04)
+    faces = sf.cad_faces(block)[fine.sources]
+    result = sf.segment(fine.mesh, 100, weights=weights, barriers=faces, sizes=sf.Sizes(balance=1))
+    spread, compactness = spread_and_shape(result)
+    assert spread < 0.08
+    assert compactness < 7
+
+
+@pytest.mark.parametrize("weights", ["parts", "creases"])
+def test_equal_regions_of_a_fine_mesh_are_compact(weights, data_dir):
+    bunny = sf.read_mesh(data_dir / "meshes" / "bunny.ply")
+    result = sf.segment(bunny, 150, weights=weights, sizes=sf.Sizes(balance=1))
+    spread, compactness = spread_and_shape(result)
+    assert spread < 0.1
+    assert compactness < 8
+
+
+def test_areas_between_barriers_that_are_too_small_for_equal_regions_are_noted():
+    fine = sf.subdivide(shapes.rounded_slab(12), 0.5)
+    faces = sf.cad_faces(fine.mesh)
+    with pytest.warns(
+        sf.BalanceWarning, match=r"sizes of regions vary by \d\d%, because some areas"
+    ):
+        sf.segment(fine.mesh, 15, barriers=faces, sizes=sf.Sizes(balance=1))

@@ -576,3 +576,39 @@ def test_masks_and_barriers_of_vertices_are_those_of_the_majority_of_corners():
     assert np.array_equal(superfacets.segment(mesh, 20, barriers=of_vertices).labels, expected)
     with pytest.raises(ValueError, match="mask must have shape"):
         superfacets.segment(mesh, 20, mask=of_vertices[1:])
+
+
+def parts_of_a_block():
+    """Return a fine mesh of a drilled block, and the face of the part of each of its faces."""
+    block = shapes.drilled_block(64)
+    fine = sf.subdivide(block, 0.08)
+    return fine.mesh, sf.cad_faces(block)[fine.sources]
+
+
+@pytest.mark.parametrize("init", ["geodesic", "curve", "farthest"])
+@pytest.mark.parametrize("k", [7, 20, 60])
+def test_areas_between_barriers_share_the_regions_in_proportion_to_their_size(init, k):
+    mesh, faces = parts_of_a_block()
+    result = sf.segment(mesh, k, barriers=faces, init=init)
+    shares = np.bincount(faces, sf.build_face_graph(mesh).measures)
+    shares *= k / shares.sum()
+    counts = [len(np.unique(result.labels[faces == face])) for face in range(7)]
+    assert result.n_segments == sum(counts) == k
+    assert (np.abs(counts - np.maximum(shares, 1)) < 1).all() or k == 7
+
+
+def test_each_area_between_barriers_has_a_region_even_if_fewer_are_requested():
+    mesh, faces = parts_of_a_block()
+    with pytest.warns(sf.IslandWarning, match="7 regions instead of 3: barriers divide"):
+        labels = sf.segment(mesh, 3, barriers=faces).labels
+    assert len(np.unique(np.stack([labels, faces]), axis=1).T) == 7
+
+
+def test_areas_without_a_seed_join_the_nearest_region_if_islands_do():
+    """A small square and a large one of the same barrier number, and a large one of another."""
+    squares = [grid(8), grid(8), grid(1)]
+    moved = [sf.Mesh(mesh.vertices + [20 * i, 0, 0], mesh.faces) for i, mesh in enumerate(squares)]
+    groups = np.repeat([0, 1, 1], [mesh.n_faces for mesh in moved])
+    result = sf.segment(shapes.together(moved), 4, barriers=groups, islands="nearest")
+    assert result.n_segments == 4
+    assert len(np.unique(result.labels[groups == 0])) == 2
