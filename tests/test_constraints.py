@@ -511,7 +511,7 @@ def test_sharp_edges_divide_a_part_into_its_faces():
     with pytest.warns(sf.IslandWarning) as warned:
         sf.segment(block, 2, barriers=edges)
     assert str(warned[0].message) == (
-        "8 regions instead of 2: barriers divide the cells into components, each of which has at"
+        "7 regions instead of 2: barriers divide the cells into components, each of which has at"
         " least one region"
     )
     assert len(sf.sharp_edges(block, 5)) == len(edges) + 64  # the hole bends by 360 / 64 degrees
@@ -586,3 +586,39 @@ def test_a_mask_and_barriers_of_vertices_keep_the_faces_of_the_same_labels():
     assert np.array_equal(found >= 0, of_faces >= 0)
     expected = run(mesh, 300, mask=of_faces >= 0, barriers=of_faces).labels
     assert np.array_equal(found, expected)
+
+
+def parts_of_a_block():
+    """Return a fine mesh of a drilled block, and the face of the part of each of its faces."""
+    block = shapes.drilled_block(64)
+    fine = sf.subdivide(block, 0.08)
+    return fine.mesh, sf.cad_faces(block)[fine.sources]
+
+
+@pytest.mark.parametrize("init", ["geodesic", "curve", "farthest"])
+@pytest.mark.parametrize("k", [7, 20, 60])
+def test_areas_between_barriers_share_the_regions_in_proportion_to_their_size(init, k):
+    mesh, faces = parts_of_a_block()
+    result = sf.segment(mesh, k, barriers=faces, init=init)
+    shares = np.bincount(faces, sf.build_face_graph(mesh).measures)
+    shares *= k / shares.sum()
+    counts = [len(np.unique(result.labels[faces == face])) for face in range(7)]
+    assert result.n_segments == sum(counts) == k
+    assert (np.abs(counts - np.maximum(shares, 1)) < 1).all() or k == 7
+
+
+def test_each_area_between_barriers_has_a_region_even_if_fewer_are_requested():
+    mesh, faces = parts_of_a_block()
+    with pytest.warns(sf.IslandWarning, match="7 regions instead of 3: barriers divide"):
+        labels = sf.segment(mesh, 3, barriers=faces).labels
+    assert len(np.unique(np.stack([labels, faces]), axis=1).T) == 7
+
+
+def test_areas_without_a_seed_join_the_nearest_region_if_islands_do():
+    """A small square and a large one of the same barrier number, and a large one of another."""
+    squares = [grid(8), grid(8), grid(1)]
+    moved = [sf.Mesh(mesh.vertices + [20 * i, 0, 0], mesh.faces) for i, mesh in enumerate(squares)]
+    groups = np.repeat([0, 1, 1], [mesh.n_faces for mesh in moved])
+    result = sf.segment(shapes.together(moved), 4, barriers=groups, islands="nearest")
+    assert result.n_segments == 4
+    assert len(np.unique(result.labels[groups == 0])) == 2

@@ -161,38 +161,6 @@ def cad_block(word):
     return next(block.code for block in blocks if word in block.code)
 
 
-@pytest.mark.parametrize("n_arc", [4, 8, 40])
-def test_the_code_of_the_cad_page_separates_flat_sides_from_fillets(n_arc, tmp_path, monkeypatch):
-    pytest.importorskip("scipy")
-    monkeypatch.chdir(tmp_path)
-    part = shapes.rounded_slab(n_arc)
-    names = {"part": part, "sf": sf, "np": np}
-    exec(cad_block("is_flat"), names)
-    assert names["labels"].max() == 9
-    normals = np.cross(*np.diff(part.vertices[part.faces], axis=1).transpose(1, 0, 2))
-    is_flat = (np.abs(normals) > 1e-9).sum(axis=1) == 1
-    assert np.array_equal(names["is_flat"][names["patches"].labels], is_flat)
-    assert np.array_equal(sf.read_labels("labels.npy"), names["labels"])
-    assert len(np.unique(names["labels"][is_flat])) == 6
-
-
-@pytest.mark.parametrize("n_around", [24, 48, 200])
-def test_the_code_of_the_cad_page_separates_a_boss_from_the_fillet_at_its_foot(
-    n_around, tmp_path, monkeypatch
-):
-    pytest.importorskip("scipy")
-    monkeypatch.chdir(tmp_path)
-    names = {"part": shapes.filleted_boss(n_around), "sf": sf, "np": np}
-    exec(cad_block("is_flat"), names)
-    part, labels = names["part"], names["labels"]
-    normals = np.cross(*np.diff(part.vertices[part.faces], axis=1).transpose(1, 0, 2))
-    upward = np.abs(normals[:, 2]) / np.linalg.norm(normals, axis=1)
-    assert labels.max() == 6
-    for is_kind, n_regions in ((upward > 1 - 1e-9, 3), (upward < 1e-9, 3)):  # planes, cylinders
-        assert len(np.unique(labels[is_kind])) == n_regions
-        assert np.isin(labels[~is_kind], labels[is_kind]).sum() == 0
-
-
 def test_gmsh_reads_regions_of_the_cad_page_as_surfaces(tmp_path, monkeypatch):
     meshio = pytest.importorskip("meshio")
     monkeypatch.chdir(tmp_path)

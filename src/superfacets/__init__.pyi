@@ -7,7 +7,6 @@ from superfacets_scans.cameras import read_cameras as read_cameras
 from superfacets_scans.lifting import lift as lift
 from superfacets_scans.masks import read_masks as read_masks
 from superfacets_scans.pinhole_camera import PinholeCamera as PinholeCamera
-from superfacets_scans.pyg import write_graphs as write_graphs
 from superfacets_show.camera import View as View
 from superfacets_show.colors import face_colors as face_colors
 from superfacets_show.page.document import Page as Page
@@ -55,6 +54,7 @@ from .mesh.triangle_mesh import Mesh as Mesh
 from .pipeline import segment as segment
 from .regions.border_cut import BorderCut as BorderCut
 from .regions.border_cut import cut_borders as cut_borders
+from .regions.cad_faces import cad_faces as cad_faces
 from .regions.hierarchy import Hierarchy as Hierarchy
 from .regions.hierarchy import hierarchy as hierarchy
 from .regions.lines import BorderLines as BorderLines

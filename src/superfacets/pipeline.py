@@ -111,9 +111,9 @@ def segment(
     Warns
     -----
     BalanceWarning, FeatureWarning, IslandWarning, RadiusWarning, SliverWarning
-        If regions are disconnected because of ``Sizes(cells=...)``; if a feature is constant; if
-        there are more or fewer regions than `n_segments`; if regions have fewer than four cells on
-        average; or if a tenth of the area is in long and thin faces (see `subdivide`).
+        If sizes cannot be equal, or regions are disconnected because of ``Sizes(cells=...)``; if a
+        feature is constant; if there are more or fewer regions than `n_segments`; if regions have
+        fewer than four cells on average; or if a tenth of the area is in long and thin faces.
 
     Raises
     ------

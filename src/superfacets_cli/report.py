@@ -70,8 +70,8 @@ def _note_on_sharp_edges(inside: Floats) -> str:
     return (
         f"{100 * inside.sum():.3g}% of the length of sharp edges is inside region {longest}{others}"
         ": these edges do not enclose an area, because some edges between their ends bend by less"
-        " than --barrier-angle; if the mesh has no noise, try a smaller angle, or see 'Flat sides"
-        " and fillets' on the page 'CAD parts' of the documentation"
+        " than --barrier-angle; if the mesh has no noise, try a smaller angle, or"
+        " superfacets.cad_faces in Python"
     )
 
 

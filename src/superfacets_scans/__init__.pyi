@@ -7,6 +7,7 @@ from .label_images import Overlap as Overlap
 from .lifting import LiftedLabels as LiftedLabels
 from .lifting import project_labels as project_labels
 from .mask_votes import ViewWarning as ViewWarning
+from .pyg import write_graphs as write_graphs
 from .scannet import GROUPS as GROUPS
 from .scannet import NO_CLASS as NO_CLASS
 from .scannet import SEGMENTS as SEGMENTS

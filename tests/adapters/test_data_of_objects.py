@@ -15,7 +15,7 @@ def test_data_and_colors_of_pyvista_are_features():
     assert sf.segment(mesh, 20, features=["a_height", "color"]).n_segments == 20
     shades = sf.segment(mesh, 2, features=sf.Features("color", weight=100.0)).labels
     assert np.array_equal(shades == shades[0], np.arange(mesh.n_cells) < mesh.n_cells // 2)
-    with pytest.raises(sf.MeshError, match="it has color, normals, height.* a_height"):
+    with pytest.raises(sf.MeshError, match=r"it has color, normals, height.* a_height"):
         sf.segment(mesh, 20, features="press")
 
 

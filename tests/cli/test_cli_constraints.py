@@ -214,7 +214,7 @@ def test_a_barrier_angle_gives_a_region_per_face_of_a_part(run, tmp_path):
     status, _, err = run("segment", tmp_path / "block.ply", "-n", 2, *options[2:])
     assert (status, err) == (
         0,
-        "superfacets: note: 8 regions instead of 2: barriers divide the cells into"
+        "superfacets: note: 7 regions instead of 2: barriers divide the cells into"
         " components, each of which has at least one region\n",
     )
     for angle, share in [(30, 0), (91, None)]:  # no edge is as sharp as 91 degrees
@@ -237,8 +237,8 @@ def test_sharp_edges_inside_regions_are_noted(run, tmp_path):
         0,
         "superfacets: note: 100% of the length of sharp edges is inside region 0: these edges do"
         " not enclose an area, because some edges between their ends bend by less than"
-        " --barrier-angle; if the mesh has no noise, try a smaller angle, or see 'Flat sides"
-        " and fillets' on the page 'CAD parts' of the documentation\n",
+        " --barrier-angle; if the mesh has no noise, try a smaller angle, or"
+        " superfacets.cad_faces in Python\n",
     )
     lengths = np.linalg.norm(np.diff(folded.vertices[sharp_edges(folded, 30)], axis=1), axis=-1)
     cube = shapes.cube()  # its edges are between regions

@@ -27,7 +27,6 @@ from superfacets import (
     read_mesh,
     split_regions,
     vertex_labels,
-    write_graphs,
     write_labels,
     write_mesh,
     write_regions,
@@ -35,6 +34,7 @@ from superfacets import (
 from superfacets.files.formats import FORMATS
 from superfacets.files.writers.cells import FormatOptions
 from superfacets.files.writers.write import OutputFiles
+from superfacets_scans import write_graphs
 from superfacets_scans.scannet import scene_of
 
 SEGMENTS = "scene0000_00_vh_clean_2.0.010000.segs.json"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import heapq
-import itertools
 import math
 from collections.abc import Container, Iterable, Sequence
 
@@ -19,18 +18,17 @@ Path = tuple[int, int]
 
 
 def classify_exact(
-    graph: CellGraph, centers: list[int], *, islands: str = "keep", offsets: Sequence[int] = ()
+    graph: CellGraph, centers: list[int], *, islands: str = "keep"
 ) -> tuple[list[int], list[int]]:
     """Give each cell the label of the center with the shortest path; return labels and centers.
 
     In a connected component without a center, the lowest cell becomes a new center. If `islands` is
-    "nearest", such a component gets the label -1 instead. `offsets` contains an initial length for
-    each center, which is added to all paths from this center.
+    "nearest", such a component gets the label -1 instead.
     """
     all_centers = list(centers)
     while True:
-        lengths = [*offsets, *[0] * (len(all_centers) - len(offsets))]
-        best = _shortest_paths(graph, zip(lengths, itertools.count(), all_centers))
+        starts = ((0, label, cell) for label, cell in enumerate(all_centers))
+        best = _shortest_paths(graph, starts)
         if len(best) == graph.n_cells or islands == "nearest":
             return [best.get(cell, (0, -1))[1] for cell in range(graph.n_cells)], all_centers
         all_centers.append(min(set(range(graph.n_cells)) - best.keys()))

@@ -66,15 +66,10 @@ void add_costs_to_coarse(CoarseGraph& coarse, const Table<float>& vectors, doubl
 using Lengths = std::span<const PathLength>;
 
 auto spread_paths(CoarseGraph& coarse, Lengths lengths, Integers labels, Integers centers,
-                  int n_threads, Lengths offsets, bool needs_lengths) {
+                  int n_threads, bool needs_lengths) {
   return on_team(coarse.fine().n_cells(), n_threads, [&](ThreadTeam& team) {
-    return coarse.spread(lengths, labels, centers, offsets, needs_lengths, team);
+    return coarse.spread(lengths, labels, centers, needs_lengths, team);
   });
-}
-
-auto spread_without_offsets(CoarseGraph& coarse, Lengths lengths, Integers labels, Integers centers,
-                            int n_threads, bool needs_lengths) {
-  return spread_paths(coarse, lengths, labels, centers, n_threads, {}, needs_lengths);
 }
 
 Buffer<Label> without_loose_pieces(Offsets offsets, Integers neighbors, Floats lengths,
@@ -106,10 +101,6 @@ void bind_clustering(nb::module_& module) {
            "islands"_a = Islands::kKeep, nb::keep_alive<1, 2>())
       .def("classify", serial([](Clustering& self, Integers centers) { self.classify(centers); }),
            "centers"_a)
-      .def("classify", serial([](Clustering& self, Integers centers, Lengths offsets) {
-             self.classify(centers, offsets);
-           }),
-           "centers"_a, "offsets"_a)
       .def("update", serial([](Clustering& self) { return self.update(); }))
       .def("relocate", &relocated, "n_moves"_a, "n_threads"_a)
       .def("centers", serial([](const Clustering& self) { return self.centers(); }))
@@ -131,10 +122,8 @@ void bind_clustering(nb::module_& module) {
            "n_threads"_a)
       .def("add_part_costs", threaded<kMinSlowPerThread>(&add_costs_to_coarse),
            "vectors"_a.noconvert(), "factor"_a, "n_threads"_a)
-      .def("spread", &spread_without_offsets, "lengths"_a, "labels"_a, "centers"_a, "n_threads"_a,
-           nb::kw_only(), "needs_lengths"_a = true)
       .def("spread", &spread_paths, "lengths"_a, "labels"_a, "centers"_a, "n_threads"_a,
-           "offsets"_a, nb::kw_only(), "needs_lengths"_a = true)
+           nb::kw_only(), "needs_lengths"_a = true)
       .def("refine",
            threaded([](const CoarseGraph& coarse, Integers labels, Integers centers,
                        ThreadTeam& team) { return coarse.refine(labels, centers, team); }),

@@ -17,19 +17,16 @@ Classification::Classification(const OrderedGraph& graph, double reach, Islands 
   if (std::isfinite(reach)) halted_.emplace(graph, reach, team);
 }
 
-void Classification::classify(std::span<const Place> centers, std::span<const PathLength> offsets) {
+void Classification::classify(std::span<const Place> centers) {
   SUPERFACETS_ASSERT(!centers.empty() && all_below(centers, graph_.n_cells()));
   SUPERFACETS_ASSERT(are_distinct(centers));
-  SUPERFACETS_ASSERT(offsets.empty() || (offsets.size() == centers.size() && !halted_));
   centers_.assign(centers.begin(), centers.end());
-  const std::vector<PathLength> before =
-      std::exchange(offsets_, std::vector(offsets.begin(), offsets.end()));
   // Paths can be reused only if every arc has a reverse arc of equal length. Otherwise the path
   // from the new center to the old center may be longer than the path in the other direction.
   if (started_.empty() || centers.size() < started_.size() || !graph_.is_symmetric) {
     start_all();
   } else {
-    start_moved(before);
+    start_moved();
   }
   exact_.run();
   started_ = centers_;
@@ -42,15 +39,13 @@ void Classification::classify(std::span<const Place> centers, std::span<const Pa
   SUPERFACETS_ASSERT(is_complete());
 }
 
-// Whether each center has its own label (not checked if there are offsets) and, if islands_ is
-// kKeep, each cell has a label.
+// Whether each center has its own label and, if islands_ is kKeep, each cell has a label.
 bool Classification::is_complete() const {
   for (Place place = 0; place < graph_.n_cells(); ++place) {
     const Label label = path(place).label;
     const bool is_missing = label == kNoLabel && islands_ == Islands::kKeep;
     if (is_missing || label < kNoLabel || label >= std::ssize(centers_)) return false;
   }
-  if (!offsets_.empty()) return true;
   return std::ranges::all_of(centers_, [&](Place center) {
     return path(center).length == 0 && centers_[path(center).label] == center;
   });
@@ -60,32 +55,27 @@ void Classification::start_all() {
   exact_.clear();
   may_have_orphans_ = true;
   for (std::size_t label = 0; label < centers_.size(); ++label) {
-    exact_.start(centers_[label], static_cast<Label>(label), offset(label));
+    exact_.start(centers_[label], static_cast<Label>(label));
   }
 }
 
 // When a center moves, all path lengths of its region are increased by the length of the path from
-// the new center to the old center, and by the increase of the center's offset. So the lengths
-// remain valid upper bounds, and no path has to be reset. Shorter paths from the new center then
-// replace nearly all paths of its region, and few paths of other regions.
-void Classification::start_moved(std::span<const PathLength> offsets_before) {
+// the new center to the old center. So the lengths remain valid upper bounds, and no path has to be
+// reset. Shorter paths from the new center then replace nearly all paths of its region, and few
+// paths of other regions.
+void Classification::start_moved() {
   std::vector<PathLength> detours(started_.size(), 0);
   for (std::size_t label = 0; label < started_.size(); ++label) {
-    const PathLength before = label < offsets_before.size() ? offsets_before[label] : 0;
-    SUPERFACETS_ASSERT(offset(label) >= before);
-    detours[label] = offset(label) - before;
     if (centers_[label] == started_[label]) continue;
     const Path path = exact_.path(centers_[label]);
     const bool is_inside = std::cmp_equal(path.label, label);
-    detours[label] = is_inside ? detours[label] + (path.length - before) : kUnreached;
+    detours[label] = is_inside ? path.length : kUnreached;
     if (!is_inside) may_have_orphans_ = true;
   }
   exact_.lengthen(detours);
   for (std::size_t label = 0; label < centers_.size(); ++label) {
     const bool has_stayed = label < started_.size() && centers_[label] == started_[label];
-    // With offsets, even an unmoved center may be in the region of another center.
-    if (has_stayed && offsets_.empty()) continue;
-    exact_.start(centers_[label], static_cast<Label>(label), offset(label));
+    if (!has_stayed) exact_.start(centers_[label], static_cast<Label>(label));
   }
 }
 

@@ -20,11 +20,8 @@ class Classification {
   // reached. Otherwise, unreached cells get kNoLabel.
   Classification(const OrderedGraph& graph, double reach, Islands islands, ThreadTeam& team);
 
-  // Assigns all cells to the given centers. `offsets` contains the initial path length of each
-  // center, or is empty if all of them are 0. A center with an offset may be in the region of
-  // another center, and its own region may be empty. An offset must not be less than in the last
-  // call. Offsets require an infinite `reach`.
-  void classify(std::span<const Place> centers, std::span<const PathLength> offsets = {});
+  // Assigns all cells to the given centers.
+  void classify(std::span<const Place> centers);
 
   // The centers of the last call, followed by unreached cells that became centers.
   std::span<const Place> centers() const { return centers_; }
@@ -50,11 +47,8 @@ class Classification {
 
  private:
   bool is_complete() const;
-  PathLength offset(std::size_t label) const {
-    return label < offsets_.size() ? offsets_[label] : PathLength{0};
-  }
   void start_all();
-  void start_moved(std::span<const PathLength> offsets_before);
+  void start_moved();
   void adopt_orphans();
 
   const OrderedGraph& graph_;
@@ -63,8 +57,7 @@ class Classification {
   Expansion exact_;
   std::optional<HaltedPaths> halted_;
   std::vector<Place> centers_;
-  std::vector<Place> started_;       // centers from which exact_ was last run
-  std::vector<PathLength> offsets_;  // offset of each center; empty if all offsets are 0
+  std::vector<Place> started_;  // centers from which exact_ was last run
   bool may_have_orphans_ = true;
 };
 

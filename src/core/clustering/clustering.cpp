@@ -13,9 +13,9 @@ Clustering::Clustering(const OrderedGraph& graph, std::span<const Cell> centers,
   classify(centers);
 }
 
-void Clustering::classify(std::span<const Cell> centers, std::span<const PathLength> offsets) {
+void Clustering::classify(std::span<const Cell> centers) {
   SUPERFACETS_ASSERT(all_below(centers, graph_.n_cells()));
-  classification_.classify(graph_.places_of(centers), offsets);
+  classification_.classify(graph_.places_of(centers));
 }
 
 std::vector<Cell> Clustering::centers() const {

@@ -16,9 +16,8 @@ class Clustering {
   Clustering(const OrderedGraph& graph, std::span<const Cell> centers, double reach,
              Islands islands, int n_threads);
 
-  // Replaces the K centers by K new centers, and assigns all cells again. See Classification for
-  // `offsets`.
-  void classify(std::span<const Cell> centers, std::span<const PathLength> offsets = {});
+  // Replaces the K centers by K new centers, and assigns all cells again.
+  void classify(std::span<const Cell> centers);
 
   // The centers of the last call, followed by unreached cells that became centers.
   std::vector<Cell> centers() const;

@@ -129,10 +129,9 @@ Buffer<float> CoarseGraph::means_of(const PartVectors& vectors, ThreadTeam& team
 }
 
 SpreadPaths CoarseGraph::spread(std::span<const PathLength> lengths, std::span<const Label> labels,
-                                std::span<const Cell> centers, std::span<const PathLength> offsets,
-                                bool needs_lengths, ThreadTeam& team) {
+                                std::span<const Cell> centers, bool needs_lengths,
+                                ThreadTeam& team) {
   SUPERFACETS_ASSERT(std::cmp_equal(labels.size(), graph_.n_cells()));
-  SUPERFACETS_ASSERT(offsets.empty() || offsets.size() == centers.size());
   SUPERFACETS_ASSERT(lengths.size() == labels.size());
   if (!needs_lengths) {
     graph_ = OrderedGraph();
@@ -141,8 +140,7 @@ SpreadPaths CoarseGraph::spread(std::span<const PathLength> lengths, std::span<c
   Expansion expansion(fine_, team);
   const std::vector<Place> places = fine_.places_of(centers);
   for (std::size_t label = 0; label < places.size(); ++label) {
-    const PathLength offset = offsets.empty() ? 0 : offsets[label];
-    expansion.start(places[label], static_cast<Label>(label), offset);
+    expansion.start(places[label], static_cast<Label>(label));
   }
   for (std::size_t cell = 0; cell < labels.size(); ++cell) {
     if (labels[cell] == kNoLabel) continue;

@@ -62,13 +62,11 @@ class CoarseGraph {
 
   // Extends paths from coarse cells to fine cells. `lengths` and `labels` describe the path to each
   // coarse cell. A path to a fine cell is the shortest path that passes through the center of a
-  // coarse cell or starts at a fine center. `centers` contains the fine center of each region. The
-  // path from this center starts with the length offsets[region], or 0 if `offsets` is empty. If
+  // coarse cell or starts at a fine center. `centers` contains the fine center of each region. If
   // needs_lengths is false, the result contains only labels, and the memory of this object is
   // freed: the object must not be used again.
   SpreadPaths spread(std::span<const PathLength> lengths, std::span<const Label> labels,
-                     std::span<const Cell> centers, std::span<const PathLength> offsets,
-                     bool needs_lengths, ThreadTeam& team);
+                     std::span<const Cell> centers, bool needs_lengths, ThreadTeam& team);
 
   // The fine cell at the center of each coarse cell.
   std::vector<Cell> centers() const { return fine_.cells_at(centers_); }

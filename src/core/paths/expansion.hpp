@@ -42,10 +42,8 @@ class Expansion {
   // improve paths. These improvements are applied by the next run(). The graph must be symmetric.
   void lengthen(std::span<const PathLength> by_label);
 
-  // Adds a center. The path to the center itself has the length `offset`.
-  void start(Place center, Label label, PathLength offset = 0) {
-    propose({center, {offset, label}});
-  }
+  // Adds a center. The path to the center itself has the length 0.
+  void start(Place center, Label label) { propose({center, {0, label}}); }
 
   // Replaces the paths to all cells. No arc may improve any of the new paths.
   void restore(std::span<const PathLength> lengths, std::span<const Label> labels);

@@ -40,7 +40,7 @@ class IslandWarning(UserWarning):
 
 
 class BalanceWarning(UserWarning):
-    """Some regions are disconnected, because no connected regions of the given size were found."""
+    """Regions are not of equal size because of barriers, or disconnected because of their size."""
 
 
 class MismatchWarning(UserWarning):

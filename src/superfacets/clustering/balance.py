@@ -1,10 +1,7 @@
-"""Balance the sizes of regions, by adding an offset for each center to the lengths of its paths.
+"""Balance the numbers of regions of components, and the sizes of regions.
 
-After the loop, centers of regions that are too small move into regions that are too large. Further
-rounds follow. In each round, every center moves to the centroid of its region. The offset of a
-center increases if its region is larger than the target size, and decreases if its region is
-smaller. Regions stay connected, and their borders stay in creases. Later, `cleanup.region_sizes`
-moves single cells until regions have exactly their target sizes.
+After the loop, centers of regions that are too small move into regions that are too large. Later,
+`cleanup.region_sizes` moves single cells until regions have their target sizes.
 """
 
 from __future__ import annotations
@@ -12,17 +9,15 @@ from __future__ import annotations
 import heapq
 import math
 from dataclasses import dataclass, field, replace
-from typing import TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import _core
 from .._core import Clustering, CoarseGraph, OrderedGraph
 from ..base.checks import counted, exact_array
 from ..base.errors import MeshError
 from ..base.options import CountOptions, LoopOptions, Sizes
-from ..base.types import Bools, Floats, Ints, Longs
+from ..base.types import Array, Bools, Floats, Ints, Longs
 from ..cleanup.region_sizes import Goals
 from ..graph.cell_graph import BaseGraph
 from ..graph.constraints import KeptCells, in_order
@@ -30,9 +25,7 @@ from ..graph.sums import sums_by_label
 from .plan import Plan
 from .seeding import CORE_ISLANDS
 
-PathLengths: TypeAlias = npt.NDArray[np.uint64]
-
-JUMP_ROUNDS = 6
+JUMP_ROUNDS = 8
 """Maximum number of rounds in which centers move from regions that are too small into regions that
 are too large."""
 
@@ -43,35 +36,14 @@ MAX_JUMPING = 0.15
 """Maximum fraction of the centers of a component that move in one of the JUMP_ROUNDS. One center
 per component may always move."""
 
-SMALL, LARGE = 0.6, 1.5
+SMALL, LARGE = 0.7, 1.3
 """In the JUMP_ROUNDS, centers move from regions smaller than SMALL times the mean size into regions
 larger than LARGE times the mean size. If `Sizes.strength` is below 1, SMALL is multiplied
 by it, and LARGE is divided by it."""
 
-ROUNDS = 20
-"""Number of rounds in which offsets change. With 40 rounds, the sizes are not more equal."""
-
-ROUNDS_ON_ALL = 6
-"""Number of rounds in which offsets change on all cells, after ROUNDS rounds on coarse cells."""
-
-GAIN = 0.35
-"""Increase of an offset per round if a region is twice as large as its target size, as a fraction
-of the mean path length from a center to the border of its region."""
-
-MAX_OFFSET = 0.5
-"""Maximum difference of an offset from the median offset, as a fraction of the mean path length
-from a center to the border of its region. With larger offsets, regions extend around their
-neighbors into other parts of the shape. With a value of 1, the undersegmentation error is 0.01
-higher."""
-
-RESCUES = 10
-"""Maximum number of additional rounds after ROUNDS or ROUNDS_ON_ALL. An additional round only moves
-centers that lie in another region."""
-
 ISLAND = 0.5
 """A component that has one region after the loop, and is smaller than this fraction of the mean
 size of a region, keeps exactly one region."""
-
 
 MAX_TOTAL = 1e150
 """Maximum sum of the sizes of all cells. The minimum is 1 / MAX_TOTAL. Between these limits, ratios
@@ -275,9 +247,6 @@ class Balancer:
     may_move_centers: bool
     # Target size of each region, (K,); empty before the first call of `run`.
     goals: Floats = field(default_factory=lambda: np.empty(0))
-    offsets: Longs = field(default_factory=lambda: np.empty(0, np.int64))
-    """Length that is added to all paths from each center, (K,); empty before the first call of
-    `run`."""
 
     @classmethod
     def of(
@@ -299,21 +268,18 @@ class Balancer:
     def run(self, graph: OrderedGraph, clustering: Clustering, level: int) -> Clustering:
         """Return the clustering of the cells on `level` after balancing the sizes of its regions.
 
-        The first call makes `ROUNDS` rounds, and later calls make `ROUNDS_ON_ALL` rounds.
+        Later calls, on finer levels, change nothing.
         """
-        cells = (self.sizes[level], self.components[level])
         if len(self.goals):
-            clustering.classify(clustering.centers(), self.path_offsets())
-            n_rounds = ROUNDS_ON_ALL
-        else:
-            if self.may_move_centers:
-                clustering = self._counted(graph, clustering, cells)
-                self._even_out(clustering, cells)
-            found = _Regions.of(clustering, *cells)
-            self.goals = self.rules.goals(found.sizes, found.components)
-            self.offsets = np.zeros(len(self.goals), np.int64)
-            n_rounds = ROUNDS
-        self._move_offsets(clustering, cells, n_rounds)
+            return clustering
+        cells = (self.sizes[level], self.components[level])
+        if self.may_move_centers:
+            has = np.bincount(cells[1][clustering.centers()], minlength=cells[1].max() + 1)
+            limits = (self.n_threads, self.islands)
+            clustering = with_counts(graph, clustering, cells, self.rules.counts(has), limits)
+            self._even_out(clustering, cells)
+        found = _Regions.of(clustering, *cells)
+        self.goals = self.rules.goals(found.sizes, found.components)
         return clustering
 
     def region_goals(self, labels: Ints, n_regions: int) -> Goals:
@@ -324,35 +290,6 @@ class Balancer:
         is_exact = rules.options.cells is not None
         return Goals(rules.sizes, goals, rules.options.limits, is_exact)
 
-    def path_offsets(self) -> PathLengths:
-        """Return `offsets` as unsigned integers, which `_core` expects."""
-        return self.offsets.astype(np.uint64)
-
-    def _counted(
-        self, graph: OrderedGraph, clustering: Clustering, cells: tuple[Floats, Ints]
-    ) -> Clustering:
-        """Add and remove centers until each component has its target number of regions."""
-        n_components = int(cells[1].max()) + 1
-        targets = None
-        while True:
-            found = _Regions.of(clustering, *cells)
-            has = np.bincount(found.components, minlength=n_components)
-            if targets is None:
-                targets = self.rules.counts(has)
-            change = targets - has
-            smallest_first = found.ranks(found.sizes)
-            stays = smallest_first >= np.maximum(-change, 0)[found.components]
-            more = found.farthest(clustering.lengths())
-            is_divisible = ~np.isin(more, found.centers)  # False for regions of one cell
-            largest_first = found.ranks(np.where(is_divisible, -found.sizes, math.inf))
-            gets = is_divisible & (largest_first < np.maximum(change, 0)[found.components])
-            if stays.all() and not gets.any():
-                return clustering
-            # A component may need several rounds, because a round adds at most one center to each
-            # region.
-            centers = np.concatenate([found.centers[stays], more[gets]])
-            clustering = Clustering(graph, centers, math.inf, self.n_threads, self.islands)
-
     def _even_out(self, clustering: Clustering, cells: tuple[Floats, Ints]) -> None:
         """Move centers of small regions into large regions of the same connected component."""
         strength = self.rules.options.strength
@@ -360,7 +297,7 @@ class Balancer:
             found = _Regions.of(clustering, *cells)
             ratios = found.sizes / found.means
             are_small, are_large = ratios < SMALL * strength, ratios > LARGE / strength
-            pairs = found.matched(are_small, are_large, MAX_JUMPING)
+            pairs = found.matched(are_small, are_large)
             if not len(pairs):
                 break
             centers = found.centers.copy()
@@ -371,53 +308,52 @@ class Balancer:
             for _ in range(ITERATIONS_PER_JUMP):
                 clustering.classify(clustering.update())
 
-    def _move_offsets(
-        self, clustering: Clustering, cells: tuple[Floats, Ints], n_rounds: int
-    ) -> None:
-        # Estimated length of a path from a center to the border of its region: the radius of a disk
-        # is 3/2 of the mean distance of its points from its center.
-        lengths = clustering.lengths()[clustering.labels() >= 0]
-        scale = 1.5 * float(lengths.astype(np.float64).mean())
-        goals = np.maximum(self.goals, max(1e-9 * float(self.goals.mean()), MIN_SIZE))
-        for n in range(n_rounds + RESCUES):
-            found = _Regions.of(clustering, *cells)
-            if n >= n_rounds and not found.are_lost.any():
-                break
-            centers, offsets = found.centers, self.offsets
-            if n < n_rounds:
-                # Centers must be distinct. `update` moves centers within their own regions, so two
-                # centers can only coincide if one of them is lost.
-                moved, lost = clustering.update(), centers[found.are_lost]
-                stays = found.are_lost | np.isin(moved, lost)
-                centers = np.where(stays, centers, moved)
-                excess = np.clip(found.sizes / goals - 1.0, -1.0, 1.0)
-                offsets = offsets + np.rint(GAIN * scale * excess).astype(np.int64)
-                middle, limit = int(np.median(offsets)), int(MAX_OFFSET * scale)
-                offsets = np.clip(offsets, middle - limit, middle + limit)
-            if found.are_lost.any():
-                centers, offsets = self._rescued(found, clustering.lengths(), centers, offsets)
-            # All offsets are shifted by the same number, so that no offset decreases.
-            offsets = offsets - int((offsets - self.offsets).min())
-            self.offsets = offsets
-            clustering.classify(centers, self.path_offsets())
 
-    def _rescued(
-        self, found: _Regions, lengths: PathLengths, centers: Ints, offsets: Longs
-    ) -> tuple[Ints, Longs]:
-        """Move each center that lies in another region to the farthest cell of a large region.
+def shared_seeds(
+    graph: OrderedGraph, seeds: Ints, components: Ints, n_seeds: int, loop: LoopOptions
+) -> Ints:
+    """Add and remove seeds until components have numbers of seeds in proportion to their sizes.
 
-        Returns the new centers and their offsets.
-        """
-        pairs = found.matched(found.are_lost, found.sizes > 0, 1.0)
-        lost, large = pairs[:, 0], pairs[:, 1]
-        at = found.farthest(lengths)[large]
-        is_free = ~np.isin(at, centers)
-        lost, large, at = lost[is_free], large[is_free], at[is_free]
-        centers, offsets = centers.copy(), offsets.copy()
-        centers[lost] = at
-        ahead = (lengths[at].astype(np.int64) - self.offsets[large]) // 2
-        offsets[lost] = offsets[large] + ahead
-        return centers, offsets
+    Each component has at least one seed; if ``loop.islands`` is "nearest", only the components that
+    have a seed before. There are `n_seeds` seeds if there are not more components.
+    """
+    sizes, n_cells = graph.measures(), np.bincount(components)
+    _, firsts = np.unique(components, return_index=True)
+    are_bare = np.bincount(components[seeds], minlength=len(firsts)) == 0
+    targets = np.zeros(len(firsts), np.int64)
+    are_seeded = ~are_bare | (loop.islands == "keep")
+    totals = sums_by_label(components, sizes, len(firsts))[are_seeded]
+    targets[are_seeded] = _divided(n_seeds, totals, np.ones(len(totals)), n_cells[are_seeded])
+    centers = np.concatenate([seeds, firsts[are_bare & are_seeded]]).astype(np.int32)
+    limits = (loop.n_threads, CORE_ISLANDS["nearest"])
+    clustering = Clustering(graph, centers, math.inf, *limits)
+    return with_counts(graph, clustering, (sizes, components), targets, limits).centers()
+
+
+def with_counts(
+    graph: OrderedGraph, clustering: Clustering, cells: tuple[Floats, Ints], targets: Longs,
+    limits: tuple[int, _core.Islands],
+) -> Clustering:  # fmt: skip
+    """Add and remove centers until each component has its target number of regions.
+
+    `cells` contains the size and the component of each cell, and `limits` the number of threads,
+    and what becomes of components without a center.
+    """
+    while True:
+        found = _Regions.of(clustering, *cells)
+        change = targets - np.bincount(found.components, minlength=len(targets))
+        smallest_first = found.ranks(found.sizes)
+        stays = smallest_first >= np.maximum(-change, 0)[found.components]
+        more = found.farthest(clustering.lengths())
+        is_divisible = ~np.isin(more, found.centers)  # False for regions of one cell
+        largest_first = found.ranks(np.where(is_divisible, -found.sizes, math.inf))
+        gets = is_divisible & (largest_first < np.maximum(change, 0)[found.components])
+        if stays.all() and not gets.any():
+            return clustering
+        # A component may need several rounds, because a round adds at most one center to each
+        # region.
+        centers = np.concatenate([found.centers[stays], more[gets]])
+        clustering = Clustering(graph, centers, math.inf, *limits)
 
 
 @dataclass(frozen=True, eq=False)
@@ -440,11 +376,6 @@ class _Regions:
         return cls(labels, centers, found, components[centers])
 
     @property
-    def are_lost(self) -> Bools:
-        """Whether the center of each region lies in another region, (K,)."""
-        return np.asarray(self.labels[self.centers] != np.arange(len(self.centers)))
-
-    @property
     def means(self) -> Floats:
         """Mean size of the regions in the component of each region, (K,)."""
         counts = np.bincount(self.components)
@@ -460,7 +391,7 @@ class _Regions:
         ranks[order] = np.arange(len(order)) - np.searchsorted(groups, groups)
         return ranks
 
-    def farthest(self, lengths: PathLengths) -> Ints:
+    def farthest(self, lengths: Array) -> Ints:
         """Return, for each region, its cell with the longest path; for empty regions, the center.
 
         `lengths` is the length of the path to each cell from the center of its region.
@@ -471,15 +402,14 @@ class _Regions:
         is_own = self.labels[cells] == np.arange(len(self.centers))
         return np.where(is_own, cells, self.centers)
 
-    def matched(self, are_small: Bools, are_large: Bools, most: float) -> Longs:
+    def matched(self, are_small: Bools, are_large: Bools) -> Longs:
         """Return pairs of a small and a large region of the same component, (P, 2).
 
         `are_small` and `are_large` mark the regions that may be paired. In each component, the
         smallest region is paired with the largest region, the second smallest with the second
-        largest, and so on. `most` is the maximum number of pairs in a component, as a fraction of
-        its number of regions, but one pair is always allowed.
+        largest, and so on. See `MAX_JUMPING` for the maximum number of pairs.
         """
-        limits = np.maximum(1, (most * np.bincount(self.components)).astype(np.int64))
+        limits = np.maximum(1, (MAX_JUMPING * np.bincount(self.components)).astype(np.int64))
         small, large = np.flatnonzero(are_small), np.flatnonzero(are_large)
         small = small[np.lexsort((self.sizes[small], self.components[small]))]
         large = large[np.lexsort((-self.sizes[large], self.components[large]))]

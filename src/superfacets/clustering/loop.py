@@ -51,6 +51,8 @@ class Loop:
     timings: dict[str, float]  # wall time in seconds, keyed by the name of the stage
     levels: list[LoopLevel] = field(default_factory=list)  # one record per finished level
     balancer: Balancer | None = None  # None if sizes of regions are neither balanced nor limited
+    # (n,) component of each cell of the first level, whose number of centers must not change
+    components: Ints | None = None
     is_short: bool = False  # whether there are only a few iterations; see `SHORT_ITERATIONS`
 
     @property
@@ -73,14 +75,14 @@ class Loop:
             if len(coarse) == coarsening.n_without_loop and not coarsening.loops_on_all:
                 clustering = self._balanced(level.graph, clustering, coarsening.n_without_loop + 1)
             with timed(self.timings, "update"):
-                labels, centers = _labels_and_centers(clustering)
+                labels, centers = clustering.labels(), clustering.centers()
                 centers = level.refine(labels, centers, self.options.n_threads)
         if coarsening.loops_on_all or not is_straight(graph):
             must_stay = not coarsening.loops_on_all
             clustering = self._run_level(graph, centers, is_last=True, must_stay=must_stay)
             clustering = self._balanced(graph, clustering, 0)
-            return _labels_and_centers(clustering)
-        paths = clustering.lengths(), _labels_and_centers(clustering)[0]
+            return clustering.labels(), clustering.centers()
+        paths = clustering.lengths(), clustering.labels()
         coarse.append(level)  # the last one; `loops_on_all` is False only if there is one
         del level, clustering  # these references would keep the graph in memory in `_spread`
         return self._spread(coarse, paths, centers)
@@ -109,27 +111,14 @@ class Loop:
             start = time.perf_counter()
             level = coarse.pop()
             with timed(self.timings, "classify"):
-                paths = self._spread_once(level, paths, centers, is_last=not coarse)
+                n_threads = self.options.n_threads
+                paths = level.spread(*paths, centers, n_threads, needs_lengths=len(coarse) > 0)
             seconds = time.perf_counter() - start
             self.levels.append(LoopLevel(len(paths[1]), 1, self.stop_reason, seconds))
             if coarse:
                 with timed(self.timings, "update"):
                     centers = coarse[-1].refine(paths[1], centers, self.options.n_threads)
         return paths[1], centers
-
-    def _spread_once(
-        self, level: CoarseGraph, paths: tuple[Array, Ints], centers: Ints, *, is_last: bool
-    ) -> tuple[Array, Ints]:
-        n_threads, needs_lengths = self.options.n_threads, not is_last
-        if self.balancer is None:
-            return level.spread(*paths, centers, n_threads, needs_lengths=needs_lengths)
-        offsets = self.balancer.path_offsets()
-        lengths, labels = level.spread(
-            *paths, centers, n_threads, offsets, needs_lengths=needs_lengths
-        )
-        # With offsets, a center may lie in another region. It then gets a region of one cell.
-        labels[centers] = np.arange(len(centers))
-        return lengths, labels
 
     def _run_level(
         self, graph: OrderedGraph, centers: Ints, *, is_last: bool = False, must_stay: bool = False
@@ -180,6 +169,9 @@ class Loop:
             with timed(self.timings, "update"):
                 n_moves = max(1, round(fraction * len(centers)))
                 moved_to = clustering.relocate(n_moves, self.options.n_threads)
+            if self.components is not None:
+                is_inside = self.components[moved_to] == self.components[centers]
+                moved_to = np.where(is_inside, moved_to, centers)
             if np.array_equal(moved_to, centers):
                 break
             with timed(self.timings, "classify"):
@@ -222,16 +214,6 @@ class Loop:
                 with timed(self.timings, "classify"):
                     clustering.classify(moved_to)
         return max_num_iter, "max_num_iter"
-
-
-def _labels_and_centers(clustering: Clustering) -> tuple[Ints, Ints]:
-    """Return the labels and the centers of a clustering; each center has the label of its region.
-
-    If paths have offsets, a center may lie in another region. It then gets a region of one cell.
-    """
-    labels, centers = clustering.labels(), clustering.centers()
-    labels[centers] = np.arange(len(centers), dtype=labels.dtype)
-    return labels, centers
 
 
 def _root_mean_square_move(graph: OrderedGraph, centers: Ints, moved_to: Ints) -> float:

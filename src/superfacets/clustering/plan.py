@@ -8,6 +8,7 @@ from typing import TypeAlias
 import numpy as np
 
 from .. import _core
+from .._core import CoarseGraph
 from ..base.checks import checked_partial_labels, checked_seeds, counted, refuse_mask
 from ..base.options import AnyInit, CountOptions, Seeds
 from ..base.types import Array, Floats, Ints, Longs, Singles
@@ -68,6 +69,24 @@ class Plan:
     def groups(self) -> Ints:
         """Group of each cell in the mask (see `KeptCells.groups`); empty without barriers."""
         return NO_GROUPS if self.inside is None else self.inside.groups
+
+    @property
+    def is_divided(self) -> bool:
+        """Whether barriers divide the cells inside the mask."""
+        return bool((self.groups[1:] != self.groups[:-1]).any())
+
+    def components(self, coarse: list[CoarseGraph]) -> Ints:
+        """Return the component of each cell of the last graph in `coarse`, or of each cell inside.
+
+        `coarse` contains coarse graphs of the cells inside the mask, from the finest on.
+        """
+        assert self.inside is not None
+        one_label = np.zeros(len(self.inside.cells), np.int32)
+        arcs = (self.inside.offsets, self.inside.neighbors)
+        components, _ = _core.find_components(*arcs, one_label)
+        for level in coarse:
+            components = components[level.centers()]
+        return components
 
     def placed_cells(
         self, graph: BaseGraph, lengths: Singles, n_threads: int

@@ -15,7 +15,7 @@ from ..base.types import Floats
 from ..graph.cell_graph import CellGraph, checked_graph
 from ..graph.constraints import ConstraintOptions
 from ..weights.features import Features
-from .balance import Balancer
+from .balance import Balancer, shared_seeds
 from .coarsening import Coarsening, coarsened
 from .loop import Loop
 from .plan import ArcLengths, Plan, Start
@@ -134,12 +134,19 @@ def segment_cells(
         coarse = coarsening.graphs
         first = coarse[-1].graph if coarse else graph
         seeds = run_seeding(first, bounds, size, options, init, loop.islands, loop.n_threads)
+        components = None
+        if plan.is_divided and not plan.has_seeds:
+            components = plan.components(coarse)
+            seeds = shared_seeds(first, seeds, components, size.n_segments, loop)
         del first  # this reference would keep the graph in memory during the loop
     is_short = coarsening.is_short and loop.relocates
-    cycle = Loop(size.radius, loop, timings, balancer=balancer, is_short=is_short)
+    cycle = Loop(
+        size.radius, loop, timings, balancer=balancer, components=components, is_short=is_short
+    )
     labels, centers = cycle.run(coarsening, graph, seeds)
     # There can be fewer centers than seeds, because the balancer may remove centers.
-    n_unreached = max(0, len(centers) - len(seeds))
+    n_placed = len(seeds) if components is None else min(len(seeds), size.n_segments)
+    n_unreached = max(0, len(centers) - n_placed)
     if joining_arcs is not None and loop.radius_factor is None:
         with timed(timings, "classify"):
             labels = _core.join_loose_pieces(

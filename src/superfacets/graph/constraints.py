@@ -241,6 +241,14 @@ def sharp_edges_inside(
     return np.bincount(regions, _lengths_of(mesh, inside), n_regions) / (total or 1.0)
 
 
+def checked_angle(angle: Any) -> float:
+    """Check a minimum angle of sharp edges, in degrees, and return it as a float."""
+    number = checked_number(angle, "angle", zero=False)
+    if number > 180:
+        raise ValueError(f"angle must be at most 180, got {number:g}")
+    return number
+
+
 def _sharp_sides(
     mesh: MeshLike, angle: float, weld: float, n_threads: int | None
 ) -> tuple[Longs, Ints]:
@@ -248,14 +256,12 @@ def _sharp_sides(
 
     See `_keys_of` for the keys.
     """
-    angle = checked_number(angle, "angle", zero=False)
-    if angle > 180:
-        raise ValueError(f"angle must be at most 180, got {angle:g}")
+    limit = np.radians(checked_angle(angle))
     source, threads = as_mesh(mesh), checked_threads(n_threads)
     graph = build_face_graph(source, weld=weld, n_threads=threads)
     angles = arc_measures(source, graph, n_threads=threads).angles
     assert angles is not None
-    sources, is_sharp = graph.sources, np.abs(angles) >= np.radians(angle) - ANGLE_NOISE
+    sources, is_sharp = graph.sources, np.abs(angles) >= limit - ANGLE_NOISE
     # The arcs of a face are sorted by side. If two consecutive arcs cross the same side, its edge
     # has three or more faces, so it is sharp.
     is_same = (sources[1:] == sources[:-1]) & (graph.sides[1:] == graph.sides[:-1])
@@ -362,15 +368,19 @@ def _groups_apart(graph: CsrArcs, before: Bools, after: Bools, sources: Ints) ->
     `before` marks the arcs that the mask keeps, and `after` marks the arcs that the mask keeps and
     that cross no barrier.
     """
-    whole, n_whole = _components_of(graph, before, sources)
-    pieces, n_pieces = _components_of(graph, after, sources)
+    whole, n_whole = components_of(graph, before, sources)
+    pieces, n_pieces = components_of(graph, after, sources)
     whole_of_piece = np.empty(n_pieces, np.int32)
     whole_of_piece[pieces] = whole
     is_cut = np.bincount(whole_of_piece, minlength=n_whole) > 1
     return np.where(is_cut[whole], pieces, np.int32(ANY_GROUP))
 
 
-def _components_of(graph: CsrArcs, keeps_arc: Bools, sources: Ints) -> tuple[Ints, int]:
+def components_of(graph: CsrArcs, keeps_arc: Bools, sources: Ints) -> tuple[Ints, int]:
+    """Return the connected component of each cell, (N,), and their number.
+
+    `keeps_arc` marks the arcs that connect cells, (M,), and `sources` is ``graph.sources``.
+    """
     counts = np.bincount(sources[keeps_arc], minlength=graph.n_cells)
     offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
     one_label = np.zeros(graph.n_cells, np.int32)

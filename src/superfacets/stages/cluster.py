@@ -27,6 +27,9 @@ from .part_costs import PART_CREASE_SCALE, PartCosts
 from .prepare import Planned
 from .weigh import Lengths, Weighed
 
+MAX_SPREAD = 0.15
+"""Maximum coefficient of variation of the target sizes of equal regions without a warning."""
+
 
 @dataclass(frozen=True, eq=False)
 class Clustered:
@@ -53,6 +56,14 @@ def cluster(
         ordered, coarsening, weighed.surface.bounds, plan, options.loop,
         arcs if weighed.has_part_costs else None, balancer,
     )  # fmt: skip
+    if balancer is not None and plan.is_divided and options.sizes.balance == 1:
+        spread = float(balancer.goals.std() / balancer.goals.mean())
+        if spread > MAX_SPREAD:
+            note = (
+                f"sizes of regions vary by {spread:.0%}, because some areas between barriers are"
+                " smaller than a region: with more regions, sizes vary less"
+            )
+            warnings.warn(note, BalanceWarning, stacklevel=5)
     goals = None if balancer is None else balancer.region_goals(result.labels, result.n_segments)
     return Clustered(result, goals, part_costs)
 

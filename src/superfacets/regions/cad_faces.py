@@ -1,0 +1,120 @@
+"""Divide a CAD part into flat sides and areas of similar curvature, by merging flat patches."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..base.types import Floats, Ints, Longs
+from ..graph.constraints import ANGLE_NOISE, checked_angle, components_of
+from ..graph.kinds import as_surface
+from ..graph.surface import Surface
+from ..mesh.convert import MeshLike, as_mesh
+from ..mesh.faces import corners_of
+
+ROUNDING, MAX_TILT = 1e-6, 0.5
+"""Largest rounding error, as a fraction of the diagonal; in float32, it is 6e-8. It tilts a face by
+error / height, in radians. Faces that it can tilt by MAX_TILT join a neighbor."""
+
+DIFFERENCE, SCATTER, FEW = 0.35, 0.3, 8
+"""Areas are similar if curvatures differ by less than DIFFERENCE + SCATTER / sqrt(n), relative to
+the larger one; n is the smaller number of patches. An area of at most FEW single triangles always
+joins a neighbor. The first strip of a fillet has 3/4 of the curvature of the other strips."""
+
+
+def cad_faces(
+    mesh: MeshLike, angle: float = 30.0, *, weld: bool = True, n_threads: int | None = None
+) -> Ints:
+    """Label each flat side of a CAD part, and each other area of similar curvature.
+
+    Borders are sharp edges, and lines where the curvature changes, as at the foot of a boss.
+
+    Parameters
+    ----------
+    mesh : Mesh, PolygonMesh or mesh-like
+        Same as in `segment`.
+    angle : float, default 30
+        Same as in `sharp_edges`. It must exceed the angle between two facets of a cylinder.
+    weld, n_threads
+        Same as in `segment`.
+
+    Returns
+    -------
+    ndarray of int32, shape (N,)
+        Labels from 0 to K - 1. They can be `barriers` of `segment`.
+
+    Raises
+    ------
+    MeshError, ValueError, TypeError
+        As for `sharp_edges`.
+
+    Examples
+    --------
+    >>> valley = ([[0, 0, 0], [1, 0, 0], [0, 0, 1], [0, 1, 0]], [[2, 1, 0], [3, 2, 0]])
+    >>> cad_faces(valley).tolist(), cad_faces(valley, 91).tolist()
+    ([0, 1], [0, 0])
+    """
+    source, limit = as_mesh(mesh), np.radians(checked_angle(angle)) - ANGLE_NOISE
+    surface, n_few = as_surface(source, weld=weld, n_threads=n_threads), 0
+    labels, sums, pairs = _patches(surface, corners_of(source).sizes, limit)
+    while n_few <= FEW and pairs.size:
+        targets = _targets(sums, pairs, 1 / surface.diagonal, n_few)
+        n = int(targets.max()) + 1
+        n_few += n == len(sums)
+        sums = np.stack([np.bincount(targets, column, n) for column in sums.T], axis=1)
+        labels, pairs = targets[labels], _distinct(targets[pairs], n)
+    return surface.components(labels)
+
+
+def _patches(surface: Surface, sizes: Longs | int, limit: float) -> tuple[Longs, Floats, Longs]:
+    """Return the flat patch of each face, sums over each patch, and pairs of neighbors, (2, P).
+
+    Sums, (K, 5): half the angles times lengths of convex and concave edges, area, patches, corners.
+    """
+    arcs, sources, areas = surface.arc_measures(), surface.sources, surface.measures
+    assert arcs.angles is not None
+    assert arcs.sides is not None
+    lengths, ends = arcs.border_lengths, np.stack([sources, surface.neighbors])
+    longest = np.zeros_like(areas)
+    np.maximum.at(longest, sources, lengths)
+    heights, error = 2 * areas / np.where(longest > 0, longest, 1), ROUNDING * surface.diagonal
+    is_known = MAX_TILT * heights > error
+    is_same = (sources[1:] == sources[:-1]) & (arcs.sides[1:] == arcs.sides[:-1])
+    is_smooth = (np.abs(arcs.angles) < limit) & is_known[ends].all(axis=0)
+    is_smooth[1:] &= ~is_same
+    is_smooth[:-1] &= ~is_same
+    is_flat = is_smooth & (np.abs(arcs.angles) * heights[ends].min(axis=0) < error)
+    last = surface.offsets[1:][~is_known & (longest > 0)] - 1  # the longest after sorting
+    is_flat[np.lexsort((lengths, is_known[ends[1]], sources))[last]] = True
+    patches, n = components_of(surface, is_flat, sources)
+    pairs = patches[ends[:, is_smooth]].astype(np.int64)
+    bends = (arcs.angles * lengths / 2)[is_smooth] * (pairs[0] != pairs[1])
+    convex, concave = (np.bincount(pairs[0], np.maximum(x, 0), n) for x in (-bends, bends))
+    total, corners = (np.bincount(patches, x, n) for x in (areas, sizes * is_known))
+    sums = np.stack([convex, concave, total, np.ones(n), corners], axis=1)
+    return patches.astype(np.int64), sums, _distinct(pairs, n)
+
+
+def _targets(sums: Floats, pairs: Longs, floor: float, n_few: int) -> Longs:
+    """Return the number, after merging, of the area that each area becomes part of.
+
+    Curvatures below `floor` count as 0. Areas of at most `n_few` single triangles always merge.
+    """
+    (first, second), each, counts = pairs, np.arange(len(sums)), sums[:, 3]
+    curvatures = sums[:, :2] / np.maximum(sums[:, 2:3], np.finfo(float).tiny)
+    differences = np.abs(curvatures[first] - curvatures[second]).sum(axis=1)
+    differences /= np.maximum(curvatures.sum(axis=1)[pairs].max(axis=0), floor)
+    differences /= DIFFERENCE + SCATTER / np.sqrt(counts[pairs].min(axis=0))
+    are_few = (counts <= n_few) & (sums[:, 4] <= 3 * counts)
+    chosen = np.flatnonzero((differences < 1) | are_few[pairs].any(axis=0))
+    chosen = chosen[np.lexsort((-differences[chosen], first[chosen]))]
+    best = each.copy()
+    best[first[chosen]] = second[chosen]  # of several values, numpy assigns the last one
+    targets = np.where(best[best] == each, np.minimum(best, each), each)
+    targets = np.where(are_few & ~are_few[best], targets[best], targets)
+    return np.unique(targets, return_inverse=True)[1]
+
+
+def _distinct(pairs: Longs, n: int) -> Longs:
+    """Remove repeated pairs, and pairs of one of the `n` areas with itself."""
+    keys = np.unique((pairs[0] * n + pairs[1])[pairs[0] != pairs[1]])
+    return np.stack([keys // n, keys % n])
