@@ -224,7 +224,7 @@ PRIMITIVE = ["meshes", 0, "primitives", 0]
     ([*PRIMITIVE, "mode"], -4, "mode must be an integer >= 0, got -4"),
     ([*PRIMITIVE, "indices"], None, "a multiple of 3 corners is expected, got 5"),
     (["accessors", 0, "bufferView"], None, "all faces lie at one point"),
-    (["accessors", 0, "sparse"], {"count": 1}, "accessors[0] has no indices or values of sparse rows"),
+    (["accessors", 0, "sparse"], {"count": 1}, "accessors[0] has no indices or values of"),
     (["accessors", 0, "bufferView"], 2, "there is no bufferViews[2]"),
     (["accessors", 0, "componentType"], 5124, "accessors[0] must have the type VEC3"),
     (["accessors", 0, "componentType"], [], "componentType must be an integer >= 0, got []"),
