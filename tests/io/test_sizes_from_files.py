@@ -63,7 +63,7 @@ GUARDS = {
         ("decode_meshopt", "decode_gltf_buffer"): "`Gltf.take` limits the sum of sizes"},
     "superfacets_formats/cortex.py": {
         ("_decoded", "decompress"): "at most one byte more than declared, which is limited",
-        ("_gifti_array", "frombuffer"): "a view of decoded bytes, whose number is checked"},
+        ("_values_of", "frombuffer"): "a view of decoded bytes, whose number is checked"},
     "superfacets_formats/e57.py": {
         ("_read_columns", "reader"): "`_check_counts` compares all scans with the file",
         ("_joined", "repeat"): "lengths of points in memory",

@@ -140,7 +140,14 @@ class Formats(dict[str, Table]):
         kinds = [table for kind, table in self.writers.items() if kind != "points"]
         self.cell_outputs = _distinct(self.writers["triangles"], *kinds, self.writers["points"])
         """Files that store the cells. All others store only labels, or data derived from them."""
-        self.attribute_outputs = (*faces, ".pcd", ".las", ".laz", ".label.gii")
+        self.attribute_outputs = (
+            *faces,
+            *self["write_tetrahedra"],
+            ".pcd",
+            ".las",
+            ".laz",
+            ".label.gii",
+        )
         """Files for which commands read the attributes of the input, including its texture."""
         self.class_outputs = (".glb", ".obj", ".stl", ".aggregation.json")
         """Files that store a class per region."""

@@ -35,8 +35,6 @@ def read_obj(source: Input) -> Read:
     """
     data = without_continuations(source.data)
     vertices, colors, faces = _read_arrays(data)
-    for item in ("v (vertices)", "f (faces)"):
-        source.declare(item, "cells")
     if not source.keep:
         return source.mesh(vertices, faces, vertex=colors)
     for word, what in _OTHER_LINES.items():

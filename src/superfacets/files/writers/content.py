@@ -11,7 +11,7 @@ import numpy as np
 
 from ...base.lazy import load
 from ...base.types import Array, Bytes, Ints
-from ..attributes import MeshAttributes, is_image
+from ..attributes import COLORS, MeshAttributes, is_image
 
 if TYPE_CHECKING:
     from ... import Texture
@@ -47,6 +47,17 @@ class Output:
         same = [name for name in own.keys() & stored.keys() if _are_equal(own[name], stored[name])]
         self.taken.update(f"{owner} property {name}" for name in (*(stored.keys() - own), *same))
         return {name: values for name, values in stored.items() if name not in own}
+
+    def stored_colors(self, owner: str) -> Bytes | None:
+        """Return red, green and blue of the attributes, (n, 3), and mark them as stored.
+
+        The result is None unless all are bytes.
+        """
+        stored = self._stored(owner)
+        if not all(name in stored and stored[name].dtype == np.uint8 for name in COLORS):
+            return None
+        self.taken.update(f"{owner} property {name}" for name in COLORS)
+        return np.column_stack([stored[name] for name in COLORS])
 
     def _stored(self, owner: str) -> Mapping[str, Array]:
         stored: Mapping[str, Array] = getattr(self.attributes, owner, {})
