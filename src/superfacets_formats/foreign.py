@@ -20,7 +20,7 @@ from superfacets.kit import Array, counted, shortened
 
 Found = dict[str, "Array | str"]
 
-NO_ROWS = "which belong to neither points nor cells"
+NO_ROWS = "which belongs to neither points nor cells"
 
 _DECLARED = re.compile(
     rb"^[ \t]*(POINTS|CELLS|POLYGONS|LINES|VERTICES|TRIANGLE_STRIPS)[ \t]+(\d{1,18})\b", re.M | re.I

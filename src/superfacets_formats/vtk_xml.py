@@ -61,7 +61,7 @@ def read_vtp(source: Input) -> Read:
     others = ("NumberOfVerts", "NumberOfLines")
     for name in others:
         if n := sum(_count(piece, name) for piece in file.pieces):
-            source.declare(f"{n} {name[8:].lower()}", "which are not polygons")
+            source.declare(f"{counted(n, 'cell')} in {name[8:]}", "which has no polygons")
     return source.polygons(
         points, sizes, corners, vertex=file.data("PointData", "NumberOfPoints"),
         face=file.data("CellData", "NumberOfPolys", others),
