@@ -47,7 +47,7 @@ def info_command(
 
     def report(index: int) -> None:
         text = inputs[index]
-        info, attributes, frame = run_in_background(lambda: _read(text, format))
+        info, attributes, frame, fates = run_in_background(lambda: _read(text, format))
         of_las = {} if frame is None else frame.facts
         slivers = getattr(info, "sliver_share", 0.0)
         note = SliverWarning.text(slivers, "try segment --subdivide")
@@ -60,9 +60,10 @@ def info_command(
             names = ", ".join(constant)
             print_note(f"{name_of(text)}: properties with the same value everywhere: {names}")
         if as_json:
-            click.echo(json.dumps({"file": text, **dataclasses.asdict(info), **of_las}))
+            click.echo(json.dumps({"file": text, **dataclasses.asdict(info), **of_las, **fates}))
             return
-        rows = [*_rows_of(info), *((name.replace("_", " "), str(of_las[name])) for name in of_las)]
+        others = {**{name: "; ".join(items) for name, items in fates.items() if items}, **of_las}
+        rows = [*_rows_of(info), *((name.replace("_", " "), str(others[name])) for name in others)]
         if len(inputs) > 1:
             rows = [("file", name_of(text)), *rows]
         click.echo("\n".join(f"{name:<20} {value}" for name, value in rows))
@@ -71,7 +72,7 @@ def info_command(
         ctx.exit(EXIT_DATA)
 
 
-def _read(text: str, format: str | None) -> tuple[Any, MeshAttributes | None, Any]:
+def _read(text: str, format: str | None) -> tuple[Any, MeshAttributes | None, Any, Any]:
     path = Path(text)
     keep = not path.is_file() or path.stat().st_size <= MAX_BYTES_OF_ATTRIBUTES
     source = read_input(text, format)
@@ -80,7 +81,8 @@ def _read(text: str, format: str | None) -> tuple[Any, MeshAttributes | None, An
     frame = None if attributes is None else attributes.header
     # Constant fields of LAS files are not reported: most files leave some fields unused.
     measure: Any = cloud_info if kind_of(cells).are_points else mesh_info
-    return measure(cells), attributes if keep and not is_las else None, frame
+    fates = {} if attributes is None else attributes.fates
+    return measure(cells), attributes if keep and not is_las else None, frame, fates
 
 
 def _constant_properties(attributes: MeshAttributes | None) -> list[str]:
@@ -167,9 +169,10 @@ def formats_command() -> None:
     labels = labels & {*FORMATS.outputs} | {_LABEL_IMAGE}
     write: Tables = {**kinds, "labels": labels, "region graph": FORMATS.graph_outputs}
     endings = dict.fromkeys([*FORMATS.cells, *FORMATS.labels, *FORMATS.outputs])
-    click.echo(f"{'ending':<18} {'reads':<26} writes")
+    click.echo(f"{'ending':<18} {'reads':<26} {'with extra':<11} writes")
     for each in endings:
-        click.echo(f"{each:<18} {_of(each, read):<26} {_of(each, write)}".rstrip())
+        extra = FORMATS.extras.get(each, "")
+        click.echo(f"{each:<18} {_of(each, read):<26} {extra:<11} {_of(each, write)}".rstrip())
     click.echo("For --to and --format, write an ending without its first . or _, such as ply.")
 
 

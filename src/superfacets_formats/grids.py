@@ -32,8 +32,8 @@ _SIZES = {1: 1, 3: 2, 5: 3, _PIXEL: 4, 9: 4, 10: 4, 21: 3, 22: 6, 23: 8, 24: 10,
 """Number of nodes by VTK type; a different number indicates a damaged file."""
 
 _NAMES = {
-    1: "vertex", 2: "polyvertex", 3: "line", 4: "polyline", 5: "triangle", 7: "polygon", 9: "quad", 10: "tetra", 11: "voxel",
-    12: "hexahedron", 24: "tetra10",
+    1: "vertex", 2: "polyvertex", 3: "line", 4: "polyline", 5: "triangle", 7: "polygon", 9: "quad",
+    10: "tetra", 11: "voxel", 12: "hexahedron", 24: "tetra10",
     13: "wedge", 14: "pyramid", 21: "line3", 22: "triangle6", 23: "quad8", 25: "hexahedron20",
     26: "wedge15", 27: "pyramid13", 28: "quad9", 29: "hexahedron27", 32: "wedge18",
     42: "polyhedron",

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import superfacets as sf
-from superfacets import MeshError
 
 meshio = pytest.importorskip("meshio")
 vtk = pytest.importorskip("vtk")

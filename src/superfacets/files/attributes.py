@@ -118,11 +118,21 @@ class MeshAttributes:
     @property
     def left_out(self) -> tuple[str, ...]:
         """What the file declares, but is neither in the cells nor in the attributes, and why."""
-        return tuple(
+        return self.fates["left_out"]
+
+    @property
+    def fates(self) -> dict[str, tuple[str, ...]]:
+        """What the file declares, by what became of it: `declared`, and `left_out` for the rest."""
+        rest = tuple(
             f"{item}, {fate}" if fate else item
             for item, fate in self.declared.items()
             if fate not in TAKEN
         )
+        taken = {
+            fate: tuple(item for item, became in self.declared.items() if became == fate)
+            for fate in TAKEN
+        }
+        return {**taken, "left_out": rest}
 
     @property
     def colors(self) -> Bytes | None:

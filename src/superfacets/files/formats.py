@@ -118,6 +118,8 @@ class Formats(dict[str, Table]):
         """Files with meshes, or with cells of another kind than points."""
         self.cells = _distinct(self.meshes, self["read_points"])
         """Mesh files and point cloud files."""
+        self.extras = {ending: extra for ending, (_, extra) in _EXTRAS.items()}
+        """Extra of superfacets that reading needs, by ending."""
         self.z_up = (".las", ".laz", ".e57")
         """Files in which z points up. glTF defines y, but many files do not follow this."""
         self.placed_labels = tuple(ending for ending in self.cells if ending not in self["labels"])
