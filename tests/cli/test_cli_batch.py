@@ -125,7 +125,7 @@ def test_a_missing_extra_is_named_before_the_first_file(run, sheet, tmp_path, ou
     monkeypatch.setitem(formats._EXTRAS, ".msh", ("a_missing_package", "mesh"))
     status, printed, err = run("batch", sheet, tmp_path / "b.msh", "-o", out)
     assert (status, printed) == (1, "")
-    assert 'pip install "superfacets[mesh]"' in err
+    assert "needs an extra: pip install 'superfacets[mesh]'" in err
     assert not out.exists()
 
 

@@ -347,17 +347,6 @@ class TestObj:
         read = pyvista.read(tmp_path / "a.obj")
         assert Counter(read.cell_data["GroupIds"].astype(int).tolist()) == Counter(labels.tolist())
 
-    def test_meshio_finds_them_too(self, tmp_path):
-        meshio = pytest.importorskip("meshio")
-        mesh = shapes.bumpy_sheet(6)
-        labels = np.arange(mesh.n_faces) % 5
-        write_mesh(tmp_path / "a.obj", mesh, labels)
-        read = meshio.read(tmp_path / "a.obj")
-        groups = [np.unique(part) for part in read.cell_data["obj:group_ids"]]
-        assert all(len(group) == 1 for group in groups)
-        for region, block in enumerate(read.cells):
-            assert_array_equal(block.data, mesh.faces[labels == region])
-
     def test_coordinates_come_back_exactly(self, square, tmp_path):
         moved = Mesh(square.vertices + 1 / 3, FACES)
         for name in ("a.obj", "a.off"):
@@ -372,13 +361,6 @@ class TestOff:
         assert (tmp_path / "a.off").read_text() == (
             "OFF\n5 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n0.5 2 0\n4 0 1 2 3 1 2 3\n3 3 2 4 4 5 6\n"
         )
-
-    def test_meshio_reads_those_without_colors(self, square, tmp_path):
-        meshio = pytest.importorskip("meshio")
-        write_mesh(tmp_path / "a.off", square)
-        read = meshio.read(tmp_path / "a.off")
-        assert_array_equal(read.points, VERTICES)
-        assert_array_equal(read.cells_dict["triangle"], FACES)
 
     def test_other_readers_find_the_faces(self, tmp_path):
         trimesh = pytest.importorskip("trimesh")

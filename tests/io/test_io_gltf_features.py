@@ -10,7 +10,7 @@ from superfacets import read_attributes, read_cloud, read_labels, read_mesh, wri
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], "<f4")
 CORNERS = np.array([0, 1, 2, 0, 2, 3], "<u2")
 CODES = {"f4": 5126, "u2": 5123, "u1": 5121}
-KINDS = {(): "SCALAR", (3,): "VEC3", (4,): "VEC4", (4, 4): "MAT4"}
+KINDS = {(): "SCALAR", (2,): "VEC2", (3,): "VEC3", (4,): "VEC4", (4, 4): "MAT4"}
 
 
 class Document:
@@ -33,14 +33,17 @@ class Document:
         })  # fmt: skip
         return len(self.accessors) - 1
 
-    def write(self, path, primitive, nodes=({"mesh": 0},), **more):
+    def content(self, primitive, nodes=({"mesh": 0},), **more):
         mesh = {"primitives": [primitive], **more.pop("mesh", {})}
         document = {
             "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [*range(len(nodes))]}],
             "nodes": [*nodes], "meshes": [mesh], "accessors": self.accessors,
             "bufferViews": self.views, "buffers": [{"byteLength": len(self.buffer)}], **more,
         }  # fmt: skip
-        path.write_bytes(glb({key: each for key, each in document.items() if each}, self.buffer))
+        return glb({key: each for key, each in document.items() if each}, self.buffer)
+
+    def write(self, path, *args, **more):
+        path.write_bytes(self.content(*args, **more))
         return path
 
     def square(self, **attributes):

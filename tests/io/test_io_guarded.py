@@ -4,7 +4,6 @@ import concurrent.futures
 import gzip
 import os
 import random
-import sys
 import time
 
 import numpy as np
@@ -199,4 +198,3 @@ def test_reported_files_are_read_or_refused_with_the_reason(data_dir):
     assert refused.keys() == REFUSED.keys()
     assert all(REFUSED[name] in message for name, message in refused.items())
     assert found.items() >= SIZES.items()
-    assert sys.modules.keys().isdisjoint({"vtkmodules.vtkIOLegacy"})

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from mesh_files import glb, gltf_document
 from numpy.testing import assert_array_equal
+from test_io_gltf_features import Document
 from test_io_textures import png_bytes
 
 from superfacets import Mesh, MeshAttributes, TetMesh, write_mesh
@@ -186,34 +186,19 @@ GIFTI = (
 
 
 def everything_of_gltf():
-    """Return a GLB with colors, ids of features, normals, a texture and a camera."""
-    rows = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.5], [9, 9, 9]]
-    parts = [
-        np.array(rows, "<f4"), np.array([[0, 1, 2], [0, 2, 3]], "<u2"),
-        np.array([[1, 0.5, 0]] * 5, "<f4"), np.zeros((5, 2), "<f4"),
-        np.array([[0, 0, 1]] * 5, "<f4"), np.array([4] * 5, "<f4"),
-    ]  # fmt: skip
-    image = png_bytes()
-    buffer, views = b"", []
-    for data in [*(part.tobytes() for part in parts), image]:
-        views.append({"buffer": 0, "byteOffset": len(buffer), "byteLength": len(data)})
-        buffer += data + b"\0" * (-len(data) % 4)
-    kinds = ("VEC3", "SCALAR", "VEC3", "VEC2", "VEC3", "SCALAR")
-    accessors = [
-        {"bufferView": i, "componentType": 5123 if i == 1 else 5126, "count": 6 if i == 1 else 5,
-         "type": kind} for i, kind in enumerate(kinds)
-    ]  # fmt: skip
-    attributes = {"POSITION": 0, "COLOR_0": 2, "TEXCOORD_0": 3, "NORMAL": 4, "_FEATURE_ID_0": 5}
-    primitive = {"attributes": attributes, "indices": 1, "material": 0}
-    lines = {"attributes": {"POSITION": 0}, "mode": 1}
-    skin = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}
-    document = gltf_document(
-        accessors=accessors, bufferViews=views, buffers=[{"byteLength": len(buffer)}],
-        meshes=[{"primitives": [primitive, lines]}], cameras=[{"type": "perspective"}],
-        materials=[skin], textures=[{"source": 0}],
-        images=[{"bufferView": 6, "mimeType": "image/png"}],
+    """Return a GLB with colors, ids of features, normals, a texture, lines and a camera."""
+    document = Document()
+    rows = {"COLOR_0": [[1, 0.5, 0]], "NORMAL": [[0, 0, 1]], "_FEATURE_ID_0": [4]}
+    added = {name: document.add(np.array(row * 4, "<f4")) for name, row in rows.items()}
+    pairs = document.add(np.array([[0, 0], [1, 0], [1, 1], [0, 1]], "<f4"))
+    primitive = {**document.square(**added, TEXCOORD_0=pairs), "material": 0}
+    lines = {"attributes": {"POSITION": primitive["attributes"]["POSITION"]}, "mode": 1}
+    image = document.view(np.frombuffer(png_bytes(), np.uint8))
+    return document.content(
+        primitive, mesh={"primitives": [primitive, lines]}, cameras=[{"type": "perspective"}],
+        materials=[{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
+        textures=[{"source": 0}], images=[{"bufferView": image, "mimeType": "image/png"}],
     )  # fmt: skip
-    return glb(document, buffer)
 
 
 FILES = {

@@ -34,7 +34,7 @@ def read_obj(source: Input) -> Read:
     Truncation of a file between two lines is not detected, because OBJ does not declare counts.
     """
     data = without_continuations(source.data)
-    vertices, colors, faces = _read_arrays(data)
+    vertices, colors, faces = _read_arrays(data, source)
     if not source.keep:
         return source.mesh(vertices, faces, vertex=colors)
     for word, what in _OTHER_LINES.items():
@@ -49,7 +49,9 @@ def read_obj(source: Input) -> Read:
     )
 
 
-def _read_arrays(data: Content) -> tuple[Floats, list[tuple[str, Array]], Array | Polygons | None]:
+def _read_arrays(
+    data: Content, source: Input
+) -> tuple[Floats, list[tuple[str, Array]], Array | Polygons | None]:
     """Return vertices, colors of the vertices, and faces (None if there are none)."""
     parts = zip(*_read_blocks(data), strict=True)
     rows, sizes, corners, lengths = (np.concatenate(blocks) for blocks in parts)
@@ -63,6 +65,8 @@ def _read_arrays(data: Content) -> tuple[Floats, list[tuple[str, Array]], Array 
         if rgb.min() >= 0 and top <= 255:
             rgb = np.rint(rgb * (255 if top <= 1 else 1)).astype(np.uint8)
             colors = [*zip(COLORS, rgb.T, strict=True)]
+    if not colors and sizes.max(initial=3) > 3:
+        source.declare("numbers after the positions of vertices")
     if not len(lengths):
         return vertices, colors, None
     faces = checked_faces(lengths, corners)

@@ -68,16 +68,12 @@ class Output:
         """Attributes that the writer did not store."""
         if self.attributes is None:
             return []
-        done = (
-            load("superfacets_textures.ply_texture:OF_TEXTURE") if "texture" in self.taken else ()
-        )
+        has_texture = "texture" in self.taken
+        done = load("superfacets_textures.ply_texture:OF_TEXTURE") if has_texture else ()
         lost = []
         for owner in ("vertex", "face"):
-            names = [
-                name
-                for name in self._stored(owner)
-                if name not in done and f"{owner} property {name}" not in self.taken
-            ]
+            listed = [name for name in self._stored(owner) if name not in done]
+            names = [name for name in listed if f"{owner} property {name}" not in self.taken]
             if names:
                 many = "properties" if len(names) > 1 else "property"
                 lost.append(f"{owner} {many} {', '.join(names)}")

@@ -222,8 +222,8 @@ def write_regions(
     ----------
     folder : path-like
         Folder for the files, which is created if it is missing. Files are named after the labels,
-        for example ``region_17.ply``. All labels in file names have as many digits as the largest
-        label, with leading zeros. Existing files with these names are replaced.
+        for example ``region_17.ply``, with leading zeros. Existing files with these names are
+        replaced.
     mesh : Mesh, PolygonMesh, TetMesh, PointCloud, mesh-like or cloud-like
         Same as in `segment`. Points keep their normals and colors.
     labels : array_like of integers, shape (N,)
@@ -232,8 +232,8 @@ def write_regions(
         Ending of the files, which selects a format as in `write_mesh`. By default ``.vtu`` for
         tetrahedra, and ``.ply`` for other cells.
     attributes : MeshAttributes, optional
-        Other properties of vertices and faces, from which each file gets the rows of its vertices
-        and faces, as in `write_mesh`. Textures are not written.
+        Other properties, of which each file gets those of its vertices and faces. Textures are not
+        written.
     ascii : bool, default False
         Same as in `write_mesh`.
 
