@@ -103,7 +103,7 @@ def _others_of(
         pairs = {pair.findtext("Name"): pair.findtext("Value") for pair in array.iter("MD")}
         intent = array.get("Intent", "").removeprefix("NIFTI_INTENT_").lower()
         values = _values_of(array, n_bytes)
-        fits = len(values) == n_vertices
+        fits = values.shape[:1] == (n_vertices,)
         yield pairs.get("Name") or intent, values if fits else "which has no row per vertex"
 
 
