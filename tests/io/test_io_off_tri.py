@@ -87,6 +87,7 @@ def test_polygons_keep_their_corners_and_their_order(read, color):
      "the header declares 4 vertices and 999999999999999999999999999999 faces but 20"),
     ("4 2 0", "4000000000 4000000000 0",
      "the header declares 4000000000 vertices and 4000000000 faces but 20 numbers"),
+    ("4 2 0", "4 1 0", "declares 4 vertices and 1 face but 20 numbers in 6 lines do not fit"),
     ("1 1 0\n", "1 1\n", "line 5: a vertex needs 3 coordinates, got 2"),
     ("1 1 0\n", "1 one 0\n", "line 5: expected a number, got 'one'"),
     ("1 1 0\n", "1 nan 0\n", "vertices[2] must be finite, got [1.0, nan, 0.0]"),

@@ -63,7 +63,7 @@ GUARDS = {
         ("decode_meshopt", "decode_gltf_buffer"): "`Gltf.take` limits the sum of sizes"},
     "superfacets_formats/cortex.py": {
         ("_decoded", "decompress"): "at most one byte more than declared, which is limited",
-        ("_gifti_array", "frombuffer"): "a view of decoded bytes, whose number is checked"},
+        ("_values_of", "frombuffer"): "a view of decoded bytes, whose number is checked"},
     "superfacets_formats/cortex_writer.py": {
         ("_write_annot", "arange"): "at most `_MOST_ROWS`"},
     "superfacets_formats/e57.py": {

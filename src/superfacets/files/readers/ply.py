@@ -39,10 +39,8 @@ def read_ply(source: Input) -> Read:
     comments, names = _comments_of(header)
     vertex = _columns(header, tables, "vertex")
     if corners_at is None:
-        return source.mesh(vertices, None, vertex=vertex, comments=comments)
+        return source.mesh(vertices, None, vertex=vertex, comments=comments, names=names)
     faces = _faces_of(tables[corners_at[0]][corners_at[1]], header)
-    for item in (*(f"vertex property {axis}" for axis in "xyz"), "corners of faces"):
-        source.declare(item, "cells")
     face = _columns(header, tables, "face")
     cells, attributes = source.mesh(
         vertices, faces, vertex=vertex, face=face, comments=comments, names=names

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...base.lazy import load
 from ...base.types import Array, Bytes, Ints
-from ..attributes import MeshAttributes, is_image
+from ..attributes import COLORS, MeshAttributes, is_image
 
 if TYPE_CHECKING:
     from ... import Texture
@@ -48,6 +48,17 @@ class Output:
         self.taken.update(f"{owner} property {name}" for name in (*(stored.keys() - own), *same))
         return {name: values for name, values in stored.items() if name not in own}
 
+    def stored_colors(self, owner: str) -> Bytes | None:
+        """Return red, green and blue of the attributes, (n, 3), and mark them as stored.
+
+        The result is None unless all are bytes.
+        """
+        stored = self._stored(owner)
+        if not all(name in stored and stored[name].dtype == np.uint8 for name in COLORS):
+            return None
+        self.taken.update(f"{owner} property {name}" for name in COLORS)
+        return np.column_stack([stored[name] for name in COLORS])
+
     def _stored(self, owner: str) -> Mapping[str, Array]:
         stored: Mapping[str, Array] = getattr(self.attributes, owner, {})
         return stored
@@ -57,16 +68,12 @@ class Output:
         """Attributes that the writer did not store."""
         if self.attributes is None:
             return []
-        done = (
-            load("superfacets_textures.ply_texture:OF_TEXTURE") if "texture" in self.taken else ()
-        )
+        has_texture = "texture" in self.taken
+        done = load("superfacets_textures.ply_texture:OF_TEXTURE") if has_texture else ()
         lost = []
         for owner in ("vertex", "face"):
-            names = [
-                name
-                for name in self._stored(owner)
-                if name not in done and f"{owner} property {name}" not in self.taken
-            ]
+            listed = [name for name in self._stored(owner) if name not in done]
+            names = [name for name in listed if f"{owner} property {name}" not in self.taken]
             if names:
                 many = "properties" if len(names) > 1 else "property"
                 lost.append(f"{owner} {many} {', '.join(names)}")
