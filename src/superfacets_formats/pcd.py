@@ -1,17 +1,21 @@
-"""Read PCD files: a header, then points as text, binary records or compressed columns."""
+"""Read PCD files with pypcd4: a header, then points as text, binary records or compressed columns.
+
+The sizes that the header declares are first compared with the file. pypcd4 gets a header that is
+written from these sizes, because it does not accept all headers.
+"""
 
 from __future__ import annotations
 
+import io
 import math
 import re
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from superfacets import MeshError
+from superfacets import MeshError, kit
 from superfacets.kit import (
     Array,
-    BinaryReader,
     Bools,
     Content,
     Floats,
@@ -19,17 +23,17 @@ from superfacets.kit import (
     Lines,
     Read,
     counted,
+    reason_of,
+    shortened,
     shown,
 )
 
 from .grids import as_count
 
-_KINDS = {
-    f"{letter}{size}": f"<{letter.lower()}{size}"
-    for letter, sizes in (("I", (1, 2, 4, 8)), ("U", (1, 2, 4, 8)), ("F", (4, 8)))
-    for size in sizes
-}
-"""NumPy type for each TYPE and SIZE of a field in the header, for example F4."""
+_SIZES = {"I": (1, 2, 4, 8), "U": (1, 2, 4, 8), "F": (4, 8)}
+"""Sizes in bytes of the numbers of a field, for each TYPE."""
+
+_FORMS = ("ascii", "binary", "binary_compressed")
 
 _DATA = re.compile(rb"^[ \t]*DATA[ \t]+(\S+)[^\n]*\n", re.MULTILINE)
 
@@ -38,14 +42,14 @@ _OTHER_NAMES = {
 }  # fmt: skip
 """Names of normals and colors in `MeshAttributes`, keyed by their names in PCD."""
 
-_WORD = re.compile("[!-~]+")
-"""Matches names that can be names in `MeshAttributes`."""
-
 _PADDING = "_"
 """Name of fields that are only padding."""
 
 _MAX_COMPRESSED = 100
 """Upper bound of the compression ratio. LZF compresses at most 264 bytes to 3 bytes."""
+
+_MAX_NUMBERS = 10_000
+"""Maximum number of numbers per point. The largest known descriptors have 2,000."""
 
 _AT_REST = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 """Pose that programs write if the pose is unknown: translation 0, identity quaternion."""
@@ -53,7 +57,8 @@ _AT_REST = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 
 class _Field(NamedTuple):
     name: str
-    dtype: np.dtype[Any]
+    kind: str  # TYPE
+    size: int  # of a number, in bytes
     length: int  # number of values per point
 
 
@@ -61,13 +66,26 @@ class _Header(NamedTuple):
     fields: list[_Field]
     n_points: int
     viewpoint: Floats | None  # (3,) position of the scanner; None if it is unknown
-    form: str  # "ascii", "binary" or "binary_compressed"
+    form: str  # one of _FORMS
     begin: int  # offset of the first point
 
     @property
     def record_size(self) -> int:
         """Size of a point in bytes."""
-        return sum(field.dtype.itemsize * field.length for field in self.fields)
+        return sum(field.size * field.length for field in self.fields)
+
+    @property
+    def text(self) -> str:
+        """The header for pypcd4: all names differ, and numbers of a text are float64."""
+        kinds = [("F", 8) if self.form == "ascii" else field[1:3] for field in self.fields]
+        rows = {
+            "VERSION": ["0.7"], "FIELDS": [f"f{i}" for i in range(len(self.fields))],
+            "SIZE": [size for _, size in kinds], "TYPE": [kind for kind, _ in kinds],
+            "COUNT": [field.length for field in self.fields], "WIDTH": [self.n_points],
+            "HEIGHT": [1], "VIEWPOINT": [0, 0, 0, 1, 0, 0, 0], "POINTS": [self.n_points],
+            "DATA": [self.form],
+        }  # fmt: skip
+        return "".join(f"{key} {' '.join(map(str, words))}\n" for key, words in rows.items())
 
 
 def read_pcd(source: Input) -> Read:
@@ -76,17 +94,19 @@ def read_pcd(source: Input) -> Read:
     Organized clouds, which have one point per pixel, contain points with a NaN or infinite
     coordinate, which are skipped.
     """
-    data = source.data
-    header = _header_of(data)
-    read = {"ascii": _read_text, "binary": _read_records, "binary_compressed": _read_compressed}
-    if header.form not in read:
-        raise MeshError(f"expected DATA {', '.join(read)}, got {shown(header.form)}")
+    header = _header_of(source.data)
+    table = _points_of(source.data, header)
     columns: dict[str, Array] = {}
-    for field, values in zip(header.fields, read[header.form](data, header), strict=True):
+    is_text = header.form == "ascii"
+    names, place = table.dtype.names or (), 0
+    for field in header.fields:
+        parts = [table[name] for name in names[place : place + field.length]]
+        place += field.length
         if field.name in columns:
             source.declare(f"another point property {field.name}", "whose name is repeated")
         elif field.name != _PADDING:
-            columns[field.name] = values
+            values = parts[0].copy() if len(parts) == 1 else np.stack(parts, axis=1)
+            columns[field.name] = _as_declared(values, field) if is_text else values
     columns = _with_colors(columns)
     is_known: Bools = np.all([np.isfinite(columns[axis]) for axis in "xyz"], axis=0)
     if not is_known.any():
@@ -105,32 +125,34 @@ def _header_of(data: Content) -> _Header:
     for line in data[: found.start()].decode("latin-1").splitlines():
         key, *values = line.split("#")[0].split() or [""]
         words[key] = values
+    form = found[1].decode("latin-1").lower()
+    if form not in _FORMS:
+        raise MeshError(f"expected DATA {', '.join(_FORMS)}, got {shown(form)}")
+    viewpoint = _viewpoint_of(words.get("VIEWPOINT", []))
+    return _Header(_fields_of(words), _n_points(words), viewpoint, form, found.end())
+
+
+def _fields_of(words: dict[str, list[str]]) -> list[_Field]:
     names = words.get("FIELDS", words.get("COLUMNS", []))
+    if not {*"xyz"} & {*names}:  # PDAL writes names in upper case
+        names = [name.lower() for name in names]
     sizes, kinds = words.get("SIZE", []), words.get("TYPE", [])
     counts = words.get("COUNT", ["1"] * len(names))
     if not len(names) == len(sizes) == len(kinds) == len(counts):
         raise MeshError("FIELDS, SIZE, TYPE and COUNT of the header must have the same length")
-    fields = [
-        _Field(name, _type_of(kind, size), as_count(count, "COUNT"))
-        for name, size, kind, count in zip(names, sizes, kinds, counts, strict=True)
-    ]
+    fields = []
+    for name, size, kind, count in zip(names, sizes, kinds, counts, strict=True):
+        if size not in map(str, _SIZES.get(kind, ())):
+            got = f"TYPE {shown(kind)} and SIZE {shown(size)}"
+            raise MeshError(f"expected TYPE I, U or F with a SIZE such as 4, got {got}")
+        if length := as_count(count, "COUNT"):
+            fields.append(_Field(name, kind, int(size), length))
     for axis in "xyz":
         if [field.length for field in fields if field.name == axis] != [1]:
             raise MeshError(f"FIELDS must contain {axis}, with COUNT 1")
-    return _Header(
-        [field for field in fields if field.length],
-        _n_points(words),
-        _viewpoint_of(words.get("VIEWPOINT", [])),
-        found[1].decode("latin-1").lower(),
-        found.end(),
-    )
-
-
-def _type_of(kind: str, size: str) -> np.dtype[Any]:
-    if kind + size not in _KINDS:
-        got = f"TYPE {shown(kind)} and SIZE {shown(size)}"
-        raise MeshError(f"expected TYPE I, U or F with a SIZE such as 4, got {got}")
-    return np.dtype(_KINDS[kind + size])
+    if sum(field.length for field in fields) > _MAX_NUMBERS:
+        raise MeshError(f"a point may have at most {_MAX_NUMBERS:,} numbers: check COUNT")
+    return fields
 
 
 def _n_points(words: dict[str, list[str]]) -> int:
@@ -155,49 +177,39 @@ def _viewpoint_of(words: list[str]) -> Floats | None:
     return np.array(pose[:3])
 
 
-def _read_text(data: Content, header: _Header) -> list[Array]:
+def _points_of(data: Content, header: _Header) -> Array:
+    """Return the points, (N,), as records whose fields have the declared types."""
+    pypcd4 = kit.import_extra("pypcd4", "a .pcd file", "pcd")
+    body = data[header.begin :]
+    if header.form == "ascii":
+        body = _checked_lines(data, header)
+    elif header.form == "binary":
+        _check_points(len(body) // header.record_size, header)
+    else:
+        _check_compressed(body, header)
+    file = io.BytesIO(header.text.encode() + body)
+    try:
+        with np.errstate(all="ignore"):
+            table: Array = np.atleast_1d(pypcd4.PointCloud.from_fileobj(file).pc_data)
+    except Exception as error:  # numpy, lzf and pydantic raise exceptions of many classes
+        reason = shortened(reason_of(error))
+        raise MeshError(f"the points cannot be read, the file may be damaged: {reason}") from None
+    _check_points(len(table), header)
+    return table
+
+
+def _checked_lines(data: Content, header: _Header) -> bytes:
+    """Return the lines of points with one space between numbers, as pypcd4 expects them."""
     lines = Lines.of(data, begin=header.begin, comment=b"#")
     width = sum(field.length for field in header.fields)
     lines.refuse(lines.counts != width, f"expected {counted(width, 'number')}")
     _check_points(len(lines), header)
-    table = lines[: header.n_points].parse(np.float64).reshape(-1, width)
-    ends = np.cumsum([field.length for field in header.fields])[:-1]
-    parts = np.split(table, ends, axis=1)
-    return [
-        _as_declared(part[:, 0] if field.length == 1 else part, field)
-        for field, part in zip(header.fields, parts, strict=True)
-    ]
+    return b"\n".join(b" ".join(lines.content(i).split()) for i in range(header.n_points))
 
 
-def _as_declared(values: Floats, field: _Field) -> Array:
-    """Convert numbers of a text file to the declared type; coordinates remain float64."""
-    if field.name in ("x", "y", "z"):
-        return values
-    kind = field.dtype.kind
-    is_whole = np.all((values == np.floor(values)) & (np.abs(values) < 2.0**32))
-    # In text files, packed colors are integers, even if the header declares floats.
-    if field.name in ("rgb", "rgba") and is_whole and (kind != "f" or values.max() >= 1):
-        return (values.astype(np.int64) & 0xFFFFFFFF).astype(np.uint32)
-    with np.errstate(invalid="ignore", over="ignore"):
-        declared = values.astype(field.dtype)
-    if kind != "f" and not np.array_equal(declared, values):
-        size = counted(field.dtype.itemsize, "byte")
-        raise MeshError(f"the field {field.name} must have integers of {size}")
-    return declared
-
-
-def _read_records(data: Content, header: _Header) -> list[Array]:
-    _check_points((len(data) - header.begin) // header.record_size, header)
-    kinds = [(f"{i}", field.dtype, (field.length,)) for i, field in enumerate(header.fields)]
-    table = np.frombuffer(data, np.dtype(kinds), header.n_points, header.begin)
-    return [_flat(table[f"{i}"]) for i in range(len(kinds))]
-
-
-def _read_compressed(data: Content, header: _Header) -> list[Array]:
-    """Read columns that are stored one after the other and compressed together."""
-    begin = header.begin + 8
-    sizes = np.frombuffer(data[header.begin : begin].ljust(8, b"\0"), "<u4").tolist()
-    n_packed = min(sizes[0], max(len(data) - begin, 0))
+def _check_compressed(body: bytes, header: _Header) -> None:
+    sizes = np.frombuffer(body[:8].ljust(8, b"\0"), "<u4").tolist()
+    n_packed = min(sizes[0], max(len(body) - 8, 0))
     n_bytes = header.n_points * header.record_size
     if n_packed != sizes[0] or sizes[1] != n_bytes or n_bytes > _MAX_COMPRESSED * n_packed:
         raise MeshError(
@@ -205,13 +217,6 @@ def _read_compressed(data: Content, header: _Header) -> list[Array]:
             f" {sizes[1]} bytes, compressed to {sizes[0]}, and has {n_packed} compressed bytes:"
             " it may be truncated or damaged"
         )
-    content = BinaryReader(data, begin=begin).unpacked(n_packed, n_bytes)
-    columns, place = [], 0
-    for field in header.fields:
-        end = place + header.n_points * field.length * field.dtype.itemsize
-        columns.append(_flat(content[place:end].view(field.dtype).reshape(-1, field.length)))
-        place = end
-    return columns
 
 
 def _check_points(n_found: int, header: _Header) -> None:
@@ -222,9 +227,20 @@ def _check_points(n_found: int, header: _Header) -> None:
         )
 
 
-def _flat(values: Array) -> Array:
-    """Return a table in contiguous memory; a table with one column becomes one-dimensional."""
-    return np.ascontiguousarray(values[:, 0] if values.shape[1] == 1 else values)
+def _as_declared(values: Array, field: _Field) -> Array:
+    """Convert numbers of a text file to the declared type; coordinates remain float64."""
+    if field.name in ("x", "y", "z"):
+        return values
+    is_whole = np.all((values == np.floor(values)) & (np.abs(values) < 2.0**32))
+    # In text files, packed colors are integers, even if the header declares floats.
+    if field.name in ("rgb", "rgba") and is_whole and (field.kind != "F" or values.max() >= 1):
+        return (values.astype(np.int64) & 0xFFFFFFFF).astype(np.uint32)
+    with np.errstate(invalid="ignore", over="ignore"):
+        declared = values.astype(f"{field.kind.lower()}{field.size}")
+    if field.kind != "F" and not np.array_equal(declared, values):
+        size = counted(field.size, "byte")
+        raise MeshError(f"the field {field.name} must have integers of {size}")
+    return declared
 
 
 def _with_colors(columns: dict[str, Array]) -> dict[str, Array]:
