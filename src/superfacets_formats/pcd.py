@@ -1,7 +1,6 @@
 """Read PCD files with pypcd4: a header, then points as text, binary records or compressed columns.
 
-The sizes that the header declares are first compared with the file. pypcd4 gets a header that is
-written from these sizes, because it does not accept all headers.
+The sizes that the header declares are first compared with the file.
 """
 
 from __future__ import annotations
@@ -9,31 +8,18 @@ from __future__ import annotations
 import io
 import math
 import re
-from typing import NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
 from superfacets import MeshError, kit
-from superfacets.kit import (
-    Array,
-    Bools,
-    Content,
-    Floats,
-    Input,
-    Lines,
-    Read,
-    counted,
-    reason_of,
-    shortened,
-    shown,
-)
+from superfacets.kit import Array, Content, Floats, Input, Lines, Read, counted, shown
 
 from .grids import as_count
 
-_SIZES = {"I": (1, 2, 4, 8), "U": (1, 2, 4, 8), "F": (4, 8)}
-"""Sizes in bytes of the numbers of a field, for each TYPE."""
-
 _FORMS = ("ascii", "binary", "binary_compressed")
+
+_KINDS = {"i1", "i2", "i4", "i8", "u1", "u2", "u4", "u8", "f4", "f8"}
 
 _DATA = re.compile(rb"^[ \t]*DATA[ \t]+(\S+)[^\n]*\n", re.MULTILINE)
 
@@ -55,37 +41,11 @@ _AT_REST = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 """Pose that programs write if the pose is unknown: translation 0, identity quaternion."""
 
 
-class _Field(NamedTuple):
-    name: str
-    kind: str  # TYPE
-    size: int  # of a number, in bytes
-    length: int  # number of values per point
-
-
 class _Header(NamedTuple):
-    fields: list[_Field]
-    n_points: int
-    viewpoint: Floats | None  # (3,) position of the scanner; None if it is unknown
-    form: str  # one of _FORMS
+    names: list[str]  # names of the fields in the file
+    kinds: list[np.dtype[Any]]  # their declared types
+    shape: Any  # `pypcd4.MetaData`, with other names
     begin: int  # offset of the first point
-
-    @property
-    def record_size(self) -> int:
-        """Size of a point in bytes."""
-        return sum(field.size * field.length for field in self.fields)
-
-    @property
-    def text(self) -> str:
-        """The header for pypcd4: all names differ, and numbers of a text are float64."""
-        kinds = [("F", 8) if self.form == "ascii" else field[1:3] for field in self.fields]
-        rows = {
-            "VERSION": ["0.7"], "FIELDS": [f"f{i}" for i in range(len(self.fields))],
-            "SIZE": [size for _, size in kinds], "TYPE": [kind for kind, _ in kinds],
-            "COUNT": [field.length for field in self.fields], "WIDTH": [self.n_points],
-            "HEIGHT": [1], "VIEWPOINT": [0, 0, 0, 1, 0, 0, 0], "POINTS": [self.n_points],
-            "DATA": [self.form],
-        }  # fmt: skip
-        return "".join(f"{key} {' '.join(map(str, words))}\n" for key, words in rows.items())
 
 
 def read_pcd(source: Input) -> Read:
@@ -97,27 +57,27 @@ def read_pcd(source: Input) -> Read:
     header = _header_of(source.data)
     table = _points_of(source.data, header)
     columns: dict[str, Array] = {}
-    is_text = header.form == "ascii"
-    names, place = table.dtype.names or (), 0
-    for field in header.fields:
-        parts = [table[name] for name in names[place : place + field.length]]
-        place += field.length
-        if field.name in columns:
-            source.declare(f"another point property {field.name}", "whose name is repeated")
-        elif field.name != _PADDING:
-            values = parts[0].copy() if len(parts) == 1 else np.stack(parts, axis=1)
-            columns[field.name] = _as_declared(values, field) if is_text else values
+    parts = [table[name] for name in table.dtype.names or ()]
+    for name, kind, n in zip(*header[:2], header.shape.count, strict=True):
+        values = parts[0].copy() if n == 1 else np.stack(parts[:n], axis=1)
+        del parts[:n]
+        if name in columns:
+            source.declare(f"another point property {name}", "whose name is repeated")
+        elif name != _PADDING:
+            columns[name] = _as_declared(values, name, kind)
     columns = _with_colors(columns)
-    is_known: Bools = np.all([np.isfinite(columns[axis]) for axis in "xyz"], axis=0)
+    is_known = np.all([np.isfinite(columns[axis]) for axis in "xyz"], axis=0)
     if not is_known.any():
         raise MeshError("no point of the file has a position: all coordinates are NaN")
     return source.cloud(
         ((_OTHER_NAMES.get(name, name), values[is_known]) for name, values in columns.items()),
-        viewpoints=header.viewpoint, records=is_known,
+        viewpoints=_viewpoint_of(header.shape.viewpoint), records=is_known,
     )  # fmt: skip
 
 
 def _header_of(data: Content) -> _Header:
+    """Return the header, with sizes that pypcd4 has checked, but not compared with the file."""
+    pypcd4 = kit.import_extra("pypcd4", "a .pcd file", "pcd")
     found = _DATA.search(data[: 1 << 16])
     if found is None:
         raise MeshError("not a PCD file: the header has no line DATA")
@@ -128,31 +88,44 @@ def _header_of(data: Content) -> _Header:
     form = found[1].decode("latin-1").lower()
     if form not in _FORMS:
         raise MeshError(f"expected DATA {', '.join(_FORMS)}, got {shown(form)}")
-    viewpoint = _viewpoint_of(words.get("VIEWPOINT", []))
-    return _Header(_fields_of(words), _n_points(words), viewpoint, form, found.end())
+    names, *rows = _fields_of(words)
+    n_points = _n_points(words)
+    try:
+        shape = pypcd4.MetaData(
+            fields=[f"f{i}" for i in range(len(names))], size=rows[0], type=rows[1], count=rows[2],
+            points=n_points, width=n_points, data=form, viewpoint=words.get("VIEWPOINT", _AT_REST),
+        )  # fmt: skip
+    except ValueError as error:
+        first = cast("Any", error).errors()[0]
+        key = str(first["loc"][0]).upper()
+        given = shown(" ".join(words.get(key, [])))
+        raise MeshError(f"{key} of the header is not valid: {given}") from None
+    kinds = [f"{kind.lower()}{size}" for kind, size in zip(shape.type, shape.size, strict=True)]
+    if not {*kinds} <= _KINDS:
+        raise MeshError(f"expected TYPE I, U or F with a SIZE such as 4, got {kinds}")
+    if form == "ascii":  # `_as_declared` converts the numbers
+        shape = shape.derive(size=(8,) * len(names), type=("F",) * len(names))
+    return _Header(names, [*map(np.dtype, kinds)], shape, found.end())
 
 
-def _fields_of(words: dict[str, list[str]]) -> list[_Field]:
+def _fields_of(words: dict[str, list[str]]) -> tuple[list[str], list[str], list[str], list[int]]:
+    """Return names, sizes, types and numbers of values of the fields that have values."""
     names = words.get("FIELDS", words.get("COLUMNS", []))
     if not {*"xyz"} & {*names}:  # PDAL writes names in upper case
         names = [name.lower() for name in names]
-    sizes, kinds = words.get("SIZE", []), words.get("TYPE", [])
     counts = words.get("COUNT", ["1"] * len(names))
-    if not len(names) == len(sizes) == len(kinds) == len(counts):
+    rows = [names, words.get("SIZE", []), words.get("TYPE", []), counts]
+    if len({*map(len, rows)}) > 1:
         raise MeshError("FIELDS, SIZE, TYPE and COUNT of the header must have the same length")
-    fields = []
-    for name, size, kind, count in zip(names, sizes, kinds, counts, strict=True):
-        if size not in map(str, _SIZES.get(kind, ())):
-            got = f"TYPE {shown(kind)} and SIZE {shown(size)}"
-            raise MeshError(f"expected TYPE I, U or F with a SIZE such as 4, got {got}")
-        if length := as_count(count, "COUNT"):
-            fields.append(_Field(name, kind, int(size), length))
+    lengths = [as_count(count, "COUNT") for count in counts]
     for axis in "xyz":
-        if [field.length for field in fields if field.name == axis] != [1]:
+        if [n for name, n in zip(names, lengths, strict=True) if name == axis and n] != [1]:
             raise MeshError(f"FIELDS must contain {axis}, with COUNT 1")
-    if sum(field.length for field in fields) > _MAX_NUMBERS:
+    if sum(lengths) > _MAX_NUMBERS:
         raise MeshError(f"a point may have at most {_MAX_NUMBERS:,} numbers: check COUNT")
-    return fields
+    fields = [field for field in zip(*rows[:3], lengths, strict=True) if field[3]]
+    names, sizes, kinds, lengths = map(list, zip(*fields, strict=True))
+    return names, sizes, kinds, lengths
 
 
 def _n_points(words: dict[str, list[str]]) -> int:
@@ -167,79 +140,65 @@ def _n_points(words: dict[str, list[str]]) -> int:
     return given
 
 
-def _viewpoint_of(words: list[str]) -> Floats | None:
-    try:
-        pose = tuple(map(float, words))
-    except ValueError:
-        raise MeshError(f"VIEWPOINT must be 7 numbers, got {shown(' '.join(words))}") from None
-    if len(pose) != 7 or pose == _AT_REST or not np.isfinite(pose).all():
-        return None
-    return np.array(pose[:3])
+def _viewpoint_of(pose: tuple[float, ...]) -> Floats | None:
+    is_known = pose != _AT_REST and np.isfinite(pose).all()
+    return np.array(pose[:3]) if is_known else None
 
 
 def _points_of(data: Content, header: _Header) -> Array:
-    """Return the points, (N,), as records whose fields have the declared types."""
+    """Return the points, (N,), as records with the fields of `header.shape`."""
     pypcd4 = kit.import_extra("pypcd4", "a .pcd file", "pcd")
-    body = data[header.begin :]
-    if header.form == "ascii":
-        body = _checked_lines(data, header)
-    elif header.form == "binary":
-        _check_points(len(body) // header.record_size, header)
+    shape, body = header.shape, data[header.begin :]
+    n_bytes = shape.points * shape.build_dtype().itemsize
+    if shape.data == "ascii":
+        lines = Lines.of(data, begin=header.begin, comment=b"#")
+        width = sum(shape.count)
+        lines.refuse(lines.counts != width, f"expected {counted(width, 'number')}")
+        _check_points(len(lines), header)
+        body = b"\n".join(b" ".join(lines.content(i).split()) for i in range(shape.points))
+    elif shape.data == "binary":
+        _check_points(len(body) // shape.build_dtype().itemsize, header)
     else:
-        _check_compressed(body, header)
-    file = io.BytesIO(header.text.encode() + body)
+        sizes = np.frombuffer(body[:8].ljust(8, b"\0"), "<u4").tolist()
+        n_packed = min(sizes[0], max(len(body) - 8, 0))
+        if n_packed != sizes[0] or sizes[1] != n_bytes or n_bytes > _MAX_COMPRESSED * n_packed:
+            raise MeshError(
+                f"{counted(shape.points, 'point')} must have {n_bytes} bytes, but the file"
+                f" declares {sizes[1]} bytes, compressed to {sizes[0]}, and has {n_packed}"
+                " compressed bytes: it may be truncated or damaged"
+            )
     try:
+        file = io.BytesIO(shape.compose_header().encode() + body)
         with np.errstate(all="ignore"):
             table: Array = np.atleast_1d(pypcd4.PointCloud.from_fileobj(file).pc_data)
-    except Exception as error:  # numpy, lzf and pydantic raise exceptions of many classes
-        reason = shortened(reason_of(error))
+    except Exception as error:  # NumPy and lzf raise exceptions of many classes
+        reason = kit.shortened(kit.reason_of(error))
         raise MeshError(f"the points cannot be read, the file may be damaged: {reason}") from None
     _check_points(len(table), header)
     return table
 
 
-def _checked_lines(data: Content, header: _Header) -> bytes:
-    """Return the lines of points with one space between numbers, as pypcd4 expects them."""
-    lines = Lines.of(data, begin=header.begin, comment=b"#")
-    width = sum(field.length for field in header.fields)
-    lines.refuse(lines.counts != width, f"expected {counted(width, 'number')}")
-    _check_points(len(lines), header)
-    return b"\n".join(b" ".join(lines.content(i).split()) for i in range(header.n_points))
-
-
-def _check_compressed(body: bytes, header: _Header) -> None:
-    sizes = np.frombuffer(body[:8].ljust(8, b"\0"), "<u4").tolist()
-    n_packed = min(sizes[0], max(len(body) - 8, 0))
-    n_bytes = header.n_points * header.record_size
-    if n_packed != sizes[0] or sizes[1] != n_bytes or n_bytes > _MAX_COMPRESSED * n_packed:
-        raise MeshError(
-            f"{counted(header.n_points, 'point')} must have {n_bytes} bytes, but the file declares"
-            f" {sizes[1]} bytes, compressed to {sizes[0]}, and has {n_packed} compressed bytes:"
-            " it may be truncated or damaged"
-        )
-
-
 def _check_points(n_found: int, header: _Header) -> None:
-    if n_found < header.n_points:
+    if n_found < header.shape.points:
         raise MeshError(
-            f"the header declares {counted(header.n_points, 'point')}, but the file has {n_found}:"
-            " the file may be truncated"
+            f"the header declares {counted(header.shape.points, 'point')}, but the file has"
+            f" {n_found}: the file may be truncated"
         )
 
 
-def _as_declared(values: Array, field: _Field) -> Array:
+def _as_declared(values: Array, name: str, kind: np.dtype[Any]) -> Array:
     """Convert numbers of a text file to the declared type; coordinates remain float64."""
-    if field.name in ("x", "y", "z"):
+    if values.dtype == kind or name in ("x", "y", "z"):
         return values
     is_whole = np.all((values == np.floor(values)) & (np.abs(values) < 2.0**32))
     # In text files, packed colors are integers, even if the header declares floats.
-    if field.name in ("rgb", "rgba") and is_whole and (field.kind != "F" or values.max() >= 1):
+    if name in ("rgb", "rgba") and is_whole and (kind.kind != "f" or values.max() >= 1):
         return (values.astype(np.int64) & 0xFFFFFFFF).astype(np.uint32)
     with np.errstate(invalid="ignore", over="ignore"):
-        declared = values.astype(f"{field.kind.lower()}{field.size}")
-    if field.kind != "F" and not np.array_equal(declared, values):
-        size = counted(field.size, "byte")
-        raise MeshError(f"the field {field.name} must have integers of {size}")
+        declared = values.astype(kind)
+    if kind.kind != "f" and not np.array_equal(declared, values):
+        size = counted(kind.itemsize, "byte")
+        raise MeshError(f"the field {name} must have integers of {size}")
     return declared
 
 
