@@ -1,9 +1,6 @@
-"""Read LAS and LAZ files, which have one record per point, with laspy. lazrs decompresses LAZ.
+"""Read LAS and LAZ files, which have one record per point, with laspy.
 
-lazrs aborts the process if a file declares more chunks, or larger layers, than fit in memory.
-Therefore all numbers from which lazrs computes sizes of arrays are first compared with the size of
-the file: number and sizes of chunks, sizes of layers, and items of a record. `tools/fuzz` tests
-these checks with damaged files.
+lazrs decompresses LAZ in a process of its own.
 """
 
 from __future__ import annotations
@@ -16,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from superfacets import MeshError, kit
-from superfacets.kit import Array, Bytes, Content, Input, Read, counted, reason_of, shortened
+from superfacets.kit import Array, Bytes, Content, Input, Read, counted
 
 from .las_frame import DIMENSION, LasFrame
 
@@ -26,13 +23,8 @@ whose points are almost all equal exceed the maximum."""
 _SMALL = 64 << 20
 """Size of decompressed points in bytes that is accepted even if `_MAX_COMPRESSED` is exceeded."""
 
-_LAYERS = {10: 9, 11: 1, 12: 2, 13: 1}
-"""Number of compressed layers of the items of LAZ records of point formats 6 to 10, by type.
-Other items are extra bytes, and each byte has its own layer."""
-
 PROJECTION = b"LASF_Projection"
 """User id of the records that contain the coordinate reference system."""
-
 
 EXTRA_BYTES = (b"LASF_Spec", 4)
 """User id and id of the records that describe extra dimensions of the points."""
@@ -67,7 +59,14 @@ def read_las(source: Input) -> Read:
     header = _header_of(data)
     n_bytes = header.n_points * header.size
     if header.is_compressed:
-        records = _decompressed(data, header)
+        if n_bytes > max(_SMALL, _MAX_COMPRESSED * len(data)):
+            raise MeshError(
+                f"the header declares {counted(header.n_points, 'point')} of {header.size} bytes,"
+                f" more than {_MAX_COMPRESSED} times the size of the file, {len(data)} bytes"
+            )
+        kit.FORMATS.check_readers([".laz"])
+        found = kit.guarded("superfacets_formats.las:decompressed", data, source.ending)
+        records = np.asarray(found["records"])
     elif n_bytes > len(data) - header.begin:
         raise MeshError(
             f"the header declares {counted(header.n_points, 'point')} of {header.size} bytes, but"
@@ -217,106 +216,34 @@ def _is_rounded(stored: Array) -> bool:
     return is_long and max(int(stored.max()), -int(stored.min())) > 2**53
 
 
-def _decompressed(data: Content, header: _Header) -> Bytes:
-    lazrs = kit.import_extra("lazrs", "a .laz file", "las")
-    n_bytes = header.n_points * header.size
-    if n_bytes > max(_SMALL, _MAX_COMPRESSED * len(data)):
-        raise MeshError(
-            f"the header declares {counted(header.n_points, 'point')} of {header.size} bytes, more"
-            f" than {_MAX_COMPRESSED} times the size of the file, {len(data)} bytes"
-        )
-    description = header.records.get(_LASZIP, b"")
-    n_layers = _n_layers(lazrs, description, header)
-    begin, end = header.begin + 8, _begin_of_table(data, header)
-    try:
-        table = _chunks(lazrs, data[end:], description, header, end - begin)
-        content = data[begin:end]
-        if n_layers:
-            _check_layers(content, table, header.size, n_layers)
-        records = np.empty(n_bytes, np.uint8)
-        lazrs.decompress_points_with_chunk_table(content, description, records, table)
-    except BaseException as error:  # PanicException is not an Exception and cannot be imported
-        if isinstance(error, lazrs.LazrsError) or type(error).__name__ == "PanicException":
-            raise MeshError(f"the LAZ file cannot be read: {shortened(reason_of(error))}") from None
-        raise
-    return records
+def decompressed(data: bytes, _ending: str) -> dict[str, Array]:
+    """Return the records of the points of a LAZ file, called in a process of its own.
 
-
-def _n_layers(lazrs: Any, description: bytes, header: _Header) -> int:
-    """Check the items of a record; return the number of layers per chunk, 0 for formats 0 to 5."""
-    compressor, major, minor = struct.unpack_from("<H2xBB", description.ljust(6, b"\0"))
-    if compressor == 1 and major < 3:
-        raise MeshError(
-            f"LASzip {major}.{minor} compressed the points without chunks, which lazrs does not"
-            " read: decompress the file with laszip or las2las first"
-        )
-    new = lazrs.LazVlr.new_for_compression(header.frame.point_format, header.n_extra, False)
-    expected = bytes(new.record_data())
-    is_layered, fits = header.frame.point_format > 5, len(description) == len(expected)
-    given, items = (
-        [*struct.iter_unpack("<HHH", each[34:])]
-        for each in (description if fits else expected, expected)
-    )
-    fits &= description[:2] == expected[:2] and description[32:34] == expected[32:34]
-    fits &= [item[:2] for item in given] == [item[:2] for item in items]
-    if not fits or not {item[2] for item in given} <= ({3, 4} if is_layered else {1, 2}):
-        raise MeshError("the description of the compressed points does not match their format")
-    return sum(_LAYERS.get(kind, size) for kind, size, _ in items) if is_layered else 0
-
-
-def _begin_of_table(data: Content, header: _Header) -> int:
-    """Return the offset of the chunk table.
-
-    The file stores this offset before the points, or in its last 8 bytes.
+    lazrs aborts the process if a file declares more than fits in memory.
     """
-    begin = header.begin + 8
-    if begin <= len(data):
-        for at in (header.begin, len(data) - 8):
-            (place,) = struct.unpack_from("<q", data, at)
-            if begin <= place <= len(data) - 8:
-                return int(place)
-    raise MeshError(
-        "the chunk table of the compressed points is outside the file: the file may be truncated"
-    )
-
-
-def _chunks(
-    lazrs: Any, table: bytes, description: bytes, header: _Header, n_bytes: int
-) -> list[tuple[int, int]]:
-    (n_chunks,) = struct.unpack_from("<I", table, 4)
-    if n_chunks > n_bytes // header.size + 1:  # each chunk begins with an uncompressed point
+    lazrs = kit.import_extra("lazrs", "a .laz file", "las")
+    header = _header_of(data)
+    description = header.records.get(_LASZIP, b"").ljust(6, b"\0")
+    if description[0] == 1:
         raise MeshError(
-            f"the file declares {counted(n_chunks, 'chunk')} of points, too many for its size"
+            f"LASzip {description[4]}.{description[5]} compressed the points without chunks, which"
+            " lazrs does not read: decompress the file with laszip or las2las first"
         )
     vlr = lazrs.LazVlr(description)
-    chunks = lazrs.read_chunk_table_only(io.BytesIO(table), vlr)
-    if any(size > n_bytes for _, size in chunks):  # so that the sum of sizes cannot overflow
-        raise MeshError(f"a chunk declares more than the {counted(n_bytes, 'byte')} of all chunks")
-    counts, largest = np.array(chunks, dtype=np.int64).reshape(-1, 2), header.n_points
-    if n_chunks and not vlr.uses_variable_size_chunks():  # the last chunk may have fewer points
-        largest = counts[:-1, 0] = vlr.chunk_size()
+    if vlr.item_size() != header.size:
+        raise MeshError("the description of the compressed points does not match their format")
+    file = io.BytesIO(data)
+    file.seek(header.begin)
+    counts = np.array(lazrs.read_chunk_table(file, vlr), np.int64).reshape(-1, 2)
+    if len(counts) and not vlr.uses_variable_size_chunks():  # the last chunk may have fewer points
+        counts[:-1, 0] = vlr.chunk_size()
         counts[-1, 0] = header.n_points - counts[:-1, 0].sum()
     counts = counts[counts.any(axis=1)]  # some programs write an empty chunk at the end
-    n_points, n_used = counts.sum(axis=0)
-    sizes_fit = counts.min(initial=1) > 0 and counts[:, 0].max(initial=0) <= largest
-    if not sizes_fit or n_points != header.n_points or n_used > n_bytes:
-        raise MeshError(
-            f"the chunk table does not match the {counted(header.n_points, 'point')} in"
-            f" {n_bytes} bytes that the header declares: the file may be damaged"
-        )
-    return [(int(points), int(size)) for points, size in counts]
-
-
-def _check_layers(content: bytes, chunks: list[tuple[int, int]], size: int, n_layers: int) -> None:
-    """Raise a MeshError if the layers of a chunk are larger than the chunk."""
-    # A chunk has one point, the number of points, the sizes of the layers, and the layers.
-    place = 0  # offset of the current chunk
-    for chunk, (_, n_bytes) in enumerate(chunks):
-        left = n_bytes - size - 4 - 4 * n_layers
-        if left >= 0:
-            left -= sum(struct.unpack_from(f"<{n_layers}I", content, place + size + 4))
-        if left < 0:
-            raise MeshError(
-                f"the layers of chunk {chunk} are larger than its {counted(n_bytes, 'byte')}"
-            )
-        place += n_bytes
+    is_too_large = not vlr.uses_variable_size_chunks() and (counts[:, 0] > vlr.chunk_size()).any()
+    if counts.min(initial=1) < 1 or counts[:, 0].sum() != header.n_points or is_too_large:
+        n_points = counted(header.n_points, "point")
+        raise MeshError(f"the chunk table does not match the {n_points} that the header declares")
+    records = np.empty(header.n_points * header.size, np.uint8)
+    content, table = data[header.begin + 8 :], [(int(n), int(size)) for n, size in counts]
+    lazrs.decompress_points_with_chunk_table(content, bytes(vlr.record_data()), records, table)
+    return {"records": records}

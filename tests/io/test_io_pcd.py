@@ -140,6 +140,21 @@ def test_padding_and_repeated_fields_are_left_out(cloud_of):
     assert attributes.left_out == ("another point property c, whose name is repeated",)
 
 
+def test_names_in_upper_case_are_read(cloud_of):
+    fields = [(name.upper(), kind, n) for name, kind, n in [*XYZ, ("intensity", "F4", 1)]]
+    cloud, attributes = cloud_of(text(fields, [*POINTS.T, np.arange(4)]))
+    assert np.array_equal(cloud.points, POINTS)
+    assert attributes.vertex["intensity"].tolist() == [0, 1, 2, 3]
+
+
+def test_normals_that_are_nan_are_estimated_with_a_note(cloud_of):
+    normals = np.float32([[0, 0, 1], [np.nan] * 3, [0, 1, 0], [1, 0, 0]])
+    fields = [*XYZ, *((f"normal_{axis}", "F4", 1) for axis in "xyz")]
+    cloud, attributes = cloud_of(text(fields, [*POINTS.T, *normals.T]))
+    assert cloud.normals.tolist() == [[0, 0, 1], [0, 0, 0], [0, 1, 0], [1, 0, 0]]
+    assert attributes.left_out == ("normals of 1 point, which are not finite",)
+
+
 def test_copies_that_overlap_are_unpacked(cloud_of):
     columns = np.repeat(np.float32([2, 0, 1]), 100).tobytes()  # x, y, z of 100 points
     run = b"\x03%s\xe0\xff\x03\xe0\x7a\x03"  # 4 bytes; 264 and 131 bytes from 4 before

@@ -5,7 +5,6 @@ A damaged file can end the process of such a reader, stall it, or make it alloca
 
 from __future__ import annotations
 
-import io
 import json
 import os
 import subprocess
@@ -106,6 +105,5 @@ def _send(output: IO[bytes], result: Result) -> None:
 
 def _received(found: IO[Any]) -> dict[str, Array | str]:
     texts, names = json.loads(found.readline())
-    stream = io.BytesIO(found.read())
-    arrays = {name: np.load(stream, allow_pickle=False) for name in names}
+    arrays = {name: np.load(found, allow_pickle=False) for name in names}
     return {**texts, **arrays}
