@@ -6,9 +6,10 @@ import sys
 import numpy as np
 import pytest
 
-from superfacets import MeshError, MissingExtraError, read_cloud, segment, write_mesh
+from superfacets import MeshError, MissingExtraError, read_cloud, segment
 from superfacets.files.cell_file import CellFile
 from superfacets.files.formats import FORMATS
+from superfacets.files.writers.write import OutputFiles
 from superfacets.graph.point_graph import estimate_normals
 from superfacets.kit import Input
 from superfacets_formats.e57 import read_e57
@@ -131,7 +132,7 @@ def test_labels_alone_have_one_row_per_record_of_all_scans(write, tmp_path):
     file = CellFile.read(path)
     cloud, attributes = file.cells_and_attributes()
     assert attributes.records.tolist() == [True, False, True, False, *[True] * 4]
-    write_mesh(tmp_path / "a.npy", cloud, np.arange(6), attributes=attributes)
+    OutputFiles([tmp_path / "a.npy"]).write(cloud, np.arange(6), attributes=attributes)
     assert np.load(tmp_path / "a.npy").tolist() == [0, -1, 1, -1, 2, 3, 4, 5]
     assert file.labels_in(tmp_path / "a.npy", cloud)[0].tolist() == [0, 1, 2, 3, 4, 5]
 
