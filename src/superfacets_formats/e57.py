@@ -14,18 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from superfacets import MeshError, kit
-from superfacets.kit import (
-    Array,
-    Bools,
-    Content,
-    Floats,
-    Input,
-    Read,
-    counted,
-    reason_of,
-    rotation_of,
-    shortened,
-)
+from superfacets.kit import Array, Bools, Content, Floats, Input, Read, counted
 
 _CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ")
 _SPHERICAL = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
@@ -78,7 +67,8 @@ def read_e57(source: Input) -> Read:
         except (MemoryError, MeshError):
             raise
         except Exception as error:  # pye57 raises exceptions of many classes
-            raise MeshError(f"the E57 file cannot be read: {shortened(reason_of(error))}") from None
+            reason = kit.shortened(kit.reason_of(error))
+            raise MeshError(f"the E57 file cannot be read: {reason}") from None
     if not scans:
         raise MeshError("the E57 file has no scans")
     if n_images:
@@ -240,7 +230,7 @@ def _moved(points: Floats, header: Any, place: int) -> Floats:
     pose = header.node["pose"]
     if pose.isDefined("rotation"):
         quaternion = np.array([_number_in(pose["rotation"][axis]) for axis in "wxyz"])
-        rotation = rotation_of(quaternion)
+        rotation = kit.rotation_of(quaternion)
         if rotation is None:
             raise MeshError(f"scan {place} has an invalid rotation: {quaternion.tolist()}")
         points = np.einsum("ij,kj->ik", points, rotation)

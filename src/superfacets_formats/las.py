@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import io
 import struct
+import warnings
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
@@ -44,11 +45,6 @@ class _Header(NamedTuple):
     records: dict[tuple[bytes, int], bytes]  # all records, keyed by (user, id)
     layout: Any  # `laspy.PointFormat` without extra dimensions
 
-    @property
-    def n_extra(self) -> int:
-        """Number of extra bytes of a point."""
-        return int(self.size - self.layout.size)
-
 
 def read_las(source: Input) -> Read:
     """Return the points of a LAS or LAZ file with their colors and attributes; no wave packets.
@@ -85,9 +81,10 @@ def read_las(source: Input) -> Read:
         if user != PROJECTION:
             source.declare(f"record {number} of {user.decode('ascii', 'replace')!r}")
     if frame.is_geographic:
-        source.declare(
-            f"meters of x and y: they are degrees of {frame.name}, and heights are not, so project"
-            " the points first, for example with PDAL or QGIS"
+        warnings.warn(
+            f"x and y are degrees of {frame.name}, but heights are meters: project the points"
+            " first, for example with PDAL or QGIS",
+            stacklevel=2,
         )
     points = {}
     for axis, scale, offset in zip("xyz", header.frame.scales, header.frame.offsets, strict=True):
@@ -164,21 +161,19 @@ def _records(
                 if is_extended
                 else f"variable length record {record} of {n_records} overlaps the points"
             )
-        key, content = (
-            (user.rstrip(b"\0"), number),
-            data[place + head : min(end, place + head + size)],
-        )
+        key, place = (user.rstrip(b"\0"), number), place + head
+        content = data[place : min(end, place + size)]
         if key == EXTRA_BYTES:
             found[key] = found.get(key, b"") + content[: len(content) // DIMENSION * DIMENSION]
         found.setdefault(key, content)
-        place += head + size
+        place += size
     return found
 
 
 def _columns(records: Bytes, header: _Header) -> Iterator[tuple[str, Array]]:
     """Yield the fields of the points, without extra dimensions, with laspy's names."""
     record = kit.import_extra("laspy.point.record", "a .las or .laz file", "las")
-    fields = [*header.layout.dtype().descr, ("extra bytes", f"V{header.n_extra}")]
+    fields = [*header.layout.dtype().descr, ("extra bytes", f"V{header.size - header.layout.size}")]
     stored: Array = np.ndarray(header.n_points, fields, records)
     points = record.PackedPointRecord(stored, header.layout)
     for name in header.layout.dimension_names:
@@ -196,7 +191,7 @@ def _add_extra_columns(
         if place + n_bytes > header.size:
             raise MeshError(f"the extra dimensions of a point do not fit in {header.size} bytes")
         name, n_numbers = dimension.attribute, dimension.n_numbers
-        if dimension.is_readable and name not in columns:
+        if dimension.kind and name not in columns:
             shape = (header.n_points, n_numbers) if n_numbers > 1 else (header.n_points,)
             strides = (header.size, n_bytes // n_numbers)[: len(shape)]
             stored: Array = np.ndarray(shape, dimension.kind, records, place, strides)

@@ -32,7 +32,7 @@ class LasDimension(NamedTuple):
     """Description of an extra dimension of a LAS file, which has 1 to 3 numbers per point."""
 
     name: str  # name in the file, which may contain spaces
-    kind: str  # NumPy type of the stored numbers, such as "<u2"
+    kind: str  # NumPy type of the stored numbers, such as "<u2"; empty if it is not documented
     n_numbers: int  # number of stored numbers per point, 1 to 3
     description: str
     scales: tuple[float, ...] = ()
@@ -44,11 +44,6 @@ class LasDimension(NamedTuple):
     def attribute(self) -> str:
         """Name of the dimension in `MeshAttributes`, where underscores replace spaces."""
         return "_".join(self.name.split())
-
-    @property
-    def is_readable(self) -> bool:
-        """Whether the type is documented."""
-        return bool(self.kind)
 
     def decoded(self, stored: Array) -> Array:
         """Return the values that stored numbers represent."""

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 
 from superfacets import MeshError, kit
-from superfacets.kit import Array, Content, Floats, Input, Lines, Read, counted, shown
+from superfacets.kit import Array, Content, Input, Lines, Read, counted, shown
 
 from .grids import as_count
 
@@ -69,9 +69,11 @@ def read_pcd(source: Input) -> Read:
     is_known = np.all([np.isfinite(columns[axis]) for axis in "xyz"], axis=0)
     if not is_known.any():
         raise MeshError("no point of the file has a position: all coordinates are NaN")
+    pose = header.shape.viewpoint
+    is_placed = pose != _AT_REST and np.isfinite(pose).all()
     return source.cloud(
         ((_OTHER_NAMES.get(name, name), values[is_known]) for name, values in columns.items()),
-        viewpoints=_viewpoint_of(header.shape.viewpoint), records=is_known,
+        viewpoints=np.array(pose[:3]) if is_placed else None, records=is_known,
     )  # fmt: skip
 
 
@@ -138,11 +140,6 @@ def _n_points(words: dict[str, list[str]]) -> int:
     if not given:
         raise MeshError("the file has no points")
     return given
-
-
-def _viewpoint_of(pose: tuple[float, ...]) -> Floats | None:
-    is_known = pose != _AT_REST and np.isfinite(pose).all()
-    return np.array(pose[:3]) if is_known else None
 
 
 def _points_of(data: Content, header: _Header) -> Array:

@@ -134,7 +134,7 @@ def test_labels_alone_have_one_row_per_record_of_all_scans(write, tmp_path):
     assert attributes.records.tolist() == [True, False, True, False, *[True] * 4]
     OutputFiles([tmp_path / "a.npy"]).write(cloud, np.arange(6), attributes=attributes)
     assert np.load(tmp_path / "a.npy").tolist() == [0, -1, 1, -1, 2, 3, 4, 5]
-    assert file.labels_in(tmp_path / "a.npy", cloud)[0].tolist() == [0, 1, 2, 3, 4, 5]
+    assert file.labels_in(tmp_path / "a.npy", cloud, "label")[0].tolist() == [0, 1, 2, 3, 4, 5]
 
 
 def test_all_fields_of_points_are_read(pye57, tmp_path):
