@@ -72,13 +72,13 @@ def read_las(source: Input) -> Read:
     else:
         records = np.frombuffer(data, np.uint8, n_bytes, header.begin)
     columns = dict(_columns(records, header))
+    waves = [name for name in columns if name.startswith(_WAVES)]
+    if waves:
+        source.declare("wave packets")
+        columns = {name: values for name, values in columns.items() if name not in waves}
     frame = _add_extra_columns(columns, records, header, source)
-    for name in [name for name in columns if name.startswith(_WAVES)]:
-        del columns[name]
-        if name == "wavepacket_index":
-            source.declare("wave packets")
-    for user, number in header.records.keys() - {_LASZIP, EXTRA_BYTES}:
-        if user != PROJECTION:
+    for user, number in header.records:
+        if user != PROJECTION and (user, number) not in (_LASZIP, EXTRA_BYTES):
             source.declare(f"record {number} of {user.decode('ascii', 'replace')!r}")
     if frame.is_geographic:
         warnings.warn(

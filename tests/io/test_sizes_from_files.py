@@ -82,9 +82,7 @@ GUARDS = {
         ("read_with_meshio", "repeat"): "cells in memory, of a process with a limit"},
     "superfacets_formats/las.py": {
         ("_add_extra_columns", "ndarray"): "a view of the records in memory",
-        ("_columns", "ndarray"): "a view of the records in memory",
         ("decompressed", "decompress_points_with_chunk_table"): "in a process with a limit",
-        ("decompressed", "empty"): "at most _MAX_COMPRESSED times the file",
         ("read_las", "frombuffer"): "the size is compared with the file"},
     "superfacets/files/readers/npy.py": {
         ("npy_array", "frombuffer"): "the declared size must be the size that follows"},
@@ -96,7 +94,8 @@ GUARDS = {
     "superfacets_formats/pcd.py": {
         ("_points_of", "frombuffer"): "8 bytes"},
     "superfacets_formats/packed_splats.py": {
-        ("_between", "repeat"): "rows of the element chunk in memory"},
+        ("between", "repeat"): "rows of the element chunk in memory",
+        ("unpacked", "repeat"): "rows of the element chunk in memory"},
     "superfacets/files/readers/clouds.py": {("_names_in", "reader"): "a line of text"},
     "superfacets/files/readers/ply_body.py": {
         ("_gather", "arange"): "rows that `_walk` has found in the file",
