@@ -171,6 +171,8 @@ class GltfScene(Gltf):
         the same positions share vertices. Without triangles, all points of the scene are vertices.
         """
         visits = self.visits
+        if not visits:
+            raise MeshError("no scene of the glTF file has a mesh")
         sizes = {index: self._mesh_size(index) for index in {index for index, *_ in visits}}
         self._check_size([sizes[visit.mesh] for visit in visits])
         plain: dict[int, _Mesh] = {}
