@@ -228,6 +228,7 @@ def _integers(*numbers):
 
 HUGE = 2**31 - 1
 GIFTI = b'<GIFTI><DataArray Intent="NIFTI_INTENT_LABEL" DataType="NIFTI_TYPE_INT32"'
+LAS_1_2 = b"LASF" + bytes(20) + b"\1\2" + bytes(68)
 ATTACKS = {
     "a.annot": _integers(1, 0, 0, 1, -2, HUGE, 2) + b"c\0" + _integers(HUGE, 0, 2) + b"a\0",
     "b.annot": _integers(HUGE),
@@ -255,10 +256,8 @@ ATTACKS = {
     "a.pcd": b"VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH 99999999999\nHEIGHT 1\n"
     b"DATA binary_compressed\n" + struct.pack("<2I", 4, 2**32 - 1) + bytes(4),
     "b.pcd": b"FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 99999999\nPOINTS 1\nDATA ascii\n1\n",
-    "a.las": b"LASF" + bytes(20) + b"\1\2" + bytes(68) + struct.pack("<HIIBHI", 227, 227, 2**32 - 1, 0, 20, 2**32 - 1)
-    + bytes(120),
-    "a.laz": b"LASF" + bytes(20) + b"\1\2" + bytes(68) + struct.pack("<HIIBHI", 227, 227, 0, 128, 20, 2**32 - 1)
-    + bytes(120),
+    "a.las": LAS_1_2 + struct.pack("<HIIBHI", 227, 227, HUGE, 0, 20, HUGE) + bytes(120),
+    "a.laz": LAS_1_2 + struct.pack("<HIIBHI", 227, 227, 0, 128, 20, HUGE) + bytes(120),
     "a.gltf": b'{"asset":{"version":"2.0"},"buffers":[{"byteLength":99999999999}]}',
     "a.npy": b"\x93NUMPY\1\0\x46\0{'descr': '<i8', 'fortran_order': False, 'shape': (99999999999,)}"
     + b" " * 6 + b"\n",

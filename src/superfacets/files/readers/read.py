@@ -113,9 +113,9 @@ def read_cloud(path: str | os.PathLike[str]) -> PointCloud:
           files without names, the three columns after x, y and z are colors if all numbers are
           integers from 0 to 255, or normals if all vectors have length 1;
         - ``.npy``: an array of 3 to 12 columns, with the same meaning as in text without names;
-        - ``.las``, and with the extra ``las`` also ``.laz``. The decompressed points may have at
-          most 1,000 times the size of the file, or 64 MB if this is larger;
-        - ``.pcd``: text, binary or compressed;
+        - ``.las`` and ``.laz``, with the extra ``las``. The decompressed points may have at most
+          1,000 times the size of the file, or 64 MB if this is larger;
+        - ``.pcd``, with the extra ``pcd``: text, binary or compressed;
         - ``.e57``, with the extra ``e57``: the points of all scans, one scan after the other, each
           transformed by its pose.
 
@@ -132,7 +132,7 @@ def read_cloud(path: str | os.PathLike[str]) -> PointCloud:
         If the file is empty, truncated or damaged, if its format does not match its ending, or if a
         coordinate is invalid. The message is one line that begins with the path.
     MissingExtraError
-        If lazrs (for ``.laz``) or pye57 (for ``.e57``) is not installed.
+        If the package that reads the format is not installed.
     OSError
         If the file does not exist or cannot be read.
 
