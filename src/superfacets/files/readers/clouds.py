@@ -22,9 +22,6 @@ _UNIT = 0.01
 _MAX_COLUMNS = 12
 """Maximum number of columns of a cloud in .npy. Wider arrays are height grids or features."""
 
-_MAX_NAMES = 1 << 16
-"""Maximum size of a line with column names, in bytes."""
-
 OTHER_NAMES = {"r": "red", "g": "green", "b": "blue", "normal_x": "nx", "normal_y": "ny",
                 "normal_z": "nz"}  # fmt: skip
 
@@ -64,10 +61,9 @@ def _names_in(data: Content, lines: Lines) -> list[str] | None:
     if not len(lines) or not re.match(rb"[\s\"'/]*(?!(?:nan|inf)\b)[a-z_]", lines.content(0), re.I):
         return None
     begin = 3 * (data[:3] == b"\xef\xbb\xbf")  # of the text, after a byte order mark
-    line = data[begin + int(lines.starts[0]) : begin + int(lines.ends[0])][:_MAX_NAMES]
-    text = line.decode("latin-1").lower().strip("/ \r")
-    mark = max(",;\t", key=text.count)
-    mark = mark if mark in text else " "
+    line = data[begin + int(lines.starts[0]) : begin + int(lines.ends[0])]
+    text = line[: 1 << 16].decode("latin-1").lower().strip("/ \r")
+    mark = next((mark for mark in ",;\t" if mark in text), " ")
     words = next(csv.reader([text], delimiter=mark, skipinitialspace=True))
     names = [word.strip("\"' ") for word in words if mark != " " or word]
     names = [OTHER_NAMES.get(name, name) for name in names]

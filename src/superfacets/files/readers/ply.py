@@ -29,15 +29,14 @@ def read_ply(source: Input) -> Read:
     """
     data = source.data
     header = parse_header(data)
-    place = header.find("vertex")
-    # Whether the file has compressed Gaussian splats of SuperSplat.
+    place = header.find("vertex")  # SuperSplat compresses Gaussian splats
     is_packed = place is not None and header.elements[place].find("packed_position") is not None
     positions_at = [] if is_packed else _find_positions(header)
     corners_at = _find_corners(header)
     tables = read_tables(header, data)
     for place, element in enumerate(header.elements):
-        known = ("vertex", "face", "chunk") if is_packed else ("vertex", "face")
-        if element.n_rows and element.name not in known and place != header.faces:
+        is_read = element.name in ("vertex", "face", "chunk" if is_packed else "face")
+        if element.n_rows and not is_read and place != header.faces:
             source.declare(f"element {element.name}")
     if is_packed:
         unpacked = load("superfacets_formats.packed_splats:unpacked")
