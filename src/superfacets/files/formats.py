@@ -26,7 +26,8 @@ from ..base.lazy import Table
 
 _READ, _WRITE = "superfacets.files.readers.", "superfacets.files.writers."
 _EXTRAS = {
-    ".laz": ("lazrs", "las"), ".e57": ("pye57", "e57"), ".vtk": ("vtkmodules", "viz"),
+    ".las": ("laspy", "las"), ".laz": ("lazrs", "las"), ".pcd": ("pypcd4", "pcd"),
+    ".e57": ("pye57", "e57"), ".vtk": ("vtkmodules", "viz"),
     ".msh": ("meshio", "mesh"), ".mesh": ("meshio", "mesh"),
 }  # fmt: skip
 """Package that reads a format, and the extra of superfacets that installs it, by ending."""
@@ -143,13 +144,8 @@ class Formats(dict[str, Table]):
         self.cell_outputs = _distinct(self.writers["triangles"], *kinds, self.writers["points"])
         """Files that store the cells. All others store only labels, or data derived from them."""
         self.attribute_outputs = (
-            *faces,
-            *self["write_tetrahedra"],
-            ".pcd",
-            ".las",
-            ".laz",
-            ".label.gii",
-        )
+            *faces, *self["write_tetrahedra"], ".csv", ".pcd", ".las", ".laz", ".label.gii",
+        )  # fmt: skip
         """Files for which commands read the attributes of the input, including its texture."""
         self.class_outputs = (".glb", ".obj", ".stl", ".aggregation.json")
         """Files that store a class per region."""

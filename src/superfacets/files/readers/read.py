@@ -107,8 +107,8 @@ def read_cloud(path: str | os.PathLike[str]) -> PointCloud:
           files without names, the three columns after x, y and z are colors if all numbers are
           integers from 0 to 255, or normals if all vectors have length 1;
         - ``.npy``: an array of 3 to 12 columns, with the same meaning as in text without names;
-        - ``.las``, and with the extra ``las`` also ``.laz``;
-        - ``.pcd``: text, binary or compressed;
+        - ``.las`` and ``.laz``, with the extra ``las``;
+        - ``.pcd``, with the extra ``pcd``: text, binary or compressed;
         - ``.e57``, with the extra ``e57``: the points of all scans, each transformed by its pose.
 
     Returns

@@ -36,6 +36,7 @@ class Output:
     ascii: bool = False
     path: Path | None = None  # path of the output file; None for a stream
     taken: set[str] = field(default_factory=set)  # what the writer stores of the attributes
+    changed: list[str] = field(default_factory=list)  # what it stores in another way, and how
 
     def properties(self, owner: str, own: Mapping[str, Any] | None = None) -> dict[str, Array]:
         """Return the properties of the "vertex" or the "face" to write, and mark them as stored.
@@ -65,7 +66,7 @@ class Output:
 
     @property
     def lost(self) -> list[str]:
-        """Attributes that the writer did not store."""
+        """Attributes that the writer did not store, or did not store as they are."""
         if self.attributes is None:
             return []
         has_texture = "texture" in self.taken
@@ -84,7 +85,7 @@ class Output:
             "comments": any(not is_image(line) for line in self.attributes.comments),
         }
         more = [item for item, is_there in others.items() if is_there and item not in self.taken]
-        return [*lost, *more]
+        return [*lost, *more, *self.changed]
 
     @property
     def texture(self) -> Texture | None:
