@@ -529,29 +529,6 @@ def test_stl_of_masked_and_of_unlabeled_faces(tmp_path):
         sf.write_mesh(path, quad_sheet(2), np.zeros(4, int))
 
 
-def test_the_command_balances_and_writes_solids(tmp_path):
-    sf.write_mesh(tmp_path / "scan.ply", sf.sample_mesh(5_000))
-
-    def run(*arguments):
-        return CliRunner().invoke(commands, ["segment", str(tmp_path / "scan.ply"), *arguments])
-
-    done = run("-n", "20", "--balance", "1", "-o", str(tmp_path / "part.stl"))
-    assert done.exit_code == 0, done.output
-    assert len(solids_of(tmp_path / "part.stl")) == 20
-    done = run("--cells", "64", "-o", str(tmp_path / "labels.npy"))
-    assert done.exit_code == 0, done.output
-    assert sorted(np.bincount(np.load(tmp_path / "labels.npy")))[1] == 64
-    for wrong, message in [
-        (("--balance", "2"), "0.0<=x<=1.0"),
-        (("-n", "20", "--bounds", ",0.01"), "at least"),
-        (("--cells", "64", "-n", "20"), "already sets the number of regions"),
-    ]:
-        failed = run(*wrong, "-o", str(tmp_path / "wrong.npy"))
-        assert failed.exit_code != 0
-        assert message in failed.output
-        assert not (tmp_path / "wrong.npy").exists()
-
-
 def test_the_command_tells_of_pieces(tmp_path):
     legs = "f 1 2 3\nf 2 1 4\nf 3 2 5\nf 1 3 6\n"
     corners = "v 0 0 0\nv 2 0 0\nv 1 2 0\nv 1 -2 0\nv 3 2 0\nv -1 2 0\n"

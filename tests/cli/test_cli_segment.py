@@ -301,14 +301,6 @@ def test_an_output_that_cannot_be_written_is_found_before_the_work(run, sheet, t
     assert files_in(tmp_path) == ["sheet.ply", "taken.npy"]
 
 
-def test_a_failed_run_leaves_what_was_there(run, sheet, tmp_path):
-    kept = tmp_path / "labels.npy"
-    kept.write_bytes(b"precious")
-    assert run("segment", sheet, "-n", 5, "-r", 0.1, "-o", kept)[0] == 2
-    assert kept.read_bytes() == b"precious"
-    assert files_in(tmp_path) == ["labels.npy", "sheet.ply"]
-
-
 @pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupt_ends_the_run_within_an_iteration_and_leaves_nothing(large, sent):
     command = [*IMPATIENT, "segment", large, "-n", "150", "--paper", "--max-iter", "100000"]
