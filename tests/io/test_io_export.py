@@ -18,8 +18,6 @@ from superfacets import (
     MeshAttributes,
     MeshError,
     PointCloud,
-    PolygonMesh,
-    TetMesh,
     read_attributes,
     read_cloud,
     read_labels,
@@ -38,9 +36,7 @@ from superfacets_scans.scannet import scene_of
 
 SEGMENTS = "scene0000_00_vh_clean_2.0.010000.segs.json"
 
-TETS = TetMesh(
-    [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]], [[0, 1, 2, 3], [1, 2, 3, 4]]
-)
+TETS = shapes.two_tets()
 
 
 @pytest.fixture
@@ -51,9 +47,7 @@ def square():
 
 @pytest.fixture
 def house():
-    """Return a square and an adjacent triangle."""
-    corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 2, 0]]
-    return PolygonMesh(corners, [0, 4, 7], [0, 1, 2, 3, 3, 2, 4])
+    return shapes.house()
 
 
 class TestScanNet:
@@ -526,6 +520,8 @@ class TestNamesAndVertices:
             write_mesh(tmp_path / "a.glb", PointCloud(VERTICES))
         with pytest.raises(MeshError, match=r"tetrahedra are written as \.vtu or \.vtk, not"):
             write_mesh(tmp_path / "a.obj", TETS)
+        with pytest.raises(ValueError, match=r"\.vtu and \.vtk cannot store colors: omit them"):
+            write_mesh(tmp_path / "a.vtu", TETS, colors=[[1, 2, 3]])
 
 
 def test_a_glb_of_more_than_4_gib_is_refused(tmp_path, square, limit):

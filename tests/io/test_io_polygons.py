@@ -1,5 +1,7 @@
 """Polygons, written and read again in each format that supports them."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from mesh_files import obj, off, ply_binary, ply_text
@@ -23,7 +25,14 @@ def faces_of(mesh):
 
 
 @pytest.mark.parametrize(
-    ("name", "make"), [("a.ply", ply_text), ("b.ply", ply_binary), ("a.obj", obj), ("a.off", off)]
+    ("name", "make"),
+    [
+        ("a.ply", ply_text),
+        ("b.ply", ply_binary),
+        ("c.ply", partial(ply_binary, "binary_big_endian")),
+        ("a.obj", obj),
+        ("a.off", off),
+    ],
 )
 def test_every_reader_keeps_the_order(tmp_path, mesh, name, make):
     (tmp_path / name).write_bytes(make(vertices=mesh.vertices, faces=faces_of(mesh)))
