@@ -7,7 +7,7 @@ import pytest
 from click.testing import CliRunner
 
 import superfacets as sf
-from superfacets_cli.main import commands
+from superfacets_cli.main import commands, main
 
 
 @pytest.fixture
@@ -170,5 +170,5 @@ def test_commands_refuse_a_height_grid(folder, command):
 
 
 def test_scans_are_no_preset_for_clouds(folder, run_main):
-    status, _, err = run_main("segment", "cloud.ply", "--scans")
+    status, _, err = run_main(main, "superfacets", "segment", "cloud.ply", "--scans")
     assert (status, "point clouds: leave out --scans and --denoise" in err) == (2, True)
