@@ -341,9 +341,23 @@ def squares(n_x, n_y=None):
 
 def flat(n_x, n_y=None):
     """Return the same squares, each cut into two triangles."""
-    whole = squares(n_x, n_y)
-    halves = whole.indices.reshape(-1, 4)[:, [0, 1, 2, 0, 2, 3]]
-    return Mesh(whole.vertices, halves.reshape(-1, 3))
+    return halved(squares(n_x, n_y))
+
+
+def halved(quads):
+    """Return the mesh of triangles in which each square is cut from its first corner."""
+    halves = quads.indices.reshape(-1, 4)[:, [0, 1, 2, 0, 2, 3]]
+    return Mesh(quads.vertices, halves.reshape(-1, 3))
+
+
+def row(*angles):
+    """Return unit squares in a row, bent up by these angles (degrees) where two of them meet."""
+    directions = np.radians(np.cumsum([0, *angles]))
+    steps = np.stack([np.cos(directions), np.zeros(len(directions)), np.sin(directions)], axis=1)
+    low = np.concatenate([[[0.0, 0.0, 0.0]], np.cumsum(steps, axis=0)])
+    n = len(low)
+    corners = [(i, i + 1, n + i + 1, n + i) for i in range(n - 1)]
+    return PolygonMesh.of_faces(np.concatenate([low, low + [0, 1, 0]]), corners)
 
 
 def quad_cube():

@@ -3,7 +3,6 @@
 import itertools
 import re
 import warnings
-from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -11,7 +10,6 @@ import numpy as np
 import pytest
 import reference
 import shapes
-from click.testing import CliRunner
 from hypothesis import given, reject, settings
 from hypothesis import strategies as st
 
@@ -19,7 +17,6 @@ import superfacets as sf
 from superfacets import _core
 from superfacets.cleanup.edit import CREASE_SCALE, read_labeled
 from superfacets.graph.kinds import as_surface
-from superfacets_cli.main import commands
 
 THREADS = (1, 2, 5)
 
@@ -488,28 +485,6 @@ def test_stl_of_masked_and_of_unlabeled_faces(tmp_path):
     assert solids_of(path) == {"mesh": 18}
     with pytest.raises(sf.MeshError, match=r"not as \.stl"):
         sf.write_mesh(path, shapes.squares(2), np.zeros(4, int))
-
-
-def test_the_command_tells_of_pieces(tmp_path):
-    legs = "f 1 2 3\nf 2 1 4\nf 3 2 5\nf 1 3 6\n"
-    corners = "v 0 0 0\nv 2 0 0\nv 1 2 0\nv 1 -2 0\nv 3 2 0\nv -1 2 0\n"
-    (tmp_path / "star.obj").write_text(corners + legs)
-    arguments = ["segment", str(tmp_path / "star.obj"), "--cells", "2"]
-    done = CliRunner().invoke(commands, [*arguments, "-o", str(tmp_path / "star.npy")])
-    assert done.exit_code == 0
-    assert "some regions are disconnected, with 1 extra piece" in done.output
-
-
-def test_batches_take_balance_and_refuse_arrays(tmp_path):
-    sf.write_mesh(tmp_path / "scan.ply", sf.sample_mesh(5_000))
-    batch = partial(sf.batch, [tmp_path / "scan.ply"], tmp_path / "out", n_segments=20)
-    done = batch(sizes=sf.Sizes(balance=1.0))
-    assert done.n_failed == 0
-    assert done.records[0]["params"]["sizes"] == {"balance": 1.0}
-    with pytest.raises(TypeError, match=r"Sizes.weights must be None, because an array"):
-        batch(sizes=sf.Sizes(balance=1.0, weights=[1.0]))
-    with pytest.raises(TypeError, match=r"balance is not an option for files: use sizes="):
-        batch(balance=1.0)
 
 
 def test_the_benchmark_compares_with_metis_and_pyacvd(real_data):

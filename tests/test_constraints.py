@@ -547,18 +547,6 @@ def test_sharp_edges_need_faces():
         sf.sharp_edges(points())
 
 
-def test_masks_and_barriers_of_vertices_are_those_of_the_majority_of_corners():
-    mesh = superfacets.sample_mesh(3_000)
-    of_vertices = mesh.vertices[:, 0] < np.median(mesh.vertices[:, 0])
-    of_faces = superfacets.face_labels(mesh, of_vertices.astype(int))
-    expected = superfacets.segment(mesh, 20, mask=of_faces == 1).labels
-    assert np.array_equal(superfacets.segment(mesh, 20, mask=of_vertices).labels, expected)
-    expected = superfacets.segment(mesh, 20, barriers=of_faces).labels
-    assert np.array_equal(superfacets.segment(mesh, 20, barriers=of_vertices).labels, expected)
-    with pytest.raises(ValueError, match="mask must have shape"):
-        superfacets.segment(mesh, 20, mask=of_vertices[1:])
-
-
 def test_a_mask_and_barriers_of_vertices_keep_the_faces_of_the_same_labels():
     mesh = superfacets.sample_mesh(3_000)
     areas = np.random.default_rng(0).integers(-1, 3, mesh.n_vertices)  # many ties of three

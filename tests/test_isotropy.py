@@ -4,6 +4,7 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+import shapes
 from level_sets import level_set, turned_up
 
 import superfacets as sf
@@ -12,29 +13,13 @@ from superfacets.tools.sample import split_in_four
 pytestmark = pytest.mark.filterwarnings("ignore::superfacets.SliverWarning")
 
 
-def corners_of_squares(n):
-    """Return vertices and corners of n by n squares, (n * n, 4), and whether x + y is odd."""
-    x, y = np.meshgrid(np.arange(n + 1.0), np.arange(n + 1.0), indexing="ij")
-    vertices = np.stack([x, y, np.zeros_like(x)], axis=-1).reshape(-1, 3)
-    i, j = np.divmod(np.arange(n * n), n)
-    first = i * (n + 1) + j
-    return vertices, np.stack([first, first + n + 1, first + n + 2, first + 1], 1), (i + j) % 2 == 1
-
-
-def equal_diagonals(n=100):
-    vertices, squares, _ = corners_of_squares(n)
-    return sf.Mesh(vertices, squares[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3))
-
-
-def alternating_diagonals(n=100):
-    vertices, squares, is_odd = corners_of_squares(n)
-    one, other = squares[:, [[0, 1, 2], [0, 2, 3]]], squares[:, [[0, 1, 3], [1, 2, 3]]]
-    return sf.Mesh(vertices, np.where(is_odd[:, None, None], one, other).reshape(-1, 3))
-
-
-def quads(n=100):
-    vertices, squares, _ = corners_of_squares(n)
-    return sf.PolygonMesh.of_faces(vertices, squares)
+def alternating_diagonals():
+    squares = shapes.squares(100)
+    y, x = np.divmod(np.arange(squares.n_faces), 100)
+    corners = squares.indices.reshape(-1, 4)
+    one, other = corners[:, [[0, 1, 2], [0, 2, 3]]], corners[:, [[0, 1, 3], [1, 2, 3]]]
+    is_odd = (x + y)[:, np.newaxis, np.newaxis] % 2 == 1
+    return sf.Mesh(squares.vertices, np.where(is_odd, one, other).reshape(-1, 3))
 
 
 def plane(*normal):
@@ -46,9 +31,9 @@ def plane(*normal):
 
 
 GRIDS = {
-    "equal diagonals": equal_diagonals,
+    "equal diagonals": lambda: shapes.flat(100),
     "alternating diagonals": alternating_diagonals,
-    "quads": quads,
+    "quads": lambda: shapes.squares(100),
 }
 CUTS = {
     "level plane": lambda: plane(0, 0, 1),
@@ -133,7 +118,7 @@ def test_regions_of_a_sphere_are_round(name):
 
 def height_field(noise):
     """Return a plane on a regular grid with noise in the heights, in units of edges."""
-    mesh = equal_diagonals()
+    mesh = shapes.flat(100)
     heights = noise * np.random.default_rng(0).normal(size=(mesh.n_vertices, 1))
     return sf.Mesh(mesh.vertices + heights * [0, 0, 1], mesh.faces)
 
@@ -156,7 +141,7 @@ def test_noise_stretches_regions_of_a_height_field_without_enough_smoothing():
 
 def test_paths_over_shared_borders_alone_lean_along_the_diagonals():
     """With weights by creases, the former default, the measurement finds elongated regions."""
-    ratios, axes = elongations_and_axes(equal_diagonals(), weights="creases")
+    ratios, axes = elongations_and_axes(shapes.flat(100), weights="creases")
     assert np.median(ratios) > 1.3
     assert alignment(axes) > 0.7
 

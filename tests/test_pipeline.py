@@ -58,11 +58,9 @@ def test_labels_are_the_classification_of_the_centers_whatever_stopped_the_loop(
 def test_a_crease_becomes_a_border():
     """In a sheet folded into a valley, no region has faces on both sides."""
     n = 20
-    x, y = np.meshgrid(np.linspace(-1, 1, 2 * n + 1), np.linspace(0, 1, n + 1), indexing="ij")
-    vertices = np.stack([x, y, np.abs(x)], axis=-1).reshape(-1, 3)
-    corner = (np.arange(2 * n)[:, None] * (n + 1) + np.arange(n)).ravel()
-    a, b, c, d = corner, corner + n + 1, corner + n + 2, corner + 1
-    mesh = sf.Mesh(vertices, np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]))
+    flat = shapes.flat(2 * n, n)
+    places = flat.vertices / n - [1, 0, 0]
+    mesh = sf.Mesh(places + np.abs(places[:, :1]) * [0, 0, 1], flat.faces)
     is_left = sf.build_face_graph(mesh).positions[:, 0] < 0
 
     def straddling(alpha):
@@ -415,17 +413,6 @@ def test_the_borders_of_segment_are_those_of_smooth_borders(sheet):
         sheet, rough.labels, centers=rough.centers, weights=cells.lengths * cells.unit
     )
     assert np.array_equal(result.labels, again)
-
-
-def test_regions_of_the_paper_that_fell_apart_can_be_connected():
-    mesh = shapes.bumpy_sheet(40)
-    broken = sf.paper.segment(mesh, 60, radius_factor=1.2)
-    graph = sf.build_face_graph(mesh)
-    n_pieces = shapes.count_pieces(graph, broken.labels)
-    assert n_pieces > broken.n_segments
-    edit = sf.enforce_connectivity(mesh, broken.labels)
-    assert shapes.count_pieces(graph, edit.labels) == edit.labels.max() + 1 == broken.n_segments
-    assert edit.n_joined == n_pieces - broken.n_segments
 
 
 def test_stages_are_told_when_they_begin():

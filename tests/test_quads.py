@@ -9,6 +9,7 @@ import warnings
 
 import numpy as np
 import pytest
+import shapes
 
 import superfacets as sf
 
@@ -75,12 +76,7 @@ def test_a_whole_run_on_few_regions_agrees(data_dir):
 
 @pytest.mark.parametrize("n", [4, 8])
 def test_a_grid_of_quads_and_of_its_triangles_is_cut_in_the_same_halves(n):
-    side = np.arange(2 * n + 1)
-    points = [[x, y, 0] for y in range(n + 1) for x in side.tolist()]
-    firsts = [y * (2 * n + 1) + x for y in range(n) for x in range(2 * n)]
-    quads = sf.PolygonMesh.of_faces(
-        points, [[v, v + 1, v + 2 * n + 2, v + 2 * n + 1] for v in firsts]
-    )
+    quads = shapes.squares(2 * n, n)
     triangles, sources = quads.triangulate()
     labels = sf.segment(quads, 2).labels[sources]
     others = sf.segment(triangles, 2).labels

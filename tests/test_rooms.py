@@ -131,6 +131,11 @@ def splat_table(rng, *, flatness=4.0):
     return points, scales, turns * rng.uniform(0.5, 3.0, (8000, 1))
 
 
+def columns_of(points, scales):
+    named = {f"scale_{axis}": values for axis, values in enumerate(scales.T)}
+    return {**dict(zip("xyz", points.T, strict=True)), **named}
+
+
 def write_ply(path, columns):
     lines = ["ply", "format binary_little_endian 1.0", f"element vertex {len(columns['x'])}"]
     lines += [*(f"property float {name}" for name in columns), "end_header", ""]
@@ -171,8 +176,7 @@ def test_the_shortest_axes_of_splats_are_normals_of_unknown_sign(splats):
 
 def test_splats_without_rotations_or_that_are_round_have_no_axes(tmp_path):
     points, scales, turns = splat_table(np.random.default_rng(0), flatness=1.0)
-    columns = dict(zip("xyz", points.T, strict=True))
-    columns |= {f"scale_{axis}": scales[:, axis] for axis in range(3)}
+    columns = columns_of(points, scales)
     write_ply(tmp_path / "turned.ply", columns | {f"rot_{i}": turns[:, i] for i in range(4)})
     write_ply(tmp_path / "bare.ply", columns)
     assert sf.read_cloud(tmp_path / "bare.ply").axes is None
@@ -187,8 +191,7 @@ def test_damaged_rotations_of_splats_are_no_axes(tmp_path):
     points, scales, turns = splat_table(np.random.default_rng(0))
     turns[:3] = [[0, 0, 0, 0], [np.nan, 0, 0, 1], [np.inf, 0, 0, 1]]
     scales[3] = np.nan
-    columns = dict(zip("xyz", points.T, strict=True))
-    columns |= {f"scale_{axis}": scales[:, axis] for axis in range(3)}
+    columns = columns_of(points, scales)
     write_ply(tmp_path / "damaged.ply", columns | {f"rot_{i}": turns[:, i] for i in range(4)})
     axes = sf.read_cloud(tmp_path / "damaged.ply").axes
     assert axes.any(axis=1).tolist() == [False] * 4 + [True] * 7996
@@ -196,8 +199,7 @@ def test_damaged_rotations_of_splats_are_no_axes(tmp_path):
 
 def test_flat_splats_of_two_scales_have_the_axis_z(tmp_path):
     points, scales, turns = splat_table(np.random.default_rng(0))
-    columns = dict(zip("xyz", points.T, strict=True))
-    columns |= {f"scale_{axis}": scales[:, axis] for axis in range(2)}
+    columns = columns_of(points, scales[:, :2])
     write_ply(tmp_path / "flat.ply", columns | {f"rot_{i}": turns[:, i] for i in range(4)})
     cloud = sf.read_cloud(tmp_path / "flat.ply")
     assert np.abs(cloud.axes[:4000, 2]) == pytest.approx(np.ones(4000), abs=1e-5)

@@ -311,6 +311,9 @@ def test_more_regions_than_cells_are_as_many(tmp_path, out):
         ({"workers": 2, "scheduler": "tcp://a:1"}, ValueError,
          "pass scheduler or workers, not both: a scheduler has its own workers"),
         ({"progress": 1}, TypeError, "progress"),
+        ({"sizes": sf.Sizes(balance=1, weights=[1.0])}, TypeError,
+         "Sizes.weights must be None, because an array"),
+        ({"balance": True}, TypeError, "balance is not an option for files: use sizes="),
     ],
 )  # fmt: skip
 def test_wrong_parameters_are_found_before_anything_is_made(scan, out, keywords, error, message):

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 import reference
 import shapes
-from models import read_off
 
 from superfacets import (
     BorderCut,
@@ -36,14 +35,11 @@ def border_length(mesh, labels):
 
 def sheet(n=24, seed=0):
     """Return a flat square of side n: right triangles with legs of 1, along random diagonals."""
-    points = [[x, y, 0.0] for y in range(n + 1) for x in range(n + 1)]
-    corner = [y * (n + 1) + x for y in range(n) for x in range(n)]
-    flips = np.random.default_rng(seed).random(len(corner)) < 0.5
-    faces = []
-    for a, is_flipped in zip(corner, flips, strict=True):
-        b, c, d = a + 1, a + n + 2, a + n + 1
-        faces += [[a, b, d], [b, c, d]] if is_flipped else [[a, b, c], [a, c, d]]
-    return Mesh(points, faces)
+    squares = shapes.squares(n)
+    is_flipped = np.random.default_rng(seed).random((squares.n_faces, 1)) < 0.5
+    corners = squares.indices.reshape(-1, 4)
+    halves = np.where(is_flipped, corners[:, [0, 1, 3, 1, 2, 3]], corners[:, [0, 1, 2, 0, 2, 3]])
+    return Mesh(squares.vertices, halves.reshape(-1, 3))
 
 
 def labels_where(mesh, *conditions):
@@ -290,19 +286,6 @@ def test_polygons_are_cut_into_triangles_first():
     assert cut.n_sources == 64
     assert np.bincount(cut.sources, areas(cut.mesh)) == pytest.approx(np.ones(64))
     assert border_length(cut.mesh, cut.labels) < 0.8 * border_length(quads, labels)
-
-
-def test_a_model_gets_rounder_regions(benchmark_model):
-    mesh = read_off(benchmark_model)
-    labels = segment(mesh, 150).labels
-    cut = cut_borders(mesh, labels)
-    assert_sound(mesh, labels, cut)
-    assert metrics.compactness(cut.mesh, cut.labels) < 0.97 * metrics.compactness(mesh, labels)
-
-
-@pytest.fixture(params=[1, 81, 381])
-def benchmark_model(request, data_dir):
-    return data_dir / "psb" / "off" / f"{request.param}.off"
 
 
 def test_the_result_says_its_sizes_and_is_read_only():

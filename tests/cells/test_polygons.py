@@ -154,15 +154,6 @@ def test_a_border_between_quads_is_made_straight():
     assert sf.smooth_borders(sheet, labels).tolist() == np.repeat([0, 1], 18).tolist()
 
 
-def test_smoothing_keeps_regions_of_quads_connected():
-    sheet = shapes.squares(12, 12)
-    rough = sf.segment(sheet, 9, smooth=False)
-    smoothed = sf.smooth_borders(sheet, rough.labels, centers=rough.centers)
-    assert (np.unique(smoothed) == np.arange(9)).all()
-    assert metrics.evaluate(sheet, smoothed)["n_extra_pieces"] == 0
-    assert metrics.compactness(sheet, smoothed) <= metrics.compactness(sheet, rough.labels)
-
-
 def test_a_vertex_that_only_some_faces_know_does_not_join_the_others():
     """A square beside two half squares has a T-junction on its side, so they share no edge."""
     points = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [1, 0.5, 0], [2, 0, 0], [2, 0.5, 0],

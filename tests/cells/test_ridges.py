@@ -40,14 +40,7 @@ def ball(times):
 
 def bent_strip(turns):
     """Return a strip of squares that bends down by these angles, in degrees, after each square."""
-    heading, rails = 0.0, [np.zeros(3)]
-    for turn in [*turns, 0.0]:
-        rails.append(rails[-1] + [math.cos(heading), 0.0, math.sin(heading)])
-        heading -= math.radians(turn)
-    left = np.array(rails)
-    vertices = np.stack([left, left + [0.0, 1.0, 0.0]], axis=1).reshape(-1, 3)
-    quads = [[2 * i, 2 * i + 2, 2 * i + 3, 2 * i + 1] for i in range(len(left) - 1)]
-    return sf.PolygonMesh(vertices, 4 * np.arange(len(quads) + 1), np.ravel(quads))
+    return shapes.row(*np.negative(turns))
 
 
 @pytest.mark.parametrize("times", [0, 1, 3])
@@ -62,7 +55,7 @@ def test_all_edges_of_a_box_are_ridges_at_every_resolution(shape, times):
 
 
 def test_a_box_of_quads_has_the_ridges_of_one_of_triangles():
-    box = sf.PolygonMesh(shapes.cube().vertices, 4 * np.arange(7), np.ravel(QUADS))
+    box = shapes.quad_cube()
     assert prices(box) == pytest.approx(np.full(24, 0.35 * math.pi / 2))
     assert not prices(box, ridges=0.0).any()
 

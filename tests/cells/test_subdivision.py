@@ -9,7 +9,6 @@ import reference
 import shapes
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from models import read_off
 
 from superfacets import Mesh, MeshError, build_face_graph, mesh_info
 from superfacets import subdivide as bisect
@@ -300,13 +299,3 @@ def test_more_faces_than_allowed_are_refused_before_memory_is_taken():
 def test_what_is_no_mesh_is_refused():
     with pytest.raises(MeshError, match="the mesh has no faces"):
         bisect(([[0, 0, 0]], np.zeros((0, 3), int)), 1.0)
-
-
-def test_real_meshes_stay_as_closed_as_they_are(benchmark_paths):
-    for path in benchmark_paths[::12]:
-        mesh = read_off(path)
-        parts = bisect(mesh, 0.02 * mesh_info(mesh).diagonal)
-        before, after = (build_face_graph(m).edge_counts for m in (mesh, parts.mesh))
-        assert (before.boundary == 0) == (after.boundary == 0), path
-        assert (before.non_manifold == 0) == (after.non_manifold == 0), path
-        assert math.isclose(areas(parts.mesh).sum(), areas(mesh).sum(), rel_tol=1e-9), path

@@ -86,17 +86,10 @@ def test_a_mask_keeps_the_given_values(run, sheet, tmp_path, command, name):
     assert np.array_equal(labels, segment(read_mesh(sheet), 9, mask=kept).labels)
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        (["--mask", "m.npy", "--mask-values", "six"],
-         "'six' is not a whole number of 0 or more"),
-    ],
-)  # fmt: skip
-def test_values_of_a_mask_that_are_wrong_are_a_usage_error(run, sheet, options, message):
-    status, _, err = run("segment", sheet, *options)
+def test_values_of_a_mask_that_are_wrong_are_a_usage_error(run, sheet):
+    status, _, err = run("segment", sheet, "--mask", "m.npy", "--mask-values", "six")
     assert status == 2
-    assert message in err
+    assert "'six' is not a whole number of 0 or more" in err
 
 
 @pytest.mark.parametrize("command", ["segment", "levels"])

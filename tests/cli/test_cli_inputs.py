@@ -9,7 +9,7 @@ import pytest
 import shapes
 from command_line import COMMAND
 
-from superfacets import MeshError, kit, read_labels, read_mesh, segment, write_mesh
+from superfacets import Mesh, MeshError, kit, read_labels, read_mesh, segment, write_mesh
 from superfacets.kit import CellFile
 from superfacets_cli.inputs import read_input
 
@@ -26,34 +26,22 @@ def give(monkeypatch):
 
 def contents(tmp_path):
     """Return a small mesh in each format, keyed by ending."""
-    mesh = shapes.bumpy_sheet(3)
-    write_mesh(tmp_path / "a.ply", mesh)
-    rows = [" ".join(map(str, row)) for row in mesh.vertices.tolist()]
-    faces = mesh.faces.tolist()
-    corners = mesh.vertices[mesh.faces].astype("<f4")
-    triangle = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
-    stl = np.zeros(len(faces), triangle)
-    stl["corners"] = corners
-    head = f"{len(rows)} {len(faces)} 0"
-    facets = "".join(
-        "facet normal 0 0 1\nouter loop\n"
-        + "".join("vertex {} {} {}\n".format(*corner) for corner in face)
-        + "endloop\nendfacet\n"
-        for face in corners.tolist()
-    )
+    sheet = shapes.bumpy_sheet(3)
+    mesh = Mesh(np.float32(sheet.vertices), sheet.faces)  # exact in a binary STL file
+
+    def written(ending, **options):
+        write_mesh(tmp_path / f"a{ending}", mesh, **options)
+        return (tmp_path / f"a{ending}").read_bytes()
+
+    off = written(".off")
+    _, _, *rows = off.decode().splitlines()
+    tri = "\n".join(["16", *rows[:16], "18", *(row.removeprefix("3 ") for row in rows[16:]), ""])
     return [
-        (".ply", (tmp_path / "a.ply").read_bytes()),
-        (".off", "\n".join(["# made", "OFF", head, *rows,
-                            *("3 {} {} {}".format(*f) for f in faces), ""]).encode()),
-        (".off", "\n".join([f"OFF{head}", *rows,
-                            *("3 {} {} {}".format(*f) for f in faces), ""]).encode()),
-        (".obj", "\n".join(["", "# made", " # by hand", "mtllib a.mtl",
-                            *("v " + row for row in rows),
-                            *(f"f {a + 1} {b + 1} {c + 1}" for a, b, c in faces), ""]).encode()),
-        (".tri", "\n".join([str(len(rows)), *rows, str(len(faces)),
-                            *("{} {} {}".format(*f) for f in faces), ""]).encode()),
-        (".stl", b"solid not text".ljust(80) + len(faces).to_bytes(4, "little") + stl.tobytes()),
-        (".stl", f"solid a\n{facets}endsolid a\n".encode()),
+        (".ply", written(".ply")), (".off", b"# made\n" + off),
+        (".off", off.replace(b"OFF\n", b"OFF", 1)),
+        (".obj", b"\n# made\n # by hand\nmtllib a.mtl\n" + written(".obj")),
+        (".tri", tri.encode()), (".stl", b"solid not text".ljust(80) + written(".stl")[80:]),
+        (".stl", written(".stl", ascii=True)),
     ]  # fmt: skip
 
 

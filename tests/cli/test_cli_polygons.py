@@ -1,7 +1,5 @@
 """Every command on meshes of quads, mixed polygons and triangle strips."""
 
-import json
-
 import numpy as np
 import pytest
 
@@ -35,20 +33,3 @@ def test_segment_writes_a_label_for_each_face(run, labeled, tmp_path):
     if isinstance(mesh, sf.PolygonMesh):
         assert np.array_equal(written.offsets, mesh.offsets)
         assert np.array_equal(written.indices, mesh.indices)
-
-
-def test_evaluate_measures_labels(run, labeled):
-    path, labels = labeled
-    status, out, err = run("evaluate", path, labels, "--gt", labels, "--json")
-    assert status == 0, err
-    values = json.loads(out)
-    assert values["undersegmentation_error"] == 0
-    assert values["boundary_recall"] == values["boundary_precision"] == 1
-
-
-def test_render_draws_polygons(run, labeled, tmp_path):
-    pytest.importorskip("pyvista", reason="PyVista is not installed")
-    path, labels = labeled
-    status, _, err = run("render", path, "--labels", labels, "-o", tmp_path / "a.png")
-    assert status == 0, err
-    assert (tmp_path / "a.png").stat().st_size > 10_000

@@ -49,13 +49,17 @@ def test_the_labels_in_the_mesh_are_used_without_labels(run, fold):
     assert notes.endswith("fold.ply has no labels: give a label file as LABELS\n")
 
 
+def write_table(path, names, *columns):
+    """Write 90 points in regions -1, 2 and 5, with these columns."""
+    points = np.random.default_rng(0).random((90, 3))
+    rows = np.column_stack([points, np.repeat([-1, 2, 5], 30), *columns])
+    np.savetxt(path, rows, delimiter=",", header=f"x,y,z,label,{names}", comments="")
+
+
 def test_a_column_has_the_most_frequent_value_of_each_region(run, tmp_path):
     path = tmp_path / "cloud.csv"
-    points = np.random.default_rng(0).random((90, 3))
-    labels = np.repeat([-1, 2, 5], 30)
     kinds = np.concatenate([np.full(30, 9), np.arange(30) % 3, np.where(np.arange(30) < 20, 6, 2)])
-    columns = np.column_stack([points, labels, kinds, 1 - kinds % 2])
-    np.savetxt(path, columns, delimiter=",", header="x,y,z,label,kind,even", comments="")
+    write_table(path, "kind,even", kinds, 1 - kinds % 2)
     status, printed, _ = run("regions", path, "--majority", "kind", "--majority", "even")
     assert status == 0
     names = "region", "majority_kind", "majority_even"
@@ -79,10 +83,7 @@ def test_a_format_without_integers_of_the_cells_is_refused(run, fold):
 
 def test_a_column_has_the_mean_of_a_property_in_each_region(run, tmp_path):
     path = tmp_path / "cloud.csv"
-    points = np.random.default_rng(0).random((90, 3))
-    labels, values = np.repeat([-1, 2, 5], 30), np.arange(90) / 2
-    columns = np.column_stack([points, labels, values, -values])
-    np.savetxt(path, columns, delimiter=",", header="x,y,z,label,intensity,low", comments="")
+    write_table(path, "intensity,low", np.arange(90) / 2, np.arange(90) / -2)
     status, printed, _ = run("regions", path, "--mean", "intensity", "--mean", "low")
     assert status == 0
     rows = [(float(row["mean_intensity"]), float(row["mean_low"])) for row in rows_of(printed)]

@@ -89,8 +89,8 @@ def test_points_and_tetrahedra_of_pyvista():
     result = sf.segment(cloud, 4)
     sf.attach_labels(cloud, result)
     assert np.array_equal(cloud.point_data["superfacets"], result.labels)
-    corner = np.vstack([np.zeros(3), np.eye(3), np.ones(3)])
-    tets = pyvista.UnstructuredGrid({10: np.array([[0, 1, 2, 3], [1, 2, 3, 4]])}, corner)
+    two = shapes.two_tets()
+    tets = pyvista.UnstructuredGrid({10: two.tets}, two.vertices)
     sf.attach_labels(tets, [1, 0])
     assert tets.cell_data["superfacets"].tolist() == [1, 0]
 
@@ -113,9 +113,8 @@ def test_blocks_of_meshio_get_their_parts(tmp_path):
 
 def test_points_and_tetrahedra_of_meshio():
     meshio = pytest.importorskip("meshio")
-    corner = np.vstack([np.zeros(3), np.eye(3), np.ones(3)])
-    blocks = [("triangle", [[0, 1, 2]]), ("tetra", [[0, 1, 2, 3], [1, 2, 3, 4]])]
-    mesh = meshio.Mesh(corner, blocks)
+    two = shapes.two_tets()
+    mesh = meshio.Mesh(two.vertices, [("triangle", [[0, 1, 2]]), ("tetra", two.tets)])
     sf.attach_labels(mesh, [1, 0])
     assert [part.tolist() for part in mesh.cell_data["superfacets"]] == [[-1], [1, 0]]
     sf.attach_labels(mesh, range(5), location="points")

@@ -82,8 +82,7 @@ def test_npy(tmp_path):
 
 def test_colors_of_las_may_have_8_bits(tmp_path):
     laspy = pytest.importorskip("laspy")
-    las = laspy.LasData(laspy.LasHeader(point_format=2, version="1.2"))
-    las.x, las.y, las.z = POINTS.T
+    las = las_points(laspy, 2, "1.2")
     las.red, las.green, las.blue = COLORS.T
     las.write(tmp_path / "old.las")
     assert read_cloud(tmp_path / "old.las").colors[0].tolist() == [1.0, 0.0, 0.0]
@@ -140,6 +139,13 @@ def las_of(laspy, point_format, n_points=50):
             n_bits = min(dimension.num_bits or 8, 6)
             shape = (n_points, 3) if dimension.name == "list" else n_points
             las[dimension.name] = rng.integers(0, 1 << n_bits, shape)
+    return las
+
+
+def las_points(laspy, point_format=6, version="1.4"):
+    """Return a LAS file with the points of this module."""
+    las = laspy.LasData(laspy.LasHeader(point_format=point_format, version=version))
+    las.x, las.y, las.z = POINTS.T
     return las
 
 
@@ -292,9 +298,7 @@ def test_a_dimension_with_the_name_of_another_field_is_left_out(laspy):
 
 
 def test_extra_dimensions_go_back_into_las_as_they_are(laspy, tmp_path):
-    header = laspy.LasHeader(point_format=6, version="1.4")
-    las = laspy.LasData(header)
-    las.x, las.y, las.z = POINTS.T
+    las = las_points(laspy)
     scale, offset = np.array([0.01]), np.array([-1.0])
     for name, kind, more in [
         ("Pulse width", "u2", {"description": "width in ns", "scales": scale, "offsets": offset}),
@@ -356,10 +360,8 @@ def test_more_than_three_numbers_per_point_do_not_fit_into_las(laspy, tmp_path):
 @pytest.mark.parametrize("n_bytes", [40, 70_000])
 @pytest.mark.parametrize("ending", [".las", ".laz"])
 def test_a_reference_system_after_the_points_goes_back_into_las(laspy, tmp_path, ending, n_bytes):
-    header = laspy.LasHeader(point_format=8, version="1.4")
-    header.global_encoding.wkt = True
-    las = laspy.LasData(header)
-    las.x, las.y, las.z = POINTS.T
+    las = las_points(laspy, 8)
+    las.header.global_encoding.wkt = True
     content = b"PROJCS[]".ljust(n_bytes - 1) + b"\0"
     records = [("someone else", 2112, b"?"), ("LASF_Projection", 2112, content)]
     las.evlrs = laspy.vlrs.vlrlist.VLRList(
@@ -437,8 +439,7 @@ def test_clouds_are_no_meshes(cloud, tmp_path):
 
 
 def test_records_of_extra_dimensions_are_joined_in_their_order(laspy):
-    las = laspy.LasData(laspy.LasHeader(point_format=0, version="1.2"))
-    las.x, las.y, las.z = POINTS.T
+    las = las_points(laspy, 0, "1.2")
     for name, kind in (("first", "u2"), ("second", "f4")):
         las.add_extra_dim(laspy.ExtraBytesParams(name=name, type=kind))
     las.first, las.second = [1, 2, 3, 4], [0.5, 1.5, 2.5, 3.5]
@@ -508,10 +509,8 @@ def test_the_reference_system_is_named_and_degrees_are_found(
 
 
 def test_a_record_that_is_not_kept_is_named(laspy):
-    header = laspy.LasHeader(point_format=6, version="1.4")
-    header.vlrs.append(laspy.VLR("someone else", 5, record_data=b"?"))
-    las = laspy.LasData(header)
-    las.x, las.y, las.z = POINTS.T
+    las = las_points(laspy)
+    las.header.vlrs.append(laspy.VLR("someone else", 5, record_data=b"?"))
     _, attributes = las_cloud(bytes(content_of(las, compressed=True)))
     assert attributes.left_out == ("record 5 of 'someone else'",)
 
@@ -598,14 +597,11 @@ def test_labels_go_back_into_las_as_it_is(laspy, tmp_path, point_format):
 def test_the_coordinate_reference_system_goes_back_into_las(
     laspy, tmp_path, point_format, ending, records, scale
 ):
-    header = laspy.LasHeader(point_format=point_format, version="1.4")
-    if point_format == 7:
-        header.global_encoding.wkt = True
+    las = las_points(laspy, point_format)
+    las.header.global_encoding.wkt = point_format == 7
     for number, content in records.items():
-        header.vlrs.append(laspy.VLR("LASF_Projection", number, record_data=content))
-    header.vlrs.append(laspy.VLR("someone else", 5, record_data=b"?"))
-    las = laspy.LasData(header)
-    las.x, las.y, las.z = POINTS.T
+        las.header.vlrs.append(laspy.VLR("LASF_Projection", number, record_data=content))
+    las.header.vlrs.append(laspy.VLR("someone else", 5, record_data=b"?"))
     las.write(tmp_path / "in.las")
     cloud, attributes = read_cloud(tmp_path / "in.las"), read_attributes(tmp_path / "in.las")
     frame = attributes.header._replace(scales=(scale, scale, scale))
@@ -623,12 +619,11 @@ def test_the_coordinate_reference_system_goes_back_into_las(
 
 @pytest.mark.parametrize("is_standard", [False, True])
 def test_the_source_and_the_meaning_of_times_go_back_into_las(laspy, tmp_path, is_standard):
-    header = laspy.LasHeader(point_format=6, version="1.4")
+    las = las_points(laspy)
+    header = las.header
     header.file_source_id = 4242
     if is_standard:
         header.global_encoding.gps_time_type = laspy.header.GpsTimeType.STANDARD
-    las = laspy.LasData(header)
-    las.x, las.y, las.z = POINTS.T
     las.write(tmp_path / "in.laz")
     cloud, attributes = read_cloud(tmp_path / "in.laz"), read_attributes(tmp_path / "in.laz")
     write_mesh(tmp_path / "out.laz", cloud, LABELS, attributes=attributes)

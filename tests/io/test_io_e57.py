@@ -8,7 +8,6 @@ import pytest
 
 from superfacets import MeshError, MissingExtraError, read_cloud, segment
 from superfacets.files.cell_file import CellFile
-from superfacets.files.formats import FORMATS
 from superfacets.files.writers.write import OutputFiles
 from superfacets.graph.point_graph import estimate_normals
 from superfacets.kit import Input
@@ -358,7 +357,3 @@ def test_without_pye57_the_extra_is_named(tmp_path, monkeypatch):
     (tmp_path / "a.e57").write_bytes(b"ASTM-E57")
     with pytest.raises(MissingExtraError, match=r"superfacets\[e57\]"):
         read_cloud(tmp_path / "a.e57")
-
-
-def test_commands_know_the_ending():
-    assert ".e57" in FORMATS.cells

@@ -268,11 +268,6 @@ def test_named_parts_are_numbered_in_their_order(tmp_path):
 
 def test_files_without_parts_are_refused(refuse):
     refuse("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "the faces have no property label")
-    refuse(
-        "a.obj",
-        b"g a\nf 1 2 3\n",
-        "the face refers to vertex 1, but the vertices have the numbers 1 to 0",
-    )
     refuse("a.stl", stl_binary(), "the faces have no property label")
 
 

@@ -113,6 +113,14 @@ def gltf_document(images, **parts):
     }
 
 
+def grown(document, content):
+    """Append to the buffer of a document, and return its size."""
+    content = base64.b64decode(document["buffers"][0]["uri"][13:]) + content
+    uri = "data:;base64," + base64.b64encode(content).decode()
+    document["buffers"][0] = {"byteLength": len(content), "uri": uri}
+    return len(content)
+
+
 def data_uri(content: bytes) -> str:
     return "data:image/png;base64," + base64.b64encode(content).decode()
 
@@ -170,10 +178,7 @@ def test_gltf_images_are_found_wherever_they_are(tmp_path, place):
     save_png(tmp_path / "my wall.png", PIXELS)
     document = gltf_document(images[place])
     if place == "embedded":
-        content = base64.b64decode(document["buffers"][0]["uri"][13:]) + png_bytes()
-        document["buffers"][0] = {
-            "byteLength": len(content), "uri": "data:;base64," + base64.b64encode(content).decode()
-        }  # fmt: skip
+        grown(document, png_bytes())
         document["bufferViews"].append(
             {"buffer": 0, "byteOffset": 120, "byteLength": len(png_bytes())}
         )
@@ -626,11 +631,8 @@ def test_a_bomb_takes_no_memory(tmp_path):
 
 def test_images_that_overlap_do_not_multiply(tmp_path):
     document = gltf_document([{"bufferView": 2 + i} for i in range(50)])
-    content = base64.b64decode(document["buffers"][0]["uri"][13:]) + png_bytes() + bytes(20_000)
-    document["buffers"][0] = {
-        "byteLength": len(content), "uri": "data:;base64," + base64.b64encode(content).decode()
-    }  # fmt: skip
-    document["bufferViews"] += [{"buffer": 0, "byteLength": len(content)}] * 50
+    n_bytes = grown(document, png_bytes() + bytes(20_000))
+    document["bufferViews"] += [{"buffer": 0, "byteLength": n_bytes}] * 50
     document["materials"][0]["extensions"] = {
         "many": {f"{i}Texture": {"index": i} for i in range(50)}
     }

@@ -6,7 +6,6 @@ from mesh_files import FACES, VERTICES
 from numpy.testing import assert_array_equal
 
 from superfacets import Mesh
-from superfacets.files.formats import FORMATS
 from superfacets.files.readers.labels import read_labels
 from superfacets.files.readers.read import read_mesh
 from superfacets.files.writers.cells import FormatOptions
@@ -80,13 +79,6 @@ def test_labels_without_colors_get_colors(tmp_path, mesh, fake_colors):
     write_mesh(tmp_path / "a.ply", mesh, LABELS, ascii=True)
     assert (tmp_path / "a.ply").read_text().endswith("7 7 0 7 0 255\n3 0 2 3 0 0 1 0 0 255\n")
     assert fake_colors == [[7, 0]]
-
-
-def test_labels_get_the_colors_of_face_colors(tmp_path, mesh):
-    colors = pytest.importorskip("superfacets_show.colors")
-    write_mesh(tmp_path / "a.ply", mesh, [0, 1], ascii=True)
-    expected = " ".join(str(channel) for channel in colors.face_colors(mesh, [0, 1])[1])
-    assert (tmp_path / "a.ply").read_text().endswith(f"1 1 {expected} 255\n")
 
 
 @pytest.mark.parametrize("ascii", [False, True])
@@ -211,20 +203,6 @@ def test_labels_alone_need_no_colors(tmp_path, mesh, fake_colors):
 def test_no_outputs_are_fine(mesh):
     OutputFiles([]).check()
     OutputFiles([]).write(mesh, LABELS)
-
-
-def test_either_all_outputs_are_written_or_none(tmp_path, mesh, monkeypatch):
-    def fail(*_, **__):
-        raise KeyboardInterrupt
-
-    (tmp_path / "a.seg").write_text("old")
-    monkeypatch.setitem(FORMATS["write_polygons"], ".ply", fail)
-    with pytest.raises(KeyboardInterrupt):
-        OutputFiles([tmp_path / "a.seg", tmp_path / "a.npy", tmp_path / "a.ply"]).write(
-            mesh, [0, 1]
-        )
-    assert [path.name for path in tmp_path.iterdir()] == ["a.seg"]
-    assert (tmp_path / "a.seg").read_text() == "old"
 
 
 def test_label_files_may_hold_labels_of_another_mesh(tmp_path):

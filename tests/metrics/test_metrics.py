@@ -353,7 +353,7 @@ def test_the_explained_variation_of_a_surface_that_is_all_but_flat_is_right():
 
 def test_cells_in_no_region_are_no_region():
     mesh = shapes.strip(4)
-    corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]]
+    corners = shapes.two_tets().vertices
     tets = TetMesh(corners, [[0, 1, 2, 3], [1, 2, 3, 4]])
     labels, hole = [0, 0, 1, 1], [0, -1, 1, 1]
     message = r"\[1\] must be at least 0: superfacets.metrics.evaluate leaves out cells that are -1"

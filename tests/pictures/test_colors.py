@@ -1,19 +1,16 @@
 """Colors of regions: different for neighbors, evenly used, and reproducible."""
 
 import time
-import warnings
 from itertools import combinations
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from models import read_off
 from numpy.testing import assert_array_equal
 from shapes import bumpy_sheet, cube, fins, moebius, slivers, soup, strip
 
 from superfacets import (  # fmt: skip
     PointCloud,
-    SliverWarning,
     build_face_graph,
     build_point_graph,
     face_colors,
@@ -165,18 +162,6 @@ def test_a_planar_map_is_colored_within_the_palette_whatever_the_order_of_its_re
         graph = graph_of_pairs(25, pairs)
         colors = region_colors(graph, identity(25))
         assert distance_across_arcs(graph, identity(25), colors).min() >= MIN_COLOR_DISTANCE
-
-
-def test_real_segmentations_differ_for_everyone(benchmark_paths):
-    for path in benchmark_paths[:2]:
-        mesh = read_off(path)
-        graph = build_face_graph(mesh)
-        for n in (10, 50, 150):
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", SliverWarning)
-                labels = segment(mesh, n).labels
-            colors = region_colors(graph, labels)
-            assert distance_across_arcs(graph, labels, colors).min() >= MIN_COLOR_DISTANCE
 
 
 def test_regions_of_points_and_of_a_volume_differ_for_everyone():

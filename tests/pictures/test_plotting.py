@@ -131,16 +131,6 @@ def test_values_of_cells_and_regions_have_the_colors_of_the_scale(gl):
     )
 
 
-def test_values_of_vertices_are_averaged_over_the_corners_of_faces(gl):
-    heights = SHEET.vertices[:, 2]
-    of_faces = heights[SHEET.faces].mean(axis=1)
-    for labels in (None, LABELS):
-        by_vertex = plot(SHEET, labels, color_by=heights, size=SIZE).image
-        np.testing.assert_array_equal(
-            by_vertex, plot(SHEET, labels, color_by=of_faces, size=SIZE).image
-        )
-
-
 def test_values_that_fit_several_counts_are_of_cells_then_regions_then_vertices():
     quads = PolygonMesh.of_faces(SHEET.vertices, [[0, 1, 8], [1, 2, 9, 8]])
     values = np.arange(SHEET.n_vertices)

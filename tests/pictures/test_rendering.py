@@ -531,8 +531,6 @@ def test_cells_in_no_region_are_gray(gl):
 
 
 def test_a_path_that_cannot_hold_a_picture_is_refused_before_it_is_made(tmp_path):
-    with pytest.raises(ValueError, match=r"output must end in \.png or .*, got 'picture.jpg'"):
-        plot(square(), output=tmp_path / "picture.jpg")
     with pytest.raises(FileNotFoundError, match="does not exist"):
         plot(square(), output=tmp_path / "nowhere" / "picture.png")
 

@@ -13,16 +13,6 @@ from superfacets.graph.surface import arc_measures
 from superfacets_formats import build_tet_graph
 
 
-def row(*angles):
-    """Return unit squares in a row, bent by these angles (degrees) where two of them meet."""
-    directions = np.radians(np.cumsum([0, *angles]))
-    steps = np.stack([np.cos(directions), np.zeros(len(directions)), np.sin(directions)], axis=1)
-    low = np.concatenate([[[0.0, 0.0, 0.0]], np.cumsum(steps, axis=0)])
-    n = len(low)
-    squares = [(i, i + 1, n + i + 1, n + i) for i in range(n - 1)]
-    return sf.PolygonMesh.of_faces(np.concatenate([low, low + [0, 1, 0]]), squares)
-
-
 def check_levels(nested, graph=None):
     """Check that levels have their counts, number regions in order, and are joined by parents."""
     for labels, count in zip(nested.levels, nested.counts, strict=True):
@@ -42,7 +32,7 @@ def check_levels(nested, graph=None):
 
 
 def test_squares_in_a_row_merge_in_pairs():
-    nested = sf.hierarchy(row(0, 0, 0), [4, 3, 2, 1], labels=range(4))
+    nested = sf.hierarchy(shapes.row(0, 0, 0), [4, 3, 2, 1], labels=range(4))
     assert nested.children.tolist() == [[0, 1], [2, 3], [4, 5]]
     # a b / (a + b) |p - q| / L: 1/2 1, 1/2 1, 4/4 2
     assert nested.costs == pytest.approx([0.5, 0.5, 2.0], rel=1e-12)
@@ -54,14 +44,14 @@ def test_squares_in_a_row_merge_in_pairs():
 
 
 def test_regions_are_numbered_by_their_lowest_region():
-    nested = sf.hierarchy(row(0, 0, 0), [2], labels=[3, 2, 1, 0])
+    nested = sf.hierarchy(shapes.row(0, 0, 0), [2], labels=[3, 2, 1, 0])
     assert nested.children.tolist() == [[0, 1], [2, 3], [4, 5]]
     assert nested.cut(2).tolist() == [1, 1, 0, 0]
 
 
 @pytest.mark.parametrize(("angle", "exponent"), [(90, 10), (-90, 3.5)])
 def test_a_groove_or_a_ridge_between_flat_faces_is_merged_across_last(angle, exponent):
-    nested = sf.hierarchy(row(angle, 0), [2], labels=range(3))
+    nested = sf.hierarchy(shapes.row(angle, 0), [2], labels=range(3))
     assert nested.children.tolist() == [[1, 2], [0, 3]]
     # A turn by pi / 2 adds 20 r / 2 to the path, so a share of e^(-10 / 1.6) of the border is open.
     # A turn at a ridge costs 0.35 times as much.
@@ -70,7 +60,7 @@ def test_a_groove_or_a_ridge_between_flat_faces_is_merged_across_last(angle, exp
 
 
 def test_a_blunt_ridge_counts_as_smooth():
-    nested = sf.hierarchy(row(-30, 0), [2], labels=range(3))
+    nested = sf.hierarchy(shapes.row(-30, 0), [2], labels=range(3))
     assert nested.children[0].tolist() == [0, 1]  # nearer in space
     apart = np.hypot(0.5 + 0.5 * np.cos(np.pi / 6), 0.5 * np.sin(np.pi / 6))
     assert nested.costs[0] == pytest.approx(0.5 * apart)
@@ -78,7 +68,7 @@ def test_a_blunt_ridge_counts_as_smooth():
 
 def test_features_decide_what_merges():
     features = np.array([0.0, 10.0, 10.5, 20.0])
-    nested = sf.hierarchy(row(0, 0, 0), [2], labels=range(4), features=features)
+    nested = sf.hierarchy(shapes.row(0, 0, 0), [2], labels=range(4), features=features)
     assert nested.children.tolist() == [[1, 2], [3, 4], [0, 5]]
     mean = (10.0 + 10.5 + 20.0) / 3
     expected = [0.5 * 0.5**2, 2 / 3 * (20 - 10.25) ** 2, 3 / 4 * mean**2]
@@ -86,7 +76,7 @@ def test_features_decide_what_merges():
 
 
 def test_where_features_are_equal_geometry_decides():
-    mesh = row(90, 0, 0)
+    mesh = shapes.row(90, 0, 0)
     alike = sf.hierarchy(mesh, [1], labels=range(4), features=np.full(4, 0.1))
     assert alike.children.tolist() == sf.hierarchy(mesh, [1], labels=range(4)).children.tolist()
     assert alike.costs.tolist() == [0.0] * 3
@@ -180,7 +170,7 @@ def test_bridges_are_those_of_the_twin():
 
 KINDS = {
     "triangles": lambda: shapes.bumpy_sheet(16), "closed": shapes.dumbbell,
-    "polygons": lambda: row(*[0, 60] * 20),
+    "polygons": lambda: shapes.row(*[0, 60] * 20),
     "points": lambda: sf.PointCloud(np.random.default_rng(0).uniform(size=(800, 3)) * [1, 1, 0]),
     "tets": lambda: shapes.column(30), "non-manifold": lambda: shapes.fins(24),
 }  # fmt: skip
@@ -287,11 +277,11 @@ def test_regions_without_area_merge_first():
 
 
 def test_cells_left_out_stay_out():
-    nested = sf.hierarchy(row(0, 0, 0, 0), [3, 2], labels=[0, 1, -1, -1, 2])
+    nested = sf.hierarchy(shapes.row(0, 0, 0, 0), [3, 2], labels=[0, 1, -1, -1, 2])
     assert nested.n_fewest == 2
     assert nested.cut(2).tolist() == [0, 0, -1, -1, 1]
     check_levels(nested)
-    joined = sf.hierarchy(row(0, 0, 0, 0), [1], labels=[0, 1, -1, -1, 2], islands="nearest")
+    joined = sf.hierarchy(shapes.row(0, 0, 0, 0), [1], labels=[0, 1, -1, -1, 2], islands="nearest")
     assert joined.cut(1).tolist() == [0, 0, -1, -1, 0]
 
 
@@ -351,7 +341,7 @@ def test_a_graph_has_barriers_too():
 
 
 def test_a_hierarchy_can_be_copied():
-    nested = sf.hierarchy(row(0, 0, 0), [3, 2], labels=range(4))
+    nested = sf.hierarchy(shapes.row(0, 0, 0), [3, 2], labels=range(4))
     copied = pickle.loads(pickle.dumps(nested))
     assert copied.cut(2).tolist() == nested.cut(2).tolist()
     assert (copied.counts, copied.n_fewest) == ((3, 2), 1)
@@ -389,8 +379,8 @@ def test_a_hierarchy_can_be_copied():
 ])  # fmt: skip
 def test_wrong_arguments_are_named(counts, options, error, message):
     with pytest.raises(error, match=message):
-        sf.hierarchy(row(0, 0, 0), counts, **options)
+        sf.hierarchy(shapes.row(0, 0, 0), counts, **options)
     with pytest.raises(
         ValueError, match="n must be at most 4, the number of regions on the finest level, got 5"
     ):
-        sf.hierarchy(row(0, 0, 0), [2], labels=range(4)).cut(5)
+        sf.hierarchy(shapes.row(0, 0, 0), [2], labels=range(4)).cut(5)

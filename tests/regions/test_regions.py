@@ -23,13 +23,7 @@ from superfacets.cleanup.merge import merge_regions
 
 def roof(*angles):
     """Return a strip of squares of two triangles, bent by an angle (degrees) after each square."""
-    directions = np.radians(np.cumsum([0, *angles]))
-    steps = np.stack([np.cos(directions), np.zeros(len(directions)), np.sin(directions)], axis=1)
-    low = np.concatenate([[[0.0, 0.0, 0.0]], np.cumsum(steps, axis=0)])
-    n = len(low)
-    squares = [(i, i + 1, n + i + 1, n + i) for i in range(n - 1)]
-    faces = [t for a, b, c, d in squares for t in ([a, b, c], [a, c, d])]
-    return Mesh(np.concatenate([low, low + [0, 1, 0]]), faces)
+    return shapes.halved(shapes.row(*angles))
 
 
 def check_edit(edit, labels, sources, n_joined, n_islands):
@@ -111,10 +105,7 @@ def test_all_regions_of_a_component_may_become_one():
 def test_small_islands_stay_or_join_the_nearest_region():
     big = shapes.strip(8)
     speck = Mesh([[9, 0, 0], [9.1, 0, 0], [9, 0.1, 0]], [[0, 1, 2]])
-    mesh = Mesh(
-        np.concatenate([big.vertices, speck.vertices]),
-        np.concatenate([big.faces, speck.faces + big.n_vertices]),
-    )
+    mesh = shapes.together([big, speck])
     labels = [0] * 4 + [2] * 4 + [1]
     check_edit(merge_small_regions(mesh, labels, 0.5), labels, [0, 1, 2], 0, 1)
     edit = merge_small_regions(mesh, labels, 0.5, islands="nearest")

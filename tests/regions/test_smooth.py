@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 import reference
 import shapes
-from models import read_off
 
 from superfacets import (
     ArcMeasures,
@@ -404,23 +403,6 @@ def test_the_labels_given_are_left_as_they_are():
     array = np.array(labels, np.int32)
     smooth_borders(mesh, array)
     assert array.tolist() == labels
-
-
-@pytest.mark.parametrize("k", [20, 150])
-def test_borders_of_real_meshes_get_shorter_and_regions_stay_in_one_piece(benchmark_paths, k):
-    for path in benchmark_paths[::12]:
-        mesh = read_off(path)
-        graph = build_face_graph(mesh)
-        given = segment(mesh, k, smooth=False).labels
-        _, costs, labels, n_regions = read_labeled(mesh, given, None, True, 2)
-        smoothed = smooth_borders(mesh, labels)
-        assert shapes.count_pieces(graph, smoothed) == shapes.count_pieces(graph, labels)
-        assert len(np.unique(smoothed)) == n_regions
-        before, after = (
-            float(_core.region_borders(*costs.args, array, 1)[2].sum())
-            for array in (labels, smoothed)
-        )
-        assert after < 0.95 * before
 
 
 @pytest.mark.parametrize(("parameters", "error", "message"), [

@@ -36,6 +36,10 @@ def reopened(document):
 @pytest.fixture
 def furnished(document):
     """Return two labeled chairs, a table, a wall, and a region of chairs without an object."""
+    return furnish(document)
+
+
+def furnish(document):
     document.set_classes(CLASSES)
     for region, number, place in ((3, 1, 1), (4, 1, 2), (5, 2, 1), (6, 3, 0), (7, 1, 0)):
         document.paint(document.revision.cells_of(region), number, objects=place)
@@ -222,10 +226,7 @@ def test_groups_are_objects_and_their_segments_are_in_one_object_each(furnished)
 
 
 def test_objects_are_written_as_coco_has_them_and_read_back_exactly(client):
-    furnished = client.document()
-    furnished.set_classes(CLASSES)
-    for region, number, place in ((3, 1, 1), (4, 1, 2), (5, 2, 1), (6, 3, 0), (7, 1, 0)):
-        furnished.paint(furnished.revision.cells_of(region), number, objects=place)
+    furnished = furnish(client.document())
     furnished.paint(furnished.revision.cells_of(9), 1, objects=7)  # numbers with a gap
     furnished.name_object(1, 2, "by the door")
     name, data = export_bytes(furnished, "objects", "json")

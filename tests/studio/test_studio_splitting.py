@@ -11,12 +11,9 @@ from superfacets_studio.regions.splitting import split_cells
 
 def sheet(height, n=20):
     """Return a square of side 1 with 2 n^2 triangles, whose height depends on x."""
-    places = np.linspace(0, 1, n + 1)
-    x, y = np.meshgrid(places, places, indexing="ij")
-    vertices = np.stack([x, y, height(x)], axis=-1).reshape(-1, 3)
-    low = (np.arange(n)[:, None] * (n + 1) + np.arange(n)).ravel()
-    corners = np.stack([low, low + n + 1, low + n + 2, low + 1], axis=1)
-    return Mesh(vertices, np.concatenate([corners[:, [0, 1, 2]], corners[:, [0, 2, 3]]]))
+    flat = shapes.flat(n)
+    places = flat.vertices / n
+    return Mesh(places + height(places[:, :1]) * [0, 0, 1], flat.faces)
 
 
 def split(mesh, cells=None, red=None, blue=None):
