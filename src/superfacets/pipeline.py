@@ -165,6 +165,7 @@ def run(mesh: MeshLike | Prepared, options: SegmentOptions) -> Segmentation:
         prepared, options = prepared_for(mesh, options, clock)  # 0 mesh, 1 face_graph
         planned = plan_regions(prepared, options, clock)  # 1 face_graph
         weighed, weights = weigh(prepared, planned.plan, options, clock)  # 2 weights
+        # From here on, `weighed.options` replaces `options`.
         weights, feature_costs = add_features(weights, weighed, prepared, clock)  # 2 weights
         graph, source, input_index = prepared.graph, prepared.source, prepared.input_index
         del mesh, prepared

@@ -146,6 +146,7 @@ class Loop:
         with timed(self.timings, "classify"):
             islands, n_threads = CORE_ISLANDS[self.options.islands], self.options.n_threads
             clustering = _core.Clustering(graph, centers, reach, n_threads, islands)
+        # only on the first, coarsest level
         relocates = self.options.relocates and not self.levels
         most = self.options.max_num_iter
         if self.is_short:

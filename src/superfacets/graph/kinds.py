@@ -58,7 +58,7 @@ class OrderedCells(NamedTuple):
     cells: Cells  # mesh or cloud of the same class as the input
     graph: BaseGraph
     shapes: FaceShapes | None  # measures of faces for weights and `sliver_share`
-    order: Ints | None  # (N,) index of each cell in the input; None if cells are not sorted
+    input_index: Ints | None  # (N,) index of each cell in the input; None if cells are not sorted
 
 
 class Kind:
@@ -91,14 +91,14 @@ class Kind:
         return cells, None
 
     def ordered(
-        self, cells: Any, weld: bool, n_threads: int, *, is_sorted: bool,
+        self, cells: Any, weld: bool, n_threads: int, *, may_sort: bool,
         is_kept: Bools | None = None,
     ) -> OrderedCells:  # fmt: skip
-        """Build the graph of the cells; sort them first if `is_sorted` and sorting saves time.
+        """Build the graph of the cells; sort them first if `may_sort` and sorting saves time.
 
         If `is_kept` is given, (N,), points of a cloud that are not kept have no neighbors.
         """
-        corners = self.corners(cells) if is_sorted else None
+        corners = self.corners(cells) if may_sort else None
         if corners is None or not is_scattered(cells.vertices, corners):
             return OrderedCells(cells, *self.build_graph(cells, weld, n_threads), None)
         found = sorted_corners(cells.vertices, corners, weld, n_threads)
@@ -289,10 +289,10 @@ class _Points(Kind):
         return find_point_graph(cells, n_threads), None
 
     def ordered(
-        self, cells: PointCloud, weld: bool, n_threads: int, *, is_sorted: bool,
+        self, cells: PointCloud, weld: bool, n_threads: int, *, may_sort: bool,
         is_kept: Bools | None = None,
     ) -> OrderedCells:  # fmt: skip
-        graph = find_point_graph(cells, n_threads, is_kept=is_kept, is_sorted=is_sorted)
+        graph = find_point_graph(cells, n_threads, is_kept=is_kept, is_sorted=may_sort)
         return OrderedCells(cells, graph, None, graph.points)
 
     def surface(self, cells: PointCloud, graph: PointGraph, n_threads: int) -> Surface:
@@ -372,5 +372,5 @@ def graph_and_surface(
     If `is_kept` is given, (N,), points of a cloud that are not kept have no neighbors.
     """
     kind = kind_of(cells)
-    graph = kind.ordered(cells, weld, n_threads, is_sorted=False, is_kept=is_kept).graph
+    graph = kind.ordered(cells, weld, n_threads, may_sort=False, is_kept=is_kept).graph
     return graph, kind.surface(cells, graph, n_threads)

@@ -131,7 +131,7 @@ class PartCosts:
             level.add_far_arcs(n_threads)
             level.add_part_costs(rows, self.factor, n_threads)
 
-    def border_lengths(self, arcs: ArcLists, lengths: Singles, n_threads: int) -> Singles:
+    def with_part_costs(self, arcs: ArcLists, lengths: Singles, n_threads: int) -> Singles:
         """Return `lengths` plus costs between parts, for the computation of border costs.
 
         If there are groups, the costs between parts are reduced by `GROUP_STEP`.

@@ -125,7 +125,7 @@ def ordered_graph(
         ordered = _core.OrderedGraph(
             placed.cells, *placed.arcs, weighed.surface.n_threads, is_symmetric, straight_unit
         )
-        if weighed.of_machine_part:
+        if weighed.of_machine_part:  # has costs between parts, so that straight_unit > 0
             limit = options.crease_limit(weighed.plan.size.radius)
             ordered.crease_limit = limit / straight_unit
     return ordered

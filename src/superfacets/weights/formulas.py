@@ -221,8 +221,8 @@ def superfacet_weights(
     if crease_length is not None:
         crease_length = checked_number(crease_length, "crease_length", zero=False)
     surface = Surface.of_faces(mesh, graph, threads)
-    cells = (graph.positions, graph.measures, NO_NORMALS)
-    return weights_of(surface, cells, EdgeFactors(alpha, eta_convex, crease_length or 0.0))
+    arrays = (graph.positions, graph.measures, NO_NORMALS)
+    return weights_of(surface, arrays, EdgeFactors(alpha, eta_convex, crease_length or 0.0))
 
 
 def crease_weights(
@@ -319,10 +319,10 @@ def crease_weights(
         checked_number(ridges, "ridges", zero=True),
     )
     surface = Surface.of_faces(mesh, graph, threads)
-    cells = (graph.positions, graph.measures, NO_NORMALS)
+    arrays = (graph.positions, graph.measures, NO_NORMALS)
     if not hollows:
-        return weights_of(surface, cells, factors)
-    return np.asarray(_adapted_weights(surface, cells, factors).weights)
+        return weights_of(surface, arrays, factors)
+    return np.asarray(_adapted_weights(surface, arrays, factors).weights)
 
 
 def _crease_factors(radius: float, params: Mapping[str, float]) -> EdgeFactors:
@@ -355,23 +355,23 @@ WEIGHTS: Mapping[WeightName, Formula] = {
         " cost of arcs between parts of the shape, such as a finger and the palm (see"
         " `spectral_embedding`)",
         defaults={"alpha": 17.0, "eta_convex": 0.0, "ridges": 1.0, "gamma": 2.1},
-        compute=lambda surface, cells, radius, params: _adapted_weights(
-            surface, cells, _crease_factors(radius, params)._replace(is_straight=True)
+        compute=lambda surface, arrays, radius, params: _adapted_weights(
+            surface, arrays, _crease_factors(radius, params)._replace(is_straight=True)
         ),
         has_part_costs=True,
     ),
     "creases": Formula(
         about="`crease_weights`, with costs of creases that do not depend on the resolution",
         defaults={"alpha": 20.0, "eta_convex": 0.0, "ridges": 0.35},
-        compute=lambda surface, cells, radius, params: _adapted_weights(
-            surface, cells, _crease_factors(radius, params)
+        compute=lambda surface, arrays, radius, params: _adapted_weights(
+            surface, arrays, _crease_factors(radius, params)
         ),
     ),
     "superfacets": Formula(
         about="`superfacet_weights`, the formula of the paper",
         defaults={"alpha": 200.0, "eta_convex": 0.2},
-        compute=lambda surface, cells, _, params: ArcWeights(
-            weights_of(surface, cells, EdgeFactors(params["alpha"], params["eta_convex"], 0.0))
+        compute=lambda surface, arrays, _, params: ArcWeights(
+            weights_of(surface, arrays, EdgeFactors(params["alpha"], params["eta_convex"], 0.0))
         ),
         costs_follow_edges=True,
     ),
@@ -530,10 +530,10 @@ def arc_weights(
     """
     if options.given is not None:
         return ArcWeights(options.given)
-    cells = (faces.positions, faces.measures, NO_NORMALS if normals is None else normals)
+    arrays = (faces.positions, faces.measures, NO_NORMALS if normals is None else normals)
     assert options.formula is not None
     params = {**options.params, "slack": options.angle_slack}
-    return options.formula.compute(surface, cells, radius, params)
+    return options.formula.compute(surface, arrays, radius, params)
 
 
 def creases_of(surface: Surface, radius: float, ridges: float | None = None) -> Floats:
@@ -544,16 +544,16 @@ def creases_of(surface: Surface, radius: float, ridges: float | None = None) -> 
     return weights_of(surface, (surface.positions, surface.measures, NO_NORMALS), factors)
 
 
-def weights_of(surface: Surface, cells: CellArrays, factors: EdgeFactors) -> Floats:
+def weights_of(surface: Surface, arrays: CellArrays, factors: EdgeFactors) -> Floats:
     """Return one weight per arc, computed with equations 1 to 3 of the paper and these factors."""
     if isinstance(surface.handle, _core.PointSurface):
         core_factors = factors.for_core(surface.diagonal)
         return _core.point_weights(surface.handle, core_factors, surface.n_threads)
-    return weights_and_sums(surface, cells, factors, wants_curvature=False)[0]
+    return weights_and_sums(surface, arrays, factors, wants_curvature=False)[0]
 
 
 def weights_and_sums(
-    surface: Surface, cells: CellArrays, factors: EdgeFactors, *, wants_curvature: bool
+    surface: Surface, arrays: CellArrays, factors: EdgeFactors, *, wants_curvature: bool
 ) -> tuple[Floats, EdgeSums]:
     """Return the weights of arcs between faces, and the `EdgeSums` of the edges.
 
@@ -561,13 +561,13 @@ def weights_and_sums(
     """
     handle, costs = surface.handle, factors.for_core(surface.diagonal)
     if isinstance(handle, _core.TriangleSurface):
-        found = _core.triangle_weights(handle, *cells, costs, wants_curvature, surface.n_threads)
+        found = _core.triangle_weights(handle, *arrays, costs, wants_curvature, surface.n_threads)
     else:
         found = _core.surface_weights(handle, costs, wants_curvature, surface.n_threads)
     return found[0], EdgeSums(*found[1])
 
 
-def _adapted_weights(surface: Surface, cells: CellArrays, factors: EdgeFactors) -> ArcWeights:
+def _adapted_weights(surface: Surface, arrays: CellArrays, factors: EdgeFactors) -> ArcWeights:
     """Return the result of `weights_of`, with costs adapted to hollow shapes and machine parts.
 
     On hollow shapes, smooth convex edges also have a cost, and smooth concave edges cost less. If
@@ -575,15 +575,15 @@ def _adapted_weights(surface: Surface, cells: CellArrays, factors: EdgeFactors) 
     of point clouds are not adapted.
     """
     if isinstance(surface.handle, _core.PointSurface) or not factors.alpha:
-        return ArcWeights(weights_of(surface, cells, factors))
+        return ArcWeights(weights_of(surface, arrays, factors))
     is_closed = surface.volume > 0.0
-    weights, sums = weights_and_sums(surface, cells, factors, wants_curvature=is_closed)
+    weights, sums = weights_and_sums(surface, arrays, factors, wants_curvature=is_closed)
     of_machine_part = factors.is_straight and sums.are_of_machine_part
     adapted = factors.of_machine_part() if of_machine_part else factors
     if is_closed:
-        area = _core.sum_of(cells[1], surface.n_threads)
+        area = _core.sum_of(arrays[1], surface.n_threads)
         convex_share = convex_share_of(sums.curvature, surface.volume, area, surface.diagonal)
         adapted = adapted._replace(convex_share=convex_share)
     if adapted != factors:
-        weights = weights_of(surface, cells, adapted)
+        weights = weights_of(surface, arrays, adapted)
     return ArcWeights(weights, of_machine_part)
