@@ -48,4 +48,35 @@ Buffer<double> sum_between(const Arcs& arcs, std::span<const double> conductance
 void relax(const Arcs& arcs, std::span<const double> conductances, std::size_t width, int n_sweeps,
            ThreadTeam& team, std::span<float> rows);
 
+// Rows of numbers, one row per cell.
+struct CellRows {
+  std::size_t width;            // numbers per row
+  std::span<const float> rows;  // (N, width)
+};
+
+// Smooths rows of numbers over a given length, by an implicit step of the heat equation.
+class Smoother {
+ public:
+  // `arcs` and their `steps` are those of conducting_arcs.
+  Smoother(const OrderedGraph& graph, const Arcs& arcs, std::span<const double> steps,
+           ThreadTeam& team);
+
+  // Returns the solution x of (A + length^2 L) x = A rows after at most 30 Jacobi sweeps, where A
+  // are areas, and L is the Laplacian with the conductances width / step.
+  Buffer<float> smoothed(const CellRows& given, double length, ThreadTeam& team) const;
+
+  // Length of the border between two cells, estimated from their areas. It is scaled so that the
+  // sum of width times step over all arcs is 4 times the area, as for any Voronoi diagram.
+  double width(Cell cell, Cell to) const { return scale_ * std::sqrt(area(cell) + area(to)); }
+
+ private:
+  double area(Cell cell) const { return graph_.measures[graph_.place_of[cell]]; }
+
+  const OrderedGraph& graph_;
+  const Arcs& arcs_;
+  const std::span<const double> steps_;
+  double scale_ = 1.0;
+  double total_ = 0.0;  // sum of all conductances
+};
+
 }  // namespace superfacets

@@ -224,8 +224,8 @@ def build_face_graph(
 class FaceShapes(NamedTuple):
     """Normals and longest sides of faces, for weights and `sliver_share`; not part of the graph."""
 
-    normals: Floats | None
-    """Unit normals, shape (F, 3); 0 for a degenerate face. None for polygons."""
+    normals: Floats
+    """Unit normals, shape (F, 3); 0 for a degenerate face."""
     longest: Floats | None
     """Squared length of the longest side in each block of consecutive faces; None for polygons."""
 

@@ -116,6 +116,10 @@ class Kind:
         """Return the surface without arrays that are only needed for weights, to save memory."""
         return surface
 
+    def normals(self, surface: Surface, graph: Any, shapes: Any) -> Floats:
+        """Return the outward unit normal of each cell, (N, 3); 0 if it is not known."""
+        return np.zeros((surface.n_cells, 3))
+
     def tells_concave(self, graph: Any) -> bool:
         """Return whether concave and convex creases can be distinguished."""
         return True
@@ -233,6 +237,13 @@ class _Faces(Kind):
     def surface(self, cells: FaceMesh, graph: FaceGraph, n_threads: int) -> Surface:
         return Surface.of_faces(cells, graph, n_threads)
 
+    def normals(self, surface: Surface, graph: FaceGraph, shapes: FaceShapes) -> Floats:
+        normals = -shapes.normals if surface.handle.is_inside_out else shapes.normals
+        if graph.same_turn.any():  # which of two inconsistent neighbors is right is not known
+            normals = normals.copy()
+            normals[graph.sources[graph.same_turn]] = 0.0
+        return normals
+
     def sliver_share(
         self, cells: FaceMesh, areas: Floats, shapes: FaceShapes, radius: float, n_threads: int
     ) -> float:
@@ -305,6 +316,9 @@ class _Points(Kind):
 
     def tells_concave(self, graph: PointGraph) -> bool:
         return graph.tells_concave
+
+    def normals(self, surface: Surface, graph: PointGraph, shapes: None) -> Floats:
+        return graph.normals if graph.tells_concave else np.zeros_like(graph.normals)
 
     def positions(self, cells: PointCloud) -> Floats:
         return cells.points

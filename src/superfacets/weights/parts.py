@@ -64,6 +64,12 @@ EQUAL = 1e-3
 eigenvalues are used together, because choosing some of them would be arbitrary."""
 
 
+BORDER_COEFFICIENTS = np.array(
+    [-0.957, 2.615, 6.106, 1.546, 0.133, 0.48, 2.53, 2.028, -5.756, -6.253]
+)
+"""Coefficients of the rate of borders (see `_core.border_rates`), from research/border_rates.py."""
+
+
 class ConductingGraph(NamedTuple):
     """Graph of the cells of one level: either all cells, or groups of cells of the finer level."""
 
@@ -168,6 +174,16 @@ def conducting_graph(
     )
     arcs = (offsets, neighbors)
     return ConductingGraph(arcs, steps, conductances, graph.measures(), blocked_fraction=share)
+
+
+def border_rates(
+    level: ConductingGraph, graph: _core.OrderedGraph, normals: Singles, vectors: Singles,
+    n_threads: int,
+) -> Singles:  # fmt: skip
+    """Return how likely people are to draw a border across each arc; see `BORDER_COEFFICIENTS`."""
+    return _core.border_rates(
+        graph, *level.arcs, level.steps, normals, vectors, BORDER_COEFFICIENTS, n_threads
+    )
 
 
 def scale(level: ConductingGraph, vectors: Singles, n_threads: int) -> float:
