@@ -50,25 +50,29 @@ def features_of(model: Model) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     ordered = _core.OrderedGraph(placed, *surface.arcs, lengths, 1, True, unit * graph.diagonal)
     base = conducting_graph(ordered, options.crease_cost(radius), 1)
     rows = [kind.normals(surface, graph, shapes).astype(np.float32), embedding(base, ordered, 1)]
-    steps = base.steps / (STEP * np.sqrt(graph.measures.sum()))
+    widths = surface.arc_measures().border_lengths
+    ends = np.stack([graph.sources, graph.neighbors])
+    sizes = np.linalg.norm(graph.positions[ends[0]] - graph.positions[ends[1]], axis=1)
+    steps = np.maximum(sizes, 0.2 * np.sqrt(graph.measures[ends].sum(axis=0)))
+    steps[steps == 0] = ordered.straight_unit
+    steps /= STEP * np.sqrt(graph.measures.sum())
     columns = []
     for coefficients in np.eye(10)[:3]:  # the rate is then a function of one feature alone
-        found = _core.border_rates(ordered, *base.arcs, base.steps, *rows, coefficients, 1) / steps
+        found = _core.border_rates(ordered, *surface.arcs, widths, *rows, coefficients, 1) / steps
         columns.append(np.log(found / (1 - found)))
-    sources = np.repeat(np.arange(graph.n_cells), np.diff(base.arcs[0]))
-    return np.stack([sources, base.arcs[1]]), np.stack(columns, axis=1), steps
+    return ends, np.stack(columns, axis=1), steps, widths
 
 
 def sample_of(model: Model) -> Sample:
     """Choose arcs at random, as many on borders as elsewhere; weights restore the balance."""
-    (sources, targets), features, steps = features_of(model)
+    (sources, targets), features, steps, widths = features_of(model)
     share = np.mean([truth[sources] != truth[targets] for truth in model.ground_truths], axis=0)
     rng = np.random.default_rng(model.number)
     chosen, weights = [], []
     for found in (np.flatnonzero(share > 0), np.flatnonzero(share == 0)):
         some = rng.choice(found, min(N_ARCS, len(found)), replace=False)
         chosen.append(some)
-        weights.append(np.full(len(some), len(found) / max(len(some), 1)))
+        weights.append(widths[some] * (len(found) / max(len(some), 1)))
     arcs, weight = np.concatenate(chosen), np.concatenate(weights)
     return Sample(features[arcs], share[arcs], weight / weight.sum(), steps[arcs])
 

@@ -16,6 +16,7 @@ from .clustering.plan import Start
 from .clustering.result import Segmentation
 from .mesh.convert import MeshLike
 from .mesh.denoising import Denoise
+from .stages.borders import add_borders
 from .stages.cluster import clean, cluster, finish
 from .stages.options import SegmentOptions
 from .stages.part_costs import add_parts
@@ -175,12 +176,14 @@ def run(mesh: MeshLike | Prepared, options: SegmentOptions) -> Segmentation:
         placed = place(graph, lengths, weighed, clock)  # order
         del graph
         ordered = ordered_graph(placed, lengths.unit, weighed, clock)  # order
+        borders = add_borders(ordered, placed.arcs[:2], weighed, normals, clock)  # 2 weights
+        del normals
         loop = weighed.options.loop
         coarsening = coarsened(ordered, weighed.plan, loop, clock.timings)  # coarsen
-        part_costs = add_parts(ordered, coarsening, weighed, normals, clock)  # 2 weights
+        part_costs = add_parts(ordered, coarsening, weighed, clock)  # 2 weights
         clustered = cluster(  # 3 seeding, 4a classify, 4b update, balance
             ordered, coarsening, placed.arcs, weighed, planned, part_costs
         )
-        del ordered, coarsening, placed, normals
-        result = clean(clustered, lengths, feature_costs, weighed, clock)  # 5 regions
+        del ordered, coarsening, placed
+        result = clean(clustered, lengths, borders, feature_costs, weighed, clock)  # 5 regions
         return finish(result, source, input_index, weighed, planned, clock)  # not timed

@@ -22,10 +22,10 @@ Buffer<float> relaxed(Offsets offsets, Integers neighbors, Doubles conductances,
   return found;
 }
 
-Buffer<float> rates(const OrderedGraph& graph, Offsets offsets, Integers neighbors, Doubles steps,
-                    const Table<float>& normals, const Table<float>& vectors,
-                    Doubles coefficients, ThreadTeam& team) {
-  return border_rates(graph, {offsets, neighbors}, steps,
+Buffer<float> rates(const OrderedGraph& graph, Offsets offsets, Integers neighbors, Doubles widths,
+                    const Table<float>& normals, const Table<float>& vectors, Doubles coefficients,
+                    ThreadTeam& team) {
+  return border_rates(graph, {offsets, neighbors}, widths,
                       {normals.shape(1), {normals.data(), normals.size()}},
                       {vectors.shape(1), {vectors.data(), vectors.size()}}, coefficients, team);
 }
@@ -47,7 +47,7 @@ void bind_spectral(nb::module_& module) {
   module.def("relax", threaded<kMinSlowPerThread>(&relaxed), "offsets"_a, "neighbors"_a,
              "conductances"_a, "rows"_a.noconvert(), "n_sweeps"_a, "n_threads"_a);
   module.def("border_rates", threaded<kMinSlowPerThread>(&rates), "graph"_a, "offsets"_a,
-             "neighbors"_a, "steps"_a, "normals"_a.noconvert(), "vectors"_a.noconvert(),
+             "neighbors"_a, "widths"_a, "normals"_a.noconvert(), "vectors"_a.noconvert(),
              "coefficients"_a, "n_threads"_a);
   module.def("smallest_eigenpairs", serial(&eigenpairs), "offsets"_a, "neighbors"_a,
              "conductances"_a, "measures"_a, "components"_a, "n_components"_a, "n_wanted"_a);

@@ -13,7 +13,9 @@ constexpr double kFittedStep = 0.007;
 // Bend, per square root of the area, at which the first and the last feature are 1/2.
 constexpr double kHalfBend = 4.0;
 
-double in_unit_range(double x) { return x / (kHalfBend + std::abs(x)); }
+double in_unit_range(double x) {
+  return x / (kHalfBend + std::abs(x));
+}
 
 double rate_of(const std::array<double, 3>& features, std::span<const double> coefficients) {
   double exponent = coefficients.back();
@@ -31,10 +33,9 @@ double rate_of(const std::array<double, 3>& features, std::span<const double> co
 // Computes the features of the arcs of a graph.
 class Features {
  public:
-  Features(const OrderedGraph& graph, const Arcs& arcs, std::span<const double> steps,
+  Features(const OrderedGraph& graph, const Arcs& arcs, std::span<const double> widths,
            ThreadTeam& team)
-      : graph_(graph), arcs_(arcs), steps_(steps), side_(std::sqrt(graph.total_measure)),
-        smoother_(graph, arcs, steps, team) {}
+      : arcs_(arcs), side_(std::sqrt(graph.total_measure)), smoother_(graph, arcs, widths, team) {}
 
   Buffer<float> rates(const CellRows& normals, const CellRows& vectors,
                       std::span<const double> coefficients, ThreadTeam& team) const {
@@ -49,9 +50,10 @@ class Features {
       double total = 0.0;
       for (const auto [arc, to] : arcs_.steps(cell)) {
         bends[arc] = static_cast<float>(bend(smooth_normals.span(), cell, arc, to));
-        changes[arc] = static_cast<float>(
-            side_ / steps_[arc] * distance_between(smooth_vectors.span(), vectors.width, cell, to));
-        const double width = smoother_.width(cell, to);
+        changes[arc] =
+            static_cast<float>(side_ / smoother_.step(arc) *
+                               distance_between(smooth_vectors.span(), vectors.width, cell, to));
+        const double width = smoother_.width(arc);
         change += width * double{changes[arc]};
         concave += width * std::max(0.0, -double{bends[arc]});
         total += width;
@@ -63,14 +65,18 @@ class Features {
     Buffer<float> rates(arcs_.n_arcs());
     team.for_each_slow(arcs_.n_cells(), [&](Cell cell) {
       for (const auto [arc, to] : arcs_.steps(cell)) {
-        const double around = 0.5 * (double{means[2 * cell]} + double{means[2 * to]});
-        const double concave = 0.5 * (double{means[2 * cell + 1]} + double{means[2 * to + 1]});
+        // accelerated sweeps may overshoot below 0
+        const auto mean = [&](std::size_t column) {
+          return std::max(0.0, 0.5 * (double{means[2 * cell + column]} + means[2 * to + column]));
+        };
+        const double around = mean(0);
+        const double concave = mean(1);
         const double change = changes[arc];
         const double sum = change + around;
         const double relative = sum > 0.0 ? (change - around) / sum : 0.0;
-        const double rate = rate_of({in_unit_range(bends[arc]), relative, in_unit_range(concave)},
-                                    coefficients);
-        rates[arc] = static_cast<float>(rate * (steps_[arc] / (kFittedStep * side_)));
+        const double rate =
+            rate_of({in_unit_range(bends[arc]), relative, in_unit_range(concave)}, coefficients);
+        rates[arc] = static_cast<float>(rate * (smoother_.step(arc) / (kFittedStep * side_)));
       }
     });
     return rates;
@@ -82,14 +88,12 @@ class Features {
       const float* row = normals.data() + std::size_t{3} * of;
       return Point{row[0], row[1], row[2]};
     };
-    const Point along = position(to) - position(cell);
-    return side_ * dot(normal(to) - normal(cell), along) / (steps_[arc] * steps_[arc]);
+    const Point along = smoother_.position(to) - smoother_.position(cell);
+    return side_ * dot(normal(to) - normal(cell), along) /
+           (smoother_.step(arc) * smoother_.step(arc));
   }
-  Point position(Cell cell) const { return graph_.positions[graph_.place_of[cell]]; }
 
-  const OrderedGraph& graph_;
   const Arcs& arcs_;
-  const std::span<const double> steps_;
   const double side_;  // square root of the total area
   const Smoother smoother_;
 };
@@ -97,11 +101,11 @@ class Features {
 }  // namespace
 
 Buffer<float> border_rates(const OrderedGraph& graph, const Arcs& arcs,
-                           std::span<const double> steps, const CellRows& normals,
+                           std::span<const double> widths, const CellRows& normals,
                            const CellRows& vectors, std::span<const double> coefficients,
                            ThreadTeam& team) {
   SUPERFACETS_ASSERT(normals.width == 3 && coefficients.size() == 10 && graph.total_measure > 0.0);
-  return Features(graph, arcs, steps, team).rates(normals, vectors, coefficients, team);
+  return Features(graph, arcs, widths, team).rates(normals, vectors, coefficients, team);
 }
 
 }  // namespace superfacets

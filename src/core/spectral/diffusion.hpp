@@ -57,26 +57,27 @@ struct CellRows {
 // Smooths rows of numbers over a given length, by an implicit step of the heat equation.
 class Smoother {
  public:
-  // `arcs` and their `steps` are those of conducting_arcs.
-  Smoother(const OrderedGraph& graph, const Arcs& arcs, std::span<const double> steps,
+  // `arcs` are arcs between the cells of the graph in the order of the input, and `widths` the
+  // lengths of the borders that they cross. If `widths` is empty, they are estimated from areas.
+  Smoother(const OrderedGraph& graph, const Arcs& arcs, std::span<const double> widths,
            ThreadTeam& team);
 
-  // Returns the solution x of (A + length^2 L) x = A rows after at most 30 Jacobi sweeps, where A
-  // are areas, and L is the Laplacian with the conductances width / step.
+  // Returns the solution x of (A + length^2 L) x = A rows after at most 16 sweeps, where A are
+  // areas, and L is the Laplacian with the conductances width / step.
   Buffer<float> smoothed(const CellRows& given, double length, ThreadTeam& team) const;
 
-  // Length of the border between two cells, estimated from their areas. It is scaled so that the
-  // sum of width times step over all arcs is 4 times the area, as for any Voronoi diagram.
-  double width(Cell cell, Cell to) const { return scale_ * std::sqrt(area(cell) + area(to)); }
+  double width(std::int64_t arc) const { return widths_[arc]; }
+  double step(std::int64_t arc) const { return steps_[arc]; }
+  Point position(Cell cell) const { return graph_.positions[graph_.place_of[cell]]; }
 
  private:
   double area(Cell cell) const { return graph_.measures[graph_.place_of[cell]]; }
 
   const OrderedGraph& graph_;
   const Arcs& arcs_;
-  const std::span<const double> steps_;
-  double scale_ = 1.0;
-  double total_ = 0.0;  // sum of all conductances
+  Buffer<double> widths_;  // (M,) length of the border that each arc crosses
+  Buffer<double> steps_;   // (M,) length of each arc
+  double total_ = 0.0;     // sum of all conductances
 };
 
 }  // namespace superfacets

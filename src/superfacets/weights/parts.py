@@ -65,7 +65,7 @@ eigenvalues are used together, because choosing some of them would be arbitrary.
 
 
 BORDER_COEFFICIENTS = np.array(
-    [-0.957, 2.615, 6.106, 1.546, 0.133, 0.48, 2.53, 2.028, -5.756, -6.253]
+    [-0.843, 2.502, 5.661, 1.432, 0.129, 0.479, 2.389, 2.372, -4.607, -6.224]
 )
 """Coefficients of the rate of borders (see `_core.border_rates`), from research/border_rates.py."""
 
@@ -174,16 +174,6 @@ def conducting_graph(
     )
     arcs = (offsets, neighbors)
     return ConductingGraph(arcs, steps, conductances, graph.measures(), blocked_fraction=share)
-
-
-def border_rates(
-    level: ConductingGraph, graph: _core.OrderedGraph, normals: Singles, vectors: Singles,
-    n_threads: int,
-) -> Singles:  # fmt: skip
-    """Return how likely people are to draw a border across each arc; see `BORDER_COEFFICIENTS`."""
-    return _core.border_rates(
-        graph, *level.arcs, level.steps, normals, vectors, BORDER_COEFFICIENTS, n_threads
-    )
 
 
 def scale(level: ConductingGraph, vectors: Singles, n_threads: int) -> float:

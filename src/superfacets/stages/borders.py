@@ -1,0 +1,78 @@
+"""Stage 2: add costs of arcs across which people probably draw borders."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .. import _core
+from ..base.timing import Clock
+from ..base.types import ArcLists, Ints, Longs, Singles
+from ..weights.parts import BORDER_COEFFICIENTS, conducting_graph, embedding
+from .weigh import Weighed
+
+BORDER_FACTOR = 10.0
+"""Cost of an arc across which people draw a border, as a multiple of the expected radius."""
+
+N_GROUPS = 12_000
+"""Minimum number of groups of cells for which rates of borders are computed. Features of borders
+are means over 1 % of the square root of the area or more, so more groups would hardly help."""
+
+MAX_GROUP_SIZE = 16
+"""Maximum number of cells per group."""
+
+NO_GROUPS: Ints = np.empty(0, np.int32)
+"""Value of `BorderCosts.group_of` if each cell is its own group."""
+
+GROUP_SHARE = 0.5
+"""Factor that reduces these costs in the costs of region borders if there are groups."""
+
+
+@dataclass(frozen=True, eq=False)
+class LikelyBorders:
+    """Costs of arcs between groups of cells, in units of integer path lengths."""
+
+    group_of: Ints  # (N,) group of each cell; empty if each cell is its own group
+    between: tuple[Longs, Ints, Singles]  # offsets and neighbors of arcs between groups, and costs
+
+    def added(self, arcs: ArcLists, lengths: Singles, n_threads: int) -> Singles:
+        """Return the lengths of arcs plus these costs, for the computation of border costs."""
+        share = GROUP_SHARE if len(self.group_of) else 1.0
+        return _core.add_group_costs(*arcs, lengths, self.group_of, *self.between, share, n_threads)
+
+
+def add_borders(
+    graph: _core.OrderedGraph, arcs: ArcLists, weighed: Weighed, normals: Singles, clock: Clock
+) -> LikelyBorders | None:
+    """Add a cost to arcs across which people probably draw borders.
+
+    The cost is the rate of borders times `BORDER_FACTOR` times the expected radius of regions; see
+    `_core.border_rates`. Rates of large graphs are those of groups of cells. `arcs` are the arcs of
+    `graph`, and `normals` the unit normals of its cells, (N, 3).
+    """
+    if not weighed.has_part_costs:
+        return None
+    radius, n_threads = weighed.plan.size.radius, weighed.surface.n_threads
+    with clock.timed("weights", begins=False):
+        group_of, grouped, widths = NO_GROUPS, graph, np.empty(0)
+        size = min(graph.n_cells // N_GROUPS, MAX_GROUP_SIZE)
+        groups = _core.CoarseGraph(graph, size, n_threads) if size > 1 else None
+        if groups is not None and 2 * groups.graph.n_cells <= graph.n_cells:
+            group_of, grouped = groups.coarse_cells(n_threads), groups.graph
+            normals = groups.means_of(normals, NO_GROUPS, n_threads).reshape(-1, 3)
+            arcs = groups.arcs()[:2]
+        else:
+            inside = weighed.plan.inside
+            widths = weighed.surface.arc_measures().border_lengths
+            widths = widths if inside is None else widths[inside.arcs]
+        crease_cost = weighed.options.weights.crease_cost(radius)
+        base = conducting_graph(grouped, crease_cost, n_threads)
+        vectors = embedding(base, grouped, n_threads)
+        rates = _core.border_rates(
+            grouped, *arcs, widths, normals, vectors, BORDER_COEFFICIENTS, n_threads
+        )
+        costs = np.float32(BORDER_FACTOR * radius / graph.straight_unit) * rates
+        borders = LikelyBorders(group_of, (*arcs, costs))
+        graph.add_group_costs(group_of, *borders.between, 1.0, n_threads)
+        return borders
