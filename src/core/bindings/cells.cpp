@@ -285,7 +285,6 @@ void bind_graphs(nb::module_& module) {
       .def_prop_ro("n_cells", &OrderedGraph::n_cells)
       .def_ro("is_symmetric", &OrderedGraph::is_symmetric)
       .def_ro("straight_unit", &OrderedGraph::straight_unit)
-      .def_rw("crease_limit", &OrderedGraph::crease_limit)
       .def("add_part_costs", threaded<kMinSlowPerThread>(&add_costs_to), "group_of"_a,
            "vectors"_a.noconvert(), "factor"_a, "n_threads"_a)
       .def("add_group_costs", threaded<kMinSlowPerThread>(&add_group_costs_to), "group_of"_a,
@@ -313,9 +312,9 @@ void bind_graphs(nb::module_& module) {
 
 void bind_weights(nb::module_& module) {
   nb::class_<EdgeFactors>(module, "EdgeFactors")
-      .def(nb::init<double, double, double, double, double, double, bool, bool, double>(),
+      .def(nb::init<double, double, double, double, double, double, bool, double>(),
            nb::kw_only(), "alpha"_a, "eta_convex"_a, "crease_length"_a, "diagonal"_a, "ridges"_a,
-           "convex_share"_a, "is_straight"_a, "all_sharp"_a, "slack"_a);
+           "convex_share"_a, "is_straight"_a, "slack"_a);
   module.def("triangle_weights", threaded(&weights_of_triangles), "surface"_a, "centroids"_a,
              "areas"_a, "normals"_a, "factors"_a, "wants_turn"_a, "n_threads"_a);
   module.def("surface_weights", threaded(&weights_of_surface), "surface"_a, "factors"_a,

@@ -45,13 +45,13 @@ class LikelyBorders:
 def add_borders(
     graph: _core.OrderedGraph, arcs: ArcLists, weighed: Weighed, normals: Singles, clock: Clock
 ) -> LikelyBorders | None:
-    """Add a cost to arcs across which people probably draw borders.
+    """Add a cost to arcs across which people probably draw borders, except on made things.
 
     The cost is the rate of borders times `BORDER_FACTOR` times the expected radius of regions; see
     `_core.border_rates`. Rates of large graphs are those of groups of cells. `arcs` are the arcs of
     `graph`, and `normals` the unit normals of its cells, (N, 3).
     """
-    if not weighed.has_part_costs:
+    if not weighed.has_part_costs or weighed.of_made_thing:
         return None
     radius, n_threads = weighed.plan.size.radius, weighed.surface.n_threads
     with clock.timed("weights", begins=False):

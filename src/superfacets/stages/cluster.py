@@ -73,8 +73,9 @@ def clean(
         smoothing = SmoothOptions()
         if part_costs is not None:
             arcs, n_threads = costs.surface.arcs, weighed.surface.n_threads
-            assert borders is not None
-            on_borders = borders.added(arcs, costs.lengths, n_threads)
+            on_borders = costs.lengths
+            if borders is not None:
+                on_borders = borders.added(arcs, on_borders, n_threads)
             on_borders = part_costs.with_part_costs(arcs, on_borders, n_threads)
             costs = replace(costs, lengths=on_borders, crease_scale=PART_CREASE_SCALE)
             smoothing = OF_PARTS

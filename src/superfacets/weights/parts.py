@@ -65,7 +65,7 @@ eigenvalues are used together, because choosing some of them would be arbitrary.
 
 
 BORDER_COEFFICIENTS = np.array(
-    [-0.843, 2.502, 5.661, 1.432, 0.129, 0.479, 2.389, 2.372, -4.607, -6.224]
+    [-0.553, 3.003, 7.777, 1.476, -0.691, -0.028, 1.329, 2.174, -7.765, -6.619]
 )
 """Coefficients of the rate of borders (see `_core.border_rates`), from research/border_rates.py."""
 
