@@ -9,7 +9,7 @@ import numpy as np
 from .. import _core
 from ..base.timing import Clock
 from ..base.types import ArcLists, Ints, Longs, Singles
-from ..weights.parts import BORDER_COEFFICIENTS, conducting_graph, embedding
+from ..weights.parts import BORDER_COEFFICIENTS, conducting_graph, embedding, strength_of_parts
 from .weigh import Weighed
 
 BORDER_FACTOR = 10.0
@@ -69,10 +69,11 @@ def add_borders(
         crease_cost = weighed.options.weights.crease_cost(radius)
         base = conducting_graph(grouped, crease_cost, n_threads)
         vectors = embedding(base, grouped, n_threads)
+        strength = strength_of_parts(base)
         rates = _core.border_rates(
             grouped, *arcs, widths, normals, vectors, BORDER_COEFFICIENTS, n_threads
         )
-        costs = np.float32(BORDER_FACTOR * radius / graph.straight_unit) * rates
+        costs = np.float32(strength * BORDER_FACTOR * radius / graph.straight_unit) * rates
         borders = LikelyBorders(group_of, (*arcs, costs))
         graph.add_group_costs(group_of, *borders.between, 1.0, n_threads)
         return borders
