@@ -285,6 +285,7 @@ void bind_graphs(nb::module_& module) {
       .def_prop_ro("n_cells", &OrderedGraph::n_cells)
       .def_ro("is_symmetric", &OrderedGraph::is_symmetric)
       .def_ro("straight_unit", &OrderedGraph::straight_unit)
+      .def_rw("crease_limit", &OrderedGraph::crease_limit)
       .def("add_part_costs", threaded<kMinSlowPerThread>(&add_costs_to), "group_of"_a,
            "vectors"_a.noconvert(), "factor"_a, "n_threads"_a)
       .def("add_group_costs", threaded<kMinSlowPerThread>(&add_group_costs_to), "group_of"_a,

@@ -78,8 +78,9 @@ auto spread_without_offsets(CoarseGraph& coarse, Lengths lengths, Integers label
 }
 
 Buffer<Label> without_loose_pieces(Offsets offsets, Integers neighbors, Floats lengths,
-                                   Integers labels, Integers centers, ThreadTeam& team) {
-  return join_loose_pieces({offsets, neighbors}, lengths, labels, centers, team);
+                                   double crease_limit, Integers labels, Integers centers,
+                                   ThreadTeam& team) {
+  return join_loose_pieces({offsets, neighbors}, lengths, labels, centers, crease_limit, team);
 }
 
 }  // namespace
@@ -139,7 +140,7 @@ void bind_clustering(nb::module_& module) {
                        ThreadTeam& team) { return coarse.refine(labels, centers, team); }),
            "labels"_a, "centers"_a, "n_threads"_a);
   module.def("join_loose_pieces", threaded(&without_loose_pieces), "offsets"_a, "neighbors"_a,
-             "lengths"_a, "labels"_a, "centers"_a, "n_threads"_a);
+             "lengths"_a, "crease_limit"_a, "labels"_a, "centers"_a, "n_threads"_a);
   module.def("join_islands", threaded(&join_islands), "graph"_a, "labels"_a, "groups"_a,
              "n_threads"_a);
   module.def("update_centers", threaded(&centers_of), "graph"_a, "labels"_a, "n_regions"_a,

@@ -104,6 +104,9 @@ class OrderedGraph : public PlacedCells {
   // and straight_unit is one quantized unit in the unit of the positions. If 0: arcs have arbitrary
   // lengths.
   double straight_unit = 0.0;
+  // Coarse cells do not extend across arcs whose crease cost is at least this value (see
+  // coarse_graph.hpp).
+  double crease_limit = HUGE_VAL;
 
  private:
   std::size_t first_arc(Place place) const {

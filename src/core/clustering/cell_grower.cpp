@@ -85,6 +85,7 @@ void CellGrower::expand(std::size_t index, const Push& push) {
     if (longer >= paths_[to]) continue;
     if (has_costs) {
       const double cost = graph_.crease_cost(begin_ + static_cast<Place>(index), arc);
+      if (cost >= graph_.crease_limit) continue;
       costs_[to] = costs_[index] + static_cast<float>(cost);
     }
     paths_[to] = longer;

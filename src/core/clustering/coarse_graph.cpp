@@ -28,6 +28,7 @@ CoarseGraph::CoarseGraph(const OrderedGraph& fine, Place cell_size, ThreadTeam& 
   team.for_each(std::ssize(parts),
                 [&](std::int64_t range, int) { connect(range, crossing, parts[range]); });
   graph_ = joined(parts, std::move(positions), team);
+  graph_.crease_limit = fine.crease_limit;
 }
 
 std::pair<Place, Place> CoarseGraph::places(std::int64_t range) const {

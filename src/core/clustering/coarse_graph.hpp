@@ -23,7 +23,8 @@ struct SpreadPaths {
 // straight_unit. The length of a coarse arc is then the straight distance between the positions of
 // its cells, plus the lowest crease cost of a path from center to center that crosses their border
 // once. So the length of a shortest path hardly depends on its direction relative to the pattern of
-// the fine cells.
+// the fine cells. No coarse cell extends across an arc whose crease cost is at least
+// fine.crease_limit.
 class CoarseGraph {
  public:
   // Builds coarse cells of about `cell_size` fine cells each. The fine graph must be symmetric, and

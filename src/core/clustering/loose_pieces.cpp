@@ -10,21 +10,22 @@ class PieceJoiner {
   PieceJoiner(const Arcs& arcs, std::span<const float> lengths, Buffer<Label> labels)
       : arcs_(arcs), lengths_(lengths), labels_(std::move(labels)), is_loose_(labels_.size()) {}
 
-  void join(std::vector<Cell> loose) {
+  void join(std::vector<Cell> loose, double crease_limit) {
     std::ranges::fill(is_loose_, 0);
     for (const Cell cell : loose) is_loose_[cell] = 1;
-    while (!loose.empty() && join_some(loose)) {
+    while (!loose.empty() && (join_some(loose, crease_limit) || join_some(loose, HUGE_VAL))) {
     }
   }
 
   Buffer<Label> take_labels() && { return std::move(labels_); }
 
  private:
-  // Runs one round. Returns whether any cell has joined a region.
-  bool join_some(std::vector<Cell>& loose) {
+  // Runs one round that uses only arcs shorter than `crease_limit`. Returns whether any cell has
+  // joined a region.
+  bool join_some(std::vector<Cell>& loose, double crease_limit) {
     std::vector<std::pair<Cell, Label>> joining;
     for (const Cell cell : loose) {
-      const Label label = nearest_label(cell);
+      const Label label = nearest_label(cell, crease_limit);
       if (label != kNoLabel) joining.emplace_back(cell, label);
     }
     for (const auto& [cell, label] : joining) {
@@ -35,10 +36,11 @@ class PieceJoiner {
     return !joining.empty();
   }
 
-  Label nearest_label(Cell cell) const {
+  Label nearest_label(Cell cell, double crease_limit) const {
     std::pair<float, Label> best{HUGE_VALF, kNoLabel};
     for (const auto [arc, neighbor] : arcs_.steps(cell)) {
       if (is_loose_[neighbor] != 0 || labels_[neighbor] == kNoLabel) continue;
+      if (lengths_[arc] >= crease_limit) continue;
       best = std::min(best, {lengths_[arc], labels_[neighbor]});
     }
     return best.second;
@@ -66,7 +68,7 @@ std::vector<Cell> loose_cells(const Components& pieces, std::span<const Label> l
 
 Buffer<Label> join_loose_pieces(const Arcs& arcs, std::span<const float> lengths,
                                 std::span<const Label> labels, std::span<const Cell> centers,
-                                ThreadTeam& team) {
+                                double crease_limit, ThreadTeam& team) {
   SUPERFACETS_ASSERT(std::cmp_equal(labels.size(), arcs.n_cells()));
   SUPERFACETS_ASSERT(std::ssize(lengths) == arcs.n_arcs());
   SUPERFACETS_ASSERT(all_below(centers, arcs.n_cells()));
@@ -75,7 +77,7 @@ Buffer<Label> join_loose_pieces(const Arcs& arcs, std::span<const float> lengths
   std::ranges::copy(labels, joined.begin());
   if (loose.empty()) return joined;
   PieceJoiner joiner(arcs, lengths, std::move(joined));
-  joiner.join(loose);
+  joiner.join(loose, crease_limit);
   return std::move(joiner).take_labels();
 }
 

@@ -8,6 +8,11 @@ namespace {
 // Fraction of a region's distortion that a second center is expected to remove.
 constexpr double kGain = 0.5;
 
+// Value of kGain for graphs with a crease limit (see OrderedGraph::crease_limit). This value is
+// lower than kGain, because one region per side of a machine part matters more than regions of
+// equal size.
+constexpr double kGainWithCreaseLimit = 0.25;
+
 struct Need {
   // Cost of removing the center; infinite if a cell has no second-nearest center.
   double removal_cost = 0.0;
@@ -71,6 +76,7 @@ std::vector<Place> relocate_centers(const OrderedGraph& graph, std::span<const P
 
   std::vector<Place> moved(centers.begin(), centers.end());
   std::vector<Role> roles(centers.size(), Role::kNone);
+  const double gain = std::isinf(graph.crease_limit) ? kGain : kGainWithCreaseLimit;
   auto next = receiving.begin();
   for (const Label label : leaving) {
     if (roles[label] != Role::kNone) continue;
@@ -79,7 +85,7 @@ std::vector<Place> relocate_centers(const OrderedGraph& graph, std::span<const P
     });
     if (next == receiving.end()) break;
     const Need& most = needs[*next];
-    if (!(needs[label].removal_cost < kGain * most.distortion)) break;
+    if (!(needs[label].removal_cost < gain * most.distortion)) break;
     moved[label] = most.farthest;
     roles[label] = Role::kLeaves;
     roles[*next] = Role::kReceives;

@@ -122,8 +122,9 @@ def segment_cells(
 
     The arguments are not checked. `coarsening` is the result of `coarsened`; its graphs are removed
     after their last use. `joining_arcs` are the arcs across which pieces of regions that have no
-    center join other regions after the loop. It is None if the loop itself makes connected regions.
-    `balancer` balances the sizes of regions, or is None.
+    center join other regions after the loop, if possible across arcs shorter than
+    ``graph.crease_limit``, which made things have. It is None if the loop itself makes connected
+    regions. `balancer` balances the sizes of regions, or is None.
     """
     size, options, init = plan.size, plan.count_options, plan.init
     if init is None:
@@ -141,7 +142,9 @@ def segment_cells(
     n_unreached = max(0, len(centers) - len(seeds))
     if joining_arcs is not None and loop.radius_factor is None:
         with timed(timings, "classify"):
-            labels = _core.join_loose_pieces(*joining_arcs, labels, centers, loop.n_threads)
+            labels = _core.join_loose_pieces(
+                *joining_arcs, graph.crease_limit, labels, centers, loop.n_threads
+            )
     if loop.islands == "nearest":
         with timed(timings, "classify"):
             labels, n_joined, more = _core.join_islands(graph, labels, plan.groups, loop.n_threads)

@@ -135,6 +135,10 @@ def ordered_graph(
         is_symmetric = options.given is None  # formulas give symmetric weights
         # Length of an integer step in the unit of positions; 0 without costs between parts.
         straight_unit = unit * weighed.surface.weight_unit if weighed.has_part_costs else 0.0
-        return _core.OrderedGraph(
+        ordered = _core.OrderedGraph(
             placed.cells, *placed.arcs, weighed.surface.n_threads, is_symmetric, straight_unit
         )
+        if weighed.of_made_thing:  # has costs between parts, so that straight_unit > 0
+            limit = options.crease_limit(weighed.plan.size.radius)
+            ordered.crease_limit = limit / straight_unit
+    return ordered

@@ -65,6 +65,16 @@ MIN_MADE = 0.7
 degrees or more. It is at least 0.73 for CAD parts, also if all edges are rounded, and at most 0.66
 for the chairs of the benchmark, on which people do not draw borders at all bends."""
 
+MADE_FACTOR = 2.0
+"""Factor of the cost of all bends on made things. With a factor of 1, up to 2 % of the rims of machine
+parts are not borders of regions."""
+
+CREASE_LIMIT_ANGLE = 59 / 180
+"""Minimum angle, divided by pi, of bends that coarse cells must not cross on made things. If a coarse
+cell crossed an edge, a side that is narrower than the coarse cell would get no region of its own.
+The limit is 59 degrees, so that the edges of a hexagonal prism (60 degrees) are included."""
+
+
 WeightName = Literal["parts", "creases", "superfacets"]
 
 ArcValues: TypeAlias = Sequence[float] | npt.NDArray[np.floating[Any] | np.integer[Any]]
@@ -99,7 +109,8 @@ class EdgeFactors(NamedTuple):
 
     def of_made_thing(self) -> EdgeFactors:
         """Return the factors for made things, on which all convex bends cost as much as ridges."""
-        return self._replace(eta_convex=max(self.eta_convex, self.ridges))
+        eta_convex = max(self.eta_convex, self.ridges)
+        return self._replace(alpha=MADE_FACTOR * self.alpha, eta_convex=eta_convex)
 
 
 class EdgeSums(NamedTuple):
@@ -477,6 +488,11 @@ class WeightOptions:
     def crease_cost(self, radius: float) -> float:
         """Return the length that a concave crease with angle pi adds to an arc, for this radius."""
         return float(self.params["alpha"]) * radius
+
+    def crease_limit(self, radius: float) -> float:
+        """Return the minimum crease cost of arcs that coarse cells of made things never cross."""
+        bends = MADE_FACTOR * max(float(self.params["eta_convex"]), float(self.params["ridges"]))
+        return CREASE_LIMIT_ANGLE * bends * self.crease_cost(radius)
 
 
 def weights_of_kind(
