@@ -65,7 +65,7 @@ MIN_MADE = 0.7
 degrees or more. It is at least 0.73 for CAD parts, also if all edges are rounded, and at most 0.66
 for the chairs of the benchmark, on which people do not draw borders at all bends."""
 
-MADE_FACTOR = 2.0
+MADE_FACTOR = 1.5
 """Factor of the cost of all bends on made things. With a factor of 1, up to 2 % of the rims of machine
 parts are not borders of regions."""
 
