@@ -313,9 +313,9 @@ void bind_graphs(nb::module_& module) {
 
 void bind_weights(nb::module_& module) {
   nb::class_<EdgeFactors>(module, "EdgeFactors")
-      .def(nb::init<double, double, double, double, double, double, bool, double>(),
-           nb::kw_only(), "alpha"_a, "eta_convex"_a, "crease_length"_a, "diagonal"_a, "ridges"_a,
-           "convex_share"_a, "is_straight"_a, "slack"_a);
+      .def(nb::init<double, double, double, double, double, double, bool, double>(), nb::kw_only(),
+           "alpha"_a, "eta_convex"_a, "crease_length"_a, "diagonal"_a, "ridges"_a, "convex_share"_a,
+           "is_straight"_a, "slack"_a);
   module.def("triangle_weights", threaded(&weights_of_triangles), "surface"_a, "centroids"_a,
              "areas"_a, "normals"_a, "factors"_a, "wants_turn"_a, "n_threads"_a);
   module.def("surface_weights", threaded(&weights_of_surface), "surface"_a, "factors"_a,

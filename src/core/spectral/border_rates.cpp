@@ -65,7 +65,6 @@ class Features {
     Buffer<float> rates(arcs_.n_arcs());
     team.for_each_slow(arcs_.n_cells(), [&](Cell cell) {
       for (const auto [arc, to] : arcs_.steps(cell)) {
-        // accelerated sweeps may overshoot below 0
         const auto mean = [&](std::size_t column) {
           return std::max(0.0, 0.5 * (double{means[2 * cell + column]} + means[2 * to + column]));
         };

@@ -13,21 +13,20 @@ double width_of(const OrderedGraph& graph, Place from, const Arc& arc) {
 constexpr float kDamping = 0.75F;
 
 // Computes the new row of one cell in a sweep: the weighted sum of the rows of its neighbors and of
-// its row in `own`, times `over`, plus 1 - over times its row two sweeps ago. If kWidth > 0, it is
-// the row width, and the loop is several times faster. If kWidth is 0, the width is any_width.
+// its row in `own`. If kWidth > 0, it is the row width, and the loop is several times faster. If
+// kWidth is 0, the width is any_width.
 template <std::size_t kWidth>
 void relax_row(const Arcs& arcs, const float* weights, std::size_t any_width, Cell cell,
-               const float* own, float over, const float* from, float* to) {
+               const float* own, const float* from, float* to) {
   const std::size_t width = kWidth > 0 ? kWidth : any_width;
   const float* here = own + width * cell;
   float* result = to + width * cell;
-  float kept = over;
-  for (std::size_t i = 0; i < width; ++i) result[i] = (1.0F - over) * result[i];
+  float kept = 1.0F;
+  std::fill(result, result + width, 0.0F);
   for (const auto [arc, neighbor] : arcs.steps(cell)) {
-    const float weight = over * weights[arc];
     const float* there = from + width * neighbor;
-    for (std::size_t i = 0; i < width; ++i) result[i] += weight * there[i];
-    kept -= weight;
+    for (std::size_t i = 0; i < width; ++i) result[i] += weights[arc] * there[i];
+    kept -= weights[arc];
   }
   for (std::size_t i = 0; i < width; ++i) result[i] += kept * here[i];
 }
@@ -45,38 +44,21 @@ double sum_over(Cell n_cells, const Term& term, ThreadTeam& team) {
 
 // Sweeps over all cells n_sweeps times. `weights` are those of the neighbors' rows for each arc.
 // The rest of the weight is that of the cell's row in `own`, or of its current row if `own` is
-// empty. `radius` is an estimate of the spectral radius of the sweeps, for Chebyshev's
-// acceleration; 0 for plain sweeps.
+// empty.
 void sweep(const Arcs& arcs, std::span<const float> weights, std::size_t width, int n_sweeps,
-           std::span<const float> own, double radius, ThreadTeam& team, std::span<float> rows) {
+           std::span<const float> own, ThreadTeam& team, std::span<float> rows) {
   Buffer<float> others(rows.size());
   const std::span<float> other_rows = others.span();
-  std::ranges::fill(other_rows, 0.0F);
-  double factor = 1.0;
+  const auto relax_one = width == 2   ? &relax_row<2>
+                         : width == 3 ? &relax_row<3>
+                         : width == 8 ? &relax_row<8>
+                                      : &relax_row<0>;
   for (int sweep = 0; sweep < n_sweeps; ++sweep) {
     const std::span<float> from = sweep % 2 == 0 ? rows : other_rows;
     const std::span<float> to = sweep % 2 == 0 ? other_rows : rows;
     const float* kept = own.empty() ? from.data() : own.data();
-    if (sweep > 0) factor = 1.0 / (1.0 - radius * radius * factor / (sweep == 1 ? 2.0 : 4.0));
-    const auto over = static_cast<float>(factor);
     team.for_each_slow(arcs.n_cells(), [&](Cell cell) {
-      switch (width) {
-        case 1:
-          return relax_row<1>(arcs, weights.data(), width, cell, kept, over, from.data(),
-                              to.data());
-        case 2:
-          return relax_row<2>(arcs, weights.data(), width, cell, kept, over, from.data(),
-                              to.data());
-        case 3:
-          return relax_row<3>(arcs, weights.data(), width, cell, kept, over, from.data(),
-                              to.data());
-        case 8:
-          return relax_row<8>(arcs, weights.data(), width, cell, kept, over, from.data(),
-                              to.data());
-        default:
-          return relax_row<0>(arcs, weights.data(), width, cell, kept, over, from.data(),
-                              to.data());
-      }
+      relax_one(arcs, weights.data(), width, cell, kept, from.data(), to.data());
     });
   }
   if (n_sweeps % 2 == 1) std::ranges::copy(other_rows, rows.begin());
@@ -185,7 +167,7 @@ void relax(const Arcs& arcs, std::span<const double> conductances, std::size_t w
       weights[arc] = static_cast<float>(factor * conductances[arc]);
     }
   });
-  sweep(arcs, weights.span(), width, n_sweeps, {}, 0.0, team, rows);
+  sweep(arcs, weights.span(), width, n_sweeps, {}, team, rows);
 }
 
 Smoother::Smoother(const OrderedGraph& graph, const Arcs& arcs, std::span<const double> widths,
@@ -224,8 +206,7 @@ Smoother::Smoother(const OrderedGraph& graph, const Arcs& arcs, std::span<const 
 Buffer<float> Smoother::smoothed(const CellRows& given, double length, ThreadTeam& team) const {
   constexpr double kMaxSweeps = 30.0;
   const double squared = length * length;
-  const double moved = squared * total_ / graph_.total_measure;
-  const double n_sweeps = 4.0 + 2.0 * std::ceil(moved);
+  const double n_sweeps = 4.0 + 2.0 * std::ceil(squared * total_ / graph_.total_measure);
   const double least = 1e-12 * graph_.total_measure;
   Buffer<float> weights(arcs_.n_arcs());
   team.for_each_slow(arcs_.n_cells(), [&](Cell cell) {
@@ -238,7 +219,7 @@ Buffer<float> Smoother::smoothed(const CellRows& given, double length, ThreadTea
   Buffer<float> rows(given.rows.size());
   std::ranges::copy(given.rows, rows.begin());
   sweep(arcs_, weights.span(), given.width, static_cast<int>(std::min(kMaxSweeps, n_sweeps)),
-        given.rows, 0.0, team, rows.span());
+        given.rows, team, rows.span());
   return rows;
 }
 

@@ -62,8 +62,8 @@ class Smoother {
   Smoother(const OrderedGraph& graph, const Arcs& arcs, std::span<const double> widths,
            ThreadTeam& team);
 
-  // Returns the solution x of (A + length^2 L) x = A rows after at most 16 sweeps, where A are
-  // areas, and L is the Laplacian with the conductances width / step.
+  // Returns the solution x of (A + length^2 L) x = A rows after at most 30 Jacobi sweeps, where A
+  // are areas, and L is the Laplacian with the conductances width / step.
   Buffer<float> smoothed(const CellRows& given, double length, ThreadTeam& team) const;
 
   double width(std::int64_t arc) const { return widths_[arc]; }

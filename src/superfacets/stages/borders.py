@@ -15,9 +15,10 @@ from .weigh import Weighed
 BORDER_FACTOR = 10.0
 """Cost of an arc across which people draw a border, as a multiple of the expected radius."""
 
-N_GROUPS = 12_000
-"""Minimum number of groups of cells for which rates of borders are computed. Features of borders
-are means over 1 % of the square root of the area or more, so more groups would hardly help."""
+MIN_GROUPED, N_GROUPS = 24_000, 12_000
+"""If there are at least as many cells as the first number, rates of borders are computed for at least
+as many groups of cells as the second number. Features of borders are means over 1 % of the square
+root of the area or more, so more groups would hardly help."""
 
 MAX_GROUP_SIZE = 16
 """Maximum number of cells per group."""
@@ -56,8 +57,10 @@ def add_borders(
     radius, n_threads = weighed.plan.size.radius, weighed.surface.n_threads
     with clock.timed("weights", begins=False):
         group_of, grouped, widths = NO_GROUPS, graph, np.empty(0)
-        size = min(graph.n_cells // N_GROUPS, MAX_GROUP_SIZE)
-        groups = _core.CoarseGraph(graph, size, n_threads) if size > 1 else None
+        groups = None
+        if graph.n_cells >= MIN_GROUPED:
+            size = min(graph.n_cells // N_GROUPS, MAX_GROUP_SIZE)
+            groups = _core.CoarseGraph(graph, size, n_threads)
         if groups is not None and 2 * groups.graph.n_cells <= graph.n_cells:
             group_of, grouped = groups.coarse_cells(n_threads), groups.graph
             normals = groups.means_of(normals, NO_GROUPS, n_threads).reshape(-1, 3)

@@ -71,7 +71,7 @@ is 0 for surfaces without concave edges and ridges, such as smooth convex bodies
 parts. It is at least 0.037 for all benchmark models."""
 
 BORDER_COEFFICIENTS = np.array(
-    [-0.553, 3.003, 7.777, 1.476, -0.691, -0.028, 1.329, 2.174, -7.765, -6.619]
+    [-0.521, 3.074, 7.823, 1.406, -0.702, 0.017, 1.364, 2.361, -7.789, -6.622]
 )
 """Coefficients of the rate of borders (see `_core.border_rates`), from research/border_rates.py."""
 
