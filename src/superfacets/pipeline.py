@@ -22,7 +22,7 @@ from .stages.options import SegmentOptions
 from .stages.part_costs import add_parts
 from .stages.prepare import Prepared, plan_regions, prepared_for
 from .stages.presets import OTHER_NAMES
-from .stages.weigh import add_features, cell_normals, ordered_graph, place, round_weights, weigh
+from .stages.weigh import add_features, ordered_graph, place, round_weights, weigh
 from .weights.features import Features
 from .weights.formulas import WEIGHTS, ArcValues, WeightName, Weights
 
@@ -169,15 +169,12 @@ def run(mesh: MeshLike | Prepared, options: SegmentOptions) -> Segmentation:
         # From here on, `weighed.options` replaces `options`.
         weights, feature_costs = add_features(weights, weighed, prepared, clock)  # 2 weights
         graph, source, input_index = prepared.graph, prepared.source, prepared.input_index
-        normals = cell_normals(prepared, weighed)
-        del mesh, prepared
         lengths = round_weights(weights, graph, weighed, clock)  # 2 weights
-        del weights
+        lengths = add_borders(lengths, prepared, weighed, clock)  # 2 weights
+        del mesh, prepared, weights
         placed = place(graph, lengths, weighed, clock)  # order
         del graph
         ordered = ordered_graph(placed, lengths.unit, weighed, clock)  # order
-        borders = add_borders(ordered, placed.arcs[:2], weighed, normals, clock)  # 2 weights
-        del normals
         loop = weighed.options.loop
         coarsening = coarsened(ordered, weighed.plan, loop, clock.timings)  # coarsen
         part_costs = add_parts(ordered, coarsening, weighed, clock)  # 2 weights
@@ -185,5 +182,5 @@ def run(mesh: MeshLike | Prepared, options: SegmentOptions) -> Segmentation:
             ordered, coarsening, placed.arcs, weighed, planned, part_costs
         )
         del ordered, coarsening, placed
-        result = clean(clustered, lengths, borders, feature_costs, weighed, clock)  # 5 regions
+        result = clean(clustered, lengths, feature_costs, weighed, clock)  # 5 regions
         return finish(result, source, input_index, weighed, planned, clock)  # not timed

@@ -156,11 +156,6 @@ void add_costs_to(OrderedGraph& graph, Integers group_of, const Table<float>& ve
                        team);
 }
 
-void add_group_costs_to(OrderedGraph& graph, Integers group_of, Offsets offsets, Integers neighbors,
-                        Floats costs, double factor, ThreadTeam& team) {
-  graph.add_group_costs({{offsets, neighbors}, costs, group_of}, factor, team);
-}
-
 Components components(Offsets offsets, Integers neighbors, Integers labels) {
   ThreadTeam alone(1);
   return find_components(Arcs{offsets, neighbors}, labels, alone);
@@ -206,9 +201,9 @@ Buffer<float> with_part_costs(Offsets offsets, Integers neighbors, Floats length
 
 Buffer<float> with_group_costs(Offsets offsets, Integers neighbors, Floats lengths,
                                Integers group_of, Offsets group_offsets, Integers group_neighbors,
-                               Floats costs, double factor, ThreadTeam& team) {
-  const GroupCosts between{{group_offsets, group_neighbors}, costs, group_of};
-  return add_group_costs({offsets, neighbors}, lengths, between, factor, team);
+                               Floats costs, ThreadTeam& team) {
+  return add_group_costs({offsets, neighbors}, lengths,
+                         {{group_offsets, group_neighbors}, costs, group_of}, team);
 }
 
 Buffer<double> with_feature_steps(Offsets offsets, Integers neighbors, Doubles weights,
@@ -288,8 +283,6 @@ void bind_graphs(nb::module_& module) {
       .def_rw("crease_limit", &OrderedGraph::crease_limit)
       .def("add_part_costs", threaded<kMinSlowPerThread>(&add_costs_to), "group_of"_a,
            "vectors"_a.noconvert(), "factor"_a, "n_threads"_a)
-      .def("add_group_costs", threaded<kMinSlowPerThread>(&add_group_costs_to), "group_of"_a,
-           "offsets"_a, "neighbors"_a, "costs"_a, "factor"_a, "n_threads"_a)
       .def("add_far_arcs", &add_far_arcs_to, "n_threads"_a, "most_steps"_a = kFarSteps)
       .def("measures", serial(&measures_of))
       .def("order", serial([](const OrderedGraph& graph) {
@@ -328,7 +321,7 @@ void bind_weights(nb::module_& module) {
              "group_of"_a, "vectors"_a.noconvert(), "factor"_a, "n_threads"_a);
   module.def("add_group_costs", threaded(&with_group_costs), "offsets"_a, "neighbors"_a,
              "lengths"_a, "group_of"_a, "group_offsets"_a, "group_neighbors"_a, "costs"_a,
-             "factor"_a, "n_threads"_a);
+             "n_threads"_a);
   module.def("quantize_weights", threaded(&quantized), "weights"_a, "n_threads"_a);
   module.def("unit_of_lengths", &unit_of_lengths, "total_weight"_a);
   module.def("round_weights", threaded(&rounded), "weights"_a, "unit"_a, "n_threads"_a);

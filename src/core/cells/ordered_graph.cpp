@@ -157,33 +157,21 @@ std::size_t OrderedGraph::copy_arcs(const WeightedArcs& input, Place place, std:
   return next - first;
 }
 
-template <typename Groups, typename Cost>
-void OrderedGraph::add_costs(const Groups& of_cells, double factor, const Cost& cost,
-                             ThreadTeam& team) {
-  SUPERFACETS_ASSERT(of_cells.groups.empty() || of_cells.groups.size() == cells.size());
+void OrderedGraph::add_part_costs(const PartVectors& vectors, double factor, ThreadTeam& team) {
+  SUPERFACETS_ASSERT(vectors.groups.empty() || vectors.groups.size() == cells.size());
+  SUPERFACETS_ASSERT(!vectors.groups.empty() ||
+                     vectors.rows.size() == vectors.width * cells.size());
   Buffer<Cell> groups(cells.size());  // group of each cell, in sorted order
   team.for_each_index(n_cells(),
-                      [&](Place place) { groups[place] = of_cells.group_of(cells[place]); });
+                      [&](Place place) { groups[place] = vectors.group_of(cells[place]); });
   team.for_each_slow(n_cells(), [&](Place place) {
     const Cell here = groups[place];
     for (Arc& arc : arcs.span().subspan(first_arc(place), arcs_of(place).size())) {
       const Cell there = groups[arc.to];
       if (there == here) continue;  // arcs within a group and padding arcs do not change
-      arc.length = with_cost(arc.length, factor, cost(here, there));
+      arc.length = with_cost(arc.length, factor, vectors.distance(here, there));
     }
   });
-}
-
-void OrderedGraph::add_part_costs(const PartVectors& vectors, double factor, ThreadTeam& team) {
-  SUPERFACETS_ASSERT(!vectors.groups.empty() ||
-                     vectors.rows.size() == vectors.width * cells.size());
-  const auto cost = [&](Cell here, Cell there) { return vectors.distance(here, there); };
-  add_costs(vectors, factor, cost, team);
-}
-
-void OrderedGraph::add_group_costs(const GroupCosts& costs, double factor, ThreadTeam& team) {
-  const auto cost = [&](Cell here, Cell there) { return costs.between(here, there); };
-  add_costs(costs, factor, cost, team);
 }
 
 std::vector<Place> OrderedGraph::places_of(std::span<const Cell> some_cells) const {

@@ -90,9 +90,6 @@ class OrderedGraph : public PlacedCells {
   // vector of cell i in `vectors` (see part_costs.hpp).
   void add_part_costs(const PartVectors& vectors, double factor, ThreadTeam& team);
 
-  // Adds factor times the costs between groups to the length of each arc.
-  void add_group_costs(const GroupCosts& costs, double factor, ThreadTeam& team);
-
   std::vector<Place> places_of(std::span<const Cell> some_cells) const;
   std::vector<Cell> cells_at(std::span<const Place> places) const;
 
@@ -112,8 +109,6 @@ class OrderedGraph : public PlacedCells {
   std::size_t first_arc(Place place) const {
     return has_rows() ? std::size_t{kRow} * place : offsets[place];
   }
-  template <typename Groups, typename Cost>
-  void add_costs(const Groups& groups, double factor, const Cost& cost, ThreadTeam& team);
   void copy_rows(const WeightedArcs& input, ThreadTeam& team);
   void copy_lists(const WeightedArcs& input, ThreadTeam& team);
   void prefetch_arcs(const WeightedArcs& input, std::int64_t place) const;

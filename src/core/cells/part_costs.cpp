@@ -28,9 +28,9 @@ Buffer<float> add_part_costs(const Arcs& arcs, std::span<const float> lengths,
 }
 
 Buffer<float> add_group_costs(const Arcs& arcs, std::span<const float> lengths,
-                              const GroupCosts& costs, double factor, ThreadTeam& team) {
+                              const GroupCosts& costs, ThreadTeam& team) {
   const auto cost = [&](Cell here, Cell there) { return costs.between(here, there); };
-  return added(arcs, lengths, costs, factor, cost, team);
+  return added(arcs, lengths, costs, 1.0, cost, team);
 }
 
 Buffer<double> add_feature_steps(const Arcs& arcs, std::span<const double> given,

@@ -22,7 +22,6 @@ from ..mesh.base import Cells
 from ..mesh.faces import inverse_of
 from ..weights.features import FeatureCosts
 from ..weights.formulas import creases_of
-from .borders import LikelyBorders
 from .notes import radius_note, sliver_advice, warn_of_islands
 from .part_costs import PART_CREASE_SCALE, PartCosts
 from .prepare import Planned
@@ -60,8 +59,8 @@ def cluster(
 
 
 def clean(
-    clustered: Clustered, lengths: Lengths, borders: LikelyBorders | None,
-    feature_costs: FeatureCosts | None, weighed: Weighed, clock: Clock,
+    clustered: Clustered, lengths: Lengths, feature_costs: FeatureCosts | None, weighed: Weighed,
+    clock: Clock,
 ) -> Segmentation:  # fmt: skip
     """Straighten borders and adjust sizes of regions, as requested."""
     options, plan, part_costs = weighed.options, weighed.plan, clustered.part_costs
@@ -73,10 +72,7 @@ def clean(
         smoothing = SmoothOptions()
         if part_costs is not None:
             arcs, n_threads = costs.surface.arcs, weighed.surface.n_threads
-            on_borders = costs.lengths
-            if borders is not None:
-                on_borders = borders.added(arcs, on_borders, n_threads)
-            on_borders = part_costs.with_part_costs(arcs, on_borders, n_threads)
+            on_borders = part_costs.with_part_costs(arcs, costs.lengths, n_threads)
             costs = replace(costs, lengths=on_borders, crease_scale=PART_CREASE_SCALE)
             smoothing = OF_PARTS
         result, goals = clustered.result, clustered.goals

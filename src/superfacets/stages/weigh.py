@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-import numpy as np
 import numpy.typing as npt
 
 from .. import _core
@@ -74,18 +73,6 @@ def weigh(
     return Weighed(
         options, plan, surface, arc_weights.of_made_thing, has_part_costs
     ), arc_weights.weights
-
-
-def cell_normals(prepared: Prepared, weighed: Weighed) -> Singles:
-    """Return the outward unit normal of each cell inside the mask, (N, 3); 0 if it is not known.
-
-    The result is empty if there are no costs between parts.
-    """
-    if not weighed.has_part_costs:
-        return np.empty((0, 3), np.float32)
-    normals = prepared.kind.normals(weighed.surface, prepared.graph, prepared.shapes)
-    inside = weighed.plan.inside
-    return (normals if inside is None else normals[inside.cells]).astype(np.float32)
 
 
 def add_features(
