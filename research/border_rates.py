@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from superfacets import _core
+from superfacets.base.types import Floats, Ints, Singles
 from superfacets.graph.kinds import kind_of
 from superfacets.graph.size import radius_of
 from superfacets.weights.formulas import WeightOptions, weights_of_kind
@@ -31,17 +32,18 @@ STEP = 0.007  # kFittedStep in border_rates.cpp
 class Sample(NamedTuple):
     """Arcs of a model: features, share of people with a border there, weight, relative length."""
 
-    features: np.ndarray
-    share: np.ndarray
-    weight: np.ndarray
-    step: np.ndarray
+    features: Floats
+    share: Floats
+    weight: Floats
+    step: Floats
 
 
-def features_of(model: Model) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return sources and targets of all arcs, and their features and relative lengths."""
+def features_of(model: Model) -> tuple[Ints, Floats, Floats, Floats]:
+    """Return ends, features, relative lengths and border lengths of all arcs."""
     kind = kind_of(model.mesh)
     graph, shapes = kind.build_graph(model.mesh, True, 1)
     surface = kind.surface(model.mesh, graph, 1)
+    assert shapes is not None
     radius = radius_of(graph.measures, 150, 1)
     options = WeightOptions.checked("parts", None)
     weights = weights_of_kind(kind, surface, graph, radius, options, shapes.normals).weights
@@ -49,7 +51,8 @@ def features_of(model: Model) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     placed = _core.PlacedCells(graph.positions, graph.measures, 1)
     ordered = _core.OrderedGraph(placed, *surface.arcs, lengths, 1, True, unit * graph.diagonal)
     base = conducting_graph(ordered, options.crease_cost(radius), 1)
-    rows = [kind.normals(surface, graph, shapes).astype(np.float32), embedding(base, ordered, 1)]
+    normals = kind.normals(surface, graph, shapes).astype(np.float32)
+    vectors: Singles = embedding(base, ordered, 1)
     widths = surface.arc_measures().border_lengths
     ends = np.stack([graph.sources, graph.neighbors])
     sizes = np.linalg.norm(graph.positions[ends[0]] - graph.positions[ends[1]], axis=1)
@@ -58,7 +61,10 @@ def features_of(model: Model) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     steps /= STEP * np.sqrt(graph.measures.sum())
     columns = []
     for coefficients in np.eye(10)[:3]:  # the rate is then a function of one feature alone
-        found = _core.border_rates(ordered, *surface.arcs, widths, *rows, coefficients, 1) / steps
+        found = _core.border_rates(
+            ordered, *surface.arcs, widths, normals, vectors, coefficients, 1
+        )
+        found = found / steps
         columns.append(np.log(found / (1 - found)))
     return ends, np.stack(columns, axis=1), steps, widths
 
@@ -77,19 +83,19 @@ def sample_of(model: Model) -> Sample:
     return Sample(features[arcs], share[arcs], weight / weight.sum(), steps[arcs])
 
 
-def terms_of(features: np.ndarray) -> np.ndarray:
+def terms_of(features: Floats) -> Floats:
     """Return features, products of two features, and 1."""
     x, y, z = features.T
     return np.stack([x, y, z, x * x, x * y, x * z, y * y, y * z, z * z, np.ones_like(x)], axis=1)
 
 
-def probabilities(data: Sample, coefficients: np.ndarray) -> np.ndarray:
+def probabilities(data: Sample, coefficients: Floats) -> Floats:
     """Return the probability of a border on each arc."""
     exponents = terms_of(data.features) @ coefficients + np.log(data.step)
     return np.asarray(1 / (1 + np.exp(-np.clip(exponents, -30, 30))))
 
 
-def fitted(data: Sample, ridge: float = 1e-4, n_steps: int = 50) -> np.ndarray:
+def fitted(data: Sample, ridge: float = 1e-4, n_steps: int = 50) -> Floats:
     """Return the coefficients of a logistic regression, by Newton's method with short steps."""
     terms = terms_of(data.features)
     coefficients = np.array([0.0] * 9 + [-5.0])
@@ -103,12 +109,14 @@ def fitted(data: Sample, ridge: float = 1e-4, n_steps: int = 50) -> np.ndarray:
     return coefficients
 
 
-def log_loss(data: Sample, found: np.ndarray) -> float:
+def log_loss(data: Sample, found: Floats | float) -> float:
+    """Return the mean log loss of probabilities."""
     losses = data.share * np.log(found) + (1 - data.share) * np.log(1 - found)
     return float(-(data.weight * losses).sum() / data.weight.sum())
 
 
 def main(folder: str) -> None:
+    """Fit and print the coefficients."""
     benchmark = Benchmark(folder)
     samples = [sample_of(benchmark.load(number)) for number in benchmark.numbers]
     data = Sample(*(np.concatenate(parts) for parts in zip(*samples, strict=True)))
@@ -117,7 +125,7 @@ def main(folder: str) -> None:
     for i in range(N_FOLDS):
         others = fitted(Sample(*(column[fold != i] for column in data)))
         found[fold == i] = probabilities(Sample(*(c[fold == i] for c in data)), others)
-    mean = np.average(data.share, weights=data.weight)
+    mean = float(np.average(data.share, weights=data.weight))
     print(f"log loss {log_loss(data, found):.5f}; constant {log_loss(data, mean):.5f}")
     print(np.array2string(fitted(data), precision=3, separator=", "))
 

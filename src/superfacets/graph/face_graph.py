@@ -233,14 +233,14 @@ class FaceShapes(NamedTuple):
 def graph_and_shapes(mesh: FaceMesh, *, weld: bool, n_threads: int) -> tuple[FaceGraph, FaceShapes]:
     """Return the result of `build_face_graph`, and the `FaceShapes` of the same mesh."""
     arcs = arcs_of_faces(mesh, lowest_vertices(mesh.vertices, weld, n_threads), n_threads)
-    positions, measures, *shapes = measure_shapes(mesh, n_threads)
+    positions, measures, normals, longest = measure_shapes(mesh, n_threads)
     graph = object.__new__(FaceGraph)  # the arrays of `_core` need no checks
     freeze(
         graph, positions=positions, measures=measures, offsets=arcs.offsets,
         neighbors=arcs.neighbors, sides=arcs.sides, same_turn=arcs.same_turn, bounds=mesh.bounds,
     )  # fmt: skip
     object.__setattr__(graph, "edge_counts", EdgeCounts(*arcs.counts))
-    return graph, FaceShapes(*shapes)
+    return graph, FaceShapes(normals, longest)
 
 
 def arcs_at_borders(mesh: Mesh, labels: Ints, n_threads: int) -> tuple[ArcLists, Ints]:

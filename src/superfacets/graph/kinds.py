@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, ClassVar, NamedTuple, TypeAlias
+from typing import Any, ClassVar, NamedTuple, TypeAlias, cast
 
 import numpy as np
 
@@ -238,7 +238,8 @@ class _Faces(Kind):
         return Surface.of_faces(cells, graph, n_threads)
 
     def normals(self, surface: Surface, graph: FaceGraph, shapes: FaceShapes) -> Floats:
-        normals = -shapes.normals if surface.handle.is_inside_out else shapes.normals
+        handle = cast(_core.TriangleSurface | _core.PolygonSurface, surface.handle)
+        normals = -shapes.normals if handle.is_inside_out else shapes.normals
         if graph.same_turn.any():  # which of two inconsistent neighbors is right is not known
             normals = normals.copy()
             normals[graph.sources[graph.same_turn]] = 0.0

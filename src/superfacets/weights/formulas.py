@@ -57,8 +57,8 @@ region that mainly covers another wall. With a cost of 0, this fraction is 8.5 %
 1, it is 1.4 %."""
 
 MIN_FLAT = 0.25
-"""Minimum share of exactly flat edges of a made thing, such as a machine part. On organic shapes and
-scans, at most 10 % of the edges are flat."""
+"""Minimum share of exactly flat edges of a made thing, such as a machine part. On organic shapes
+and scans, at most 10 % of the edges are flat."""
 
 MIN_MADE = 0.7
 """Minimum sum, on a made thing, of the share of flat edges and the share of the turn at edges of 40
@@ -66,13 +66,13 @@ degrees or more. It is at least 0.73 for CAD parts, also if all edges are rounde
 for the chairs of the benchmark, on which people do not draw borders at all bends."""
 
 MADE_FACTOR = 1.5
-"""Factor of the cost of all bends on made things. With a factor of 1, up to 2 % of the rims of machine
-parts are not borders of regions."""
+"""Factor of the cost of all bends on made things. With a factor of 1, up to 2 % of the rims of
+machine parts are not borders of regions."""
 
 CREASE_LIMIT_ANGLE = 59 / 180
-"""Minimum angle, divided by pi, of bends that coarse cells must not cross on made things. If a coarse
-cell crossed an edge, a side that is narrower than the coarse cell would get no region of its own.
-The limit is 59 degrees, so that the edges of a hexagonal prism (60 degrees) are included."""
+"""Minimum angle, divided by pi, of bends that coarse cells must not cross on made things. If a
+coarse cell crossed an edge, a side that is narrower than the coarse cell would get no region of its
+own. The limit is 59 degrees, so that the edges of a hexagonal prism (60 degrees) are included."""
 
 
 WeightName = Literal["parts", "creases", "superfacets"]
