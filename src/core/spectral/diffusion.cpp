@@ -204,7 +204,7 @@ Smoother::Smoother(const OrderedGraph& graph, const Arcs& arcs, std::span<const 
 }
 
 Buffer<float> Smoother::smoothed(const CellRows& given, double length, ThreadTeam& team) const {
-  constexpr double kMaxSweeps = 30.0;
+  constexpr double kMaxSweeps = 20.0;
   const double squared = length * length;
   const double n_sweeps = 4.0 + 2.0 * std::ceil(squared * total_ / graph_.total_measure);
   const double least = 1e-12 * graph_.total_measure;

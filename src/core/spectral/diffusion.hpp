@@ -62,7 +62,7 @@ class Smoother {
   Smoother(const OrderedGraph& graph, const Arcs& arcs, std::span<const double> widths,
            ThreadTeam& team);
 
-  // Returns the solution x of (A + length^2 L) x = A rows after at most 30 Jacobi sweeps, where A
+  // Returns the solution x of (A + length^2 L) x = A rows after at most 20 Jacobi sweeps, where A
   // are areas, and L is the Laplacian with the conductances width / step.
   Buffer<float> smoothed(const CellRows& given, double length, ThreadTeam& team) const;
 

@@ -66,12 +66,12 @@ eigenvalues are used together, because choosing some of them would be arbitrary.
 
 MIN_BLOCKED, FULL_BLOCKED = 0.001, 0.03
 """Costs between parts, and of likely borders, are 0 if `ConductingGraph.blocked_fraction` is at
-most the first value, and have their full value if it is at least the second. In between, they increase
-linearly. The fraction is 0 for surfaces without concave edges and ridges, such as smooth convex
-bodies, which have no parts. It is at least 0.037 for all benchmark models."""
+most the first value, and have their full value if it is at least the second. In between, they
+increase linearly. The fraction is 0 for surfaces without concave edges and ridges, such as smooth
+convex bodies, which have no parts. It is at least 0.037 for all benchmark models."""
 
 BORDER_COEFFICIENTS = np.array(
-    [-0.521, 3.074, 7.823, 1.406, -0.702, 0.017, 1.364, 2.361, -7.789, -6.622]
+    [-0.384, 3.137, 7.489, 1.259, -0.822, -0.055, 1.333, 2.316, -6.815, -6.605]
 )
 """Coefficients of the rate of borders (see `_core.border_rates`), from research/border_rates.py."""
 
