@@ -44,7 +44,7 @@ def test_rates_do_not_depend_on_units():
 
 def test_borders_are_likely_where_vectors_change():
     """The vectors of the faces of the left and the right half of the bear differ."""
-    graph, shapes = kind_of(BEAR).build_graph(BEAR, True, 1)
+    graph, _ = kind_of(BEAR).build_graph(BEAR, True, 1)
     is_left = graph.positions[:, 0] < graph.positions[:, 0].mean()
     vectors = np.repeat(is_left[:, np.newaxis], 8, axis=1).astype(np.float32)
     _, found = rates(BEAR, vectors)
