@@ -224,8 +224,8 @@ def build_face_graph(
 class FaceShapes(NamedTuple):
     """Normals and longest sides of faces, for weights and `sliver_share`; not part of the graph."""
 
-    normals: Floats | None
-    """Unit normals, shape (F, 3); 0 for a degenerate face. None for polygons."""
+    normals: Floats
+    """Unit normals, shape (F, 3); 0 for a degenerate face."""
     longest: Floats | None
     """Squared length of the longest side in each block of consecutive faces; None for polygons."""
 
@@ -235,14 +235,14 @@ def graph_and_shapes(
 ) -> tuple[FaceGraph, FaceShapes]:
     """Return the result of `build_face_graph`, and the `FaceShapes` of the same mesh."""
     arcs = arcs_of_faces(mesh, lowest_vertices(mesh.vertices, weld, n_threads), n_threads)
-    positions, measures, *shapes = measure_shapes(mesh, n_threads)
+    positions, measures, normals, longest = measure_shapes(mesh, n_threads)
     graph = object.__new__(FaceGraph)  # the arrays of `_core` need no checks
     freeze(
         graph, positions=positions, measures=measures, offsets=arcs.offsets,
         neighbors=arcs.neighbors, sides=arcs.sides, same_turn=arcs.same_turn, bounds=mesh.bounds,
     )  # fmt: skip
     object.__setattr__(graph, "edge_counts", EdgeCounts(*arcs.counts))
-    return graph, FaceShapes(*shapes)
+    return graph, FaceShapes(normals, longest)
 
 
 def arcs_at_borders(mesh: Mesh, labels: Ints, n_threads: int) -> tuple[ArcLists, Ints]:

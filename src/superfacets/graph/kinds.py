@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, ClassVar, NamedTuple, TypeAlias
+from typing import Any, ClassVar, NamedTuple, TypeAlias, cast
 
 import numpy as np
 
@@ -58,7 +58,7 @@ class OrderedCells(NamedTuple):
     cells: Cells  # mesh or cloud of the same class as the input
     graph: BaseGraph
     shapes: FaceShapes | None  # measures of faces for weights and `sliver_share`
-    order: Ints | None  # (N,) index of each cell in the input; None if cells are not sorted
+    input_index: Ints | None  # (N,) index of each cell in the input; None if cells are not sorted
 
 
 class Kind:
@@ -91,14 +91,14 @@ class Kind:
         return cells, None
 
     def ordered(
-        self, cells: Any, weld: float, n_threads: int, *, is_sorted: bool,
+        self, cells: Any, weld: float, n_threads: int, *, may_sort: bool,
         is_kept: Bools | None = None,
     ) -> OrderedCells:  # fmt: skip
-        """Build the graph of the cells; sort them first if `is_sorted` and sorting saves time.
+        """Build the graph of the cells; sort them first if `may_sort` and sorting saves time.
 
         If `is_kept` is given, (N,), points of a cloud that are not kept have no neighbors.
         """
-        corners = self.corners(cells) if is_sorted else None
+        corners = self.corners(cells) if may_sort else None
         if corners is None or not is_scattered(cells.vertices, corners):
             return OrderedCells(cells, *self.build_graph(cells, weld, n_threads), None)
         found = sorted_corners(cells.vertices, corners, weld, n_threads)
@@ -115,6 +115,10 @@ class Kind:
     def bare_surface(self, surface: Surface, cells: Any, graph: Any, n_threads: int) -> Surface:
         """Return the surface without arrays that are only needed for weights, to save memory."""
         return surface
+
+    def normals(self, surface: Surface, graph: Any, shapes: Any) -> Floats:
+        """Return the outward unit normal of each cell, (N, 3); 0 if it is not known."""
+        return np.zeros((surface.n_cells, 3))
 
     def tells_concave(self, graph: Any) -> bool:
         """Return whether concave and convex creases can be distinguished."""
@@ -233,6 +237,14 @@ class _Faces(Kind):
     def surface(self, cells: FaceMesh, graph: FaceGraph, n_threads: int) -> Surface:
         return Surface.of_faces(cells, graph, n_threads)
 
+    def normals(self, surface: Surface, graph: FaceGraph, shapes: FaceShapes) -> Floats:
+        handle = cast(_core.TriangleSurface | _core.PolygonSurface, surface.handle)
+        normals = -shapes.normals if handle.is_inside_out else shapes.normals
+        if graph.same_turn.any():  # which of two inconsistent neighbors is right is not known
+            normals = normals.copy()
+            normals[graph.sources[graph.same_turn]] = 0.0
+        return normals
+
     def sliver_share(
         self, cells: FaceMesh, areas: Floats, shapes: FaceShapes, radius: float, n_threads: int
     ) -> float:
@@ -291,10 +303,10 @@ class _Points(Kind):
         return find_point_graph(cells, n_threads), None
 
     def ordered(
-        self, cells: PointCloud, weld: float, n_threads: int, *, is_sorted: bool,
+        self, cells: PointCloud, weld: float, n_threads: int, *, may_sort: bool,
         is_kept: Bools | None = None,
     ) -> OrderedCells:  # fmt: skip
-        graph = find_point_graph(cells, n_threads, is_kept=is_kept, is_sorted=is_sorted)
+        graph = find_point_graph(cells, n_threads, is_kept=is_kept, is_sorted=may_sort)
         return OrderedCells(cells, graph, None, graph.points)
 
     def surface(self, cells: PointCloud, graph: PointGraph, n_threads: int) -> Surface:
@@ -307,6 +319,9 @@ class _Points(Kind):
 
     def tells_concave(self, graph: PointGraph) -> bool:
         return graph.tells_concave
+
+    def normals(self, surface: Surface, graph: PointGraph, shapes: None) -> Floats:
+        return graph.normals if graph.tells_concave else np.zeros_like(graph.normals)
 
     def positions(self, cells: PointCloud) -> Floats:
         return cells.points
@@ -374,5 +389,5 @@ def graph_and_surface(
     If `is_kept` is given, (N,), points of a cloud that are not kept have no neighbors.
     """
     kind = kind_of(cells)
-    graph = kind.ordered(cells, weld, n_threads, is_sorted=False, is_kept=is_kept).graph
+    graph = kind.ordered(cells, weld, n_threads, may_sort=False, is_kept=is_kept).graph
     return graph, kind.surface(cells, graph, n_threads)

@@ -165,18 +165,15 @@ def measure_faces(mesh: FaceMesh, n_threads: int) -> tuple[Floats, Floats]:
     return _measure_polygons(mesh, n_threads)[:2]
 
 
-def measure_shapes(
-    mesh: FaceMesh, n_threads: int
-) -> tuple[Floats, Floats, Floats | None, Floats | None]:
-    """Return centroids and areas of faces; for triangles also unit normals and longest sides.
+def measure_shapes(mesh: FaceMesh, n_threads: int) -> tuple[Floats, Floats, Floats, Floats | None]:
+    """Return centroids, areas and unit normals of faces; for triangles also longest sides.
 
     Undefined normals are 0. `_core` divides the faces into blocks of consecutive faces. The fourth
-    result is the squared length of the longest side in each block. For polygons, the third and the
-    fourth result are None.
+    result is the squared length of the longest side in each block, or None for polygons.
     """
     if isinstance(mesh, Mesh):
         return _core.measure_faces(mesh.vertices, mesh.faces, n_threads)
-    return *measure_faces(mesh, n_threads), None, None
+    return *_measure_polygons(mesh, n_threads), None
 
 
 def area_vectors(mesh: FaceMesh, n_threads: int) -> Floats:
