@@ -56,7 +56,7 @@ def add_parts(
     options, size, n_threads = weighed.options.weights, weighed.plan.size, weighed.surface.n_threads
     with clock.timed("weights", begins=False):
         # Barriers divide machine parts into faces, which have no parts.
-        is_face = weighed.of_machine_part and weighed.plan.is_divided
+        is_face = weighed.of_made_thing and weighed.plan.is_divided
         factors = (0.0 if is_face else options.params["gamma"], options.crease_cost(size.radius))
         if coarsening.loops_on_all:
             groups = groups_to_embed(graph, n_threads)
