@@ -9,7 +9,7 @@ import reference
 import shapes
 
 import superfacets as sf
-from superfacets import FaceGraph, MeshError, PolygonMesh, build_face_graph, metrics
+from superfacets import MeshError, PolygonMesh, build_face_graph, metrics
 from superfacets.graph.surface import Surface, arc_measures
 from superfacets.paper import superfacet_weights
 
@@ -266,18 +266,6 @@ def test_a_graph_of_another_mesh_is_refused():
         superfacet_weights(fans, build_face_graph(other))
     with pytest.raises(ValueError, match="the graph has 6 cells but the mesh has 4 faces"):
         arc_measures(grid(2, 2), build_face_graph(other))
-
-
-def test_sides_of_polygons_are_checked():
-    graph = build_face_graph(grid(2, 1))
-    fields = {name: getattr(graph, name) for name in FaceGraph.__dataclass_fields__}
-    assert FaceGraph(**fields).sides.dtype == np.int32
-    with pytest.raises(ValueError, match=r"sides\[0\] must be not negative, got -1"):
-        FaceGraph(**{**fields, "sides": np.array([-1, 3], dtype=np.int32)})
-    with pytest.raises(
-        ValueError, match=r"sides\[1\] must be 0, 1 or 2 \(for polygons, pass int32 sides\), got 3"
-    ):
-        FaceGraph(**{**fields, "sides": np.array([1, 3], dtype=np.uint8)})
 
 
 def test_labels_do_not_depend_on_the_order_of_faces_and_corners():

@@ -9,18 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..base.checks import (
-    checked_arcs,
-    checked_bounds,
-    checked_positions,
-    checked_threads,
-    counted,
-    exact_doubles,
-    freeze,
-    owned,
-    refuse_first,
-    restored,
-)
+from ..base.checks import checked_threads, counted, freeze
 from ..base.errors import MeshError
 from ..base.types import ArcLists, Array, Bytes, Floats, Ints, Longs
 from ..mesh.convert import MeshLike, as_mesh
@@ -43,9 +32,9 @@ class EdgeCounts(NamedTuple):
     """Number of edges whose two faces traverse the edge in the same direction."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False)
 class FaceGraph(BaseGraph):
-    """Graph of the faces of a mesh, with arcs between faces that share an edge.
+    """Result of `build_face_graph`: faces of a mesh, and arcs between faces that share an edge.
 
     Attributes
     ----------
@@ -78,35 +67,10 @@ class FaceGraph(BaseGraph):
     bounds: Floats
     edge_counts: EdgeCounts
 
-    def __post_init__(self) -> None:
-        positions = checked_positions(self.positions)
-        offsets, neighbors = checked_arcs(self.offsets, self.neighbors, len(positions))
-        measures = exact_doubles(np.asarray(self.measures))
-        is_wide = np.asarray(self.sides).dtype == np.int32
-        sides = owned(np.asarray(self.sides), np.int32 if is_wide else np.uint8)
-        same_turn = owned(np.asarray(self.same_turn), np.uint8)
-        if measures.shape != (len(positions),):
-            raise ValueError(
-                f"measures must have one number per face, shape ({len(positions)},), got shape"
-                f" {measures.shape}"
-            )
-        for name, array in {"sides": sides, "same_turn": same_turn}.items():
-            if array.shape != neighbors.shape:
-                raise ValueError(
-                    f"{name} must have one number per arc, shape {neighbors.shape}, got shape"
-                    f" {array.shape}"
-                )
-        if not is_wide:
-            refuse_first(sides > 2, "sides", sides, "0, 1 or 2 (for polygons, pass int32 sides)")
-        refuse_first(sides < 0, "sides", sides, "not negative")
-        freeze(
-            self, positions=positions, measures=measures, offsets=offsets, neighbors=neighbors,
-            sides=sides, same_turn=same_turn, bounds=checked_bounds(self.bounds, positions),
-        )  # fmt: skip
-
-    def __setstate__(self, state: Any) -> None:
-        """Restore a copied or pickled graph, and check the arrays of the graph again."""
-        FaceGraph.__init__(self, *restored(state, tuple(FaceGraph.__dataclass_fields__)))
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        arrays = {name: value for name, value in state.items() if name != "edge_counts"}
+        freeze(self, **arrays)
+        object.__setattr__(self, "edge_counts", state["edge_counts"])
 
     def with_weights(self, weights: npt.ArrayLike, *, n_threads: int | None = None) -> CellGraph:
         """Return a `CellGraph` with one weight per arc; weights must be finite and >= 0."""
@@ -132,19 +96,12 @@ def arcs_of_faces(mesh: FaceMesh, lowest: Ints, n_threads: int) -> FoundArcs:
     Raises a MeshError if there are too many arcs; see `build_face_graph`.
     """
     corners = corners_of(mesh)
-    if corners.offsets is None:
-        return arcs_of_triangles(corners.vertices.reshape(-1, 3), lowest, n_threads)
-    lists = corners.offsets, corners.vertices
     try:
+        if corners.offsets is None:
+            faces = corners.vertices.reshape(-1, 3)
+            return FoundArcs(*_core.build_triangle_graph(faces, lowest, n_threads))
+        lists = corners.offsets, corners.vertices
         return FoundArcs(*_core.build_polygon_graph(*lists, lowest, n_threads))
-    except ValueError as error:  # `_core` raises this error for too many arcs
-        raise MeshError(str(error)) from None
-
-
-def arcs_of_triangles(faces: Ints, lowest: Ints, n_threads: int) -> FoundArcs:
-    """Return the result of `arcs_of_faces` for triangles, given as an array of shape (F, 3)."""
-    try:
-        return FoundArcs(*_core.build_triangle_graph(faces, lowest, n_threads))
     except ValueError as error:  # `_core` raises this error for too many arcs
         raise MeshError(str(error)) from None
 
@@ -236,7 +193,7 @@ def graph_and_shapes(
     """Return the result of `build_face_graph`, and the `FaceShapes` of the same mesh."""
     arcs = arcs_of_faces(mesh, lowest_vertices(mesh.vertices, weld, n_threads), n_threads)
     positions, measures, *shapes = measure_shapes(mesh, n_threads)
-    graph = object.__new__(FaceGraph)  # the arrays of `_core` need no checks
+    graph = FaceGraph()
     freeze(
         graph, positions=positions, measures=measures, offsets=arcs.offsets,
         neighbors=arcs.neighbors, sides=arcs.sides, same_turn=arcs.same_turn, bounds=mesh.bounds,
@@ -263,5 +220,5 @@ def arcs_at_borders(mesh: Mesh, labels: Ints, n_threads: int) -> tuple[ArcLists,
     faces = np.flatnonzero((first & second) | (second & third) | (third & first))
     if not len(faces):
         return (np.zeros(1, dtype=np.int64), np.empty(0, dtype=np.int32)), labels[faces]
-    arcs = arcs_of_triangles(mesh.faces[faces], lowest, n_threads)
-    return (arcs.offsets, arcs.neighbors), labels[faces]
+    arcs = _core.build_triangle_graph(mesh.faces[faces], lowest, n_threads)
+    return arcs[:2], labels[faces]
