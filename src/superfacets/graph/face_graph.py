@@ -32,9 +32,11 @@ class EdgeCounts(NamedTuple):
     """Number of edges whose two faces traverse the edge in the same direction."""
 
 
-@dataclass(frozen=True, eq=False, init=False)
+@dataclass(frozen=True, eq=False)
 class FaceGraph(BaseGraph):
     """Result of `build_face_graph`: faces of a mesh, and arcs between faces that share an edge.
+
+    Its arrays are read-only, but not checked. `CellGraph` checks arrays of any origin.
 
     Attributes
     ----------
@@ -67,10 +69,12 @@ class FaceGraph(BaseGraph):
     bounds: Floats
     edge_counts: EdgeCounts
 
+    def __post_init__(self) -> None:
+        self.__setstate__(self.__dict__)
+
     def __setstate__(self, state: dict[str, Any]) -> None:
-        arrays = {name: value for name, value in state.items() if name != "edge_counts"}
-        freeze(self, **arrays)
         object.__setattr__(self, "edge_counts", state["edge_counts"])
+        freeze(self, **{name: value for name, value in state.items() if name != "edge_counts"})
 
     def with_weights(self, weights: npt.ArrayLike, *, n_threads: int | None = None) -> CellGraph:
         """Return a `CellGraph` with one weight per arc; weights must be finite and >= 0."""
@@ -193,12 +197,10 @@ def graph_and_shapes(
     """Return the result of `build_face_graph`, and the `FaceShapes` of the same mesh."""
     arcs = arcs_of_faces(mesh, lowest_vertices(mesh.vertices, weld, n_threads), n_threads)
     positions, measures, *shapes = measure_shapes(mesh, n_threads)
-    graph = FaceGraph()
-    freeze(
-        graph, positions=positions, measures=measures, offsets=arcs.offsets,
-        neighbors=arcs.neighbors, sides=arcs.sides, same_turn=arcs.same_turn, bounds=mesh.bounds,
+    graph = FaceGraph(
+        positions, measures, arcs.offsets, arcs.neighbors, arcs.sides, arcs.same_turn, mesh.bounds,
+        EdgeCounts(*arcs.counts),
     )  # fmt: skip
-    object.__setattr__(graph, "edge_counts", EdgeCounts(*arcs.counts))
     return graph, FaceShapes(*shapes)
 
 

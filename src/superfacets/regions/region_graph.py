@@ -44,8 +44,8 @@ class RegionGraph:
     centroids : ndarray of float64, shape (K, 3)
         Mean position of each region, weighted by area (unweighted if a region has no area).
     normals : ndarray of float64, shape (K, 3)
-        Area-weighted mean normal of each region, as a unit vector. For clouds without normals,
-        `estimate_normals` is used. NaN if the mean is undefined: for tetrahedra, for cells of a
+        Area-weighted mean normal of each region, as a unit vector. Missing normals of
+        clouds are estimated. NaN if the mean is undefined: for tetrahedra, for cells of a
         `CellGraph`, and for regions that have no area or are closed surfaces.
     normal_lengths : ndarray of float64, shape (K,)
         Length of the area-weighted mean of the unit normals of each region, from 0 (a closed
