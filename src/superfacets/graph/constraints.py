@@ -168,11 +168,9 @@ def mask_of(labels: Ints, values: Sequence[int] | None, file: object, cells: Cel
     """
     is_kept = labels != 0 if values is None else np.isin(labels, values)
     if not is_kept.any():
-        wanted = (
-            "a value other than 0"
-            if values is None
-            else f"the value {' or '.join(map(str, values))}"
-        )
+        wanted = "a value other than 0"
+        if values is not None:
+            wanted = f"the value {' or '.join(map(str, values))}"
         raise MeshError(f"{file}: no {kind_of(cells).noun} has {wanted}")
     return is_kept
 

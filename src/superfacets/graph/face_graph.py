@@ -84,32 +84,6 @@ class FaceGraph(BaseGraph):
         return f"FaceGraph({counted(self.n_cells, 'face')}, {counted(self.n_arcs, 'arc')})"
 
 
-class FoundArcs(NamedTuple):
-    """Arcs between faces that share an edge, in CSR form."""
-
-    offsets: Longs  # (F + 1,) index of the first arc of each face
-    neighbors: Ints  # (M,) face at the end of each arc
-    sides: Array  # (M,) side of the start face that each arc crosses
-    same_turn: Bytes  # (M,) 1 if both faces traverse the edge in the same direction, 0 otherwise
-    counts: tuple[int, int, int, int]  # numbers of edges, in the order of `EdgeCounts`
-
-
-def arcs_of_faces(mesh: FaceMesh, lowest: Ints, n_threads: int) -> FoundArcs:
-    """Return the arcs between faces that share an edge; `lowest` comes from `lowest_vertices`.
-
-    Raises a MeshError if there are too many arcs; see `build_face_graph`.
-    """
-    corners = corners_of(mesh)
-    try:
-        if corners.offsets is None:
-            faces = corners.vertices.reshape(-1, 3)
-            return FoundArcs(*_core.build_triangle_graph(faces, lowest, n_threads))
-        lists = corners.offsets, corners.vertices
-        return FoundArcs(*_core.build_polygon_graph(*lists, lowest, n_threads))
-    except ValueError as error:  # `_core` raises this error for too many arcs
-        raise MeshError(str(error)) from None
-
-
 def core_surface(
     mesh: FaceMesh, graph: FaceGraph, is_inside_out: bool, n_threads: int
 ) -> _core.TriangleSurface | _core.PolygonSurface:
@@ -195,12 +169,22 @@ def graph_and_shapes(
     mesh: FaceMesh, *, weld: float, n_threads: int
 ) -> tuple[FaceGraph, FaceShapes]:
     """Return the result of `build_face_graph`, and the `FaceShapes` of the same mesh."""
-    arcs = arcs_of_faces(mesh, lowest_vertices(mesh.vertices, weld, n_threads), n_threads)
+    corners, lowest = corners_of(mesh), lowest_vertices(mesh.vertices, weld, n_threads)
+    found: tuple[Longs, Ints, Array, Bytes, tuple[int, int, int, int]]
+    try:
+        if corners.offsets is None:
+            faces = corners.vertices.reshape(-1, 3)
+            found = _core.build_triangle_graph(faces, lowest, n_threads)
+        else:
+            lists = corners.offsets, corners.vertices
+            found = _core.build_polygon_graph(*lists, lowest, n_threads)
+    except ValueError as error:  # `_core` raises this error for too many arcs
+        raise MeshError(str(error)) from None
     positions, measures, *shapes = measure_shapes(mesh, n_threads)
+    offsets, neighbors, sides, same_turn, counts = found
     graph = FaceGraph(
-        positions, measures, arcs.offsets, arcs.neighbors, arcs.sides, arcs.same_turn, mesh.bounds,
-        EdgeCounts(*arcs.counts),
-    )  # fmt: skip
+        positions, measures, offsets, neighbors, sides, same_turn, mesh.bounds, EdgeCounts(*counts)
+    )
     return graph, FaceShapes(*shapes)
 
 
