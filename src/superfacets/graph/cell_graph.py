@@ -155,9 +155,8 @@ class BaseGraph(CsrArcs):
     ) -> tuple[Singles, float]:
         """Return the weights of arcs rounded to integers, and the unit of these integers.
 
-        The unit is `unit_factor` times the default unit (see `CellGraph.unit`). The factor is a
-        power of two. If it is larger than 1, the integers are smaller, so that sums of lengths stay
-        in range when costs are added to the lengths later.
+        The unit is `unit_factor`, a power of two, times `CellGraph.unit`. If it is larger than 1,
+        sums of lengths stay in range when costs are added to the lengths later.
         """
         checked_nonnegative_array(self.measures, self.n_cells, "measures", "cell", n_threads)
         checked = checked_weights(weights, self.n_arcs, n_threads)

@@ -473,11 +473,9 @@ def region_graph_of(
 
 
 def _principal_axes(squares: Floats, products: Floats) -> tuple[Floats, Floats]:
-    """Return the eigenvalues, (K, 3) in descending order, and unit eigenvectors of K matrices.
+    """Return the eigenvalues, (K, 3) descending, and eigenvectors, (K, 3, 3) rows, of covariances.
 
-    The eigenvectors have shape (K, 3, 3): row i of matrix k is the eigenvector for eigenvalue i of
-    covariance matrix k. `squares` are the entries xx, yy and zz of each matrix, and `products` are
-    the entries xy, xz and yz.
+    `squares` are the entries xx, yy and zz of each matrix, and `products` xy, xz and yz.
     """
     xx, yy, zz = squares.T
     xy, xz, yz = products.T
