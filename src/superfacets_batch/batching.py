@@ -177,7 +177,7 @@ def batch(
         raise TypeError(f"formats must be a sequence of names, got {formats!r}")
     file_options = FileOptions(
         options, features, subdivide, max_edge, drop_attributes, ascii, label_name, vertex_labels,
-        force, viewpoint, min_opacity, mask_values, labels_named, paper,
+        force, viewpoint, min_opacity, mask_values, labels_named, paper, options.pop("weld", True),
     )  # fmt: skip
     n_workers, notes = _checked_workers(workers, scheduler, timeout)
     if progress is not None and not callable(progress):

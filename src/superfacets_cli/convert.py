@@ -100,9 +100,8 @@ class _Run:
                 paths = write_regions(
                     self.folder, cells, labels, ending=ending, attributes=attributes, ascii=ascii
                 )
-            parts = [f"{kit.counted(len(paths), 'file')} in {self.folder}"]
-            if self.given["as_json"]:
-                parts = [*map(str, paths)]
+            named = [f"{kit.counted(len(paths), 'file')} in {self.folder}"]
+            parts = [*map(str, paths)] if self.given["as_json"] else named
             if attributes is not None and attributes.texture is not None:
                 print_note(f"no texture in the files of {self.folder}")
         else:

@@ -49,16 +49,18 @@ def info_command(inputs: tuple[str, ...], format: str | None, as_json: bool) -> 
 
     def report(index: int) -> None:
         text = inputs[index]
-        info, of_las = run_in_background(lambda: _read(text, format))
+        info, of_file = run_in_background(lambda: _read(text, format))
         if hasattr(info, "sliver_share"):
             slivers = SliverWarning.text(info.sliver_share, "try segment --subdivide")
             notes = (slivers, _FACES_DOWN if info.faces_down else None)
             print_notes(f"{name_of(text)}: {note}" for note in notes if note is not None)
-        facts = {"file": text, **dataclasses.asdict(info), **of_las}
+        facts = {"file": text, **dataclasses.asdict(info), **of_file}
         if as_json:
             click.echo(json.dumps(facts))
             return
         for name, value in facts.items():
+            if value == ():
+                continue
             title = (
                 re.sub("^(n|is|are|has)_", "", name).replace("_", " ").replace("tets", "tetrahedra")
             )
@@ -67,17 +69,20 @@ def info_command(inputs: tuple[str, ...], format: str | None, as_json: bool) -> 
     for_each([name_of(text) for text in inputs], report)
 
 
-def _read(text: str, format: str | None) -> tuple[Any, dict[str, str | int]]:
-    """Return the measures of a file, and facts that only LAS files have."""
+def _read(text: str, format: str | None) -> tuple[Any, dict[str, Any]]:
+    """Return the measures of a file, what became of all that it declares, and more facts."""
     source = read_input(text, format)
-    cells, attributes = source.cells_and_attributes(keep=source.ending in (".las", ".laz"))
+    cells, attributes = source.cells_and_attributes(keep=True)
     measure: Any = cloud_info if kind_of(cells).are_points else mesh_info
-    header: Any = None if attributes is None else attributes.header
-    return measure(cells), {} if header is None else header.facts
+    assert attributes is not None
+    header: Any = attributes.header
+    return measure(cells), {**attributes.fates, **({} if header is None else header.facts)}
 
 
 def _text_of(value: Any, diagonal: float) -> str:
     """Return a fact as text; coordinates are rounded to about a millionth of the diagonal."""
+    if isinstance(value, tuple) and isinstance(value[0], str):
+        return "; ".join(value)
     if isinstance(value, tuple):
         n_digits = max(0, 6 - math.floor(math.log10(diagonal))) if diagonal > 1e-4 else 17
         rows = (" ".join(f"{round(x, n_digits) + 0.0:.15g}" for x in corner) for corner in value)
@@ -102,9 +107,10 @@ def formats_command() -> None:
     labels = labels & {*FORMATS.outputs} | {_LABEL_IMAGE}
     write: Tables = {**kinds, "labels": labels, "region graph": FORMATS.graph_outputs}
     endings = dict.fromkeys([*FORMATS.cells, *FORMATS.labels, *FORMATS.outputs])
-    click.echo(f"{'ending':<18} {'reads':<26} writes")
+    click.echo(f"{'ending':<18} {'reads':<26} {'with extra':<11} writes")
     for each in endings:
-        click.echo(f"{each:<18} {_of(each, read):<26} {_of(each, write)}".rstrip())
+        extra = FORMATS.extras.get(each, "")
+        click.echo(f"{each:<18} {_of(each, read):<26} {extra:<11} {_of(each, write)}".rstrip())
     click.echo("For --to and --format, write an ending without its first . or _, such as ply.")
 
 

@@ -35,13 +35,11 @@ def end_at_signals() -> None:
 def hear_signals() -> None:
     """Make signals raise a KeyboardInterrupt after `end_at_signals`, so that files are cleaned up.
 
-    Only the first SIGTERM or SIGHUP raises the error, because the program `timeout` sends two
-    signals, and the second would interrupt the removal of temporary files.
+    Only the first SIGTERM or SIGHUP does: `timeout` sends two, the second during the clean-up.
     """
     for number in (signal.SIGINT, *_ENDING):
         if signal.getsignal(number) is _end:
-            is_ctrl_c = number == signal.SIGINT
-            signal.signal(number, signal.default_int_handler if is_ctrl_c else _interrupt)
+            signal.signal(number, _interrupt if number in _ENDING else signal.default_int_handler)
 
 
 def _interrupt(*_: object) -> NoReturn:

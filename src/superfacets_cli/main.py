@@ -124,8 +124,10 @@ class LazyGroup(click.Group):
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the list of commands."""
         others = {name: f"From {target!r}." for name, target in _other_commands().items()}
-        sections = {**GROUPS, "Other packages": others} if others else GROUPS
-        for title, summaries in sections.items():
+        for title, summaries in {
+            **GROUPS,
+            **({"Other packages": others} if others else {}),
+        }.items():
             with formatter.section(title):
                 formatter.write_dl(list(summaries.items()))
 
@@ -161,12 +163,8 @@ OTHER_OPTIONS = {
     **dict.fromkeys(("-k", "--k", "--n", "--kThresh", "--n-clusters", "--n-superpoints"), "use -n"),
     **dict.fromkeys(("-j", "--jobs", "--n-jobs", "--num-threads"), "use --threads"),
     **dict.fromkeys(("--voxel-size", "--seed-resolution"), "use --radius, in the unit of the file"),
-    **dict.fromkeys(("--gpu", "--cuda", "--device"),
-                    "leave it out, because all computations run on the CPU"),
-    **dict.fromkeys(("--min-size", "--segMinVerts"),
-                    "merge small regions in Python, with superfacets.merge_small_regions"),
-    **dict.fromkeys(("--connect", "--enforce-connectivity"),
-                    "join pieces of regions in Python, with superfacets.enforce_connectivity"),
+    **dict.fromkeys(("--gpu", "--cuda", "--device"), "leave it out: computations run on the CPU"),
+    **dict.fromkeys(("--min-size", "--segMinVerts"), "merge small regions in Python instead"),
 }  # fmt: skip
 """What to write instead of options of other tools."""
 

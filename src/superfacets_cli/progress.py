@@ -14,12 +14,7 @@ import click
 
 from .failures import CLEAR, is_quiet
 
-NAMES = {
-    "mesh": "reading",
-    "face_graph": "face graph",
-    "classify": "iterations",
-    "export": "writing",
-}
+NAMES = {"mesh": "reading", "face_graph": "face graph", "export": "writing"}
 """Names of stages on the terminal, where they differ from the keys of timings."""
 
 

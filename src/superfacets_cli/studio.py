@@ -60,10 +60,9 @@ def studio_command(
         _export(files, exports, output)
     elif is_list:
         for entry in files.listed():
-            reviewed = "  reviewed" if entry.get("reviewed") else ""
-            if entry.get("changed_since_review"):
-                reviewed = "  changed since review"
-            click.echo(f"{100 * entry['done']:5.1f} %  {entry['name']}{reviewed}")
+            is_changed, is_reviewed = entry.get("changed_since_review"), entry.get("reviewed")
+            state = "  changed since review" if is_changed else "  reviewed" if is_reviewed else ""
+            click.echo(f"{100 * entry['done']:5.1f} %  {entry['name']}{state}")
     else:
         _serve(files, port, is_shown=not no_browser)
 
@@ -124,13 +123,11 @@ def agree_command(
 ) -> None:
     """Compare two people's work in the studio, and merge it.
 
-    MINE and THEIRS are work files of the mesh or point cloud in the file IN. The command prints the
-    percentage of the area that both have labeled, the percentage of this area on which class and
-    object agree, and a table with the IoU of each class and object. Cells that only one person has
-    labeled do not change the agreement or the IoU. Classes are matched by name, and objects by
-    their overlap; "-" means that only the other person has the object, or that no cell of it is
-    labeled by both. The merged work keeps labels of cells that only one person has labeled, and
-    objects that only THEIRS has get new numbers.
+    MINE and THEIRS are work files of the mesh or point cloud IN. The command prints the percentage
+    of the area that both have labeled, the percentage of it on which class and object agree, and
+    the IoU of each class and object; "-" means that no cell is labeled by both. Classes are matched
+    by name, and objects by their overlap. The merged work keeps labels of cells that only one
+    person has labeled, and objects that only THEIRS has get new numbers.
     """
     _check_extra()
     from superfacets_studio import agreement_text, merged_work

@@ -8,6 +8,7 @@ from __future__ import annotations
 import binascii
 import math
 import zlib
+from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 from typing import Literal
@@ -45,6 +46,9 @@ TRIANGLES = b"\xff\xff\xfe"
 _CURVE = b"\xff\xff\xff"
 """First bytes of FreeSurfer files with a number per vertex."""
 
+_IDENTITY = [*("1", *[""] * 4) * 3, "1"]
+"""Numbers of an identity matrix, without zeros at their ends."""
+
 STRUCTURE = "comment AnatomicalStructurePrimary "
 """Begin of the comment that stores the anatomical structure of a surface."""
 
@@ -62,19 +66,46 @@ def is_surface(data: Content) -> bool:
 
 
 def read_gifti(source: Input) -> Read:
-    """Read a GIFTI surface, and its anatomical structure as a comment; ignore its transforms."""
-    data = source.data
-    points, triangles = (
-        _gifti_array(data, Intent=f"NIFTI_INTENT_{intent}") for intent in ("POINTSET", "TRIANGLE")
-    )
-    if points is None or triangles is None:
-        raise MeshError("the GIFTI file has no surface: points or triangles are missing")
+    """Read a GIFTI surface, its other arrays, and its anatomical structure as a comment."""
+    data, root = source.data, _parsed(source.data)
+    arrays = list(root.iter("DataArray"))
+    found = {}
+    for intent in ("POINTSET", "TRIANGLE"):
+        first = next((one for one in arrays if one.get("Intent") == f"NIFTI_INTENT_{intent}"), None)
+        if first is None:
+            raise MeshError(
+                f"the GIFTI file has no surface: it has no {intent}; if it has labels or values of"
+                " vertices, give the surface of these vertices first"
+            )
+        arrays.remove(first)
+        found[intent] = _values_of(first, len(data))
+    points, triangles = found.values()
     if points.shape[1:] != (3,) or triangles.shape[1:] != (3,):
         raise MeshError("points and triangles of a GIFTI file must have 3 numbers each")
-    pairs = {pair.findtext("Name"): pair.findtext("Value") for pair in _parsed(data).iter("MD")}
-    found = pairs.get(STRUCTURE.split()[1])
-    comments = (f"{STRUCTURE}{found.strip()}",) if found else ()
-    return source.mesh(points, as_integers(triangles, "vertex indices"), comments=comments)
+    pairs = {pair.findtext("Name"): pair.findtext("Value") for pair in root.iter("MD")}
+    structure = pairs.get(STRUCTURE.split()[1])
+    for name in pairs.keys() - {STRUCTURE.split()[1], "GeometricType", "TopologicalType"}:
+        source.declare(f"metadata {name}")
+    for matrix in root.iter("MatrixData"):
+        words = [word.rstrip("0").rstrip(".") for word in (matrix.text or "").split()]
+        if words and words != _IDENTITY:
+            source.declare("transform of coordinates")
+    comments = (f"{STRUCTURE}{structure.strip()}",) if structure else ()
+    corners = as_integers(triangles, "vertex indices")
+    vertex = _others_of(arrays, len(data), len(points)) if source.keep else ()
+    return source.mesh(points, corners, vertex=vertex, comments=comments)
+
+
+def _others_of(
+    arrays: list[Element], n_bytes: int, n_vertices: int
+) -> Iterator[tuple[str, Array | str]]:
+    """Yield arrays that have one row per vertex, and why others are left out."""
+    for array in arrays:
+        pairs = {pair.findtext("Name"): pair.findtext("Value") for pair in array.iter("MD")}
+        intent = array.get("Intent", "").removeprefix("NIFTI_INTENT_").lower()
+        values = _values_of(array, n_bytes)
+        fits = values.shape[:1] == (n_vertices,)
+        yield pairs.get("Name") or intent, values if fits else "which has no row per vertex"
 
 
 def gifti_labels(data: Content) -> Array:
@@ -106,8 +137,11 @@ def _gifti_array(data: Content, **wanted: str) -> Array | None:
         one for one in _parsed(data).iter("DataArray") if wanted.items() <= one.attrib.items()
     )
     array = next(arrays, None)
-    if array is None:
-        return None
+    return None if array is None else _values_of(array, len(data))
+
+
+def _values_of(array: Element, n_file: int) -> Array:
+    """Decode an array of a file of `n_file` bytes."""
     word, text = array.get("DataType", ""), array.findtext("Data", "")
     if word not in _TYPES:
         raise MeshError(f"expected a DataType such as NIFTI_TYPE_FLOAT32, got {shown(word)}")
@@ -115,7 +149,7 @@ def _gifti_array(data: Content, **wanted: str) -> Array | None:
     n_axes = as_count(array.get("Dimensionality", ""), "Dimensionality")
     shape = [as_count(array.get(f"Dim{axis}", ""), f"Dim{axis}") for axis in range(n_axes)]
     n_bytes = math.prod(shape) * stored.itemsize
-    if n_bytes > kit.most_bytes_of(len(data)):
+    if n_bytes > kit.most_bytes_of(n_file):
         raise MeshError(f"an array declares {counted(n_bytes, 'byte')}, too many for the file size")
     if array.get("Encoding") == "ASCII":
         lines = Lines.of(text.encode())

@@ -14,29 +14,20 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from superfacets import MeshError, kit
-from superfacets.kit import (
-    Array,
-    Content,
-    Floats,
-    Input,
-    Ints,
-    Read,
-    counted,
-    reason_of,
-    rotation_of,
-    shortened,
-)
+from superfacets.kit import Array, Bools, Content, Floats, Input, Read, counted
 
 _CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ")
 _SPHERICAL = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
 _COLORS = ("colorRed", "colorGreen", "colorBlue")
 
-_KINDS = {
-    **dict.fromkeys((*_CARTESIAN, *_SPHERICAL), np.float64),
-    **dict.fromkeys((*_COLORS, "intensity"), np.float32),
-    **dict.fromkeys(("cartesianInvalidState", "sphericalInvalidState"), np.int8),
+_NORMALS = ("nor:normalX", "nor:normalY", "nor:normalZ")
+
+_OWN_NAMES = {
+    **dict(zip("xyz", _CARTESIAN, strict=True)),
+    **dict(zip(("red", "green", "blue"), _COLORS, strict=True)),
+    **dict(zip(("nx", "ny", "nz"), _NORMALS, strict=True)),
 }
-"""NumPy type of each field of a point. Other fields are not read."""
+"""Fields of E57 that have other names in `MeshAttributes`."""
 
 _AT_REST = np.concatenate([np.zeros((1, 3)), np.eye(3)])
 """Position of the scanner, and its three axes, in the coordinate system of the scan."""
@@ -48,12 +39,10 @@ _CHECKSUM = 4
 
 
 class _Scan(NamedTuple):
-    """Valid points of a scan."""
+    """Points of a scan."""
 
-    points: Floats  # (n, 3) positions
-    colors: Array | None  # (n, 3) red, green and blue, 0 to 1
-    intensity: Array | None  # (n,) intensity of each point
-    records: Ints  # (n,) index of each point's record in the scan
+    columns: dict[str, Array]  # properties of the points, by their names in `MeshAttributes`
+    is_valid: Bools  # (n,) False for points that the file declares invalid
     frame: Floats | None  # (4, 3) `_AT_REST` transformed by the pose; None if there is no pose
 
 
@@ -61,9 +50,9 @@ def read_e57(source: Input) -> Read:
     """Read the points of all scans, in the order of the file, except points declared invalid.
 
     Invalid points have no position, and are common in scans on a grid. The attributes ``scan`` and
-    ``record`` are the index of each point's scan, and the index of its record in this scan. Colors
-    and intensities are kept only if all scans have them, and viewpoints only if all have poses,
-    of which at least one is not the identity.
+    ``record`` are the index of each point's scan, and the index of its record in this scan. Points
+    of scans without a field that other scans have are black, or have NaN. Viewpoints are kept only
+    if all scans have poses, of which at least one is not the identity.
     """
     data = source.data
     pye57 = kit.import_extra("pye57", "an .e57 file", "e57")
@@ -72,13 +61,18 @@ def read_e57(source: Input) -> Read:
         try:
             with pye57.E57(path) as file:
                 _check_counts(file, len(data))
-                scans = [_read_scan(pye57, file, i) for i in range(file.scan_count)]
+                scans = [_read_scan(pye57, file, i, source) for i in range(file.scan_count)]
+                root = file.image_file.root()
+                n_images = root["images2D"].childCount() if root.isDefined("images2D") else 0
         except (MemoryError, MeshError):
             raise
         except Exception as error:  # pye57 raises exceptions of many classes
-            raise MeshError(f"the E57 file cannot be read: {shortened(reason_of(error))}") from None
+            reason = kit.shortened(kit.reason_of(error))
+            raise MeshError(f"the E57 file cannot be read: {reason}") from None
     if not scans:
         raise MeshError("the E57 file has no scans")
+    if n_images:
+        source.declare(counted(n_images, "image"))
     return _joined(source, scans)
 
 
@@ -117,29 +111,35 @@ def _check_description(data: Content) -> None:
 
 
 def _check_counts(file: Any, n_bytes: int) -> None:
-    """Compare the size of the positions of all scans with the size of the file."""
-    counts = [file.get_header(place).point_count for place in range(file.scan_count)]
-    if sum(counts) * _AT_REST[0].nbytes > kit.most_bytes_of(n_bytes):
-        raise MeshError(
-            f"the scans declare {counted(sum(counts), 'point')}, too many for {n_bytes} bytes"
-        )
+    """Compare the size of the fields of all scans with the size of the file."""
+    scans = [file.get_header(place) for place in range(file.scan_count)]
+    n_numbers = sum(scan.point_count * max(3, len(scan.point_fields)) for scan in scans)
+    if 8 * n_numbers > kit.most_bytes_of(n_bytes):
+        n_points = counted(sum(scan.point_count for scan in scans), "point")
+        raise MeshError(f"the scans declare {n_points}, too many for {n_bytes} bytes")
 
 
 def _joined(source: Input, scans: list[_Scan]) -> Read:
-    places = np.repeat(np.arange(len(scans), dtype=np.int32), [len(scan.points) for scan in scans])
+    is_valid = np.concatenate([scan.is_valid for scan in scans])
+    sizes = [len(scan.is_valid) for scan in scans]
     stored: dict[str, Array] = {
-        "scan": places,
-        "record": np.concatenate([scan.records for scan in scans]),
+        "scan": np.repeat(np.arange(len(scans), dtype=np.int32), sizes),
+        "record": np.concatenate([np.arange(size, dtype=np.int32) for size in sizes]),
     }
-    intensities = [scan.intensity for scan in scans if scan.intensity is not None]
-    if len(intensities) == len(scans):
-        stored["intensity"] = np.concatenate(intensities)
-    shades = [scan.colors for scan in scans if scan.colors is not None]
-    if len(shades) == len(scans):
-        stored |= zip(("red", "green", "blue"), np.concatenate(shades).T, strict=True)
-    points = np.concatenate([scan.points for scan in scans])
-    stored |= zip("xyz", points.T, strict=True)
-    return source.cloud(stored.items(), viewpoints=_viewpoints_of(scans))
+    for name in dict.fromkeys(name for scan in scans for name in scan.columns):
+        without = sum(len(scan.is_valid) for scan in scans if name not in scan.columns)
+        if without:
+            source.declare(f"{name} of {counted(without, 'point')}", "of scans that have none")
+        missing = 0.0 if name in ("red", "green", "blue", "nx", "ny", "nz") else np.nan
+        stored[name] = np.concatenate([
+            scan.columns.get(name, np.full(len(scan.is_valid), missing, np.float32))
+            for scan in scans
+        ])  # fmt: skip
+    kept = ((name, values[is_valid]) for name, values in stored.items())
+    viewpoints = _viewpoints_of(scans)
+    if viewpoints is not None and viewpoints.ndim == 2:
+        viewpoints = viewpoints[is_valid]
+    return source.cloud(kept, viewpoints=viewpoints, records=is_valid)
 
 
 def _viewpoints_of(scans: list[_Scan]) -> Floats | None:
@@ -151,38 +151,52 @@ def _viewpoints_of(scans: list[_Scan]) -> Floats | None:
     if len(found) == 1:
         return np.asarray(found[0][0])
     places = [frame[0] for frame in found]
-    return np.repeat(places, [len(scan.points) for scan in scans], axis=0)
+    return np.repeat(places, [len(scan.is_valid) for scan in scans], axis=0)
 
 
-def _read_scan(pye57: Any, file: Any, place: int) -> _Scan:
+def _read_scan(pye57: Any, file: Any, place: int, source: Input) -> _Scan:
     header = file.get_header(place)
     axes = next((axes for axes in (_CARTESIAN, _SPHERICAL) if _has(header, axes)), None)
     if axes is None:
         raise MeshError(f"scan {place} has neither cartesian nor spherical coordinates")
-    columns = _read_columns(pye57, file, place)
-    states = columns.get("cartesianInvalidState" if axes == _CARTESIAN else "sphericalInvalidState")
-    records = np.arange(len(columns[axes[0]]), dtype=np.int32)
-    if states is not None:
-        records = records[states == 0]
-        columns = {name: values[records] for name, values in columns.items()}
-    points = np.column_stack([columns[axis] for axis in axes])
-    if axes == _SPHERICAL:
-        points = _from_spherical(points)
-    colors = _colors_of(pye57, header, columns) if _has(header, _COLORS) else None
-    moved = _moved(points, header, place)
+    columns = _read_columns(pye57, file, place, source)
+    states = [columns.pop(f"{kind}InvalidState", None) for kind in ("cartesian", "spherical")]
+    state = states[axes == _SPHERICAL]
+    is_valid = np.full(len(columns[axes[0]]), True) if state is None else state == 0
+    points = np.column_stack([columns.pop(axis) for axis in axes])
+    columns |= zip(_CARTESIAN, _moved(_from(axes, points), header, place).T, strict=True)
+    if _has(header, _NORMALS):
+        normals = np.column_stack([columns[name] for name in _NORMALS])
+        turned = _moved(normals, header, place) - _moved(np.zeros((1, 3)), header, place)
+        columns |= zip(_NORMALS, turned.T, strict=True)
+    if _has(header, _COLORS):
+        shades = _colors_of(pye57, header, columns)
+        if shades is None:
+            source.declare(f"colors of scan {place}", "whose limits are not ascending")
+            columns = {name: values for name, values in columns.items() if name not in _COLORS}
+        else:
+            columns |= zip(_COLORS, shades.T, strict=True)
     frame = _moved(_AT_REST, header, place) if header.has_pose() else None
-    return _Scan(moved, colors, columns.get("intensity"), records, frame)
+    names = {field: name for name, field in _OWN_NAMES.items()}
+    return _Scan({names.get(key, key): each for key, each in columns.items()}, is_valid, frame)
 
 
 def _has(header: Any, names: tuple[str, ...]) -> bool:
     return all(name in header.point_fields for name in names)
 
 
-def _read_columns(pye57: Any, file: Any, place: int) -> dict[str, Array]:
-    header = file.get_header(place)
+def _read_columns(pye57: Any, file: Any, place: int, source: Input) -> dict[str, Array]:
+    header, nodes = file.get_header(place), pye57.libe57
     n_records = header.point_count
-    names = [name for name in header.point_fields if name in _KINDS]
-    columns = {name: np.empty(n_records, _KINDS[name]) for name in names}
+    kinds = {nodes.IntegerNode: np.longlong, nodes.ScaledIntegerNode: np.float64,
+             nodes.FloatNode: np.float64}  # fmt: skip
+    prototype = nodes.StructureNode(header.points.prototype())
+    columns = {}
+    for name in header.point_fields:
+        if type(prototype[name]) in kinds:
+            columns[name] = np.empty(n_records, kinds[type(prototype[name])])
+        else:
+            source.declare(f"field {name} of scan {place}", "which has no numbers")
     if not n_records:
         return columns
     buffers = pye57.libe57.VectorSourceDestBuffer()
@@ -198,8 +212,10 @@ def _read_columns(pye57: Any, file: Any, place: int) -> dict[str, Array]:
     return columns
 
 
-def _from_spherical(points: Floats) -> Floats:
-    """Convert range, azimuth and elevation (in radians) to x, y and z."""
+def _from(axes: tuple[str, ...], points: Floats) -> Floats:
+    """Convert range, azimuth and elevation (in radians), if these are the axes, to x, y and z."""
+    if axes == _CARTESIAN:
+        return points
     range_, azimuth, elevation = points.T
     across = range_ * np.cos(elevation)
     return np.column_stack(
@@ -214,7 +230,7 @@ def _moved(points: Floats, header: Any, place: int) -> Floats:
     pose = header.node["pose"]
     if pose.isDefined("rotation"):
         quaternion = np.array([_number_in(pose["rotation"][axis]) for axis in "wxyz"])
-        rotation = rotation_of(quaternion)
+        rotation = kit.rotation_of(quaternion)
         if rotation is None:
             raise MeshError(f"scan {place} has an invalid rotation: {quaternion.tolist()}")
         points = np.einsum("ij,kj->ik", points, rotation)

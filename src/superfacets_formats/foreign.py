@@ -1,7 +1,8 @@
 """Read files with VTK and meshio; these functions run in a process of their own.
 
 They return the fields of `Grid` as named arrays: ``point NAME`` and ``cell NAME`` are data of
-vertices and cells, or the reason why they cannot be read, and ``names NAME`` are names of values.
+vertices and cells, or the reason why they cannot be read, ``names NAME`` are names of values, and
+``field NAME`` is the reason why other data are left out.
 """
 
 from __future__ import annotations
@@ -18,6 +19,8 @@ from superfacets import MeshError
 from superfacets.kit import Array, counted, shortened
 
 Found = dict[str, "Array | str"]
+
+NO_ROWS = "which belongs to neither points nor cells"
 
 _DECLARED = re.compile(
     rb"^[ \t]*(POINTS|CELLS|POLYGONS|LINES|VERTICES|TRIANGLE_STRIPS)[ \t]+(\d{1,18})\b", re.M | re.I
@@ -57,15 +60,8 @@ def read_with_vtk(data: bytes, ending: str) -> Found:
         reader = vtkIOLegacy.vtkGenericDataObjectReader()
         reader.ReadFromInputStringOn()
         reader.SetBinaryInputString(data, len(data))
-        for what in (
-            "Scalars",
-            "Vectors",
-            "Normals",
-            "Tensors",
-            "TCoords",
-            "Fields",
-            "ColorScalars",
-        ):
+        kinds = ("Scalars", "Vectors", "Normals", "Tensors", "TCoords", "Fields", "ColorScalars")
+        for what in kinds:
             getattr(reader, f"ReadAll{what}On")()
     reader.Update()
     said = [line for line in log.GetOutput().splitlines() if line.strip()]
@@ -83,6 +79,9 @@ def read_with_vtk(data: bytes, ending: str) -> Found:
             array = stored.GetAbstractArray(place)
             values = _numbers_of(stored.GetArray(place))
             result[f"{owner} {array.GetName()}"] = "which are texts" if values is None else values
+    fields = found.GetFieldData()
+    for place in range(fields.GetNumberOfArrays()):
+        result[f"field {fields.GetAbstractArray(place).GetName()}"] = NO_ROWS
     return result
 
 

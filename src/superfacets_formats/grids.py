@@ -28,12 +28,12 @@ _PIXEL, _STRIP = 8, 6
 _FACES = {5: 3, _STRIP: None, 7: None, _PIXEL: 4, 9: 4, 22: 3, 23: 4, 28: 4, 34: 3, 36: None}
 """Number of corners used for each VTK type of faces; None if it is the number of nodes."""
 
-_SIZES = {1: 1, 3: 2, 5: 3, 9: 4}
-"""Number of corners for VTK types of flat cells; a different number indicates a damaged file."""
+_SIZES = {1: 1, 3: 2, 5: 3, _PIXEL: 4, 9: 4, 10: 4, 21: 3, 22: 6, 23: 8, 24: 10, 28: 9, 34: 7}
+"""Number of nodes by VTK type; a different number indicates a damaged file."""
 
 _NAMES = {
-    1: "vertex", 3: "line", 5: "triangle", 7: "polygon", 9: "quad", 10: "tetra", 11: "voxel",
-    12: "hexahedron", 24: "tetra10",
+    1: "vertex", 2: "polyvertex", 3: "line", 4: "polyline", 5: "triangle", 7: "polygon", 9: "quad",
+    10: "tetra", 11: "voxel", 12: "hexahedron", 24: "tetra10",
     13: "wedge", 14: "pyramid", 21: "line3", 22: "triangle6", 23: "quad8", 25: "hexahedron20",
     26: "wedge15", 27: "pyramid13", 28: "quad9", 29: "hexahedron27", 32: "wedge18",
     42: "polyhedron",
@@ -59,10 +59,12 @@ class Grid:
         found = guarded(f"superfacets_formats.foreign:{reader}", source.data, source.ending)
         fields = ("vertices", "kinds", "sizes", "corners")
         arrays: dict[str, Any] = {name: found.pop(name) for name in fields}
-        data: dict[str, list[tuple[str, Any]]] = {"point": [], "cell": [], "names": []}
+        data: dict[str, list[tuple[str, Any]]] = {"point": [], "cell": [], "names": [], "field": []}
         for key, values in found.items():
             owner, _, name = key.partition(" ")
             data[owner].append((name, values))
+        for name, why in data["field"]:
+            source.declare(f"field {name}", why)
         names = {name: tuple(json.loads(values)) for name, values in data["names"]}
         return cls(**arrays, point=data["point"], cell=data["cell"], names=names)
 
@@ -81,7 +83,6 @@ class Grid:
             if kind not in wanted:
                 n = counted(int(np.count_nonzero(self.kinds == kind)), "cell")
                 source.declare(f"{n} of type {_named([kind])}")
-        source.declare("points", "cells")
         if wanted is TETS:
             corners = self._corners_of(chosen, np.full(len(chosen), 4)).reshape(-1, 4)
             cells = TetMesh(self.vertices, corners)
@@ -113,7 +114,7 @@ class Grid:
                 f" {len(self.sizes)} and {counted(len(self.corners), 'corner')}: the file may be"
                 " damaged"
             )
-        for kind, n_corners in (*_SIZES.items(), *TETS.items()):
+        for kind, n_corners in _SIZES.items():
             wrong = np.flatnonzero((self.kinds == kind) & (self.sizes != n_corners))
             if len(wrong):
                 n_found = counted(int(self.sizes[wrong[0]]), "corner")

@@ -1,24 +1,22 @@
-"""Read LAS and LAZ files, which have one record per point. lazrs decompresses LAZ.
+"""Read LAS and LAZ files, which have one record per point, with laspy.
 
-lazrs aborts the process if a file declares more chunks, or larger layers, than fit in memory.
-Therefore all numbers from which lazrs computes sizes of arrays are first compared with the size of
-the file: number and sizes of chunks, sizes of layers, and items of a record. `tools/fuzz` tests
-these checks with damaged files.
+lazrs decompresses LAZ in a process of its own.
 """
 
 from __future__ import annotations
 
 import io
 import struct
+import warnings
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from superfacets import MeshError, kit
-from superfacets.kit import Array, Bytes, Content, Input, Read, counted, reason_of, shortened
+from superfacets.kit import Array, Bytes, Content, Input, Read, counted
 
-from .las_frame import LasFrame
+from .las_frame import DIMENSION, LasFrame
 
 _MAX_COMPRESSED = 1000
 """Maximum ratio of decompressed bytes to bytes of the file. The usual ratio is 5 to 20. Only files
@@ -26,55 +24,16 @@ whose points are almost all equal exceed the maximum."""
 _SMALL = 64 << 20
 """Size of decompressed points in bytes that is accepted even if `_MAX_COMPRESSED` is exceeded."""
 
-_Field = tuple[str, str | dict[str, int]]
-"""Type and name of a field. A field of packed bits has a dict of names and numbers of bits instead,
-from the lowest to the highest bits."""
-
-_POINT_0: tuple[_Field, ...] = (
-    ("<i4", "X"), ("<i4", "Y"), ("<i4", "Z"), ("<u2", "intensity"),
-    ("u1", {"return_number": 3, "number_of_returns": 3, "scan_direction_flag": 1,
-            "edge_of_flight_line": 1}),
-    ("u1", {"classification": 5, "synthetic": 1, "key_point": 1, "withheld": 1}),
-    ("i1", "scan_angle_rank"), ("u1", "user_data"), ("<u2", "point_source_id"),
-)  # fmt: skip
-_POINT_6: tuple[_Field, ...] = (
-    *_POINT_0[:4],
-    ("u1", {"return_number": 4, "number_of_returns": 4}),
-    ("u1", {"synthetic": 1, "key_point": 1, "withheld": 1, "overlap": 1, "scanner_channel": 2,
-            "scan_direction_flag": 1, "edge_of_flight_line": 1}),
-    ("u1", "classification"), ("u1", "user_data"), ("<i2", "scan_angle"),
-    ("<u2", "point_source_id"), ("<f8", "gps_time"),
-)  # fmt: skip
-_TIME: tuple[_Field, ...] = (("<f8", "gps_time"),)
-_COLORS: tuple[_Field, ...] = (("<u2", "red"), ("<u2", "green"), ("<u2", "blue"))
-_NIR: tuple[_Field, ...] = (*_COLORS, ("<u2", "nir"))
-_WAVE: tuple[_Field, ...] = (("V29", {}),)  # reference to a wave packet, which is not read
-
-
-class _Part(NamedTuple):
-    """An item of a LAZ record: fields that are compressed together, in `n_layers` layers."""
-
-    fields: tuple[_Field, ...]
-    n_layers: int
-
-
-_PARTS = {
-    6: _Part(_POINT_0, 0), 7: _Part(_TIME, 0), 8: _Part(_COLORS, 0), 9: _Part(_WAVE, 0),
-    10: _Part(_POINT_6, 9), 11: _Part(_COLORS, 1), 12: _Part(_NIR, 2), 13: _Part(_WAVE, 1),
-}  # fmt: skip
-"""Items of LAZ, keyed by type number."""
-
-_FORMATS = (
-    (6,), (6, 7), (6, 8), (6, 7, 8), (6, 7, 9), (6, 7, 8, 9),
-    (10,), (10, 11), (10, 12), (10, 13), (10, 12, 13),
-)  # fmt: skip
-"""Type numbers of the items of a record, for each point format."""
-
-_EXTRA = {6: 0, 10: 14}
-"""Type number of the item with extra bytes, keyed by the type number of a record's first item."""
-
 PROJECTION = b"LASF_Projection"
 """User id of the records that contain the coordinate reference system."""
+
+EXTRA_BYTES = (b"LASF_Spec", 4)
+"""User id and id of the records that describe extra dimensions of the points."""
+
+_LASZIP = (b"laszip encoded", 22204)
+
+_WAVES = ("wavepacket_", "return_point_wave", "x_t", "y_t", "z_t")
+"""Begins of the names of fields that refer to wave packets, which are not read."""
 
 
 class _Header(NamedTuple):
@@ -83,12 +42,8 @@ class _Header(NamedTuple):
     size: int  # size of a point record in bytes
     begin: int  # offset of the first point in the file
     is_compressed: bool
-    records: dict[tuple[bytes, int], bytes]  # variable length records, keyed by (user, id)
-
-    @property
-    def parts(self) -> tuple[int, ...]:
-        """Type numbers of the items of a record."""
-        return _FORMATS[self.frame.point_format]
+    records: dict[tuple[bytes, int], bytes]  # all records, keyed by (user, id)
+    layout: Any  # `laspy.PointFormat` without extra dimensions
 
 
 def read_las(source: Input) -> Read:
@@ -100,7 +55,14 @@ def read_las(source: Input) -> Read:
     header = _header_of(data)
     n_bytes = header.n_points * header.size
     if header.is_compressed:
-        records = _decompressed(data, header)
+        if n_bytes > max(_SMALL, _MAX_COMPRESSED * len(data)):
+            raise MeshError(
+                f"the header declares {counted(header.n_points, 'point')} of {header.size} bytes,"
+                f" more than {_MAX_COMPRESSED} times the size of the file, {len(data)} bytes"
+            )
+        kit.FORMATS.check_readers([".laz"])
+        found = kit.guarded("superfacets_formats.las:decompressed", data, source.ending)
+        records = np.asarray(found["records"])
     elif n_bytes > len(data) - header.begin:
         raise MeshError(
             f"the header declares {counted(header.n_points, 'point')} of {header.size} bytes, but"
@@ -110,9 +72,20 @@ def read_las(source: Input) -> Read:
     else:
         records = np.frombuffer(data, np.uint8, n_bytes, header.begin)
     columns = dict(_columns(records, header))
-    frame = _add_extra_columns(columns, records, header, source)
-    if {9, 13} & {*header.parts}:
+    waves = [name for name in columns if name.startswith(_WAVES)]
+    if waves:
         source.declare("wave packets")
+        columns = {name: values for name, values in columns.items() if name not in waves}
+    frame = _add_extra_columns(columns, records, header, source)
+    for user, number in header.records:
+        if user != PROJECTION and (user, number) not in (_LASZIP, EXTRA_BYTES):
+            source.declare(f"record {number} of {user.decode('ascii', 'replace')!r}")
+    if frame.is_geographic:
+        warnings.warn(
+            f"x and y are degrees of {frame.name}, but heights are meters: project the points"
+            " first, for example with PDAL or QGIS",
+            stacklevel=2,
+        )
     points = {}
     for axis, scale, offset in zip("xyz", header.frame.scales, header.frame.offsets, strict=True):
         with np.errstate(over="ignore", invalid="ignore"):  # `PointCloud` refuses infinite results
@@ -140,80 +113,71 @@ def _header_of(data: Content) -> _Header:
             raise MeshError("the file ends within its header: it may be truncated")
         (n_points,) = struct.unpack_from("<Q", data, 247)
     is_compressed, point_format = point_format >= 128, point_format & 63
-    if point_format >= len(_FORMATS):
-        raise MeshError(f"expected point format 0 to {len(_FORMATS) - 1}, got {point_format}")
-    least = sum(_size_of(_PARTS[part].fields) for part in _FORMATS[point_format])
-    if size < least:
-        raise MeshError(f"points of format {point_format} need {least} or more bytes, got {size}")
+    if point_format > 10:
+        raise MeshError(f"expected point format 0 to 10, got {point_format}")
+    laspy = kit.import_extra("laspy", "a .las or .laz file", "las")
+    layout = laspy.PointFormat(point_format)
+    if size < layout.size:
+        raise MeshError(
+            f"points of format {point_format} need {layout.size} or more bytes, got {size}"
+        )
     if not n_points:
         raise MeshError("the file has no points")
     (header_size,) = struct.unpack_from("<H", data, 94)
     numbers = struct.unpack_from("<6d", data, 131)
-    records = _records(data[header_size:begin], n_records)
+    records = _records(data, (header_size, begin), n_records)
+    if minor >= 4:  # more records may follow the points
+        place, n_records = struct.unpack_from("<QI", data, 235)
+        records = _records(data, (place, len(data)), n_records, records, is_extended=True)
     projection = {
         number: content for (user, number), content in records.items() if user == PROJECTION
     }
-    if minor >= 4:
-        projection = _extended_projection(data) | projection
     frame = LasFrame(
         minor, point_format, numbers[:3], numbers[3:], tuple(projection.items()),
         is_wkt=bool(data[6] & 16), source_id=int.from_bytes(data[4:6], "little"),
         has_standard_time=bool(data[6] & 1),
     )  # fmt: skip
-    return _Header(frame, n_points, size, begin, is_compressed, records)
+    return _Header(frame, n_points, size, begin, is_compressed, records, layout)
 
 
-def _size_of(fields: tuple[_Field, ...]) -> int:
-    return sum(np.dtype(kind).itemsize for kind, _ in fields)
+def _records(
+    data: Content, part: tuple[int, int], n_records: int,
+    found: dict[tuple[bytes, int], bytes] | None = None, *, is_extended: bool = False,
+) -> dict[tuple[bytes, int], bytes]:  # fmt: skip
+    """Return the contents of variable length records in a part of the file, with those `found`.
 
-
-def _records(content: bytes, n_records: int) -> dict[tuple[bytes, int], bytes]:
-    found = {}
-    place = 0
-    for record in range(n_records):
-        if place + 54 > len(content):
-            raise MeshError(f"variable length record {record} of {n_records} overlaps the points")
-        user, number, size = struct.unpack_from("<2x16sHH", content, place)
-        found[user.rstrip(b"\0"), number] = content[place + 54 : place + 54 + size]
-        place += 54 + size
-    return found
-
-
-def _extended_projection(data: Content) -> dict[int, bytes]:
-    """Return the extended records of the coordinate reference system, keyed by id.
-
-    The file stores them after the points.
+    Descriptions of extra dimensions are concatenated. Of other records with the same number, the
+    first is returned.
     """
-    found = {}
-    place, n_records = struct.unpack_from("<QI", data, 235)
+    found, place, end = dict(found or {}), part[0], min(part[1], len(data))
+    form, head = ("<2x16sHQ", 60) if is_extended else ("<2x16sHH", 54)
     for record in range(n_records):
         size = 0
-        if place + 60 <= len(data):
-            user, number, size = struct.unpack_from("<2x16sHQ", data, place)
-        if place + 60 + size > len(data):
+        if place + head <= end:
+            user, number, size = struct.unpack_from(form, data, place)
+        if place + head + size * is_extended > end:
             raise MeshError(
-                f"extended record {record} of {n_records} exceeds the file: the file may be"
-                " truncated"
+                f"extended record {record} of {n_records} exceeds the file: it may be truncated"
+                if is_extended
+                else f"variable length record {record} of {n_records} overlaps the points"
             )
-        if user.rstrip(b"\0") == PROJECTION:
-            found[number] = bytes(data[place + 60 : place + 60 + size])
-        place += 60 + size
+        key, place = (user.rstrip(b"\0"), number), place + head
+        content = data[place : min(end, place + size)]
+        if key == EXTRA_BYTES:
+            found[key] = found.get(key, b"") + content[: len(content) // DIMENSION * DIMENSION]
+        found.setdefault(key, content)
+        place += size
     return found
 
 
 def _columns(records: Bytes, header: _Header) -> Iterator[tuple[str, Array]]:
-    fields = [field for part in header.parts for field in _PARTS[part].fields]
-    place = 0
-    for kind, name in fields:
-        column: Array = np.ndarray(header.n_points, kind, records, place, header.size)
-        place += column.itemsize
-        if isinstance(name, str):
-            yield name, column
-            continue
-        shift = 0
-        for part, n_bits in name.items():
-            yield part, (column >> shift) & ((1 << n_bits) - 1)
-            shift += n_bits
+    """Yield the fields of the points, without extra dimensions, with laspy's names."""
+    record = kit.import_extra("laspy.point.record", "a .las or .laz file", "las")
+    fields = [*header.layout.dtype().descr, ("extra bytes", f"V{header.size - header.layout.size}")]
+    stored: Array = np.ndarray(header.n_points, fields, records)
+    points = record.PackedPointRecord(stored, header.layout)
+    for name in header.layout.dimension_names:
+        yield name, np.array(points[name])
 
 
 def _add_extra_columns(
@@ -221,13 +185,13 @@ def _add_extra_columns(
 ) -> LasFrame:
     """Add the extra dimensions of the points to `columns`, and return the frame with them."""
     added = []
-    place = sum(_size_of(_PARTS[part].fields) for part in header.parts)
-    described = header.records.get((b"LASF_Spec", 4), b"")
+    place = header.layout.size
+    described = header.records.get(EXTRA_BYTES, b"")
     for dimension, n_bytes in LasFrame.dimensions(described if place < header.size else b""):
         if place + n_bytes > header.size:
             raise MeshError(f"the extra dimensions of a point do not fit in {header.size} bytes")
         name, n_numbers = dimension.attribute, dimension.n_numbers
-        if dimension.is_readable and name not in columns:
+        if dimension.kind and name not in columns:
             shape = (header.n_points, n_numbers) if n_numbers > 1 else (header.n_points,)
             strides = (header.size, n_bytes // n_numbers)[: len(shape)]
             stored: Array = np.ndarray(shape, dimension.kind, records, place, strides)
@@ -247,107 +211,34 @@ def _is_rounded(stored: Array) -> bool:
     return is_long and max(int(stored.max()), -int(stored.min())) > 2**53
 
 
-def _decompressed(data: Content, header: _Header) -> Bytes:
-    lazrs = kit.import_extra("lazrs", "a .laz file", "las")
-    n_bytes = header.n_points * header.size
-    if n_bytes > max(_SMALL, _MAX_COMPRESSED * len(data)):
-        raise MeshError(
-            f"the header declares {counted(header.n_points, 'point')} of {header.size} bytes, more"
-            f" than {_MAX_COMPRESSED} times the size of the file, {len(data)} bytes"
-        )
-    description = header.records.get((b"laszip encoded", 22204), b"")
-    n_layers = _n_layers(description, header)
-    begin, end = header.begin + 8, _begin_of_table(data, header)
-    try:
-        table = _chunks(lazrs, data[end:], description, header, end - begin)
-        content = data[begin:end]
-        if n_layers:
-            _check_layers(content, table, header.size, n_layers)
-        records = np.empty(n_bytes, np.uint8)
-        lazrs.decompress_points_with_chunk_table(content, description, records, table)
-    except BaseException as error:  # PanicException is not an Exception and cannot be imported
-        if isinstance(error, lazrs.LazrsError) or type(error).__name__ == "PanicException":
-            raise MeshError(f"the LAZ file cannot be read: {shortened(reason_of(error))}") from None
-        raise
-    return records
+def decompressed(data: bytes, _ending: str) -> dict[str, Array]:
+    """Return the records of the points of a LAZ file, called in a process of its own.
 
-
-def _n_layers(description: bytes, header: _Header) -> int:
-    """Check the items of a record; return the number of layers per chunk, 0 for formats 0 to 5."""
-    parts = header.parts
-    expected = [(part, _size_of(_PARTS[part].fields)) for part in parts]
-    n_extra = header.size - sum(size for _, size in expected)
-    if n_extra:
-        expected.append((_EXTRA[parts[0]], n_extra))
-    is_layered = parts[0] == 10
-    fits = False
-    if len(description) == 34 + 6 * len(expected):
-        compressor, n_items = struct.unpack_from("<H30xH", description)
-        items = list(struct.iter_unpack("<HHH", description[34:]))
-        versions = {version for *_, version in items}
-        fits = (
-            (compressor, n_items) == (2 + is_layered, len(expected))
-            and [(part, size) for part, size, _ in items] == expected
-            and versions <= ({3, 4} if is_layered else {1, 2})
-        )
-    if not fits:
-        raise MeshError("the description of the compressed points does not match their format")
-    return sum(_PARTS[part].n_layers for part in parts) + n_extra if is_layered else 0
-
-
-def _begin_of_table(data: Content, header: _Header) -> int:
-    """Return the offset of the chunk table.
-
-    The file stores this offset before the points, or in its last 8 bytes.
+    lazrs aborts the process if a file declares more than fits in memory.
     """
-    begin = header.begin + 8
-    if begin <= len(data):
-        for at in (header.begin, len(data) - 8):
-            (place,) = struct.unpack_from("<q", data, at)
-            if begin <= place <= len(data) - 8:
-                return int(place)
-    raise MeshError(
-        "the chunk table of the compressed points is outside the file: the file may be truncated"
-    )
-
-
-def _chunks(
-    lazrs: Any, table: bytes, description: bytes, header: _Header, n_bytes: int
-) -> list[tuple[int, int]]:
-    (n_chunks,) = struct.unpack_from("<I", table, 4)
-    if n_chunks > n_bytes // header.size + 1:  # each chunk begins with an uncompressed point
+    lazrs = kit.import_extra("lazrs", "a .laz file", "las")
+    header = _header_of(data)
+    description = header.records.get(_LASZIP, b"").ljust(6, b"\0")
+    if description[0] == 1:
         raise MeshError(
-            f"the file declares {counted(n_chunks, 'chunk')} of points, too many for its size"
+            f"LASzip {description[4]}.{description[5]} compressed the points without chunks, which"
+            " lazrs does not read: decompress the file with laszip or las2las first"
         )
     vlr = lazrs.LazVlr(description)
-    chunks = lazrs.read_chunk_table_only(io.BytesIO(table), vlr)
-    if any(size > n_bytes for _, size in chunks):  # so that the sum of sizes cannot overflow
-        raise MeshError(f"a chunk declares more than the {counted(n_bytes, 'byte')} of all chunks")
-    counts, largest = np.array(chunks, dtype=np.int64).reshape(-1, 2), header.n_points
-    if n_chunks and not vlr.uses_variable_size_chunks():  # the last chunk may have fewer points
-        largest = counts[:-1, 0] = vlr.chunk_size()
+    if vlr.item_size() != header.size:
+        raise MeshError("the description of the compressed points does not match their format")
+    file = io.BytesIO(data)
+    file.seek(header.begin)
+    counts = np.array(lazrs.read_chunk_table(file, vlr), np.int64).reshape(-1, 2)
+    if len(counts) and not vlr.uses_variable_size_chunks():  # the last chunk may have fewer points
+        counts[:-1, 0] = vlr.chunk_size()
         counts[-1, 0] = header.n_points - counts[:-1, 0].sum()
     counts = counts[counts.any(axis=1)]  # some programs write an empty chunk at the end
-    n_points, n_used = counts.sum(axis=0)
-    sizes_fit = counts.min(initial=1) > 0 and counts[:, 0].max(initial=0) <= largest
-    if not sizes_fit or n_points != header.n_points or n_used > n_bytes:
-        raise MeshError(
-            f"the chunk table does not match the {counted(header.n_points, 'point')} in"
-            f" {n_bytes} bytes that the header declares: the file may be damaged"
-        )
-    return [(int(points), int(size)) for points, size in counts]
-
-
-def _check_layers(content: bytes, chunks: list[tuple[int, int]], size: int, n_layers: int) -> None:
-    """Raise a MeshError if the layers of a chunk are larger than the chunk."""
-    # A chunk has one point, the number of points, the sizes of the layers, and the layers.
-    place = 0  # offset of the current chunk
-    for chunk, (_, n_bytes) in enumerate(chunks):
-        left = n_bytes - size - 4 - 4 * n_layers
-        if left >= 0:
-            left -= sum(struct.unpack_from(f"<{n_layers}I", content, place + size + 4))
-        if left < 0:
-            raise MeshError(
-                f"the layers of chunk {chunk} are larger than its {counted(n_bytes, 'byte')}"
-            )
-        place += n_bytes
+    is_too_large = not vlr.uses_variable_size_chunks() and (counts[:, 0] > vlr.chunk_size()).any()
+    if counts.min(initial=1) < 1 or counts[:, 0].sum() != header.n_points or is_too_large:
+        n_points = counted(header.n_points, "point")
+        raise MeshError(f"the chunk table does not match the {n_points} that the header declares")
+    records = np.empty(header.n_points * header.size, np.uint8)
+    content, table = data[header.begin + 8 :], [(int(n), int(size)) for n, size in counts]
+    lazrs.decompress_points_with_chunk_table(content, bytes(vlr.record_data()), records, table)
+    return {"records": records}

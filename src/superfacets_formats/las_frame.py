@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import struct
 from collections.abc import Iterator
 from typing import Literal, NamedTuple
@@ -14,7 +15,14 @@ from superfacets.kit import Array
 _WKT, _GEOTIFF = 2112, 34735
 """Ids of the LAS records that define the reference system: in WKT format, and in GeoTIFF format."""
 
-_DIMENSION = 192
+_TEXTS = 34737
+"""Id of the LAS record with the texts of GeoTIFF keys."""
+_MODEL, _GEOGRAPHIC = 1024, 2
+"""GeoTIFF key of the kind of reference system, and its value for longitude and latitude."""
+_CITATIONS, _CODES, _USER_DEFINED = (3073, 1026, 2049), (3072, 2048), 32767
+"""GeoTIFF keys of names and of EPSG codes, and the code of a system that EPSG does not define."""
+
+DIMENSION = 192
 """Size in bytes of the description of an extra dimension in a LAS file."""
 
 _EXTRA_TYPES = ("", "u1", "i1", "<u2", "<i2", "<u4", "<i4", "<u8", "<i8", "<f4", "<f8")
@@ -24,7 +32,7 @@ class LasDimension(NamedTuple):
     """Description of an extra dimension of a LAS file, which has 1 to 3 numbers per point."""
 
     name: str  # name in the file, which may contain spaces
-    kind: str  # NumPy type of the stored numbers, such as "<u2"
+    kind: str  # NumPy type of the stored numbers, such as "<u2"; empty if it is not documented
     n_numbers: int  # number of stored numbers per point, 1 to 3
     description: str
     scales: tuple[float, ...] = ()
@@ -36,11 +44,6 @@ class LasDimension(NamedTuple):
     def attribute(self) -> str:
         """Name of the dimension in `MeshAttributes`, where underscores replace spaces."""
         return "_".join(self.name.split())
-
-    @property
-    def is_readable(self) -> bool:
-        """Whether the type is documented."""
-        return bool(self.kind)
 
     def decoded(self, stored: Array) -> Array:
         """Return the values that stored numbers represent."""
@@ -89,7 +92,7 @@ class LasFrame(NamedTuple):
     the week."""
 
     def __str__(self) -> str:
-        return f"LAS header, reference system {self.reference_system or 'none'}"
+        return f"LAS header, reference system {self.name or 'none'}"
 
     @property
     def facts(self) -> dict[str, str | int]:
@@ -97,7 +100,7 @@ class LasFrame(NamedTuple):
         return {
             "LAS_version": f"1.{self.minor}",
             "point_format": self.point_format,
-            "reference_system": self.reference_system or "none",
+            "reference_system": self.name or "none",
         }
 
     @property
@@ -108,6 +111,38 @@ class LasFrame(NamedTuple):
             return "WKT"
         return "GeoTIFF" if _GEOTIFF in numbers else None
 
+    @property
+    def name(self) -> str | None:
+        """Name of the reference system, or else its EPSG code or format; None if there is none."""
+        kind, records = self.reference_system, dict(self.projection)
+        if kind != "GeoTIFF":
+            named = re.search(rb'"([^"]+)"', records.get(_WKT, b""))
+            return _text_of(named[1]) if named and kind else kind
+        keys = self._keys
+        for key in _CITATIONS:
+            at, n_bytes, begin = keys.get(key, (0, 0, 0))
+            text = _text_of(records.get(_TEXTS, b"")[begin : begin + n_bytes])
+            if at == _TEXTS and text:
+                return text
+        codes = [keys[key][2] for key in _CODES if key in keys and keys[key][0] == 0]
+        return next((f"EPSG:{code}" for code in codes if 0 < code < _USER_DEFINED), kind)
+
+    @property
+    def is_geographic(self) -> bool:
+        """Whether x and y are longitude and latitude, in degrees."""
+        if self.reference_system == "GeoTIFF":
+            return self._keys.get(_MODEL) == (0, 1, _GEOGRAPHIC)
+        text = dict(self.projection).get(_WKT, b"").upper()
+        words = re.findall(rb"\b(PROJ(?:CS|CRS|ECTEDCRS)|GEO(?:GCS|GCRS|DCRS|GRAPHICCRS))\b", text)
+        return self.reference_system == "WKT" and bool(words) and words[0].startswith(b"GEO")
+
+    @property
+    def _keys(self) -> dict[int, tuple[int, int, int]]:
+        """GeoTIFF keys: record with the value (0: none), its length, and its offset or value."""
+        content = dict(self.projection).get(_GEOTIFF, b"")
+        rows = struct.iter_unpack("<4H", content[8 : len(content) // 8 * 8])
+        return {key: (at, n, value) for key, at, n, value in rows}
+
     @staticmethod
     def dimensions(record: bytes) -> Iterator[tuple[LasDimension, int]]:
         """Yield the extra dimensions that a LAS record describes, with their sizes in bytes.
@@ -115,7 +150,7 @@ class LasFrame(NamedTuple):
         For undocumented bytes, `kind` is empty. The types 11 to 30 are deprecated pairs and triples
         of the types 1 to 10. Raises a MeshError for other types.
         """
-        for begin in range(0, len(record) - _DIMENSION + 1, _DIMENSION):
+        for begin in range(0, len(record) - DIMENSION + 1, DIMENSION):
             kind, options, name = struct.unpack_from("<2xBB32s", record, begin)
             if kind > 30:
                 raise MeshError(f"an extra dimension of the points has the unknown type {kind}")
@@ -133,3 +168,8 @@ class LasFrame(NamedTuple):
                 *(scaling if kind > 0 and options & 24 else ()),
             )
             yield dimension, n * np.dtype(dimension.kind).itemsize if kind else options
+
+
+def _text_of(content: bytes) -> str:
+    """Return a name in a record as one line."""
+    return " ".join(content.rstrip(b"\0|").decode("utf-8", "replace").split())

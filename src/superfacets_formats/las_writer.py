@@ -13,6 +13,8 @@ from superfacets.kit import Array, Output, import_extra, reason_of, shortened
 from .las import PROJECTION
 from .las_frame import LasFrame
 
+_COLORS = ("red", "green", "blue")
+
 _WITHOUT_WAVES = {4: 1, 5: 3, 9: 6, 10: 8}
 """Maps each LAS point format with wave packets to the same format without wave packets."""
 
@@ -59,18 +61,13 @@ def write_las(file: IO[bytes], content: Output) -> None:
     own = {} if content.labels is None else {"label": content.labels}
     stored = content.properties("vertex", own)
     content.taken.add(str(frame) if attributes is None else str(attributes.header))
-    if cloud.colors is not None and not {"red", "green", "blue"} <= stored.keys():
-        for name, shades in zip(("red", "green", "blue"), cloud.colors.T, strict=True):
+    colors = [stored.get(name) for name in _COLORS]
+    if cloud.colors is not None and not all(_is_uint(shades) for shades in colors):
+        for name, shades in zip(_COLORS, cloud.colors.T, strict=True):
             stored[name] = np.rint(shades * 65535).astype(np.uint16)
     if content.labels is not None:
         stored["label"] = content.labels
-    known = set(las.point_format.dimension_names)
-    for name, values in stored.items():
-        if name not in known:
-            is_label = name == "label" and content.labels is not None  # labels are always int32
-            _add_dimension(las, name, values, None if is_label else frame)
-        elif values.ndim == 1:
-            las[name] = values
+    _add_columns(las, stored, content, frame)
     written = io.BytesIO()  # laspy needs a seekable file to complete the header
     try:
         las.write(written, do_compress=content.ending == ".laz")
@@ -80,28 +77,68 @@ def write_las(file: IO[bytes], content: Output) -> None:
     file.write(written.getbuffer())
 
 
-def _add_dimension(las: Any, name: str, values: Array, frame: LasFrame | None) -> None:
-    """Add an extra dimension with the given values to a `laspy.LasData`.
+def _add_columns(
+    las: Any, stored: dict[str, Array], content: Output, frame: LasFrame
+) -> None:  # fmt: skip
+    """Store each array in the field of its name if the field can hold it, or else as a dimension.
 
-    The stored type is the type in `frame` if it can represent all values, and otherwise the type of
-    the array. A dimension has at most 3 numbers per point, so arrays with more columns are skipped.
+    Numbers that a field would round, such as an intensity of 0.5, are the dimension ``NAME_value``.
+    """
+    fields = {field.name: field for field in las.point_format.standard_dimensions}
+    for name, values in stored.items():
+        if name in fields and _fits(values, fields[name]):
+            las[name] = values
+            continue
+        is_label = name == "label" and content.labels is not None  # labels are always int32
+        other = (f"{name}_value" if name in fields else name)[:_MAX_LETTERS]
+        if not _add_dimension(las, name, other, values, None if is_label else frame):
+            content.taken.discard(f"vertex property {name}")
+        elif other != name:
+            content.changed.append(f"vertex property {name} by this name, but as {other}")
+
+
+def _is_uint(values: Array | None) -> bool:
+    return values is not None and values.dtype in (np.uint8, np.uint16)
+
+
+def _fits(values: Array, field: Any) -> bool:
+    """Return whether a field of a LAS point can store the values exactly."""
+    if values.ndim > 1:
+        return False
+    if field.name == "gps_time":
+        return True
+    # The field `scan_angle` counts steps of 0.006 degrees; fractions are degrees.
+    is_angle = field.name == "scan_angle" and values.dtype.kind == "f"
+    return not is_angle and bool(
+        np.all((values >= field.min) & (values <= field.max) & (values == np.rint(values)))
+    )
+
+
+def _add_dimension(
+    las: Any, name: str, other: str, values: Array, frame: LasFrame | None
+) -> bool:  # fmt: skip
+    """Add a property as an extra dimension named `other`, and return whether this is possible.
+
+    Name and type are those of the dimension of this property in `frame` if its type can represent
+    all values; otherwise the type is that of the array. A dimension has 1 to 3 numbers per point.
     """
     n = 1 if values.ndim == 1 else values.shape[1]
     if not 1 <= n <= 3:
-        return
+        return False
     shape = () if n == 1 else (n,)
     given = next((each for each in frame.extra if each.attribute == name), None) if frame else None
     stored = None if given is None else given.encoded(values)
     more: dict[str, Any] = {"type": np.dtype((values.dtype.str, shape))}
     if given is not None and stored is not None:
-        name, values = given.name, stored
+        other, values = given.name, stored
         more = {
             "type": np.dtype((given.kind, shape)), "description": given.description[:_MAX_LETTERS],
             "offsets": given.offsets or None, "scales": given.scales or None,
         }  # fmt: skip
     extra_bytes = import_extra("laspy", "a .las or .laz file", "las").ExtraBytesParams
-    las.add_extra_dim(extra_bytes(name=name[:_MAX_LETTERS], **more))
-    las.points.array[name[:_MAX_LETTERS]] = values.reshape(-1, *shape)
+    las.add_extra_dim(extra_bytes(name=other, **more))
+    las.points.array[other] = values.reshape(-1, *shape)
+    return True
 
 
 def _frame_of(cloud: PointCloud, given: LasFrame | None) -> LasFrame:

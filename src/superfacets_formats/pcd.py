@@ -1,35 +1,25 @@
-"""Read PCD files: a header, then points as text, binary records or compressed columns."""
+"""Read PCD files with pypcd4: a header, then points as text, binary records or compressed columns.
+
+The sizes that the header declares are first compared with the file.
+"""
 
 from __future__ import annotations
 
+import io
 import math
 import re
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
-from superfacets import MeshError
-from superfacets.kit import (
-    Array,
-    BinaryReader,
-    Bools,
-    Content,
-    Floats,
-    Input,
-    Lines,
-    Read,
-    counted,
-    shown,
-)
+from superfacets import MeshError, kit
+from superfacets.kit import Array, Content, Input, Lines, Read, counted, shown
 
 from .grids import as_count
 
-_KINDS = {
-    f"{letter}{size}": f"<{letter.lower()}{size}"
-    for letter, sizes in (("I", (1, 2, 4, 8)), ("U", (1, 2, 4, 8)), ("F", (4, 8)))
-    for size in sizes
-}
-"""NumPy type for each TYPE and SIZE of a field in the header, for example F4."""
+_FORMS = ("ascii", "binary", "binary_compressed")
+
+_KINDS = {"i1", "i2", "i4", "i8", "u1", "u2", "u4", "u8", "f4", "f8"}
 
 _DATA = re.compile(rb"^[ \t]*DATA[ \t]+(\S+)[^\n]*\n", re.MULTILINE)
 
@@ -38,36 +28,24 @@ _OTHER_NAMES = {
 }  # fmt: skip
 """Names of normals and colors in `MeshAttributes`, keyed by their names in PCD."""
 
-_WORD = re.compile("[!-~]+")
-"""Matches names that can be names in `MeshAttributes`."""
-
 _PADDING = "_"
 """Name of fields that are only padding."""
 
 _MAX_COMPRESSED = 100
 """Upper bound of the compression ratio. LZF compresses at most 264 bytes to 3 bytes."""
 
+_MAX_NUMBERS = 10_000
+"""Maximum number of numbers per point. The largest known descriptors have 2,000."""
+
 _AT_REST = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 """Pose that programs write if the pose is unknown: translation 0, identity quaternion."""
 
 
-class _Field(NamedTuple):
-    name: str
-    dtype: np.dtype[Any]
-    length: int  # number of values per point
-
-
 class _Header(NamedTuple):
-    fields: list[_Field]
-    n_points: int
-    viewpoint: Floats | None  # (3,) position of the scanner; None if it is unknown
-    form: str  # "ascii", "binary" or "binary_compressed"
+    names: list[str]  # names of the fields in the file
+    kinds: list[np.dtype[Any]]  # their declared types
+    shape: Any  # `pypcd4.MetaData`, with other names
     begin: int  # offset of the first point
-
-    @property
-    def record_size(self) -> int:
-        """Size of a point in bytes."""
-        return sum(field.dtype.itemsize * field.length for field in self.fields)
 
 
 def read_pcd(source: Input) -> Read:
@@ -76,28 +54,32 @@ def read_pcd(source: Input) -> Read:
     Organized clouds, which have one point per pixel, contain points with a NaN or infinite
     coordinate, which are skipped.
     """
-    data = source.data
-    header = _header_of(data)
-    read = {"ascii": _read_text, "binary": _read_records, "binary_compressed": _read_compressed}
-    if header.form not in read:
-        raise MeshError(f"expected DATA {', '.join(read)}, got {shown(header.form)}")
+    header = _header_of(source.data)
+    table = _points_of(source.data, header)
     columns: dict[str, Array] = {}
-    for field, values in zip(header.fields, read[header.form](data, header), strict=True):
-        if field.name in columns:
-            source.declare(f"another point property {field.name}", "whose name is repeated")
-        elif field.name != _PADDING:
-            columns[field.name] = values
+    parts = [table[name] for name in table.dtype.names or ()]
+    for name, kind, n in zip(*header[:2], header.shape.count, strict=True):
+        values = parts[0].copy() if n == 1 else np.stack(parts[:n], axis=1)
+        del parts[:n]
+        if name in columns:
+            source.declare(f"another point property {name}", "whose name is repeated")
+        elif name != _PADDING:
+            columns[name] = _as_declared(values, name, kind)
     columns = _with_colors(columns)
-    is_known: Bools = np.all([np.isfinite(columns[axis]) for axis in "xyz"], axis=0)
+    is_known = np.all([np.isfinite(columns[axis]) for axis in "xyz"], axis=0)
     if not is_known.any():
         raise MeshError("no point of the file has a position: all coordinates are NaN")
+    pose = header.shape.viewpoint
+    is_placed = pose != _AT_REST and np.isfinite(pose).all()
     return source.cloud(
         ((_OTHER_NAMES.get(name, name), values[is_known]) for name, values in columns.items()),
-        viewpoints=header.viewpoint, records=is_known,
+        viewpoints=np.array(pose[:3]) if is_placed else None, records=is_known,
     )  # fmt: skip
 
 
 def _header_of(data: Content) -> _Header:
+    """Return the header, with sizes that pypcd4 has checked, but not compared with the file."""
+    pypcd4 = kit.import_extra("pypcd4", "a .pcd file", "pcd")
     found = _DATA.search(data[: 1 << 16])
     if found is None:
         raise MeshError("not a PCD file: the header has no line DATA")
@@ -105,32 +87,47 @@ def _header_of(data: Content) -> _Header:
     for line in data[: found.start()].decode("latin-1").splitlines():
         key, *values = line.split("#")[0].split() or [""]
         words[key] = values
+    form = found[1].decode("latin-1").lower()
+    if form not in _FORMS:
+        raise MeshError(f"expected DATA {', '.join(_FORMS)}, got {shown(form)}")
+    names, *rows = _fields_of(words)
+    n_points = _n_points(words)
+    try:
+        shape = pypcd4.MetaData(
+            fields=[f"f{i}" for i in range(len(names))], size=rows[0], type=rows[1], count=rows[2],
+            points=n_points, width=n_points, data=form, viewpoint=words.get("VIEWPOINT", _AT_REST),
+        )  # fmt: skip
+    except ValueError as error:
+        first = cast("Any", error).errors()[0]
+        key = str(first["loc"][0]).upper()
+        given = shown(" ".join(words.get(key, [])))
+        raise MeshError(f"{key} of the header is not valid: {given}") from None
+    kinds = [f"{kind.lower()}{size}" for kind, size in zip(shape.type, shape.size, strict=True)]
+    if not {*kinds} <= _KINDS:
+        raise MeshError(f"expected TYPE I, U or F with a SIZE such as 4, got {kinds}")
+    if form == "ascii":  # `_as_declared` converts the numbers
+        shape = shape.derive(size=(8,) * len(names), type=("F",) * len(names))
+    return _Header(names, [*map(np.dtype, kinds)], shape, found.end())
+
+
+def _fields_of(words: dict[str, list[str]]) -> tuple[list[str], list[str], list[str], list[int]]:
+    """Return names, sizes, types and numbers of values of the fields that have values."""
     names = words.get("FIELDS", words.get("COLUMNS", []))
-    sizes, kinds = words.get("SIZE", []), words.get("TYPE", [])
+    if not {*"xyz"} & {*names}:  # PDAL writes names in upper case
+        names = [name.lower() for name in names]
     counts = words.get("COUNT", ["1"] * len(names))
-    if not len(names) == len(sizes) == len(kinds) == len(counts):
+    rows = [names, words.get("SIZE", []), words.get("TYPE", []), counts]
+    if len({*map(len, rows)}) > 1:
         raise MeshError("FIELDS, SIZE, TYPE and COUNT of the header must have the same length")
-    fields = [
-        _Field(name, _type_of(kind, size), as_count(count, "COUNT"))
-        for name, size, kind, count in zip(names, sizes, kinds, counts, strict=True)
-    ]
+    lengths = [as_count(count, "COUNT") for count in counts]
     for axis in "xyz":
-        if [field.length for field in fields if field.name == axis] != [1]:
+        if [n for name, n in zip(names, lengths, strict=True) if name == axis and n] != [1]:
             raise MeshError(f"FIELDS must contain {axis}, with COUNT 1")
-    return _Header(
-        [field for field in fields if field.length],
-        _n_points(words),
-        _viewpoint_of(words.get("VIEWPOINT", [])),
-        found[1].decode("latin-1").lower(),
-        found.end(),
-    )
-
-
-def _type_of(kind: str, size: str) -> np.dtype[Any]:
-    if kind + size not in _KINDS:
-        got = f"TYPE {shown(kind)} and SIZE {shown(size)}"
-        raise MeshError(f"expected TYPE I, U or F with a SIZE such as 4, got {got}")
-    return np.dtype(_KINDS[kind + size])
+    if sum(lengths) > _MAX_NUMBERS:
+        raise MeshError(f"a point may have at most {_MAX_NUMBERS:,} numbers: check COUNT")
+    fields = [field for field in zip(*rows[:3], lengths, strict=True) if field[3]]
+    names, sizes, kinds, lengths = map(list, zip(*fields, strict=True))
+    return names, sizes, kinds, lengths
 
 
 def _n_points(words: dict[str, list[str]]) -> int:
@@ -145,86 +142,61 @@ def _n_points(words: dict[str, list[str]]) -> int:
     return given
 
 
-def _viewpoint_of(words: list[str]) -> Floats | None:
+def _points_of(data: Content, header: _Header) -> Array:
+    """Return the points, (N,), as records with the fields of `header.shape`."""
+    pypcd4 = kit.import_extra("pypcd4", "a .pcd file", "pcd")
+    shape, body = header.shape, data[header.begin :]
+    n_bytes = shape.points * shape.build_dtype().itemsize
+    if shape.data == "ascii":
+        lines = Lines.of(data, begin=header.begin, comment=b"#")
+        width = sum(shape.count)
+        lines.refuse(lines.counts != width, f"expected {counted(width, 'number')}")
+        _check_points(len(lines), header)
+        body = b"\n".join(b" ".join(lines.content(i).split()) for i in range(shape.points))
+    elif shape.data == "binary":
+        _check_points(len(body) // shape.build_dtype().itemsize, header)
+    else:
+        sizes = np.frombuffer(body[:8].ljust(8, b"\0"), "<u4").tolist()
+        n_packed = min(sizes[0], max(len(body) - 8, 0))
+        if n_packed != sizes[0] or sizes[1] != n_bytes or n_bytes > _MAX_COMPRESSED * n_packed:
+            raise MeshError(
+                f"{counted(shape.points, 'point')} must have {n_bytes} bytes, but the file"
+                f" declares {sizes[1]} bytes, compressed to {sizes[0]}, and has {n_packed}"
+                " compressed bytes: it may be truncated or damaged"
+            )
     try:
-        pose = tuple(map(float, words))
-    except ValueError:
-        raise MeshError(f"VIEWPOINT must be 7 numbers, got {shown(' '.join(words))}") from None
-    if len(pose) != 7 or pose == _AT_REST or not np.isfinite(pose).all():
-        return None
-    return np.array(pose[:3])
-
-
-def _read_text(data: Content, header: _Header) -> list[Array]:
-    lines = Lines.of(data, begin=header.begin, comment=b"#")
-    width = sum(field.length for field in header.fields)
-    lines.refuse(lines.counts != width, f"expected {counted(width, 'number')}")
-    _check_points(len(lines), header)
-    table = lines[: header.n_points].parse(np.float64).reshape(-1, width)
-    ends = np.cumsum([field.length for field in header.fields])[:-1]
-    parts = np.split(table, ends, axis=1)
-    return [
-        _as_declared(part[:, 0] if field.length == 1 else part, field)
-        for field, part in zip(header.fields, parts, strict=True)
-    ]
-
-
-def _as_declared(values: Floats, field: _Field) -> Array:
-    """Convert numbers of a text file to the declared type; coordinates remain float64."""
-    if field.name in ("x", "y", "z"):
-        return values
-    kind = field.dtype.kind
-    is_whole = np.all((values == np.floor(values)) & (np.abs(values) < 2.0**32))
-    # In text files, packed colors are integers, even if the header declares floats.
-    if field.name in ("rgb", "rgba") and is_whole and (kind != "f" or values.max() >= 1):
-        return (values.astype(np.int64) & 0xFFFFFFFF).astype(np.uint32)
-    with np.errstate(invalid="ignore", over="ignore"):
-        declared = values.astype(field.dtype)
-    if kind != "f" and not np.array_equal(declared, values):
-        size = counted(field.dtype.itemsize, "byte")
-        raise MeshError(f"the field {field.name} must have integers of {size}")
-    return declared
-
-
-def _read_records(data: Content, header: _Header) -> list[Array]:
-    _check_points((len(data) - header.begin) // header.record_size, header)
-    kinds = [(f"{i}", field.dtype, (field.length,)) for i, field in enumerate(header.fields)]
-    table = np.frombuffer(data, np.dtype(kinds), header.n_points, header.begin)
-    return [_flat(table[f"{i}"]) for i in range(len(kinds))]
-
-
-def _read_compressed(data: Content, header: _Header) -> list[Array]:
-    """Read columns that are stored one after the other and compressed together."""
-    begin = header.begin + 8
-    sizes = np.frombuffer(data[header.begin : begin].ljust(8, b"\0"), "<u4").tolist()
-    n_packed = min(sizes[0], max(len(data) - begin, 0))
-    n_bytes = header.n_points * header.record_size
-    if n_packed != sizes[0] or sizes[1] != n_bytes or n_bytes > _MAX_COMPRESSED * n_packed:
-        raise MeshError(
-            f"{counted(header.n_points, 'point')} must have {n_bytes} bytes, but the file declares"
-            f" {sizes[1]} bytes, compressed to {sizes[0]}, and has {n_packed} compressed bytes:"
-            " it may be truncated or damaged"
-        )
-    content = BinaryReader(data, begin=begin).unpacked(n_packed, n_bytes)
-    columns, place = [], 0
-    for field in header.fields:
-        end = place + header.n_points * field.length * field.dtype.itemsize
-        columns.append(_flat(content[place:end].view(field.dtype).reshape(-1, field.length)))
-        place = end
-    return columns
+        file = io.BytesIO(shape.compose_header().encode() + body)
+        with np.errstate(all="ignore"):
+            table: Array = np.atleast_1d(pypcd4.PointCloud.from_fileobj(file).pc_data)
+    except Exception as error:  # NumPy and lzf raise exceptions of many classes
+        reason = kit.shortened(kit.reason_of(error))
+        raise MeshError(f"the points cannot be read, the file may be damaged: {reason}") from None
+    _check_points(len(table), header)
+    return table
 
 
 def _check_points(n_found: int, header: _Header) -> None:
-    if n_found < header.n_points:
+    if n_found < header.shape.points:
         raise MeshError(
-            f"the header declares {counted(header.n_points, 'point')}, but the file has {n_found}:"
-            " the file may be truncated"
+            f"the header declares {counted(header.shape.points, 'point')}, but the file has"
+            f" {n_found}: the file may be truncated"
         )
 
 
-def _flat(values: Array) -> Array:
-    """Return a table in contiguous memory; a table with one column becomes one-dimensional."""
-    return np.ascontiguousarray(values[:, 0] if values.shape[1] == 1 else values)
+def _as_declared(values: Array, name: str, kind: np.dtype[Any]) -> Array:
+    """Convert numbers of a text file to the declared type; coordinates remain float64."""
+    if values.dtype == kind or name in ("x", "y", "z"):
+        return values
+    is_whole = np.all((values == np.floor(values)) & (np.abs(values) < 2.0**32))
+    # In text files, packed colors are integers, even if the header declares floats.
+    if name in ("rgb", "rgba") and is_whole and (kind.kind != "f" or values.max() >= 1):
+        return (values.astype(np.int64) & 0xFFFFFFFF).astype(np.uint32)
+    with np.errstate(invalid="ignore", over="ignore"):
+        declared = values.astype(kind)
+    if kind.kind != "f" and not np.array_equal(declared, values):
+        size = counted(kind.itemsize, "byte")
+        raise MeshError(f"the field {name} must have integers of {size}")
+    return declared
 
 
 def _with_colors(columns: dict[str, Array]) -> dict[str, Array]:

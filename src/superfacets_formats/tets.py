@@ -14,6 +14,7 @@ def read_vtu(source: Input) -> Read:
     file = XmlFile(source.data, "UnstructuredGrid")
     if file.needs_vtk:
         return Grid.of_foreign("read_with_vtk", source).read(source)
+    file.declare_others(source)
     if not file.pieces:
         raise MeshError("the VTU file has no element Piece")
     points, sizes, corners = file.cells("Cells", "NumberOfCells")

@@ -95,15 +95,16 @@ _TETRA = 10
 
 
 def write_vtu(file: IO[bytes], content: Output) -> None:
-    """Write tetrahedra as VTU, with labels as cell data."""
-    mesh, labels = content.cells, content.labels
+    """Write tetrahedra as VTU, with labels and properties as data."""
+    mesh = content.cells
     cells: Arrays = {
         "connectivity": mesh.tets.astype(np.int64).ravel(),
         "offsets": np.arange(4, 4 * mesh.n_tets + 1, 4, dtype=np.int64),
         "types": np.full(mesh.n_tets, _TETRA, np.uint8),
     }
     sections: dict[str, Arrays] = {
-        "CellData": {} if labels is None else {content.label_name: labels},
+        "PointData": content.properties("vertex"),
+        "CellData": _with_labels(content),
         "Points": {"Points": mesh.vertices},
         "Cells": cells,
     }
@@ -111,9 +112,22 @@ def write_vtu(file: IO[bytes], content: Output) -> None:
     write_vtk_xml(file, "UnstructuredGrid", counts, sections, ascii=content.ascii)
 
 
+_WORDS = {
+    "i1": "char", "u1": "unsigned_char", "i2": "short", "u2": "unsigned_short", "i4": "int",
+    "u4": "unsigned_int", "f4": "float", "f8": "double",
+}  # fmt: skip
+"""Names of types in legacy VTK, keyed by NumPy's type code."""
+
+
+def _with_labels(content: Output) -> dict[str, Array]:
+    """Return the properties of the cells, and the labels."""
+    own = {} if content.labels is None else {content.label_name: content.labels}
+    return {**content.properties("face", own), **own}
+
+
 def write_vtk(file: IO[bytes], content: Output) -> None:
-    """Write tetrahedra as legacy VTK, with labels as a field of cell data."""
-    mesh, labels, ascii = content.cells, content.labels, content.ascii
+    """Write tetrahedra as legacy VTK, with labels and properties as fields of data."""
+    mesh, ascii = content.cells, content.ascii
     n = mesh.n_tets
     cells = np.column_stack([np.full(n, 4, np.int32), mesh.tets])
     parts: list[tuple[str, Array]] = [
@@ -121,10 +135,16 @@ def write_vtk(file: IO[bytes], content: Output) -> None:
         (f"CELLS {n} {5 * n}", cells),
         (f"CELL_TYPES {n}", np.full((n, 1), _TETRA, np.int32)),
     ]
-    if labels is not None:
-        name = quote(content.label_name, safe=string.punctuation.replace("%", "").replace('"', ""))
-        head = f"CELL_DATA {n}\nFIELD FieldData 1\n{name} 1 {n} int"
-        parts.append((head, labels.reshape(n, 1)))
+    for head, arrays in (
+        (f"CELL_DATA {n}", _with_labels(content)),
+        (f"POINT_DATA {mesh.n_vertices}", content.properties("vertex")),
+    ):
+        for place, (name, values) in enumerate(arrays.items()):
+            begin = "" if place else f"{head}\nFIELD FieldData {len(arrays)}\n"
+            table = values.reshape(len(values), -1)
+            word = quote(name, safe=string.punctuation.replace("%", "").replace('"', ""))
+            size = f"{table.shape[1]} {len(table)}"
+            parts.append((f"{begin}{word} {size} {_WORDS[values.dtype.str[1:]]}", table))
     form = "ASCII" if ascii else "BINARY"
     file.write(
         f"# vtk DataFile Version 3.0\nsuperfacets\n{form}\nDATASET UNSTRUCTURED_GRID\n".encode()

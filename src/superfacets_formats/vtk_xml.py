@@ -24,6 +24,7 @@ from superfacets.kit import (
     shown,
 )
 
+from .foreign import NO_ROWS
 from .grids import Grid, as_count, sizes_between
 
 NUMBER_TYPES = {
@@ -56,10 +57,11 @@ def read_vtp(source: Input) -> Read:
     if file.needs_vtk or any(_count(piece, "NumberOfStrips") for piece in file.pieces):
         return Grid.of_foreign("read_with_vtk", source).read(source)
     points, sizes, corners = file.cells("Polys", "NumberOfPolys")
+    file.declare_others(source)
     others = ("NumberOfVerts", "NumberOfLines")
     for name in others:
         if n := sum(_count(piece, name) for piece in file.pieces):
-            source.declare(f"{n} {name[8:].lower()}", "which are not polygons")
+            source.declare(f"{counted(n, 'cell')} in {name[8:]}", "which has no polygons")
     return source.polygons(
         points, sizes, corners, vertex=file.data("PointData", "NumberOfPoints"),
         face=file.data("CellData", "NumberOfPolys", others),
@@ -89,6 +91,7 @@ class XmlFile:
         root = _parsed_xml(text)
         if root.get("type") != kind or root.find(kind) is None:
             raise MeshError(f"expected a VTKFile of type {kind}, got {root.get('type')!s:.40}")
+        self._root = root
         self.pieces = root.findall(f"{kind}/Piece")
         self._order = _ORDERS.get(root.get("byte_order", ""))
         self._header = np.dtype(NUMBER_TYPES.get(root.get("header_type", "UInt32"), "u4"))
@@ -100,6 +103,14 @@ class XmlFile:
     def needs_vtk(self) -> bool:
         """Whether only VTK can decompress the arrays."""
         return self._compressor == "vtkLZ4DataCompressor"
+
+    def declare_others(self, source: Input) -> None:
+        """Declare texts, and data that belong to neither points nor cells."""
+        for section in ("PointData", "CellData"):
+            for array in self._root.iterfind(f".//{section}/Array"):
+                source.declare(f"texts {array.get('Name', _UNNAMED)} of {section}")
+        for array in self._root.iterfind(".//FieldData/*"):
+            source.declare(f"field {array.get('Name', _UNNAMED)}", NO_ROWS)
 
     def cells(self, section: str, count: str) -> tuple[Array, Array, Array]:
         """Return vertices, (V, 3), sizes of cells, and flat corners of cells, of all pieces."""

@@ -301,34 +301,13 @@ def test_files_of_meshio_are_read(tmp_path, name):
     assert np.array_equal(found.vertices, tower.vertices)
 
 
-@pytest.mark.parametrize("name", ["a.vtu", "a.vtk", "a.msh", "a.mesh"])
-def test_damaged_files_are_refused_without_a_word(tmp_path, capfd, name):
-    meshio = pytest.importorskip("meshio")
-    tower = column(2)
-    path = tmp_path / name
-    meshio.Mesh(tower.vertices, [("tetra", tower.tets)]).write(path, **MESHIO.get(name, {}))
-    capfd.readouterr()
-    whole = path.read_bytes()
-    for data in (b"hello", whole[:20], whole[: len(whole) // 3], b"\x00" * 100):
-        path.write_bytes(data)
-        with pytest.raises(MeshError, match=name):
-            sf.read_mesh(path)
-    assert capfd.readouterr() == ("", "")
-
-
 def test_other_cells_are_named(tmp_path):
     meshio = pytest.importorskip("meshio")
     cube = column(1).vertices
-    for kind, corners, message in (
-        (
-            "hexahedron",
-            [[0, 1, 3, 2, 4, 5, 7, 6]],
-            "all volume cells must be tetrahedra, but there are hexahedron",
-        ),
-    ):
-        meshio.Mesh(cube, [(kind, np.array(corners))]).write(tmp_path / "a.vtu")
-        with pytest.raises(MeshError, match=message):
-            sf.read_mesh(tmp_path / "a.vtu")
+    corners = np.array([[0, 1, 3, 2, 4, 5, 7, 6]])
+    meshio.Mesh(cube, [("hexahedron", corners)]).write(tmp_path / "a.vtu")
+    with pytest.raises(MeshError, match="must be tetrahedra, but there are hexahedron"):
+        sf.read_mesh(tmp_path / "a.vtu")
     meshio.Mesh(cube, [("tetra", column(1).tets)], cell_data={"label": [np.arange(6) / 4]}).write(
         tmp_path / "a.vtu"
     )

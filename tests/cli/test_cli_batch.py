@@ -8,6 +8,7 @@ import pytest
 from command_line import files_in
 
 from superfacets import MeshAttributes, read_mesh, segment, write_mesh
+from superfacets.files import formats
 
 
 @pytest.fixture
@@ -114,6 +115,15 @@ def test_what_is_not_there_is_one_line(run, tmp_path, out):
     assert run("batch", tmp_path / "*.ply", "-o", out) == (
         1, "", f"superfacets: error: {tmp_path}/*.ply: no file matches this pattern\n",
     )  # fmt: skip
+
+
+def test_a_missing_extra_is_named_before_the_first_file(run, sheet, tmp_path, out, monkeypatch):
+    (tmp_path / "b.msh").write_text("1")
+    monkeypatch.setitem(formats._EXTRAS, ".msh", ("a_missing_package", "mesh"))
+    status, printed, err = run("batch", sheet, tmp_path / "b.msh", "-o", out)
+    assert (status, printed) == (1, "")
+    assert "needs an extra: pip install 'superfacets[mesh]'" in err
+    assert not out.exists()
 
 
 def test_a_terminal_shows_how_far_it_is(run, sheet, out, terminal):

@@ -7,7 +7,7 @@ import pytest
 from click.testing import CliRunner
 
 import superfacets as sf
-from superfacets_cli.main import commands
+from superfacets_cli.main import commands, main
 
 
 @pytest.fixture
@@ -153,7 +153,6 @@ def test_info_has_the_digits_of_coordinates_far_from_the_origin(folder):
 @pytest.mark.parametrize(
     ("options", "status", "message"),
     [
-        (["--scans"], 1, "cloud.ply is a point cloud: leave out --scans, which is for meshes"),
         (["--viewpoint", "0,0"], 2, "viewpoint must be three finite numbers, got (0.0, 0.0)"),
         (["--paper", "--balance", 1], 2, "give --paper or --balance, not both"),
     ],
@@ -168,3 +167,8 @@ def test_commands_refuse_a_height_grid(folder, command):
     output = run(*command, "dem.npy", status=1)
     assert "dem.npy: expected shape (N, n)" in output
     assert "got (301, 301): if this is a height grid, convert it to a mesh first" in output
+
+
+def test_scans_are_no_preset_for_clouds(folder, run_main):
+    status, _, err = run_main(main, "superfacets", "segment", "cloud.ply", "--scans")
+    assert (status, "point clouds: leave out --scans and --denoise" in err) == (2, True)

@@ -23,6 +23,28 @@ def test_info_prints_counts(run, sheet):
     assert facts["n_boundary_edges"] == 96
 
 
+def test_info_lists_what_the_file_declares_and_what_became_of_it(run, tmp_path):
+    (tmp_path / "a.obj").write_text(
+        "v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 0 1 0 0 0 1\nvn 0 0 1\nf 1 2 3\n"
+    )
+    out = run("info", tmp_path / "a.obj")[1]
+    assert out.splitlines()[-3:] == [
+        "cells                3 vertices; 1 face",
+        "attributes           vertex property red; vertex property green; vertex property blue",
+        "left out             vn (normals)",
+    ]
+    facts = json.loads(run("info", tmp_path / "a.obj", "--json")[1])
+    assert facts["cells"] == ["3 vertices", "1 face"]
+    assert facts["left_out"] == ["vn (normals)"]
+
+
+def test_formats_name_the_extra_that_reading_needs(run):
+    rows = {line.split()[0]: line.split() for line in run("formats")[1].splitlines()}
+    assert [rows[ending][3] for ending in (".vtk", ".msh", ".laz", ".e57")] == [
+        "viz", "mesh", "las", "e57",
+    ]  # fmt: skip
+
+
 def test_info_says_where_regions_would_become_stripes(run, tmp_path):
     path = tmp_path / "block.ply"
     write_mesh(path, shapes.drilled_block(256))

@@ -191,7 +191,7 @@ def test_formats_are_listed(run):
     rows = {line.split()[0]: " ".join(line.split()[1:]) for line in out.splitlines()}
     assert rows.keys() >= {*FORMATS.cells, *FORMATS.labels, *FORMATS.outputs}
     assert rows[".stl"] == "mesh, labels mesh, labels"
-    assert rows[".e57"] == "points, labels"
+    assert rows[".e57"] == "points, labels e57"
     assert rows[".ids.png"] == "labels"
 
 

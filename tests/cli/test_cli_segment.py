@@ -214,7 +214,7 @@ def test_noise_that_was_found_is_in_the_last_line(run, tmp_path):
     ("name", "meant"),
     [
         ("--compactness", "use --alpha, the opp"), ("--n-superpoints", "use -n"), ("-k", "use -n"),
-        ("--n", "use -n"), ("--sigma", "use --denoise"), ("--gpu", "leave it out, because all"),
+        ("--n", "use -n"), ("--sigma", "use --denoise"), ("--gpu", "leave it out: computations run"),
         ("--min-size", "merge small regions in Python"),
     ],
 )  # fmt: skip

@@ -355,7 +355,7 @@ def test_lagrange_reads_what_was_carried_over(rich, tmp_path):
     for name, values in [("Vertex_Normal", VERTEX["n"]), ("Vertex_Color", VERTEX["rgba"]),
                          ("Vertex_UV", np.stack([VERTEX["s"], VERTEX["t"]], axis=1)),
                          ("height", VERTEX["height"]), ("material", FACE["material"]),
-                         ("texcoord", FACE["uv"])]:  # fmt: skip
+                         ("texcoord", FACE["uv"]), ("quality", [1, 0])]:  # fmt: skip
         assert_array_equal(loaded.attribute(names[name]).data, values, err_msg=name)
 
 

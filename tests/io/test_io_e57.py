@@ -8,7 +8,9 @@ import pytest
 import shapes
 
 from superfacets import MeshError, MissingExtraError, read_cloud, segment
+from superfacets.files.cell_file import CellFile
 from superfacets.files.formats import FORMATS
+from superfacets.files.writers.write import OutputFiles
 from superfacets.kit import Input
 from superfacets_formats.e57 import read_e57
 
@@ -111,13 +113,54 @@ def test_invalid_points_are_left_out(write):
     assert len(segment(path, 2).labels) == 6
 
 
-def test_what_only_some_scans_have_is_left_out(write):
-    rates = np.ones(4, np.float32)
+def test_a_scan_without_a_field_has_missing_values_there(write):
+    rates = np.array([0.5, 0.25, 1, 0], np.float32)
     path = write((scan(colors=COLORS, intensity=rates), {}), (scan(), {}))
     cloud, attributes = read_e57(Input(path.read_bytes(), ".e57"))
-    assert cloud.n_points == 8
-    assert cloud.colors is None
-    assert "intensity" not in attributes.vertex
+    assert cloud.colors == pytest.approx(np.concatenate([COLORS / 255, np.zeros((4, 3))]))
+    found = attributes.vertex["intensity"]
+    assert np.array_equal(found, [*rates, *[np.nan] * 4], equal_nan=True)
+    missing = ("intensity", "red", "green", "blue")
+    assert attributes.left_out == tuple(
+        f"{name} of 4 points, of scans that have none" for name in missing
+    )
+
+
+def test_labels_alone_have_one_row_per_record_of_all_scans(write, tmp_path):
+    state = np.array([0, 2, 0, 1], np.int8)
+    path = write((scan(cartesianInvalidState=state), {}), (scan(POINTS + 9), {}))
+    file = CellFile.read(path)
+    cloud, attributes = file.cells_and_attributes()
+    assert attributes.records.tolist() == [True, False, True, False, *[True] * 4]
+    OutputFiles([tmp_path / "a.npy"]).write(cloud, np.arange(6), attributes=attributes)
+    assert np.load(tmp_path / "a.npy").tolist() == [0, -1, 1, -1, 2, 3, 4, 5]
+    assert file.labels_in(tmp_path / "a.npy", cloud, "label")[0].tolist() == [0, 1, 2, 3, 4, 5]
+
+
+def test_all_fields_of_points_are_read(pye57, tmp_path):
+    def build(nodes, image, tree, prototype):
+        pose, rotation = nodes.StructureNode(image), nodes.StructureNode(image)
+        for axis, value in zip("wxyz", QUARTER_TURN, strict=True):
+            rotation.set(axis, nodes.FloatNode(image, float(value)))
+        pose.set("rotation", rotation)
+        tree.set("pose", pose)
+        image.extensionsAdd("nor", "http://www.libe57.org/E57_NOR_surface_normals.txt")
+        names = (*AXES, "timeStamp", "nor:normalX", "nor:normalY", "nor:normalZ")
+        table = np.hstack([POINTS, 1e9 + POINTS[:, :1], np.eye(3)[[0, 0, 1, 2]]])
+        columns = _doubles(nodes, image, prototype, names, table)
+        for name in ("rowIndex", "returnCount"):
+            prototype.set(name, nodes.IntegerNode(image, 0, 0, 2**20))
+            columns[name] = np.array([7, 0, 3, 2**20], np.longlong)
+        return columns
+
+    path = build_file(pye57, tmp_path / "a.e57", build)
+    cloud, attributes = read_e57(Input(path.read_bytes(), ".e57"))
+    assert attributes.left_out == ()
+    assert cloud.normals == pytest.approx(np.array([[0, 1, 0], [0, 1, 0], [-1, 0, 0], [0, 0, 1]]))
+    assert np.array_equal(attributes.vertex["timeStamp"], 1e9 + POINTS[:, 0])
+    for name in ("rowIndex", "returnCount"):
+        assert attributes.vertex[name].dtype == np.int32
+        assert attributes.vertex[name].tolist() == [7, 0, 3, 2**20]
 
 
 def build_file(pye57, path, fill):

@@ -6,7 +6,7 @@ from mesh_files import FACES, VERTICES, obj
 from numpy.testing import assert_array_equal
 
 from superfacets import PolygonMesh
-from superfacets.files.readers.read import read_mesh
+from superfacets.files.readers.read import read_attributes, read_mesh
 
 SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
 
@@ -60,9 +60,11 @@ def test_faces_may_come_before_their_vertices(read):
     assert read("a.obj", ("f 1 2 3\n" + SQUARE).encode()).faces.tolist() == [[0, 1, 2]]
 
 
-def test_weights_and_colors_of_vertices_are_skipped(read):
+def test_numbers_after_some_positions_are_left_out(read, tmp_path):
     data = "v 0 0 0 1\nv 1 0 0 .1 .2 .3\nv 0 1 0\nv 1 1 1 1 .1 .2 .3\nf 1 2 3\nf 2 3 4\n"
     assert read("a.obj", data.encode()).vertices[:, 0].tolist() == [0, 1, 0, 1]
+    left_out = read_attributes(tmp_path / "a.obj").left_out
+    assert left_out == ("numbers after the positions of vertices",)
 
 
 def test_comments_indents_tabs_and_continued_lines(read):

@@ -85,18 +85,6 @@ def test_vtp_keeps_polygons_labels_and_attributes(tmp_path, mesh, ascii):
     assert other.cell_data["colors"].shape == (mesh.n_faces, 3)
 
 
-def test_vtp_of_triangles_is_a_mesh(tmp_path):
-    mesh = sf.sample_mesh(5_000)
-    sf.write_mesh(tmp_path / "a.vtp", mesh)
-    found = sf.read_mesh(tmp_path / "a.vtp")
-    assert isinstance(found, sf.Mesh)
-    assert np.array_equal(found.faces, mesh.faces)
-    assert np.array_equal(found.vertices, mesh.vertices)
-    assert CellFile.read(tmp_path / "a.vtp").labels(None, "label") is None
-    with pytest.raises(MeshError, match=r"a\.vtp: the faces have no property label"):
-        sf.read_labels(tmp_path / "a.vtp")
-
-
 def test_vtp_that_is_wrong_is_refused_without_a_word(tmp_path, capfd):
     pyvista = pytest.importorskip("pyvista")
     path = tmp_path / "a.vtp"

@@ -77,7 +77,7 @@ def test_coordinates_that_are_not_finite_are_refused(refuse, make, value):
     ("      vertex 1.0 0.0 0.0\n", "", "line 6: expected the keyword vertex"),
     ("    endloop\n", "vertex 3 3 3\nendloop\n", "line 7: faces[0] has more than 3 corners"),
     ("outer loop", "inner loop", "line 3: expected the keyword outer"),
-    ("endsolid square\n", "endsolidity\n", "line 16: the file ends, but not after a facet or solid"),
+    ("endsolid square\n", "endsolidity\n", "line 16: the file ends, but not after a facet"),
     ("  endfacet\nendsolid", "endsolid", "the last facet is incomplete"),
     ("solid square\n", "solids square\n", "line 1: expected the keyword facet"),
 ])  # fmt: skip

@@ -51,9 +51,7 @@ GUARDS = {
     "superfacets_formats/vtk_writer.py": {
         ("write_vtk", "full"): "one entry per tetrahedron in memory"},
     "superfacets/files/guards.py": {
-        ("numbers", "frombuffer"): "`skip` compares the size with the bytes that are left",
-        ("unpacked", "frombuffer"): "a view of the file",
-        ("unpacked", "unpack_lzf"): "the caller compares the size with the file"},
+        ("numbers", "frombuffer"): "`skip` compares the size with the bytes that are left"},
     "superfacets_textures/images.py": {
         ("_open", "reader"): "`check_pixels` compares the pixels with the file"},
     "superfacets_scans/masks.py": {
@@ -63,11 +61,12 @@ GUARDS = {
         ("decode_meshopt", "decode_gltf_buffer"): "`Gltf.take` limits the sum of sizes"},
     "superfacets_formats/cortex.py": {
         ("_decoded", "decompress"): "at most one byte more than declared, which is limited",
-        ("_gifti_array", "frombuffer"): "a view of decoded bytes, whose number is checked"},
+        ("_values_of", "frombuffer"): "a view of decoded bytes, whose number is checked"},
     "superfacets_formats/cortex_writer.py": {
         ("_write_annot", "arange"): "at most `_MOST_ROWS`"},
     "superfacets_formats/e57.py": {
         ("_read_columns", "reader"): "`_check_counts` compares all scans with the file",
+        ("_joined", "arange"): "lengths of points in memory",
         ("_joined", "repeat"): "lengths of points in memory",
         ("_read_columns", "SourceDestBuffer"): "`_check_counts` compares all scans with the file",
         ("_read_columns", "empty"): "`_check_counts` compares all scans with the file",
@@ -91,9 +90,7 @@ GUARDS = {
         ("read_with_meshio", "repeat"): "cells in memory, of a process with a limit"},
     "superfacets_formats/las.py": {
         ("_add_extra_columns", "ndarray"): "a view of the records in memory",
-        ("_chunks", "read_chunk_table_only"): "the number of chunks is compared with the file",
-        ("_decompressed", "decompress_points_with_chunk_table"): "chunks and layers are checked",
-        ("_decompressed", "empty"): "at most _MAX_COMPRESSED times the file",
+        ("decompressed", "decompress_points_with_chunk_table"): "in a process with a limit",
         ("read_las", "frombuffer"): "the size is compared with the file"},
     "superfacets/files/readers/npy.py": {
         ("npy_array", "frombuffer"): "the declared size must be the size that follows"},
@@ -103,9 +100,11 @@ GUARDS = {
         ("_add_coordinates", "repeat"): "numbers of tokens in the text",
         ("_add_materials", "empty"): "lines of the text"},
     "superfacets_formats/pcd.py": {
-        ("_read_compressed", "frombuffer"): "8 bytes",
-        ("_read_compressed", "unpacked"): "at most _MAX_COMPRESSED times the packed bytes",
-        ("_read_records", "frombuffer"): "`_check_points` compares the count with the file"},
+        ("_points_of", "frombuffer"): "8 bytes"},
+    "superfacets_formats/packed_splats.py": {
+        ("between", "repeat"): "rows of the element chunk in memory",
+        ("unpacked", "repeat"): "rows of the element chunk in memory"},
+    "superfacets/files/readers/clouds.py": {("_names_in", "reader"): "a line of text"},
     "superfacets/files/readers/ply_body.py": {
         ("_gather", "arange"): "rows that `_walk` has found in the file",
         ("_gather", "copy_runs"): "rows that `_walk` has found in the file",
@@ -158,7 +157,7 @@ SIZED = {
 
 LIBRARIES = {
     "decompress", "decompress_points_with_chunk_table", "read_chunk_table_only", "decode",
-    "decode_gltf_buffer", "unpack_lzf", "unpacked", "walk_rows", "copy_runs", "SourceDestBuffer",
+    "decode_gltf_buffer", "walk_rows", "copy_runs", "SourceDestBuffer",
     "E57", "seen_cells", "reader",
 }  # fmt: skip
 """Other functions that allocate memory by numbers in files."""
@@ -231,6 +230,7 @@ def _integers(*numbers):
 
 HUGE = 2**31 - 1
 GIFTI = b'<GIFTI><DataArray Intent="NIFTI_INTENT_LABEL" DataType="NIFTI_TYPE_INT32"'
+LAS_1_2 = b"LASF" + bytes(20) + b"\1\2" + bytes(68)
 ATTACKS = {
     "a.annot": _integers(1, 0, 0, 1, -2, HUGE, 2) + b"c\0" + _integers(HUGE, 0, 2) + b"a\0",
     "b.annot": _integers(HUGE),
@@ -257,6 +257,9 @@ ATTACKS = {
     b"</Piece></PolyData></VTKFile>",
     "a.pcd": b"VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH 99999999999\nHEIGHT 1\n"
     b"DATA binary_compressed\n" + struct.pack("<2I", 4, 2**32 - 1) + bytes(4),
+    "b.pcd": b"FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 99999999\nPOINTS 1\nDATA ascii\n1\n",
+    "a.las": LAS_1_2 + struct.pack("<HIIBHI", 227, 227, HUGE, 0, 20, HUGE) + bytes(120),
+    "a.laz": LAS_1_2 + struct.pack("<HIIBHI", 227, 227, 0, 128, 20, HUGE) + bytes(120),
     "a.gltf": b'{"asset":{"version":"2.0"},"buffers":[{"byteLength":99999999999}]}',
     "a.npy": b"\x93NUMPY\1\0\x46\0{'descr': '<i8', 'fortran_order': False, 'shape': (99999999999,)}"
     + b" " * 6 + b"\n",

@@ -114,7 +114,9 @@ def test_classes_of_vertices_are_the_majority_around_them(painted):
     found = read_attributes(path).vertex
     assert (path.name.endswith(".labels.ply"), found["label"].dtype) == (True, np.uint16)
     assert np.array_equal(found["label"], expected)
-    assert len({*zip(found["label"], found["red"], found["green"])}) == len(np.unique(expected))
+    assert len({*zip(found["label"], found["red"], found["green"], strict=True)}) == len(
+        np.unique(expected)
+    )
     segments = json.loads(write_export(painted, "vertices", "segs.json").read_text())["segIndices"]
     assert segments == expected.tolist()
 

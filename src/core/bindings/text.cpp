@@ -5,7 +5,6 @@
 
 #include "bindings/bindings.hpp"
 #include "text/binary_rows.hpp"
-#include "text/lzf.hpp"
 #include "text/parse_numbers.hpp"
 #include "text/scan_lines.hpp"
 
@@ -83,7 +82,6 @@ void bind_text(nb::module_& module) {
   define_parse<parse_second_indices<std::int64_t>>(module, "parse_long_second_indices");
   module.def("copy_rows", &copy_of_rows, "rows"_a.noconvert(), "n_threads"_a);
   module.def("copy_runs", threaded(&copy_runs), "bytes"_a, "starts"_a, "sizes"_a, "n_threads"_a);
-  module.def("unpack_lzf", serial(&unpack_lzf), "packed"_a, "n_bytes"_a);
   module.def("walk_rows", serial(&walked), "bytes"_a, "begin"_a, "n_rows"_a, "count_sizes"_a,
              "are_signed"_a, "value_sizes"_a, "is_big_endian"_a);
 }

@@ -25,6 +25,9 @@ PLY_TYPES = {"i1": "char", "u1": "uchar", "i2": "short", "u2": "ushort", "i4": "
 COLORS = ("red", "green", "blue")
 """Names of the properties that are colors."""
 
+GENERATOR = "superfacets"
+"""The program that GLB files name which `write_mesh` wrote."""
+
 TAKEN = ("cells", "attributes", "texture")
 """Values of `MeshAttributes.declared` for what is not left out."""
 
@@ -115,11 +118,21 @@ class MeshAttributes:
     @property
     def left_out(self) -> tuple[str, ...]:
         """What the file declares, but is neither in the cells nor in the attributes, and why."""
-        return tuple(
+        return self.fates["left_out"]
+
+    @property
+    def fates(self) -> dict[str, tuple[str, ...]]:
+        """What the file declares, by what became of it: `declared`, and `left_out` for the rest."""
+        rest = tuple(
             f"{item}, {fate}" if fate else item
             for item, fate in self.declared.items()
             if fate not in TAKEN
         )
+        taken = {
+            fate: tuple(item for item, became in self.declared.items() if became == fate)
+            for fate in TAKEN
+        }
+        return {**taken, "left_out": rest}
 
     @property
     def colors(self) -> Bytes | None:

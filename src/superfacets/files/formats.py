@@ -26,7 +26,8 @@ from ..base.lazy import Table
 
 _READ, _WRITE = "superfacets.files.readers.", "superfacets.files.writers."
 _EXTRAS = {
-    ".laz": ("lazrs", "las"), ".e57": ("pye57", "e57"), ".vtk": ("vtkmodules", "viz"),
+    ".las": ("laspy", "las"), ".laz": ("lazrs", "las"), ".pcd": ("pypcd4", "pcd"),
+    ".e57": ("pye57", "e57"), ".vtk": ("vtkmodules", "viz"),
     ".msh": ("meshio", "mesh"), ".mesh": ("meshio", "mesh"),
 }  # fmt: skip
 """Package that reads a format, and the extra of superfacets that installs it, by ending."""
@@ -118,6 +119,8 @@ class Formats(dict[str, Table]):
         """Files with meshes, or with cells of another kind than points."""
         self.cells = _distinct(self.meshes, self["read_points"])
         """Mesh files and point cloud files."""
+        self.extras = {ending: extra for ending, (_, extra) in _EXTRAS.items()}
+        """Extra of superfacets that reading needs, by ending."""
         self.z_up = (".las", ".laz", ".e57", ".gii", *_SURFACES)
         """Files in which z points up. glTF defines y, but many files do not follow this."""
         self.placed_labels = tuple(ending for ending in self.cells if ending not in self["labels"])
@@ -140,7 +143,9 @@ class Formats(dict[str, Table]):
         kinds = [table for kind, table in self.writers.items() if kind != "points"]
         self.cell_outputs = _distinct(self.writers["triangles"], *kinds, self.writers["points"])
         """Files that store the cells. All others store only labels, or data derived from them."""
-        self.attribute_outputs = (*faces, ".pcd", ".las", ".laz", ".label.gii")
+        self.attribute_outputs = (
+            *faces, *self["write_tetrahedra"], ".csv", ".pcd", ".las", ".laz", ".label.gii",
+        )  # fmt: skip
         """Files for which commands read the attributes of the input, including its texture."""
         self.class_outputs = (".glb", ".obj", ".stl", ".aggregation.json")
         """Files that store a class per region."""

@@ -5,7 +5,6 @@ A damaged file can end the process of such a reader, stall it, or make it alloca
 
 from __future__ import annotations
 
-import io
 import json
 import os
 import subprocess
@@ -34,6 +33,8 @@ Result = Mapping[str, "Array | str"]
 _REFUSED = 3
 """Exit status of the process if the file was refused; the last line of stderr has the reason."""
 
+_MAX_SAID = 1000  # maximum size of the reason in bytes
+
 _CODE = "from superfacets.files.guarded import main; main()"
 
 
@@ -47,21 +48,22 @@ def guarded(reader: str, data: Content, ending: str) -> dict[str, Array | str]:
     """
     options = [reader, ending, str(len(data))]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-    with tempfile.TemporaryFile() as given, tempfile.TemporaryFile() as found:
+    new = tempfile.TemporaryFile
+    with new() as given, new() as found, new() as said:
         given.write(data)
         given.seek(0)
         try:
             done = subprocess.run(
                 [sys.executable, "-c", _CODE, *options], stdin=given, stdout=found,
-                stderr=subprocess.PIPE, env=environment, check=False,
+                stderr=said, env=environment, check=False,
                 timeout=SECONDS + len(data) / BYTES_PER_SECOND,
             )  # fmt: skip
         except subprocess.TimeoutExpired:
             raise MeshError("reading takes too long: the file may be damaged") from None
-        said = done.stderr.decode("utf-8", "replace").strip().splitlines()
-        if done.returncode == _REFUSED and said:
-            raise MeshError(said[-1])
-        if done.returncode:
+        if done.returncode == _REFUSED:  # the library may have printed very much before
+            said.seek(-min(said.seek(0, os.SEEK_END), _MAX_SAID), os.SEEK_END)
+            raise MeshError(said.read().decode("utf-8", "replace").strip().splitlines()[-1])
+        if done.returncode or not found.seek(0, os.SEEK_END):
             raise MeshError("the reader of this format crashed: the file is damaged")
         found.seek(0)
         return _received(found)
@@ -78,7 +80,7 @@ def main() -> None:
             _send(output, load(reader)(data, ending))
         except MemoryError:
             _refuse("reading takes too much memory: the file may be damaged")
-        except Exception as error:  # libraries raise errors of many classes
+        except BaseException as error:  # libraries raise errors of many classes, and SystemExit
             _refuse(str(error) if isinstance(error, MeshError) else reason_of(error))
 
 
@@ -106,6 +108,5 @@ def _send(output: IO[bytes], result: Result) -> None:
 
 def _received(found: IO[Any]) -> dict[str, Array | str]:
     texts, names = json.loads(found.readline())
-    stream = io.BytesIO(found.read())
-    arrays = {name: np.load(stream, allow_pickle=False) for name in names}
+    arrays = {name: np.load(found, allow_pickle=False) for name in names}
     return {**texts, **arrays}

@@ -22,7 +22,7 @@ import numpy.typing as npt
 from .. import _core
 from ..base.checks import checked_threads, counted, refuse_order
 from ..base.errors import MeshError
-from ..base.types import Array, Bytes, Floats, Longs
+from ..base.types import Array, Floats, Longs
 from .atomic import StrPath
 
 MAX_GROWTH = 100
@@ -276,19 +276,6 @@ class BinaryReader:
         start, place = self._at, self._data.find(end, self._at)
         self.skip((place if place >= 0 else len(self._data)) + 1 - start)
         return self._data[start:place].decode("utf-8", "replace")
-
-    def unpacked(self, n_packed: int, n_bytes: int) -> Bytes:
-        """Return the `n_bytes` bytes to which the next `n_packed` bytes of LZF data expand.
-
-        The caller compares `n_bytes` with the file. Raises a MeshError if the data is damaged.
-        """
-        start = self._at
-        self.skip(n_packed)
-        packed = np.frombuffer(self._data, np.uint8, n_packed, start)
-        content = _core.unpack_lzf(packed, n_bytes)
-        if len(content) != n_bytes:
-            raise MeshError("the compressed points cannot be decompressed: the file is damaged")
-        return content
 
     def skip(self, n_bytes: int) -> None:
         """Skip bytes; raise a MeshError if their number is negative, or if fewer bytes are left."""

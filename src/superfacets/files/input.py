@@ -13,6 +13,7 @@ from ..base.checks import counted
 from ..base.errors import MeshError
 from ..base.lazy import load
 from ..base.types import Array, Bools, Floats
+from ..graph.kinds import kind_of
 from ..mesh.base import Cells
 from ..mesh.point_cloud import PointCloud
 from ..mesh.polygon_mesh import PolygonMesh
@@ -121,7 +122,11 @@ class Input:
         """Return cells of any kind, and their attributes, as `mesh` does."""
         if not self.keep:
             return cells, None
-        of_vertices, of_faces = self._kept("vertex", vertex), self._kept("face", face)
+        n_vertices = len(cells.vertices)  # type: ignore[attr-defined]  # points use `cloud`
+        self.declare(counted(n_vertices, "vertex"), "cells")
+        self.declare(counted(cells.n_cells, kind_of(cells).noun), "cells")
+        of_vertices = self._kept("vertex", vertex, n_vertices)
+        of_faces = self._kept("face", face, cells.n_cells)
         return cells, MeshAttributes(of_vertices, of_faces, declared=self.declared, **others)
 
     def cloud(
@@ -139,13 +144,14 @@ class Input:
         for axis in "xyz":
             if axis not in found or found[axis].ndim != 1:
                 raise MeshError(f"the points have no property {axis}")
-            self.declare(f"point property {axis}", "cells")
         normals = self._normals_of(found)
         cloud = _cloud_of(found, normals, viewpoints)
         if not self.keep:
             is_whole = records is None or bool(records.all())
             return cloud, None if is_whole else MeshAttributes(records=records)
-        kept = self._kept("point", (pair for pair in pairs if pair[0] not in [*"xyz"]))
+        self.declare(counted(cloud.n_points, "point"), "cells")
+        properties = (pair for pair in pairs if pair[0] not in [*"xyz"])
+        kept = self._kept("point", properties, cloud.n_points)
         if records is not None and not records.all():
             n_lost = len(records) - cloud.n_points
             self.declare(f"{n_lost:,} of {len(records):,} points", "which have no position")
@@ -163,7 +169,7 @@ class Input:
             normals[is_lost] = 0.0
         return normals if normals.any() else None  # normals of Gaussian splats are often zero
 
-    def _kept(self, owner: str, columns: Columns) -> dict[str, Array]:
+    def _kept(self, owner: str, columns: Columns, n_rows: int) -> dict[str, Array]:
         """Return the properties that attributes can store, and account for all."""
         kept: dict[str, Array] = {}
         for name, values in columns:
@@ -172,7 +178,10 @@ class Input:
             if isinstance(values, str):
                 self.declared[item] = values
             elif values.dtype.kind not in "biuf" or values.ndim > 2:
-                self.declared[item] = "which has no numbers, or more than one row"
+                self.declared[item] = "which has no numbers, or a table per row"
+            elif len(values) != n_rows:
+                rows = counted(n_rows, owner)
+                raise MeshError(f"{item} has {counted(len(values), 'value')} for {rows}")
             elif key in kept or not is_word(key):
                 self.declared[item] = "whose name is repeated or not a word of ASCII"
             else:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -117,7 +117,7 @@ class CellData:
         table = self._properties(wanted)
         if table is None:
             normals = ["normals"] * (are_points or kind_of(cells).has_faces)
-            fields = {name for table in self._stored for name in table}
+            fields = {field for table in self._stored for field in table}
             known = [*["color"] * self._has_color, *normals, "height", *sorted(fields)]
             raise MeshError(
                 f"features {name}: the mesh has no property {', '.join(wanted)}: it has"
@@ -138,18 +138,18 @@ class CellData:
                 return table if stored is of_faces else _per_cell(table, self.cells)
         return None
 
-    @cached_property
-    def _stored(self) -> tuple[dict[str, Array], dict[str, Array]]:
-        """Two dicts of properties in the file: one for faces, one for vertices or points."""
-        found = self.attributes
-        return ({}, {}) if found is None else (dict(found.face), dict(found.vertex))
+    @property
+    def _stored(self) -> tuple[Mapping[str, Array], Mapping[str, Array]]:
+        """Properties in the file: those of faces, and those of vertices or points."""
+        found = self.attributes or MeshAttributes()
+        return found.face, found.vertex
 
     @cached_property
     def _has_color(self) -> bool:
         """Whether a cloud has colors, or the file of the mesh or cloud has colors."""
         if kind_of(self.cells).are_points and self.cells.colors is not None:
             return True
-        return any({*COLORS} <= {*stored} for stored in self._stored)
+        return any({*COLORS} <= stored.keys() for stored in self._stored)
 
 
 def attributes_of(mesh: Any, cells: Any) -> MeshAttributes:

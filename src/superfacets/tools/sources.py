@@ -48,7 +48,7 @@ class InputFile:
         Links to folders are not followed. Empty lines of a list (``@LIST``) and lines that begin
         with ``#`` are ignored. Raises an OSError if a folder or a list cannot be read, or if no
         file is found. Raises a ValueError if no input is given, or if two files have the same
-        relative path.
+        relative path. Raises a MissingExtraError if a format needs a missing package.
         """
         given = [inputs] if isinstance(inputs, (str, os.PathLike)) else list(inputs)
         found: dict[str, InputFile] = {}
@@ -63,6 +63,7 @@ class InputFile:
                     )
         if not found:
             raise ValueError("inputs must contain at least one file, folder, pattern or list")
+        FORMATS.check_readers({PurePosixPath(name).suffix.lower() for name in found})
         return list(found.values())
 
     @property

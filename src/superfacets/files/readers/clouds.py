@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import re
 
 import numpy as np
@@ -10,7 +11,7 @@ from ...base.checks import counted
 from ...base.errors import MeshError
 from ...base.types import Array, Floats
 from ..attributes import COLORS
-from ..guards import as_doubles
+from ..guards import Content, as_doubles, shortened
 from ..input import NORMALS, Input, Read
 from .npy import npy_array
 from .text import Lines
@@ -31,7 +32,7 @@ def read_text_cloud(source: Input) -> Read:
     if data.find(b",") >= 0 or data.find(b";") >= 0:
         data = data[:].translate(bytes.maketrans(b",;", b"  "))
     lines = Lines.of(data, comment=b"#")
-    names = _names_in(lines)
+    names = _names_in(source.data, lines)
     if names is not None:
         lines = lines[1:]
     if not len(lines):
@@ -52,15 +53,24 @@ def read_text_cloud(source: Input) -> Read:
     return _cloud_of_table(source, lines.parse(np.float64).reshape(-1, n_columns), names)
 
 
-def _names_in(lines: Lines) -> list[str] | None:
-    """Return the column names in the first line, in lower case, or None if it has no names."""
-    if not len(lines):
+def _names_in(data: Content, lines: Lines) -> list[str] | None:
+    """Return the column names in the first line, in lower case, or None if it has no names.
+
+    Names in quotes, or between commas or semicolons, may have spaces. `lines` have no commas.
+    """
+    if not len(lines) or not re.match(rb"[\s\"'/]*(?!(?:nan|inf)\b)[a-z_]", lines.content(0), re.I):
         return None
-    words = lines.content(0).decode("latin-1").strip().lower().split()
-    names = [word.strip("\"'/") for word in words]
-    if not names or not re.fullmatch(r"[a-z_].*", names[0]) or names[0] in ("nan", "inf"):
-        return None
-    return [OTHER_NAMES.get(name, name) for name in names]
+    begin = 3 * (data[:3] == b"\xef\xbb\xbf")  # of the text, after a byte order mark
+    line = data[begin + int(lines.starts[0]) : begin + int(lines.ends[0])]
+    text = line[: 1 << 16].decode("latin-1").lower().strip("/ \r")
+    mark = next((mark for mark in ",;\t" if mark in text), " ")
+    words = next(csv.reader([text], delimiter=mark, skipinitialspace=True))
+    names = [word.strip("\"' ") for word in words if mark != " " or word]
+    names = [OTHER_NAMES.get(name, name) for name in names]
+    if not {"x", "y", "z"} <= set(names):
+        got = shortened(", ".join(names))
+        raise MeshError(f"the first line must name columns x, y and z, or be numbers, got {got}")
+    return names
 
 
 def read_npy_cloud(source: Input) -> Read:
@@ -84,8 +94,6 @@ def _cloud_of_table(source: Input, table: Floats, names: list[str] | None) -> Re
     if names is None:
         names = ["x", "y", "z", *_meaning_of(table[:, 3:6])]
         names += [f"column_{place}" for place in range(len(names) + 1, n_columns + 1)]
-    if not {"x", "y", "z"} <= set(names):
-        raise MeshError(f"the first line must name columns x, y and z, got {', '.join(names)}")
     if (double := next((name for name in "xyz" if names.count(name) > 1), None)) is not None:
         raise MeshError(f"the first line has two columns named {double}")
     return source.cloud(

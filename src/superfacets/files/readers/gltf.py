@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -12,7 +13,7 @@ from ...base.checks import MAX_CELLS, counted
 from ...base.errors import MeshError
 from ...base.lazy import load
 from ...base.types import Array, Floats
-from ..attributes import COLORS
+from ..attributes import COLORS, GENERATOR
 from ..guards import MAX_GROWTH, most_bytes_of, named_errors, rotation_of
 from ..input import Input, Read
 from .gltf_file import COMPONENTS, GEOMETRY, SUPPORTED, WIDTHS, Gltf
@@ -26,9 +27,8 @@ _FACES = (TRIANGLES, TRIANGLE_STRIP, TRIANGLE_FAN)
 _MODES = {0: "points", 1: "lines", 2: "line loops", 3: "line strips", 4: "triangles",
           5: "triangle strips", 6: "triangle fans"}  # fmt: skip
 
-_FATES = {"POSITION": "cells", "JOINTS_0": "cells", "WEIGHTS_0": "cells", "COLOR_0": "attributes",
-          "_FEATURE_ID_0": "attributes", "TEXCOORD_0": "texture"}  # fmt: skip
-"""What becomes of attributes of vertices."""
+_DERIVED = ("label", "area", "normal")
+"""Columns of property tables that `write_glb` writes, and that are read or computed again."""
 
 BYTES_PER_VERTEX, BYTES_PER_FACE = 24, 12
 
@@ -39,9 +39,15 @@ def read_gltf(source: Input) -> Read:
     Without triangles, the points of the scene are a point cloud.
     """
     scene = GltfScene.open(source.data, source.folder)
-    scene.declare_others(source)
     vertices, faces, vertex, face = scene.read()
     texture = source.texture("gltf_texture", scene) if source.keep and len(faces) else None
+    are_posed = any("skin" in visit.node for visit in scene.visits)
+    scene.declare_others(source, {
+        "POSITION": "cells",
+        **dict.fromkeys(("JOINTS_0", "WEIGHTS_0"), "cells" if are_posed else "which no skin uses"),
+        "COLOR_0": "attributes" if vertex else "which are colors of regions",
+        "_FEATURE_ID_0": "attributes" if face else "which not all vertices have",
+    }, shown=_FACES if len(faces) else (POINTS,))  # fmt: skip
     return source.mesh(vertices, faces, vertex=vertex, face=face, texture=texture)
 
 
@@ -140,8 +146,12 @@ class GltfScene(Gltf):
             for i in range(n_copies)
         ]
 
-    def declare_others(self, source: Input) -> None:
-        """Declare what the document has besides meshes and materials."""
+    def declare_others(self, source: Input, fates: Mapping[str, str], shown: Sequence[int]) -> None:
+        """Declare what the document has besides materials.
+
+        `fates` are what became of attributes of vertices, and `shown` are the modes of primitives
+        that were read.
+        """
         for name in ("animations", "cameras", "lights"):
             if n := len(self.items(self.document, name)):
                 source.declare(counted(n, name[:-1]))
@@ -149,20 +159,23 @@ class GltfScene(Gltf):
         for name in used if isinstance(used, list) else []:
             if name not in SUPPORTED and GEOMETRY.search(str(name)):
                 source.declare(f"extension {name}")
-        shown = {index for index, *_ in self.visits}
-        n_meshes = len(self.items(self.document, "meshes"))
-        if n_hidden := n_meshes - len(shown):
+        for name in self._table.get("properties", {}):
+            if name not in _DERIVED:
+                source.declare(f"column {name} of the table of regions")
+        meshes = {index for index, *_ in self.visits}
+        if n_hidden := len(self.items(self.document, "meshes")) - len(meshes):
             source.declare(counted(n_hidden, "mesh"), "which no node of the scene shows")
-        for index in shown:
+        for index in meshes:
             for primitive in self.items(self.item("meshes", index), "primitives"):
                 mode = self.whole(primitive, "mode", TRIANGLES)
                 source.declared.setdefault(
                     _MODES.get(mode, f"primitives of mode {mode}"),
-                    "cells" if mode in _FACES else "",
+                    "cells" if mode in shown else "",
                 )
                 attributes = primitive.get("attributes")
-                for name in attributes if isinstance(attributes, dict) else ():
-                    source.declared.setdefault(f"vertex attribute {name}", _FATES.get(name, ""))
+                listed = attributes if isinstance(attributes, dict) else ()
+                for name in [name for name in listed if name != "TEXCOORD_0"]:  # of the texture
+                    source.declared.setdefault(f"vertex attribute {name}", fates.get(name, ""))
 
     def read(self) -> tuple[Floats, Array, list[tuple[str, Array]], list[tuple[str, Array]]]:
         """Return vertices and faces, and properties of vertices and of faces.
@@ -190,9 +203,10 @@ class GltfScene(Gltf):
             _shifted(part.faces, first) for part, first in zip(parts, [0, *ends], strict=False)
         ])  # fmt: skip
         vertices = _concatenated([part.positions for part in parts])
-        vertex = _shades([(part.colors, len(part.positions)) for part in parts])
         face = self._labels([(part.ids, part.faces) for part in parts])
-        return vertices, faces, vertex, face
+        vertex = _shades([(part.colors, len(part.positions)) for part in parts])
+        is_own = self.document["asset"].get("generator") == GENERATOR
+        return vertices, faces, [] if is_own and face else vertex, face
 
     def _labels(self, parts: list[tuple[Floats | None, Array]]) -> list[tuple[str, Array]]:
         """Return the region of each face: the id of its vertices, or its label in a table."""
@@ -200,13 +214,22 @@ class GltfScene(Gltf):
             return []
         found = [ids[faces[:, 0]] for ids, faces in parts if ids is not None]
         ids = np.rint(_concatenated(found)).astype(np.int64)
-        extensions = self.document.get("extensions", {})
-        with contextlib.suppress(MeshError, KeyError, IndexError, TypeError):
-            table = extensions["EXT_structural_metadata"]["propertyTables"][0]
+        table = self._table
+        with contextlib.suppress(MeshError, KeyError, TypeError):
             view = self.view(table["properties"]["label"]["values"])
             names = np.append(np.frombuffer(view, "<i4", self.whole(table, "count")), np.int32(-1))
             return [("label", names[np.clip(ids, 0, len(names) - 1)])]
         return [("feature_id", ids)]
+
+    @cached_property
+    def _table(self) -> dict[str, Any]:
+        """The first property table, or an empty dict."""
+        extensions = self.document.get("extensions", {})
+        with contextlib.suppress(KeyError, IndexError, TypeError):
+            table = extensions["EXT_structural_metadata"]["propertyTables"][0]
+            if isinstance(table.get("properties", {}), dict):
+                return dict(table)
+        return {}
 
     def primitives(self, index: int) -> list[dict[str, Any]]:
         """Return the primitives of a mesh that have triangles, strips or fans."""

@@ -45,17 +45,12 @@ def read_labels(
         - ``.npy``: a one-dimensional array of any integer type;
         - ``.seg`` and ``.txt``: one integer per line, without a header;
         - other formats of `read_mesh` and `read_cloud`: the integer property ``label`` of the
-          cells, which VTK calls cell data, and which is a column or dimension of points;
-        - ``.segs.json`` (ScanNet): one id per vertex. `face_labels` converts labels of vertices to
-          labels of faces;
-        - ``.label.gii`` (GIFTI) and ``.annot`` (FreeSurfer): one label per vertex: the key of the
-          vertex (GIFTI), or its row in the color table (FreeSurfer), minus 1. The first entry of
-          the table means no region, and becomes -1;
-        - ``.shape.gii``, ``.func.gii`` (GIFTI) and ``.curv``, ``.thickness``, ``.sulc``, ``.area``
-          (FreeSurfer): one whole number per vertex;
-        - ``.stl`` (text) and ``.obj`` without labels: one label per part of the mesh (solid, group
-          or object). If all parts have names like ``region_17``, the numbers in the names are the
-          labels. Otherwise parts are numbered in the order of the file.
+          cells; without it the named parts of the mesh, such as solids and groups, numbered in the
+          order of the file. The numbers in names like ``region_17`` are labels;
+        - labels of vertices: ``.segs.json`` (ScanNet); ``.label.gii`` (GIFTI) and ``.annot``
+          (FreeSurfer), the key of the vertex or its row in the color table, minus 1; whole numbers
+          in ``.shape.gii``, ``.func.gii``, ``.curv``, ``.thickness``, ``.sulc`` and ``.area``.
+          `face_labels` converts labels of vertices to labels of faces.
     n_faces : int, optional
         Number of labels that the file must have: one per cell, or one per vertex. By default, any
         number is accepted.

@@ -13,15 +13,16 @@ from ...base.types import Array, Floats, Ints
 from ..attributes import COLORS
 from ..guards import Content, Polygons, checked_faces
 from ..input import Input, Read
-from .parts import parts_of
+from .parts import Parts, parts_of
 from .text import Lines, table
-
-KEYWORDS = (b"v", b"f")
-VERTEX, FACE = range(2)
 
 _OTHER_LINES = {"vn": "normals", "l": "lines", "p": "points", "vp": "parameters", "curv": "curves",
                 "surf": "surfaces"}  # fmt: skip
 """First words of lines that are not read, and what the lines define."""
+
+KEYWORDS = (b"v", b"f", *(word.encode() for word in _OTHER_LINES), b"g", b"o", b"vt", b"usemtl",
+            b"mtllib")  # fmt: skip
+VERTEX, FACE = range(2)
 
 _CONTINUED = re.compile(rb"^([^#\n]*)\\[ \t]*\r?\n", re.MULTILINE)
 """Matches a line that continues on the next line and has no comment."""
@@ -34,27 +35,30 @@ def read_obj(source: Input) -> Read:
     Truncation of a file between two lines is not detected, because OBJ does not declare counts.
     """
     data = without_continuations(source.data)
-    vertices, colors, faces = _read_arrays(data)
-    for item in ("v (vertices)", "f (faces)"):
-        source.declare(item, "cells")
+    vertices, colors, faces, words = _read_arrays(data, source)
     if not source.keep:
         return source.mesh(vertices, faces, vertex=colors)
     for word, what in _OTHER_LINES.items():
-        if re.search(rb"^[ \t]*" + word.encode() + rb"[ \t]", data, re.MULTILINE):
+        if word.encode() in words:
             source.declare(f"{word} ({what})")
-    part = parts_of(data, (b"f", b"g", b"o"), "group", comment=b"#")
-    texture = None
-    if re.search(rb"^[ \t]*(?:usemtl|mtllib|vt)\s", data, re.MULTILINE):
+    part, texture = Parts([], {}), None
+    if words & {b"g", b"o"}:
+        part = parts_of(data, (b"f", b"g", b"o"), "group", comment=b"#")
+    if words & {b"vt", b"usemtl", b"mtllib"}:
         texture = source.texture("obj_texture", data)
     return source.mesh(
         vertices, faces, vertex=colors, face=part.columns, names=part.names, texture=texture
     )
 
 
-def _read_arrays(data: Content) -> tuple[Floats, list[tuple[str, Array]], Array | Polygons | None]:
-    """Return vertices, colors of the vertices, and faces (None if there are none)."""
-    parts = zip(*_read_blocks(data), strict=True)
-    rows, sizes, corners, lengths = (np.concatenate(blocks) for blocks in parts)
+def _read_arrays(
+    data: Content, source: Input
+) -> tuple[Floats, list[tuple[str, Array]], Array | Polygons | None, set[bytes]]:
+    """Return vertices, their colors, faces (None if there are none), and first words of lines."""
+    known = KEYWORDS if source.keep else KEYWORDS[:2]
+    parts = zip(*_read_blocks(data, known), strict=True)
+    rows, sizes, corners, lengths, found = (np.concatenate(blocks) for blocks in parts)
+    words = {known[place] for place in np.unique(found).tolist()}
     if not len(sizes) and not len(lengths):
         raise MeshError("not an OBJ file: it has no `v` and no `f` lines")
     vertices = table(rows, sizes, 3)
@@ -65,12 +69,14 @@ def _read_arrays(data: Content) -> tuple[Floats, list[tuple[str, Array]], Array 
         if rgb.min() >= 0 and top <= 255:
             rgb = np.rint(rgb * (255 if top <= 1 else 1)).astype(np.uint8)
             colors = [*zip(COLORS, rgb.T, strict=True)]
+    if not colors and sizes.max(initial=3) > 3:
+        source.declare("numbers after the positions of vertices")
     if not len(lengths):
-        return vertices, colors, None
+        return vertices, colors, None, words
     faces = checked_faces(lengths, corners)
     if corners.min() < 0 or corners.max() >= len(vertices):
         _raise_index_error(data, lengths, corners, len(vertices))
-    return vertices, colors, faces
+    return vertices, colors, faces, words
 
 
 def without_continuations(data: Content) -> Content:
@@ -78,14 +84,17 @@ def without_continuations(data: Content) -> Content:
     return _CONTINUED.sub(rb"\1 ", data) if data.find(b"\\") >= 0 else data
 
 
-def _read_blocks(data: Content) -> Iterator[tuple[Floats, Ints, Array, Ints]]:
+def _read_blocks(
+    data: Content, words: tuple[bytes, ...]
+) -> Iterator[tuple[Floats, Ints, Array, Ints, Array]]:
     """Yield the numbers and counts of vertices, and corners and counts of faces, by block.
 
+    The last item are the indices of `words` with which lines begin.
     Corners are vertex indices, counted from 0. They may be out of range.
     """
     n_vertices = 0
     for lines in Lines.blocks(data, comment=b"#"):
-        keywords = lines.keywords(KEYWORDS)
+        keywords = lines.keywords(words)
         is_vertex, is_face = keywords == VERTEX, keywords == FACE
         vertices = lines.after_keyword(is_vertex, b"v")
         vertices.refuse(vertices.counts < 3, "a vertex needs 3 coordinates")
@@ -96,7 +105,8 @@ def _read_blocks(data: Content) -> Iterator[tuple[Floats, Ints, Array, Ints]]:
             last = np.repeat(n_before, faces.counts)  # number of vertices that precede each corner
             corners = np.where(corners < 0, np.maximum(corners + last + 1, 0), corners)
         corners -= 1
-        yield vertices.parse(np.float64), vertices.counts, corners, faces.counts
+        found = np.array([i for i in range(len(words)) if (keywords == i).any()], np.intp)
+        yield vertices.parse(np.float64), vertices.counts, corners, faces.counts, found
         n_vertices += len(vertices)
 
 

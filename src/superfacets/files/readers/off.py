@@ -12,13 +12,18 @@ import numpy as np
 from ...base.checks import counted
 from ...base.errors import MeshError
 from ...base.types import Array
+from ..attributes import COLORS
 from ..guards import Polygons, check_corner_counts, checked_faces, contiguous_rows
-from ..input import Input, Read
+from ..input import Columns, Input, Read
 from .text import Lines, as_integers, runs, shown, table
 
 # ST, C and N declare texture coordinates, colors and normals after x, y and z on vertex lines. Some
 # data sets, such as ModelNet, have no space between the word and the counts.
 MAGIC = re.compile(rb"(?:ST)?C?N?OFF(?=[\s\d]|$)\s*")
+
+
+_FIELDS = {b"N": ("nx", "ny", "nz"), b"C": (*COLORS, "alpha"), b"ST": ("s", "t")}
+"""Names of numbers after positions, keyed by the letters that declare them."""
 
 
 def read_off(source: Input) -> Read:
@@ -28,8 +33,35 @@ def read_off(source: Input) -> Read:
     body = lines[n_header:]
     if len(body) != n_vertices + n_faces:
         return source.mesh(*_read_wrapped(body, n_vertices, n_faces))
-    vertices = body[:n_vertices].parse_vertices()
-    return source.mesh(vertices, _read_faces(body[n_vertices:]))
+    points = body[:n_vertices]
+    faces, colors = _read_faces(body[n_vertices:], source)
+    vertex = _read_fields(points, lines.content(0), source) if source.keep else []
+    return source.mesh(points.parse_vertices(), faces, vertex=vertex, face=colors)
+
+
+def _read_fields(points: Lines, head: bytes, source: Input) -> Columns:
+    """Return the properties of vertices that the word of the first line declares."""
+    word = head.split(b"OFF")[0]
+    fields = [name for letter, names in _FIELDS.items() if letter in word for name in names]
+    n_more = points.counts - 3
+    if (n_more == len(fields) - 1).all() and "alpha" in fields:  # it is optional
+        fields.remove("alpha")
+    if not len(points) or (n_more != len(fields)).any():
+        if n_more.any():
+            source.declare("numbers after the positions of vertices")
+        return []
+    values = table(points.parse(np.float64), points.counts, 3 + len(fields))[:, 3:]
+    are_colors = np.array([name in _FIELDS[b"C"] for name in fields], bool)
+    shades = iter(_bytes_of(values[:, are_colors]).T)
+    columns = zip(fields, values.T, are_colors, strict=True)
+    return [(name, next(shades) if is_color else column) for name, column, is_color in columns]
+
+
+def _bytes_of(colors: Array) -> Array:
+    """Return colors as bytes; floats in a file are in the range 0 to 1."""
+    are_shares = colors.dtype.kind == "f" and colors.max(initial=0) <= 1
+    shades = np.nan_to_num(colors * (255 if are_shares else 1))
+    return np.asarray(np.rint(np.clip(shades, 0, 255)), np.uint8)
 
 
 def _read_wrapped(body: Lines, n_vertices: int, n_faces: int) -> tuple[Array, Array | Polygons]:
@@ -74,7 +106,8 @@ def _read_header(lines: Lines) -> tuple[int, int, int]:
     return n_vertices, n_faces, n_header
 
 
-def _read_faces(lines: Lines) -> Array | Polygons:
+def _read_faces(lines: Lines, source: Input) -> tuple[Array | Polygons, Columns]:
+    """Return the faces, and their colors."""
     values = lines.parse_integers_or_floats()  # colors may be floats
     n_corners = as_integers(table(values, lines.counts, 1)[:, 0], "corner counts")
     short = np.flatnonzero(lines.counts - 1 < n_corners)
@@ -91,7 +124,16 @@ def _read_faces(lines: Lines) -> Array | Polygons:
     else:
         firsts = np.cumsum(lines.counts, dtype=np.int64) - lines.counts + 1
         corners = values[runs(firsts, n_corners)]
-    return checked_faces(n_corners, as_integers(corners, "vertex indices").ravel())
+    colors: Columns = []
+    n_more = lines.counts - 1 - n_corners
+    if source.keep and n_more.any():
+        if n_more.min() == n_more.max() and n_more[0] in (3, 4):
+            begins = np.cumsum(lines.counts, dtype=np.int64) - n_more
+            shades = values[runs(begins, n_more)].reshape(-1, int(n_more[0]))
+            colors = [*zip(_FIELDS[b"C"], _bytes_of(shades).T, strict=False)]
+        else:
+            source.declare("numbers after the corners of faces")
+    return checked_faces(n_corners, as_integers(corners, "vertex indices").ravel()), colors
 
 
 def read_tri(source: Input) -> Read:

@@ -52,8 +52,8 @@ def parts_of(
         return Parts([], {})
     matches = [_REGION.fullmatch(name) for name in names]
     if all(matches):
-        pairs = [(match[1] or "", match[2] or -1) for match in matches if match is not None]
-        labels = np.array([-1, *(int(number) for _, number in pairs)])[of_faces + 1]
+        pairs = [(match[1] or "", int(match[2] or -1)) for match in matches if match is not None]
+        labels = np.array([-1, *(number for _, number in pairs)])[of_faces + 1]
         wholes = [*dict.fromkeys(whole for whole, _ in pairs)]
         if wholes == [""]:
             return Parts([("label", labels)], {})

@@ -29,20 +29,26 @@ def read_ply(source: Input) -> Read:
     """
     data = source.data
     header = parse_header(data)
-    positions_at, corners_at = _find_positions(header), _find_corners(header)
+    place = header.find("vertex")  # SuperSplat compresses Gaussian splats
+    is_packed = place is not None and header.elements[place].find("packed_position") is not None
+    positions_at = [] if is_packed else _find_positions(header)
+    corners_at = _find_corners(header)
     tables = read_tables(header, data)
     for place, element in enumerate(header.elements):
-        if element.n_rows and element.name not in ("vertex", "face") and place != header.faces:
+        is_read = element.name in ("vertex", "face", "chunk" if is_packed else "face")
+        if element.n_rows and not is_read and place != header.faces:
             source.declare(f"element {element.name}")
+    if is_packed:
+        unpacked = load("superfacets_formats.packed_splats:unpacked")
+        owners = (dict(_columns(header, tables, owner)) for owner in ("vertex", "chunk"))
+        return source.cloud(unpacked(*owners), comments=_comments_of(header)[0])
     positions = [_present(tables[place][column].values) for place, column in positions_at]
     vertices = as_rows(positions, np.float64)
     comments, names = _comments_of(header)
     vertex = _columns(header, tables, "vertex")
     if corners_at is None:
-        return source.mesh(vertices, None, vertex=vertex, comments=comments)
+        return source.mesh(vertices, None, vertex=vertex, comments=comments, names=names)
     faces = _faces_of(tables[corners_at[0]][corners_at[1]], header)
-    for item in (*(f"vertex property {axis}" for axis in "xyz"), "corners of faces"):
-        source.declare(item, "cells")
     face = _columns(header, tables, "face")
     cells, attributes = source.mesh(
         vertices, faces, vertex=vertex, face=face, comments=comments, names=names

@@ -40,46 +40,40 @@ def read_mesh(path: str | os.PathLike[str]) -> AnyMesh:
     path : path-like
         Mesh file. The ending, in upper or lower case, selects the format:
 
-        - surfaces: ``.ply`` and ``.stl`` (ASCII and binary), ``.obj`` (Wavefront), ``.off``
-          (ASCII), ``.vtp``, ``.glb`` and ``.gltf`` (2.0; compression with Draco or meshopt needs
-          the extra ``compressed``), and ``.tri`` (vertex count, one line with x y z per vertex,
-          triangle count, one line with three indices from 0 per triangle);
-        - surfaces of a brain cortex: ``.gii`` (GIFTI), and ``.white``, ``.pial``,
-          ``.inflated``, ``.smoothwm``, ``.orig`` and ``.sphere`` (FreeSurfer);
-        - tetrahedra: ``.vtu``, ``.vtk`` (legacy), ``.msh`` (Gmsh 2.2 and 4.1) and ``.mesh``
-          (Medit, text).
+        - surfaces: ``.ply``, ``.stl``, ``.obj``, ``.off``, ``.vtp``, ``.glb``, ``.gltf`` (2.0) and
+          ``.tri``, and of a brain cortex ``.gii`` (GIFTI) and FreeSurfer's ``.white``, ``.pial``,
+          ``.inflated``, ``.smoothwm``, ``.orig`` and ``.sphere``;
+        - tetrahedra, or else faces: ``.vtu``, ``.vtk`` (legacy; needs the extra ``viz``), ``.msh``
+          (Gmsh) and ``.mesh`` (Medit; both need the extra ``mesh``).
 
-        Triangle strips in a PLY file become triangles. All groups and objects form one mesh. All
-        meshes in the default scene of a glTF file form one mesh, in the order of the file, with one
-        copy of a mesh for each node that refers to it. The arrays of a glTF file may have at most
-        100 times the size of the file, or 64 MB if this is larger. A glTF file may refer only to
-        files in its folder or in subfolders.
+        ``.gz`` may follow the ending. Groups, objects and all meshes of the default scene of a glTF
+        file form one mesh, each mesh once per node or instance, posed by skins and morph weights.
+        Strips and fans become triangles. A glTF file may refer only to files in its folder or in
+        subfolders.
 
     Returns
     -------
     Mesh, PolygonMesh or TetMesh
-        A `Mesh` if all faces are triangles, otherwise a `PolygonMesh`; a `TetMesh` for formats of
-        tetrahedra. In these formats, triangles, lines and points are skipped. Vertices are float64,
-        and decimal numbers are rounded to the nearest double.
+        A `Mesh` if all faces are triangles, otherwise a `PolygonMesh`; a `TetMesh` if there are
+        tetrahedra. Vertices are float64, and decimal numbers are rounded to the nearest double.
 
     Raises
     ------
     MeshError
         If the file is empty, truncated or damaged, or if its format does not match its ending; if
         there is no face, or a face with fewer than three corners; if an index or a coordinate is
-        invalid; or if the ending is unknown. The message is one line that begins with the path. Two
-        errors are not detected: a text file that is truncated within its last number, and an OBJ
-        file that is truncated between lines.
+        invalid; or if the ending is unknown. The message is one line that begins with the path.
     MissingExtraError
-        If DracoPy or meshopt is needed but not installed.
+        If the format needs a package that is not installed.
     OSError
         If the file does not exist or cannot be read.
 
     Notes
     -----
-    Time and memory are linear in the size of the file. Sizes that a header declares are compared
-    with the content of the file before memory is allocated. Compressed arrays of VTK and GIFTI
-    files may have at most 100 times the size of the file, or 64 MB if this is larger.
+    Time and memory are linear in the size of the file. Arrays may have at most 100 times the size
+    of the file, or 64 MB if this is larger. VTK and meshio run in a process of their own, with
+    limits of time and memory. A text file that is truncated within its last number, and an OBJ or
+    STL file that is truncated between faces, are read.
 
     Examples
     --------
@@ -104,37 +98,29 @@ def read_cloud(path: str | os.PathLike[str]) -> PointCloud:
     Parameters
     ----------
     path : path-like
-        Point cloud file. The ending, in upper or lower case, selects the format:
+        Point cloud file, or a mesh file without faces. The ending, in upper or lower case, selects
+        the format:
 
-        - ``.ply``: vertices with the properties x, y, z, and optionally nx, ny, nz and red, green,
-          blue;
+        - ``.ply``, ``.obj``, ``.vtp``, ``.glb`` and other formats of `read_mesh`;
         - ``.xyz``, ``.csv`` and ``.txt``: one line of numbers per point, separated by spaces,
           commas or semicolons. The first line may have the names of the columns, as in PLY. In
           files without names, the three columns after x, y and z are colors if all numbers are
           integers from 0 to 255, or normals if all vectors have length 1;
         - ``.npy``: an array of 3 to 12 columns, with the same meaning as in text without names;
-        - ``.las``, and with the extra ``las`` also ``.laz``. The decompressed points may have at
-          most 1,000 times the size of the file, or 64 MB if this is larger;
-        - ``.pcd``: text, binary or compressed;
-        - ``.e57``, with the extra ``e57``: the points of all scans, one scan after the other, each
-          transformed by its pose.
+        - ``.las`` and ``.laz``, with the extra ``las``;
+        - ``.pcd``, with the extra ``pcd``: text, binary or compressed;
+        - ``.e57``, with the extra ``e57``: the points of all scans, each transformed by its pose.
 
     Returns
     -------
     PointCloud
-        The points; for a mesh in a PLY file, its vertices. Points without a position are skipped:
-        points that an E57 file declares invalid, and points of a PCD file with a NaN or infinite
-        coordinate. Labels of the cloud are in the order of the remaining points.
+        The points; for a mesh, its vertices. Records without a position are skipped: labels of the
+        cloud are in the order of the remaining points (`MeshAttributes.records`).
 
     Raises
     ------
-    MeshError
-        If the file is empty, truncated or damaged, if its format does not match its ending, or if a
-        coordinate is invalid. The message is one line that begins with the path.
-    MissingExtraError
-        If lazrs (for ``.laz``) or pye57 (for ``.e57``) is not installed.
-    OSError
-        If the file does not exist or cannot be read.
+    MeshError, MissingExtraError, OSError
+        For the same reasons as in `read_mesh`.
 
     Examples
     --------
@@ -153,41 +139,31 @@ def read_cloud(path: str | os.PathLike[str]) -> PointCloud:
 
 
 def read_attributes(path: str | os.PathLike[str]) -> MeshAttributes:
-    """Read the texture of a file, and all properties except positions and corners.
+    """Read all that a file has besides positions and corners: properties, names, the texture.
 
     ``write_mesh(..., attributes=...)`` writes them to a file again.
 
     Parameters
     ----------
     path : path-like
-        Mesh file, or any file that `read_cloud` reads. From a ``.ply`` file, all properties except
-        positions and corners are read, such as vertex colors and normals. A texture is also read if
-        the header has ``TextureFile`` comments with the names of images. From an ``.obj``,
-        ``.glb`` or ``.gltf`` file, only the texture is read. Files of materials and
-        images must be in the folder of the mesh or in its subfolders. Images are read later, on
-        demand. From a point cloud, all properties except positions are read, and from LAS also the
-        coordinate reference system.
+        Any file that `read_mesh` or `read_cloud` reads. Files of materials and images must be in
+        its folder or in subfolders. Images are read later, on demand.
 
     Returns
     -------
     MeshAttributes
-        Arrays in the order of the file, with the types that the file declares. A property of a text
-        file is float64 if the declared type cannot store one of its integers. `left_out`
-        describes data that were not read, such as missing images and unreadable textures.
+        Arrays in the order of the file, with the types that the file declares. `declared` lists
+        what the file has, and what became of each; `left_out` is the part that was not read, such
+        as missing images and cells of other kinds.
 
     Raises
     ------
-    MeshError
-        For the same reasons as in `read_mesh` and `read_cloud`, or if the file has another ending.
-    MissingExtraError
-        If the format needs a package that is not installed.
-    OSError
-        If the file does not exist or cannot be read.
+    MeshError, MissingExtraError, OSError
+        For the same reasons as in `read_mesh`.
 
     Notes
     -----
-    The complete file is read. Time and memory are the same as for `read_mesh`, plus memory for the
-    attributes.
+    Time and memory are the same as for `read_mesh`, plus memory for the attributes.
 
     Examples
     --------

@@ -45,7 +45,6 @@ def read_stl(source: Input) -> Read:
     faces = np.arange(len(vertices), dtype=index_type).reshape(-1, 3)
     parts = Parts([], {})
     if source.keep:
-        source.declare("corners of triangles", "cells")
         source.declare("normals of triangles", "cells")
         if not is_binary:
             parts = parts_of(data, (b"facet", b"solid"), "solid", any_case=True)

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...base.lazy import load
 from ...base.types import Array, Bytes, Ints
-from ..attributes import MeshAttributes, is_image
+from ..attributes import COLORS, MeshAttributes, is_image
 
 if TYPE_CHECKING:
     from ... import Texture
@@ -36,6 +36,7 @@ class Output:
     ascii: bool = False
     path: Path | None = None  # path of the output file; None for a stream
     taken: set[str] = field(default_factory=set)  # what the writer stores of the attributes
+    changed: list[str] = field(default_factory=list)  # what it stores in another way, and how
 
     def properties(self, owner: str, own: Mapping[str, Any] | None = None) -> dict[str, Array]:
         """Return the properties of the "vertex" or the "face" to write, and mark them as stored.
@@ -48,25 +49,32 @@ class Output:
         self.taken.update(f"{owner} property {name}" for name in (*(stored.keys() - own), *same))
         return {name: values for name, values in stored.items() if name not in own}
 
+    def stored_colors(self, owner: str) -> Bytes | None:
+        """Return red, green and blue of the attributes, (n, 3), and mark them as stored.
+
+        The result is None unless all are bytes.
+        """
+        stored = self._stored(owner)
+        if not all(name in stored and stored[name].dtype == np.uint8 for name in COLORS):
+            return None
+        self.taken.update(f"{owner} property {name}" for name in COLORS)
+        return np.column_stack([stored[name] for name in COLORS])
+
     def _stored(self, owner: str) -> Mapping[str, Array]:
         stored: Mapping[str, Array] = getattr(self.attributes, owner, {})
         return stored
 
     @property
     def lost(self) -> list[str]:
-        """Attributes that the writer did not store."""
+        """Attributes that the writer did not store, or did not store as they are."""
         if self.attributes is None:
             return []
-        done = (
-            load("superfacets_textures.ply_texture:OF_TEXTURE") if "texture" in self.taken else ()
-        )
+        has_texture = "texture" in self.taken
+        done = load("superfacets_textures.ply_texture:OF_TEXTURE") if has_texture else ()
         lost = []
         for owner in ("vertex", "face"):
-            names = [
-                name
-                for name in self._stored(owner)
-                if name not in done and f"{owner} property {name}" not in self.taken
-            ]
+            listed = [name for name in self._stored(owner) if name not in done]
+            names = [name for name in listed if f"{owner} property {name}" not in self.taken]
             if names:
                 many = "properties" if len(names) > 1 else "property"
                 lost.append(f"{owner} {many} {', '.join(names)}")
@@ -77,7 +85,7 @@ class Output:
             "comments": any(not is_image(line) for line in self.attributes.comments),
         }
         more = [item for item, is_there in others.items() if is_there and item not in self.taken]
-        return [*lost, *more]
+        return [*lost, *more, *self.changed]
 
     @property
     def texture(self) -> Texture | None:

@@ -20,13 +20,14 @@ from ...base.lazy import load
 from ...base.types import Array, Bools, Bytes, Floats, Ints, Longs
 from ...mesh.faces import FaceMesh, corner_triangles, corners_of
 from ...regions.region_graph import region_graph
+from ..attributes import GENERATOR
 from .content import Output
 from .text import finite_singles, fits_single
 
 if TYPE_CHECKING:
     from ... import Texture
 
-FLOAT, UNSIGNED_INT, UNSIGNED_BYTE = 5126, 5125, 5121
+FLOAT, UNSIGNED_INT = 5126, 5125
 VERTICES, INDICES = 34962, 34963
 """Values of `target` in a buffer view: the view stores vertex attributes, or vertex indices."""
 
@@ -36,6 +37,10 @@ MAX_BYTES = 2**32 - 1
 MAX_IDS = 2**24
 """Maximum number of ids, including the id for no region. Ids are stored as float32, which
 represents all integers up to 2**24 exactly."""
+
+_SRGB = np.arange(256) / 255
+_LINEAR = np.where(_SRGB <= 0.04045, _SRGB / 12.92, ((_SRGB + 0.055) / 1.055) ** 2.4).astype("<f4")
+"""Intensity of linear light, 0 to 1, for each byte of sRGB; colors in glTF are linear."""
 
 ALIGNMENT = 8
 """Alignment of buffer views in bytes, which property tables require."""
@@ -110,10 +115,11 @@ def _add_primitive(
         pairs = np.where(split.pairs[:, np.newaxis] >= 0, given, 0.0)
         pairs = finite_singles(np.stack([pairs[:, 0], 1.0 - pairs[:, 1]], axis=1))
         attributes["TEXCOORD_0"] = scene.accessor(pairs, "VEC2", VERTICES)
-    if content.colors is not None:
-        shades = np.full((len(split.vertices), 4), 255, np.uint8)
-        shades[:, :3] = content.colors[split.face_of_vertex]
-        attributes["COLOR_0"] = scene.accessor(shades, "VEC4", VERTICES)
+    if (colors := content.colors) is not None:
+        shades = _LINEAR[colors[split.face_of_vertex]]
+        attributes["COLOR_0"] = scene.accessor(shades, "VEC3", VERTICES)
+    elif (own := content.stored_colors("vertex")) is not None:
+        attributes["COLOR_0"] = scene.accessor(_LINEAR[own[split.vertices]], "VEC3", VERTICES)
     if regions is not None:
         assert content.labels is not None
         ids = regions.ids[split.face_of_vertex].astype("<f4")
@@ -213,11 +219,10 @@ class _Scene:
 
     def accessor(self, array: Array, kind: str, target: int) -> int:
         """Append an array, and return the index of its accessor."""
-        component = {"f4": FLOAT, "u4": UNSIGNED_INT, "u1": UNSIGNED_BYTE}[array.dtype.str[1:]]
+        component = {"f4": FLOAT, "u4": UNSIGNED_INT}[array.dtype.str[1:]]
         view = self.view(array, target)
         accessor = {"bufferView": view, "componentType": component, "count": len(array)}
-        is_normalized = {"normalized": True} if component == UNSIGNED_BYTE else {}
-        self.accessors.append({**accessor, "type": kind, **is_normalized})
+        self.accessors.append({**accessor, "type": kind})
         return len(self.accessors) - 1
 
     def place(self, points: Floats) -> None:
@@ -260,7 +265,7 @@ class _Scene:
         if used:
             self.document["extensionsUsed"] = used
         self.document |= {
-            "asset": {"version": "2.0", "generator": "superfacets"},
+            "asset": {"version": "2.0", "generator": GENERATOR},
             "scene": 0,
             "scenes": [{"nodes": [0]}],
             "nodes": [self.node],

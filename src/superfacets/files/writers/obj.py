@@ -29,7 +29,7 @@ def write_obj(file: IO[bytes], content: Output) -> None:
     """Write OBJ with one group per region, or per class; faces keep their order within a region.
 
     Groups are named by `Output.parts`, with underscores instead of ``#`` and backslashes.
-    Materials are written to an MTL file in the same folder. Colors and attributes are not written.
+    Materials are written to an MTL file in the same folder. Colors of vertices follow positions.
     """
     mesh, labels, texture = content.cells, content.labels, content.texture
     parts = content.parts()
@@ -37,8 +37,10 @@ def write_obj(file: IO[bytes], content: Output) -> None:
         library_lines = load("superfacets_textures.writing:library_lines")
         file.write(library_lines(texture, content.path))
         content.taken.add("texture")
-    row = " ".join(["v", *[coordinate_format(mesh.vertices)] * 3]) + "\n"
-    write_rows(file, row, list(mesh.vertices.T))
+    words, columns = [coordinate_format(mesh.vertices)] * 3, [*mesh.vertices.T]
+    if (colors := content.stored_colors("vertex")) is not None:
+        words, columns = [*words, *["%.6g"] * 3], [*columns, *(colors / 255).T]
+    write_rows(file, " ".join(["v", *words]) + "\n", columns)
     if texture is not None and len(texture.coordinates):
         pairs = np.nan_to_num(texture.coordinates)
         write_rows(file, f"vt {coordinate_format(pairs)} {coordinate_format(pairs)}\n", [*pairs.T])
@@ -125,10 +127,11 @@ def _lines_of(
 def write_off(file: IO[bytes], content: Output) -> None:
     """Write OFF. The color of a face, three numbers from 0 to 255, follows its corners.
 
-    The first line is OFF, because COFF would declare vertex colors. Labels and attributes are not
-    written.
+    The first line is OFF, because COFF would declare vertex colors. Without given colors, those
+    of the attributes are written. Labels are not written.
     """
     mesh, colors = content.cells, content.colors
+    colors = content.stored_colors("face") if colors is None else colors
     file.write(b"OFF\n%d %d 0\n" % (mesh.n_vertices, mesh.n_faces))
     row = " ".join([coordinate_format(mesh.vertices)] * 3) + "\n"
     write_rows(file, row, list(mesh.vertices.T))

@@ -46,11 +46,8 @@ def write_mesh(
 ) -> None:
     """Write a mesh, with labels and colors of its faces, in the format of the file's ending.
 
-    In PLY, vertices are ``float`` if float is exact for all coordinates, and otherwise ``double``.
-    Faces are ``list uchar int vertex_indices``, or ``list int int`` if a face has more than 255
-    corners. Labels add the property ``int label``, and for MeshLab ``float quality`` with the same
-    numbers. Labels or colors add ``uchar red green blue alpha``. VTP has vertices of type double,
-    and cell data ``label`` and ``colors``. The user guide (Export) describes the other formats.
+    The user guide (Export) describes the formats. A warning names attributes that a format does
+    not store.
 
     Parameters
     ----------
@@ -62,18 +59,15 @@ def write_mesh(
           binary without labels), ``.off`` (colors), ``.glb`` (region ids and a table of regions) or
           ``.ids.png`` (an image with the region id of each texel; `attributes` must contain a
           texture);
-        - tetrahedra: ``.vtu`` or ``.vtk``, which can store labels but no colors and attributes;
-        - points: ``.ply``, ``.pcd``, ``.csv`` (x, y, z and label), ``.las`` or ``.laz`` (LAS and
-          LAZ need the extra ``las``);
+        - tetrahedra: ``.vtu`` or ``.vtk``, which cannot store colors;
+        - points: ``.ply``, ``.pcd``, ``.csv``, ``.las`` or ``.laz`` (LAS and LAZ need the extra
+          ``las``);
         - one id per vertex of a mesh (the result of `vertex_labels` with ``method="creases"`` and
           ``min_vertices=20``) or per point: ``.segs.json``, ``.bin``, ``_sp_label.npy`` or ``.pth``
           (which needs torch);
-        - one label per vertex of a brain cortex: ``.label.gii`` (GIFTI) or ``.annot`` (FreeSurfer).
-          Their table of colors and names has one entry for no region, and then one per region;
+        - one label per vertex of a brain cortex: ``.label.gii`` (GIFTI) or ``.annot`` (FreeSurfer);
         - ``.sstk.json`` (one label per triangle), ``.aggregation.json`` (one group per region), or
-          ``.npz`` (the arrays of `RegionGraph.to_pyg`; ``region``, the label of each node; and for
-          a mesh ``vertex_super_index``, the node of each vertex with the same region as in
-          ``.segs.json``, or -1).
+          ``.npz`` (the arrays of `RegionGraph.to_pyg`, ``region`` and ``vertex_super_index``).
 
         An existing file is replaced when the new file is complete, and its permissions are kept.
     mesh : Mesh, PolygonMesh, TetMesh, PointCloud, mesh-like or cloud-like
@@ -87,10 +81,7 @@ def write_mesh(
         `face_colors`.
     attributes : MeshAttributes, optional
         Other properties of vertices and faces, from `read_attributes` or created by you. A property
-        is skipped if the file already has a property of this name, such as ``label`` or ``red`` in
-        PLY. Only PLY, VTP, PCD, LAS and LAZ store properties; CSV stores only an integer property
-        ``label``. OBJ, GLB and PLY store the texture,
-        but a PLY file of polygons can store a texture only if the texture comes from a PLY file.
+        is skipped if the writer itself writes one of this name, such as ``label`` or ``red``.
     ascii : bool, default False
         Whether to write text instead of binary numbers, for programs that read only text.
     label_name : str, default "label"
@@ -127,9 +118,8 @@ def write_mesh(
 
     Notes
     -----
-    Time is linear in V + F, except for a sort in OBJ and GLB. Files are written block by block, but
-    GLB, LAS and LAZ files are built in memory. GLB needs about 200 bytes of memory per face, and
-    the file has at most 4 GiB.
+    Time is linear in V + F, except for a sort in OBJ and GLB. GLB, LAS and LAZ files are built in
+    memory; GLB needs about 200 bytes per face.
 
     Examples
     --------
@@ -234,8 +224,8 @@ def write_regions(
     ----------
     folder : path-like
         Folder for the files, which is created if it is missing. Files are named after the labels,
-        for example ``region_17.ply``. All labels in file names have as many digits as the largest
-        label, with leading zeros. Existing files with these names are replaced.
+        for example ``region_17.ply``, with leading zeros. Existing files with these names are
+        replaced.
     mesh : Mesh, PolygonMesh, TetMesh, PointCloud, mesh-like or cloud-like
         Same as in `segment`. Points keep their normals and colors.
     labels : array_like of integers, shape (N,)
@@ -244,8 +234,8 @@ def write_regions(
         Ending of the files, which selects a format as in `write_mesh`. By default ``.vtu`` for
         tetrahedra, and ``.ply`` for other cells.
     attributes : MeshAttributes, optional
-        Other properties of vertices and faces, from which each file gets the rows of its vertices
-        and faces, as in `write_mesh`. Textures are not written.
+        Other properties, of which each file gets those of its vertices and faces. Textures are not
+        written.
     ascii : bool, default False
         Same as in `write_mesh`.
 

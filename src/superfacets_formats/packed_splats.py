@@ -1,0 +1,69 @@
+"""Unpack Gaussian splats in the compressed PLY of SuperSplat."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from superfacets import MeshError
+from superfacets.kit import Array, Floats
+
+_CHUNK = 256
+"""Number of splats whose numbers are relative to the same limits."""
+
+_COLOR = 0.28209479177387814
+"""Value of the spherical harmonic of degree 0."""
+
+_MAX_OPACITY = 40.0
+"""Logit that stands for an opacity of 1; its negative stands for 0."""
+
+
+def unpacked(packed: Mapping[str, Any], limits: Mapping[str, Any]) -> Iterator[tuple[str, Array]]:
+    """Yield the properties of splats, with the names and scales of PLY files without compression.
+
+    `packed` are the properties of the vertices, and `limits` those of the element chunk.
+    """
+    names = [f"packed_{name}" for name in ("position", "rotation", "scale", "color")]
+    words = [packed.get(name) for name in names]
+    if any(getattr(word, "dtype", None) != np.uint32 for word in words):
+        raise MeshError(f"compressed splats need {', '.join(names)} of type uint")
+    position, rotation, scale, color = map(np.asarray, words)
+
+    def between(name: str, share: Floats) -> Array:
+        ends = [np.asarray(limits.get(f"{end}_{name}")) for end in ("min", "max")]
+        if any(end.shape != (-(-len(share) // _CHUNK),) for end in ends):
+            raise MeshError(f"min_{name} and max_{name} need a number for each {_CHUNK} splats")
+        low, high = (np.repeat(end, _CHUNK)[: len(share)] for end in ends)
+        return np.asarray(low * (1 - share) + high * share, np.float32)
+
+    for axis, share in zip("xyz", _shares(position, 11, 10, 11), strict=True):
+        yield axis, between(axis, share)
+    for place, share in enumerate(_shares(scale, 11, 10, 11)):
+        yield f"scale_{place}", between(f"scale_{'xyz'[place]}", share)
+    *shades, opacity = _shares(color, 8, 8, 8, 8)
+    for place, share in enumerate(shades):
+        name = "rgb"[place]
+        shade = between(name, share) if f"min_{name}" in limits else share
+        yield f"f_dc_{place}", np.asarray((shade - 0.5) / _COLOR, np.float32)
+    with np.errstate(divide="ignore"):
+        logits = np.log(opacity) - np.log1p(-opacity)
+    yield "opacity", np.clip(logits, -_MAX_OPACITY, _MAX_OPACITY).astype(np.float32)
+    # The largest number of a quaternion (w, x, y, z) follows from the three others.
+    parts = [np.sqrt(2.0) * (share - 0.5) for share in _shares(rotation, 10, 10, 10)]
+    rest = np.sqrt(np.clip(1.0 - sum(part**2 for part in parts), 0.0, None))
+    largest = rotation >> np.uint32(30)
+    for place in range(4):
+        before, after = parts[max(place - 1, 0)], parts[min(place, 2)]
+        values = np.where(largest == place, rest, np.where(largest < place, before, after))
+        yield f"rot_{place}", values.astype(np.float32)
+
+
+def _shares(words: Array, *widths: int) -> list[Floats]:
+    """Return the lowest bit fields of words, highest first, divided by their largest values."""
+    ends = np.cumsum(widths[::-1])[::-1]
+    return [
+        (words >> np.uint32(end - width) & (2**width - 1)) / (2**width - 1)
+        for end, width in zip(ends, widths, strict=True)
+    ]
