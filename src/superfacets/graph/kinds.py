@@ -39,10 +39,8 @@ from .size import sliver_share
 from .sorting import is_scattered, sorted_corners
 from .surface import NO_NORMALS, Surface
 
-Nearest: TypeAlias = tuple[Ints, Floats, Floats]
-"""Three arrays, each with one entry per query point: index of the nearest cell, distance to this
-cell, and the point of this cell that is nearest to the query point."""
-
+Nearest: TypeAlias = tuple[Ints, Floats]
+"""Index of the cell nearest to each query point, and its distance."""
 
 DrawnFaces: TypeAlias = tuple[FaceMesh, Ints | None]
 """Faces to draw in pictures of cells, such as the boundary of tetrahedra, and the cell that each
@@ -141,10 +139,9 @@ class Kind:
         return np.asarray(graph.positions)
 
     def nearest(self, cells: Any, queries: Floats, max_distance: float, n_threads: int) -> Nearest:
-        """Return the cell nearest to each query point, its distance, and the nearest point in it.
+        """Return the cell nearest to each query point, and its distance.
 
-        If all cells are farther than `max_distance`, the index of the cell is -1, the distance is
-        infinite, and the point is NaN.
+        If all cells are farther than `max_distance`, the cell is -1, and the distance infinite.
         """
         return _core.nearest_points(self.positions(cells), queries, max_distance, n_threads)
 
@@ -260,12 +257,12 @@ class _Faces(Kind):
         self, cells: FaceMesh, queries: Floats, max_distance: float, n_threads: int
     ) -> Nearest:
         triangles, sources = cut_into_triangles(cells)
-        nearest, distances, points = _core.nearest_triangles(
+        nearest, distances = _core.nearest_triangles(
             cells.vertices, triangles, queries, max_distance, n_threads
         )
         if sources is not None:
             nearest = np.append(sources, np.int32(-1))[nearest]  # index -1 selects the appended -1
-        return nearest, distances, points
+        return nearest, distances
 
     def drawn_faces(self, cells: FaceMesh, keep: Bools | None = None) -> DrawnFaces:
         return cells, None

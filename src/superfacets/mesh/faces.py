@@ -225,9 +225,8 @@ def sliver_area(
 def vertex_graph(mesh: AnyMesh, representative: Ints, n_threads: int) -> VertexGraph:
     """Return the graph of vertices, with arcs between vertices that share an edge.
 
-    `representative` has, for each vertex, the lowest index of a vertex at the same position. In the
-    graph, this vertex replaces all vertices at its position. Vertices that are not representatives
-    have no arcs.
+    `representative` is the lowest vertex at the position of each vertex, which replaces the others
+    in the graph. Vertices that are not representatives have no arcs.
     """
     corners = corners_of(mesh)
     if mesh.sides is not None:
@@ -238,11 +237,10 @@ def vertex_graph(mesh: AnyMesh, representative: Ints, n_threads: int) -> VertexG
 
 
 def mean_normals(mesh: AnyMesh, representative: Ints) -> Floats:
-    """Return the mean of the unit normals of the faces around each vertex, shape (V, 3).
+    """Return the mean of the unit normals of the faces around each vertex, (V, 3), not normalized.
 
-    The means are not normalized. `representative` is, for each vertex, the lowest vertex at the
-    same position. It gets the mean over all faces at its position. The result is 0 for vertices
-    that are not representatives, and for all vertices of a mesh of tetrahedra.
+    `representative` is the same as in `vertex_graph`. The result is 0 for vertices that are not
+    representatives, and for all vertices of a mesh of tetrahedra.
     """
     if mesh.sides is not None:
         return np.zeros_like(mesh.vertices)

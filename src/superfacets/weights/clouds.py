@@ -68,7 +68,7 @@ def build_point_graph(
         lengths of all arcs that cross a line sum to about the length of the line. The angle of an
         arc is the angle between the normals of its points. To determine its sign, the height of
         each point above the tangent plane of the other point is computed; the angle is positive if
-        the sum of both heights is positive. For clouds without normals, `estimate_normals` is used.
+        the sum of both heights is positive. Missing normals are estimated.
 
     Raises
     ------
