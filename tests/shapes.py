@@ -1,10 +1,11 @@
 """Small meshes and graphs whose segmentations, weights and arcs can be computed by hand."""
 
+import itertools
 import math
 
 import numpy as np
 
-from superfacets import CellGraph, Mesh, PointCloud, TetMesh, build_face_graph
+from superfacets import CellGraph, Mesh, PointCloud, PolygonMesh, TetMesh, build_face_graph
 from superfacets.graph.point_graph import find_point_graph
 from superfacets.mesh.convert import as_cloud
 from superfacets.tools.sample import split_in_four
@@ -313,6 +314,50 @@ def column(n):
     """Return a column of unit cubes, of six tetrahedra each."""
     points = [[x, y, z] for z in range(n + 1) for y in (0, 1) for x in (0, 1)]
     return TetMesh(points, [[4 * i + v for v in tet] for i in range(n) for tet in AROUND])
+
+
+def block(n):
+    """Return a cube of n^3 unit cubes, of six tetrahedra each."""
+    number = np.arange((n + 1) ** 3).reshape(n + 1, n + 1, n + 1)
+    vertices = np.stack(np.unravel_index(number.ravel(), number.shape), axis=1).astype(float)
+    lists = []
+    for axes in itertools.permutations(range(3)):
+        steps = np.concatenate([[[0, 0, 0]], np.cumsum(np.eye(3, dtype=int)[list(axes)], axis=0)])
+        lists.append([number[i : n + i, j : n + j, k : n + k].ravel() for i, j, k in steps])
+    return TetMesh(vertices, np.transpose(lists, (2, 0, 1)).reshape(-1, 4))
+
+
+def two_tets():
+    """Return a tetrahedron at a corner of the unit cube, and a larger one behind its slope."""
+    vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]]
+    return TetMesh(vertices, [[0, 1, 2, 3], [1, 2, 3, 4]])
+
+
+def squares(n_x, n_y=None):
+    """Return unit squares in the plane z = 0, row by row."""
+    n_y = n_x if n_y is None else n_y
+    points = [[x, y, 0] for y in range(n_y + 1) for x in range(n_x + 1)]
+    lows = [y * (n_x + 1) + x for y in range(n_y) for x in range(n_x)]
+    return PolygonMesh.of_faces(points, [[v, v + 1, v + n_x + 2, v + n_x + 1] for v in lows])
+
+
+def flat(n_x, n_y=None):
+    """Return the same squares, each cut into two triangles."""
+    whole = squares(n_x, n_y)
+    halves = whole.indices.reshape(-1, 4)[:, [0, 1, 2, 0, 2, 3]]
+    return Mesh(whole.vertices, halves.reshape(-1, 3))
+
+
+def quad_cube():
+    """Return the unit cube of six squares: bottom, top, front, back, left and right."""
+    sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
+    return PolygonMesh.of_faces(cube().vertices, sides)
+
+
+def house():
+    """Return a square and an adjacent triangle of half its area."""
+    corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 2, 0]]
+    return PolygonMesh.of_faces(corners, [[0, 1, 2, 3], [3, 2, 4]])
 
 
 def smallest_angles(mesh):

@@ -28,66 +28,27 @@ def areas_of(mesh, labels):
     return np.bincount(labels, sf.build_face_graph(mesh).measures)
 
 
-def n_pieces(cells, labels):
+def pieces_of(cells, labels):
     surface = as_surface(cells, weld=True, n_threads=1)
     kept = np.where(labels < 0, labels.max() + 1, labels).astype(np.int32)
-    pieces, _ = _core.find_components(surface.offsets, surface.neighbors, kept)
-    return len(np.unique(pieces[labels >= 0]))
+    return _core.find_components(surface.offsets, surface.neighbors, kept)[0]
+
+
+def n_pieces(cells, labels):
+    return len(np.unique(pieces_of(cells, labels)[labels >= 0]))
 
 
 def components_of(cells):
-    surface = as_surface(cells, weld=True, n_threads=1)
-    none = np.zeros(surface.n_cells, np.int32)
-    return _core.find_components(surface.offsets, surface.neighbors, none)[0]
+    return pieces_of(cells, np.zeros(cells.n_cells, int))
 
 
 def spread(sizes):
     return sizes.std() / sizes.mean()
 
 
-def grid_points(n):
-    x, y = np.meshgrid(np.arange(n), np.arange(n))
-    return np.stack([x.ravel(), y.ravel(), np.zeros(n * n)], axis=1).astype(float)
-
-
-def _grid(nx, ny):
-    x, y = np.meshgrid(np.arange(nx), np.arange(ny))
-    vertices = np.stack([x.ravel(), y.ravel(), np.zeros(nx * ny)], axis=1).astype(float)
-    corner = (np.arange(nx - 1)[None, :] + nx * np.arange(ny - 1)[:, None]).ravel()
-    first = np.stack([corner, corner + 1, corner + nx + 1], axis=1)
-    second = np.stack([corner, corner + nx + 1, corner + nx], axis=1)
-    return vertices, np.concatenate([first, second])
-
-
-def flat(n):
-    return sf.Mesh(*_grid(n + 1, n + 1))
-
-
-def quad_sheet(n):
-    vertices, triangles = _grid(n + 1, n + 1)
-    first, second = np.split(triangles, 2)
-    quads = np.concatenate([first, second[:, 2:]], axis=1)
-    return sf.PolygonMesh(vertices, np.arange(0, 4 * len(quads) + 1, 4), quads.ravel())
-
-
 def apart(first, second):
     """Return two meshes as one, far from each other."""
-    vertices = np.concatenate([first.vertices, second.vertices + [100.0, 0, 0]])
-    return sf.Mesh(vertices, np.concatenate([first.faces, second.faces + first.n_vertices]))
-
-
-def tet_block(n):
-    """Return a block of n^3 cubes of six tetrahedra each."""
-    axis = np.arange(n + 1)
-    vertices = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
-    steps = np.array([(n + 1) ** 2, n + 1, 1])
-    low = axis[:n]
-    corners = (np.stack(np.meshgrid(low, low, low, indexing="ij"), axis=-1) @ steps).ravel()
-    tets = []
-    for a, b, c in itertools.permutations(range(3)):
-        ways = np.cumsum([0, steps[a], steps[b], steps[c]])
-        tets.append(corners[:, None] + ways)
-    return sf.TetMesh(vertices.astype(float), np.concatenate(tets))
+    return shapes.together([first, sf.Mesh(second.vertices + [100.0, 0, 0], second.faces)])
 
 
 # --- equal sizes
@@ -156,7 +117,7 @@ def test_all_weights_can_be_balanced(weights):
 
 
 def test_components_get_regions_by_their_areas():
-    mesh = apart(flat(30), flat(20))
+    mesh = apart(shapes.flat(30), shapes.flat(20))
     result = sf.segment(mesh, 26, sizes=sf.Sizes(balance=1.0))
     n_of_first = len(np.unique(result.labels[: 2 * 30 * 30]))
     assert n_of_first == 18  # 18 of 26, as 900 of 1,300
@@ -164,7 +125,7 @@ def test_components_get_regions_by_their_areas():
 
 
 def test_barriers_keep_areas_apart_and_each_is_divided_evenly():
-    mesh = flat(40)
+    mesh = shapes.flat(40)
     x = sf.build_face_graph(mesh).positions[:, 0]
     sides = (x > np.quantile(x, 0.25)).astype(int)
     result = sf.segment(mesh, 20, sizes=sf.Sizes(balance=1.0), barriers=sides)
@@ -185,7 +146,7 @@ def test_regions_of_regions_are_equal_children():
 
 
 def test_a_mask_counts_for_no_area():
-    mesh = flat(40)
+    mesh = shapes.flat(40)
     mask = sf.build_face_graph(mesh).positions[:, 0] > 10
     result = sf.segment(mesh, 12, sizes=sf.Sizes(balance=1.0), mask=mask)
     assert (result.labels[~mask] == -1).all()
@@ -195,19 +156,19 @@ def test_a_mask_counts_for_no_area():
 
 
 def test_features_polygons_points_and_tets():
-    sheet = flat(40)
+    sheet = shapes.flat(40)
     colors = (sf.build_face_graph(sheet).positions[:, 1] > 17.3).astype(float)
     striped = sf.segment(sheet, 12, sizes=sf.Sizes(balance=1.0), features=colors[:, None])
     assert spread(areas_of(sheet, striped.labels)) < 0.16
-    cloud = sf.PointCloud(grid_points(40), np.tile([0.0, 0.0, 1.0], (1600, 1)))
+    cloud = sf.PointCloud(shapes.squares(39).vertices, np.tile([0.0, 0.0, 1.0], (1600, 1)))
     points = sf.segment(cloud, 16, sizes=sf.Sizes(balance=1.0))
     assert spread(np.bincount(points.labels)) < 0.13
     assert n_pieces(cloud, points.labels) == 16
-    tets = tet_block(8)
+    tets = shapes.block(8)
     volumes = sf.segment(tets, 12, sizes=sf.Sizes(balance=1.0))
     assert spread(np.bincount(volumes.labels)) < 0.19
     assert n_pieces(tets, volumes.labels) == 12
-    quads = quad_sheet(30)
+    quads = shapes.squares(30)
     squares = sf.segment(quads, 9, sizes=sf.Sizes(balance=1.0))
     assert spread(np.bincount(squares.labels)) < 0.13
 
@@ -250,7 +211,7 @@ def test_bounds_of_the_sample_hold():
 
 
 def test_islands_that_are_too_small_are_told():
-    mesh = apart(flat(20), flat(2))
+    mesh = apart(shapes.flat(20), shapes.flat(2))
     area = sf.build_face_graph(mesh).measures.sum()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", sf.IslandWarning)
@@ -288,7 +249,7 @@ def test_sizes_take_named_parameters_alone_and_do_not_change():
     assert (sizes.balance, sizes.bounds) == (1.0, (2.0, None))
     with pytest.raises(AttributeError):
         sizes.balance = 0.5
-    result = sf.segment(flat(20), 10, sizes=sizes)
+    result = sf.segment(shapes.flat(20), 10, sizes=sizes)
     assert (result.params["balance"], result.params["bounds"]) == (1.0, [2.0, None])
     assert not {"size_weights", "cells"} & result.params.keys()
 
@@ -324,7 +285,7 @@ def test_sizes_take_named_parameters_alone_and_do_not_change():
 ])  # fmt: skip
 def test_sizes_that_do_not_fit_the_mesh_or_other_options_are_told(sizes, options, message):
     with pytest.raises((ValueError, TypeError), match=re.escape(message)):
-        sf.segment(sf.Mesh(*_grid(41, 21)), sizes=sizes, **options)
+        sf.segment(shapes.flat(40, 20), sizes=sizes, **options)
 
 
 # --- exact sizes
@@ -359,11 +320,11 @@ def test_regions_have_exactly_as_many_cells(per_region):
 def meshes(draw):
     """Draw sheets without some faces: components of all sizes, holes and thin bridges."""
     rng = np.random.default_rng(draw(st.integers(0, 10**6)))
-    vertices, faces = _grid(draw(st.integers(2, 20)), draw(st.integers(2, 20)))
-    is_kept = rng.random(len(faces)) > draw(st.sampled_from([0.0, 0.05, 0.2, 0.5]))
+    mesh = shapes.flat(draw(st.integers(1, 19)), draw(st.integers(1, 19)))
+    is_kept = rng.random(mesh.n_faces) > draw(st.sampled_from([0.0, 0.05, 0.2, 0.5]))
     is_kept[0] = True
-    vertices[:, 2] = rng.normal(0, draw(st.sampled_from([0.0, 0.2, 1.0])), len(vertices))
-    return sf.Mesh(vertices, faces[is_kept])
+    heights = rng.normal(0, draw(st.sampled_from([0.0, 0.2, 1.0])), (mesh.n_vertices, 1))
+    return sf.Mesh(mesh.vertices + heights * [0, 0, 1], mesh.faces[is_kept])
 
 
 @given(mesh=meshes(), per_region=st.sampled_from([1, 3, 8, 64]))
@@ -391,15 +352,15 @@ def test_what_cannot_be_connected_is_told_and_counted():
 
 
 def test_exact_sizes_of_points_tets_and_polygons():
-    cloud = sf.PointCloud(grid_points(20), np.tile([0.0, 0.0, 1.0], (400, 1)))
-    for cells in (cloud, tet_block(5), quad_sheet(12)):
+    cloud = sf.PointCloud(shapes.squares(19).vertices, np.tile([0.0, 0.0, 1.0], (400, 1)))
+    for cells in (cloud, shapes.block(5), shapes.squares(12)):
         result = sf.segment(cells, sizes=sf.Sizes(cells=32))
         check_exact(cells, 32, result.labels)
         assert result.n_extra_pieces == 0
 
 
 def test_exact_sizes_between_barriers_and_in_masks():
-    mesh = flat(20)
+    mesh = shapes.flat(20)
     x = sf.build_face_graph(mesh).positions[:, 0]
     sides = (x > np.quantile(x, 0.3)).astype(int)
     result = sf.segment(mesh, sizes=sf.Sizes(cells=50), barriers=sides)
@@ -429,7 +390,7 @@ def test_patches_hold_each_cell_once_in_the_order_of_a_walk():
 
 
 def test_patches_need_cells_and_leave_masked_cells_out():
-    mesh = flat(10)
+    mesh = shapes.flat(10)
     mask = np.arange(mesh.n_faces) % 7 > 0
     result = sf.segment(mesh, 5, mask=mask, islands="nearest")
     assert sorted(result.patches[result.patches >= 0].tolist()) == np.flatnonzero(mask).tolist()
@@ -519,37 +480,14 @@ def test_stl_has_a_solid_for_each_region_or_class(tmp_path):
 
 
 def test_stl_of_masked_and_of_unlabeled_faces(tmp_path):
-    mesh = flat(3)
+    mesh = shapes.flat(3)
     path = tmp_path / "part.stl"
     sf.write_mesh(path, mesh, np.repeat([-1, 2], 9))
     assert solids_of(path) == {"unlabeled": 9, "region_2": 9}
     sf.write_mesh(path, mesh, ascii=True)
     assert solids_of(path) == {"mesh": 18}
     with pytest.raises(sf.MeshError, match=r"not as \.stl"):
-        sf.write_mesh(path, quad_sheet(2), np.zeros(4, int))
-
-
-def test_the_command_balances_and_writes_solids(tmp_path):
-    sf.write_mesh(tmp_path / "scan.ply", sf.sample_mesh(5_000))
-
-    def run(*arguments):
-        return CliRunner().invoke(commands, ["segment", str(tmp_path / "scan.ply"), *arguments])
-
-    done = run("-n", "20", "--balance", "1", "-o", str(tmp_path / "part.stl"))
-    assert done.exit_code == 0, done.output
-    assert len(solids_of(tmp_path / "part.stl")) == 20
-    done = run("--cells", "64", "-o", str(tmp_path / "labels.npy"))
-    assert done.exit_code == 0, done.output
-    assert sorted(np.bincount(np.load(tmp_path / "labels.npy")))[1] == 64
-    for wrong, message in [
-        (("--balance", "2"), "0.0<=x<=1.0"),
-        (("-n", "20", "--bounds", ",0.01"), "at least"),
-        (("--cells", "64", "-n", "20"), "already sets the number of regions"),
-    ]:
-        failed = run(*wrong, "-o", str(tmp_path / "wrong.npy"))
-        assert failed.exit_code != 0
-        assert message in failed.output
-        assert not (tmp_path / "wrong.npy").exists()
+        sf.write_mesh(path, shapes.squares(2), np.zeros(4, int))
 
 
 def test_the_command_tells_of_pieces(tmp_path):
@@ -613,7 +551,7 @@ def test_exact_sizes_hold_in_each_of_several_components(options):
 
 
 def test_bounds_that_components_need_more_regions_for_are_told():
-    mesh = apart(flat(10), flat(10))
+    mesh = apart(shapes.flat(10), shapes.flat(10))
     area = sf.build_face_graph(mesh).measures.sum() / 2
     with pytest.raises(
         sf.MeshError,
@@ -649,7 +587,7 @@ def test_each_face_of_a_part_gets_regions_in_proportion_to_its_area(n_regions):
 
 
 def test_fewer_regions_than_requested_because_of_a_minimum_area_are_explained():
-    mesh = apart(flat(10), flat(10))
+    mesh = apart(shapes.flat(10), shapes.flat(10))
     least = 0.3 * sf.build_face_graph(mesh).measures.sum()
     with pytest.warns(sf.IslandWarning) as warned:
         result = sf.segment(mesh, 3, sizes=sf.Sizes(bounds=(least, None)))
@@ -675,7 +613,7 @@ def test_no_region_of_random_faces_loses_its_last_cell(seed):
 
 @pytest.mark.filterwarnings("ignore::UserWarning")
 def test_a_part_without_a_seed_does_not_change_the_balance_of_the_others():
-    sheet = flat(20)
+    sheet = shapes.flat(20)
     both = apart(sheet, sf.Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]))
     found = sf.segment(both, 8, sizes=sf.Sizes(balance=1), smooth=False, islands="nearest")
     assert areas_of(sheet, found.labels[:-1]).max() <= 1.2 * 400 / 8

@@ -19,29 +19,10 @@ from superfacets.regions.region_graph import region_graph_of
 from superfacets_formats import build_tet_graph
 
 
-def grid(n):
-    """Return n by n unit squares of two triangles each, row by row."""
-    vertices = [[x, y, 0] for y in range(n + 1) for x in range(n + 1)]
-    corners = [y * (n + 1) + x for y in range(n) for x in range(n)]
-    quads = [(v, v + 1, v + n + 2, v + n + 1) for v in corners]
-    return sf.Mesh(vertices, [t for a, b, c, d in quads for t in ([a, b, c], [a, c, d])])
-
-
-def quads(n):
-    """Return the same squares as polygons."""
-    corners = [y * (n + 1) + x for y in range(n) for x in range(n)]
-    faces = [(v, v + 1, v + n + 2, v + n + 1) for v in corners]
-    return sf.PolygonMesh.of_faces(grid(n).vertices, faces)
-
-
 def tets():
-    rng = np.random.default_rng(0)
-    corners = np.array([[x, y, z] for z in range(5) for y in range(5) for x in range(5)], float)
-    cubes = [x + 5 * y + 25 * z for z in range(4) for y in range(4) for x in range(4)]
-    six = [(0, 1, 6, 31), (0, 6, 5, 31), (0, 5, 30, 31), (0, 30, 25, 31), (0, 25, 26, 31),
-           (0, 26, 1, 31)]  # fmt: skip
-    moved = corners + 0.05 * rng.uniform(-1, 1, corners.shape)
-    return sf.TetMesh(moved, [[v + step for step in tet] for v in cubes for tet in six])
+    whole = shapes.block(4)
+    moves = 0.05 * np.random.default_rng(0).uniform(-1, 1, whole.vertices.shape)
+    return sf.TetMesh(whole.vertices + moves, whole.tets)
 
 
 def points():
@@ -50,7 +31,7 @@ def points():
 
 CELLS = {
     "triangles": lambda: shapes.bumpy_sheet(16), "parts": lambda: shapes.gears(8),
-    "polygons": lambda: quads(16), "points": points, "tets": tets,
+    "polygons": lambda: shapes.squares(16), "points": points, "tets": tets,
 }  # fmt: skip
 
 
@@ -205,7 +186,7 @@ def test_what_is_left_has_the_measures_of_a_mesh_of_its_own(name):
 
 
 def test_only_the_area_that_is_kept_counts():
-    mesh = grid(12)
+    mesh = shapes.flat(12)
     left = mesh.vertices[mesh.faces].mean(axis=1)[:, 0] < 6
     alone = sf.Mesh(mesh.vertices, mesh.faces[left])
     result = sf.segment(mesh, 9, mask=left, smooth=False)
@@ -220,7 +201,7 @@ def test_only_the_area_that_is_kept_counts():
 
 
 def test_an_open_line_of_edges_is_walked_around():
-    mesh = grid(4)
+    mesh = shapes.flat(4)
     wall = [[2, 7], [7, 12], [12, 17]]  # from the outline up to the middle of the last row
     result = sf.segment(mesh, 1, barriers=wall)
     assert result.n_segments == 1
@@ -232,8 +213,8 @@ def test_an_open_line_of_edges_is_walked_around():
 
 
 def test_edges_are_welded_as_the_mesh_is():
-    mesh = shapes.soup(grid(4))
-    joined = grid(4)
+    mesh = shapes.soup(shapes.flat(4))
+    joined = shapes.flat(4)
     wall = np.array([[2, 7], [7, 12], [12, 17], [17, 22]])
     places = {tuple(p): i for i, p in enumerate(mesh.vertices.tolist())}  # any of several
     named = [[places[tuple(joined.vertices[v].tolist())] for v in edge] for edge in wall]
@@ -245,7 +226,7 @@ def test_edges_are_welded_as_the_mesh_is():
 
 
 def test_pieces_between_edges_stay_and_whole_parts_join_the_nearest():
-    square = grid(4)
+    square = shapes.flat(4)
     speck = sf.Mesh([[9, 0, 0], [9.1, 0, 0], [9, 0.1, 0]], [[0, 1, 2]])
     mesh = shapes.together([square, speck])
     wall = [[2, 7], [7, 12], [12, 17], [17, 22]]
@@ -285,7 +266,7 @@ def test_a_run_begins_where_another_ended(cells):
 
 
 def test_labels_begin_with_their_central_cells():
-    mesh = grid(4)
+    mesh = shapes.flat(4)
     halves = (mesh.vertices[mesh.faces].mean(axis=1)[:, 0] > 2).astype(int)
     result = sf.segment(mesh, init=halves, max_num_iter=0, smooth=False)
     graph = sf.build_face_graph(mesh)
@@ -532,7 +513,7 @@ def test_sharp_edges_are_those_of_polygons_and_of_part_of_faces():
     assert (
         sf.sharp_edges(sf.PolygonMesh.of_faces(cube.vertices, cube.faces)).tolist() == rim.tolist()
     )
-    assert len(sf.sharp_edges(grid(3))) == 0
+    assert len(sf.sharp_edges(shapes.flat(3))) == 0
 
 
 def test_sharp_edges_are_welded_as_barriers_are():
@@ -556,7 +537,7 @@ def test_an_edge_of_three_faces_is_sharp_at_any_angle():
 @pytest.mark.parametrize("angle", [0, -1, 181, np.nan])
 def test_angles_out_of_range_are_refused(angle):
     with pytest.raises(ValueError, match="angle must be"):
-        sf.sharp_edges(grid(1), angle)
+        sf.sharp_edges(shapes.flat(1), angle)
 
 
 def test_sharp_edges_need_faces():
@@ -616,7 +597,7 @@ def test_each_area_between_barriers_has_a_region_even_if_fewer_are_requested():
 
 def test_areas_without_a_seed_join_the_nearest_region_if_islands_do():
     """A small square and a large one of the same barrier number, and a large one of another."""
-    squares = [grid(8), grid(8), grid(1)]
+    squares = [shapes.flat(8), shapes.flat(8), shapes.flat(1)]
     moved = [sf.Mesh(mesh.vertices + [20 * i, 0, 0], mesh.faces) for i, mesh in enumerate(squares)]
     groups = np.repeat([0, 1, 1], [mesh.n_faces for mesh in moved])
     result = sf.segment(shapes.together(moved), 4, barriers=groups, islands="nearest")

@@ -10,7 +10,6 @@ from superfacets import (
     BorderCut,
     Mesh,
     MeshError,
-    PolygonMesh,
     border_lines,
     build_face_graph,
     cut_borders,
@@ -285,8 +284,7 @@ def test_the_order_of_faces_and_names_of_regions_hardly_matter():
 
 
 def test_polygons_are_cut_into_triangles_first():
-    quads = PolygonMesh.of_faces([[x, y, 0] for y in range(9) for x in range(9)],
-                        [[v, v + 1, v + 10, v + 9] for v in range(71) if v % 9 < 8])  # fmt: skip
+    quads = shapes.squares(8)
     labels = (np.arange(64) % 8 + np.arange(64) // 8 > 7).astype(int)
     cut = cut_borders(quads, labels)
     assert cut.n_sources == 64

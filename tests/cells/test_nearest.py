@@ -134,9 +134,7 @@ def test_faces_beyond_the_limit_are_not_found():
 
 
 def test_polygons_are_found_through_their_triangles():
-    house = sf.PolygonMesh.of_faces(
-        [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 2, 0]], [[0, 1, 2, 3], [3, 2, 4]]
-    )
+    house = shapes.house()
     points = [[0.9, 0.1, 1], [0.1, 0.9, 1], [0.5, 1.5, 1], [0.5, 9, 0], [0.5, 1, 0], [9, 9, 99]]
     assert nearest(house, points, max_distance=50)[0].tolist() == [0, 0, 1, 1, 0, -1]
 

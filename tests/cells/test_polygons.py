@@ -13,19 +13,8 @@ from superfacets import MeshError, PolygonMesh, build_face_graph, metrics
 from superfacets.graph.surface import Surface, arc_measures
 from superfacets.paper import superfacet_weights
 
-CORNERS = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=float)
-CUBE = PolygonMesh.of_faces(
-    CORNERS, [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
-)
-"""The unit cube, normals outwards: bottom, top, front, back, left, right."""
-
-
-def grid(n_x, n_y):
-    """Return unit squares in the plane z = 0, row by row."""
-    points = [[x, y, 0] for y in range(n_y + 1) for x in range(n_x + 1)]
-    step = n_x + 1
-    firsts = [y * step + x for y in range(n_y) for x in range(n_x)]
-    return PolygonMesh.of_faces(points, [[v, v + 1, v + 1 + step, v + step] for v in firsts])
+CUBE = shapes.quad_cube()
+CORNERS = CUBE.vertices
 
 
 def as_polygons(mesh):
@@ -85,7 +74,7 @@ def test_what_is_known_of_a_cube():
 
 
 def test_a_grid_of_quads_falls_into_its_halves():
-    strip = grid(8, 2)
+    strip = shapes.squares(8, 2)
     result = sf.segment(strip, 2)
     halves = np.tile([0] * 4 + [1] * 4, 2)
     assert np.array_equal(result.labels, halves) or np.array_equal(result.labels, 1 - halves)
@@ -98,7 +87,7 @@ def test_a_grid_of_quads_falls_into_its_halves():
 
 def test_distances_of_borders_run_along_the_edges_of_quads():
     """In a strip of 8 x 1, the borders are at x = 4 and x = 2; there are no diagonals to follow."""
-    strip = grid(8, 1)
+    strip = shapes.squares(8, 1)
     four, two = [0] * 4 + [1] * 4, [0] * 2 + [1] * 6
     radius = np.abs(np.arange(8) + 0.5 - 4).mean()
     values = metrics.evaluate(strip, four, [two])
@@ -161,14 +150,14 @@ def test_triangles_given_as_polygons_have_the_same_metrics_colors_and_clean_up()
 
 def test_a_border_between_quads_is_made_straight():
     """A square of the tooth shares at most one side with its own region."""
-    sheet = grid(6, 6)
+    sheet = shapes.squares(6, 6)
     labels = np.repeat([0, 1], 18)
     labels[20] = 0  # a tooth
     assert sf.smooth_borders(sheet, labels).tolist() == np.repeat([0, 1], 18).tolist()
 
 
 def test_smoothing_keeps_regions_of_quads_connected():
-    sheet = grid(12, 12)
+    sheet = shapes.squares(12, 12)
     rough = sf.segment(sheet, 9, smooth=False)
     smoothed = sf.smooth_borders(sheet, rough.labels, centers=rough.centers)
     assert (np.unique(smoothed) == np.arange(9)).all()
@@ -216,7 +205,7 @@ def test_too_many_arcs_are_refused():
 
 def test_ugly_faces_are_cells_like_others():
     """A sheet of quads has a bow tie, repeated corners, a bent face, and a face without area."""
-    sheet = grid(4, 4)
+    sheet = shapes.squares(4, 4)
     faces = [sheet.face(i).tolist() for i in range(16)]
     faces[5] = [faces[5][i] for i in (0, 1, 3, 2)]
     faces[6] = [faces[6][i] for i in (0, 0, 1, 2, 2, 3, 3)]
@@ -248,7 +237,7 @@ def test_neighbors_in_the_same_direction_are_flipped_for_their_arc():
 
 
 def test_a_graph_of_another_mesh_is_refused():
-    sheet, other = grid(2, 3), grid(3, 2)
+    sheet, other = shapes.squares(2, 3), shapes.squares(3, 2)
     assert Surface.of_faces(sheet, build_face_graph(sheet), 1).n_cells == 6
     triangles = shapes.strip(6)
     with pytest.raises(
@@ -265,7 +254,7 @@ def test_a_graph_of_another_mesh_is_refused():
     ):
         superfacet_weights(fans, build_face_graph(other))
     with pytest.raises(ValueError, match="the graph has 6 cells but the mesh has 4 faces"):
-        arc_measures(grid(2, 2), build_face_graph(other))
+        arc_measures(shapes.squares(2, 2), build_face_graph(other))
 
 
 def test_labels_do_not_depend_on_the_order_of_faces_and_corners():

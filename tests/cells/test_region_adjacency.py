@@ -36,10 +36,6 @@ SIDES = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [
 OUTWARDS = [[0, 0, -1], [0, 0, 1], [0, -1, 0], [0, 1, 0], [-1, 0, 0], [1, 0, 0]]
 
 
-def quad_cube():
-    return PolygonMesh.of_faces(CORNERS, SIDES)
-
-
 def arcs_of(graph):
     """Return the values of each pair of adjacent regions, as a dict of tuples."""
     values = np.stack([graph.arc_values(name) for name in graph.ARC_VALUES], axis=1)
@@ -53,7 +49,9 @@ def arcs_of(graph):
 @pytest.mark.parametrize("is_cut", [False, True])
 def test_the_sides_of_a_cube(is_cut):
     """The sides are squares, or are cut into two triangles each, which must not matter."""
-    cube, labels = (shapes.cube(), np.repeat(range(6), 2)) if is_cut else (quad_cube(), range(6))
+    cube, labels = (
+        (shapes.cube(), np.repeat(range(6), 2)) if is_cut else (shapes.quad_cube(), range(6))
+    )
     graph = region_graph(cube, labels)
     pairs = [(a, b) for a in range(6) for b in range(a + 1, 6) if a // 2 != b // 2]
     assert arcs_of(graph) == dict.fromkeys(pairs, (1, QUARTER, -QUARTER, -QUARTER, 1, QUARTER))
@@ -96,7 +94,7 @@ def test_a_cube_in_one_region_has_no_normal_and_no_border():
 
 
 def test_a_box_and_its_lid():
-    graph = region_graph(quad_cube(), [0, 1, 0, 0, 0, 0])
+    graph = region_graph(shapes.quad_cube(), [0, 1, 0, 0, 0, 0])
     assert arcs_of(graph) == {(0, 1): (4, QUARTER, -QUARTER, -QUARTER, 4, np.pi)}
     assert graph.areas.tolist() == [5, 1]
     assert graph.perimeters.tolist() == [4, 4]
@@ -179,17 +177,10 @@ def test_a_column_of_tetrahedra():
         graph.areas  # noqa: B018
 
 
-def grid(n_x, n_y):
-    """Return unit squares, row by row."""
-    points = [[x, y, 0] for y in range(n_y + 1) for x in range(n_x + 1)]
-    lows = [y * (n_x + 1) + x for y in range(n_y) for x in range(n_x)]
-    return PolygonMesh.of_faces(points, [[v, v + 1, v + n_x + 2, v + n_x + 1] for v in lows])
-
-
 def test_a_grid_of_squares_one_of_which_is_in_no_region():
     # 0  2  -
     # 0  0  1
-    graph = region_graph(grid(3, 2), [0, 0, 1, 0, 2, -1])
+    graph = region_graph(shapes.squares(3, 2), [0, 0, 1, 0, 2, -1])
     assert arcs_of(graph) == {(0, 1): (1, 0, 0, 0, 1, 0), (0, 2): (2, 0, 0, 0, 2, 0)}
     assert graph.areas.tolist() == [3, 1, 1]
     assert graph.perimeters.tolist() == [8, 4, 4]
@@ -204,7 +195,7 @@ def test_a_grid_of_squares_one_of_which_is_in_no_region():
 
 
 def test_centers_are_those_given():
-    graph = region_graph(grid(3, 2), [0, 0, 1, 0, 2, -1], centers=[3, 2, 4])
+    graph = region_graph(shapes.squares(3, 2), [0, 0, 1, 0, 2, -1], centers=[3, 2, 4])
     assert graph.centers.tolist() == [3, 2, 4]
 
 
@@ -445,9 +436,9 @@ def test_a_matrix_of_scipy():
     assert signed.toarray() == pytest.approx(
         QUARTER * np.array([[0, 1, 0], [1, 0, -1], [0, -1, 0]])
     )
-    flat = region_graph(grid(2, 1), [0, 1]).to_scipy("mean_angle")
+    flat = region_graph(shapes.squares(2, 1), [0, 1]).to_scipy("mean_angle")
     assert (flat.nnz, flat.shape) == (2, (2, 2))  # one of the two stored values is 0
-    assert region_graph(grid(2, 1), [0, 0]).to_scipy().toarray().tolist() == [[0]]
+    assert region_graph(shapes.squares(2, 1), [0, 0]).to_scipy().toarray().tolist() == [[0]]
 
 
 def test_changing_a_matrix_or_an_array_of_neighbors_in_place_leaves_the_graph():

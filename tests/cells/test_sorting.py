@@ -36,30 +36,17 @@ def in_curve_order(mesh, weld=True):
     return make(mesh, found.vertices, found.corners, found.offsets), found.order
 
 
-def quads(n=40):
-    x, y = (axis.ravel() for axis in np.mgrid[: n + 1, : n + 1].astype(float))
+def quads():
+    squares = shapes.squares(40)
+    x, y, _ = squares.vertices.T
     vertices = np.stack([x, y, 3 * np.sin(x / 5) * np.cos(y / 4)], axis=1)
-    number = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
-    parts = number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]
-    corners = np.stack(parts, axis=-1).reshape(-1)
-    return sf.PolygonMesh(vertices, 4 * np.arange(n * n + 1), corners)
-
-
-def tets(n=18):
-    """Return a cube of n**3 cubes of six tetrahedra each."""
-    number = np.arange((n + 1) ** 3).reshape(n + 1, n + 1, n + 1)
-    vertices = np.stack(np.unravel_index(number.ravel(), number.shape), axis=1).astype(float)
-    lists = []
-    for axes in ((0, 1, 2), (0, 2, 1), (1, 0, 2), (1, 2, 0), (2, 0, 1), (2, 1, 0)):
-        steps = np.concatenate([[[0, 0, 0]], np.cumsum(np.eye(3, dtype=int)[list(axes)], axis=0)])
-        lists.append([number[i : n + i, j : n + j, k : n + k].ravel() for i, j, k in steps])
-    return sf.TetMesh(vertices, np.transpose(lists, (2, 0, 1)).reshape(-1, 4))
+    return sf.PolygonMesh(vertices, squares.offsets, squares.indices)
 
 
 BEAR = shuffled(sf.sample_mesh(5_000))
 MESHES = {
     "triangles": BEAR, "soup": shuffled(shapes.soup(sf.sample_mesh(5_000))),
-    "polygons": shuffled(quads()), "tets": shuffled(tets()),
+    "polygons": shuffled(quads()), "tets": shuffled(shapes.block(18)),
 }  # fmt: skip
 
 

@@ -269,21 +269,6 @@ def test_grids_of_pyvista():
     assert np.array_equal(sf.segment(grid, 3).labels, sf.segment(tower, 3).labels)
 
 
-@pytest.mark.parametrize("ending", [".vtu", ".vtk"])
-@pytest.mark.parametrize("ascii", [False, True])
-def test_files_keep_tetrahedra_and_labels(tmp_path, ending, ascii):
-    tower, path = column(3), tmp_path / f"a{ending}"
-    labels = np.arange(18) % 4
-    sf.write_mesh(path, tower, labels, ascii=ascii)
-    found = sf.read_mesh(path)
-    assert np.array_equal(found.tets, tower.tets)
-    assert np.array_equal(found.vertices, tower.vertices)
-    assert sf.read_labels(path, 18).tolist() == labels.tolist()
-    sf.write_mesh(path, tower)
-    with pytest.raises(MeshError, match="have no property label"):
-        sf.read_labels(path)
-
-
 MESHIO = {"a.msh": {"file_format": "gmsh22"}}
 """Without this option, meshio writes the format of Ansys Fluent, which has the same ending."""
 
@@ -313,15 +298,6 @@ def test_other_cells_are_named(tmp_path):
     )
     with pytest.raises(MeshError, match="labels must be integers"):
         sf.read_labels(tmp_path / "a.vtu")
-
-
-def test_formats_of_the_other_kind_are_refused(tmp_path):
-    with pytest.raises(MeshError, match=r"tetrahedra are written as \.vtu or \.vtk, not as \.ply"):
-        sf.write_mesh(tmp_path / "a.ply", TIP)
-    with pytest.raises(MeshError, match=r"faces are written as \.ply, .*, not as \.vtu"):
-        sf.write_mesh(tmp_path / "a.vtu", shapes.cube())
-    with pytest.raises(ValueError, match=r"\.vtu and \.vtk cannot store colors: omit them"):
-        sf.write_mesh(tmp_path / "a.vtu", TIP, colors=[[1, 2, 3]])
 
 
 def test_pictures_show_the_outside_and_the_inside(tmp_path):

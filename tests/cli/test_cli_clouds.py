@@ -47,23 +47,6 @@ def test_a_cloud_is_evaluated(folder):
     assert "undersegmentation_error    0" in printed
 
 
-def test_labels_in_the_file_of_a_cloud_are_found_by_name(folder):
-    run("segment", "cloud.ply", "-n", 20, "-q", "-o", "cloud.csv")
-    text = (folder / "cloud.csv").read_text()
-    (folder / "parts.csv").write_text(text.replace("label", "part", 1))
-    run("convert", "parts.csv", "--labels-named", "part", "-o", "parts.npy")
-    assert np.array_equal(np.load("parts.npy"), sf.read_labels("cloud.csv"))
-    output = run("convert", "parts.csv", "-o", "no.npy", status=1)
-    assert "there are no labels (none called label)" in output
-
-
-def test_a_cloud_is_drawn(folder):
-    pytest.importorskip("vtkmodules")
-    run("segment", "cloud.ply", "-n", 5, "-q", "-o", "out.ply")
-    run("render", "out.ply", "-o", "picture.png")
-    assert (folder / "picture.png").stat().st_size > 10_000
-
-
 @pytest.mark.parametrize("names", [["color"], ["red", "blue"], ["color", "height", "normals"]])
 def test_features_by_name(folder, names):
     run("segment", "cloud.ply", "-n", 12, "-q", "--to", "npy")
@@ -97,12 +80,6 @@ def test_what_the_file_does_not_have_is_an_error(folder):
     )
     output = run("segment", "cloud.ply", "--features", "heat", status=1)
     assert ": it has color, normals, height, alpha, blue, green, red" in output
-
-
-def test_a_cloud_is_not_subdivided(folder):
-    assert "expected a surface mesh, got a PointCloud" in run(
-        "segment", "cloud.ply", "--subdivide", status=1
-    )
 
 
 def test_scans_of_an_e57_become_one_cloud(folder):
@@ -154,19 +131,10 @@ def test_info_has_the_digits_of_coordinates_far_from_the_origin(folder):
     ("options", "status", "message"),
     [
         (["--viewpoint", "0,0"], 2, "viewpoint must be three finite numbers, got (0.0, 0.0)"),
-        (["--paper", "--balance", 1], 2, "give --paper or --balance, not both"),
     ],
 )
 def test_errors_name_the_option_that_was_typed(folder, options, status, message):
     assert message in run("segment", "cloud.ply", *options, status=status)
-
-
-@pytest.mark.parametrize("command", [["info"], ["segment", "-n", 9]])
-def test_commands_refuse_a_height_grid(folder, command):
-    np.save("dem.npy", np.zeros((301, 301)))
-    output = run(*command, "dem.npy", status=1)
-    assert "dem.npy: expected shape (N, n)" in output
-    assert "got (301, 301): if this is a height grid, convert it to a mesh first" in output
 
 
 def test_scans_are_no_preset_for_clouds(folder, run_main):

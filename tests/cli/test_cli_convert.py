@@ -303,19 +303,6 @@ def test_attributes_are_carried_over_with_a_note_on_what_is_not(run, folder):
     assert run("convert", "c.ply", "-o", "d.ply")[2] == ""  # the labels are those of the input
 
 
-def test_segments_of_a_scene_replace_those_of_the_usual_segmenter(run, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    sheet = shapes.bumpy_sheet(12)
-    write_mesh("scene0000_00_vh_clean_2.ply", sheet)
-    name = "scene0000_00_vh_clean_2.0.010000.segs.json"
-    assert run("segment", "scene0000_00_vh_clean_2.ply", "-n", 20, "-o", name)[0] == 0
-    (path,) = tmp_path.glob("*[0-9].segs.json")
-    document = json.loads(path.read_text())
-    assert document["sceneId"] == "scene0000_00"
-    assert len(document["segIndices"]) == sheet.n_vertices
-    assert len(set(document["segIndices"])) == 20
-
-
 def test_files_are_named_as_their_readers_look_for_them(run, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     write_mesh("scene0000_00_vh_clean_2.ply", shapes.bumpy_sheet(4))

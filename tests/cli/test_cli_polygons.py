@@ -37,21 +37,6 @@ def test_segment_writes_a_label_for_each_face(run, labeled, tmp_path):
         assert np.array_equal(written.indices, mesh.indices)
 
 
-def test_a_subdivided_polygon_mesh_gives_labels_of_its_faces(run, data_dir, tmp_path):
-    path = data_dir / "meshes" / "suzanne.obj"
-    status, out, err = run("segment", path, "-n", 30, "--subdivide", "-o", tmp_path / "a.npy")
-    assert status == 0, err
-    assert "subdivision turned 500 faces into" in err + out
-    assert len(np.load(tmp_path / "a.npy")) == 500
-
-
-def test_info_counts_faces(run, labeled):
-    path, _ = labeled
-    status, out, _ = run("info", "--json", path)
-    assert status == 0
-    assert json.loads(out)["n_faces"] == FILES[path.name]
-
-
 def test_evaluate_measures_labels(run, labeled):
     path, labels = labeled
     status, out, err = run("evaluate", path, labels, "--gt", labels, "--json")
@@ -67,14 +52,3 @@ def test_render_draws_polygons(run, labeled, tmp_path):
     status, _, err = run("render", path, "--labels", labels, "-o", tmp_path / "a.png")
     assert status == 0, err
     assert (tmp_path / "a.png").stat().st_size > 10_000
-
-
-def test_vtp_goes_in_and_out(run, data_dir, tmp_path):
-    pytest.importorskip("vtkmodules", reason="VTK is not installed")
-    path, labeled = data_dir / "meshes" / "suzanne.obj", tmp_path / "a.vtp"
-    assert run("segment", path, "-n", 20, "-o", labeled)[0] == 0
-    status, _, err = run("segment", labeled, "-n", 20, "--to", "vtp")
-    assert status == 0, err
-    again = tmp_path / "a.superfacets.vtp"
-    assert np.array_equal(sf.read_labels(again), sf.read_labels(labeled))
-    assert run("info", labeled)[0] == 0

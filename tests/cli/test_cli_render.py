@@ -28,16 +28,6 @@ def test_labels_in_a_mesh_file_that_are_wrong_are_not_passed_over(run, tmp_path)
     assert "labels[1] must be -1 to 2147483647, got -4" in err
 
 
-def test_labels_of_another_mesh_are_refused(run, sheet, tmp_path):
-    labels = tmp_path / "labels.npy"
-    np.save(labels, np.zeros(7, np.int32))
-    status, _, err = run("render", sheet, "--labels", labels, "-o", tmp_path / "picture.png")
-    assert status == 1
-    assert "7" in err
-    assert "1152" in err
-    assert not (tmp_path / "picture.png").exists()
-
-
 def test_a_mesh_is_drawn_with_its_labels(run, sheet, tmp_path):
     if not can_render():
         pytest.skip("no OpenGL to draw with")
@@ -232,13 +222,6 @@ def test_own_colors_are_drawn_without_labels_and_on_request(run, tmp_path, drawn
     write_mesh(labeled, mesh, [0, 1])
     assert run("render", labeled, "-o", tmp_path / "a.png", "--color-by", "color")[0] == 0
     assert drawn[-1][2]["colors"].tolist() == face_colors(mesh, [0, 1]).tolist()
-
-
-def test_a_mesh_has_no_viewpoint(run, sheet, tmp_path, drawn):
-    status, _, err = run("render", sheet, "-o", tmp_path / "a.png", "--viewpoint", "0,0,1")
-    assert status == 1
-    assert "omit viewpoint: it is only for point clouds without normals" in err
-    assert not drawn
 
 
 @pytest.mark.parametrize("ending", [".las", ".ply"])

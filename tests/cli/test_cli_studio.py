@@ -78,13 +78,6 @@ def test_a_port_that_may_not_be_opened_is_an_error(broken):
         open_socket(80)
 
 
-def test_a_second_studio_on_the_same_work_is_an_error(run, sheet, served):
-    assert run("studio", sheet, "--no-browser")[0] == 0
-    status, _, err = run("studio", sheet, "--no-browser")
-    assert status != 0
-    assert "another studio has this work file open" in err
-
-
 def test_a_torn_work_file_is_noted(run, sheet, served):
     run("studio", sheet, "--no-browser")
     served[0][0].close()

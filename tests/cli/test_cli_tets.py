@@ -4,20 +4,17 @@ import json
 
 import numpy as np
 import pytest
+import shapes
 
 import superfacets as sf
 
 pytest.importorskip("meshio", reason="meshio is not installed")
 
-AROUND = [[0, 1, 3, 7], [0, 3, 2, 7], [0, 2, 6, 7], [0, 6, 4, 7], [0, 4, 5, 7], [0, 5, 1, 7]]
-
 
 @pytest.fixture
 def tower(tmp_path):
     """Write six unit cubes above each other, of six tetrahedra each."""
-    points = [[x, y, z] for z in range(7) for y in (0, 1) for x in (0, 1)]
-    tets = [[4 * i + v for v in tet] for i in range(6) for tet in AROUND]
-    sf.write_mesh(tmp_path / "tower.vtu", sf.TetMesh(points, tets))
+    sf.write_mesh(tmp_path / "tower.vtu", shapes.column(6))
     return tmp_path / "tower.vtu"
 
 

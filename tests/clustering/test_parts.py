@@ -63,21 +63,13 @@ def test_regions_stay_within_parts():
     assert result.n_segments == 2
 
 
-def tets():
-    grid = np.stack(np.meshgrid(*[np.arange(4.0)] * 3, indexing="ij"), -1).reshape(-1, 3)
-    corner = [i for i, p in enumerate(grid) if (p < 3).all()]
-    cut = [[0, 16, 20, 21], [0, 16, 17, 21], [0, 4, 20, 21], [0, 4, 5, 21], [0, 1, 17, 21],
-           [0, 1, 5, 21]]  # fmt: skip
-    return sf.TetMesh(grid, [[c + step for step in tet] for c in corner for tet in cut])
-
-
 SOURCES = {
     "open": shapes.dumbbell, "sheet": shapes.bumpy_sheet,
     "soup": lambda: shapes.soup(shapes.dumbbell()),
     "inside out": lambda: Mesh(BEAR.vertices, BEAR.faces[:, ::-1]),
     "components": lambda: shapes.together([shapes.cube(), shapes.table()]),
     "moebius": shapes.moebius, "non-manifold": shapes.fins, "slivers": shapes.slivers,
-    "points": lambda: np.random.default_rng(0).random((400, 3)), "tets": tets,
+    "points": lambda: np.random.default_rng(0).random((400, 3)), "tets": lambda: shapes.block(3),
     "flat": lambda: Mesh([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2], [0, 1, 1]]),
 }  # fmt: skip
 

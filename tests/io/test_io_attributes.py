@@ -259,6 +259,11 @@ def test_arrays_get_a_type_that_ply_has():
     ({"comments": ["comment a\nend_header"]}, ValueError,
      "must be lines that begin with comment or obj_info"),
     ({"comments": [3]}, ValueError, "must be lines that begin with comment or obj_info, got 3"),
+    ({"vertex": [1]}, TypeError, "vertex must be a mapping of names to arrays"),
+    ({"face": {"a": np.ma.masked_equal([1, 2], 2)}}, ValueError,
+     "face property 'a' must not have masked entries: fill or remove these entries"),
+    ({"comments": ["comment \ud800"]}, ValueError,
+     r"comments must be lines that begin with comment or obj_info, got 'comment \ud800'"),
 ])  # fmt: skip
 def test_attributes_that_no_file_can_hold_are_refused(arguments, error, message):
     with pytest.raises(error) as caught:
@@ -332,17 +337,6 @@ def test_trimesh_reads_what_was_carried_over(rich, tmp_path):
     assert_array_equal(np.ravel(raw["face"]["data"]["material"]), FACE["material"])
 
 
-def test_pyvista_reads_what_was_carried_over(rich, tmp_path):
-    pyvista = pytest.importorskip("pyvista")
-    path = tmp_path / "out.ply"
-    write_mesh(path, read_mesh(rich), [1, 0], attributes=read_attributes(rich))
-    poly = pyvista.read(path)
-    assert_array_equal(poly.points, VERTICES)
-    assert_array_equal(poly.point_data["RGBA"], VERTEX["rgba"])
-    assert_array_equal(poly.point_data["Normals"], VERTEX["n"])
-    assert poly.cell_data["RGBA"].shape == (2, 4)
-
-
 def test_lagrange_reads_what_was_carried_over(rich, tmp_path):
     lagrange = pytest.importorskip("lagrange")
     path = tmp_path / "out.ply"
@@ -368,18 +362,6 @@ def test_attributes_are_copies_that_cannot_be_written():
         assert again.vertex["heat"].tolist() == [0.0, 1.0, 2.0]
         with pytest.raises(ValueError, match="read-only"):
             again.vertex["heat"][0] = 1.0
-
-
-@pytest.mark.parametrize(("given", "error", "message"), [
-    ({"vertex": [1]}, TypeError, "vertex must be a mapping of names to arrays"),
-    ({"face": {"a": np.ma.masked_equal([1, 2], 2)}}, ValueError,
-     "face property 'a' must not have masked entries: fill or remove these entries"),
-    ({"comments": ["comment \ud800"]}, ValueError,
-     r"comments must be lines that begin with comment or obj_info, got 'comment \\ud800'"),
-])  # fmt: skip
-def test_attributes_of_wrong_types_are_refused(given, error, message):
-    with pytest.raises(error, match=message):
-        MeshAttributes(**given)
 
 
 @pytest.mark.parametrize(("dtype", "top"), [("u1", 255), ("u2", 65535), ("f4", 1), ("i4", 255)])

@@ -3,7 +3,6 @@
 import json
 import struct
 import tracemalloc
-import warnings
 from collections import Counter
 from itertools import pairwise
 from pathlib import Path
@@ -19,8 +18,6 @@ from superfacets import (
     MeshAttributes,
     MeshError,
     PointCloud,
-    PolygonMesh,
-    TetMesh,
     read_attributes,
     read_cloud,
     read_labels,
@@ -39,9 +36,7 @@ from superfacets_scans.scannet import scene_of
 
 SEGMENTS = "scene0000_00_vh_clean_2.0.010000.segs.json"
 
-TETS = TetMesh(
-    [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]], [[0, 1, 2, 3], [1, 2, 3, 4]]
-)
+TETS = shapes.two_tets()
 
 
 @pytest.fixture
@@ -52,9 +47,7 @@ def square():
 
 @pytest.fixture
 def house():
-    """Return a square and an adjacent triangle."""
-    corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 2, 0]]
-    return PolygonMesh(corners, [0, 4, 7], [0, 1, 2, 3, 3, 2, 4])
+    return shapes.house()
 
 
 class TestScanNet:
@@ -339,14 +332,6 @@ class TestObj:
         assert (tmp_path / "b.obj").read_text().splitlines()[5:] == ["f 1 2 3 4", "f 4 3 5"]
         assert read_mesh(tmp_path / "b.obj").sizes.tolist() == [4, 3]
 
-    def test_other_readers_find_the_groups(self, tmp_path):
-        pyvista = pytest.importorskip("pyvista")
-        mesh = shapes.bumpy_sheet(6)
-        labels = np.arange(mesh.n_faces) % 5
-        write_mesh(tmp_path / "a.obj", mesh, labels)
-        read = pyvista.read(tmp_path / "a.obj")
-        assert Counter(read.cell_data["GroupIds"].astype(int).tolist()) == Counter(labels.tolist())
-
     def test_coordinates_come_back_exactly(self, square, tmp_path):
         moved = Mesh(square.vertices + 1 / 3, FACES)
         for name in ("a.obj", "a.off"):
@@ -361,14 +346,6 @@ class TestOff:
         assert (tmp_path / "a.off").read_text() == (
             "OFF\n5 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n0.5 2 0\n4 0 1 2 3 1 2 3\n3 3 2 4 4 5 6\n"
         )
-
-    def test_other_readers_find_the_faces(self, tmp_path):
-        trimesh = pytest.importorskip("trimesh")
-        mesh = shapes.bumpy_sheet(6)
-        write_mesh(tmp_path / "a.off", mesh, np.arange(mesh.n_faces) % 5)
-        read = trimesh.load_mesh(tmp_path / "a.off", process=False)
-        assert_array_equal(read.faces, mesh.faces)
-        assert_allclose(read.vertices, mesh.vertices, rtol=0, atol=0)
 
 
 def parsed_glb(path):
@@ -477,43 +454,8 @@ class TestGlb:
         srgb = np.where(shades > 0.0031308, 1.055 * shades ** (1 / 2.4) - 0.055, 12.92 * shades)
         assert_allclose(srgb[3:], colors[3:] / 255, atol=0.05)
 
-    def test_pygltflib_reads_what_the_document_says(self, tmp_path):
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # about libraries that it uses
-            pygltflib = pytest.importorskip("pygltflib")
-            mesh = shapes.bumpy_sheet(6)
-            labels = np.arange(mesh.n_faces) // 12
-            write_mesh(tmp_path / "a.glb", mesh, labels)
-            gltf = pygltflib.GLTF2().load(str(tmp_path / "a.glb"))
-        (primitive,) = gltf.meshes[0].primitives
-        assert set(gltf.extensionsUsed) == {"EXT_mesh_features", "EXT_structural_metadata"}
-        assert "EXT_mesh_features" in primitive.extensions
-        blob = gltf.binary_blob()
-
-        def values(place, dtype):
-            accessor = gltf.accessors[place]
-            view = gltf.bufferViews[accessor.bufferView]
-            return np.frombuffer(blob[view.byteOffset : view.byteOffset + view.byteLength], dtype)
-
-        indices = values(primitive.indices, "<u4").reshape(-1, 3)
-        ids = values(primitive.attributes._FEATURE_ID_0, "<f4")
-        assert_array_equal(ids[indices[:, 0]], labels)
-
 
 class TestNamesAndVertices:
-    def test_the_array_of_labels_in_vtp_has_any_name(self, square, tmp_path):
-        pyvista = pytest.importorskip("pyvista")
-        write_mesh(tmp_path / "a.vtp", square, [3, 4], label_name="Label")
-        array = pyvista.read(tmp_path / "a.vtp").cell_data["Label"]
-        assert (array.dtype, array.tolist()) == (np.int32, [3, 4])
-
-    def test_so_it_has_in_files_of_tetrahedra(self, tmp_path):
-        meshio = pytest.importorskip("meshio")
-        for ending in (".vtu", ".vtk"):
-            write_mesh(tmp_path / f"a{ending}", TETS, [3, 4], label_name="Label")
-            data = meshio.read(tmp_path / f"a{ending}").cell_data["Label"]
-            assert data[0].tolist() == [3, 4]
-
     def test_a_ply_may_have_labels_of_its_vertices(self, square, tmp_path):
         write_mesh(tmp_path / "a.ply", square, [7, 0], vertex_labels=True)
         assert read_attributes(tmp_path / "a.ply").vertex["label"].tolist() == [0, 7, 0, 0, -1]
@@ -572,10 +514,14 @@ class TestNamesAndVertices:
         faces = r"\.ply, \.vtp, \.obj, \.off, \.glb, \.ids\.png or \.stl"
         with pytest.raises(MeshError, match=rf"faces are written as {faces}, not as \.vtu"):
             write_mesh(tmp_path / "a.vtu", shapes.cube())
-        with pytest.raises(MeshError, match=r"points are written as .*, not as \.glb"):
+        with pytest.raises(
+            MeshError, match=r"points are written as \.ply, \.csv, .* or \.laz, not as"
+        ):
             write_mesh(tmp_path / "a.glb", PointCloud(VERTICES))
         with pytest.raises(MeshError, match=r"tetrahedra are written as \.vtu or \.vtk, not"):
             write_mesh(tmp_path / "a.obj", TETS)
+        with pytest.raises(ValueError, match=r"\.vtu and \.vtk cannot store colors: omit them"):
+            write_mesh(tmp_path / "a.vtu", TETS, colors=[[1, 2, 3]])
 
 
 def test_a_glb_of_more_than_4_gib_is_refused(tmp_path, square, limit):

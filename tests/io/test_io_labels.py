@@ -7,7 +7,7 @@ import pytest
 from mesh_files import ORDERS, VERTICES, ply_header, ply_text, stl_binary
 from numpy.testing import assert_array_equal
 
-from superfacets import Mesh, MeshError, PointCloud, TetMesh
+from superfacets import Mesh, MeshError
 from superfacets.files.cell_file import CellFile
 from superfacets.files.formats import FORMATS
 from superfacets.files.readers.labels import read_labels
@@ -74,15 +74,6 @@ def test_labels_come_back_as_they_were_written(tmp_path, ending):
     labels = read_labels(path, 3)
     assert labels.dtype == np.int32
     assert_array_equal(labels, LABELS)
-
-
-@pytest.mark.parametrize("ascii", [False, True])
-def test_labels_come_back_from_a_written_mesh(tmp_path, ascii):
-    faces = [[0, 1, 2], [0, 2, 3], [1, 2, 3]]
-    write_mesh(
-        tmp_path / "a.ply", (VERTICES, faces), LABELS, colors=np.zeros((3, 3), int), ascii=ascii
-    )
-    assert_array_equal(read_labels(tmp_path / "a.ply", 3), LABELS)
 
 
 @pytest.mark.parametrize("dtype", ["i1", "u1", "<i2", ">i2", "<u4", ">i4", "<i8", ">u8"])
@@ -234,22 +225,6 @@ def test_an_unknown_ending_is_refused(refuse, name, ending):
     assert {".npy", ".seg", ".ply", ".stl", ".vtu", ".las", ".segs.json"} <= {*FORMATS.labels}
 
 
-@pytest.mark.parametrize("ending", [".csv", ".las", ".laz"])
-def test_labels_of_clouds_come_back(tmp_path, ending):
-    if ending != ".csv":
-        pytest.importorskip("laspy")
-        pytest.importorskip("lazrs")
-    points = np.random.default_rng(0).random((300, 3))
-    labels = np.arange(300, dtype=np.int32) - 1
-    path = tmp_path / f"a{ending}"
-    write_mesh(path, PointCloud(points), labels)
-    assert_array_equal(read_labels(path, 300), labels)
-    assert_array_equal(labels_in(path), read_labels(path))
-    assert labels_in(path, "class") is None
-    with pytest.raises(MeshError, match=r"no property class: the integer properties are .*label"):
-        read_labels(path, name="class")
-
-
 def test_labels_of_another_name_are_read(tmp_path):
     path = tmp_path / "a.ply"
     path.write_bytes(ply_with_labels().replace(b"int label", b"int Part"))
@@ -258,19 +233,6 @@ def test_labels_of_another_name_are_read(tmp_path):
     assert labels_in(path) is None
     message = r"the faces have no property label: the integer properties are Part$"
     with pytest.raises(MeshError, match=message):
-        read_labels(path)
-
-
-@pytest.mark.parametrize("ending", [".vtp", ".vtu", ".vtk"])
-def test_an_array_of_another_name_is_read(tmp_path, ending):
-    corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
-    cells = Mesh(corners, [[0, 1, 2]]) if ending == ".vtp" else TetMesh(corners, [[0, 1, 2, 3]])
-    path = tmp_path / f"a{ending}"
-    write_mesh(path, cells, [4], label_name="Label")
-    assert_array_equal(labels_in(path, "Label"), read_labels(path, name="Label"))
-    assert_array_equal(read_labels(path, name="Label"), [4])
-    assert labels_in(path) is None
-    with pytest.raises(MeshError, match="have no property label"):
         read_labels(path)
 
 

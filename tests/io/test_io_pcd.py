@@ -84,23 +84,11 @@ def test_another_library_reads_what_is_written(tmp_path, ascii):
 
 
 @pytest.mark.parametrize("ascii", [False, True])
-def test_all_that_is_read_is_written_again(tmp_path, cloud_of, ascii):
-    far = POINTS + [1 / 3, 5e6, 0]  # more digits than float32 has
-    fields = [*((axis, "F8", 1) for axis in "xyz"), ("rgb", "U4", 1), ("intensity", "F4", 1)]
-    fields += [("ring", "U2", 1), ("histogram", "F4", 2)]
-    columns = [*far.T, PACKED, np.float32([0.5, 0.25, np.nan, 1]), np.arange(4), *np.ones((2, 4))]
-    cloud, attributes = cloud_of(text(fields, columns, VIEWPOINT="1 2 3 1 0 0 0"))
+def test_the_viewpoint_is_written_again(tmp_path, cloud_of, ascii):
+    cloud, attributes = cloud_of(text(XYZ, POINTS.T, VIEWPOINT="1 2 3 1 0 0 0"))
+    write_mesh(tmp_path / "again.pcd", cloud, attributes=attributes, ascii=ascii)
+    assert cloud.viewpoints.tolist() == read_cloud(tmp_path / "again.pcd").viewpoints.tolist()
     assert cloud.viewpoints.tolist() == [1, 2, 3]
-    path = tmp_path / "again.pcd"
-    write_mesh(path, cloud, [0, -1, 0, 1], colors=COLORS, attributes=attributes, ascii=ascii)
-    again, others = CellFile.read(path).cells_and_attributes()
-    for one, other in ((cloud.points, again.points), (cloud.colors, again.colors)):
-        assert np.array_equal(one, other)
-    assert again.viewpoints.tolist() == [1, 2, 3]
-    assert others.vertex.keys() == attributes.vertex.keys() | {"label"}
-    for name, values in attributes.vertex.items():
-        assert np.array_equal(values, others.vertex[name], equal_nan=values.dtype.kind == "f")
-    assert read_labels(path).tolist() == [0, -1, 0, 1]
 
 
 def test_colors_are_packed_in_floats_or_integers(cloud_of):

@@ -8,7 +8,7 @@ import pytest
 from mesh_files import FACES, VERTICES, ply_binary, ply_header, ply_text, text_of
 from numpy.testing import assert_array_equal
 
-from superfacets import Mesh, PolygonMesh, build_face_graph
+from superfacets import Mesh, build_face_graph
 from superfacets.files.readers.read import read_attributes, read_mesh
 
 FORMS = ("ascii", "binary_little_endian", "binary_big_endian")
@@ -82,18 +82,6 @@ def test_triangles_between_lists_of_several_lengths_are_read(read):
     body = VERTICES.astype("<f4").tobytes()
     body += struct.pack("<B3i B2f", 3, *FACES[0], 2, 0, 1) + struct.pack("<B3i B", 3, *FACES[1], 0)
     assert_array_equal(read("a.ply", header + body).faces, FACES)
-
-
-@pytest.mark.parametrize("form", FORMS)
-@pytest.mark.parametrize(
-    "faces",
-    [[[0, 1, 2], [0, 1, 2, 3], [0, 2, 3], [4, 3, 2, 1, 0]], [[0, 1, 2, 3], [3, 2, 1, 4]]],
-    ids=["mixed", "quads"],
-)
-def test_polygons_keep_their_corners_and_their_order(read, form, faces):
-    mesh = read("a.ply", ply(form, faces=faces))
-    assert isinstance(mesh, PolygonMesh)
-    assert [mesh.face(i).tolist() for i in range(mesh.n_faces)] == faces
 
 
 COUNTS = {"char": "b", "ushort": "H", "short": "h", "uint": "I", "int": "i"}

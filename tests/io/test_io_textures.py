@@ -3,6 +3,7 @@
 import base64
 import io
 import json
+import random
 import shutil
 import struct
 import warnings
@@ -11,6 +12,7 @@ import zlib
 import numpy as np
 import pytest
 import trimesh
+from damage import damaged
 from PIL import Image
 from textured_meshes import save_png
 
@@ -285,25 +287,6 @@ def test_trimesh_reads_the_same_pairs_and_pixels(square, tmp_path, folder, endin
         np.testing.assert_allclose(found, expected, atol=1e-7)
     np.testing.assert_array_equal(images[0], PIXELS)
     np.testing.assert_array_equal(images[1], RED)
-
-
-@pytest.mark.parametrize("ending", [".obj", ".glb"])
-def test_files_of_trimesh_come_back_to_trimesh(tmp_path, ending):
-    material = trimesh.visual.material.PBRMaterial(baseColorTexture=Image.fromarray(PIXELS))
-    if ending == ".obj":
-        material = trimesh.visual.material.SimpleMaterial(image=Image.fromarray(PIXELS))
-    visual = trimesh.visual.TextureVisuals(uv=PAIRS[:4], material=material)
-    source = trimesh.Trimesh(VERTICES, FACES, visual=visual, process=False)
-    (tmp_path / "in").mkdir()
-    source.export(tmp_path / "in" / f"a{ending}")
-    mesh, attributes = (
-        read(tmp_path / "in" / f"a{ending}") for read in (read_mesh, read_attributes)
-    )
-    write_mesh(tmp_path / f"b{ending}", mesh, LABELS, attributes=attributes)
-    pairs, images = of_trimesh(tmp_path / f"b{ending}")
-    found = {tuple(np.round(pair, 6)) for pair in np.concatenate(pairs)}
-    assert found == {tuple(pair) for pair in PAIRS[:4]}
-    np.testing.assert_array_equal(images[0], PIXELS)
 
 
 def test_pygltflib_finds_images_bit_by_bit_and_region_ids(square, tmp_path):
@@ -756,24 +739,6 @@ def test_pickles_of_textures_are_whole(square):
     same_pixels(texture.images[0], PIXELS)
 
 
-def damaged(content, source):
-    """Return the bytes with some bytes changed, removed or repeated."""
-    data = bytearray(content)
-    for _ in range(int(source.integers(1, 3))):
-        place = int(source.integers(0, len(data)))
-        kind = source.integers(0, 4)
-        if kind == 0:
-            data[place] = int(source.integers(0, 256))
-        elif kind == 1:
-            del data[place : place + int(source.integers(1, 40))]
-        elif kind == 2:
-            data[place:place] = data[place : place + int(source.integers(1, 40))]
-        else:
-            data[place : place + 1] = source.choice([b"9", b"-", b"\0", b"\n", b"{", b"/"])
-        data = data or bytearray(b" ")
-    return bytes(data)
-
-
 @pytest.mark.filterwarnings("ignore:.* does not store")
 @pytest.mark.parametrize(
     "target", ["a.gltf", "a.glb", "square.obj", "square.mtl", "a.ply", "door.png"]
@@ -787,7 +752,7 @@ def test_textured_files_that_are_damaged_are_read_or_refused(square, target):
     write_mesh(folder / "a.ply", mesh, attributes=attributes, ascii=True)
     whole = (folder / target).read_bytes()
     path = square if target in ("square.mtl", "door.png") else folder / target
-    source = np.random.default_rng(27)
+    source = random.Random(27)
     n_read, messages = 0, []
     for _ in range(40):
         (folder / target).write_bytes(damaged(whole, source))

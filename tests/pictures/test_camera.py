@@ -25,11 +25,6 @@ def test_the_front_is_minus_y_where_z_points_up():
     assert view.zoom == 2
 
 
-def test_a_view_without_a_name_is_refused():
-    with pytest.raises(ValueError, match=r"view must be one of front, back, left, .*'above'"):
-        View.named("above")
-
-
 def centered(mesh):
     low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
     return (mesh.vertices - (low + high) / 2) / np.linalg.norm(high - low)

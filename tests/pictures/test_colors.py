@@ -12,7 +12,6 @@ from numpy.testing import assert_array_equal
 from shapes import bumpy_sheet, cube, fins, moebius, slivers, soup, strip
 
 from superfacets import (  # fmt: skip
-    Mesh,
     PointCloud,
     SliverWarning,
     build_face_graph,
@@ -228,20 +227,6 @@ def test_steps_of_the_scale_look_about_equally_large():
     assert steps.max() < 1.2 * steps.min()
 
 
-def test_regions_that_do_not_touch_need_not_differ():
-    graph = graph_of_pairs(4, [(0, 1), (2, 3)])
-    colors = region_colors(graph, np.array([0, 1, 2, 0]))
-    assert len({tuple(c) for c in colors}) == 3
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_few_regions_have_distinct_colors(seed):
-    graph, labels = grid_of_blocks(20, 5, seed)
-    colors = region_colors(graph, labels)
-    assert 10 < len(colors) == len({tuple(c) for c in colors})
-    assert distance_across_arcs(graph, labels, colors).min() >= MIN_COLOR_DISTANCE
-
-
 @pytest.mark.parametrize("share", [0.0, 0.1, 0.3, 0.6, 1.0])
 def test_up_to_24_regions_have_distinct_colors_however_they_touch(share):
     for seed in range(20):
@@ -265,30 +250,11 @@ def test_the_same_input_gives_the_same_colors():
     np.testing.assert_array_equal(once, again)
 
 
-def test_faces_have_the_colors_of_their_regions():
-    labels = np.arange(12) // 2
-    colors = face_colors(cube(), labels)
-    np.testing.assert_array_equal(colors, region_colors(build_face_graph(cube()), labels)[labels])
-    assert colors.dtype == np.uint8
-
-
-def test_faces_of_a_soup_are_neighbors_where_their_corners_meet():
-    np.testing.assert_array_equal(
-        face_colors(soup(cube()), np.arange(12)), face_colors(cube(), np.arange(12))
-    )
-
-
 def test_labels_are_left_as_they_are():
     labels = np.arange(4)
     labels.setflags(write=False)
     face_colors(strip(4), labels)
     np.testing.assert_array_equal(labels, np.arange(4))
-
-
-def test_faces_may_have_labels_of_any_numbers():
-    mesh = strip(4)
-    expected = face_colors(mesh, [0, 1, 2, 2])
-    np.testing.assert_array_equal(face_colors(mesh, [-5, 0, 7, 7]), expected)
 
 
 @pytest.mark.parametrize(("labels", "error", "message"), [
@@ -314,10 +280,3 @@ def test_colors_of_faces_are_those_of_the_whole_graph(mesh, n_regions):
     expected = region_colors(build_face_graph(mesh), compact)[compact]
     assert_array_equal(face_colors(mesh, labels), expected)
     assert_array_equal(face_colors(mesh, labels * 3 - 8), expected)
-
-
-def test_faces_that_name_a_vertex_twice_have_colors():
-    mesh = Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2], [1, 1, 0], [2, 2, 2], [0, 2, 1]])
-    labels = [0, 1, 2, 3]
-    expected = region_colors(build_face_graph(mesh), labels)
-    assert_array_equal(face_colors(mesh, labels), expected)

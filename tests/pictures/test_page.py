@@ -10,10 +10,10 @@ import zlib
 import numpy as np
 import pytest
 from front_end_arrays import decode_arrays
-from shapes import bumpy_sheet, cube, soup, strip, table
+from shapes import bumpy_sheet, cube, soup, strip, table, two_tets
 
 import superfacets as sf
-from superfacets import Mesh, Page, PointCloud, PolygonMesh, TetMesh, View, hierarchy
+from superfacets import Mesh, Page, PointCloud, PolygonMesh, View, hierarchy
 from superfacets_show.colors import face_colors, oklab, scale_colors
 from superfacets_show.page.coding import Arrays, newest_codes
 
@@ -135,9 +135,7 @@ def test_polygons_are_cut_into_triangles_that_know_their_polygon():
 
 def test_tetrahedra_are_seen_from_outside():
     """Two tetrahedra share a side, so six of the eight sides are outside."""
-    tets = TetMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]],
-                   [[0, 1, 2, 3], [1, 2, 3, 4]])  # fmt: skip
-    facts, arrays = contents(sf.view(tets, [0, 1]))
+    facts, arrays = contents(sf.view(two_tets(), [0, 1]))
     assert arrays["sources"].tolist() == [0, 0, 0, 1, 1, 1]
     assert len(arrays["triangles"]) == 6
     assert arrays["level_0_sizes"] == pytest.approx([1 / 6, 1 / 3])
@@ -264,23 +262,15 @@ def test_the_first_view_is_that_of_pictures():
      r" one value per vertex, \(4,\); got shape \(0,\)"),
     ({"features": {"a": ["x", "y"]}}, TypeError, "feature 'a' must be numbers"),
     ({"features": {"a": [0, np.inf]}}, ValueError, "feature 'a' has infinite values"),
+    ({"labels": np.ma.array([0, 1], mask=[1, 0])}, ValueError,
+     "labels must not have masked entries: fill or remove these entries"),
+    ({"features": {"a": np.ma.array([0, 1], mask=[1, 0])}}, ValueError,
+     "feature 'a' must not have masked entries: fill or remove these entries"),
     ({"camera": "front"}, TypeError, "camera must be a superfacets.View, got 'front'"),
 ])  # fmt: skip
 def test_wrong_arguments_are_refused(arguments, error, message):
     with pytest.raises(error, match=message):
         sf.view(strip(2), **arguments)
-
-
-def test_masked_labels_and_values_are_refused():
-    masked = np.ma.array([0, 1], mask=[True, False])
-    with pytest.raises(
-        ValueError, match="labels must not have masked entries: fill or remove these entries"
-    ):
-        sf.view(strip(2), masked)
-    with pytest.raises(
-        ValueError, match="feature 'a' must not have masked entries: fill or remove these entries"
-    ):
-        sf.view(strip(2), features={"a": masked})
 
 
 @pytest.mark.parametrize("coding", ["plain", "planes", "difference", "newest"])

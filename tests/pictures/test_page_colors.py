@@ -6,13 +6,13 @@ import zlib
 
 import numpy as np
 import pytest
-from shapes import bumpy_sheet, cube, soup, strip
+from shapes import bumpy_sheet, cube, soup, strip, two_tets
 from test_page import contents, facts_of
 from test_page_browser import cells_seen, check_tinted, hue_at, opened, pixels
 from textured_meshes import facade, grid
 
 import superfacets as sf
-from superfacets import Mesh, MeshAttributes, PointCloud, PolygonMesh, TetMesh, View
+from superfacets import Mesh, MeshAttributes, PointCloud, PolygonMesh, View
 
 __all__ = ["opened"]  # a fixture
 
@@ -43,15 +43,8 @@ def quads(n=6):
     return PolygonMesh.of_faces(np.concatenate([[[0.4, 0, 0.6]], mesh.vertices]), squares)
 
 
-def tets():
-    """Return two tetrahedra that share a side."""
-    return TetMesh(
-        [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]], [[0, 1, 2, 3], [1, 2, 3, 4]]
-    )
-
-
 @pytest.mark.parametrize(
-    "make", [lambda: bumpy_sheet(6), quads, tets], ids=["mesh", "quads", "tets"]
+    "make", [lambda: bumpy_sheet(6), quads, two_tets], ids=["mesh", "quads", "tets"]
 )
 def test_colors_of_vertices_come_back_at_the_positions_of_the_vertices(make):
     mesh = make()
@@ -64,7 +57,7 @@ def test_colors_of_vertices_come_back_at_the_positions_of_the_vertices(make):
     assert "cell_colors" not in arrays
 
 
-@pytest.mark.parametrize("make", [lambda: strip(6), quads, tets], ids=["mesh", "quads", "tets"])
+@pytest.mark.parametrize("make", [lambda: strip(6), quads, two_tets], ids=["mesh", "quads", "tets"])
 def test_colors_of_cells_come_back(make):
     cells = make()
     colors = random_colors(cells.n_cells)

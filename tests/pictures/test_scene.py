@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 from models import read_off
-from shapes import bumpy_sheet, cube, soup, strip, table
+from shapes import bumpy_sheet, cube, soup, strip, table, two_tets
 
-from superfacets import Mesh, TetMesh, View, build_face_graph, sample_mesh
+from superfacets import Mesh, View, build_face_graph, sample_mesh
 from superfacets_show import plotting
 from superfacets_show.camera import Camera
 from superfacets_show.scene import border_edges, default_border_width, guess_up, surface_of
@@ -108,11 +108,8 @@ def test_the_guess_does_not_depend_on_the_clip(monkeypatch):
     seen = []
     monkeypatch.setattr(plotting, "upright", lambda view, *surface: seen.append(surface) or view)
     monkeypatch.setattr(plotting, "draw_scene", lambda *given: [np.zeros((2, 2, 3), np.uint8)])
-    tets = TetMesh(
-        [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]], [[0, 1, 2, 3], [1, 2, 3, 4]]
-    )
     for clip in (None, "x", "-y"):
-        plotting.plot(tets, [0, 1], size=(2, 2), view=View(up="z"), clip=clip)
+        plotting.plot(two_tets(), [0, 1], size=(2, 2), view=View(up="z"), clip=clip)
     for points, triangles in seen:
         assert np.array_equal(points, seen[0][0])
         assert np.array_equal(triangles, seen[0][1])

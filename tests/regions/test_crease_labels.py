@@ -198,10 +198,9 @@ def test_vertices_at_one_position_have_one_label():
 
 
 def test_polygons_and_tetrahedra_have_connected_regions():
-    x, y = np.meshgrid(np.arange(9), np.arange(9))
-    first = (np.arange(8)[:, np.newaxis] * 9 + np.arange(8)).ravel()
-    points = np.stack([x, y, np.maximum(x - 4, 0)], axis=2).reshape(-1, 3)
-    quads = sf.PolygonMesh.of_faces(points, first[:, np.newaxis] + [0, 1, 10, 9])
+    squares = shapes.squares(8)
+    points = squares.vertices + np.maximum(squares.vertices[:, :1] - 4, 0) * [0, 0, 1]
+    quads = sf.PolygonMesh(points, squares.offsets, squares.indices)
     labels = (np.arange(64) % 8 > 3) + 2 * (np.arange(64) > 40)
     found = along_creases(quads, labels)
     assert {*found} == {0, 1, 2, 3}
@@ -211,7 +210,7 @@ def test_polygons_and_tetrahedra_have_connected_regions():
         [[0, 1, 2, 3], [0, 1, 2, 4]],
     )
     assert along_creases(tets, [1, 2]).tolist() == [2, 2, 2, 1, 2, -1]
-    assert along_creases(points.astype(float), [3] * 81).tolist() == [3] * 81  # unchanged
+    assert along_creases(points, [3] * 81).tolist() == [3] * 81  # unchanged
 
 
 def pieces_of_cells(mesh, of_vertices):

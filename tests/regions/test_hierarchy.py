@@ -23,15 +23,6 @@ def row(*angles):
     return sf.PolygonMesh.of_faces(np.concatenate([low, low + [0, 1, 0]]), squares)
 
 
-def cubes(n):
-    """Return a column of unit cubes of five tetrahedra each."""
-    corners = np.array([[x, y, z] for z in range(n + 1) for y in (0, 1) for x in (0, 1)])
-    even = [(0, 1, 2, 4), (3, 2, 1, 7), (5, 4, 7, 1), (6, 7, 4, 2), (1, 2, 4, 7)]
-    odd = [(1, 0, 3, 5), (2, 3, 0, 6), (4, 5, 6, 0), (7, 6, 5, 3), (0, 3, 5, 6)]
-    tets = [[4 * z + v for v in tet] for z in range(n) for tet in (odd if z % 2 else even)]
-    return sf.TetMesh(corners, tets)
-
-
 def check_levels(nested, graph=None):
     """Check that levels have their counts, number regions in order, and are joined by parents."""
     for labels, count in zip(nested.levels, nested.counts, strict=True):
@@ -191,7 +182,7 @@ KINDS = {
     "triangles": lambda: shapes.bumpy_sheet(16), "closed": shapes.dumbbell,
     "polygons": lambda: row(*[0, 60] * 20),
     "points": lambda: sf.PointCloud(np.random.default_rng(0).uniform(size=(800, 3)) * [1, 1, 0]),
-    "tets": lambda: cubes(30), "non-manifold": lambda: shapes.fins(24),
+    "tets": lambda: shapes.column(30), "non-manifold": lambda: shapes.fins(24),
 }  # fmt: skip
 
 

@@ -357,12 +357,7 @@ def test_masks_of_rooms_are_lifted_to_what_they_show(name, data_dir):
 
 def test_memory_grows_with_the_pixels_and_not_with_masks_times_regions():
     side = 100
-    x, y = np.meshgrid(np.arange(side + 1.0), np.arange(side + 1.0))
-    corners = np.arange((side + 1) ** 2).reshape(side + 1, side + 1)
-    low, high = corners[:-1], corners[1:]
-    quads = np.stack([low[:, :-1], low[:, 1:], high[:, 1:], high[:, :-1]], axis=2).reshape(-1, 4)
-    faces = quads[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
-    sheet = sf.Mesh(np.stack([x, y, 0 * x], axis=2).reshape(-1, 3), faces)
+    sheet = shapes.flat(side)
     ids = np.arange(side * side).reshape(side, side) + 1  # a mask per pixel, and a region per face
     pose = [[1, 0, 0, side / 2], [0, -1, 0, side / 2], [0, 0, -1, 10], [0, 0, 0, 1]]
     camera = sf.PinholeCamera(pose, (10, 10, side / 2, side / 2), (side, side))

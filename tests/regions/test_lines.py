@@ -17,12 +17,6 @@ def chains(lines):
     }
 
 
-def quad_cube():
-    corners = [[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)]
-    sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
-    return PolygonMesh.of_faces(corners, sides)
-
-
 def test_the_lines_of_a_strip():
     # 1---3---5---7
     # |0/1|2/3|4/5|
@@ -44,7 +38,7 @@ def test_the_boundary_of_one_region_is_a_closed_line():
     assert (lines.junctions.tolist(), lines.lengths.tolist()) == ([], [4])
 
 
-@pytest.mark.parametrize("cube", [shapes.cube(), quad_cube(), shapes.soup(shapes.cube())])
+@pytest.mark.parametrize("cube", [shapes.cube(), shapes.quad_cube(), shapes.soup(shapes.cube())])
 def test_the_sides_of_a_cube_meet_in_twelve_lines(cube):
     labels = np.arange(cube.n_faces) * 6 // cube.n_faces
     lines = border_lines(cube, labels)
@@ -75,7 +69,7 @@ def test_three_regions_on_one_edge_make_a_line_for_each_pair():
 
 
 def test_boxes_that_touch_have_one_line_around():
-    near = quad_cube()
+    near = shapes.quad_cube()
     corners = np.concatenate([near.vertices, near.vertices + [1, 0, 0]])
     faces = near.indices.reshape(-1, 4)
     boxes = PolygonMesh.of_faces(corners, np.concatenate([faces, faces + 8]))

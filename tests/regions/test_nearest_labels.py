@@ -12,7 +12,7 @@ import superfacets as sf
 from superfacets.tools.sample import split_in_four
 
 SQUARE = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
-HOUSE = sf.PolygonMesh.of_faces([*SQUARE, [0.5, 2, 0]], [[0, 1, 2, 3], [3, 2, 4]])
+HOUSE = shapes.house()
 COLUMN = sf.TetMesh(
     [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0.2, 0.2, 1], [0.2, 0.2, -1]], [[0, 1, 2, 3], [0, 1, 2, 4]]
 )
@@ -62,10 +62,8 @@ def test_a_finer_mesh_and_back():
 
 def test_a_coarse_face_gets_the_label_that_most_of_its_area_has():
     # A square of 8 x 8 x 2 faces with label 1 where x > 3/8, which is five eighths of the area.
-    xy = np.stack(np.meshgrid(range(9), range(9), indexing="ij"), axis=-1).reshape(-1, 2) / 8
-    quads = [(9 * i + j, 9 * i + 9 + j, 9 * i + 10 + j, 9 * i + 1 + j)
-             for i in range(8) for j in range(8)]  # fmt: skip
-    fine = sf.PolygonMesh.of_faces(np.column_stack([xy, np.zeros(81)]), quads)
+    squares = shapes.squares(8)
+    fine = sf.PolygonMesh(squares.vertices / 8, squares.offsets, squares.indices)
     x = fine.vertices[fine.indices.reshape(-1, 4), 0].mean(axis=1)
     coarse = sf.PolygonMesh.of_faces(SQUARE, [[0, 1, 2, 3]])
     for split, expected in [(3 / 8, 1), (5 / 8, 0), (0.5, 0)]:  # half and half is a tie

@@ -98,9 +98,7 @@ def test_means_keep_their_digits_far_from_zero():
 
 
 def test_cells_give_their_areas():
-    house = sf.PolygonMesh.of_faces(
-        [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 2, 0]], [[0, 1, 2, 3], [3, 2, 4]]
-    )
+    house = shapes.house()
     assert sf.pool([0, 0], [3.0, 6.0], mesh=house).tolist() == [4.0]
     assert sf.pool([0, 0], [3.0, 6.0], how="sum", mesh=house).tolist() == [6.0]
     tets = sf.TetMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, -2]],

@@ -5,11 +5,9 @@ import pytest
 import shapes
 
 import superfacets as sf
-from superfacets import MeshError, PolygonMesh, TetMesh, region_graph, split_regions, submesh
+from superfacets import MeshError, TetMesh, region_graph, split_regions, submesh
 
-TETS = TetMesh(
-    [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]], [[0, 1, 2, 3], [1, 2, 3, 4]]
-)
+TETS = shapes.two_tets()
 
 
 def test_a_part_of_a_strip():
@@ -21,9 +19,7 @@ def test_a_part_of_a_strip():
 
 
 def test_parts_of_polygons_keep_their_corners():
-    house = PolygonMesh.of_faces(
-        [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 2, 0]], [[0, 1, 2, 3], [3, 2, 4]]
-    )
+    house = shapes.house()
     roof = submesh(house, [0, 1], 1)
     assert (roof.mesh.indices.tolist(), roof.mesh.offsets.tolist()) == ([1, 0, 2], [0, 3])
     assert roof.vertices.tolist() == [2, 3, 4]

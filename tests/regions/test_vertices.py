@@ -55,8 +55,7 @@ def test_vertices_at_one_position_are_two():
 
 
 def test_polygons_and_tetrahedra_vote_by_area_and_volume():
-    house = sf.PolygonMesh.of_faces([*SQUARE, [0.5, 2, 0]], [[0, 1, 2, 3], [3, 2, 4]])
-    assert sf.vertex_labels(house, [5, 2], method="majority").tolist() == [5, 5, 5, 5, 2]
+    assert sf.vertex_labels(shapes.house(), [5, 2], method="majority").tolist() == [5, 5, 5, 5, 2]
     tets = sf.TetMesh(
         [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, -2], [5, 5, 5]],
         [[0, 1, 2, 3], [0, 1, 2, 4]],  # volumes 1/6, and 1/3 inside out
@@ -100,7 +99,7 @@ def test_each_region_has_an_id_while_there_are_vertices():
 
 
 def test_ids_of_polygons_tetrahedra_and_points_are_alike():
-    quads = sf.PolygonMesh.of_faces(*grid_of_quads(4))
+    quads = shapes.squares(4)
     labels = np.zeros(quads.n_faces, np.int32)
     labels[5] = 1
     assert 1 not in sf.vertex_labels(quads, labels, method="majority")
@@ -110,14 +109,6 @@ def test_ids_of_polygons_tetrahedra_and_points_are_alike():
     assert {*vertex_ids(tets, np.array([3, 8], np.int32)).tolist()} == {3, 8}
     cloud = sf.PointCloud(quads.vertices)
     assert_array_equal(vertex_ids(cloud, np.arange(25, dtype=np.int32)), np.arange(25))
-
-
-def grid_of_quads(n):
-    """Return vertices and faces of n x n unit squares."""
-    x, y = np.meshgrid(np.arange(n + 1), np.arange(n + 1))
-    first = (np.arange(n)[:, np.newaxis] * (n + 1) + np.arange(n)).ravel()
-    faces = first[:, np.newaxis] + [0, 1, n + 2, n + 1]
-    return np.stack([x, y, 0 * x], axis=2).reshape(-1, 3), faces
 
 
 def test_labels_are_checked():
@@ -191,16 +182,6 @@ def test_images_of_labels_of_vertices_name_labels_of_faces():
     mesh = shapes.bumpy_sheet(4)
     with pytest.raises(ValueError, match=r"For one label per vertex, .* superfacets.face_labels"):
         project_labels(mesh, np.zeros(mesh.n_vertices, int), [])
-
-
-def test_the_message_for_labels_of_vertices_names_a_call_that_converts_them():
-    mesh = shapes.strip(3)
-    of_vertices = np.arange(mesh.n_vertices) // 2
-    with pytest.raises(ValueError, match="For one label per vertex, convert") as caught:
-        sf.submesh(mesh, of_vertices, 0)
-    (call,) = [word for word in str(caught.value).split(" with ") if "superfacets." in word]
-    labels = eval(call, {"superfacets": sf, "mesh": mesh, "labels": of_vertices})
-    assert len(labels) == mesh.n_faces
 
 
 def test_the_default_is_what_files_get(tmp_path):

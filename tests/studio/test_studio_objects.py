@@ -9,6 +9,7 @@ import zlib
 
 import numpy as np
 import pytest
+import shapes
 
 import superfacets
 from superfacets import vertex_labels, write_mesh
@@ -292,7 +293,8 @@ def test_each_group_of_scannet_is_an_object(client, sheet):
     ids = vertex_labels(superfacets.read_mesh(sheet), client.labels(), method="majority").tolist()
     groups = [
         {"segments": [0, 1], "label": "couch"}, {"segments": [2], "label": "couch"},
-        {"segments": [3], "label": "wall"}, {"segments": [4], "label": "class 2"},
+        {"segments": [3], "label": "wall"}, {"segments": [4], "label": "Class 2"},
+        {"segments": [5], "label": "unknown"},
     ]  # fmt: skip
     client.done("paint", **{"class": 2}, object=3, cells=_coded_cells([0]))
     kept = client.labels()[0] not in (0, 1, 2, 3, 4)
@@ -307,6 +309,7 @@ def test_each_group_of_scannet_is_an_object(client, sheet):
         right = (classes == number) & (objects == place)
         assert right[labels == region].mean() > 0.7
     assert client.state()["classes"][-1]["stuff"]
+    assert set(np.unique(classes)) == {0, 2, number, number + 1}
     assert not objects[classes == number + 1].any()
     assert objects[(labels == 4) & (classes == 2)].min() == (4 if kept else 1)
     client.done("undo")
@@ -342,7 +345,7 @@ def test_damaged_files_of_objects_are_told(content, message):
 def two(tmp_path):
     """Return a mesh of 128 equal faces and two works on it: ``(mesh, mine, theirs)``."""
     path = tmp_path / "grid.ply"
-    write_mesh(path, _flat(8))
+    write_mesh(path, shapes.flat(8))
     works = []
     for name, chair, names in (("mine", 1, ["chair", "table"]), ("theirs", 2, ["table", "chair"])):
         work = tmp_path / f"{name}.studio.jsonl"
@@ -358,15 +361,6 @@ def two(tmp_path):
         document.close()
         works.append(work)
     return path, *works
-
-
-def _flat(n):
-    """Return a square of 2 n^2 equal triangles."""
-    x, y = np.meshgrid(np.arange(n + 1.0), np.arange(n + 1.0))
-    corner = (np.arange(n)[:, None] * (n + 1) + np.arange(n)).ravel()
-    a, b, c, d = corner, corner + 1, corner + n + 2, corner + n + 1
-    faces = np.stack([a, b, c, a, c, d], axis=1).reshape(-1, 3)
-    return superfacets.Mesh(np.stack([x, y, 0 * x], axis=-1).reshape(-1, 3), faces)
 
 
 def _range(start, end):
@@ -409,7 +403,7 @@ def test_agreement_is_by_names_of_classes_and_by_overlap_of_objects(two):
 def test_halves_of_my_object_are_two_objects_of_theirs(tmp_path):
     """The larger half becomes my object; the other, and an object of another class, are new."""
     path = tmp_path / "flat.ply"
-    write_mesh(path, _flat(8))
+    write_mesh(path, shapes.flat(8))
     theirs = Document.open(path, tmp_path / "theirs.studio.jsonl")
     theirs.paint(_range(0, 12), 1, objects=1)
     theirs.paint(_range(12, 32), 1, objects=2)
@@ -465,7 +459,7 @@ def test_shared_classes_of_two_folders_are_matched_by_name(tmp_path):
     for name, names in (("A", ["wall", "floor"]), ("B", ["floor", "wall"])):
         folder = tmp_path / name / "scans"
         folder.mkdir(parents=True)
-        write_mesh(folder / "grid.ply", _flat(8))
+        write_mesh(folder / "grid.ply", shapes.flat(8))
         files = Files.of(tmp_path / name, None, 8, default_classes(names))
         with files.document(0) as document:
             document.paint(_range(0, 64), 1 + names.index("floor"))
@@ -528,19 +522,3 @@ def _annotations(n_cells, inside):
         "categories": [{"id": number, "name": name} for number, name in enumerate(names)],
         "annotations": [{"category_id": i, "segmentation": {"counts": runs}} for i in range(2)],
     }
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [({"version": 3}, "was written by a later version"), ({"format": "x"}, "is not a work file")],
-)
-def test_a_work_file_that_cannot_be_read_is_not_compared(two, change, message):
-    path, mine, theirs = two
-    header, *rest = theirs.read_bytes().splitlines(keepends=True)
-    line = {**json.loads(header), **change}
-    del line["crc"]
-    document = Document.open(path, mine)
-    with pytest.raises(ValueError, match=message):
-        document.compare("theirs", b"".join([_coded(line), *rest]))
-    assert document.theirs is None
-    document.close()

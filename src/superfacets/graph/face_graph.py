@@ -180,12 +180,12 @@ def graph_and_shapes(
             found = _core.build_polygon_graph(*lists, lowest, n_threads)
     except ValueError as error:  # `_core` raises this error for too many arcs
         raise MeshError(str(error)) from None
-    positions, measures, *shapes = measure_shapes(mesh, n_threads)
+    positions, measures, normals, longest = measure_shapes(mesh, n_threads)
     offsets, neighbors, sides, same_turn, counts = found
     graph = FaceGraph(
         positions, measures, offsets, neighbors, sides, same_turn, mesh.bounds, EdgeCounts(*counts)
     )
-    return graph, FaceShapes(*shapes)
+    return graph, FaceShapes(normals, longest)
 
 
 def arcs_at_borders(mesh: Mesh, labels: Ints, n_threads: int) -> tuple[ArcLists, Ints]:
