@@ -5,7 +5,9 @@ import math
 
 import numpy as np
 
-from superfacets import CellGraph, Mesh, PolygonMesh, TetMesh, build_face_graph
+from superfacets import CellGraph, Mesh, PointCloud, PolygonMesh, TetMesh, build_face_graph
+from superfacets.graph.point_graph import find_point_graph
+from superfacets.mesh.convert import as_cloud
 from superfacets.tools.sample import split_in_four
 
 # The six tetrahedra around the diagonal of the unit cube from corner 0 to corner 7.
@@ -448,3 +450,10 @@ def count_pieces(graph, labels):
     for a, b in zip(sources[inside].tolist(), graph.neighbors[inside].tolist(), strict=True):
         parent[root(a)] = root(b)
     return sum(root(cell) == cell for cell in range(len(labels)))
+
+
+def estimated_normals(points, viewpoint=None):
+    """Return the normals that `segment` estimates for a cloud."""
+    cloud = as_cloud(points)
+    viewpoints = cloud.viewpoints if viewpoint is None else viewpoint
+    return find_point_graph(PointCloud(cloud.points, None, None, cloud.axes, viewpoints), 2).normals

@@ -135,8 +135,8 @@ def test_noise_stretches_regions_of_a_height_field_without_enough_smoothing():
     """Five steps of smoothing are not enough: small creases remain and affect the weights."""
     for n_steps in (0, 5):
         ratios, axes = elongations_and_axes(height_field(0.1), denoise=n_steps)
-        assert np.median(ratios) > 1.4
-        assert alignment(axes) > 0.7
+        assert np.median(ratios) > 1.3
+        assert alignment(axes) > 0.5
 
 
 def test_paths_over_shared_borders_alone_lean_along_the_diagonals():

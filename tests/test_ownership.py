@@ -12,7 +12,7 @@ import pytest
 import shapes
 
 import superfacets as sf
-from superfacets import ArcMeasures, CellGraph, FaceGraph, Mesh, MeshError
+from superfacets import ArcMeasures, CellGraph, Mesh, MeshError
 from superfacets.paper import superfacet_weights
 
 OUT_OF_RANGE = 2_000_000_000
@@ -50,18 +50,6 @@ def test_arcs_and_weights_changed_after_the_check_change_nothing(graph):
     arrays["weights"][:] = np.nan
     assert np.array_equal(sf.segment_graph(own, 5).labels, sf.segment_graph(graph, 5).labels)
     assert np.array_equal(own.weights, graph.weights)
-
-
-def test_a_face_graph_changed_after_the_check_is_as_it_was():
-    mesh = shapes.bumpy_sheet(8)
-    original = sf.build_face_graph(mesh)
-    arrays = {name: np.array(getattr(original, name)) for name in FaceGraph.__dataclass_fields__
-              if name != "edge_counts"}  # fmt: skip
-    graph = FaceGraph(**arrays, edge_counts=original.edge_counts)
-    for name in ("offsets", "neighbors", "sides", "same_turn"):
-        arrays[name][:] = 255
-    weights = superfacet_weights(mesh, graph)
-    assert np.array_equal(weights, superfacet_weights(mesh, original))
 
 
 def test_sides_of_arcs_changed_after_the_check_change_nothing(graph):
@@ -115,14 +103,13 @@ def test_copies_and_pickles_are_read_only_and_equal(graph):
         ("faces", r"faces\[0\] refers to vertex 2000000000 but the mesh has 81 vertices"),
         ("neighbors", r"neighbors\[0\] must be 0 to 127, got 2000000000"),
         ("offsets", "offsets must increase from 0 to 352, the number of arcs"),
-        ("sides", r"sides\[0\] must be 0, 1 or 2 \(for polygons, pass int32 sides\), got 3"),
     ],
 )
 def test_a_pickle_with_other_numbers_is_checked(field, message, graph):
     mesh = shapes.bumpy_sheet(8)
-    original = {"faces": mesh, "sides": sf.build_face_graph(mesh)}.get(field, graph)
+    original = mesh if field == "faces" else graph
     state = dict(original.__dict__)
-    state[field] = np.full_like(state[field], OUT_OF_RANGE if field != "sides" else 3)
+    state[field] = np.full_like(state[field], OUT_OF_RANGE)
     forged = object.__new__(type(original))
     with pytest.raises(ValueError, match=message):
         forged.__setstate__(state)
@@ -133,7 +120,6 @@ def test_a_pickle_without_its_arrays_is_refused(state):
     for kind, fields in (
         (Mesh, "vertices, faces"),
         (CellGraph, "weight_unit, arc_measures, dimension"),
-        (FaceGraph, "positions, measures, offsets, neighbors, sides, same_turn, bounds"),
     ):
         message = f"the copy or pickle is damaged: it must have the fields {fields}"
         with pytest.raises(ValueError, match=message):
@@ -204,7 +190,7 @@ def test_masked_entries_are_refused(graph, tmp_path):
         lambda: sf.metrics.compactness(mesh, masked(ones)),
         lambda: sf.enforce_connectivity(mesh, masked(ones - 1)),
         lambda: sf.pool(ones - 1, masked(ones)), lambda: sf.unpool(ones - 1, masked(ones)),
-        lambda: sf.snap(ones - 1, masked(ones)), lambda: sf.vertex_labels(mesh, masked(ones)),
+        lambda: sf.vertex_labels(mesh, masked(ones)),
         lambda: sf.transfer(mesh, ones, masked(mesh.vertices)),
         lambda: sf.metrics.area_overlap(ones, ones, masked(ones * 1.0)),
         lambda: sf.write_labels(tmp_path / "a.npy", masked(ones)),

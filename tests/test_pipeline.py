@@ -304,7 +304,7 @@ def test_the_time_of_a_stage_is_spent_in_it(sheet, monkeypatch):
         with monkeypatch.context() as patch:
             patch.setattr(_core, name, slow)
             timings = sf.segment(
-                (sheet.vertices, sheet.faces), 20, max_num_iter=2, denoise=0
+                (sheet.vertices, sheet.faces), 20, weights="creases", max_num_iter=2, denoise=0
             ).timings
         assert [taken for taken, duration in timings.items() if duration] == [stage]
 

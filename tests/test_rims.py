@@ -1,4 +1,4 @@
-"""Borders follow the rims of machine parts, for any number of regions."""
+"""Borders follow the rims of made things, for any number of regions."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ import superfacets as sf
 from superfacets import _core
 from superfacets.graph.kinds import kind_of
 from superfacets.graph.surface import arc_measures
-from superfacets.weights.formulas import WeightOptions, weights_of_kind
+from superfacets.weights.formulas import MADE_FACTOR, WEIGHTS, WeightOptions, weights_of_kind
 
 pytestmark = pytest.mark.filterwarnings("ignore::superfacets.SliverWarning")
 
@@ -97,24 +97,26 @@ def weights_of_parts(mesh, n_threads=1, **options):
     return graph, np.asarray(found.weights)
 
 
-def is_machine_part(mesh):
-    return weighed(mesh)[1].of_machine_part
+def is_made_thing(mesh):
+    return weighed(mesh)[1].of_made_thing
 
 
 def is_ridge(mesh, **options):
     return weights_of_parts(mesh, **options)[1] != weights_of_parts(mesh, ridges=0.0)[1]
 
 
-def test_all_sharp_edges_of_a_machine_part_are_ridges():
+def test_all_bends_of_made_things_cost_the_same():
     gear = shapes.gear(12, 1.0, 0.3, np.zeros(3))
-    graph, _ = weights_of_parts(gear)
-    is_sharp = arc_measures(gear, graph).angles <= -np.radians(40)
-    assert np.array_equal(is_ridge(gear), is_sharp)
-    of_creases = [sf.crease_weights(gear, graph, 0.3, ridges=ridges) for ridges in (0.0, 0.35)]
-    assert np.array_equal(*of_creases)  # flanks are not flat beside their edges
     polygons = sf.PolygonMesh.of_faces(gear.vertices, gear.faces.tolist())
-    assert np.array_equal(is_ridge(polygons), is_sharp)
-    assert np.array_equal(*(weights_of_parts(gear, n_threads=n)[1] for n in (1, 3)))
+    for mesh in (gear, polygons):
+        graph, weights = weights_of_parts(mesh)
+        ends = graph.positions[graph.sources], graph.positions[graph.neighbors]
+        steps = np.linalg.norm(ends[1] - ends[0], axis=1)
+        prices = weights * np.linalg.norm(np.ptp(mesh.vertices, axis=0)) - steps
+        angles = np.abs(arc_measures(mesh, graph).angles)
+        cost = MADE_FACTOR * WEIGHTS["parts"].defaults["alpha"] * 0.3 / np.pi
+        assert prices == pytest.approx(cost * angles, abs=1e-9)
+        assert np.array_equal(*(weights_of_parts(mesh, n_threads=n)[1] for n in (1, 3)))
 
 
 def turned(mesh, seed, scale):
@@ -139,12 +141,32 @@ def prism(n_sides, n_rings, height):
     return sf.Mesh(vertices, np.concatenate([np.stack(corners, 1) for corners in sides + caps]))
 
 
-def test_rounding_does_not_decide_what_is_a_machine_part():
-    """Edges of a tube of 36 segments have angles of 10 degrees, plus or minus rounding errors."""
-    tube = prism(36, 8, 1.6)
-    polygons = sf.PolygonMesh.of_faces(tube.vertices, tube.faces.tolist())
-    for mesh in (tube, polygons, turned(tube, 1, 1e-3), turned(tube, 2, 1e9)):
-        assert is_machine_part(mesh)
+def rounded_block(n=24, radius=0.2):
+    """Return a block whose edges and corners are all rounded."""
+    cube = subdivided(shapes.cube(), n.bit_length())
+    middle = cube.vertices.mean(axis=0)
+    at = cube.vertices - middle
+    core = np.clip(at, radius - 0.5, 0.5 - radius)
+    away = at - core
+    lengths = np.linalg.norm(away, axis=1, keepdims=True)
+    return sf.Mesh(core + radius * away / np.maximum(lengths, 1e-12), cube.faces)
+
+
+def test_neither_rounding_nor_units_nor_orientation_decide_what_is_a_made_thing():
+    block = subdivided(shapes.drilled_block(), 2)
+    single = sf.Mesh(block.vertices.astype(np.float32).astype(float), block.faces)
+    polygons = sf.PolygonMesh.of_faces(block.vertices, block.faces.tolist())
+    inside_out = sf.Mesh(block.vertices, block.faces[:, ::-1])
+    for mesh in (
+        block,
+        single,
+        polygons,
+        inside_out,
+        turned(block, 1, 1e-3),
+        turned(block, 2, 1e9),
+    ):
+        assert is_made_thing(mesh)
+    assert not is_made_thing(sf.sample_mesh(5_000))
 
 
 def test_coarse_cells_end_at_all_edges_of_a_hexagonal_prism():

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import shapes
 
 import superfacets as sf
-from superfacets.graph.point_graph import estimate_normals
 
 pytestmark = pytest.mark.filterwarnings("ignore::superfacets.IslandWarning")
 
@@ -110,7 +110,7 @@ def test_duplicates_cost_no_more_time_around_ridges():
 def test_turns_count_both_ways_only_where_nothing_tells_them_apart():
     points, _ = room(20_000)
     bear = sf.sample_mesh(20_000).vertices
-    normals = estimate_normals(points, viewpoint=[2, 2.5, 1.5])
+    normals = shapes.estimated_normals(points, viewpoint=[2, 2.5, 1.5])
     given = sf.PointCloud(points, normals)
     for cloud, is_known in ((points, False), (bear, True), (given, True)):
         eta = sf.segment(cloud, 30).params["eta_convex"]
@@ -165,10 +165,10 @@ def test_the_shortest_axes_of_splats_are_normals_of_unknown_sign(splats):
     assert cloud.normals is None
     up = np.repeat([[0, 0, 1], [0, 1, 0]], 4000, axis=0)
     assert np.abs(np.einsum("ij,ij->i", cloud.axes, up)) == pytest.approx(np.ones(8000), abs=1e-5)
-    normals = estimate_normals(cloud, viewpoint=[0.5, 1, 1])  # in the angle of the two
+    normals = shapes.estimated_normals(cloud, viewpoint=[0.5, 1, 1])  # in the angle of the two
     is_away = cloud.points[:, 1:].max(axis=1) > 0.15
     assert np.einsum("ij,ij->i", normals, up)[is_away].min() > 0.99
-    rough = estimate_normals(cloud.points, viewpoint=[0.5, 1, 1])
+    rough = shapes.estimated_normals(cloud.points, viewpoint=[0.5, 1, 1])
     assert np.einsum("ij,ij->i", rough, up)[is_away].min() < 0.7
     assert sf.cloud_info(cloud).has_axes
     assert not sf.cloud_info(cloud).knows_turns
@@ -238,14 +238,14 @@ def test_a_viewpoint_tells_the_sides_of_a_cloud(tmp_path):
     )
     assert result.n_failed == 0
     labels = sf.read_labels(tmp_path / "out" / "room.superfacets.npy")
-    normals = estimate_normals(points, viewpoint=INSIDE)
+    normals = shapes.estimated_normals(points, viewpoint=INSIDE)
     assert np.array_equal(labels, sf.segment(sf.PointCloud(points, normals), 40).labels)
     assert not np.array_equal(labels, sf.segment(points, 40).labels)
     for viewpoints in (INSIDE, np.tile(INSIDE, (len(points), 1))):
         cloud = sf.PointCloud(points, viewpoints=viewpoints)
         assert np.array_equal(sf.segment(cloud, 40).labels, labels)
         assert sf.cloud_info(cloud).knows_turns
-        assert np.array_equal(estimate_normals(cloud), normals)
+        assert np.array_equal(shapes.estimated_normals(cloud), normals)
 
 
 def test_each_scanner_sees_its_side():
@@ -253,7 +253,7 @@ def test_each_scanner_sees_its_side():
     rng = np.random.default_rng(0)
     walls = rng.random((2, 2000, 3)) * [0, 1, 1] + [[[0, 0, 0]], [[0.5, 0, 0]]]
     points, places = np.concatenate(walls), np.repeat([[-3, 0.5, 0.5], [3, 0.5, 0.5]], 2000, axis=0)
-    normals = estimate_normals(sf.PointCloud(points, viewpoints=places))
+    normals = shapes.estimated_normals(sf.PointCloud(points, viewpoints=places))
     assert np.all(normals[:2000, 0] < 0)
     assert np.all(normals[2000:, 0] > 0)
     part = sf.PointCloud(points, axes=normals, viewpoints=places).taken(np.arange(1500, 2500))

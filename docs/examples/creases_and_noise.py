@@ -14,8 +14,8 @@ import superfacets as sf
 # borders follow even faint creases.
 
 mesh = sf.sample_mesh()
-labels = [sf.segment(mesh, 80, alpha=alpha).labels for alpha in (0, 17, 100)]
-titles = ["alpha 0", "alpha 17, the default", "alpha 100"]
+labels = [sf.segment(mesh, 80, alpha=alpha).labels for alpha in (0, 12, 100)]
+titles = ["alpha 0", "alpha 12, the default", "alpha 100"]
 sf.plot(mesh, labels[0], compare=labels[1:], titles=titles, size=(420, 480))
 
 # %%

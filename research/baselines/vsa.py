@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from superfacets.base.checks import checked_callable, checked_choice, checked_count, checked_threads
+from superfacets.base.checks import checked_choice, checked_count, checked_threads
 from superfacets.base.timing import timed
 from superfacets.clustering.result import Segmentation, StopReason
 from superfacets.graph.face_graph import FaceGraph, build_face_graph
@@ -125,7 +125,6 @@ def variational_shape_approximation(
     generator = checked_generator(rng, "rng")
     max_num_iter = checked_count(max_num_iter, "max_num_iter")
     n_threads = checked_threads(n_threads)
-    progress = checked_callable(progress, "progress")
     timings: dict[str, float] = {}
     with timed(timings, "mesh"):
         surface = as_triangles(mesh)

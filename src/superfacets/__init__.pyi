@@ -62,7 +62,6 @@ from .regions.lines import border_lines as border_lines
 from .regions.lines import find_boundaries as find_boundaries
 from .regions.nearest_labels import transfer as transfer
 from .regions.pooling import pool as pool
-from .regions.pooling import snap as snap
 from .regions.pooling import unpool as unpool
 from .regions.region_graph import RegionGraph as RegionGraph
 from .regions.region_graph import region_graph as region_graph
@@ -74,7 +73,6 @@ from .stages.prepare import prepare as prepare
 from .stages.presets import SCANS as SCANS
 from .tools.info import cloud_info as cloud_info
 from .tools.info import mesh_info as mesh_info
-from .tools.nearest import nearest_faces as nearest_faces
 from .tools.sample import sample_mesh as sample_mesh
 from .tools.subdivision import subdivide as subdivide
 from .weights.clouds import build_point_graph as build_point_graph

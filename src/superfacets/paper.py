@@ -94,7 +94,7 @@ def checked(
     max_num_iter: int, n_threads: int | None, callback: Callback | None,
 ) -> SegmentOptions:  # fmt: skip
     """Check the arguments of `segment`, except arrays with one row per cell or vertex."""
-    size = CountOptions.checked(n_segments, radius, init)
+    count = CountOptions.checked(n_segments, radius, init)
     if isinstance(init, str):
         checked_choice(init, "init", ANY_INITS)
     if radius_factor is not None:
@@ -102,7 +102,7 @@ def checked(
     loop = LoopOptions.checked(max_num_iter, 0.0, islands, n_threads, callback)
     weights = Weights("superfacets", alpha=alpha, eta_convex=eta_convex)
     return SegmentOptions(
-        size=size, init=init, weights=WeightOptions.checked(weights, None),
+        count=count, init=init, weights=WeightOptions.checked(weights, None),
         loop=replace(loop, radius_factor=radius_factor),
         constraints=ConstraintOptions(mask, barriers), denoise=0, smooth=False, relocates=False,
     )  # fmt: skip

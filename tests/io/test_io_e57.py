@@ -5,11 +5,11 @@ import sys
 
 import numpy as np
 import pytest
+import shapes
 
 from superfacets import MeshError, MissingExtraError, read_cloud, segment
 from superfacets.files.cell_file import CellFile
 from superfacets.files.writers.write import OutputFiles
-from superfacets.graph.point_graph import estimate_normals
 from superfacets.kit import Input
 from superfacets_formats.e57 import read_e57
 
@@ -83,7 +83,7 @@ def test_normals_of_scans_face_their_scanners(write):
     path = write((scan(wall + [1, 0, 0]), {"translation": np.zeros(3)}), (scan(wall - 1), behind))
     cloud = read_cloud(path)
     assert cloud.points[[0, -1], 0].tolist() == [1, 3]
-    normals = estimate_normals(cloud)
+    normals = shapes.estimated_normals(cloud)
     assert np.all(normals[:500, 0] < -0.99)
     assert np.all(normals[500:, 0] > 0.99)
 

@@ -22,7 +22,6 @@ def superfacet_weights(
     crease_length: float | None = None,
     ridges: float = 0.0,
     hollows: bool = False,
-    all_sharp: bool = False,
     weld: bool = True,
 ) -> Floats:
     """Return the weight of each arc, computed with equations 1 to 3 of the paper.
@@ -30,8 +29,7 @@ def superfacet_weights(
     `crease_length`, if given, replaces |e| in equation 2. The relative cost of ridges is the
     maximum of `ridges` and `eta_convex`. If `hollows` is true, smooth convex edges of hollow shapes
     have a cost, and their smooth concave edges cost less. This needs a closed, consistently
-    oriented mesh. If `all_sharp` is true, all sharp convex edges are ridges, except edges between
-    two faces with several common edges.
+    oriented mesh.
     """
     used = mesh.vertices[np.unique(mesh.faces)]
     diagonal = float(norm(used.max(axis=0) - used.min(axis=0)))
@@ -40,8 +38,7 @@ def superfacet_weights(
     geodesics, edges, thetas, concave = _measure_arcs(mesh, arcs, inside_out=volume < -noise)
     lengths = edges if crease_length is None else crease_length
     of_concave, of_convex = np.ones(len(arcs)), np.full(len(arcs), eta_convex)
-    find = find_sharp if all_sharp else find_ridges
-    is_ridge = find(mesh, arcs, thetas, concave, weld=weld)
+    is_ridge = find_ridges(mesh, arcs, thetas, concave, weld=weld)
     if hollows and abs(volume) > noise and not any(arc.same_turn for arc in arcs):
         turns = np.where(concave, -thetas, thetas) * edges
         turns[is_ridge if ridges > eta_convex else []] = 0.0

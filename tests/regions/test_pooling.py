@@ -189,33 +189,13 @@ def test_unpool_fills_what_is_in_no_region():
             sf.unpool([0, -1], values, fill=fill)
 
 
-def test_snapping_takes_the_majority_by_area():
-    strip = shapes.strip(4)  # faces of equal area
-    assert sf.snap([0, 0, 0, 1], [3, 3, 1, 2], mesh=strip).tolist() == [3, 3, 3, 2]
-    assert sf.snap([0, 0, 0, 0], [3, 1, 1, 3], mesh=strip).tolist() == [1] * 4  # a tie
-    house = shapes.house()
-    assert sf.snap([0, 0], [8, 2], mesh=house).tolist() == [8, 8]
-    assert sf.snap([0, 0], [8, 2]).tolist() == [2, 2]
-
-
-def test_unknown_labels_do_not_vote_and_cells_in_no_region_keep_theirs():
-    noisy = [-1, -1, 5, -1, -1, 7, -1]
-    regions = [0, 0, 0, 1, 1, -1, -1]
-    assert sf.snap(regions, noisy).tolist() == [5, 5, 5, -1, -1, 7, -1]
-    assert noisy == [-1, -1, 5, -1, -1, 7, -1]
-    assert sf.snap(regions, noisy).dtype == np.int32
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_snapping_is_pooling_and_spreading(seed):
-    rng = np.random.default_rng(seed)
-    mesh = shapes.bumpy_sheet(10)
-    regions = random_regions(rng, mesh.n_faces, 30)
-    noisy = rng.integers(-1, 4, mesh.n_faces)
-    snapped = sf.snap(regions, noisy, mesh=mesh)
-    majority = sf.pool(regions, noisy, how="majority", mesh=mesh)
-    assert_array_equal(snapped, np.where(regions < 0, noisy, sf.unpool(regions, majority)))
-    assert_array_equal(sf.snap(regions, snapped, mesh=mesh), snapped)
+def test_noisy_labels_become_the_majority_by_area():
+    house = sf.PolygonMesh.of_faces(
+        [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 2, 0]], [[0, 1, 2, 3], [3, 2, 4]]
+    )
+    for mesh, expected in ((house, [8, 8]), (None, [2, 2])):
+        majority = sf.pool([0, 0], [8, 2], how="majority", mesh=mesh)
+        assert sf.unpool([0, 0], majority).tolist() == expected
 
 
 def test_a_segmentation_stands_for_its_labels():
@@ -224,7 +204,6 @@ def test_a_segmentation_stands_for_its_labels():
     areas = sf.pool(result, np.ones(mesh.n_faces), how="sum", mesh=mesh)
     assert_allclose(areas.sum(), sf.build_face_graph(mesh).measures.sum())
     assert_array_equal(sf.unpool(result, areas), areas[result.labels])
-    assert_array_equal(sf.snap(result, result), result.labels)
 
 
 def test_labels_of_vertices_are_refused_with_the_function_that_converts_them():
@@ -234,8 +213,6 @@ def test_labels_of_vertices_are_refused_with_the_function_that_converts_them():
     )
     cases = [
         (lambda: sf.pool([0] * 5, [1] * 3, mesh=mesh), of_vertices),
-        (lambda: sf.pool([0] * 5, [1] * 5, mesh=mesh), r"per vertex, omit mesh$"),
-        (lambda: sf.snap([0] * 5, [1] * 5, mesh=mesh), r"per vertex, omit mesh$"),
         (lambda: sf.region_graph(mesh, [0] * 5), of_vertices),
         (lambda: sf.face_colors(mesh, [0] * 5), of_vertices),
         (lambda: sf.write_mesh("a.ply", mesh, [0] * 5), of_vertices),
@@ -282,10 +259,6 @@ def test_what_does_not_fit_is_refused():
         (lambda: sf.unpool([0, 2], [1, 2]),
          r"labels\[1\] must be less than 2, the number of values, got 2"),
         (lambda: sf.unpool([0, -2], [1, 2]), r"labels\[1\] must be -1 to 2147483647, got -2"),
-        (lambda: sf.snap([0, 2], [1, 2]), r"labels\[1\] must be -1 to 1 for 2 cells, got 2"),
-        (lambda: sf.snap([0, 0], [1]),
-         r"noisy_labels must have one value per cell \(2\), got 1 value$"),
-        (lambda: sf.snap([0, 0], [1, -2]), r"noisy_labels\[1\] must be -1 to 2147483647, got -2"),
     ]  # fmt: skip
     for call, message in cases:
         with pytest.raises(ValueError, match=message):

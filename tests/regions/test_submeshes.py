@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 import shapes
-from numpy.testing import assert_array_equal
 
 import superfacets as sf
 from superfacets import MeshError, TetMesh, region_graph, split_regions, submesh
@@ -90,45 +89,6 @@ def test_a_region_whose_faces_lie_at_one_point_is_no_mesh():
     assert next(parts).cells.tolist() == [0]
     with pytest.raises(MeshError, match="region 1: all faces lie at one point"):
         next(parts)
-
-
-def tet_column():
-    vertices = [[0, 0, z] for z in range(5)] + [[1, 0, z] for z in range(5)]
-    vertices += [[0, 1, z] for z in range(5)]
-    cells = [[z, z + 1, z + 5, z + 10] for z in range(4)]
-    return sf.TetMesh(vertices, cells)
-
-
-@pytest.mark.parametrize("kind", ["mesh", "polygons", "tets", "cloud"])
-def test_all_parts_are_those_made_one_by_one(kind):
-    mesh = shapes.bumpy_sheet(6)
-    whole = {
-        "mesh": mesh,
-        "polygons": sf.PolygonMesh.of_faces(
-            mesh.vertices, [[0, 1, 8, 7], *mesh.faces[2:].tolist()]
-        ),
-        "tets": tet_column(),
-        "cloud": sf.PointCloud(mesh.vertices, mesh.vertices + 1),
-    }[kind]
-    n_cells = {"mesh": 72, "polygons": 71, "tets": 4, "cloud": 49}[kind]
-    n_regions = 2 if kind == "tets" else 9
-    labels = np.random.default_rng(1).integers(-1, n_regions, n_cells)
-    labels[:n_regions] = np.arange(n_regions)
-    labels[-1] = -1
-    names = {"mesh": ["vertices", "faces", "bounds"], "cloud": ["points", "normals", "bounds"],
-             "polygons": ["vertices", "offsets", "indices", "bounds"],
-             "tets": ["vertices", "tets", "bounds"]}[kind]  # fmt: skip
-    for region, part in enumerate(split_regions(whole, labels)):
-        alone = submesh(whole, labels, region)
-        assert type(part.mesh) is type(alone.mesh)
-        for name in names:
-            found, wanted = getattr(part.mesh, name), getattr(alone.mesh, name)
-            assert_array_equal(found, wanted)
-            assert found.dtype == wanted.dtype
-            assert not found.flags.writeable
-        assert_array_equal(part.cells, alone.cells)
-        assert_array_equal(part.vertices, alone.vertices)
-        assert part.cells.dtype == part.vertices.dtype == np.int32
 
 
 def test_wrong_labels_are_refused_at_once():

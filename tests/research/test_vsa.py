@@ -539,7 +539,6 @@ def test_without_welding_soup_stays_apart():
         ({"rng": None}, TypeError, "rng must be an integer or a Generator, got None"),
         ({"max_num_iter": 0}, ValueError, "max_num_iter must be at least 1"),
         ({"n_threads": 0}, ValueError, "n_threads must be at least 1"),
-        ({"progress": 1}, TypeError, "progress must be callable, got 1"),
     ],
 )
 def test_wrong_parameters_are_refused(sheet, options, error, message):

@@ -199,6 +199,13 @@ Buffer<float> with_part_costs(Offsets offsets, Integers neighbors, Floats length
   return add_part_costs({offsets, neighbors}, lengths, psi, factor, team);
 }
 
+Buffer<float> with_group_costs(Offsets offsets, Integers neighbors, Floats lengths,
+                               Integers group_of, Offsets group_offsets, Integers group_neighbors,
+                               Floats costs, ThreadTeam& team) {
+  return add_group_costs({offsets, neighbors}, lengths,
+                         {{group_offsets, group_neighbors}, costs, group_of}, team);
+}
+
 Buffer<double> with_feature_steps(Offsets offsets, Integers neighbors, Doubles weights,
                                   const Table<double>& features, double factor, ThreadTeam& team) {
   return add_feature_steps({offsets, neighbors}, weights, {features.data(), features.size()},
@@ -299,9 +306,9 @@ void bind_graphs(nb::module_& module) {
 
 void bind_weights(nb::module_& module) {
   nb::class_<EdgeFactors>(module, "EdgeFactors")
-      .def(nb::init<double, double, double, double, double, double, bool, bool, double>(),
-           nb::kw_only(), "alpha"_a, "eta_convex"_a, "crease_length"_a, "diagonal"_a, "ridges"_a,
-           "convex_share"_a, "is_straight"_a, "all_sharp"_a, "slack"_a);
+      .def(nb::init<double, double, double, double, double, double, bool, double>(), nb::kw_only(),
+           "alpha"_a, "eta_convex"_a, "crease_length"_a, "diagonal"_a, "ridges"_a, "convex_share"_a,
+           "is_straight"_a, "slack"_a);
   module.def("triangle_weights", threaded(&weights_of_triangles), "surface"_a, "centroids"_a,
              "areas"_a, "normals"_a, "factors"_a, "wants_turn"_a, "n_threads"_a);
   module.def("surface_weights", threaded(&weights_of_surface), "surface"_a, "factors"_a,
@@ -312,6 +319,9 @@ void bind_weights(nb::module_& module) {
              "weights"_a, "features"_a.noconvert(), "factor"_a, "n_threads"_a);
   module.def("add_part_costs", threaded(&with_part_costs), "offsets"_a, "neighbors"_a, "lengths"_a,
              "group_of"_a, "vectors"_a.noconvert(), "factor"_a, "n_threads"_a);
+  module.def("add_group_costs", threaded(&with_group_costs), "offsets"_a, "neighbors"_a,
+             "lengths"_a, "group_of"_a, "group_offsets"_a, "group_neighbors"_a, "costs"_a,
+             "n_threads"_a);
   module.def("quantize_weights", threaded(&quantized), "weights"_a, "n_threads"_a);
   module.def("unit_of_lengths", &unit_of_lengths, "total_weight"_a);
   module.def("round_weights", threaded(&rounded), "weights"_a, "unit"_a, "n_threads"_a);

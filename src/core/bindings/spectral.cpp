@@ -1,7 +1,7 @@
 // Bindings of eigenvectors. The functions are documented in the headers of spectral/.
 // Their preconditions are checked by superfacets/base/checks.py.
 #include "bindings/bindings.hpp"
-#include "spectral/diffusion.hpp"
+#include "spectral/border_rates.hpp"
 #include "spectral/eigenvectors.hpp"
 
 namespace superfacets {
@@ -22,6 +22,14 @@ Buffer<float> relaxed(Offsets offsets, Integers neighbors, Doubles conductances,
   return found;
 }
 
+Buffer<float> rates(const OrderedGraph& graph, Offsets offsets, Integers neighbors, Doubles widths,
+                    const Table<float>& normals, const Table<float>& vectors, Doubles coefficients,
+                    ThreadTeam& team) {
+  return border_rates(graph, {offsets, neighbors}, widths,
+                      {normals.shape(1), {normals.data(), normals.size()}},
+                      {vectors.shape(1), {vectors.data(), vectors.size()}}, coefficients, team);
+}
+
 Eigenpairs eigenpairs(Offsets offsets, Integers neighbors, Doubles conductances, Doubles measures,
                       Integers components, Label n_components, int n_wanted) {
   return smallest_eigenpairs({offsets, neighbors}, conductances, measures, components, n_components,
@@ -38,6 +46,9 @@ void bind_spectral(nb::module_& module) {
              "steps"_a, "coarse_of"_a, "coarse_offsets"_a, "coarse_neighbors"_a);
   module.def("relax", threaded<kMinSlowPerThread>(&relaxed), "offsets"_a, "neighbors"_a,
              "conductances"_a, "rows"_a.noconvert(), "n_sweeps"_a, "n_threads"_a);
+  module.def("border_rates", threaded<kMinSlowPerThread>(&rates), "graph"_a, "offsets"_a,
+             "neighbors"_a, "widths"_a, "normals"_a.noconvert(), "vectors"_a.noconvert(),
+             "coefficients"_a, "n_threads"_a);
   module.def("smallest_eigenpairs", serial(&eigenpairs), "offsets"_a, "neighbors"_a,
              "conductances"_a, "measures"_a, "components"_a, "n_components"_a, "n_wanted"_a);
 }

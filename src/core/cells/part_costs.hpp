@@ -43,9 +43,25 @@ struct PartVectors {
   double distance(Cell one, Cell other) const { return distance_between(rows, width, one, other); }
 };
 
-// An arc length plus factor |psi_i - psi_j|, rounded to a whole number.
-inline float with_cost(float length, double factor, double distance) {
-  return static_cast<float>(round_to_whole(double{length} + factor * distance));
+// A cost for each arc between two groups of cells.
+struct GroupCosts {
+  Arcs arcs;                     // arcs between groups
+  std::span<const float> costs;  // cost of each arc
+  std::span<const Cell> groups;  // (N,) group of each cell; empty if each cell is its own group
+
+  Cell group_of(Cell cell) const { return groups.empty() ? cell : groups[cell]; }
+
+  // The cost of the first arc from one group to another, or 0 if there is none.
+  double between(Cell one, Cell other) const {
+    const auto neighbors = arcs.neighbors(one);
+    const auto found = std::ranges::find(neighbors, other) - neighbors.begin();
+    return found < std::ssize(neighbors) ? double{costs[arcs.offsets[one] + found]} : 0.0;
+  }
+};
+
+// An arc length plus a cost, rounded to a whole number.
+inline float with_cost(float length, double factor, double cost) {
+  return static_cast<float>(round_to_whole(double{length} + factor * cost));
 }
 
 // Adds factor |psi_i - psi_j| to the length of each arc, where i and j are the groups of the arc's
@@ -53,6 +69,10 @@ inline float with_cost(float length, double factor, double distance) {
 // length, they get the same result.
 Buffer<float> add_part_costs(const Arcs& arcs, std::span<const float> lengths,
                              const PartVectors& vectors, double factor, ThreadTeam& team);
+
+// Adds the costs between groups to the length of each arc, in the same way.
+Buffer<float> add_group_costs(const Arcs& arcs, std::span<const float> lengths,
+                              const GroupCosts& costs, ThreadTeam& team);
 
 // Returns given[a] + factor |f_i - f_j| for each arc a, where f_i and f_j are the features of the
 // arc's two cells. `features` has n_features numbers per cell. If the given values of an arc and

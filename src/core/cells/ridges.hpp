@@ -10,8 +10,8 @@ namespace superfacets {
 // larger, the edge is not sharp.
 inline constexpr double kSharpCosine = 0.7661;
 
-// The cosine of kSoftAngle.
-inline constexpr double kSoftCosine = 0.9835714708133859;
+// The cosine of kFlatAngle.
+inline constexpr double kFlatCosine = 0.9999996192282494;
 
 // An edge is flat compared with a ridge if its angle is less than this fraction of the ridge's
 // angle.
@@ -114,21 +114,17 @@ CrowdedFaces crowded_faces(const Arcs& arcs, const Bends& bends, const EdgeFacto
 // Both ends of a ridge must meet another edge with these properties, the boundary of the surface,
 // or a non-manifold edge. Two faces that share several edges have no ridge.
 //
-// With the option `all_sharp`, every convex edge with an angle of at least kSharpAngle is a ridge,
-// if it is the only edge that its two faces share.
-//
 // The parameter `bends` provides two functions. bends.angle(face, arc, to) is the unsigned angle at
 // an arc, from 0 to pi. bends.is_convex(face, arc, to) returns whether the arc is convex.
 template <typename AnySurface, typename Bends>
 class Ridges {
  public:
-  Ridges(const AnySurface& surface, const Bends& bends, const CrowdedFaces& crowded, bool all_sharp)
-      : surface_(surface), bends_(bends), crowded_(crowded), all_sharp_(all_sharp) {}
+  Ridges(const AnySurface& surface, const Bends& bends, const CrowdedFaces& crowded)
+      : surface_(surface), bends_(bends), crowded_(crowded) {}
 
   // Whether an arc crosses a ridge. An arc and its reverse arc give the same result.
   bool crosses(Face from, std::int64_t arc) const {
     const Face to = surface_.arcs().targets[arc];
-    if (all_sharp_) return is_sharp(from, arc, to);
     if (!is_sharp_between_flats(from, arc, to)) return false;
     const std::int64_t back = arc_between(to, from);
     if (to < from && back >= 0) return continues_at_ends(to, back, from);
@@ -227,7 +223,6 @@ class Ridges {
   const AnySurface& surface_;
   const Bends& bends_;
   const CrowdedFaces& crowded_;
-  const bool all_sharp_;
 };
 
 }  // namespace superfacets

@@ -24,7 +24,7 @@ class SurfaceWeigher {
         factors_(factors),
         net_turn_(net_turn),
         bends_{surface},
-        ridges_(surface, bends_, crowded, factors.all_sharp) {}
+        ridges_(surface, bends_, crowded) {}
 
   const EdgeSums& sums() const { return sums_; }
 
@@ -33,7 +33,7 @@ class SurfaceWeigher {
     const bool is_sharp = factors_.has_ridges() && angle <= -kSharpAngle;
     const bool is_ridge = is_sharp && ridges_.crosses(cell, arc);
     if (cell < to) {
-      count_edge(std::abs(angle), is_sharp);
+      count_edge(std::abs(angle), surface_.border_length(cell, arc));
       if (!is_ridge) add_turn(-angle * surface_.border_length(cell, arc));
     }
     const double eta = is_ridge ? factors_.ridges : factors_.eta(angle, std::abs(angle));
@@ -46,11 +46,13 @@ class SurfaceWeigher {
   }
 
  private:
-  void count_edge(double bend, bool is_sharp) {
-    if (!factors_.has_ridges()) return;
+  void count_edge(double bend, double length) {
+    if (!factors_.has_ridges() || net_turn_ == nullptr) return;
     ++sums_.n_edges;
-    sums_.n_soft += static_cast<std::int64_t>(bend >= kSoftAngle && bend < kSharpAngle);
-    sums_.n_sharp += static_cast<std::int64_t>(is_sharp);
+    sums_.n_flat += static_cast<std::int64_t>(bend < kFlatAngle);
+    const auto bent = static_cast<std::int64_t>(net_turn_->rounded(bend * length));
+    sums_.bent += bent;
+    if (bend >= kSharpAngle) sums_.sharp += bent;
   }
   void add_turn(double turn) {
     if (net_turn_ != nullptr) sums_.turn += static_cast<std::int64_t>(net_turn_->rounded(turn));

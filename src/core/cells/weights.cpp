@@ -260,7 +260,7 @@ class Weigher {
         factors_(factors),
         of_ridges_(factors.of_ridges()),
         bends_{geometry},
-        ridges_(geometry.surface, bends_, crowded, factors.all_sharp),
+        ridges_(geometry.surface, bends_, crowded),
         net_turn_(net_turn),
         weights_(weights) {}
 
@@ -328,7 +328,6 @@ class Weigher {
       const RisingArc& step = rising[i];
       const ArcData data = block_.get(i);
       if (up * dot(data.normal_from - data.normal_to, data.to - data.from) > 0.0) continue;
-      ++sums_.n_sharp;
       if (!ridges_.crosses(step.from, step.arc)) continue;
       numbers_[i] = any_arc_weight(data, of_ridges_, up);
       turns_[i] = 0.0;
@@ -336,11 +335,17 @@ class Weigher {
   }
 
   void count_edges(std::size_t n) {
-    sums_.n_edges += static_cast<std::int64_t>(n);
+    if (net_turn_ == nullptr) return;
+    double bent = 0.0;  // exact, because all terms are integers
+    double sharp = 0.0;
     for (std::size_t i = 0; i < n; ++i) {
-      const bool is_soft = cosines_[i] <= kSoftCosine && cosines_[i] > kSharpCosine;
-      sums_.n_soft += static_cast<std::int64_t>(is_soft);
+      sums_.n_flat += static_cast<std::int64_t>(cosines_[i] > kFlatCosine);
+      bent += std::abs(turns_[i]);
+      sharp += cosines_[i] <= kSharpCosine ? std::abs(turns_[i]) : 0.0;
     }
+    sums_.n_edges += static_cast<std::int64_t>(n);
+    sums_.bent += static_cast<std::int64_t>(bent);
+    sums_.sharp += static_cast<std::int64_t>(sharp);
   }
 
   const Geometry& geometry_;
@@ -368,7 +373,7 @@ void weigh_other_arcs(const Geometry& geometry, const EdgeFactors& factors,
   const double up = up_of(geometry);
   const EdgeFactors of_ridges = factors.of_ridges();
   const FaceBends bends{geometry};
-  const Ridges ridges(geometry.surface, bends, crowded, factors.all_sharp);
+  const Ridges ridges(geometry.surface, bends, crowded);
   for (auto face = static_cast<Face>(begin); face < end; ++face) {
     for (const auto [arc, neighbor] : geometry.arcs().steps(face)) {
       std::int64_t back = -1;

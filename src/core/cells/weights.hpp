@@ -15,10 +15,9 @@ namespace superfacets {
 // on rounded limbs have smaller angles, except on coarse meshes.
 inline constexpr double kSharpAngle = std::numbers::pi * 2.0 / 9.0;
 
-// Smallest angle of a soft edge: 10.4 degrees. An edge with a smaller angle is flat or part of a
-// curved surface. With a bound of exactly 10 degrees, rounding errors would decide about the edges
-// of cylinders with 36 segments.
-inline constexpr double kSoftAngle = kSharpAngle * 0.26;
+// Upper bound of the angle of a flat edge: 0.05 degrees. Rounding of vertices to single precision
+// bends edges less, unless they are shorter than 1e-4 of the diagonal.
+inline constexpr double kFlatAngle = std::numbers::pi / 3600.0;
 
 struct EdgeFactors {
   double alpha = 200.0;     // factor of the angular term, >= 0
@@ -30,8 +29,7 @@ struct EdgeFactors {
   double convex_share = 0.0;
   // If true, a step is the straight line from centroid to centroid, not the path via the edge.
   bool is_straight = false;
-  bool all_sharp = false;  // if true, all sharp convex edges are ridges
-  double slack = 0.0;      // angle in radians that is subtracted from the angle of each edge
+  double slack = 0.0;  // angle in radians that is subtracted from the angle of each edge
 
   // eta of an edge with angle theta that is not a ridge. The edge is concave if rise > 0. An edge
   // is smooth if its angle is less than kSharpAngle.
@@ -57,19 +55,22 @@ struct EdgeFactors {
   }
 };
 
-// Sums over edges. Each edge is counted once, at the face with the lower index. If the factors do
-// not use ridges, only `turn` is computed.
+// Sums over edges. Each edge is counted once, at the face with the lower index. Turns are sums of
+// angle times length, in the units of class NetTurn. If the factors do not use ridges, only `turn`
+// is computed.
 struct EdgeSums {
-  std::int64_t turn = 0;     // net turn, in the units of class NetTurn
+  std::int64_t turn = 0;     // net turn
   std::int64_t n_edges = 0;  // number of all edges
-  std::int64_t n_soft = 0;   // number of edges with an angle from kSoftAngle to below kSharpAngle
-  std::int64_t n_sharp = 0;  // number of convex edges with an angle of at least kSharpAngle
+  std::int64_t n_flat = 0;   // number of edges with an angle below kFlatAngle
+  std::int64_t bent = 0;     // sum of the turns of all edges, all positive
+  std::int64_t sharp = 0;    // the same for edges with an angle of at least kSharpAngle
 
   void add(const EdgeSums& other) {
     turn += other.turn;
     n_edges += other.n_edges;
-    n_soft += other.n_soft;
-    n_sharp += other.n_sharp;
+    n_flat += other.n_flat;
+    bent += other.bent;
+    sharp += other.sharp;
   }
 };
 
@@ -111,9 +112,8 @@ struct FaceMeasures {
 // crease_length replaces |e|. If steps are straight, |c_i - c_j| replaces the distance via m, and
 // crease_length must be positive. theta is in [0, pi]; it is 0 if one of the faces has no normal.
 // The slack of the factors is subtracted from theta, but not below 0. An arc and its reverse arc
-// get bit-identical weights. Ridges may cost more than other convex edges. Returns sums over edges.
-// The net turn is 0 if net_turn is null. If it is not null, the sums include only the edges that it
-// counts.
+// get bit-identical weights. Ridges may cost more than other convex edges. Returns sums over edges,
+// which are 0 if net_turn is null.
 EdgeSums triangle_weights(const TriangleSurface& surface, const FaceMeasures& faces,
                           const EdgeFactors& factors, const NetTurn* net_turn, ThreadTeam& team,
                           std::span<double> weights);

@@ -60,10 +60,6 @@ class ShapeSearch {
     return best;
   }
 
-  Point point_of(const Answer& answer, const Point& p) const {
-    return shapes_[answer.place].nearest(p);
-  }
-
  private:
   void offer(const Point& p, Place place, Answer& best) const {
     const double squared = squared_norm(p - shapes_[place].nearest(p));
@@ -81,9 +77,8 @@ template <typename ShapeOf>
 NearestCells find_nearest(std::int64_t n_shapes, const ShapeOf& shape_of,
                           std::span<const Point> queries, double max_distance, ThreadTeam& team) {
   const ShapeSearch<decltype(shape_of(0))> shapes(n_shapes, shape_of, team);
-  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   const std::size_t n = queries.size();
-  NearestCells found{Buffer<Cell>(n), Buffer<double>(n), Buffer<Point>(n)};
+  NearestCells found{Buffer<Cell>(n), Buffer<double>(n)};
   const Buffer<Cell> order = refined_morton_order(queries, kQueriesTogether, team);
   const auto answer_range = [&](std::int64_t begin, std::int64_t end) {
     Answer answer{};
@@ -94,7 +89,6 @@ NearestCells find_nearest(std::int64_t n_shapes, const ShapeOf& shape_of,
       const bool is_found = answer.is_found();
       found.cells[query] = is_found ? answer.cell : kNoCell;
       found.distances[query] = is_found ? std::sqrt(answer.squared) : kInfinity;
-      found.points[query] = is_found ? shapes.point_of(answer, p) : Point{kNaN, kNaN, kNaN};
     }
   };
   team.for_each_block(static_cast<std::int64_t>(n), answer_range, kQueriesPerTask);

@@ -1,5 +1,4 @@
-// Nearest-neighbor queries: finds the triangle, tetrahedron or point that is nearest to each query
-// point.
+// Finds the triangle, tetrahedron or point that is nearest to each query point.
 #pragma once
 
 #include "base/buffer.hpp"
@@ -12,7 +11,6 @@ namespace superfacets {
 struct NearestCells {
   Buffer<Cell> cells;        // nearest cell, the lowest if several are equally near; -1 if none
   Buffer<double> distances;  // distance to the nearest cell; infinite if none
-  Buffer<Point> points;      // nearest point on the nearest cell; NaN if none
 };
 
 // Finds the nearest cell of each query point. Cells beyond max_distance, which may be infinite, are

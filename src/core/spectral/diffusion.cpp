@@ -12,13 +12,14 @@ double width_of(const OrderedGraph& graph, Place from, const Arc& arc) {
 // swap their values in each sweep.
 constexpr float kDamping = 0.75F;
 
-// Computes the new row of one cell in a sweep. If kWidth > 0, it is the row width, and the loop is
-// several times faster. If kWidth is 0, the width is any_width.
+// Computes the new row of one cell in a sweep: the weighted sum of the rows of its neighbors and of
+// its row in `own`. If kWidth > 0, it is the row width, and the loop is several times faster. If
+// kWidth is 0, the width is any_width.
 template <std::size_t kWidth>
 void relax_row(const Arcs& arcs, const float* weights, std::size_t any_width, Cell cell,
-               const float* from, float* to) {
+               const float* own, const float* from, float* to) {
   const std::size_t width = kWidth > 0 ? kWidth : any_width;
-  const float* here = from + width * cell;
+  const float* here = own + width * cell;
   float* result = to + width * cell;
   float kept = 1.0F;
   std::fill(result, result + width, 0.0F);
@@ -28,6 +29,39 @@ void relax_row(const Arcs& arcs, const float* weights, std::size_t any_width, Ce
     kept -= weights[arc];
   }
   for (std::size_t i = 0; i < width; ++i) result[i] += kept * here[i];
+}
+
+// The sum of term(cell) over all cells.
+template <typename Term>
+double sum_over(Cell n_cells, const Term& term, ThreadTeam& team) {
+  const auto sum_range = [&](std::int64_t begin, std::int64_t end) {
+    double sum = 0.0;
+    for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) sum += term(cell);
+    return sum;
+  };
+  return sum_of_blocks(n_cells, sum_range, team);
+}
+
+// Sweeps over all cells n_sweeps times. `weights` are those of the neighbors' rows for each arc.
+// The rest of the weight is that of the cell's row in `own`, or of its current row if `own` is
+// empty.
+void sweep(const Arcs& arcs, std::span<const float> weights, std::size_t width, int n_sweeps,
+           std::span<const float> own, ThreadTeam& team, std::span<float> rows) {
+  Buffer<float> others(rows.size());
+  const std::span<float> other_rows = others.span();
+  const auto relax_one = width == 2   ? &relax_row<2>
+                         : width == 3 ? &relax_row<3>
+                         : width == 8 ? &relax_row<8>
+                                      : &relax_row<0>;
+  for (int sweep = 0; sweep < n_sweeps; ++sweep) {
+    const std::span<float> from = sweep % 2 == 0 ? rows : other_rows;
+    const std::span<float> to = sweep % 2 == 0 ? other_rows : rows;
+    const float* kept = own.empty() ? from.data() : own.data();
+    team.for_each_slow(arcs.n_cells(), [&](Cell cell) {
+      relax_one(arcs, weights.data(), width, cell, kept, from.data(), to.data());
+    });
+  }
+  if (n_sweeps % 2 == 1) std::ranges::copy(other_rows, rows.begin());
 }
 
 }  // namespace
@@ -66,35 +100,34 @@ ConductingArcs conducting_arcs(const OrderedGraph& graph, double crease_unit, do
   found.neighbors = Buffer<Cell>(found.offsets[graph.n_cells()]);
   found.steps = Buffer<double>(found.neighbors.size());
   found.conductances = Buffer<double>(found.neighbors.size());
-  const auto open_range = [&](std::int64_t begin, std::int64_t end) {
-    double blocked = 0.0;
-    for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) {
-      const Place place = graph.place_of[cell];
-      std::int64_t next = found.offsets[cell];
-      for (const Arc& arc : graph.arcs_of(place)) {
-        if (arc.to == place) continue;
-        const double kappa = crease_unit > 0.0 ? graph.crease_cost(place, arc) / crease_unit : 0.0;
-        const double width = width_of(graph, place, arc);
-        const double open = width * exponential(-steepness * kappa);
-        found.neighbors[next] = graph.cells[arc.to];
-        found.steps[next] = straight_step(graph, place, arc);
-        found.conductances[next] = open / found.steps[next] + kMinConductance;
-        blocked += width - open;
-        ++next;
-      }
-    }
-    return blocked;
-  };
-  const double blocked = sum_of_blocks(graph.n_cells(), open_range, team);
-  const double all = sum_of_blocks(
+  const double blocked = sum_over(
       graph.n_cells(),
-      [&](std::int64_t begin, std::int64_t end) {
+      [&](Cell cell) {
+        const Place place = graph.place_of[cell];
+        std::int64_t next = found.offsets[cell];
         double sum = 0.0;
-        for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) {
-          const Place place = graph.place_of[cell];
-          for (const Arc& arc : graph.arcs_of(place)) {
-            if (arc.to != place) sum += width_of(graph, place, arc);
-          }
+        for (const Arc& arc : graph.arcs_of(place)) {
+          if (arc.to == place) continue;
+          const double kappa =
+              crease_unit > 0.0 ? graph.crease_cost(place, arc) / crease_unit : 0.0;
+          const double width = width_of(graph, place, arc);
+          const double open = width * exponential(-steepness * kappa);
+          found.neighbors[next] = graph.cells[arc.to];
+          found.steps[next] = straight_step(graph, place, arc);
+          found.conductances[next] = open / found.steps[next] + kMinConductance;
+          sum += width - open;
+          ++next;
+        }
+        return sum;
+      },
+      team);
+  const double all = sum_over(
+      graph.n_cells(),
+      [&](Cell cell) {
+        const Place place = graph.place_of[cell];
+        double sum = 0.0;
+        for (const Arc& arc : graph.arcs_of(place)) {
+          if (arc.to != place) sum += width_of(graph, place, arc);
         }
         return sum;
       },
@@ -134,23 +167,60 @@ void relax(const Arcs& arcs, std::span<const double> conductances, std::size_t w
       weights[arc] = static_cast<float>(factor * conductances[arc]);
     }
   });
-  Buffer<float> others(rows.size());
-  const std::span<float> other_rows = others.span();
-  for (int sweep = 0; sweep < n_sweeps; ++sweep) {
-    const std::span<float> from = sweep % 2 == 0 ? rows : other_rows;
-    const std::span<float> to = sweep % 2 == 0 ? other_rows : rows;
-    team.for_each_slow(arcs.n_cells(), [&](Cell cell) {
-      switch (width) {
-        case 1:
-          return relax_row<1>(arcs, weights.data(), width, cell, from.data(), to.data());
-        case 8:
-          return relax_row<8>(arcs, weights.data(), width, cell, from.data(), to.data());
-        default:
-          return relax_row<0>(arcs, weights.data(), width, cell, from.data(), to.data());
-      }
-    });
-  }
-  if (n_sweeps % 2 == 1) std::ranges::copy(other_rows, rows.begin());
+  sweep(arcs, weights.span(), width, n_sweeps, {}, team, rows);
+}
+
+Smoother::Smoother(const OrderedGraph& graph, const Arcs& arcs, std::span<const double> widths,
+                   ThreadTeam& team)
+    : graph_(graph), arcs_(arcs), widths_(arcs.n_arcs()), steps_(arcs.n_arcs()) {
+  // sum of width times step, which for estimated widths is made 4 times the area, as for any
+  // Voronoi diagram
+  const double sum = sum_over(
+      arcs.n_cells(),
+      [&](Cell cell) {
+        const Place place = graph.place_of[cell];
+        double sum = 0.0;
+        for (const auto [arc, to] : arcs.steps(cell)) {
+          const Arc step{graph.place_of[to], 1.0F};
+          steps_[arc] = straight_step(graph, place, step);
+          widths_[arc] = widths.empty() ? width_of(graph, place, step) : widths[arc];
+          sum += widths_[arc] * steps_[arc];
+        }
+        return sum;
+      },
+      team);
+  const double scale = widths.empty() && sum > 0.0 ? 4.0 * graph.total_measure / sum : 1.0;
+  total_ = sum_over(
+      arcs.n_cells(),
+      [&](Cell cell) {
+        double sum = 0.0;
+        for (const auto [arc, to] : arcs.steps(cell)) {
+          widths_[arc] *= scale;
+          sum += widths_[arc] / steps_[arc];
+        }
+        return sum;
+      },
+      team);
+}
+
+Buffer<float> Smoother::smoothed(const CellRows& given, double length, ThreadTeam& team) const {
+  constexpr double kMaxSweeps = 20.0;
+  const double squared = length * length;
+  const double n_sweeps = 4.0 + 2.0 * std::ceil(squared * total_ / graph_.total_measure);
+  const double least = 1e-12 * graph_.total_measure;
+  Buffer<float> weights(arcs_.n_arcs());
+  team.for_each_slow(arcs_.n_cells(), [&](Cell cell) {
+    double sum = std::max(area(cell), least);
+    for (const auto [arc, to] : arcs_.steps(cell)) sum += squared * widths_[arc] / steps_[arc];
+    for (const auto [arc, to] : arcs_.steps(cell)) {
+      weights[arc] = static_cast<float>(squared * widths_[arc] / steps_[arc] / sum);
+    }
+  });
+  Buffer<float> rows(given.rows.size());
+  std::ranges::copy(given.rows, rows.begin());
+  sweep(arcs_, weights.span(), given.width, static_cast<int>(std::min(kMaxSweeps, n_sweeps)),
+        given.rows, team, rows.span());
+  return rows;
 }
 
 }  // namespace superfacets

@@ -48,4 +48,36 @@ Buffer<double> sum_between(const Arcs& arcs, std::span<const double> conductance
 void relax(const Arcs& arcs, std::span<const double> conductances, std::size_t width, int n_sweeps,
            ThreadTeam& team, std::span<float> rows);
 
+// Rows of numbers, one row per cell.
+struct CellRows {
+  std::size_t width;            // numbers per row
+  std::span<const float> rows;  // (N, width)
+};
+
+// Smooths rows of numbers over a given length, by an implicit step of the heat equation.
+class Smoother {
+ public:
+  // `arcs` are arcs between the cells of the graph in the order of the input, and `widths` the
+  // lengths of the borders that they cross. If `widths` is empty, they are estimated from areas.
+  Smoother(const OrderedGraph& graph, const Arcs& arcs, std::span<const double> widths,
+           ThreadTeam& team);
+
+  // Returns the solution x of (A + length^2 L) x = A rows after at most 20 Jacobi sweeps, where A
+  // are areas, and L is the Laplacian with the conductances width / step.
+  Buffer<float> smoothed(const CellRows& given, double length, ThreadTeam& team) const;
+
+  double width(std::int64_t arc) const { return widths_[arc]; }
+  double step(std::int64_t arc) const { return steps_[arc]; }
+  Point position(Cell cell) const { return graph_.positions[graph_.place_of[cell]]; }
+
+ private:
+  double area(Cell cell) const { return graph_.measures[graph_.place_of[cell]]; }
+
+  const OrderedGraph& graph_;
+  const Arcs& arcs_;
+  Buffer<double> widths_;  // (M,) length of the border that each arc crosses
+  Buffer<double> steps_;   // (M,) length of each arc
+  double total_ = 0.0;     // sum of all conductances
+};
+
 }  // namespace superfacets

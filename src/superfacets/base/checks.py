@@ -51,21 +51,20 @@ def counted(n: int, thing: str) -> str:
     return f"{n} {thing if n == 1 else _PLURALS.get(thing, thing + 's')}"
 
 
-TO_FACES = "convert the labels to faces with superfacets.face_labels(mesh, labels)"
-"""Advice for functions that need labels of faces, for users who have labels of vertices."""
-
-
 def check_length(
     given: Sized, n: int, name: str, noun: str = "cell", *, n_vertices: int | None = None,
-    advice: str = TO_FACES, error: type[ValueError] = ValueError,
+    error: type[ValueError] = ValueError,
 ) -> None:  # fmt: skip
     """Check a parameter: raise an error unless it has `n` values, one value for each `noun`.
 
-    If there is one value per vertex instead of one per cell, the message contains `advice`.
+    If there is one value per vertex instead of one per cell, the message contains advice.
     """
     if len(given) == n:
         return
-    hint = f". For one label per vertex, {advice}"
+    hint = (
+        ". For one label per vertex, convert the labels to faces with"
+        " superfacets.face_labels(mesh, labels)"
+    )
     raise error(
         f"{name} must have one value per {noun} ({n}), got {counted(len(given), 'value')}"
         f"{hint if len(given) == n_vertices else ''}"
@@ -167,24 +166,12 @@ def freeze(instance: object, **arrays: Array) -> None:
         object.__setattr__(instance, name, view)
 
 
-def checked_mesh(
-    vertices: Any, faces: Any, *, are_new: bool = False
-) -> tuple[Floats, Ints, Floats]:
-    """Return checked vertices, checked faces, and the bounding box (2, 3) of all used vertices.
-
-    Raises a MeshError if an array is not valid. If `are_new` is true, no other code has a reference
-    to `faces`, so an int32 array is not copied.
-    """
-    return _checked_simplices(vertices, faces, "faces", 3, are_new)
-
-
 def checked_polygons(
     vertices: Any, offsets: Any, indices: Any, *, are_new: bool = False
 ) -> tuple[Floats, Longs, Ints, Floats]:
     """Return checked vertices, offsets and corners, and the bounding box of all used vertices.
 
-    Raises a MeshError if an array is not valid. `are_new` applies to `indices`, as in
-    `checked_mesh` to `faces`.
+    Raises a MeshError if an array is not valid. For `are_new`, see `checked_simplices`.
     """
     points = _point_array(vertices)
     given = _row_of_integers(indices, "indices")
@@ -198,14 +185,14 @@ def checked_polygons(
     return points, starts, corners, box
 
 
-def checked_tets(vertices: Any, tets: Any) -> tuple[Floats, Ints, Floats]:
-    """Return checked vertices, checked tetrahedra, and the bounding box of all used vertices."""
-    return _checked_simplices(vertices, tets, "tets", 4, False)
-
-
-def _checked_simplices(
-    vertices: Any, cells: Any, name: str, n_corners: int, are_new: bool
+def checked_simplices(
+    vertices: Any, cells: Any, name: str, n_corners: int, *, are_new: bool = False
 ) -> tuple[Floats, Ints, Floats]:
+    """Return checked vertices, checked faces or tetrahedra, and the box (2, 3) of used vertices.
+
+    Raises a MeshError if an array is not valid. If `are_new` is true, no other code has a reference
+    to `cells`, so an int32 array is not copied.
+    """
     points = _point_array(vertices)
     given = _corner_rows(cells, name, n_corners)
     corners = _int32_corners(given, are_new)
@@ -555,14 +542,14 @@ def checked_region_centers(centers: npt.ArrayLike, labels: Ints, n_regions: int)
 
 def checked_partial_labels(
     labels: Any, n_cells: int, name: str = "labels", *, least: int = -1,
-    n_vertices: int | None = None, advice: str = TO_FACES,
+    n_vertices: int | None = None,
 ) -> tuple[Ints, int]:  # fmt: skip
     """Return checked labels as an (N,) int32 array, and the number K of regions.
 
     Each label from 0 to K - 1 must occur. The label -1, for cells without a region, is only
-    allowed if `least` is -1. `n_vertices` and `advice` are the same as in `check_length`.
+    allowed if `least` is -1.
     """
-    given = _row_of_labels(labels, n_cells, name, n_vertices, advice)
+    given = _row_of_labels(labels, n_cells, name, n_vertices)
     is_wrong = (given < least) | (given >= n_cells)
     refuse_first(is_wrong, name, given, f"{least} to {n_cells - 1} for {counted(n_cells, 'cell')}")
     array = owned_indices(given)
@@ -591,12 +578,9 @@ def checked_classes(
 ) -> Ints:
     """Return labels of cells (or of another `noun`), which may have gaps, as a new int32 array.
 
-    Apps check labels with it: any integers >= 0, or -1 for no label, shape (n,). Raises a
-    ValueError or TypeError for others. `noun` and `n_vertices` are the same as in `check_length`.
+    Apps check labels with it: any integers >= 0, or -1 for no label, shape (n,).
     """
-    refuse_order(labels, "labels")
-    given = integer_array(labels, name)
-    check_length(given, n, name, noun, n_vertices=n_vertices)
+    given = _row_of_labels(labels, n, name, n_vertices, noun)
     array = given.astype(np.int32, order="C")  # copies, so the caller cannot change the labels
     is_wrong = (array < -1) | (array != given)
     refuse_first(is_wrong, name, given, f"-1 to {MAX_CELLS}")
@@ -604,11 +588,11 @@ def checked_classes(
 
 
 def _row_of_labels(
-    labels: Any, n_cells: int, name: str, n_vertices: int | None = None, advice: str = TO_FACES
+    labels: Any, n: int, name: str, n_vertices: int | None = None, noun: str = "cell"
 ) -> Array:
     refuse_order(labels, "labels")
     given = integer_array(labels, name)
-    check_length(given, n_cells, name, n_vertices=n_vertices, advice=advice)
+    check_length(given, n, name, noun, n_vertices=n_vertices)
     return given
 
 
@@ -726,13 +710,6 @@ def explains_parameters(others: Mapping[str, str]) -> Callable[[Function], Funct
         return cast(Function, checked)
 
     return decorate
-
-
-def checked_callable(value: Any, name: str) -> Any:
-    """Return `value`; raise a TypeError if it is neither callable nor None."""
-    if value is not None and not callable(value):
-        raise TypeError(f"{name} must be callable, got {_shown(value)}")
-    return value
 
 
 def checked_threads(n_threads: Any) -> int:

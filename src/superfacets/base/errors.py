@@ -55,13 +55,10 @@ class SliverWarning(UserWarning):
     """Regions will be stripes, because faces are long and thin. The message suggests a remedy."""
 
     MAX_SHARE = 0.1
-    """Fraction of the area in long and thin faces above which `segment` warns. The value was chosen
-    on 189 cases: 95 models of the Princeton benchmark with 150 regions (14 of them also with 50 and
-    500), and 12 CAD parts and 15 other meshes with 50 to 500 regions. In 31 cases, subdivision with
-    a maximum edge of r / 4 improves (lowers) the compactness by a factor of 1.2 or more. `segment`
-    warns in 26 of these cases, including all CAD parts. Without a warning, the largest factor is
-    1.4. `segment` also warns in 7 of the remaining 158 cases; the factors of these 7 cases are 1.09
-    to 1.18."""
+    """Fraction of the area in long and thin faces above which `segment` warns. In 31 of 189 cases
+    (models of the Princeton benchmark, CAD parts and other meshes with 50 to 500 regions),
+    subdivision with a maximum edge of r / 4 lowers the compactness by a factor of 1.2 or more.
+    `segment` warns in 26 of them, including all CAD parts, and in 7 of the other 158 cases."""
 
     @classmethod
     def text(cls, share: float, advice: str) -> str | None:

@@ -17,7 +17,6 @@ import numpy as np
 import numpy.typing as npt
 
 from .checks import (
-    checked_callable,
     checked_choice,
     checked_count,
     checked_fraction,
@@ -88,12 +87,14 @@ class LoopOptions:
         callback: Callback | None,
     ) -> LoopOptions:  # fmt: skip
         """Check arguments of `segment` and return them as options."""
+        if callback is not None and not callable(callback):
+            raise TypeError(f"callback must be callable, got {callback!r}")
         return cls(
             checked_count(max_num_iter, "max_num_iter", low=0),
             checked_number(tol, "tol", zero=True),
             checked_choice(islands, "islands", ISLANDS),
             checked_threads(n_threads),
-            Reports(checked_callable(callback, "callback")),
+            Reports(callback),
         )
 
     @property

@@ -138,9 +138,7 @@ def _join_nearest(surface: Surface, labels: Ints, roots: Ints, islands: Ints, gr
     positions, wanted = surface.positions, np.flatnonzero(is_wanted)
     for some, others in _by_group(islands, wanted, region_of_cell, groups, len(roots)):
         queries = positions[centers[np.searchsorted(regions, some)]]
-        nearest, _, _ = _core.nearest_points(
-            positions[others], queries, math.inf, surface.n_threads
-        )
+        nearest, _ = _core.nearest_points(positions[others], queries, math.inf, surface.n_threads)
         joined_to[some] = region_of_cell[others[nearest]]
     return joined_to[roots]
 

@@ -20,7 +20,7 @@ from .coarsening import Coarsening, is_straight
 from .result import LoopLevel, StopReason
 from .seeding import CORE_ISLANDS
 
-RELOCATED_FRACTIONS: tuple[float, ...] = (0.13, 0.0975, 0.065, 0.0325)
+RELOCATED_FRACTIONS: tuple[float, ...] = (0.13, 0.0975)
 """Maximum fraction of all centers that are relocated, for each round of relocation. Relocated
 centers move into regions with long paths. One center may always be relocated."""
 
@@ -135,6 +135,7 @@ class Loop:
         with timed(self.timings, "classify"):
             islands, n_threads = CORE_ISLANDS[self.options.islands], self.options.n_threads
             clustering = _core.Clustering(graph, centers, reach, n_threads, islands)
+        # only on the first, coarsest level
         relocates = self.options.relocates and not self.levels
         most = self.options.max_num_iter
         if self.is_short:

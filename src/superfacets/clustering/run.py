@@ -123,7 +123,7 @@ def segment_cells(
     The arguments are not checked. `coarsening` is the result of `coarsened`; its graphs are removed
     after their last use. `joining_arcs` are the arcs across which pieces of regions that have no
     center join other regions after the loop, if possible across arcs shorter than
-    ``graph.crease_limit``, which machine parts have. It is None if the loop itself makes connected
+    ``graph.crease_limit``, which made things have. It is None if the loop itself makes connected
     regions. `balancer` balances the sizes of regions, or is None.
     """
     size, options, init = plan.size, plan.count_options, plan.init

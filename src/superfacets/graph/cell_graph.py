@@ -96,10 +96,7 @@ def _checked_angles(angles: Any, n_arcs: int) -> Floats:
 
 
 def _checked_sides(sides: Any, offsets: Longs) -> Ints:
-    """Return checked sides as (M,) int32: the side of its cell that each arc crosses.
-
-    The sides of the arcs of one cell must be in ascending order.
-    """
+    """Return checked sides as (M,) int32, which must be in ascending order for each cell."""
     array = owned_indices(integer_array(sides, "sides"))
     if len(array) != offsets[-1]:
         raise ValueError(f"sides must have shape ({offsets[-1]},), got {array.shape}")
@@ -158,11 +155,10 @@ class BaseGraph(CsrArcs):
     ) -> tuple[Singles, float]:
         """Return the weights of arcs rounded to integers, and the unit of these integers.
 
-        The unit is `unit_factor` times the default unit (see `CellGraph.unit`). The factor is a
-        power of two. If it is larger than 1, the integers are smaller, so that sums of lengths stay
-        in range when costs are added to the lengths later.
+        The unit is `unit_factor`, a power of two, times `CellGraph.unit`. If it is larger than 1,
+        sums of lengths stay in range when costs are added to the lengths later.
         """
-        checked_measures(self.measures, self.n_cells, n_threads)
+        checked_nonnegative_array(self.measures, self.n_cells, "measures", "cell", n_threads)
         checked = checked_weights(weights, self.n_arcs, n_threads)
         unit = unit_factor * _core.unit_of_lengths(_core.sum_of(checked, n_threads))
         return _core.round_weights(checked, unit, n_threads), unit
@@ -276,7 +272,9 @@ class CellGraph(BaseGraph):
             object.__setattr__(self, "arc_measures", checked)
 
     def _check_and_quantize(self, n_threads: int) -> None:
-        measures = checked_measures(self.measures, self.n_cells, n_threads)
+        measures = checked_nonnegative_array(
+            self.measures, self.n_cells, "measures", "cell", n_threads
+        )
         refuse_mask(self.weights, "weights")
         copied = owned(np.asarray(self.weights), None)  # because the caller may change its array
         weights = checked_weights(copied, self.n_arcs, n_threads)
@@ -305,11 +303,6 @@ class CellGraph(BaseGraph):
 
     def __repr__(self) -> str:
         return f"CellGraph({counted(self.n_cells, 'cell')}, {counted(self.n_arcs, 'arc')})"
-
-
-def checked_measures(measures: npt.ArrayLike, n_cells: int, n_threads: int) -> Floats:
-    """Return measures as float64, after checking that there is one finite measure >= 0 per cell."""
-    return checked_nonnegative_array(measures, n_cells, "measures", "cell", n_threads)
 
 
 def checked_weights(weights: npt.ArrayLike, n_arcs: int, n_threads: int) -> Floats:

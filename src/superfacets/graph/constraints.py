@@ -142,8 +142,8 @@ class KeptCells:
     def new_cells(self, cells: npt.ArrayLike, name: str, order: Ints | None = None) -> Ints:
         """Convert indices of cells in the whole graph to numbers of kept cells.
 
-        Raises a ValueError if a cell is not kept. If the cells of the graph were sorted, `order` is
-        the index of each cell before sorting. The message then contains this index.
+        Raises a ValueError if a cell is not kept. `order`, for the message, is the index of each
+        cell before sorting.
         """
         given = checked_seeds(cells, self.n_whole, name)
         found = np.minimum(np.searchsorted(self.cells, given), len(self.cells) - 1)
@@ -168,11 +168,9 @@ def mask_of(labels: Ints, values: Sequence[int] | None, file: object, cells: Cel
     """
     is_kept = labels != 0 if values is None else np.isin(labels, values)
     if not is_kept.any():
-        wanted = (
-            "a value other than 0"
-            if values is None
-            else f"the value {' or '.join(map(str, values))}"
-        )
+        wanted = "a value other than 0"
+        if values is not None:
+            wanted = f"the value {' or '.join(map(str, values))}"
         raise MeshError(f"{file}: no {kind_of(cells).noun} has {wanted}")
     return is_kept
 
@@ -226,12 +224,10 @@ def sharp_edges(
 def sharp_edges_inside(
     mesh: FaceMesh, labels: Ints, angle: float, *, n_threads: int | None = None
 ) -> Floats:
-    """Return, for each region, the length of sharp edges inside it, (K,).
+    """Return, for each region, the fraction of the length of all sharp edges inside it, (K,).
 
-    The lengths are fractions of the total length of all sharp edges, or 0 if there are none. An
-    edge is inside a region if two faces of the region share the edge. `labels` is the region of
-    each face, or -1 for faces in no region. `mesh`, `angle` and `n_threads` are the same as in
-    `sharp_edges`.
+    An edge is inside a region if two faces of the region share the edge. `labels` is the region of
+    each face, or -1 for faces in no region.
     """
     keys, faces = _sharp_sides(mesh, angle, True, n_threads)
     n_regions, total = int(labels.max()) + 1, _lengths_of(mesh, np.unique(keys)).sum()
@@ -315,11 +311,7 @@ def _crossed_by(
     barriers: Any, source: Any, arcs: tuple[CsrArcs, Ints], weld: float, n_threads: int,
     order: Ints | None,
 ) -> Bools:  # fmt: skip
-    """Return whether each arc crosses an edge in `barriers`.
-
-    `arcs` is the pair (graph, ``graph.sources``). If the faces of the graph were sorted, `order` is
-    the index of each face in `source`.
-    """
+    """Return whether each arc crosses an edge in `barriers`; `arcs` are a graph and its sources."""
     graph, sources = arcs
     if not isinstance(graph, FaceGraph):
         raise ValueError(
@@ -364,9 +356,8 @@ def _lengths_of(mesh: FaceMesh, keys: Longs) -> Floats:
 def _groups_apart(graph: CsrArcs, before: Bools, after: Bools, sources: Ints) -> Ints:
     """Return the group of each cell: its connected component after barriers cut the graph.
 
-    The group is `ANY_GROUP` if barriers do not divide the component that the cell was in before.
-    `before` marks the arcs that the mask keeps, and `after` marks the arcs that the mask keeps and
-    that cross no barrier.
+    It is `ANY_GROUP` if barriers do not divide the component that the cell was in before. `before`
+    marks the arcs that the mask keeps, and `after` those of them that cross no barrier.
     """
     whole, n_whole = components_of(graph, before, sources)
     pieces, n_pieces = components_of(graph, after, sources)

@@ -52,7 +52,7 @@ def are_of_vertices(labels: Sized, cells: Any) -> bool:
     """
     n_vertices = getattr(cells, "n_vertices", None)  # point clouds have no vertices
     if len(labels) in (cells.n_cells, n_vertices):
-        return bool(len(labels) != cells.n_cells)
+        return len(labels) != int(cells.n_cells)
     vertices = "" if n_vertices is None else f" or per vertex ({n_vertices})"
     raise MeshError(
         f"labels must have one value per {kind_of(cells).noun} ({cells.n_cells}){vertices},"

@@ -9,18 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..base.checks import (
-    checked_arcs,
-    checked_bounds,
-    checked_positions,
-    checked_threads,
-    counted,
-    exact_doubles,
-    freeze,
-    owned,
-    refuse_first,
-    restored,
-)
+from ..base.checks import checked_threads, counted, freeze
 from ..base.errors import MeshError
 from ..base.types import ArcLists, Array, Bytes, Floats, Ints, Longs
 from ..mesh.convert import MeshLike, as_mesh
@@ -45,7 +34,9 @@ class EdgeCounts(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class FaceGraph(BaseGraph):
-    """Graph of the faces of a mesh, with arcs between faces that share an edge.
+    """Result of `build_face_graph`: faces of a mesh, and arcs between faces that share an edge.
+
+    Its arrays are read-only, but not checked. `CellGraph` checks arrays of any origin.
 
     Attributes
     ----------
@@ -79,34 +70,11 @@ class FaceGraph(BaseGraph):
     edge_counts: EdgeCounts
 
     def __post_init__(self) -> None:
-        positions = checked_positions(self.positions)
-        offsets, neighbors = checked_arcs(self.offsets, self.neighbors, len(positions))
-        measures = exact_doubles(np.asarray(self.measures))
-        is_wide = np.asarray(self.sides).dtype == np.int32
-        sides = owned(np.asarray(self.sides), np.int32 if is_wide else np.uint8)
-        same_turn = owned(np.asarray(self.same_turn), np.uint8)
-        if measures.shape != (len(positions),):
-            raise ValueError(
-                f"measures must have one number per face, shape ({len(positions)},), got shape"
-                f" {measures.shape}"
-            )
-        for name, array in {"sides": sides, "same_turn": same_turn}.items():
-            if array.shape != neighbors.shape:
-                raise ValueError(
-                    f"{name} must have one number per arc, shape {neighbors.shape}, got shape"
-                    f" {array.shape}"
-                )
-        if not is_wide:
-            refuse_first(sides > 2, "sides", sides, "0, 1 or 2 (for polygons, pass int32 sides)")
-        refuse_first(sides < 0, "sides", sides, "not negative")
-        freeze(
-            self, positions=positions, measures=measures, offsets=offsets, neighbors=neighbors,
-            sides=sides, same_turn=same_turn, bounds=checked_bounds(self.bounds, positions),
-        )  # fmt: skip
+        self.__setstate__(self.__dict__)
 
-    def __setstate__(self, state: Any) -> None:
-        """Restore a copied or pickled graph, and check the arrays of the graph again."""
-        FaceGraph.__init__(self, *restored(state, tuple(FaceGraph.__dataclass_fields__)))
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        object.__setattr__(self, "edge_counts", state["edge_counts"])
+        freeze(self, **{name: value for name, value in state.items() if name != "edge_counts"})
 
     def with_weights(self, weights: npt.ArrayLike, *, n_threads: int | None = None) -> CellGraph:
         """Return a `CellGraph` with one weight per arc; weights must be finite and >= 0."""
@@ -114,39 +82,6 @@ class FaceGraph(BaseGraph):
 
     def __repr__(self) -> str:
         return f"FaceGraph({counted(self.n_cells, 'face')}, {counted(self.n_arcs, 'arc')})"
-
-
-class FoundArcs(NamedTuple):
-    """Arcs between faces that share an edge, in CSR form."""
-
-    offsets: Longs  # (F + 1,) index of the first arc of each face
-    neighbors: Ints  # (M,) face at the end of each arc
-    sides: Array  # (M,) side of the start face that each arc crosses
-    same_turn: Bytes  # (M,) 1 if both faces traverse the edge in the same direction, 0 otherwise
-    counts: tuple[int, int, int, int]  # numbers of edges, in the order of `EdgeCounts`
-
-
-def arcs_of_faces(mesh: FaceMesh, lowest: Ints, n_threads: int) -> FoundArcs:
-    """Return the arcs between faces that share an edge; `lowest` comes from `lowest_vertices`.
-
-    Raises a MeshError if there are too many arcs; see `build_face_graph`.
-    """
-    corners = corners_of(mesh)
-    if corners.offsets is None:
-        return arcs_of_triangles(corners.vertices.reshape(-1, 3), lowest, n_threads)
-    lists = corners.offsets, corners.vertices
-    try:
-        return FoundArcs(*_core.build_polygon_graph(*lists, lowest, n_threads))
-    except ValueError as error:  # `_core` raises this error for too many arcs
-        raise MeshError(str(error)) from None
-
-
-def arcs_of_triangles(faces: Ints, lowest: Ints, n_threads: int) -> FoundArcs:
-    """Return the result of `arcs_of_faces` for triangles, given as an array of shape (F, 3)."""
-    try:
-        return FoundArcs(*_core.build_triangle_graph(faces, lowest, n_threads))
-    except ValueError as error:  # `_core` raises this error for too many arcs
-        raise MeshError(str(error)) from None
 
 
 def core_surface(
@@ -224,8 +159,8 @@ def build_face_graph(
 class FaceShapes(NamedTuple):
     """Normals and longest sides of faces, for weights and `sliver_share`; not part of the graph."""
 
-    normals: Floats | None
-    """Unit normals, shape (F, 3); 0 for a degenerate face. None for polygons."""
+    normals: Floats
+    """Unit normals, shape (F, 3); 0 for a degenerate face."""
     longest: Floats | None
     """Squared length of the longest side in each block of consecutive faces; None for polygons."""
 
@@ -234,15 +169,23 @@ def graph_and_shapes(
     mesh: FaceMesh, *, weld: float, n_threads: int
 ) -> tuple[FaceGraph, FaceShapes]:
     """Return the result of `build_face_graph`, and the `FaceShapes` of the same mesh."""
-    arcs = arcs_of_faces(mesh, lowest_vertices(mesh.vertices, weld, n_threads), n_threads)
-    positions, measures, *shapes = measure_shapes(mesh, n_threads)
-    graph = object.__new__(FaceGraph)  # the arrays of `_core` need no checks
-    freeze(
-        graph, positions=positions, measures=measures, offsets=arcs.offsets,
-        neighbors=arcs.neighbors, sides=arcs.sides, same_turn=arcs.same_turn, bounds=mesh.bounds,
-    )  # fmt: skip
-    object.__setattr__(graph, "edge_counts", EdgeCounts(*arcs.counts))
-    return graph, FaceShapes(*shapes)
+    corners, lowest = corners_of(mesh), lowest_vertices(mesh.vertices, weld, n_threads)
+    found: tuple[Longs, Ints, Array, Bytes, tuple[int, int, int, int]]
+    try:
+        if corners.offsets is None:
+            faces = corners.vertices.reshape(-1, 3)
+            found = _core.build_triangle_graph(faces, lowest, n_threads)
+        else:
+            lists = corners.offsets, corners.vertices
+            found = _core.build_polygon_graph(*lists, lowest, n_threads)
+    except ValueError as error:  # `_core` raises this error for too many arcs
+        raise MeshError(str(error)) from None
+    positions, measures, normals, longest = measure_shapes(mesh, n_threads)
+    offsets, neighbors, sides, same_turn, counts = found
+    graph = FaceGraph(
+        positions, measures, offsets, neighbors, sides, same_turn, mesh.bounds, EdgeCounts(*counts)
+    )
+    return graph, FaceShapes(normals, longest)
 
 
 def arcs_at_borders(mesh: Mesh, labels: Ints, n_threads: int) -> tuple[ArcLists, Ints]:
@@ -263,5 +206,5 @@ def arcs_at_borders(mesh: Mesh, labels: Ints, n_threads: int) -> tuple[ArcLists,
     faces = np.flatnonzero((first & second) | (second & third) | (third & first))
     if not len(faces):
         return (np.zeros(1, dtype=np.int64), np.empty(0, dtype=np.int32)), labels[faces]
-    arcs = arcs_of_triangles(mesh.faces[faces], lowest, n_threads)
-    return (arcs.offsets, arcs.neighbors), labels[faces]
+    arcs = _core.build_triangle_graph(mesh.faces[faces], lowest, n_threads)
+    return arcs[:2], labels[faces]

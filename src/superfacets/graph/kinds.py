@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, ClassVar, NamedTuple, TypeAlias
+from typing import Any, ClassVar, NamedTuple, TypeAlias, cast
 
 import numpy as np
 
@@ -39,10 +39,8 @@ from .size import sliver_share
 from .sorting import is_scattered, sorted_corners
 from .surface import NO_NORMALS, Surface
 
-Nearest: TypeAlias = tuple[Ints, Floats, Floats]
-"""Three arrays, each with one entry per query point: index of the nearest cell, distance to this
-cell, and the point of this cell that is nearest to the query point."""
-
+Nearest: TypeAlias = tuple[Ints, Floats]
+"""Index of the cell nearest to each query point, and its distance."""
 
 DrawnFaces: TypeAlias = tuple[FaceMesh, Ints | None]
 """Faces to draw in pictures of cells, such as the boundary of tetrahedra, and the cell that each
@@ -58,7 +56,7 @@ class OrderedCells(NamedTuple):
     cells: Cells  # mesh or cloud of the same class as the input
     graph: BaseGraph
     shapes: FaceShapes | None  # measures of faces for weights and `sliver_share`
-    order: Ints | None  # (N,) index of each cell in the input; None if cells are not sorted
+    input_index: Ints | None  # (N,) index of each cell in the input; None if cells are not sorted
 
 
 class Kind:
@@ -91,14 +89,14 @@ class Kind:
         return cells, None
 
     def ordered(
-        self, cells: Any, weld: float, n_threads: int, *, is_sorted: bool,
+        self, cells: Any, weld: float, n_threads: int, *, may_sort: bool,
         is_kept: Bools | None = None,
     ) -> OrderedCells:  # fmt: skip
-        """Build the graph of the cells; sort them first if `is_sorted` and sorting saves time.
+        """Build the graph of the cells; sort them first if `may_sort` and sorting saves time.
 
         If `is_kept` is given, (N,), points of a cloud that are not kept have no neighbors.
         """
-        corners = self.corners(cells) if is_sorted else None
+        corners = self.corners(cells) if may_sort else None
         if corners is None or not is_scattered(cells.vertices, corners):
             return OrderedCells(cells, *self.build_graph(cells, weld, n_threads), None)
         found = sorted_corners(cells.vertices, corners, weld, n_threads)
@@ -115,6 +113,10 @@ class Kind:
     def bare_surface(self, surface: Surface, cells: Any, graph: Any, n_threads: int) -> Surface:
         """Return the surface without arrays that are only needed for weights, to save memory."""
         return surface
+
+    def normals(self, surface: Surface, graph: Any, shapes: Any) -> Floats:
+        """Return the outward unit normal of each cell, (N, 3); 0 if it is not known."""
+        return np.zeros((surface.n_cells, 3))
 
     def tells_concave(self, graph: Any) -> bool:
         """Return whether concave and convex creases can be distinguished."""
@@ -137,10 +139,9 @@ class Kind:
         return np.asarray(graph.positions)
 
     def nearest(self, cells: Any, queries: Floats, max_distance: float, n_threads: int) -> Nearest:
-        """Return the cell nearest to each query point, its distance, and the nearest point in it.
+        """Return the cell nearest to each query point, and its distance.
 
-        If all cells are farther than `max_distance`, the index of the cell is -1, the distance is
-        infinite, and the point is NaN.
+        If all cells are farther than `max_distance`, the cell is -1, and the distance infinite.
         """
         return _core.nearest_points(self.positions(cells), queries, max_distance, n_threads)
 
@@ -233,6 +234,14 @@ class _Faces(Kind):
     def surface(self, cells: FaceMesh, graph: FaceGraph, n_threads: int) -> Surface:
         return Surface.of_faces(cells, graph, n_threads)
 
+    def normals(self, surface: Surface, graph: FaceGraph, shapes: FaceShapes) -> Floats:
+        handle = cast(_core.TriangleSurface | _core.PolygonSurface, surface.handle)
+        normals = -shapes.normals if handle.is_inside_out else shapes.normals
+        if graph.same_turn.any():  # which of two inconsistent neighbors is right is not known
+            normals = normals.copy()
+            normals[graph.sources[graph.same_turn]] = 0.0
+        return normals
+
     def sliver_share(
         self, cells: FaceMesh, areas: Floats, shapes: FaceShapes, radius: float, n_threads: int
     ) -> float:
@@ -248,12 +257,12 @@ class _Faces(Kind):
         self, cells: FaceMesh, queries: Floats, max_distance: float, n_threads: int
     ) -> Nearest:
         triangles, sources = cut_into_triangles(cells)
-        nearest, distances, points = _core.nearest_triangles(
+        nearest, distances = _core.nearest_triangles(
             cells.vertices, triangles, queries, max_distance, n_threads
         )
         if sources is not None:
             nearest = np.append(sources, np.int32(-1))[nearest]  # index -1 selects the appended -1
-        return nearest, distances, points
+        return nearest, distances
 
     def drawn_faces(self, cells: FaceMesh, keep: Bools | None = None) -> DrawnFaces:
         return cells, None
@@ -291,10 +300,10 @@ class _Points(Kind):
         return find_point_graph(cells, n_threads), None
 
     def ordered(
-        self, cells: PointCloud, weld: float, n_threads: int, *, is_sorted: bool,
+        self, cells: PointCloud, weld: float, n_threads: int, *, may_sort: bool,
         is_kept: Bools | None = None,
     ) -> OrderedCells:  # fmt: skip
-        graph = find_point_graph(cells, n_threads, is_kept=is_kept, is_sorted=is_sorted)
+        graph = find_point_graph(cells, n_threads, is_kept=is_kept, is_sorted=may_sort)
         return OrderedCells(cells, graph, None, graph.points)
 
     def surface(self, cells: PointCloud, graph: PointGraph, n_threads: int) -> Surface:
@@ -307,6 +316,9 @@ class _Points(Kind):
 
     def tells_concave(self, graph: PointGraph) -> bool:
         return graph.tells_concave
+
+    def normals(self, surface: Surface, graph: PointGraph, shapes: None) -> Floats:
+        return graph.normals if graph.tells_concave else np.zeros_like(graph.normals)
 
     def positions(self, cells: PointCloud) -> Floats:
         return cells.points
@@ -374,5 +386,5 @@ def graph_and_surface(
     If `is_kept` is given, (N,), points of a cloud that are not kept have no neighbors.
     """
     kind = kind_of(cells)
-    graph = kind.ordered(cells, weld, n_threads, is_sorted=False, is_kept=is_kept).graph
+    graph = kind.ordered(cells, weld, n_threads, may_sort=False, is_kept=is_kept).graph
     return graph, kind.surface(cells, graph, n_threads)

@@ -8,14 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..base.checks import (
-    check_spread,
-    checked_count,
-    checked_normals,
-    checked_threads,
-)
+from ..base.checks import check_spread, checked_normals
 from ..base.types import Bools, Floats, Ints, Longs, Viewpoint
-from ..mesh.convert import CloudLike, as_cloud
 from ..mesh.point_cloud import PointCloud
 from .cell_graph import BaseGraph
 from .sums import sums_by_label
@@ -58,7 +52,7 @@ class PointGraph(BaseGraph):
 
 def find_point_graph(
     cloud: PointCloud, n_threads: int, *, n_neighbors: int = N_NEIGHBORS,
-    n_around: int = N_AROUND, cutoff: float = CUTOFF, is_kept: Bools | None = None,
+    cutoff: float = CUTOFF, is_kept: Bools | None = None,
     is_sorted: bool = False,
 ) -> PointGraph:  # fmt: skip
     """Return the graph of a cloud, or raise a MeshError if all points coincide.
@@ -72,7 +66,7 @@ def find_point_graph(
     check_spread(part.bounds)
     axes, has_normals = NO_NORMALS if part.axes is None else part.axes, part.normals is not None
     offsets, neighbors, measures, normals, order, positions = _core.build_point_graph(
-        part.points, n_neighbors, max(n_neighbors, n_around), cutoff, has_normals, axes, is_sorted,
+        part.points, n_neighbors, max(n_neighbors, N_AROUND), cutoff, has_normals, axes, is_sorted,
         n_threads,
     )  # fmt: skip
     points = None
@@ -126,8 +120,10 @@ def _widened(graph: PointGraph, places: Ints, positions: Floats) -> PointGraph:
 def _with_normals_of(cloud: PointCloud, graph: PointGraph) -> PointGraph:
     """Return the graph with the normals of the cloud if it has any, or with estimated normals.
 
-    If the cloud has viewpoints, estimated normals are flipped to face the viewpoints; see
-    `_are_turned_away`.
+    `_core` estimates them as in Hoppe, DeRose, Duchamp, McDonald and Stuetzle, "Surface
+    Reconstruction from Unorganized Points", 1992: neighbors vary least along a normal. Normals are
+    flipped along a minimum spanning tree of each component so that neighbors agree, and then so
+    that the enclosed volume is positive or, with viewpoints, as in `_are_turned_away`.
     """
     if cloud.normals is not None:
         given = cloud.normals if graph.points is None else cloud.normals[graph.points]
@@ -157,71 +153,6 @@ def point_surface(graph: PointGraph, n_threads: int) -> Surface:
         graph.positions, graph.measures, graph.normals, graph.order, graph.offsets, graph.neighbors
     )
     return Surface(handle, graph.offsets, graph.neighbors, graph.bounds, graph.diagonal, n_threads)
-
-
-def estimate_normals(
-    cloud: CloudLike,
-    *,
-    n_neighbors: int = N_AROUND,
-    viewpoint: npt.ArrayLike | None = None,
-    n_threads: int | None = None,
-) -> Floats:
-    """Estimate the normal of each point: the direction in which its neighbors vary least.
-
-    Normals are flipped so that neighbors agree, along a minimum spanning tree of each component of
-    the neighbor graph (Hoppe et al. 1992). If no viewpoint is given, all normals of a component are
-    then flipped if necessary, so that the enclosed volume is positive. Normals of solids then point
-    outward, and normals of an open surface point to its convex side. If this is wrong, as in a room
-    that was scanned from inside, pass the viewpoint of the scanner.
-
-    Parameters
-    ----------
-    cloud : PointCloud or cloud-like
-        Same as in `segment`. Normals of the cloud are ignored. Axes of the cloud, if there are any,
-        are used as normals of unknown sign.
-    n_neighbors : int, default 12
-        Number of nearest neighbors from which each normal is estimated. More neighbors reduce
-        noise, but also blur edges.
-    viewpoint : array_like, shape (3,), optional
-        Position of the scanner. The normals of each component are flipped so that most of its area
-        faces the scanner. The normals of a closed component are flipped only if the scanner is
-        inside. For terrain, pass a point far above. The default is to use the viewpoints of the
-        cloud, if there are any.
-    n_threads : int, optional
-        Same as in `segment`.
-
-    Returns
-    -------
-    ndarray of float64, shape (N, 3)
-        Unit normal of each point; zero if undefined, for example if all neighbors lie on a line.
-
-    Raises
-    ------
-    MeshError
-        If the cloud is not valid, or if all points are at one position.
-    ValueError, TypeError
-        If a parameter is out of range or of the wrong type.
-
-    References
-    ----------
-    Hoppe, DeRose, Duchamp, McDonald and Stuetzle, "Surface Reconstruction from Unorganized Points",
-    1992.
-
-    Examples
-    --------
-    >>> grid = [[x, y, 0] for x in range(4) for y in range(4)]
-    >>> estimate_normals(grid, viewpoint=[0, 0, 9])[:, 2].round(3).min().tolist()
-    1.0
-    """
-    checked = as_cloud(cloud)
-    threads = checked_threads(n_threads)
-    n_neighbors = min(checked_count(n_neighbors, "n_neighbors"), checked.n_points - 1)
-    views = checked.viewpoints if viewpoint is None else np.array(checked_viewpoint(viewpoint))
-    bare = PointCloud(checked.points, axes=checked.axes)
-    graph = find_point_graph(
-        bare, threads, n_neighbors=min(n_neighbors, N_NEIGHBORS), n_around=n_neighbors
-    )
-    return graph.normals if views is None else _facing(views, graph)
 
 
 def checked_viewpoint(viewpoint: npt.ArrayLike) -> Viewpoint:

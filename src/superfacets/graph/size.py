@@ -91,9 +91,8 @@ def sliver_share(
 ) -> float:
     """Return the fraction of the area, 0 to 1, in faces longer than 2 r and thinner than r / 2.
 
-    `areas` contains the area of each face, or 0 for faces to ignore. `radius` is r, the expected
-    radius of regions. The result is 0 if all areas are 0. If `longest` (see `FaceShapes.longest`)
-    is not None, blocks of faces without long sides are skipped to save time.
+    `areas` are 0 for faces to ignore; the result is 0 if all are 0. `radius` is r, the expected
+    radius of regions. `longest` is `FaceShapes.longest`.
     """
     total = _core.sum_of(areas, n_threads)
     if total <= 0.0:

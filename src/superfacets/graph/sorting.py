@@ -65,9 +65,8 @@ def sorted_corners(
 def far_steps(positions_of: Callable[[Longs], Floats], n: int) -> float:
     """Estimate the fraction, 0 to 1, of pairs of consecutive elements that are far apart.
 
-    Two elements are far apart if their distance is more than a quarter of the median distance
-    between two random elements. `n` is the number of elements. `positions_of` is a function that
-    returns the positions of elements, given their indices.
+    Two of the `n` elements are far apart if their distance is more than a quarter of the median
+    distance between two random ones. `positions_of` returns positions, given indices.
     """
     firsts = spread_indices(N_STEPS, n - 1)
     here = positions_of(firsts)

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from .. import _core
-from ..base.checks import checked_mask, checked_tets, checked_threads, freeze
+from ..base.checks import checked_mask, checked_simplices, checked_threads, freeze
 from ..base.errors import MeshError
 from ..base.types import Array, Floats, Ints
 from ..mesh.base import CellsOfVertices
@@ -31,7 +31,7 @@ class TetCells(CellsOfVertices):
 
     def _check(self) -> None:
         """Replace the fields by checked, read-only arrays, or raise a MeshError."""
-        vertices, tets, bounds = checked_tets(self.vertices, self.tets)
+        vertices, tets, bounds = checked_simplices(self.vertices, self.tets, "tets", 4)
         freeze(self, vertices=vertices, tets=tets, bounds=bounds)
 
     def arcs_and_measures(self, weld: float, n_threads: int) -> tuple[Any, tuple[Floats, ...]]:
@@ -66,8 +66,6 @@ class TetCells(CellsOfVertices):
             raise MeshError(f"the mesh has no boundary, because {why}")
         return tets, opposite
 
-    def nearest(
-        self, queries: Floats, max_distance: float, n_threads: int
-    ) -> tuple[Ints, Floats, Floats]:
+    def nearest(self, queries: Floats, max_distance: float, n_threads: int) -> tuple[Ints, Floats]:
         """Return the nearest tetrahedron of each query point; see `Kind.nearest`."""
         return _core.nearest_tets(self.vertices, self.tets, queries, max_distance, n_threads)

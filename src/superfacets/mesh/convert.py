@@ -24,49 +24,28 @@ _VTK_TETRA = 10
 """Number that identifies tetrahedra among the cell types of VTK."""
 
 
-class _Faces(Protocol):  # a mesh of trimesh, or any object with vertices and faces
+class _Vertices(Protocol):  # a mesh of trimesh or of Open3D's legacy API
     @property
     def vertices(self) -> Any: ...
-    @property
-    def faces(self) -> Any: ...
-
-
-class _Triangles(Protocol):  # an Open3D mesh of the legacy API
-    @property
-    def vertices(self) -> Any: ...
-    @property
-    def triangles(self) -> Any: ...
 
 
 class _Tensors(Protocol):  # an Open3D mesh of the tensor API
     @property
     def vertex(self) -> Any: ...
-    @property
-    def triangle(self) -> Any: ...
 
 
-class _PolyData(Protocol):  # a PyVista surface
+class _DataSet(Protocol):  # a PyVista surface or grid, or a meshio mesh
     @property
     def points(self) -> Any: ...
-    @property
-    def faces(self) -> Any: ...
-
-
-class _Blocks(Protocol):  # a meshio mesh
-    @property
-    def points(self) -> Any: ...
-    @property
-    def cells(self) -> Any: ...
-
-
-_ForeignMesh: TypeAlias = _Faces | _Triangles | _Tensors | _PolyData | _Blocks
-_Pair: TypeAlias = tuple[npt.ArrayLike, npt.ArrayLike] | list[npt.ArrayLike]
 
 
 class _Points(Protocol):  # a point cloud of Open3D's tensor API
     @property
     def point(self) -> Any: ...
 
+
+_ForeignMesh: TypeAlias = _Vertices | _Tensors | _DataSet
+_Pair: TypeAlias = tuple[npt.ArrayLike, npt.ArrayLike] | list[npt.ArrayLike]
 
 Rows: TypeAlias = npt.NDArray[np.floating[Any] | np.integer[Any]] | Sequence[Sequence[float]]
 """Array or nested sequence of points. `ArrayLike` is not used here, because it also accepts a

@@ -118,32 +118,24 @@ def smoothed(mesh: FaceMesh, n_steps: int, *, weld: float, n_threads: int) -> Fa
 def slack_of(n_steps: int, *, is_regular: bool) -> float:
     """Return the angle in radians below which edges of a smoothed mesh are treated as flat.
 
-    Small random angles remain at the edges after `n_steps` smoothing steps. On regular grids, these
-    angles would stretch regions along the diagonal. The result is 0 for other meshes, and for fewer
-    than `STEPS_WITH_SLACK` steps.
+    Small random angles remain after `n_steps` smoothing steps, and stretch regions on regular grids
+    along the diagonal. The result is 0 for other meshes and for few steps.
     """
     degrees = max(MIN_SLACK, SLACK_PER_STEP * n_steps)
     return math.radians(degrees) if is_regular and n_steps >= STEPS_WITH_SLACK else 0.0
 
 
 class Roughness(NamedTuple):
-    """Roughness at sampled faces and at their first corners, measured by `_core.measure_roughness`.
+    """Roughness at sampled faces and their first corners (see ``roughness.hpp``); NaN if undefined.
 
-    All arrays have one entry per sampled face. `near` and `far` are absolute heights of the first
-    corner above a fitted surface, in edge lengths. For `near`, the surface is fitted to the first
-    and second ring of vertices around the corner, and for `far`, only to the second ring (see
-    ``roughness.hpp``). `fold` is the angle between the planes of the face and of its first
-    neighbor. `agreement` is a fraction of all pairs of neighbors of the face: the pairs whose
-    centers are on the same side of the face. `near`, `far`, `fold` and `agreement` are NaN where
-    they are undefined. `n_faces` is the number of faces around the first corner, or 0 if the corner
-    is on the boundary.
+    `near` and `far` are absolute heights of the corner above a fitted surface, in edge lengths.
     """
 
-    near: Floats
-    far: Floats
-    fold: Floats
-    agreement: Floats
-    n_faces: Ints
+    near: Floats  # fitted to the first and second ring of vertices around the corner
+    far: Floats  # fitted only to the second ring
+    fold: Floats  # angle between the planes of the face and of its first neighbor
+    agreement: Floats  # fraction of pairs of neighbors with centers on the same side of the face
+    n_faces: Ints  # number of faces around the corner; 0 on the boundary
 
     @classmethod
     def of(cls, mesh: FaceMesh, arcs: Any, faces: Ints, n_threads: int) -> Roughness:
@@ -157,10 +149,9 @@ class Roughness(NamedTuple):
 
     @classmethod
     def of_mesh(cls, mesh: FaceMesh, arcs: Any, order: Ints | None, n_threads: int) -> Roughness:
-        """Measure the roughness at the sampled faces of a mesh.
+        """Measure the roughness at samples, or at the first ones if they show no noise.
 
-        If faces were sorted, `order` is the index of each face before sorting. If the first
-        `N_FIRST` samples show that the mesh is smooth, only these samples are measured.
+        If faces were sorted, `order` is the index of each face before sorting.
         """
         faces = sampled_faces(mesh.n_faces)
         if order is not None:

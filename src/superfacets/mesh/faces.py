@@ -165,18 +165,15 @@ def measure_faces(mesh: FaceMesh, n_threads: int) -> tuple[Floats, Floats]:
     return _measure_polygons(mesh, n_threads)[:2]
 
 
-def measure_shapes(
-    mesh: FaceMesh, n_threads: int
-) -> tuple[Floats, Floats, Floats | None, Floats | None]:
-    """Return centroids and areas of faces; for triangles also unit normals and longest sides.
+def measure_shapes(mesh: FaceMesh, n_threads: int) -> tuple[Floats, Floats, Floats, Floats | None]:
+    """Return centroids, areas and unit normals of faces; for triangles also longest sides.
 
     Undefined normals are 0. `_core` divides the faces into blocks of consecutive faces. The fourth
-    result is the squared length of the longest side in each block. For polygons, the third and the
-    fourth result are None.
+    result is the squared length of the longest side in each block, or None for polygons.
     """
     if isinstance(mesh, Mesh):
         return _core.measure_faces(mesh.vertices, mesh.faces, n_threads)
-    return *measure_faces(mesh, n_threads), None, None
+    return *_measure_polygons(mesh, n_threads), None
 
 
 def area_vectors(mesh: FaceMesh, n_threads: int) -> Floats:
@@ -228,9 +225,8 @@ def sliver_area(
 def vertex_graph(mesh: AnyMesh, representative: Ints, n_threads: int) -> VertexGraph:
     """Return the graph of vertices, with arcs between vertices that share an edge.
 
-    `representative` has, for each vertex, the lowest index of a vertex at the same position. In the
-    graph, this vertex replaces all vertices at its position. Vertices that are not representatives
-    have no arcs.
+    `representative` is the lowest vertex at the position of each vertex, which replaces the others
+    in the graph. Vertices that are not representatives have no arcs.
     """
     corners = corners_of(mesh)
     if mesh.sides is not None:
@@ -241,11 +237,10 @@ def vertex_graph(mesh: AnyMesh, representative: Ints, n_threads: int) -> VertexG
 
 
 def mean_normals(mesh: AnyMesh, representative: Ints) -> Floats:
-    """Return the mean of the unit normals of the faces around each vertex, shape (V, 3).
+    """Return the mean of the unit normals of the faces around each vertex, (V, 3), not normalized.
 
-    The means are not normalized. `representative` is, for each vertex, the lowest vertex at the
-    same position. It gets the mean over all faces at its position. The result is 0 for vertices
-    that are not representatives, and for all vertices of a mesh of tetrahedra.
+    `representative` is the same as in `vertex_graph`. The result is 0 for vertices that are not
+    representatives, and for all vertices of a mesh of tetrahedra.
     """
     if mesh.sides is not None:
         return np.zeros_like(mesh.vertices)

@@ -35,8 +35,8 @@ class PointCloud(Cells):
     normals : array_like, shape (N, 3), optional
         Normal vectors that point outward from a solid, or upward from the ground. Stored as float64
         with length 1. A zero vector means that a point has no normal. If all vectors are zero,
-        ``normals`` becomes None. Without normals, `segment` estimates normals; see
-        `estimate_normals`.
+        ``normals`` becomes None. `segment` estimates missing normals from twelve neighbors, and
+        orients them outward (to the convex side of an open surface), or to the ``viewpoints``.
     colors : array_like, shape (N, 3) or (N, 4), optional
         Red, green and blue, as floats from 0 to 1 or as unsigned integers over the full range of
         their type (uint8: 0 to 255). Stored as float32 from 0 to 1. A fourth column is ignored.

@@ -10,9 +10,8 @@ import pyvista
 
 from ..base.checks import compact_partial_labels
 from ..base.lazy import load
-from .attach import DEFAULT_NAME, attach_labels
+from .attach import DEFAULT_NAME, attach_labels, first_face
 from .convert import as_mesh
-from .results import first_face
 
 if TYPE_CHECKING:
     from ..clustering.result import Segmentation

@@ -10,7 +10,7 @@ import numpy as np
 
 from .. import _core
 from ..base.checks import checked_threads
-from ..base.types import Array, Floats, Ints
+from ..base.types import Floats, Ints
 from ..graph.face_graph import FaceGraph, build_face_graph
 from ..graph.sums import positive_total, sums_by_label
 from ..graph.surface import Surface
@@ -108,16 +108,6 @@ class MeshEdges:
         radius = float(self.areas @ offsets) / total
         return radius if radius > _POINT * self.graph.diagonal else self.graph.diagonal
 
-    def ends_of(self, faces: Ints, sides: Array) -> Ints:
-        """Return the ends of side ``sides[i]`` of face ``faces[i]``, (n, 2), lower vertex first."""
-        ends = corners_of(self.mesh).ends_of_sides(faces, sides)
-        return np.sort(self.representative[ends], axis=1)
-
-    def lengths_of(self, edges: Ints) -> Floats:
-        """Return the length of each edge; edges are pairs of vertices, shape (n, 2)."""
-        start, end = self.mesh.vertices[edges[:, 0]], self.mesh.vertices[edges[:, 1]]
-        return np.asarray(np.linalg.norm(end - start, axis=1))
-
 
 class Borders(NamedTuple):
     """Vertices at borders. A border consists of edges between faces with different labels."""
@@ -137,8 +127,10 @@ def find_borders(mesh: MeshEdges, labels: Ints) -> Borders:
     sources = graph.sources
     start, end = labels[sources], labels[graph.neighbors]
     arcs = np.flatnonzero((start != end) & (start >= 0) & (end >= 0))
-    edges = _distinct(mesh.ends_of(sources[arcs], graph.sides[arcs]), mesh.mesh.n_vertices)
-    lengths = mesh.lengths_of(edges)
+    ends = corners_of(mesh.mesh).ends_of_sides(sources[arcs], graph.sides[arcs])
+    edges = _distinct(np.sort(mesh.representative[ends], axis=1), mesh.mesh.n_vertices)
+    starts, stops = mesh.mesh.vertices[edges.T]
+    lengths = np.linalg.norm(stops - starts, axis=1)
     vertices, indices = np.unique(edges, return_inverse=True)
     halves = np.repeat(0.5 * lengths, 2)
     return Borders(vertices, sums_by_label(indices.ravel(), halves, len(vertices)))

@@ -21,7 +21,7 @@ from ..mesh.faces import AnyMesh, FaceMesh, is_same_mesh, vertex_graph
 from ..mesh.weld import lowest_vertices
 from ..regions.crease_labels import corners_in
 from ..regions.submeshes import part_of
-from .cuts import DEFAULT_TOLERANCE, Cuts, annotated, boundary_agreement_of, cut_discrepancy_of
+from .cuts import DEFAULT_TOLERANCE, Cuts, annotated, boundary_agreement, cut_discrepancy
 from .edges import MeshEdges
 from .overlap import (
     Overlap,
@@ -35,7 +35,7 @@ from .overlap import (
     undersegmentation_error,
     weights_of_cells,
 )
-from .shape import compactness_of, explained_variation_of
+from .shape import compactness_of, explained_variation
 
 _WRONG_MESH = "the ground truths were prepared for another mesh: prepare GroundTruths of this mesh"
 
@@ -118,7 +118,8 @@ def evaluate(
         ground truth. If many labels of one mesh are evaluated, `GroundTruths` saves time. It must
         have been made for the same mesh, and then `weld` and `n_threads` have no effect.
     tolerance : float, default 0.01
-        Tolerance of `boundary_agreement`, as a fraction of the diagonal of the bounding box.
+        Maximum distance between matching borders for ``boundary_recall`` and
+        ``boundary_precision``, >= 0, as a fraction of the diagonal of the bounding box.
     weld : bool, default True
         Whether vertices at exactly the same position are treated as one vertex.
     n_threads : int, optional
@@ -172,7 +173,7 @@ def evaluate(
     prepared = _prepared(cells, ground_truths, weld, n_threads)
     edges, surface = prepared.edges, prepared.edges.surface
     values = _of_regions(surface, regions, n_regions)
-    values["explained_variation"] = explained_variation_of(surface, regions, n_regions)
+    values["explained_variation"] = explained_variation(surface, regions, n_regions)
     if not prepared.truths:
         return values
     cuts = Cuts.of(edges, regions)
@@ -315,25 +316,25 @@ def _prepared(
 
 
 def _of_overlap(overlap: Overlap) -> dict[str, float]:
-    hamming = hamming_distance(overlap)
-    consistency = consistency_error(overlap)
+    distance, missing, false_alarm = hamming_distance(overlap)
+    of_whole, of_points = consistency_error(overlap)
     return {
         "undersegmentation_error": undersegmentation_error(overlap),
         "achievable_accuracy": achievable_accuracy(overlap),
         "achievable_iou": achievable_iou(overlap),
-        "hamming_distance": hamming.distance,
-        "missing_rate": hamming.missing_rate,
-        "false_alarm_rate": hamming.false_alarm_rate,
+        "hamming_distance": distance,
+        "missing_rate": missing,
+        "false_alarm_rate": false_alarm,
         "rand_index": rand_index(overlap),
-        "global_consistency_error": consistency.global_error,
-        "local_consistency_error": consistency.local_error,
+        "global_consistency_error": of_whole,
+        "local_consistency_error": of_points,
     }
 
 
 def _of_cuts(edges: MeshEdges, found: Cuts, true: Cuts, tolerance: float) -> dict[str, float]:
-    agreement = boundary_agreement_of(edges, found, true, tolerance)
+    recall, precision = boundary_agreement(edges, found, true, tolerance)
     return {
-        "boundary_recall": agreement.recall,
-        "boundary_precision": agreement.precision,
-        "cut_discrepancy": cut_discrepancy_of(edges, found, true),
+        "boundary_recall": recall,
+        "boundary_precision": precision,
+        "cut_discrepancy": cut_discrepancy(edges, found, true),
     }

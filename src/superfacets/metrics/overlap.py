@@ -6,7 +6,7 @@ Overlaps are areas of faces, volumes of tetrahedra, or numbers of points or vert
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -243,67 +243,26 @@ def achievable_iou(mesh: Labeled, labels: Labels = None, truth: Labels = None) -
     return min(1.0, float(np.mean(shared[counts] / unions)))  # rounding can exceed 1
 
 
-class Hamming(NamedTuple):
-    """Result of `hamming_distance`: fractions of the area of the surface, where 0 is best."""
-
-    distance: float
-    """Mean of the missing rate and the false alarm rate."""
-    missing_rate: float
-    """Total area of each segment outside the region that overlaps it most, as a fraction."""
-    false_alarm_rate: float
-    """Total area of each region outside the segment that overlaps it most, as a fraction."""
-
-
-def hamming_distance(mesh: Labeled, labels: Labels = None, truth: Labels = None) -> Hamming:
+def hamming_distance(overlap: Overlap) -> tuple[float, float, float]:
     """Return the Hamming distance, the missing rate and the false alarm rate; 0 is best.
 
-    The three metrics are defined as in the Princeton benchmark; see `Hamming`. An oversegmentation
-    always has a high missing rate, because its regions are smaller than the true segments.
-
-    Parameters
-    ----------
-    mesh, labels, truth
-        Same as in `undersegmentation_error`.
-
-    References
-    ----------
-    Chen, Golovinskiy and Funkhouser, "A Benchmark for 3D Mesh Segmentation", 2009.
-
-    Examples
-    --------
-    >>> hamming_distance(area_overlap([0, 0, 1, 1], [0, 0, 0, 1], [1, 1, 1, 1]))
-    Hamming(distance=0.25, missing_rate=0.25, false_alarm_rate=0.25)
+    Chen, Golovinskiy and Funkhouser, "A Benchmark for 3D Mesh Segmentation", 2009. The missing rate
+    is the total area of each segment outside the region that overlaps it most, as a fraction; the
+    false alarm rate exchanges the roles. The distance is their mean.
     """
-    overlap = _prepared(mesh, labels, truth)
     best = _best_shared(overlap.segments, overlap.areas, len(overlap.segment_areas))
     missing = max(0.0, 1.0 - best / overlap.total)
     false_alarm = max(0.0, 1.0 - achievable_accuracy(overlap))
-    return Hamming(0.5 * (missing + false_alarm), missing, false_alarm)
+    return 0.5 * (missing + false_alarm), missing, false_alarm
 
 
-def rand_index(mesh: Labeled, labels: Labels = None, truth: Labels = None) -> float:
+def rand_index(overlap: Overlap) -> float:
     """Return the probability that labels and truth agree on a pair of points; 1 is best.
 
-    Labels and truth agree on two points if the points have equal labels and equal truth, or
-    different labels and different truth. Points are random points of the surface, and may be in the
-    same face. The Princeton benchmark plots one minus this number.
-
-    Parameters
-    ----------
-    mesh, labels, truth
-        Same as in `undersegmentation_error`.
-
-    References
-    ----------
-    Rand, "Objective criteria for the evaluation of clustering methods", 1971; as used by Chen,
-    Golovinskiy and Funkhouser, 2009.
-
-    Examples
-    --------
-    >>> rand_index(area_overlap([0, 0, 1, 1], [0, 0, 0, 1], [1, 1, 1, 1]))
-    0.625
+    Rand, "Objective criteria for the evaluation of clustering methods", 1971. They agree if the two
+    points have equal labels and equal truth, or different labels and different truth. Points are
+    random, and may be in the same face. The Princeton benchmark plots one minus this number.
     """
-    overlap = _prepared(mesh, labels, truth)
     together = [
         float(np.square(areas / overlap.total).sum())
         for areas in (overlap.region_areas, overlap.segment_areas, overlap.areas)
@@ -311,48 +270,20 @@ def rand_index(mesh: Labeled, labels: Labels = None, truth: Labels = None) -> fl
     return min(1.0, 1.0 - together[0] - together[1] + 2.0 * together[2])
 
 
-class Consistency(NamedTuple):
-    """Result of `consistency_error`: errors from 0 (best) to 1."""
-
-    global_error: float
-    """Error if labels must refine the truth, or the truth must refine the labels, everywhere."""
-    local_error: float
-    """Error if labels may refine the truth at some points, and the truth the labels at others."""
-
-
-def consistency_error(mesh: Labeled, labels: Labels = None, truth: Labels = None) -> Consistency:
+def consistency_error(overlap: Overlap) -> tuple[float, float]:
     """Return the global and the local consistency error of labels and truth; 0 is best.
 
-    Each point of the surface has two refinement errors: the fraction of its region outside its
-    segment, and the fraction of its segment outside its region. For the global error, the mean of
-    each refinement error over the surface is computed; the result is the smaller mean. The local
-    error is the mean, over the surface, of the smaller refinement error at each point. Global and
-    local error are 0 if no region crosses a true border.
-
-    Parameters
-    ----------
-    mesh, labels, truth
-        Same as in `undersegmentation_error`.
-
-    References
-    ----------
-    Martin, Fowlkes, Tal and Malik, "A database of human segmented natural images", 2001; as used
-    by Chen, Golovinskiy and Funkhouser, 2009.
-
-    Examples
-    --------
-    >>> error = consistency_error(area_overlap([0, 0, 1, 1], [0, 0, 0, 1], [1, 1, 1, 1]))
-    >>> round(error.global_error, 6), round(error.local_error, 6)
-    (0.25, 0.125)
+    Martin, Fowlkes, Tal and Malik, "A database of human segmented natural images", 2001. Each point
+    has two refinement errors: the fraction of its region outside its segment, and the reverse. The
+    global error is the smaller of their means; the local error is the mean of the smaller error.
     """
-    overlap = _prepared(mesh, labels, truth)
     has_area = overlap.areas > 0
     areas = overlap.areas[has_area]
     of_region = 1.0 - areas / overlap.region_areas[overlap.regions[has_area]]
     of_segment = 1.0 - areas / overlap.segment_areas[overlap.segments[has_area]]
     errors = [float(areas @ error) / overlap.total for error in (of_region, of_segment)]
     local = float(areas @ np.minimum(of_region, of_segment)) / overlap.total
-    return Consistency(min(errors), local)
+    return min(errors), local
 
 
 def _prepared(source: Labeled, labels: Labels, truth: Labels) -> Overlap:

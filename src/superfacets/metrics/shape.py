@@ -11,7 +11,7 @@ from ..graph.cell_graph import CellGraph
 from ..graph.kinds import as_surface
 from ..graph.sums import positive_total, sums_by_label
 from ..graph.surface import Surface
-from ..mesh.convert import MeshLike, as_mesh
+from ..mesh.convert import MeshLike
 from ..mesh.faces import area_vectors
 from .overlap import compact_complete
 
@@ -66,53 +66,14 @@ def compactness_of(surface: Surface, labels: Ints, n_regions: int) -> float:
     return float(np.mean(perimeters[has_area] / scale))
 
 
-def explained_variation(mesh: MeshLike, labels: npt.ArrayLike) -> float:
-    """Return the fraction of the variance of normals that the regions explain; 1 is best.
+def explained_variation(surface: Surface, labels: Ints, n_regions: int) -> float:
+    """Return the fraction of the variance of face normals that the regions explain; 1 is best.
 
-    The unit normal of each face is compared with the mean normal of its region and with the mean
-    normal of the whole surface. Faces are weighted by area, so faces with area 0 are ignored. The
-    result is 1 if all regions are flat, and 0 if the variance within regions is as large as on the
-    whole surface. If the whole surface is flat, the result is 1. Inconsistent orientation of faces
-    increases the variance.
-
-    Parameters
-    ----------
-    mesh : Mesh or mesh-like
-        Same as in `segment`.
-    labels : array_like of integers, shape (F,)
-        Region of each face, >= 0.
-
-    Raises
-    ------
-    MeshError
-        If the mesh is not a valid mesh of faces.
-    ValueError, TypeError
-        If labels are not one integer >= 0 per face, or if all faces have area 0.
-
-    References
-    ----------
-    Moore, Prince, Warrell, Mohammed and Jones, "Superpixel lattices", 2008; there, the metric is
-    defined for colors.
-
-    Examples
-    --------
-    A square is folded by 90 degrees along its diagonal:
-
-    >>> fold = ([[0, 0, 0], [1, 0, 0], [0, 0, 1], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
-    >>> explained_variation(fold, [0, 1]), explained_variation(fold, [0, 0])
-    (1.0, 0.0)
-    """
-    surface = as_surface(as_mesh(mesh), weld=False, n_threads=None)
-    return explained_variation_of(surface, *compact_complete(labels, surface.n_cells))
-
-
-def explained_variation_of(surface: Surface, labels: Ints, n_regions: int) -> float:
-    """Return the result of `explained_variation` for labels that are consecutive integers from 0.
-
-    For a set of faces, S is the sum of area * (normal - mean normal of the surface), and A is the
-    area of the set. The variance between regions is the sum of |S|^2 / A over all regions. The
-    total variance is the sum of |S|^2 / A over all faces. These formulas avoid differences of large
-    numbers.
+    Moore, Prince, Warrell, Mohammed and Jones, "Superpixel lattices", 2008, for normals instead of
+    colors. The result is also 1 if the whole surface is flat. For a set of faces, S is the sum of
+    area * (normal - mean normal of the surface), and A is its area. The variance between regions is
+    the sum of |S|^2 / A over regions, and the total variance is the same sum over faces. These
+    formulas avoid differences of large numbers.
     """
     mesh, areas = surface.mesh, surface.measures
     assert mesh is not None

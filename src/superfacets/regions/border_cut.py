@@ -1,7 +1,4 @@
-"""Cut faces along smooth borders of regions.
-
-This module is not in `regions`, because `pictures` imports it and must not import `regions`.
-"""
+"""Cut faces along smooth borders of regions."""
 
 from __future__ import annotations
 
@@ -214,11 +211,7 @@ class _RegionsToCut:
             raise MeshError("the cut mesh would have too many faces for 32-bit indices") from None
 
     def faults(self, cut: _Cut) -> Bools:
-        """Return whether each region has a fault after a cut, shape (n_regions + 1,).
-
-        A region has a fault if it has no faces left, if it has more connected components than
-        before, or if its area changed too much.
-        """
+        """Return which regions vanished, fell apart or changed their area too much, (n + 1,)."""
         vertices, faces, labels, _ = cut
         n = self.n_regions + 1
         new = Mesh(vertices, faces)
@@ -230,11 +223,10 @@ class _RegionsToCut:
         return np.asarray(has_vanished | (pieces > self.n_pieces) | (change > limit))
 
     def _largest_change(self, change: Floats) -> float:
-        """Return the largest area change of a region that `_MAX_TOTAL` allows.
+        """Return the largest area change of a region for which `_MAX_TOTAL` is not exceeded.
 
-        `change` is the area change of each region. All changes up to the result sum to at most
-        `_MAX_TOTAL` times the total area. If even the smallest change is too large, the result is
-        the smallest change. If the sum of all changes is small enough, the result is infinite.
+        All changes up to the result sum to at most `_MAX_TOTAL` times the total area, unless the
+        smallest change alone is too large. If all changes are allowed, the result is infinite.
         """
         ascending = np.sort(change)
         n_small = np.searchsorted(np.cumsum(ascending), _MAX_TOTAL * self.areas.sum(), "right")
@@ -251,12 +243,10 @@ class _RegionsToCut:
 
 
 def _cut_until_sound(regions: _RegionsToCut) -> tuple[_Cut, Bools]:
-    """Cut faces repeatedly until no region has a fault, as defined by `_RegionsToCut.faults`.
+    """Cut faces repeatedly until no region has a fault; return the cut, and the kept regions.
 
-    After each attempt, regions with faults are marked to keep their old faces. In the second half
-    of the attempts, the neighbors of marked regions are marked, too. After `_MAX_TRIALS` attempts,
-    all regions keep their old faces. Returns the cut mesh, and whether each region keeps its old
-    faces, shape (n_regions,).
+    After each attempt, regions with faults are marked to keep their old faces, and in the second
+    half of the attempts also their neighbors. After `_MAX_TRIALS` attempts, all regions keep them.
     """
     is_kept = np.zeros(regions.n_regions + 1, dtype=bool)
     for trial in range(_MAX_TRIALS):

@@ -22,7 +22,7 @@ joins a neighbor. The first strip of a fillet has 3/4 of the curvature of the ot
 
 
 def cad_faces(
-    mesh: MeshLike, angle: float = 30.0, *, weld: bool = True, n_threads: int | None = None
+    mesh: MeshLike, angle: float = 30.0, *, weld: float = True, n_threads: int | None = None
 ) -> Ints:
     """Label each flat side of a CAD part, and each other area of similar curvature.
 

@@ -169,10 +169,8 @@ def _labeled_part(cells: Any, labels: Ints) -> tuple[Any, Ints]:
 def _labels_along_creases(edges: VertexEdges, regions: _Regions, n_threads: int) -> Ints:
     """Return the label of each welded vertex. Kruskal's algorithm labels the vertices at borders.
 
-    First, a vertex is labeled if all cells around it are in one region. If a region has no such
-    vertices, the vertices where it has the majority get its label. Second, Kruskal's algorithm
-    extends the labels to all vertices. Third, vertices in stray pieces (see `_in_stray_pieces`) are
-    labeled again in the same way.
+    It extends the labels of vertices whose cells are all in one region or, if a region has no such
+    vertices, where it has the majority. Vertices in stray pieces are then labeled again.
     """
     majority, at_border = _majority(regions, len(edges.positions), n_threads)
     inside = majority[~at_border]

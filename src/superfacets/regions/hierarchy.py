@@ -94,8 +94,7 @@ class Hierarchy:
     def _regions_at(self, n: int, name: str = "n") -> Ints:
         """Return the label, 0 to n - 1, of each of the K regions if they are merged to n regions.
 
-        The n regions are numbered in the order of their lowest regions among the K regions. Raises
-        a ValueError with the `name` of n if merges cannot result in n regions.
+        Raises a ValueError with the `name` of n if merges cannot result in n regions.
         """
         n = checked_count(n, name, self.n_finest, "regions on the finest level")
         if n < self.n_fewest:
@@ -120,18 +119,14 @@ class Hierarchy:
         Parameters
         ----------
         n : int
-            Number of regions, from `n_fewest` to `n_finest`.
+            Number of regions, from `n_fewest` to `n_finest`. Others raise a ValueError or
+            TypeError.
 
         Returns
         -------
         ndarray of int32, shape (N,)
-            Region of each cell, from 0 to n - 1, or -1 for cells in no region. Each region has at
-            least one cell. Time is O(N + K log K).
-
-        Raises
-        ------
-        ValueError, TypeError
-            If n is out of range or not an integer.
+            Region of each cell, from 0 to n - 1, or -1 for cells in no region. Each label occurs.
+            Time is O(N + K log K).
         """
         return np.append(self._regions_at(n), np.int32(-1))[self.finest]
 

@@ -168,11 +168,10 @@ class _Segments:
 def _border_sides(
     mesh: FaceMesh, graph: FaceGraph, labels: Ints
 ) -> tuple[Ints, npt.NDArray[np.integer], Ints]:
-    """Return three arrays with an entry per side at a border: face, side, and opposite region.
+    """Return the face, the number in the face, and the opposite region of each side at a border.
 
-    A side is an edge of a face, and sides are numbered within the face. At a border between two
-    regions, only the faces of the lower region are returned. At the boundary of the mesh and at
-    faces without a region, the opposite region is `NO_REGION`.
+    At a border between two regions, only sides of the lower region are returned. At the boundary of
+    the mesh and at faces without a region, the opposite region is `NO_REGION`.
     """
     sources = graph.sources
     own, others = labels[sources], labels[graph.neighbors]

@@ -91,10 +91,10 @@ def _gaps_between(
 ) -> tuple[Ints, Ints]:
     """Return the pairs of regions to connect across gaps, as arrays of lower and higher regions.
 
-    There is one pair for each connected component of regions except the largest. It contains the
-    regions of two cells: the cell of the component and the cell of any larger component that are
-    nearest to each other. Of components with equal areas, the component with the lowest region is
-    treated as larger. `cells` is a tuple of the positions and the measures of the labeled cells.
+    There is one pair for each connected component of regions except the largest: the regions of the
+    cell of the component and the cell of any larger component that are nearest to each other. Of
+    equal components, the one with the lowest region counts as larger. `cells` is a tuple of the
+    positions and the measures of the labeled cells.
     """
     components, n_components = _components_of(borders, len(areas))
     total = sums_by_label(components, areas, n_components)

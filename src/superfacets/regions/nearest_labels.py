@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from typing import Any, NamedTuple
 
@@ -9,8 +10,16 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..base.checks import checked_classes, checked_threads
-from ..base.errors import MismatchWarning
+from ..base.checks import (
+    VALUE_RANGE,
+    checked_classes,
+    checked_number,
+    checked_threads,
+    exact_doubles,
+    refuse_infinite,
+    rows_of_three,
+)
+from ..base.errors import MeshError, MismatchWarning
 from ..base.types import Array, Floats, Ints
 from ..graph.cell_graph import CellGraph
 from ..graph.corner_labels import fit_vertices
@@ -19,7 +28,6 @@ from ..graph.sums import weighted_majority
 from ..mesh.convert import MeshLike
 from ..mesh.faces import FaceMesh, cut_into_triangles
 from ..mesh.point_cloud import PointCloud
-from ..mesh.queries import checked_distance, query_points
 
 _ROUNDING = 8 * np.finfo(np.float64).eps
 """Upper bound of the rounding error of centroids, relative to the largest absolute coordinate."""
@@ -54,8 +62,9 @@ def transfer(
         point, not to its centroid. The distance to a tetrahedron is 0 inside. The distance to a
         cell of a graph is the distance to its position.
     labels : array_like of int, shape (N,) or (V,)
-        Label of each cell, any integer >= 0, or -1 for cells without a label. If there is one label
-        per vertex of a mesh, the mesh is treated as the cloud of its vertices.
+        Label of each cell, any integer >= 0, or -1 for cells without a label. With the labels
+        ``range(N)``, the results are indices of cells. If there is one label per vertex of a mesh,
+        the mesh is treated as the cloud of its vertices.
     target : array_like, shape (M, 3), or mesh or cloud like `mesh`
         Points with finite coordinates (M may be 0), or another mesh or cloud of the same object.
         Points, tetrahedra and cells of a graph get the label of the cell nearest to their position
@@ -91,7 +100,6 @@ def transfer(
 
     See Also
     --------
-    nearest_faces : indices and distances of the nearest faces.
     vertex_labels : labels of the vertices of the same mesh.
 
     Notes
@@ -108,7 +116,9 @@ def transfer(
     array([ 7,  4, -1], dtype=int32)
     """
     threads = checked_threads(n_threads)
-    limit = checked_distance(max_distance)
+    limit = math.inf
+    if max_distance is not None:
+        limit = checked_number(max_distance, "max_distance", zero=True)
     source = as_known(mesh)
     are_of_vertices = fit_vertices(labels, source)
     source = PointCloud(source.vertices) if are_of_vertices else source
@@ -121,7 +131,7 @@ def transfer(
         None if isinstance(goal, np.ndarray) else sample_surface(goal, source.n_cells, threads)
     )
     points: Floats = goal if samples is None else samples.points
-    nearest, distances, _ = kind_of(source).nearest(source, points, limit, threads)
+    nearest, distances = kind_of(source).nearest(source, points, limit, threads)
     if max_distance is None and not are_of_vertices and not _are_points(target):
         _warn_if_far(distances, source.bounds)
     found = np.append(given, np.int32(-1))[nearest]  # -1 (no cell) selects the appended label
@@ -147,10 +157,22 @@ def _warn_if_far(distances: Floats, bounds: Floats) -> None:
 def _as_target(target: Any) -> Any:
     """Return a target with faces as a mesh, and any other target as one point per cell, (M, 3)."""
     if _are_points(target):
-        return query_points(target)
+        return _checked_points(target)
     cells = as_known(target)
     kind = kind_of(cells)
-    return cells if kind.has_faces else query_points(kind.positions(cells))
+    return cells if kind.has_faces else _checked_points(kind.positions(cells))
+
+
+def _checked_points(points: Any) -> Floats:
+    array = exact_doubles(rows_of_three(points, "points"))
+    refuse_infinite(array, "points")
+    largest = float(np.abs(array).max(initial=0.0))
+    if largest > VALUE_RANGE[1]:
+        raise MeshError(
+            f"coordinates of points must be at most {VALUE_RANGE[1]:g}, got {largest:.3g}: rescale"
+            " the points"
+        )
+    return array
 
 
 def _are_points(target: Any) -> bool:

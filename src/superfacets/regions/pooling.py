@@ -10,7 +10,6 @@ import numpy as np
 import numpy.typing as npt
 
 from ..base.checks import (
-    TO_FACES,
     checked_choice,
     checked_classes,
     checked_nonnegative_array,
@@ -85,8 +84,7 @@ def pool(
 
     See Also
     --------
-    unpool : copies values of regions to cells.
-    snap : replaces noisy labels by the majority in each region.
+    unpool : copies values of regions to cells. After ``how="majority"``, this cleans noisy labels.
 
     Notes
     -----
@@ -104,8 +102,13 @@ def pool(
     """
     checked_choice(how, "how", _POOLINGS)
     table = _checked_values(values, how)
-    source = _checked_source(mesh, measures)
-    array, n_regions = _checked_regions(labels, source, len(table))
+    if mesh is not None and measures is not None:
+        raise ValueError("the mesh already defines the measures: leave out mesh or measures")
+    source = None if mesh is None else as_known(mesh)
+    refuse_order(labels, "labels")
+    n_cells = int(np.size(labels)) if source is None else source.n_cells
+    n_vertices = getattr(source, "n_vertices", None)
+    array, n_regions = checked_partial_labels(labels, n_cells, n_vertices=n_vertices)
     needs_weights = how not in ("max", "min")
     weights = _weights_of(source, measures, len(array)) if needs_weights else None
     members = _members_of(table, array, n_regions, weights, source)
@@ -165,59 +168,6 @@ def unpool(labels: npt.ArrayLike, values: npt.ArrayLike, *, fill: float | None =
     spread: Array = table[array]
     spread[is_outside] = missing
     return spread
-
-
-def snap(
-    labels: npt.ArrayLike,
-    noisy_labels: npt.ArrayLike,
-    *,
-    mesh: MeshLike | CellGraph | None = None,
-) -> Ints:
-    """Remove noise from labels, by a majority vote of the cells in each region.
-
-    Parameters
-    ----------
-    labels : array_like of int, shape (N,)
-        Labels of regions, as returned by `segment`. Each label from 0 to K - 1 must occur. Cells
-        labeled -1 here are in no region. They do not vote and keep their noisy labels.
-    noisy_labels : array_like of int, shape (N,)
-        Label of each cell: any integer >= 0, for example a class predicted by a neural network.
-        Cells labeled -1 (unknown) do not vote, and get the label of their region.
-    mesh : Mesh or mesh-like, or CellGraph, optional
-        The labeled cells, whose areas or volumes are the weights of the votes. By default, all
-        votes have the same weight.
-
-    Returns
-    -------
-    ndarray of int32, shape (N,)
-        Label of each cell: the label with the largest total area in its region. If areas are equal,
-        the lowest label is used. If all noisy labels in a region are -1, its cells get -1.
-
-    Raises
-    ------
-    MeshError
-        If the mesh is not valid.
-    ValueError, TypeError
-        If labels are not one integer >= -1 per cell, or if a region from 0 to K - 1 is missing.
-
-    Examples
-    --------
-    >>> snap([0, 0, 0, 0, 1, -1], [4, 4, 9, -1, 9, 2])
-    array([4, 4, 4, 4, 9, 2], dtype=int32)
-    """
-    source = _checked_source(mesh, None)
-    array, n_regions = _checked_regions(labels, source, np.size(noisy_labels))
-    noisy = checked_classes(noisy_labels, len(array), "noisy_labels")
-    weights = _weights_of(source, None, len(array))
-    members = _members_of(noisy, array, n_regions, weights, None)
-    winners = _majorities(noisy, members)
-    is_inside = array >= 0
-    noisy[is_inside] = winners[array[is_inside]]
-    return noisy
-
-
-_WITHOUT_CELLS = "omit mesh"
-"""Advice in messages if values and labels both have one entry per vertex."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -347,23 +297,6 @@ def _checked_values(values: npt.ArrayLike, how: str) -> Array:
     elif array.dtype.kind not in "biuf":
         raise TypeError(f"values must be numbers or bools, got {array.dtype}")
     return array
-
-
-def _checked_source(mesh: Any, measures: Any) -> Cells | CellGraph | None:
-    if mesh is not None and measures is not None:
-        raise ValueError("the mesh already defines the measures: leave out mesh or measures")
-    return None if mesh is None else as_known(mesh)
-
-
-def _checked_regions(
-    labels: npt.ArrayLike, source: Cells | CellGraph | None, n_values: int
-) -> tuple[Ints, int]:
-    """Check labels of the cells of `source` or, if it is None, any number of labels."""
-    refuse_order(labels, "labels")
-    count = int(np.size(labels)) if source is None else source.n_cells
-    n_vertices = getattr(source, "n_vertices", None)
-    advice = _WITHOUT_CELLS if n_values == n_vertices else TO_FACES
-    return checked_partial_labels(labels, count, n_vertices=n_vertices, advice=advice)
 
 
 def _weights_of(

@@ -44,8 +44,8 @@ class RegionGraph:
     centroids : ndarray of float64, shape (K, 3)
         Mean position of each region, weighted by area (unweighted if a region has no area).
     normals : ndarray of float64, shape (K, 3)
-        Area-weighted mean normal of each region, as a unit vector. For clouds without normals,
-        `estimate_normals` is used. NaN if the mean is undefined: for tetrahedra, for cells of a
+        Area-weighted mean normal of each region, as a unit vector. Missing normals of
+        clouds are estimated. NaN if the mean is undefined: for tetrahedra, for cells of a
         `CellGraph`, and for regions that have no area or are closed surfaces.
     normal_lengths : ndarray of float64, shape (K,)
         Length of the area-weighted mean of the unit normals of each region, from 0 (a closed
@@ -473,11 +473,9 @@ def region_graph_of(
 
 
 def _principal_axes(squares: Floats, products: Floats) -> tuple[Floats, Floats]:
-    """Return the eigenvalues, (K, 3) in descending order, and unit eigenvectors of K matrices.
+    """Return the eigenvalues, (K, 3) descending, and eigenvectors, (K, 3, 3) rows, of covariances.
 
-    The eigenvectors have shape (K, 3, 3): row i of matrix k is the eigenvector for eigenvalue i of
-    covariance matrix k. `squares` are the entries xx, yy and zz of each matrix, and `products` are
-    the entries xy, xz and yz.
+    `squares` are the entries xx, yy and zz of each matrix, and `products` xy, xz and yz.
     """
     xx, yy, zz = squares.T
     xy, xz, yz = products.T

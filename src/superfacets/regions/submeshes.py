@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ..base.checks import EXTENT_RANGE, checked_regions
+from ..base.checks import checked_regions
 from ..base.errors import MeshError
-from ..base.types import Ints, Longs
+from ..base.types import Ints
 from ..graph.kinds import kind_of
 from ..mesh.base import Cells
 from ..mesh.convert import MeshLike, as_cells
@@ -88,14 +88,14 @@ def split_regions(mesh: MeshLike, labels: npt.ArrayLike) -> Iterator[Submesh]:
     Yields
     ------
     Submesh
-        Parts for the regions 0 to K - 1, in this order. Each part is made when the iterator reaches
-        it. The total time is O(N log N).
+        Parts for the regions 0 to K - 1, in this order. Each is made when the iterator reaches it.
+        The total time is O(N log N).
 
     Raises
     ------
     MeshError, ValueError, TypeError
-        Same as in `submesh`. Errors in mesh or labels are raised by the call. A MeshError for a
-        region whose vertices are at one position is raised during the iteration.
+        Same as in `submesh`. Errors in mesh or labels are raised by the call, and a MeshError for a
+        region whose vertices are at one position during the iteration.
 
     Examples
     --------
@@ -107,44 +107,7 @@ def split_regions(mesh: MeshLike, labels: npt.ArrayLike) -> Iterator[Submesh]:
     array, n_regions = checked_regions(labels, whole.n_cells, getattr(whole, "n_vertices", None))
     order = np.argsort(array, kind="stable").astype(np.int32)
     starts = np.searchsorted(array[order], np.arange(n_regions + 1))
-    if kind_of(whole).corners(whole) is None:
-        return (part_of(whole, order[a:b], i) for i, (a, b) in enumerate(pairwise(starts)))
-    return _all_parts(whole, order[starts[0] :], starts - starts[0])
-
-
-def _all_parts(whole: Any, order: Ints, starts: Longs) -> Iterator[Submesh]:
-    """Yield the parts of a mesh. The cells of part i are ``order[starts[i]:starts[i + 1]]``.
-
-    This function is faster than `part_of`, because it renumbers the vertices of all parts in one
-    operation.
-    """
-    kind = kind_of(whole)
-    corners, offsets = kind.corners(whole).of(order)  # type: ignore[union-attr]
-    part_of_corner = np.repeat(np.arange(len(starts) - 1), np.diff(offsets[starts]))
-    keys, numbers = np.unique(part_of_corner * whole.n_vertices + corners, return_inverse=True)
-    part_of_vertex, vertices = np.divmod(keys, whole.n_vertices)
-    firsts = np.searchsorted(part_of_vertex, np.arange(len(starts)))
-    corners = (numbers - firsts[part_of_corner]).astype(np.int32)
-    vertices = vertices.astype(np.int32)
-    points = whole.vertices[vertices]
-    bounds = np.stack(
-        [operation.reduceat(points, firsts[:-1]) for operation in (np.minimum, np.maximum)], axis=1
-    )
-    with np.errstate(over="ignore"):
-        sizes = (bounds[:, 1] - bounds[:, 0]).max(axis=1)
-    has_extent = (sizes >= EXTENT_RANGE[0]) & (sizes <= EXTENT_RANGE[1])
-    for part, ((a, b), (low, high)) in enumerate(
-        zip(pairwise(starts.tolist()), pairwise(firsts.tolist()), strict=True)
-    ):
-        if not has_extent[part]:
-            yield part_of(whole, order[a:b], part)  # always raises a MeshError
-            continue
-        ends = offsets[a : b + 1]
-        mesh = kind.with_corners(
-            whole, points[low:high].copy(), corners[ends[0] : ends[-1]].copy(), ends - ends[0],
-            bounds[part].copy(),
-        )  # fmt: skip
-        yield Submesh(mesh, order[a:b].copy(), vertices[low:high].copy())
+    return (part_of(whole, order[a:b], i) for i, (a, b) in enumerate(pairwise(starts)))
 
 
 def part_of(whole: Any, cells: Ints, region: int) -> Submesh:

@@ -82,7 +82,7 @@ def clean(
         smoothing = SmoothOptions()
         if part_costs is not None:
             arcs, n_threads = costs.surface.arcs, weighed.surface.n_threads
-            on_borders = part_costs.border_lengths(arcs, costs.lengths, n_threads)
+            on_borders = part_costs.with_part_costs(arcs, costs.lengths, n_threads)
             costs = replace(costs, lengths=on_borders, crease_scale=PART_CREASE_SCALE)
             smoothing = OF_PARTS
         result, goals = clustered.result, clustered.goals
@@ -124,13 +124,13 @@ def _border_costs(
     ``"creases"``, and otherwise from the result of `creases_of`.
     """
     surface, radius = weighed.surface, weighed.plan.size.radius
-    scale = radius or surface.diagonal
+    border_radius = radius or surface.diagonal
     if not weighed.options.weights.costs_follow_edges:
-        return BorderCosts(surface, lengths.values, lengths.unit, scale)
+        return BorderCosts(surface, lengths.values, lengths.unit, border_radius)
     weights = creases_of(surface, radius, ridges=0.0)  # weights in other units have no ridge costs
     if feature_costs is not None:
         weights = feature_costs.added(weights, surface, radius)
-    return BorderCosts.of_weights(surface, weights, scale)
+    return BorderCosts.of_weights(surface, weights, border_radius)
 
 
 def finish(
@@ -139,7 +139,7 @@ def finish(
 ) -> Segmentation:  # fmt: skip
     """Restore the input order of cells, and add timings and parameters to the result."""
     result = weighed.plan.whole(result)
-    if input_index is not None:
+    if input_index is not None:  # input_index[i] is the input index of cell i
         labels = result.labels[inverse_of(input_index)]
         result = replace(result, labels=labels, centers=input_index[result.centers])
     timings = clock.timings | result.timings

@@ -23,7 +23,7 @@ from ..weights.formulas import ArcValues, WeightName, WeightOptions, Weights
 class SegmentOptions:
     """Checked arguments of `segment`, grouped by stage."""
 
-    size: CountOptions
+    count: CountOptions
     init: AnyInit | Start | None
     weights: WeightOptions
     loop: LoopOptions
@@ -46,16 +46,16 @@ class SegmentOptions:
         tol: float, n_threads: int | None, callback: Callback | None,
     ) -> SegmentOptions:  # fmt: skip
         """Check the arguments of `segment`, except arrays with one row per cell, vertex or arc."""
-        size = CountOptions.checked(n_segments, radius, init)
+        count = CountOptions.checked(n_segments, radius, init)
         if isinstance(init, str):
             checked_choice(init, "init", INITS)
         if sizes is None:
             sizes = Sizes()
         elif not isinstance(sizes, Sizes):
             raise TypeError(f"sizes must be superfacets.Sizes(...), got {type(sizes).__name__}")
-        sizes.check_with(size, islands)
+        sizes.check_with(count, islands)
         return cls(
-            size=size,
+            count=count,
             init=init,
             weights=WeightOptions.checked(weights, alpha),
             loop=LoopOptions.checked(max_num_iter, tol, islands, n_threads, callback),

@@ -79,19 +79,19 @@ class Prepared:
 
     @classmethod
     def of(
-        cls, source: Cells, *, weld: float, n_threads: int, is_sorted: bool = True,
+        cls, source: Cells, *, weld: float, n_threads: int, may_sort: bool = True,
         denoise: Denoise = "auto", is_kept: Bools | None = None,
     ) -> Prepared:  # fmt: skip
         """Smooth a mesh as `denoise` requires, and build the graph of the mesh or cloud.
 
-        Cells are sorted if `is_sorted` is true and sorting saves time. `is_kept` is the same as in
+        Cells are sorted if `may_sort` is true and sorting saves time. `is_kept` is the same as in
         `graph_and_surface`. Raises a ValueError if `denoise` is a number of steps > 0 and the cells
         are not faces.
         """
         kind = kind_of(source)
 
         def ordered(cells: Cells, weld: float) -> OrderedCells:
-            return kind.ordered(cells, weld, n_threads, is_sorted=is_sorted, is_kept=is_kept)
+            return kind.ordered(cells, weld, n_threads, may_sort=may_sort, is_kept=is_kept)
 
         def smoothed_in(n_steps: int) -> tuple[Cells, OrderedCells]:
             denoised = smoothed(cast(FaceMesh, source), n_steps, weld=weld, n_threads=n_threads)
@@ -108,7 +108,7 @@ class Prepared:
         denoised, made = smoothed_in(n_steps) if n_steps else (source, ordered(source, weld))
         if is_auto or n_steps >= STEPS_WITH_SLACK:
             roughness = Roughness.of_mesh(
-                cast(FaceMesh, made.cells), made.graph, made.order, n_threads
+                cast(FaceMesh, made.cells), made.graph, made.input_index, n_threads
             )
             if is_auto and roughness.n_steps > 0:
                 n_steps = roughness.n_steps
@@ -205,7 +205,7 @@ def prepared_for(
         ):
             prepared = Prepared.of(
                 source, weld=True if given is None else given.weld, n_threads=n_threads,
-                is_sorted=not needs_order, denoise=options.denoise, is_kept=is_kept,
+                may_sort=not needs_order, denoise=options.denoise, is_kept=is_kept,
             )  # fmt: skip
     return prepared, options.prepared(prepared.n_steps, prepared.angle_slack, prepared.weld)
 
@@ -253,9 +253,11 @@ def plan_regions(prepared: Prepared, options: SegmentOptions, clock: Clock) -> P
             n_threads=n_threads,
             order=prepared.input_index,
         )  # fmt: skip
-        measures = prepared.given_measures(n_threads)
-        sizes = SizeRules.of(options.sizes, prepared.graph, inside, prepared.input_index, measures)
-        size = options.size if sizes is None else sizes.with_count(options.size)
+        given_measures = prepared.given_measures(n_threads)
+        sizes = SizeRules.of(
+            options.sizes, prepared.graph, inside, prepared.input_index, given_measures
+        )
+        size = options.count if sizes is None else sizes.with_count(options.count)
         plan = Plan.of(
             prepared.graph, inside, (size, options.init), n_threads,
             dimension=prepared.kind.dimension, plural=prepared.kind.plural,

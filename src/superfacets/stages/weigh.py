@@ -31,7 +31,7 @@ class Weighed:
     options: SegmentOptions  # options whose defaults fit the cells
     plan: Plan
     surface: Surface  # lengths and angles of the arcs between all cells
-    of_machine_part: bool  # see `ArcWeights.of_machine_part`
+    of_made_thing: bool  # see `ArcWeights.of_made_thing`
     has_part_costs: bool
     """Whether arcs between parts of the shape have an additional cost. This is the case for the
     weights ``"parts"``, except for volumes, for graphs that have weights of their own, and if the
@@ -71,7 +71,7 @@ def weigh(
     relocates = options.relocates and has_part_costs and not plan.has_seeds
     options = replace(options, loop=replace(options.loop, relocates=relocates))
     return Weighed(
-        options, plan, surface, arc_weights.of_machine_part, has_part_costs
+        options, plan, surface, arc_weights.of_made_thing, has_part_costs
     ), arc_weights.weights
 
 
@@ -125,7 +125,7 @@ def ordered_graph(
         ordered = _core.OrderedGraph(
             placed.cells, *placed.arcs, weighed.surface.n_threads, is_symmetric, straight_unit
         )
-        if weighed.of_machine_part:
+        if weighed.of_made_thing:  # has costs between parts, so that straight_unit > 0
             limit = options.crease_limit(weighed.plan.size.radius)
             ordered.crease_limit = limit / straight_unit
     return ordered

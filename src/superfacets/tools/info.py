@@ -32,7 +32,6 @@ class MeshInfo:
     """Counts and sizes of a mesh of faces, from `mesh_info`."""
 
     n_faces: int
-    """Number of faces."""
     n_vertices: int
     """Number of vertices, including vertices that no face uses."""
     n_positions: int
@@ -59,7 +58,6 @@ class MeshInfo:
     bounds: tuple[tuple[float, float, float], tuple[float, float, float]]
     """Minimum and maximum corner of the bounding box of all vertices of faces."""
     diagonal: float
-    """Length of the diagonal of the bounding box."""
     sliver_share: float
     """Fraction of the area, 0 to 1, in faces that are long and thin compared with the regions of a
     default segmentation; see `Segmentation`."""
@@ -70,7 +68,6 @@ class CloudInfo:
     """Counts and sizes of a point cloud, from `cloud_info`."""
 
     n_points: int
-    """Number of points."""
     n_positions: int
     """Number of different positions of points."""
     n_components: int
@@ -78,7 +75,6 @@ class CloudInfo:
     n_isolated: int
     """Number of points that have no arcs in the graph of points."""
     has_normals: bool
-    """Whether the cloud has normals."""
     knows_turns: bool
     """Whether concave and convex creases can be distinguished. This is possible if the cloud has
     normals or viewpoints, or if the cloud is closed, because estimated normals then point
@@ -96,16 +92,12 @@ class CloudInfo:
     spacing: float
     """Typical distance between neighbors: the square root of the median area around one point."""
     area: float
-    """Sum of the areas around the points, in the squared unit of the points.
-
-    For uniformly random points on a surface, the sum is its area. It is 15% too large for evenly
-    spaced points, and up to 40% too large or 60% too small for scan lines; see
-    `build_point_graph`.
-    """
+    """Sum of the areas around the points; see `build_point_graph`. For uniformly random points on a
+    surface, it is the area. It is 15% too large for evenly spaced points, and up to 40% too large
+    or 60% too small for scan lines."""
     bounds: tuple[tuple[float, float, float], tuple[float, float, float]]
     """Minimum and maximum corner of the bounding box of all points."""
     diagonal: float
-    """Length of the diagonal of the bounding box."""
 
 
 def mesh_info(mesh: MeshLike, *, weld: float = True) -> MeshInfo | TetInfo:

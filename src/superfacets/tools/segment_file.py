@@ -173,10 +173,9 @@ class FileOptions:
     ) -> Outcome:
         """Read, subdivide and segment one file, without writing results.
 
-        `holds_attributes` is True if an output file can store attributes of vertices and faces. The
-        times of the stages "mesh" and "subdivide" are added to `timings`. If `barrier_angle` is
-        given, all edges with at least this angle between the face normals, in degrees, are
-        barriers.
+        `holds_attributes` says whether an output file can store attributes. The times of the stages
+        "mesh" and "subdivide" are added to `timings`. `barrier_angle` is the angle of the
+        `sharp_edges` that are barriers.
         """
         keeps = not self.drop_attributes and holds_attributes
         wanted = Features.of(self.features)

@@ -76,24 +76,19 @@ class Subdivision:
     def labels_back(self, labels: npt.ArrayLike) -> Longs:
         """Convert labels of new faces to labels of old faces.
 
-        Each old face gets the label that covers the largest area of the face. If several labels
-        cover equal areas, the lowest of these labels wins. Some labels may not occur in the result.
         For the opposite direction, ``values[subdivision.sources]`` converts labels or other values
         of old faces to new faces.
 
         Parameters
         ----------
         labels : array_like of integers, shape (F,)
-            Label of each new face. Labels may be any integers.
+            Label of each new face, any integer. Others raise a ValueError or TypeError.
 
         Returns
         -------
         ndarray of int64, shape (number of old faces,)
-
-        Raises
-        ------
-        ValueError, TypeError
-            If `labels` is not one integer per new face.
+            The label that covers the largest area of each old face, the lowest of several. Some
+            labels may not occur.
 
         Examples
         --------

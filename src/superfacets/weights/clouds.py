@@ -68,7 +68,7 @@ def build_point_graph(
         lengths of all arcs that cross a line sum to about the length of the line. The angle of an
         arc is the angle between the normals of its points. To determine its sign, the height of
         each point above the tangent plane of the other point is computed; the angle is positive if
-        the sum of both heights is positive. For clouds without normals, `estimate_normals` is used.
+        the sum of both heights is positive. Missing normals are estimated.
 
     Raises
     ------
@@ -100,14 +100,14 @@ def build_point_graph(
     n_neighbors = min(n_neighbors, checked.n_points - 1)
     graph = find_point_graph(checked, threads, n_neighbors=n_neighbors, cutoff=cutoff)
     surface = point_surface(graph, threads)
-    cells = (graph.positions, graph.measures, NO_NORMALS)
+    arrays = (graph.positions, graph.measures, NO_NORMALS)
     factors = EdgeFactors.of_radius(radius, alpha, eta_convex, ridges)
     return CellGraph(
         graph.positions,
         graph.measures,
         graph.offsets,
         graph.neighbors,
-        weights_of(surface, cells, factors),
+        weights_of(surface, arrays, factors),
         graph.bounds,
         weight_unit=graph.diagonal,
         arc_measures=surface.arc_measures(),

@@ -56,19 +56,23 @@ creases cannot be distinguished. In a synthetic room without normals, 1.5 % of t
 region that mainly covers another wall. With a cost of 0, this fraction is 8.5 %, and with a cost of
 1, it is 1.4 %."""
 
-MAX_SOFT = 2
-"""Maximum ratio `EdgeSums.n_soft` / `EdgeSums.n_sharp` of a machine part. In the benchmark, the
-ratio is at most 1.3 for machine parts, and at least 3.4 for other models that have sharp edges."""
+MIN_FLAT = 0.25
+"""Minimum share of exactly flat edges of a made thing, such as a machine part. On organic shapes
+and scans, at most 10 % of the edges are flat."""
 
-MACHINE_PART_FACTOR = 2.0
-"""Factor by which `EdgeFactors.ridges` is multiplied on machine parts. With a factor of 1, up to
-2 % of the ridges are not borders of regions."""
+MIN_MADE = 0.7
+"""Minimum sum, on a made thing, of the share of flat edges and the share of the turn at edges of 40
+degrees or more. It is at least 0.73 for CAD parts, also if all edges are rounded, and at most 0.66
+for the chairs of the benchmark, on which people do not draw borders at all bends."""
+
+MADE_FACTOR = 1.5
+"""Factor of the cost of all bends on made things. With a factor of 1, up to 2 % of the rims of
+machine parts are not borders of regions."""
 
 CREASE_LIMIT_ANGLE = 59 / 180
-"""Minimum angle, divided by pi, of ridges that coarse cells must not cross on machine parts. If a
-coarse cell crossed a ridge, a side of the part that is narrower than the coarse cell would get no
-region of its own. The limit is 59 degrees, so that the ridges of a hexagonal prism (60 degrees) are
-included."""
+"""Minimum angle, divided by pi, of bends that coarse cells must not cross on made things. If a
+coarse cell crossed an edge, a side that is narrower than the coarse cell would get no region of its
+own. The limit is 59 degrees, so that the edges of a hexagonal prism (60 degrees) are included."""
 
 
 WeightName = Literal["parts", "creases", "superfacets"]
@@ -90,7 +94,6 @@ class EdgeFactors(NamedTuple):
     ridges: float = 0.0  # cost of ridges (sharp convex edges), relative to concave edges
     is_straight: bool = False  # whether distances are straight lines from centroid to centroid
     convex_share: float = 0.0  # s in `crease_weights`: relative cost of smooth convex edges
-    all_sharp: bool = False  # whether all sharp convex edges are treated as ridges
     slack: float = 0.0  # radians by which each angle is reduced, but not below 0
 
     @classmethod
@@ -104,40 +107,37 @@ class EdgeFactors(NamedTuple):
         """Convert the factors to a `_core` object. `diagonal` is d in `superfacet_weights`."""
         return _core.EdgeFactors(diagonal=diagonal, **self._asdict())
 
-    def of_machine_part(self) -> EdgeFactors:
-        """Return the factors for machine parts: all sharp convex edges are ridges and cost more."""
-        return self._replace(all_sharp=True, ridges=MACHINE_PART_FACTOR * self.ridges)
+    def of_made_thing(self) -> EdgeFactors:
+        """Return the factors for made things, on which all convex bends cost as much as ridges."""
+        eta_convex = max(self.eta_convex, self.ridges)
+        return self._replace(alpha=MADE_FACTOR * self.alpha, eta_convex=eta_convex)
 
 
 class EdgeSums(NamedTuple):
     """Sums over the edges of a mesh. Boundary edges are not included.
 
-    The three counts are 0 unless ridges cost more than other convex edges.
+    Turns are sums of length times angle, in the unit that `CURVATURE_BITS` defines. All but
+    `curvature` are 0 unless ridges cost more than other convex edges.
     """
 
-    # sum of length times angle of all edges except ridges, in the unit that `CURVATURE_BITS`
-    # defines; angles of concave edges are negative
-    curvature: int
+    curvature: int  # turn of all edges except ridges, in which concave edges are negative
     n_edges: int  # number of edges
-    n_soft: int  # number of edges with an angle from 10.4 to less than 40 degrees
-    n_sharp: int  # number of convex edges with an angle of at least 40 degrees
+    n_flat: int  # number of edges with an angle below 0.05 degrees
+    bent: int  # turn of all edges, in which all are positive
+    sharp: int  # turn of the edges with an angle of at least 40 degrees
 
     @property
-    def are_of_machine_part(self) -> bool:
-        """Whether the mesh looks like a machine part.
-
-        This is the case if there are sharp edges, at most `MAX_SOFT` times as many soft edges, and
-        if both together are at most half of all edges.
-        """
-        is_sharp = self.n_sharp > 0 and self.n_soft <= MAX_SOFT * self.n_sharp
-        return is_sharp and 2 * (self.n_soft + self.n_sharp) <= self.n_edges
+    def are_of_made_thing(self) -> bool:
+        """Whether edges are mostly flat or sharp, as on a machine part; see `MIN_MADE`."""
+        flat = self.n_flat / max(self.n_edges, 1)
+        return flat >= MIN_FLAT and flat + self.sharp / max(self.bent, 1) >= MIN_MADE
 
 
 class ArcWeights(NamedTuple):
     """Weights of all arcs of a graph."""
 
     weights: npt.ArrayLike  # (M,) weight of each arc
-    of_machine_part: bool = False  # whether the factors of `EdgeFactors.of_machine_part` were used
+    of_made_thing: bool = False  # whether the factors of `EdgeFactors.of_made_thing` were used
 
 
 def superfacet_weights(
@@ -221,8 +221,8 @@ def superfacet_weights(
     if crease_length is not None:
         crease_length = checked_number(crease_length, "crease_length", zero=False)
     surface = Surface.of_faces(mesh, graph, threads)
-    cells = (graph.positions, graph.measures, NO_NORMALS)
-    return weights_of(surface, cells, EdgeFactors(alpha, eta_convex, crease_length or 0.0))
+    arrays = (graph.positions, graph.measures, NO_NORMALS)
+    return weights_of(surface, arrays, EdgeFactors(alpha, eta_convex, crease_length or 0.0))
 
 
 def crease_weights(
@@ -319,10 +319,10 @@ def crease_weights(
         checked_number(ridges, "ridges", zero=True),
     )
     surface = Surface.of_faces(mesh, graph, threads)
-    cells = (graph.positions, graph.measures, NO_NORMALS)
+    arrays = (graph.positions, graph.measures, NO_NORMALS)
     if not hollows:
-        return weights_of(surface, cells, factors)
-    return np.asarray(_adapted_weights(surface, cells, factors).weights)
+        return weights_of(surface, arrays, factors)
+    return np.asarray(_adapted_weights(surface, arrays, factors).weights)
 
 
 def _crease_factors(radius: float, params: Mapping[str, float]) -> EdgeFactors:
@@ -354,24 +354,24 @@ WEIGHTS: Mapping[WeightName, Formula] = {
         about='like ``"creases"``, with straight lines between cells up to three arcs apart, and a'
         " cost of arcs between parts of the shape, such as a finger and the palm (see"
         " `spectral_embedding`)",
-        defaults={"alpha": 17.0, "eta_convex": 0.0, "ridges": 1.0, "gamma": 2.1},
-        compute=lambda surface, cells, radius, params: _adapted_weights(
-            surface, cells, _crease_factors(radius, params)._replace(is_straight=True)
+        defaults={"alpha": 12.0, "eta_convex": 0.0, "ridges": 1.0, "gamma": 2.1},
+        compute=lambda surface, arrays, radius, params: _adapted_weights(
+            surface, arrays, _crease_factors(radius, params)._replace(is_straight=True)
         ),
         has_part_costs=True,
     ),
     "creases": Formula(
         about="`crease_weights`, with costs of creases that do not depend on the resolution",
         defaults={"alpha": 20.0, "eta_convex": 0.0, "ridges": 0.35},
-        compute=lambda surface, cells, radius, params: _adapted_weights(
-            surface, cells, _crease_factors(radius, params)
+        compute=lambda surface, arrays, radius, params: _adapted_weights(
+            surface, arrays, _crease_factors(radius, params)
         ),
     ),
     "superfacets": Formula(
         about="`superfacet_weights`, the formula of the paper",
         defaults={"alpha": 200.0, "eta_convex": 0.2},
-        compute=lambda surface, cells, _, params: ArcWeights(
-            weights_of(surface, cells, EdgeFactors(params["alpha"], params["eta_convex"], 0.0))
+        compute=lambda surface, arrays, _, params: ArcWeights(
+            weights_of(surface, arrays, EdgeFactors(params["alpha"], params["eta_convex"], 0.0))
         ),
         costs_follow_edges=True,
     ),
@@ -490,9 +490,9 @@ class WeightOptions:
         return float(self.params["alpha"]) * radius
 
     def crease_limit(self, radius: float) -> float:
-        """Return the minimum crease cost of arcs that coarse cells of machine parts never cross."""
-        ridges = MACHINE_PART_FACTOR * float(self.params["ridges"])
-        return CREASE_LIMIT_ANGLE * ridges * self.crease_cost(radius)
+        """Return the minimum crease cost of arcs that coarse cells of made things never cross."""
+        bends = MADE_FACTOR * max(float(self.params["eta_convex"]), float(self.params["ridges"]))
+        return CREASE_LIMIT_ANGLE * bends * self.crease_cost(radius)
 
 
 def weights_of_kind(
@@ -530,10 +530,10 @@ def arc_weights(
     """
     if options.given is not None:
         return ArcWeights(options.given)
-    cells = (faces.positions, faces.measures, NO_NORMALS if normals is None else normals)
+    arrays = (faces.positions, faces.measures, NO_NORMALS if normals is None else normals)
     assert options.formula is not None
     params = {**options.params, "slack": options.angle_slack}
-    return options.formula.compute(surface, cells, radius, params)
+    return options.formula.compute(surface, arrays, radius, params)
 
 
 def creases_of(surface: Surface, radius: float, ridges: float | None = None) -> Floats:
@@ -544,46 +544,47 @@ def creases_of(surface: Surface, radius: float, ridges: float | None = None) -> 
     return weights_of(surface, (surface.positions, surface.measures, NO_NORMALS), factors)
 
 
-def weights_of(surface: Surface, cells: CellArrays, factors: EdgeFactors) -> Floats:
+def weights_of(surface: Surface, arrays: CellArrays, factors: EdgeFactors) -> Floats:
     """Return one weight per arc, computed with equations 1 to 3 of the paper and these factors."""
     if isinstance(surface.handle, _core.PointSurface):
         core_factors = factors.for_core(surface.diagonal)
         return _core.point_weights(surface.handle, core_factors, surface.n_threads)
-    return weights_and_sums(surface, cells, factors, wants_curvature=False)[0]
+    return weights_and_sums(surface, arrays, factors, wants_sums=False)[0]
 
 
 def weights_and_sums(
-    surface: Surface, cells: CellArrays, factors: EdgeFactors, *, wants_curvature: bool
+    surface: Surface, arrays: CellArrays, factors: EdgeFactors, *, wants_sums: bool
 ) -> tuple[Floats, EdgeSums]:
     """Return the weights of arcs between faces, and the `EdgeSums` of the edges.
 
-    Unless `wants_curvature` is true, `EdgeSums.curvature` is not computed, and is 0.
+    Unless `wants_sums` is true, the sums are not computed, and are 0.
     """
     handle, costs = surface.handle, factors.for_core(surface.diagonal)
     if isinstance(handle, _core.TriangleSurface):
-        found = _core.triangle_weights(handle, *cells, costs, wants_curvature, surface.n_threads)
+        found = _core.triangle_weights(handle, *arrays, costs, wants_sums, surface.n_threads)
     else:
-        found = _core.surface_weights(handle, costs, wants_curvature, surface.n_threads)
+        found = _core.surface_weights(handle, costs, wants_sums, surface.n_threads)
     return found[0], EdgeSums(*found[1])
 
 
-def _adapted_weights(surface: Surface, cells: CellArrays, factors: EdgeFactors) -> ArcWeights:
-    """Return the result of `weights_of`, with costs adapted to hollow shapes and machine parts.
+def _adapted_weights(surface: Surface, arrays: CellArrays, factors: EdgeFactors) -> ArcWeights:
+    """Return the result of `weights_of`, with costs adapted to made things and hollow shapes.
 
-    On hollow shapes, smooth convex edges also have a cost, and smooth concave edges cost less. If
-    `factors.is_straight` is true, all sharp convex edges of machine parts are ridges. The weights
-    of point clouds are not adapted.
+    If `factors.is_straight` is true, all convex edges of made things cost as much as ridges. On
+    other hollow shapes, smooth convex edges also have a cost, and smooth concave edges cost less.
+    The weights of point clouds are not adapted.
     """
     if isinstance(surface.handle, _core.PointSurface) or not factors.alpha:
-        return ArcWeights(weights_of(surface, cells, factors))
+        return ArcWeights(weights_of(surface, arrays, factors))
     is_closed = surface.volume > 0.0
-    weights, sums = weights_and_sums(surface, cells, factors, wants_curvature=is_closed)
-    of_machine_part = factors.is_straight and sums.are_of_machine_part
-    adapted = factors.of_machine_part() if of_machine_part else factors
-    if is_closed:
-        area = _core.sum_of(cells[1], surface.n_threads)
+    wants_sums = is_closed or factors.is_straight
+    weights, sums = weights_and_sums(surface, arrays, factors, wants_sums=wants_sums)
+    of_made_thing = factors.is_straight and sums.are_of_made_thing
+    adapted = factors.of_made_thing() if of_made_thing else factors
+    if is_closed and not of_made_thing:
+        area = _core.sum_of(arrays[1], surface.n_threads)
         convex_share = convex_share_of(sums.curvature, surface.volume, area, surface.diagonal)
         adapted = adapted._replace(convex_share=convex_share)
     if adapted != factors:
-        weights = weights_of(surface, cells, adapted)
-    return ArcWeights(weights, of_machine_part)
+        weights = weights_of(surface, arrays, adapted)
+    return ArcWeights(weights, of_made_thing)

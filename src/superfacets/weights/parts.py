@@ -64,6 +64,18 @@ EQUAL = 1e-3
 eigenvalues are used together, because choosing some of them would be arbitrary."""
 
 
+MIN_BLOCKED, FULL_BLOCKED = 0.001, 0.03
+"""Costs between parts, and of likely borders, are 0 if `ConductingGraph.blocked_fraction` is at
+most the first value, and have their full value if it is at least the second. In between, they
+increase linearly. The fraction is 0 for surfaces without concave edges and ridges, such as smooth
+convex bodies, which have no parts. It is at least 0.037 for all benchmark models."""
+
+BORDER_COEFFICIENTS = np.array(
+    [-0.384, 3.137, 7.489, 1.259, -0.822, -0.055, 1.333, 2.316, -6.815, -6.605]
+)
+"""Coefficients of the rate of borders (see `_core.border_rates`), from research/border_rates.py."""
+
+
 class ConductingGraph(NamedTuple):
     """Graph of the cells of one level: either all cells, or groups of cells of the finer level."""
 
@@ -168,6 +180,12 @@ def conducting_graph(
     )
     arcs = (offsets, neighbors)
     return ConductingGraph(arcs, steps, conductances, graph.measures(), blocked_fraction=share)
+
+
+def strength_of_parts(level: ConductingGraph) -> float:
+    """Return the factor from 0 to 1 of costs between parts, and of likely borders."""
+    strength = (level.blocked_fraction - MIN_BLOCKED) / (FULL_BLOCKED - MIN_BLOCKED)
+    return min(max(strength, 0.0), 1.0)
 
 
 def scale(level: ConductingGraph, vectors: Singles, n_threads: int) -> float:

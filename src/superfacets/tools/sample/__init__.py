@@ -43,10 +43,8 @@ def sample_mesh(n_faces: int = 60_000) -> Mesh:
 
     Raises
     ------
-    ValueError
-        If `n_faces` is less than 3,000.
-    TypeError
-        If `n_faces` is not an integer.
+    ValueError, TypeError
+        If `n_faces` is less than 3,000, or not an integer.
 
     Examples
     --------
@@ -56,9 +54,7 @@ def sample_mesh(n_faces: int = 60_000) -> Mesh:
     >>> bear.n_vertices - bear.n_faces // 2  # V - E + F of a closed surface of genus 0
     2
     """
-    count = checked_count(n_faces, "n_faces")
-    if count < MIN_FACES:
-        raise ValueError(f"n_faces must be at least {MIN_FACES}, got {count}")
+    count = checked_count(n_faces, "n_faces", low=MIN_FACES)
     name, n_splits = _nearest(count)
     content = (_FOLDER / name).read_bytes()
     vertices = npz_array(content, "vertices").astype(np.float64)
@@ -69,11 +65,7 @@ def sample_mesh(n_faces: int = 60_000) -> Mesh:
 
 
 def _nearest(count: int) -> tuple[str, int]:
-    """Return the file to read and the number of times that all faces are split into four.
-
-    The mesh that results from both has the number of faces nearest to `count`, on a logarithmic
-    scale.
-    """
+    """Return the file to read, and how often to split its faces, for about `count` faces."""
     finest = round(max(0.0, math.log(count / _FINE[1], 4)))
     made = [(_COARSE, 0), (_COARSE, 1), (_FINE, finest)]
     (name, _), n_splits = min(
@@ -85,21 +77,8 @@ def _nearest(count: int) -> tuple[str, int]:
 def split_in_four(vertices: Floats, faces: Array) -> tuple[Floats, Ints]:
     """Split each face into four at the midpoints of its sides; return vertices and faces.
 
-    Neighboring faces share the midpoint of their common edge. Orientation, area and shape are
-    preserved, and so are boundary edges and non-manifold edges. Time is O(F log F).
-
-    Parameters
-    ----------
-    vertices : ndarray of float64, shape (V, 3)
-    faces : ndarray of int, shape (F, 3)
-
-    Returns
-    -------
-    vertices : ndarray of float64, shape (V + E, 3)
-        The vertices of the input, followed by the midpoint of each edge.
-    faces : ndarray of int32, shape (4 F, 3)
-        Face f becomes four faces: 4 f, 4 f + 1 and 4 f + 2 at its corners, and 4 f + 3 in the
-        middle.
+    Midpoints of edges, which neighbors share, follow the vertices. Face f becomes 4 f, 4 f + 1 and
+    4 f + 2 at its corners, and 4 f + 3 in the middle.
 
     Examples
     --------

@@ -1,0 +1,110 @@
+#include "spectral/border_rates.hpp"
+
+namespace superfacets {
+namespace {
+
+// Lengths over which normals, the embedding and means are smoothed, and the length of arcs on which
+// the rate was fitted, in units of the square root of the total area.
+constexpr double kNormalLength = 0.01;
+constexpr double kVectorLength = 0.02;
+constexpr double kMeanLength = 0.04;
+constexpr double kFittedStep = 0.007;
+
+// Bend, per square root of the area, at which the first and the last feature are 1/2.
+constexpr double kHalfBend = 4.0;
+
+double in_unit_range(double x) {
+  return x / (kHalfBend + std::abs(x));
+}
+
+double rate_of(const std::array<double, 3>& features, std::span<const double> coefficients) {
+  double exponent = coefficients.back();
+  std::size_t next = 3;
+  for (std::size_t i = 0; i < 3; ++i) {
+    exponent += coefficients[i] * features[i];
+    for (std::size_t j = i; j < 3; ++j) {
+      exponent += coefficients[next++] * features[i] * features[j];
+    }
+  }
+  const double power = exponential(-std::abs(exponent));
+  return (exponent > 0.0 ? 1.0 : power) / (1.0 + power);
+}
+
+// Computes the features of the arcs of a graph.
+class Features {
+ public:
+  Features(const OrderedGraph& graph, const Arcs& arcs, std::span<const double> widths,
+           ThreadTeam& team)
+      : arcs_(arcs), side_(std::sqrt(graph.total_measure)), smoother_(graph, arcs, widths, team) {}
+
+  Buffer<float> rates(const CellRows& normals, const CellRows& vectors,
+                      std::span<const double> coefficients, ThreadTeam& team) const {
+    const Buffer<float> smooth_normals = smoother_.smoothed(normals, kNormalLength * side_, team);
+    const Buffer<float> smooth_vectors = smoother_.smoothed(vectors, kVectorLength * side_, team);
+    Buffer<float> bends(arcs_.n_arcs());
+    Buffer<float> changes(arcs_.n_arcs());
+    Buffer<float> means(2 * arcs_.n_cells());
+    team.for_each_slow(arcs_.n_cells(), [&](Cell cell) {
+      double change = 0.0;
+      double concave = 0.0;
+      double total = 0.0;
+      for (const auto [arc, to] : arcs_.steps(cell)) {
+        bends[arc] = static_cast<float>(bend(smooth_normals.span(), cell, arc, to));
+        changes[arc] =
+            static_cast<float>(side_ / smoother_.step(arc) *
+                               distance_between(smooth_vectors.span(), vectors.width, cell, to));
+        const double width = smoother_.width(arc);
+        change += width * double{changes[arc]};
+        concave += width * std::max(0.0, -double{bends[arc]});
+        total += width;
+      }
+      means[2 * cell] = static_cast<float>(total > 0.0 ? change / total : 0.0);
+      means[2 * cell + 1] = static_cast<float>(total > 0.0 ? concave / total : 0.0);
+    });
+    means = smoother_.smoothed({2, means.span()}, kMeanLength * side_, team);
+    Buffer<float> rates(arcs_.n_arcs());
+    team.for_each_slow(arcs_.n_cells(), [&](Cell cell) {
+      for (const auto [arc, to] : arcs_.steps(cell)) {
+        const auto mean = [&](std::size_t column) {
+          return std::max(0.0, 0.5 * (double{means[2 * cell + column]} + means[2 * to + column]));
+        };
+        const double around = mean(0);
+        const double concave = mean(1);
+        const double change = changes[arc];
+        const double sum = change + around;
+        const double relative = sum > 0.0 ? (change - around) / sum : 0.0;
+        const double rate =
+            rate_of({in_unit_range(bends[arc]), relative, in_unit_range(concave)}, coefficients);
+        rates[arc] = static_cast<float>(rate * (smoother_.step(arc) / (kFittedStep * side_)));
+      }
+    });
+    return rates;
+  }
+
+ private:
+  double bend(std::span<const float> normals, Cell cell, std::int64_t arc, Cell to) const {
+    const auto normal = [&](Cell of) {
+      const float* row = normals.data() + std::size_t{3} * of;
+      return Point{row[0], row[1], row[2]};
+    };
+    const Point along = smoother_.position(to) - smoother_.position(cell);
+    return side_ * dot(normal(to) - normal(cell), along) /
+           (smoother_.step(arc) * smoother_.step(arc));
+  }
+
+  const Arcs& arcs_;
+  const double side_;  // square root of the total area
+  const Smoother smoother_;
+};
+
+}  // namespace
+
+Buffer<float> border_rates(const OrderedGraph& graph, const Arcs& arcs,
+                           std::span<const double> widths, const CellRows& normals,
+                           const CellRows& vectors, std::span<const double> coefficients,
+                           ThreadTeam& team) {
+  SUPERFACETS_ASSERT(normals.width == 3 && coefficients.size() == 10 && graph.total_measure > 0.0);
+  return Features(graph, arcs, widths, team).rates(normals, vectors, coefficients, team);
+}
+
+}  // namespace superfacets
