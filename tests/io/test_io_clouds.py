@@ -216,7 +216,7 @@ def test_a_cut_file_is_refused_wherever_it_is_cut(laspy, point_format, compresse
     begin, sizes = begin_of(content), range(0, len(content), 7)
     if compressed:
         table = int.from_bytes(content[begin : begin + 8], "little")
-        sizes = [begin // 2, *np.linspace(begin, table + 7, 12).astype(int)]
+        sizes = [begin // 2, *np.linspace(begin, table + 7, 4).astype(int)]
     for size in sizes:
         with pytest.raises(MeshError):
             las_cloud(content[:size])

@@ -190,5 +190,7 @@ def test_any_name_of_labels_is_written_such_that_vtk_reads_it(tmp_path, name, as
     assert np.array_equal(sf.read_labels(path, name=label_name), LABELS)
     other = pyvista.read(path)
     assert np.array_equal(other.points, POINTS)
+    corners = other.regular_faces if name == "a.vtp" else other.cells.reshape(-1, 5)[:, 1:]
+    assert np.array_equal(corners, mesh.faces if name == "a.vtp" else mesh.tets)
     assert np.array_equal(other.cell_data[label_name], LABELS)
     assert other.cell_data[label_name].dtype == np.int32
