@@ -79,7 +79,6 @@ def felzenszwalb_segments(
     threads = checked_threads(n_threads)
     lowest = lowest_vertices(checked.vertices, weld, threads)
     normals = mean_normals(checked, lowest)
-    segments = _core.mesh_segments(
-        checked.vertices, normals, checked.faces, lowest, limit, least, threads
-    )
-    return ranked_labels(segments)[0]
+    ends = lowest[checked.faces][:, [0, 1, 0, 2, 2, 1]].ravel()
+    segments = _core.graph_segments(checked.vertices, normals, ends, limit, least, threads)
+    return ranked_labels(segments[lowest])[0]

@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from superfacets import _core
 from superfacets.base.checks import checked_count, checked_number, checked_threads
 from superfacets.base.timing import timed
 from superfacets.base.types import Floats, Ints, Longs, Singles
@@ -292,10 +291,7 @@ class _Affinity:
         """
         from scipy.sparse import csr_array
 
-        ordered = graph.ordered(self.n_threads)
-        offsets, columns, values = _core.path_lengths_within(
-            ordered, reach, graph.unit, self.n_threads
-        )
+        offsets, columns, values = near_path_lengths(graph, reach)
         values *= np.float32(-1 / self.width)
         np.exp(values, out=values)
         for first in range(0, graph.n_cells, _N_ROWS):
@@ -325,6 +321,56 @@ def _check_memory(cells: FaceCells, n_faces: int, reach: float | None, max_memor
             f"normalized cuts of {n_faces} faces{what} need {n_bytes / 1e9:.3g} GB but max_memory"
             f" is {max_memory / 1e9:.3g} GB: {advice}"
         )
+
+
+def near_path_lengths(graph: CellGraph, reach: float) -> tuple[Longs, Ints, Singles]:
+    """Return path lengths between cells at a distance of at most `reach`, in CSR form.
+
+    Paths pass only through cells within `reach` of their source. So the paths from cell i to j and
+    from j to i may differ in length, or only one of them may exist.
+    """
+    from scipy.spatial import KDTree
+
+    tree = KDTree(graph.positions)
+    rows = [
+        _rows_of_near(graph, tree, np.arange(first, min(first + _N_ROWS, graph.n_cells)), reach)
+        for first in range(0, graph.n_cells, _N_ROWS)
+    ]
+    counts, columns, lengths = (np.concatenate(parts) for parts in zip(*rows, strict=True))
+    return np.concatenate([[0], np.cumsum(counts)]), columns, lengths
+
+
+def _rows_of_near(
+    graph: CellGraph, tree: Any, sources: Longs, reach: float
+) -> tuple[Longs, Ints, Singles]:
+    """Return rows of `near_path_lengths`: the size of each, and columns and lengths of all.
+
+    Each row has its own copies of the cells in reach, so that one search finds the paths of all.
+    """
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import dijkstra
+
+    near = tree.query_ball_point(graph.positions[sources], reach, return_sorted=True)
+    counts = np.array([len(cells) for cells in near])
+    cells = np.concatenate(near).astype(np.int64)
+    keys = np.repeat(np.arange(len(sources)), counts) * graph.n_cells + cells
+    n_arcs = np.diff(graph.offsets)[cells]
+    ends = np.cumsum(n_arcs)
+    arcs = np.arange(ends[-1]) + np.repeat(graph.offsets[cells] - ends + n_arcs, n_arcs)
+    targets = np.repeat(keys - cells, n_arcs) + graph.neighbors[arcs]
+    places = np.minimum(np.searchsorted(keys, targets), len(keys) - 1)
+    is_near = keys[places] == targets
+    offsets = np.concatenate([[0], np.cumsum(is_near)])[np.concatenate([[0], ends])]
+    steps = graph.lengths[arcs[is_near]].astype(float), places[is_near], offsets
+    starts = np.searchsorted(keys, np.arange(len(sources)) * graph.n_cells + sources)
+    copies = csr_array(steps, shape=(len(keys), len(keys)))
+    lengths = dijkstra(copies, indices=starts, min_only=True)
+    is_reached = np.isfinite(lengths)
+    counts = np.add.reduceat(is_reached, np.cumsum(counts) - counts, dtype=np.int64)
+    return (
+        counts, cells[is_reached].astype(np.int32),
+        (lengths[is_reached] * graph.unit).astype(np.float32),
+    )  # fmt: skip
 
 
 def _path_lengths(graph: CellGraph, sources: Ints) -> Singles:

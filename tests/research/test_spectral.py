@@ -9,11 +9,11 @@ import pytest
 import shapes
 from models import read_off
 from research.baselines import affinity_embedding, normalized_cuts
-from research.baselines.spectral import _discretize, _leading_eigenvectors
+from research.baselines.spectral import _discretize, _leading_eigenvectors, near_path_lengths
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
-from superfacets import CellGraph, Mesh, MissingExtraError, _core, build_face_graph
+from superfacets import CellGraph, Mesh, MissingExtraError, build_face_graph
 from superfacets.paper import superfacet_weights
 
 REACHES = [None, 3.0]
@@ -21,14 +21,12 @@ every_reach = pytest.mark.parametrize("reach", REACHES)
 
 
 def path_lengths(graph, sources):
-    return near_path_lengths(graph, 1e9)[sources]
+    return dense_path_lengths(graph, 1e9)[sources]
 
 
-def near_path_lengths(graph, reach, n_threads=1):
+def dense_path_lengths(graph, reach):
     """Return the lengths as a dense matrix, with infinity where there is no path."""
-    offsets, columns, values = _core.path_lengths_within(
-        graph.ordered(1), reach, graph.unit, n_threads
-    )
+    offsets, columns, values = near_path_lengths(graph, reach)
     dense = np.full((graph.n_cells, graph.n_cells), np.inf, np.float32)
     rows = np.repeat(np.arange(graph.n_cells), np.diff(offsets))
     assert all(np.all(np.diff(columns[a:b]) > 0) for a, b in pairwise(offsets))
@@ -89,7 +87,6 @@ def test_path_lengths_are_those_of_scipy(seed):
 
 
 def test_path_lengths_are_right_where_a_few_weights_are_huge(sheet_graph):
-    """With such weights, the search uses a heap instead of buckets."""
     weights = np.array(sheet_graph.weights)
     weights[np.random.default_rng(0).uniform(size=len(weights)) < 0.01] *= 1e6
     graph = CellGraph(
@@ -113,14 +110,8 @@ def test_near_path_lengths_are_those_of_halted_expansions(seed):
     graph = shapes.random_graph(120, 300, seed)
     for reach in (0.0, 0.5, 1.0):
         expected = [halted_lengths(graph, cell, reach) for cell in range(120)]
-        assert np.array_equal(near_path_lengths(graph, reach), expected)
-    assert np.array_equal(near_path_lengths(graph, 10.0), scipy_path_lengths(graph))
-
-
-def test_path_lengths_do_not_depend_on_the_number_of_threads(sheet_graph):
-    assert np.array_equal(
-        near_path_lengths(sheet_graph, 0.2), near_path_lengths(sheet_graph, 0.2, 3)
-    )
+        assert np.array_equal(dense_path_lengths(graph, reach), expected)
+    assert np.array_equal(dense_path_lengths(graph, 10.0), scipy_path_lengths(graph))
 
 
 def test_path_lengths_from_no_cell_are_an_empty_array(sheet_graph):

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cmath>
+#include <compare>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -22,6 +23,8 @@ inline constexpr Label kNoLabel = -1;
 
 struct Point {
   double x, y, z;
+
+  auto operator<=>(const Point&) const = default;  // by x, then y, then z
 };
 static_assert(sizeof(Point) == 3 * sizeof(double),
               "a Point must have the memory layout of a row of an (N, 3) array");

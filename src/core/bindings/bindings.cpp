@@ -8,7 +8,6 @@ NB_MODULE(_core, module) {
   superfacets::bind_cells(module);
   superfacets::bind_spatial(module);
   superfacets::bind_spectral(module);
-  superfacets::bind_paths(module);
   superfacets::bind_clustering(module);
   superfacets::bind_regions(module);
   superfacets::bind_text(module);

@@ -264,7 +264,6 @@ void bind_mesh(nb::module_& module);        // stage 0: checks and geometry of m
 void bind_cells(nb::module_& module);       // stages 1 and 2: graphs of cells, weights of arcs
 void bind_spatial(nb::module_& module);     // spatial search and sorting
 void bind_spectral(nb::module_& module);    // diffusion and eigenvectors
-void bind_paths(nb::module_& module);       // shortest paths
 void bind_clustering(nb::module_& module);  // stages 3 and 4: seeds and regions
 void bind_regions(nb::module_& module);     // stage 5: borders and region graphs
 void bind_text(nb::module_& module);

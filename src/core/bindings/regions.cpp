@@ -82,15 +82,9 @@ auto cut_through_faces(Points vertices, Triangles faces, Integers representative
                      {n_rounds, n_steps, n_balances, margin}, team);
 }
 
-std::int64_t segments_of_graph(Points positions, Points normals, Integers ends, double threshold,
+Buffer<Cell> segments_of_graph(Points positions, Points normals, Integers ends, double threshold,
                                std::int64_t least, ThreadTeam& team) {
-  return count_graph_segments(positions, normals, ends, {threshold, least}, team);
-}
-
-Buffer<Vertex> segments_of_vertices(Points positions, Points normals, Triangles faces,
-                                    Integers representative, double threshold, std::int64_t least,
-                                    ThreadTeam& team) {
-  return mesh_segments(positions, normals, faces, representative, {threshold, least}, team);
+  return graph_segments(positions, normals, ends, {threshold, least}, team);
 }
 
 Buffer<Label> labels_spread(Offsets offsets, Integers neighbors, Points positions, Points normals,
@@ -147,10 +141,8 @@ void bind_regions(nb::module_& module) {
   module.def("cut_borders", threaded(&cut_through_faces), "vertices"_a, "faces"_a,
              "representative"_a, "labels"_a, "n_labels"_a, "is_kept"_a, "n_rounds"_a, "n_steps"_a,
              "n_balances"_a, "margin"_a, "n_threads"_a);
-  module.def("count_graph_segments", threaded(&segments_of_graph), "positions"_a, "normals"_a,
-             "ends"_a, "threshold"_a, "least"_a, "n_threads"_a);
-  module.def("mesh_segments", threaded(&segments_of_vertices), "positions"_a, "normals"_a,
-             "faces"_a, "representative"_a, "threshold"_a, "least"_a, "n_threads"_a);
+  module.def("graph_segments", threaded(&segments_of_graph), "positions"_a, "normals"_a, "ends"_a,
+             "threshold"_a, "least"_a, "n_threads"_a);
   module.def("spread_labels", threaded(&labels_spread), "offsets"_a, "neighbors"_a, "positions"_a,
              "normals"_a, "labels"_a, "hints"_a, "n_threads"_a);
   module.def("share_vertices", threaded(&vertices_shared), "vertices"_a, "labels"_a, "winners"_a,

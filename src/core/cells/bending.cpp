@@ -114,10 +114,8 @@ Bends find_bends(std::span<const Point> positions, std::span<const Point> normal
   constexpr Bend kFlat{0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F};
   const auto n_points = static_cast<std::int64_t>(positions.size());
   const auto for_each_bend = [&](const auto& take) {
-    team.for_each_block(n_points, [&](std::int64_t begin, std::int64_t end) {
-      for (const Cell point : order.subspan(begin, end - begin)) {
-        take(point, squared_norm(normals[point]) > 0.0);
-      }
+    team.for_each_index(n_points, [&](std::int64_t place) {
+      take(order[place], squared_norm(normals[order[place]]) > 0.0);
     });
   };
   Buffer<Bend> fitted(n_points);

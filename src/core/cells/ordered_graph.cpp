@@ -100,15 +100,11 @@ OrderedGraph::OrderedGraph(PlacedCells&& placed, const WeightedArcs& input, Thre
 
 bool OrderedGraph::all_lead_back(ThreadTeam& team) const {
   std::atomic<bool> all = true;
-  auto check_range = [&](std::int64_t begin, std::int64_t end) {
-    for (auto place = static_cast<Place>(begin); place < end; ++place) {
-      const auto leaving = arcs_of(place);
-      const bool lead_back =
-          std::ranges::all_of(leaving, [&](const Arc& arc) { return leads_back(place, arc); });
-      if (!lead_back) all = false;
-    }
-  };
-  team.for_each_block(n_cells(), check_range);
+  team.for_each_index(n_cells(), [&](Place place) {
+    const bool lead_back =
+        std::ranges::all_of(arcs_of(place), [&](const Arc& arc) { return leads_back(place, arc); });
+    if (!lead_back) all = false;
+  });
   return all;
 }
 

@@ -68,23 +68,21 @@ void cut_off(const NeighborSearch& search, const PointGraphOptions& options, Fou
   const std::size_t n_columns = options.n_neighbors;
   const double squared_cutoff = options.cutoff * options.cutoff;
   Buffer<double> areas(found.areas.size());
-  team.for_each_block(search.n_points(), [&](std::int64_t begin, std::int64_t end) {
-    for (auto place = static_cast<Place>(begin); place < end; ++place) {
-      double sum_of_squares = 0.0;
-      std::size_t n_kept = 0;
-      for (Place& near : found.rows.span().subspan(n_columns * place, n_columns)) {
-        if (near == kNoPlace) continue;
-        const double squared = squared_norm(search.position_at(near) - search.position_at(place));
-        const double smaller = std::min(found.areas[place], found.areas[near]);
-        if (squared > squared_cutoff * smaller) {
-          near = kNoPlace;
-        } else {
-          sum_of_squares += squared;
-          ++n_kept;
-        }
+  team.for_each_index(search.n_points(), [&](Place place) {
+    double sum_of_squares = 0.0;
+    std::size_t n_kept = 0;
+    for (Place& near : found.rows.span().subspan(n_columns * place, n_columns)) {
+      if (near == kNoPlace) continue;
+      const double squared = squared_norm(search.position_at(near) - search.position_at(place));
+      const double smaller = std::min(found.areas[place], found.areas[near]);
+      if (squared > squared_cutoff * smaller) {
+        near = kNoPlace;
+      } else {
+        sum_of_squares += squared;
+        ++n_kept;
       }
-      areas[place] = area_around(sum_of_squares, n_kept);
     }
+    areas[place] = area_around(sum_of_squares, n_kept);
   });
   found.areas = std::move(areas);
 }
@@ -183,15 +181,13 @@ class ArcBuilder {
   // Calls take(a, b) once for each pair of points that are joined by arcs, on any thread.
   template <typename Take>
   void for_each_pair(const Take& take) const {
-    const auto pairs_of_places = [&](std::int64_t begin, std::int64_t end) {
-      for (auto place = static_cast<Place>(begin); place < end; ++place) {
-        for (const Place near : rows_.row(place)) {
-          if (near == kNoPlace || (near < place && has(near, place))) continue;
-          take(place, near);
-        }
+    const auto take_pairs_of = [&](Place place) {
+      for (const Place near : rows_.row(place)) {
+        if (near == kNoPlace || (near < place && has(near, place))) continue;
+        take(place, near);
       }
     };
-    team_.for_each_block(n_distinct(), pairs_of_places, kPlacesPerTask);
+    team_.for_each_index(n_distinct(), take_pairs_of, kPlacesPerTask);
     team_.for_each_index(std::ssize(places_of_copies_), [&](std::int64_t copy) {
       take(static_cast<Place>(n_distinct() + copy), places_of_copies_[copy]);
     });

@@ -142,21 +142,17 @@ Buffer<std::uint8_t> find_point_ridges(std::span<const Point> positions,
   const RidgeFinder finder(positions, normals, arcs, bends, radius);
   Buffer<std::uint8_t> is_on(positions.size());
   const auto n_points = std::ssize(order);
-  team.for_each_block(n_points, [&](std::int64_t begin, std::int64_t end) {
-    for (const Cell point : order.subspan(begin, end - begin)) {
-      is_on[point] = static_cast<std::uint8_t>(finder.is_on_ridge(point));
-    }
+  team.for_each_index(n_points, [&](std::int64_t place) {
+    is_on[order[place]] = static_cast<std::uint8_t>(finder.is_on_ridge(order[place]));
   });
   // Noise leaves gaps in a ridge, and regions would leak through the gaps. Marking neighbors of
   // ridge points closes the gaps.
   Buffer<std::uint8_t> is_near(positions.size());
-  team.for_each_block(n_points, [&](std::int64_t begin, std::int64_t end) {
-    for (const Cell point : order.subspan(begin, end - begin)) {
-      const auto neighbors = arcs.neighbors(point);
-      const bool is_beside = std::any_of(neighbors.begin(), neighbors.end(),
-                                         [&](Cell neighbor) { return is_on[neighbor] != 0; });
-      is_near[point] = static_cast<std::uint8_t>(is_on[point] != 0 || is_beside);
-    }
+  team.for_each_index(n_points, [&](std::int64_t place) {
+    const Cell point = order[place];
+    const bool is_beside = std::ranges::any_of(arcs.neighbors(point),
+                                               [&](Cell neighbor) { return is_on[neighbor] != 0; });
+    is_near[point] = static_cast<std::uint8_t>(is_on[point] != 0 || is_beside);
   });
   return is_near;
 }

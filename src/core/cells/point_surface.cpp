@@ -1,7 +1,5 @@
 #include "cells/point_surface.hpp"
 
-#include "base/elementary.hpp"
-
 namespace superfacets {
 namespace {
 
@@ -28,9 +26,8 @@ double PointSurface::border_length(Cell from, std::int64_t arc) const {
 double PointSurface::angle(Cell from, std::int64_t arc) const {
   if (normals_.empty()) return 0.0;
   const Cell to = arcs().targets[arc];
-  const Fold fold = fold_of(normals_[from], normals_[to], positions_[to] - positions_[from]);
-  const double theta = arctangent(fold.sine, fold.cosine);
-  return fold.is_concave(false) ? theta : -theta;
+  return fold_of(normals_[from], normals_[to], positions_[to] - positions_[from])
+      .signed_angle(false);
 }
 
 void point_weights(const PointSurface& surface, const EdgeFactors& factors, ThreadTeam& team,
@@ -58,13 +55,12 @@ void point_weights(const PointSurface& surface, const EdgeFactors& factors, Thre
     return kCertainty * factors.alpha * (length > 0.0 ? length : surface.border_length(from, arc)) *
            angle / std::numbers::pi;  // eq. 2
   };
-  team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
-    for (const Cell point : surface.order().subspan(begin, end - begin)) {
-      for (const auto [arc, neighbor] : surface.arcs().steps(point)) {
-        const double geodesic = surface.step_length(point, arc);  // eq. 1
-        const double angular = has_costs ? cost(point, arc) : 0.0;
-        weights[arc] = (geodesic + angular) / factors.diagonal;  // eq. 3
-      }
+  team.for_each_index(surface.n_cells(), [&](Place place) {
+    const Cell point = surface.order()[place];
+    for (const auto [arc, neighbor] : surface.arcs().steps(point)) {
+      const double geodesic = surface.step_length(point, arc);  // eq. 1
+      const double angular = has_costs ? cost(point, arc) : 0.0;
+      weights[arc] = (geodesic + angular) / factors.diagonal;  // eq. 3
     }
   });
 }

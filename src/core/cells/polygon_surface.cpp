@@ -135,9 +135,7 @@ int PolygonSurface::corner_at(Face face, Vertex vertex) const {
     if (corners[corner] == vertex) return static_cast<int>(corner);
   }
   for (std::size_t corner = 0; corner < corners.size(); ++corner) {
-    if (is_same_position(vertices_[corners[corner]], vertices_[vertex])) {
-      return static_cast<int>(corner);
-    }
+    if (vertices_[corners[corner]] == vertices_[vertex]) return static_cast<int>(corner);
   }
   return -1;
 }
@@ -153,7 +151,7 @@ void PolygonSurface::sort_large_faces() {
     large.by_vertex = sorted;
     std::iota(sorted.begin(), sorted.end(), 0);
     std::ranges::stable_sort(
-        sorted, [&](int a, int b) { return position_key(corners[a]) < position_key(corners[b]); });
+        sorted, [&](int a, int b) { return vertices_[corners[a]] < vertices_[corners[b]]; });
     large.by_position = std::move(sorted);
   }
 }
@@ -165,12 +163,12 @@ int PolygonSurface::corner_of_large(Face face, Vertex vertex) const {
       std::lower_bound(large.by_vertex.begin(), large.by_vertex.end(), vertex,
                        [&](int corner, Vertex wanted) { return corners[corner] < wanted; });
   if (named != large.by_vertex.end() && corners[*named] == vertex) return *named;
-  const auto there = std::lower_bound(
-      large.by_position.begin(), large.by_position.end(), position_key(vertex),
-      [&](int corner, const auto& key) { return position_key(corners[corner]) < key; });
-  if (there == large.by_position.end() || position_key(corners[*there]) != position_key(vertex))
-    return -1;
-  return *there;
+  const auto there =
+      std::lower_bound(large.by_position.begin(), large.by_position.end(), vertices_[vertex],
+                       [&](int corner, const Point& p) { return vertices_[corners[corner]] < p; });
+  const bool is_there =
+      there != large.by_position.end() && vertices_[corners[*there]] == vertices_[vertex];
+  return is_there ? *there : -1;
 }
 
 }  // namespace superfacets

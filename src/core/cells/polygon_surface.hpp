@@ -1,7 +1,6 @@
 // Polygon meshes as cells: the measures of arcs between faces that share an edge.
 #pragma once
 
-#include <tuple>
 #include <unordered_map>
 
 #include "cells/triangle_surface.hpp"
@@ -46,10 +45,6 @@ class PolygonSurface final : public Surface {
   int corner_at(Face face, Vertex vertex) const;
   int corner_of_large(Face face, Vertex vertex) const;
   void sort_large_faces();
-  std::tuple<double, double, double> position_key(Vertex vertex) const {
-    const Point& p = vertices_[vertex];
-    return {p.x, p.y, p.z};
-  }
 
   static constexpr std::size_t kMaxInARow = 32;  // up to this size, a linear search is faster
 

@@ -37,12 +37,8 @@ struct TetSides {
 Triangle side_of(std::span<const Point> vertices, const Tet& tet, int side) {
   Triangle triangle{};
   for (int i = 0; i < 3; ++i) triangle.corners[i] = tet.corners[kSides[side][i]];
-  std::sort(std::begin(triangle.corners), std::end(triangle.corners), [&](Vertex a, Vertex b) {
-    const Point& p = vertices[a];
-    const Point& q = vertices[b];
-    if (p.x != q.x) return p.x < q.x;
-    return p.y != q.y ? p.y < q.y : p.z < q.z;
-  });
+  std::sort(std::begin(triangle.corners), std::end(triangle.corners),
+            [&](Vertex a, Vertex b) { return vertices[a] < vertices[b]; });
   return triangle;
 }
 

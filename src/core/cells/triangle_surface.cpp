@@ -116,7 +116,7 @@ int TriangleSurface::corner_at(Face face, Vertex vertex) const {
     if (corners[corner] == vertex) return corner;
   }
   for (int corner = 0; corner < 3; ++corner) {
-    if (is_same_position(vertices_[corners[corner]], vertices_[vertex])) return corner;
+    if (vertices_[corners[corner]] == vertices_[vertex]) return corner;
   }
   return -1;
 }

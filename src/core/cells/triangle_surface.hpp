@@ -44,10 +44,6 @@ inline Fold fold_of(const Point& normal_from, const Point& normal_to, const Poin
           dot(normal_from - normal_to, step)};
 }
 
-inline bool is_same_position(const Point& p, const Point& q) {
-  return p.x == q.x && p.y == q.y && p.z == q.z;
-}
-
 // Decides which normal is flipped if two neighboring faces traverse their edge in the same
 // direction. Returns true for the second face, and false for the first. The normal of the smaller
 // face is flipped. If the areas are equal, the normal of the face with the higher index is flipped.

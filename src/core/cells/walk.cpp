@@ -1,6 +1,6 @@
 #include "cells/walk.hpp"
 
-#include <numeric>
+#include "base/lists.hpp"
 
 namespace superfacets {
 namespace {
@@ -71,22 +71,17 @@ class Walker {
 Buffer<Cell> walk_regions(const Arcs& arcs, std::span<const Label> labels, Label n_regions,
                           ThreadTeam& team) {
   SUPERFACETS_ASSERT(std::cmp_equal(labels.size(), arcs.n_cells()));
-  std::vector<std::int64_t> ends(n_regions, 0);
-  for (const Label label : labels) {
-    if (label != kNoLabel) ++ends[label];
-  }
-  std::int64_t total = 0;
-  for (std::int64_t& end : ends) total += std::exchange(end, total);
-  Buffer<Cell> cells(total);
-  for (Cell cell = 0; std::cmp_less(cell, labels.size()); ++cell) {
-    if (labels[cell] != kNoLabel) cells[ends[labels[cell]]++] = cell;
-  }
+  Lists<Cell> cells = group<Cell>(n_regions, [&](const auto& add) {
+    for (Cell cell = 0; cell < arcs.n_cells(); ++cell) {
+      if (labels[cell] != kNoLabel) add(labels[cell], cell);
+    }
+  });
   Walker walker(arcs, labels);
   team.for_each(n_regions, [&](std::int64_t region, int) {
-    const std::int64_t begin = region == 0 ? 0 : ends[region - 1];
-    walker.walk(cells.span().subspan(begin, ends[region] - begin));
+    const std::int64_t begin = cells.offsets[region];
+    walker.walk(cells.entries.span().subspan(begin, cells.offsets[region + 1] - begin));
   });
-  return cells;
+  return std::move(cells.entries);
 }
 
 }  // namespace superfacets

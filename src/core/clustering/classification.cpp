@@ -1,5 +1,7 @@
 #include "clustering/classification.hpp"
 
+#include "base/lists.hpp"
+
 namespace superfacets {
 namespace {
 
@@ -80,17 +82,10 @@ void Classification::start_moved() {
 }
 
 void Classification::adopt_orphans() {
-  std::mutex mutex;
-  std::vector<Place> orphans;
-  auto find_orphans = [&](std::int64_t begin, std::int64_t end) {
-    std::vector<Place> found;
-    for (auto place = static_cast<Place>(begin); place < end; ++place) {
-      if (exact_.path(place).label == kNoLabel) found.push_back(place);
-    }
-    const std::scoped_lock lock(mutex);
-    orphans.insert(orphans.end(), found.begin(), found.end());
+  const auto add_orphan = [&](Place place, std::vector<Place>& found) {
+    if (exact_.path(place).label == kNoLabel) found.push_back(place);
   };
-  team_.for_each_block(graph_.n_cells(), find_orphans);
+  Buffer<Place> orphans = gather<Place>(graph_.n_cells(), add_orphan, team_);
   std::ranges::sort(orphans, [&](Place a, Place b) { return graph_.cells[a] < graph_.cells[b]; });
   for (const Place orphan : orphans) {
     if (exact_.path(orphan).label != kNoLabel) continue;

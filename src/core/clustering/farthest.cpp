@@ -25,10 +25,8 @@ FarthestPoints::FarthestPoints(const OrderedGraph& graph, ThreadTeam& team)
 
 void FarthestPoints::summarize_all() {
   for (std::size_t level = 0; level < summaries_.size(); ++level) {
-    auto summarize_range = [&](std::int64_t begin, std::int64_t end) {
-      for (std::int64_t index = begin; index < end; ++index) summarize(level, index);
-    };
-    team_.for_each_block(std::ssize(summaries_[level]), summarize_range);
+    team_.for_each_index(std::ssize(summaries_[level]),
+                         [&](std::size_t index) { summarize(level, index); });
   }
 }
 

@@ -73,10 +73,8 @@ Buffer<Label> join_loose_pieces(const Arcs& arcs, std::span<const float> lengths
   SUPERFACETS_ASSERT(std::ssize(lengths) == arcs.n_arcs());
   SUPERFACETS_ASSERT(all_below(centers, arcs.n_cells()));
   const std::vector<Cell> loose = loose_cells(find_components(arcs, labels, team), labels, centers);
-  Buffer<Label> joined(labels.size());
-  std::ranges::copy(labels, joined.begin());
-  if (loose.empty()) return joined;
-  PieceJoiner joiner(arcs, lengths, std::move(joined));
+  if (loose.empty()) return copy_of(labels);
+  PieceJoiner joiner(arcs, lengths, copy_of(labels));
   joiner.join(loose, crease_limit);
   return std::move(joiner).take_labels();
 }

@@ -272,21 +272,17 @@ void place_unreached(const OrderedGraph& graph, const SeededComponents& componen
   }
 }
 
-// Repeatedly adds the cell with the longest path from its nearest seed, until there are n_seeds
-// seeds.
-void add_farthest(LongestPaths& paths, Cell n_seeds, std::vector<Place>& seeds) {
+// Repeatedly adds the cell that is farthest from its nearest seed, until there are n_seeds seeds.
+template <typename Distances>
+void add_farthest(Distances& distances, Cell n_seeds, std::vector<Place>& seeds) {
   while (std::cmp_less(seeds.size(), n_seeds)) {
-    seeds.push_back(paths.farthest());
-    paths.place(seeds.back());
+    seeds.push_back(distances.farthest());
+    distances.place(seeds.back());
   }
 }
 
-// Integer coordinates of a cube of the grid. The coordinates are stored as doubles, which cannot
-// overflow.
-struct Cube {
-  double x, y, z;
-  bool operator==(const Cube&) const = default;
-};
+// Integer coordinates of a cube of the grid, as doubles, which cannot overflow.
+using Cube = Point;
 
 struct CubeHash {
   std::size_t operator()(const Cube& cube) const {
@@ -326,10 +322,7 @@ std::vector<Cell> farthest_seeds(const OrderedGraph& graph, Cell first, Cell n_s
     points.leave_out([&](Place place) { return !components.is_seeded(place); });
   }
   for (const Place seed : seeds) points.place(seed);
-  while (std::cmp_less(seeds.size(), n_seeds)) {
-    seeds.push_back(points.farthest());
-    points.place(seeds.back());
-  }
+  add_farthest(points, n_seeds, seeds);
   return graph.cells_at(seeds);
 }
 

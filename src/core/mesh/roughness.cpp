@@ -19,10 +19,6 @@ constexpr int kMaxFaces = 256;
 // that all points are on a conic, so that the fit is not unique.
 constexpr double kMinPivot = 1e-9;
 
-bool is_same(const Point& p, const Point& q) {
-  return p.x == q.x && p.y == q.y && p.z == q.z;
-}
-
 std::uint64_t code_of(std::uint64_t bits) {
   return bits * 0x9E3779B97F4A7C15;
 }
@@ -149,7 +145,7 @@ class Surroundings {
     const Point& point = vertices_[vertex];
     if (!known_.may_have(point)) return -1;
     for (int i = 0; i < n; ++i) {
-      if (is_same(points_[i], point)) return i;
+      if (points_[i] == point) return i;
     }
     return -1;
   }

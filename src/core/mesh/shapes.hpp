@@ -6,7 +6,6 @@
 // with boxes therefore has the same result, bit for bit, as an exhaustive search.
 #pragma once
 
-#include <tuple>
 #include <utility>
 
 #include "base/box.hpp"
@@ -44,9 +43,9 @@ class TriangleShape {
  public:
   TriangleShape() = default;
   TriangleShape(const Point& a, const Point& b, const Point& c) : a_(a), b_(b), c_(c) {
-    if (precedes(b_, a_)) std::swap(a_, b_);
-    if (precedes(c_, b_)) std::swap(b_, c_);
-    if (precedes(b_, a_)) std::swap(a_, b_);
+    if (b_ < a_) std::swap(a_, b_);
+    if (c_ < b_) std::swap(b_, c_);
+    if (b_ < a_) std::swap(a_, b_);
   }
 
   Box box() const {
@@ -79,10 +78,6 @@ class TriangleShape {
   // Threshold for the squared sine of the angle at the first corner. Below the threshold,
   // barycentric coordinates consist of rounding errors.
   static constexpr double kFlat = 1e-20;
-
-  static bool precedes(const Point& a, const Point& b) {
-    return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
-  }
 
   Point a_, b_, c_;
 };

@@ -35,10 +35,6 @@ std::uint64_t hash(Point p) {
   return mix(x + std::rotl(y, 22) + std::rotl(z, 43));
 }
 
-bool same_position(Point a, Point b) {
-  return a.x == b.x && a.y == b.y && a.z == b.z;
-}
-
 // Hash table from positions to the vertex of lowest index at each position, with open addressing
 // and linear probing, at most half full. An occupied slot never changes its position, and all
 // threads probe in the same order. So threads agree on one slot per position without a lock.
@@ -63,7 +59,7 @@ class PositionTable {
           owner.compare_exchange_strong(seen, vertex, std::memory_order_relaxed)) {
         return slot;
       }
-      if (!same_position(vertices_[seen], vertices_[vertex])) continue;
+      if (vertices_[seen] != vertices_[vertex]) continue;
       is_shared = true;
       while (vertex < seen &&
              !owner.compare_exchange_weak(seen, vertex, std::memory_order_relaxed)) {

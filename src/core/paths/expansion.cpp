@@ -55,13 +55,6 @@ void Expansion::clear() {
   active_.clear();
 }
 
-void Expansion::restore(std::span<const PathLength> lengths, std::span<const Label> labels) {
-  SUPERFACETS_ASSERT(active_.empty() && lengths.size() == lengths_.size() &&
-                     labels.size() == labels_.size());
-  std::ranges::copy(lengths, lengths_.begin());
-  std::ranges::copy(labels, labels_.begin());
-}
-
 void Expansion::lengthen(std::span<const PathLength> by_label) {
   SUPERFACETS_ASSERT(graph_.is_symmetric && active_.empty());
   team_.for_each(n_chunks(), [&](std::int64_t chunk, int) { lengthen_chunk(chunk, by_label); });

@@ -45,9 +45,6 @@ class Expansion {
   // Adds a center. The path to the center itself has the length 0.
   void start(Place center, Label label) { propose({center, {0, label}}); }
 
-  // Replaces the paths to all cells. No arc may improve any of the new paths.
-  void restore(std::span<const PathLength> lengths, std::span<const Label> labels);
-
   // Adds a path that was found by another algorithm.
   void propose(Place place, const Path& path) { propose({place, path}); }
 

@@ -132,9 +132,8 @@ void MovingRegions::prefetch_arcs(Cell cell) const {
   surface_.prefetch_cell(cell, arc);
 }
 
-bool MovingRegions::may_leave(Cell cell) {
+bool MovingRegions::may_leave(Cell cell) const {
   if ((marks_[cell] & kFixed) != 0 || arcs().neighbors(cell).size() > kMaxArcs) return false;
-  marks_[cell] |= kWasTried;
   return stays_connected_without(surface_, labels_.span(), cell);
 }
 

@@ -22,7 +22,7 @@ class MovingRegions {
 
   Label label(Cell cell) const { return labels_[cell]; }
   bool is_at_border(Cell cell) const { return arcs().is_at_border(cell, labels()); }
-  bool may_leave(Cell cell);
+  bool may_leave(Cell cell) const;
 
   // Costs of the borders that the arcs of a cell cross. The costs are computed at the first call
   // for a cell, because few arcs are near a border.
@@ -58,13 +58,12 @@ class MovingRegions {
  private:
   static constexpr std::uint8_t kFixed = 1;
   static constexpr std::uint8_t kHasCosts = 2;
-  static constexpr std::uint8_t kWasTried = 4;
 
   const Surface& surface_;
   const BorderCosts border_costs_;
   const std::span<const Label> first_labels_;
   Buffer<Label> labels_;
-  Buffer<std::uint8_t> marks_;  // (N,) combination of kFixed, kHasCosts and kWasTried
+  Buffer<std::uint8_t> marks_;  // (N,) combination of kFixed and kHasCosts
   // (N,) value of travel(cell); only set for cells outside their initial region.
   Buffer<float> travels_;
   Buffer<float> costs_;  // (M,) border costs of arcs; only set for the arcs of cells with kHasCosts

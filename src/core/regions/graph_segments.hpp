@@ -15,26 +15,18 @@ struct SegmentLimits {
   std::int64_t least;  // minimum number of nodes of a segment
 };
 
-// Returns the number of segments with at least `least` nodes, computed with the method of
-// Felzenszwalb and Huttenlocher ("Efficient Graph-Based Image Segmentation", 2004). Edge i leads
+// Returns the segment of each node, by the method of Felzenszwalb and Huttenlocher ("Efficient
+// Graph-Based Image Segmentation", 2004). Segments are numbered by their lowest nodes. Edge i leads
 // from node ends[2 i] to node ends[2 i + 1]. The weight of an edge is its crease_weight. An edge is
 // convex if the normal at its end points forward along the edge, so an edge and its reverse may
 // have different weights. Edges are processed in ascending order of weight, and in input order if
 // weights are equal. In a first pass, an edge joins the two segments at its ends if its weight is
 // at most the limit of both segments. The limit of a segment is threshold / size, plus the weight
 // of the last edge that joined the segment. In a second pass, edges join segments smaller than
-// `least` to neighboring segments. The worst-case time is O(E log V).
-std::int64_t count_graph_segments(std::span<const Point> positions, std::span<const Point> normals,
-                                  std::span<const Vertex> ends, const SegmentLimits& limits,
-                                  ThreadTeam& team);
-
-// Returns for each vertex of a mesh some vertex that represents its segment. Each face (a, b, c)
-// has the edges (a, b), (a, c) and (c, b). Corners are replaced by representative[vertex] (see
-// weld_vertices). Connected components with fewer than `least` nodes, which count_graph_segments
-// does not count, are segments too.
-Buffer<Vertex> mesh_segments(std::span<const Point> positions, std::span<const Point> normals,
-                             std::span<const Triangle> faces,
-                             std::span<const Vertex> representative, const SegmentLimits& limits,
-                             ThreadTeam& team);
+// `least` to neighboring segments. A smaller connected component is one segment. The worst-case
+// time is O(E log V).
+Buffer<Cell> graph_segments(std::span<const Point> positions, std::span<const Point> normals,
+                            std::span<const Vertex> ends, const SegmentLimits& limits,
+                            ThreadTeam& team);
 
 }  // namespace superfacets

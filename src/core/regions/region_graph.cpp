@@ -172,12 +172,10 @@ std::vector<RegionShape> measure_regions(const Surface& surface, std::span<const
     }
   });
   std::vector<RegionShape> shapes(n_regions);
-  const auto measure_range = [&](std::int64_t begin, std::int64_t end) {
-    for (auto region = begin; region < end; ++region) {
-      shapes[region] = measure_region(surface, members[region]);
-    }
+  const auto measure = [&](Label region) {
+    shapes[region] = measure_region(surface, members[region]);
   };
-  team.for_each_block(n_regions, measure_range, kRegionBlock);
+  team.for_each_index(n_regions, measure, kRegionBlock);
   return shapes;
 }
 

@@ -132,7 +132,7 @@ ParsedLines<Value> parse_lines(const LineSpans& lines, ThreadTeam& team,
   ParsedLines<Value> parsed{Buffer<Value>(firsts[n_chunks]), {}};
   std::vector<std::vector<std::int64_t>> left_out(n_chunks);
 
-  auto parse_chunk = [&](std::int64_t chunk) {
+  team.for_each(n_chunks, [&](std::int64_t chunk, int) {
     Value* first = parsed.values.data() + firsts[chunk];
     const std::int64_t end = std::min(n_lines, (chunk + 1) * kLinesAtOnce);
     for (std::int64_t line = chunk * kLinesAtOnce; line < end; ++line) {
@@ -144,11 +144,7 @@ ParsedLines<Value> parse_lines(const LineSpans& lines, ThreadTeam& team,
       }
       first += values.size();
     }
-  };
-  auto parse_chunks = [&](std::int64_t first_chunk, std::int64_t last_chunk) {
-    for (std::int64_t chunk = first_chunk; chunk < last_chunk; ++chunk) parse_chunk(chunk);
-  };
-  team.for_each_block(n_chunks, parse_chunks, 1);
+  });
   for (const auto& some : left_out) {
     parsed.left_out.insert(parsed.left_out.end(), some.begin(), some.end());
   }

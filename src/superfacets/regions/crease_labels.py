@@ -50,9 +50,9 @@ class VertexEdges(NamedTuple):
         ends = np.ascontiguousarray(pairs, np.int32).ravel()
         if ends.size and not 0 <= ends.min() <= ends.max() < len(self.positions):
             raise ValueError(f"pairs must be vertices from 0 to {len(self.positions) - 1}")
-        return _core.count_graph_segments(
-            self.positions, self.normals, ends, threshold, least, n_threads
-        )
+        segments = _core.graph_segments(*self[2:], ends, threshold, least, n_threads)
+        sizes = np.bincount(segments)[np.flatnonzero(np.bincount(segments[ends]))]
+        return int(np.count_nonzero(sizes >= least))
 
     def grown(self, labels: Ints, counts: Ints, least: int) -> Ints:
         """Return new labels of all vertices, after growing regions to `least` vertices if possible.
