@@ -206,7 +206,8 @@ def test_vertices_keep_to_the_cells_on_their_side_of_barriers(method):
     area_of = sf.pool(parcels, sf.face_labels(mesh, areas), how="majority", mesh=mesh)
     assert np.array_equal(found >= 0, areas >= 0)
     assert np.array_equal(area_of[found[found >= 0]], areas[found >= 0])
-    assert np.array_equal(np.unique(found[found >= 0]), np.arange(parcels.n_segments))
+    if method != "majority":  # where faces vote, a region may win no vertex
+        assert np.array_equal(np.unique(found[found >= 0]), np.arange(parcels.n_segments))
     across = sf.vertex_labels(mesh, parcels, method=method)
     assert (area_of[across[across >= 0]] != areas[across >= 0]).any()
     with pytest.raises(ValueError, match="barriers must have one value per vertex"):
