@@ -102,18 +102,16 @@ def smooth_borders(
     .. math:: |e| \exp\left(-\frac{w - g}{6 r}\right)
 
     where w is the weight of the arc across the edge, g is the length of the path between the two
-    centroids through the midpoint of the edge, and r is the expected radius of a region. The
-    difference w - g is the cost of the crease, so borders in creases have a low cost. With this
-    cost alone, small regions would shrink, and regions on regular grids could become elongated. A
-    stiffness s prevents this by an additional cost, which depends on the areas :math:`A_i` of the
-    regions, and on their initial areas :math:`A_{0,i}` and centroids :math:`x_{0,i}`:
+    centroids through the midpoint of the edge, and r is the expected radius of a region. So borders
+    in creases have a low cost. A stiffness s keeps small regions from shrinking, by a cost of
+    changed areas :math:`A_i` and of the distance from initial centroids :math:`x_{0,i}`:
 
     .. math:: \frac{s}{r} \sum_i \left( \frac{(A_i - A_{0,i})^2}{2 A_{0,i}}
         + \frac{0.13}{r^2} \int_i |x - x_{0,i}|^2 dA \right)
 
     Connected faces of a region stay connected, and no region vanishes. Connectivity is tested
-    locally, so some valid moves are rejected at edges of three or more faces. A face with more than
-    256 arcs keeps its label.
+    locally, which rejects some valid moves at edges of three or more faces. Faces with more than
+    256 arcs keep their labels.
 
     Parameters
     ----------
@@ -127,11 +125,10 @@ def smooth_borders(
         bounding box. The default is `crease_weights` for the radius r = sqrt(A / (pi K)), with
         ``hollows=False``. For a `CellGraph`, the default is its own weights.
     centers : array_like of int, optional
-        Indices of cells that keep their labels. All indices must be different.
+        Indices of distinct cells that keep their labels.
     max_distance : float, default 1.0
-        Maximum distance that a border moves, >= 0, in units of r. It is measured as the length of
-        the path from a moved face to the initial border of its new region. This length includes the
-        cost of creases, so borders stay in creases.
+        Maximum distance that a border moves, >= 0, in units of r, along the path from a moved face
+        to the initial border of its new region. Creases on the path count as distance.
     stiffness : float, default 0.0
         Resistance of regions to changes of their area and position, >= 0. `segment` uses 1.5.
     weld, n_threads
@@ -151,14 +148,8 @@ def smooth_borders(
         If labels are not one integer >= -1 per cell, if a label from 0 to K - 1 is missing or all
         labels are -1, or if another parameter is not valid.
 
-    Notes
-    -----
-    Time is O(N + M) for N cells and M arcs, plus O(1) per face at a border for each of up to ten
-    sweeps.
-
     Examples
     --------
-    The zigzag border in a flat grid becomes straight:
 
     >>> from superfacets import Mesh
     >>> vertices = [[x, y, 0] for y in range(3) for x in range(3)]

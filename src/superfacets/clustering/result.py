@@ -60,10 +60,9 @@ class Segmentation:
     labels : ndarray of int32, shape (N,)
         Region of each face, from 0 to K - 1, in input order; -1 for faces outside the mask.
     centers : ndarray of int32, shape (K,)
-        Representative face of each region. Each face has the label of the center with the shortest
-        path to it, unless a later step changed the label: smoothing of borders, joining or merging
-        of regions, or balancing of sizes. For large regions, shortest paths are computed on groups
-        of faces.
+        Representative face of each region: the center with the shortest path to its faces, unless a
+        later step (smoothing, joining, merging, balancing) changed labels. For large regions,
+        shortest paths are computed on groups of faces.
     n_segments : int
         Number of regions, K.
     n_iter : int
@@ -71,37 +70,32 @@ class Segmentation:
     stop_reason : {"converged", "settled", "max_num_iter", "cancelled"}
         Reason why the loop stopped on the finest level on which it ran:
 
-        - ``"converged"``: The root mean square of the moves of the centers was at most ``tol`` * r,
-          where r is the expected radius.
-        - ``"settled"``: The same set of centers occurred twice, so that the loop would repeat the
-          same few states.
+        - ``"converged"``: The root mean square of the moves of centers was at most ``tol`` * r.
+        - ``"settled"``: The same set of centers occurred twice.
         - ``"max_num_iter"``: The maximum number of iterations was reached.
         - ``"cancelled"``: The callable ``callback`` returned False.
     n_unreached : int
-        Number of components that no center reached because they have no seed. If ``radius_factor``
-        is given, connected groups of faces that are too far from all centers are counted too. With
-        ``islands="keep"``, each of these components and groups becomes a region. With
-        ``islands="nearest"``, each of them joins the nearest region, unless barriers separate it
-        from all regions.
+        Number of components that no center reached because they have no seed and, with
+        ``radius_factor``, of connected groups of faces too far from all centers. Each of them
+        becomes a region or, with ``islands="nearest"``, joins the nearest region, unless barriers
+        separate it from all regions.
     n_extra_pieces : int
         Total number of connected pieces of all regions, minus K. It is 0 unless
         ``Sizes(cells=...)`` is given and no connected regions of this size were found.
     sliver_share : float or None
-        Fraction of the area, 0 to 1, in faces longer than 2 r and thinner than r / 2, where r is
-        the expected radius. If a mask is given, only faces inside it count. If the fraction is
-        above 0.1, regions become stripes, and `segment` warns. None for a `CellGraph`, because its
-        cells have no shape.
+        Fraction of the area, 0 to 1, inside the mask, in faces longer than 2 r and thinner than r /
+        2, where r is the expected radius. Above 0.1, regions become stripes, and `segment` warns.
+        None for a `CellGraph`.
     levels : tuple of LoopLevel
-        One record of the loop per level, from the coarsest groups of faces to all faces. The nested
-        levels of `hierarchy` are something else.
+        One record of the loop per level, from the coarsest groups of faces to all faces.
     timings : dict of str to float
         Wall time of each stage, in seconds.
     params : dict
-        Parameters of the segmentation. The entry ``"radius"`` is r in the unit of the vertices,
-        whether or not it was given. If it was given, the entry ``"n_segments"`` is None.
+        Parameters of the segmentation. The entry ``"radius"`` is always r, in the unit of the
+        vertices; if it was given, the entry ``"n_segments"`` is None.
     cells : Mesh, PolygonMesh, TetMesh, PointCloud, CellGraph or None
-        The segmented mesh, cloud or graph (not a copy). ``regions``, ``plot`` and ``view`` need it.
-        None if the result does not store them.
+        The segmented mesh, cloud or graph (not a copy), which ``regions``, ``plot`` and ``view``
+        need. None if it was not stored.
     """
 
     labels: Ints

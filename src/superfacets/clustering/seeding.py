@@ -33,41 +33,34 @@ def place_seeds(
     graph : CellGraph
     n_segments : int, optional
         Number of regions k, from 1 to N. The expected radius is then r = sqrt(A / (pi k)), where A
-        is the sum of all measures. The default is 150, or N for smaller graphs, unless a radius or
-        seeds are given.
+        is the sum of all measures. By default as in `segment`.
     radius : float, optional
         Expected radius r, > 0, in the unit of the positions. The number k is then A / (pi r^2),
         rounded.
     init : {"geodesic", "curve", "farthest", "flood", "grid"} or array_like of int
         Seeding method, or the seeds.
 
-        - ``"geodesic"``: Start with the central cell: the cell nearest to the centroid of all
-          cells. Then repeatedly add the cell with the longest path from its nearest seed. Seeds are
-          denser near creases. There are exactly k seeds, and time is O(N log N log k) in practice.
-          If there are several components, start with the central cells of all components except
-          islands, from the largest component to the smallest.
-        - ``"farthest"``: Like ``"geodesic"``, but with Euclidean distances. There are exactly k
-          seeds, and time is O((N + k) log N) in practice.
-        - ``"curve"``: Divide the Morton curve through all cells into 0.6 k parts, and use the
-          middle cell of each part as a seed. Place the remaining 0.4 k seeds as ``"geodesic"``
-          does. All parts have about the same weight. The weight of a cell is its measure times the
-          square root of the ratio of the total length of its arcs to the total distance of its
-          neighbors. There are exactly k seeds. Time is O(N + k log N).
-        - ``"flood"``: Visit cells in the order of their path length from the central cell. A cell
-          that no region has reached becomes the seed of a new region. This region expands to a
-          distance of 2 r. In each further component, start from the cell with the lowest index. The
-          number of seeds is close to k.
-        - ``"grid"``: Divide the bounding box into cubes of edge 2 r. In each cube that contains
-          cells, the seed is the cell nearest to the centroid of these cells. The number of seeds is
-          close to k.
-        - An array: the indices of the cells that are used as seeds.
+        - ``"geodesic"``: Start with the central cell, nearest to the centroid, of each component
+          except islands, from the largest component to the smallest. Then repeatedly add the cell
+          with the longest path from its nearest seed. Seeds are denser near creases. There are
+          exactly k seeds, and time is O(N log N log k) in practice.
+        - ``"farthest"``: The same with Euclidean distances, in O((N + k) log N) in practice.
+        - ``"curve"``: Divide the Morton curve through all cells into 0.6 k parts of about equal
+          weight, and use the middle cell of each as a seed. Place the other 0.4 k seeds as
+          ``"geodesic"`` does. The weight of a cell is its measure times the square root of the
+          ratio of the total length of its arcs to the total distance of its neighbors. There are
+          exactly k seeds. Time is O(N + k log N).
+        - ``"flood"``: Visit cells in the order of their path length from the central cell (in
+          further components, from the lowest cell). A cell that no region has reached becomes the
+          seed of a new region, which expands to a distance of 2 r. There are about k seeds.
+        - ``"grid"``: Divide the bounding box into cubes of edge 2 r. In each cube, the seed is the
+          cell nearest to the centroid of the cells in it. There are about k seeds.
+        - An array: the indices of the seed cells.
     islands : {"keep", "nearest"}
-        Whether the methods ``"farthest"`` and ``"flood"`` place seeds on islands: with
-        ``"nearest"``, they do not, and ``"farthest"`` starts with the same central cells as
-        ``"geodesic"``. The methods ``"geodesic"`` and ``"curve"`` never place seeds on islands. An
-        island is a small component. Sort the components from the largest measure to the smallest.
-        All components after the first k are islands. A component is also an island if its measure
-        is below A / (2 k) and the components before it have at least k cells.
+        Whether ``"farthest"`` and ``"flood"`` place seeds on islands (``"keep"``); ``"geodesic"``
+        and ``"curve"`` never do. Islands are small components: sorted from the largest measure to
+        the smallest, all after the first k, and those with a measure below A / (2 k) if the
+        components before have at least k cells.
     n_threads : int, optional
         Same as in `segment`.
 
@@ -75,12 +68,6 @@ def place_seeds(
     -------
     ndarray of int32, shape (K,)
         Indices of distinct cells. If a method finds several equally good cells, it uses the lowest.
-
-    Notes
-    -----
-    A component is connected by arcs of any direction. If arcs are one-way, there may be cells
-    without a path from any seed. Their path length is infinite, and ``"flood"`` visits them as the
-    last cells of their component.
 
     Raises
     ------

@@ -183,34 +183,32 @@ class BaseGraph(CsrArcs):
 class CellGraph(BaseGraph):
     """Cells and weighted arcs in CSR form: the input of seeding and clustering.
 
-    Cells are elements of any kind. `FaceGraph.with_weights` makes a `CellGraph` from the faces of a
-    mesh. Arcs and weights are copied. Positions and measures are not copied if they are contiguous
-    float64 arrays, so do not change these arrays while the graph is in use.
+    Cells are elements of any kind; for faces, see `FaceGraph.with_weights`. Positions and measures
+    are not copied if they are contiguous float64 arrays, so do not change them while the graph is
+    in use.
 
     Parameters
     ----------
     positions : array_like, shape (N, 3)
         Representative point of each cell, finite. N is at least 1.
     measures : array_like, shape (N,)
-        Area of each cell, finite and >= 0, in the squared unit of the positions; or volume of each
-        cell, if ``dimension`` is 3. The centroid of a region is the mean position of its cells,
-        weighted by area. The sum A of all areas defines the expected radius r = sqrt(A / (pi k)) of
-        k regions.
+        Area of each cell, finite and >= 0, in the squared unit of the positions; or volume, if
+        ``dimension`` is 3. Centroids of regions are weighted by it. The sum A of all areas defines
+        the expected radius r = sqrt(A / (pi k)) of k regions.
     offsets : array_like of integers, shape (N + 1,)
         The arcs that leave cell i are ``offsets[i]`` to ``offsets[i + 1] - 1``.
     neighbors : array_like of integers, shape (M,)
         Target cell of each arc. Arcs are directed. Regions are guaranteed to be connected only if
         each arc has a reverse arc. Connected components ignore the direction of arcs. Cells that no
-        path from a center reaches become additional regions or, with ``islands="nearest"``, join
-        the nearest region.
+        path from a center reaches are treated as components without a seed (see `islands`).
     weights : array_like, shape (M,)
         Length of each arc, finite and >= 0, in any unit.
     bounds : array_like, shape (2, 3), optional
-        Minimum and maximum corner of a box, which the seeding ``"grid"`` divides into cubes. The
+        Minimum and maximum corner of the box that the seeding ``"grid"`` divides into cubes. The
         default is the bounding box of the positions.
     weight_unit : float, default 1.0
-        Length that a weight of 1 corresponds to, in the unit of the positions. It is used by the
-        clean-up of regions. For the graph of a mesh, use the diagonal of the bounding box.
+        Length of a weight of 1, in the unit of the positions, for the clean-up of regions. For the
+        graph of a mesh, use the diagonal of the bounding box.
     dimension : {2, 3}, default 2
         2 if measures are areas, 3 if they are volumes. With 3, the expected radius is the cube root
         of 3 V / (4 pi k) for a total volume V, and ``border_lengths`` of `ArcMeasures` are areas.
@@ -220,8 +218,8 @@ class CellGraph(BaseGraph):
     Attributes
     ----------
     lengths : ndarray of float32, shape (M,)
-        Weight of each arc divided by `unit` and rounded to an integer, at least 1. Sums of these
-        integers are exact, so shortest paths do not depend on the order of summation.
+        Weight of each arc divided by `unit` and rounded to an integer, at least 1, so that sums are
+        exact and shortest paths do not depend on the order of summation.
     unit : float
         The largest power of two that is at most the sum of all weights divided by 2**47, or 1 if
         all weights are 0.

@@ -110,13 +110,12 @@ def evaluate(
     mesh : Mesh, PolygonMesh, TetMesh, PointCloud, mesh-like or cloud-like
         Same as in `segment`.
     labels : array_like of integers, shape (F,)
-        Region of each face, tetrahedron or point, >= 0; -1 for cells in no region, which are left
-        out: all metrics are those of the other cells alone.
+        Region of each face, tetrahedron or point, >= 0; -1 for cells in no region, which no metric
+        counts.
     ground_truths : array of integers, sequence of array_like of integers, or GroundTruths
-        One or several ground truths. A ground truth contains the true segment (>= 0) of each cell,
-        or -1 for an unannotated cell. Unannotated cells are ignored in the comparison with this
-        ground truth. If many labels of one mesh are evaluated, `GroundTruths` saves time. It must
-        have been made for the same mesh, and then `weld` and `n_threads` have no effect.
+        One or several ground truths: the true segment (>= 0) of each cell, or -1 for unannotated
+        cells, which are ignored. `GroundTruths` save time if many labels of one mesh are evaluated;
+        `weld` and `n_threads` then have no effect.
     tolerance : float, default 0.01
         Maximum distance between matching borders for ``boundary_recall`` and
         ``boundary_precision``, >= 0, as a fraction of the diagonal of the bounding box.
@@ -128,17 +127,16 @@ def evaluate(
     Returns
     -------
     dict of str to float
-        ``n_regions``, ``n_left_out`` (number of cells that are -1 in the labels or in the ground
-        truth, a mean if there are several), ``n_extra_pieces`` (total number of connected pieces of
-        the regions, minus ``n_regions``), ``compactness`` and ``explained_variation``. With ground
-        truths, the dict also contains the following metrics, which are means over the ground
-        truths: ``undersegmentation_error``, ``achievable_accuracy``, ``achievable_iou``,
+        ``n_regions``, ``n_left_out`` (number of cells that are -1 in the labels or, as a mean, in
+        the ground truths), ``n_extra_pieces`` (connected pieces of all regions, minus
+        ``n_regions``), ``compactness`` and ``explained_variation``; with ground truths also the
+        means over them of ``undersegmentation_error``, ``achievable_accuracy``, ``achievable_iou``,
         ``boundary_recall``, ``boundary_precision``, ``cut_discrepancy``, ``hamming_distance``,
         ``missing_rate``, ``false_alarm_rate``, ``rand_index``, ``global_consistency_error`` and
-        ``local_consistency_error``. All metrics except the first four are weighted by area or
-        length, by volume for a `TetMesh`, and for a `PointCloud` by the number of points. Metrics
-        do not change if labels are renumbered or if the mesh is scaled. For a `TetMesh` or a
-        `PointCloud`, metrics that need normals or border edges are left out.
+        ``local_consistency_error``. All but the first four are weighted by area or length, by
+        volume for a `TetMesh`, and by the number of points for a `PointCloud`; for the latter two,
+        metrics that need normals or border edges are left out. Metrics do not depend on the order
+        of labels or on scale.
 
     Raises
     ------

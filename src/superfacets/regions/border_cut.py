@@ -93,21 +93,18 @@ def cut_borders(
 ) -> BorderCut:
     """Cut faces along smooth borders between regions, and return the new mesh and its labels.
 
-    Borders between regions follow edges, so they zigzag. This function replaces the borders by
-    smooth curves, and cuts the faces along these curves. Use it for example for texture charts,
-    cut-out patterns, printing and pictures. To change only labels and keep the mesh, use
-    `smooth_borders`.
+    The zigzag of borders along edges becomes smooth curves, for texture charts, cut-out patterns,
+    printing and pictures. `smooth_borders` changes only labels and keeps the mesh.
 
     Borders in creases and on the boundary of an open mesh do not move. Creases are folds of 75
     degrees or more, folds of 40 degrees or more that continue almost straight, and edges of three
     or more faces. The area of each region changes by at most 15 %, and the sum of all changes is at
-    most 1 % of the total area, usually 0.3 %. Connected regions stay connected. A region for which
-    smooth borders would violate these rules keeps its faces; see `BorderCut.is_kept`.
+    most 1 % of the total area. Connected regions stay connected. A region for which smooth borders
+    would violate these rules keeps its faces; see `BorderCut.is_kept`.
 
-    All faces at an edge are cut at the same point of the edge, so closed meshes stay closed, and
-    seams get no gaps. This point is at least a tenth of the edge length away from both ends of the
-    edge. A face is cut into at most six parts. In tests, no angle of a part was less than a
-    twentieth of the smallest angle of the face. The result is the same for any number of threads.
+    All faces at an edge are cut at the same point, so closed meshes stay closed, and seams get no
+    gaps. This point is at least a tenth of the edge length away from both ends. A face is cut into
+    at most six parts.
 
     Parameters
     ----------
@@ -134,11 +131,9 @@ def cut_borders(
 
     Notes
     -----
-    Time is O(F), plus a constant number of steps for each face near a border. The curves are
-    computed by threshold dynamics with fixed areas. The indicator function of each region is 1 in
-    the region and 0 elsewhere. It diffuses along the surface, but not across creases. Then an
-    offset per region, which keeps its area, is added to the diffused function, and each point is
-    assigned to the region with the largest sum there.
+    Time is O(F). The curves are computed by threshold dynamics with fixed areas: the indicator
+    function of each region diffuses along the surface, but not across creases; an offset per
+    region, which keeps its area, is added; and each point goes to the region with the largest sum.
 
     References
     ----------
@@ -149,12 +144,11 @@ def cut_borders(
     --------
     In this grid of squares, the border between the two regions has a corner in the middle:
 
-    >>> from superfacets import Mesh
     >>> vertices = [[x, y, 0] for y in range(3) for x in range(4)]
     >>> quads = [(v, v + 1, v + 5, v + 4) for v in (0, 1, 2, 4, 5, 6)]
-    >>> mesh = Mesh(vertices, [t for a, b, c, d in quads for t in ([a, b, c], [a, c, d])])
+    >>> mesh = (vertices, [t for a, b, c, d in quads for t in ([a, b, c], [a, c, d])])
     >>> cut = cut_borders(mesh, [0, 0, 0, 0, 1, 1, 0, 0, 1, 1, 1, 1])
-    >>> cut.mesh.n_faces > mesh.n_faces, cut.n_old_vertices
+    >>> cut.mesh.n_faces > 12, cut.n_old_vertices
     (True, 12)
     """
     surface = as_mesh(mesh)

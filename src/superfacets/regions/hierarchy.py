@@ -151,17 +151,16 @@ def hierarchy(
     r"""Return nested levels of regions: each region is a union of regions of the finer levels.
 
     The finest level comes from `segment`, or from `labels`. Then the two neighboring regions with
-    the lowest merge cost are merged repeatedly, until no neighbors are left. `Hierarchy.cut`
-    returns the level with any other number of regions. The cost of merging two regions with areas a
-    and b and centroids p and q is
+    the lowest merge cost are merged repeatedly. The cost of merging two regions with areas a and b
+    and centroids p and q is
 
     .. math:: \frac{a b}{a + b} \cdot \frac{|p - q| + 12 r (1 - c)}{L}, \qquad
               r = \sqrt{\frac{a + b}{\pi}}
 
-    where L is the length of the border between the two regions, and c is the openness of the
-    border: 1 if it is smooth, and 0 if all of it is in a deep crease. The first factor comes from
-    Ward's method and balances the sizes of regions. The second factor favors compact regions and
-    borders in creases. In a volume, r is the radius of a ball, and L is an area.
+    where L is the length of the border between them, and c is its openness: 1 if it is smooth, and
+    0 if all of it is in a deep crease. The first factor (Ward's method) balances sizes; the second
+    favors compact regions and borders in creases. In a volume, r is the radius of a ball, and L is
+    an area.
 
     Parameters
     ----------
@@ -171,35 +170,32 @@ def hierarchy(
         Number of regions of each level. The numbers must differ and may be in any order.
     labels : array_like of int, shape (N,), optional
         Regions of the finest level. Each label from 0 to K - 1 must occur; -1 marks cells that are
-        in no region. By default, the labels come from ``segment(mesh, max(counts), **options)``,
-        or from `segment_graph` if `mesh` is a graph.
+        in no region. The default is ``segment(mesh, max(counts), **options)`` (`segment_graph` for
+        a graph).
     features : array_like, shape (N, F) or (V, F), or str, or list of str, optional
-        F numbers per cell or per vertex, or names of features as in `segment`, from which the cost
-        of merging is computed instead of from geometry. The cost is then ``a b / (a + b)`` times
-        the squared distance between the mean features of two regions (Ward's method). The formula
-        above is only used to break ties. If `labels` is not given, the finest regions also follow
-        the features, as in `segment`.
+        F numbers per cell or per vertex, or names of features as in `segment`. The cost of merging
+        is then ``a b / (a + b)`` times the squared distance between the mean features of two
+        regions, and the formula above only breaks ties. The finest regions from `segment` also
+        follow the features.
     islands : {"keep", "nearest"}
         With ``"keep"``, only regions that touch are merged, so no level can have fewer regions than
-        there are connected components. With ``"nearest"``, a component may also be merged across
-        the gap to the nearest cell of a larger component. The cost of a gap is the cost of a border
-        of length r in a deep crease. `islands` is also passed to `segment`.
+        there are connected components. With ``"nearest"``, a component may also be merged with the
+        nearest cell of a larger component; the gap costs as much as a border of length r in a deep
+        crease.
     barriers : array_like of int, shape (N,) or (E, 2), optional
-        Same as in `segment`. Regions are never merged across barriers. Barriers cannot be combined
-        with ``islands="nearest"``, because a merge across a gap could bypass a barrier.
+        As in `segment`. Regions are never merged across barriers. Not with ``islands="nearest"``.
     weld, n_threads
         Same as in `segment`. The result does not depend on the number of threads.
     **options
-        Further options of `segment` for the finest level. They cannot be combined with `labels`.
-        Faces that a `mask` leaves out have label -1 on all levels.
+        Further options of `segment` for the finest level, not with `labels`. Faces outside a `mask`
+        have label -1 on all levels.
 
     Returns
     -------
     Hierarchy
         Levels with exactly the requested numbers of regions. If the finest regions are connected,
-        all regions are connected, except for regions that were merged across a gap. If several
-        pairs of regions have the same cost, the pair of the lowest nodes (see `Hierarchy`) is
-        merged first.
+        all regions are, except those merged across a gap. Of several pairs with the same cost, the
+        pair of the lowest nodes (see `Hierarchy`) is merged first.
 
     Warns
     -----
@@ -217,11 +213,9 @@ def hierarchy(
 
     Notes
     -----
-    For N cells, M arcs and K regions on the finest level, time is O(N + M) for the borders between
-    regions, and O(m log K) for each merge of two regions with m neighbors in total. The openness of
-    an edge is exp(-x), where x is the cost of the crease at the edge in `crease_weights`, in units
-    of 1.6 expected radii of the finest level. For a graph, x is computed from the weights of the
-    graph. The openness of a border is the mean of this value along the border.
+    The openness of a border is the mean of exp(-x) along it, where x is the cost of the crease at
+    an edge in `crease_weights` (for a graph, in its own weights), in units of 1.6 expected radii of
+    the finest level. Time is O(N + M), plus O(m log K) for each merge of regions with m neighbors.
 
     References
     ----------
@@ -232,10 +226,8 @@ def hierarchy(
     >>> import superfacets
     >>> mesh = superfacets.sample_mesh(5_000)
     >>> nested = superfacets.hierarchy(mesh, [200, 50, 10])
-    >>> [int(labels.max()) + 1 for labels in nested.levels], len(nested.parents)
-    ([200, 50, 10], 2)
-    >>> bool((nested.parents[0][nested.levels[0]] == nested.levels[1]).all())
-    True
+    >>> [int(labels.max()) + 1 for labels in nested.levels]
+    [200, 50, 10]
     >>> int(nested.cut(77).max()) + 1
     77
     """

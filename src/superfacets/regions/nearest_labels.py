@@ -58,30 +58,29 @@ def transfer(
     Parameters
     ----------
     mesh : Mesh, PolygonMesh, TetMesh, PointCloud, CellGraph or mesh-like
-        The labeled cells, as for `segment`. The distance to a face is the distance to its nearest
-        point, not to its centroid. The distance to a tetrahedron is 0 inside. The distance to a
-        cell of a graph is the distance to its position.
+        The labeled cells. The distance to a face is the distance to its nearest point. The distance
+        to a tetrahedron is 0 inside. The distance to a cell of a graph is that to its position.
     labels : array_like of int, shape (N,) or (V,)
-        Label of each cell, any integer >= 0, or -1 for cells without a label. With the labels
-        ``range(N)``, the results are indices of cells. If there is one label per vertex of a mesh,
-        the mesh is treated as the cloud of its vertices.
+        Label of each cell, any integer >= -1 (-1: no label). With the labels ``range(N)``, the
+        results are indices of cells. With one label per vertex, a mesh is the cloud of its
+        vertices.
     target : array_like, shape (M, 3), or mesh or cloud like `mesh`
         Points with finite coordinates (M may be 0), or another mesh or cloud of the same object.
         Points, tetrahedra and cells of a graph get the label of the cell nearest to their position
-        or centroid. A face gets the label with the largest area in the face. To estimate areas,
-        each triangle is sampled at 1 to 64 points, depending on its size.
+        or centroid. A face gets the label with the largest area in it, estimated from 1 to 64
+        points per triangle, depending on its size.
     max_distance : float, optional
-        Maximum distance, >= 0, in the unit of the meshes. Points of the target that are farther
-        away from all cells of `mesh` get the label -1. By default, there is no maximum.
+        Maximum distance, >= 0, in the unit of the meshes. Points of the target farther away from
+        all cells get the label -1. By default, there is no maximum.
     n_threads : int, optional
         Same as in `segment`. The labels do not depend on the number of threads.
 
     Returns
     -------
     ndarray of int32, shape (M,)
-        Label of each point or cell of the target. The label is -1 if the nearest cell is farther
-        away than `max_distance` or is labeled -1. If several cells are equally near, the cell with
-        the lowest index is used. If several labels have the same area in a face, the lowest label
+        Label of each point or cell of the target; -1 if the nearest cell is labeled -1 or farther
+        away than `max_distance`. Of equally near cells, that with the lowest index is used; of
+        labels with equal areas in a face, the lowest.
         is used.
 
     Warns
@@ -98,20 +97,9 @@ def transfer(
         If labels are not one integer >= -1 per cell or vertex, or if another parameter is not
         valid.
 
-    See Also
-    --------
-    vertex_labels : labels of the vertices of the same mesh.
-
-    Notes
-    -----
-    Building a bounding volume hierarchy takes O(N log N). The search for the cell nearest to a
-    point near the surface takes O(log N). A target of M faces is sampled at about N + M + 2 sqrt(N
-    M) points.
-
     Examples
     --------
-    >>> from superfacets import Mesh
-    >>> square = Mesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> square = ([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
     >>> transfer(square, [7, 4], [[0.9, 0.1, 0.01], [0.1, 0.9, 0], [0, 5, 0]], max_distance=1)
     array([ 7,  4, -1], dtype=int32)
     """

@@ -52,18 +52,15 @@ def pool(
         Labels of regions. Each label from 0 to K - 1 must occur. Cells labeled -1 are ignored. To
         pool values of vertices with labels of vertices (superpoints), leave out `mesh`.
     values : array_like of numbers or bools, shape (N,) or (N, F)
-        One value or row per cell or, if `mesh` has vertices, per vertex: shape (V,) or (V, F). In
-        the second case, each cell divides its area equally among the values at its corners. If
-        N = V, values are values of cells.
+        One value or row per cell or, if `mesh` has vertices, per vertex: shape (V,) or (V, F). Then
+        each cell divides its area equally among its corners. If N = V, values are values of cells.
     how : {"mean", "sum", "max", "min", "majority"}
-        ``"mean"`` and ``"sum"`` weight each value by the area of its cell, so the sum is an
-        integral over the region. All weights are 1 if neither `mesh` nor `measures` is given.
-        ``"max"`` and ``"min"`` do not depend on areas. ``"majority"`` is the value with the largest
-        total area. If areas are equal, the lowest value is used. For ``"majority"``, values must be
-        integers or bools. Values of -1 are unknown and do not count, and a region without known
-        values gets -1.
+        ``"mean"`` and ``"sum"`` weight each value by the area of its cell (1 if neither `mesh` nor
+        `measures` is given), so the sum is an integral over the region. ``"max"`` and ``"min"`` do
+        not depend on areas. ``"majority"`` is the integer or bool with the largest total area, the
+        lowest of several; -1 is unknown and does not count, and a region of unknown values gets -1.
     mesh : Mesh or mesh-like, or CellGraph, optional
-        The labeled cells, as for `segment`. Their areas (volumes of tetrahedra) are the weights.
+        The labeled cells, whose areas (volumes of tetrahedra) are the weights.
     measures : array_like, shape (N,), optional
         Weights of the cells, >= 0, if `mesh` is not given.
 
@@ -71,8 +68,8 @@ def pool(
     -------
     ndarray, shape (K,) or (K, F)
         Values of regions: float64 for means and sums, and the dtype of `values` otherwise. If all
-        cells of a region have area 0, its mean is not weighted. If a value is NaN, the mean, sum,
-        maximum and minimum of its region are NaN. The mean of equal numbers is exactly this number.
+        cells of a region have area 0, its mean is not weighted. NaN values make all but the
+        majority NaN. The mean of equal numbers is exactly this number.
 
     Raises
     ------
@@ -82,23 +79,10 @@ def pool(
         If the shapes of values, labels and measures do not match, if a dtype is wrong, if `how` is
         unknown, or if both `mesh` and `measures` are given.
 
-    See Also
-    --------
-    unpool : copies values of regions to cells. After ``how="majority"``, this cleans noisy labels.
-
-    Notes
-    -----
-    Time is O(N log N) to sort the labels, and O(N F) for the values. Sums are computed in double
-    precision and in a fixed order.
-
     Examples
     --------
-    >>> pool([0, 0, 1], [1.0, 3.0, 5.0])
-    array([2., 5.])
     >>> pool([0, 0, 1], [1.0, 3.0, 5.0], measures=[3.0, 1.0, 1.0])
     array([1.5, 5. ])
-    >>> pool([0, 0, -1], [7, 2, 4], how="max")
-    array([7])
     """
     checked_choice(how, "how", _POOLINGS)
     table = _checked_values(values, how)

@@ -31,16 +31,16 @@ the area of the region."""
 class RegionGraph:
     """Graph of K regions and E pairs of neighboring regions; the result of `region_graph`.
 
-    Lengths, areas and volumes are in the unit of the positions. For regions of tetrahedra,
-    ``border_lengths``, ``perimeters`` and ``open_lengths`` are areas.
+    Lengths, areas and volumes are in the unit of the positions. For regions of tetrahedra, lengths
+    of borders are areas.
 
     Attributes
     ----------
     labels : ndarray of int32, shape (N,)
         Region of each cell, from 0 to K - 1, or -1 for cells in no region.
     measures : ndarray of float64, shape (K,)
-        Area of each region, or volume for tetrahedra. Areas of points are estimates: see
-        `build_point_graph`.
+        Area of each region (estimated for points, see `build_point_graph`), or volume for
+        tetrahedra.
     centroids : ndarray of float64, shape (K, 3)
         Mean position of each region, weighted by area (unweighted if a region has no area).
     normals : ndarray of float64, shape (K, 3)
@@ -52,11 +52,10 @@ class RegionGraph:
         surface, or a cylinder without its ends) to 1 (a flat region). NaN for tetrahedra, for cells
         of a `CellGraph`, and for regions without area.
     plane_normals : ndarray of float64, shape (K, 3)
-        Unit normal of the least-squares plane of each region: the principal axis of the smallest
-        of the ``deviations`` s0 >= s1 >= s2. Unlike ``normals``, it does not depend on the normals
-        of cells, which are smoothed at creases of point clouds. It is on the same side as
-        ``normals``; where those are NaN, its component of largest absolute value is positive. NaN
-        if no plane fits best (s1 = s2): for a line, a point, and for example a cube or a ball.
+        Unit normal of the least-squares plane of each region: the principal axis of the smallest of
+        the ``deviations`` s0 >= s1 >= s2. It does not depend on the normals of cells. It is on the
+        side of ``normals``; where those are NaN, its largest component by absolute value is
+        positive. NaN if no plane fits best (s1 = s2), as for a line, a point, a cube or a ball.
     deviations : ndarray of float64, shape (K, 3)
         Standard deviations of each region along its three principal axes, in descending order.
         Triangles, polygons and tetrahedra are integrated exactly, so the result does not depend on
@@ -66,16 +65,14 @@ class RegionGraph:
     perimeters : ndarray of float64, shape (K,)
         Length of the border of each region, including its ``open_lengths``.
     open_lengths : ndarray of float64, shape (K,)
-        Length of the part of each region's border that is on the boundary of an open mesh; 0 for
-        point clouds.
+        Length of each region's border on the boundary of an open mesh; 0 for point clouds.
     cell_counts : ndarray of int64, shape (K,)
         Number of cells of each region, >= 1.
     centers : ndarray of int32, shape (K,)
-        Representative cell of each region: the center passed to `region_graph`, or else the cell
-        nearest to the centroid. If several cells are equally near, the lowest index is used.
+        Center of each region that `region_graph` got, or else the cell nearest to the centroid (of
+        several, the lowest index).
     edge_index : ndarray of int32, shape (2, E)
-        The two regions of each pair of neighbors, with the lower region first. Pairs are sorted.
-        Each pair is listed once; `to_pyg` lists each pair in both directions.
+        The two regions of each pair of neighbors, the lower region first. Pairs are sorted.
     border_lengths : ndarray of float64, shape (E,)
         Length of the common border of each pair of neighbors.
     mean_angles : ndarray of float64, shape (E,)
@@ -84,12 +81,10 @@ class RegionGraph:
         Signed angle with the largest absolute value along each border, from -pi to pi, positive if
         concave and negative if convex.
     concavities : ndarray of float64, shape (E,)
-        Mean signed angle along each border, weighted by length, from -pi to pi: positive if the
-        border is in a concave crease, negative if it is on a convex edge, and 0 if the surface is
-        flat.
+        Mean signed angle along each border, weighted by length, from -pi to pi: positive in a
+        concave crease, negative on a convex edge, and 0 if the surface is flat.
     edge_counts : ndarray of int64, shape (E,)
-        Number of edges that form each border. For tetrahedra, number of triangles; for point
-        clouds, number of pairs of points.
+        Number of edges (triangles for tetrahedra, pairs of points for clouds) of each border.
     dimension : int
         2 if measures are areas, 3 if they are volumes.
     """
@@ -386,8 +381,7 @@ def region_graph(
         Same as in `segment`, or a graph of any cells.
     labels : array_like of int, shape (N,)
         Labels of regions. Each label from 0 to K - 1 must occur; -1 marks cells in no region.
-        Convert labels of vertices (superpoints) with `face_labels`. A point cloud of the vertices
-        connects regions on opposite sides of a thin object.
+        Convert labels of vertices (superpoints) with `face_labels`.
     centers : array_like of int, shape (K,), optional
         Representative cell of each region. The default is the cell nearest to the centroid.
     weld, n_threads
@@ -409,17 +403,15 @@ def region_graph(
     Notes
     -----
     Time is O(N + M + B log B) for M arcs, of which B cross borders. A border to cells in no region
-    is part of the perimeter, but has no entry in ``edge_index``. In a point cloud, points in no
-    region are left out, so there are no such borders. An edge of three or more faces is
-    counted once for each pair of regions at the edge, with the mean of the angles between the faces
-    of these two regions.
+    is part of the perimeter, but not of ``edge_index``; points in no region are left out. An edge
+    of three or more faces counts once for each pair of regions at the edge, with the mean of the
+    angles between their faces.
 
     Examples
     --------
     A square of two triangles is folded along its diagonal by 90 degrees, to a valley:
 
-    >>> from superfacets import Mesh
-    >>> valley = Mesh([[0, 0, 0], [1, 0, 0], [0, 0, 1], [0, 1, 0]], [[2, 1, 0], [3, 2, 0]])
+    >>> valley = ([[0, 0, 0], [1, 0, 0], [0, 0, 1], [0, 1, 0]], [[2, 1, 0], [3, 2, 0]])
     >>> graph = region_graph(valley, [0, 1])
     >>> graph.n_regions, graph.areas.tolist(), graph.edge_index.tolist()
     (2, [0.5, 0.5], [[0], [1]])

@@ -47,26 +47,24 @@ def vertex_labels(
     labels : array_like of int, shape (N,)
         Label of each face or tetrahedron, or -1 for cells without a label. Labels may have gaps.
     method : {"creases", "majority"}
-        ``"majority"``: A vertex gets the label whose cells around the vertex have the largest total
-        area (volume for tetrahedra). If areas are equal, the lowest label is used. The vertices of
-        a region may be unconnected, and a region may have no vertices. Vertices are not welded. If
-        a polygon contains a vertex twice, its area counts twice for this vertex.
+        ``"majority"``: A vertex gets the label with the largest total area (volume for tetrahedra)
+        around it; of equal areas, the lowest label. Vertices of a region may be unconnected, and a
+        region may have no vertices. Vertices are not welded.
 
         ``"creases"``: Borders follow creases. A vertex gets the label of its cells if they all have
-        the same label. Other vertices are labeled in the order of edge weights (see Notes). Each
-        region has at least one vertex if there are enough vertices. If the cells of a region are
-        connected, its vertices are connected along the edges of the mesh. To achieve this, only the
-        largest connected set of vertices keeps the label. Disconnected cells with the same label
-        are treated as separate regions. Vertices at the same position get the same label.
+        the same label; other vertices are labeled in the order of edge weights (see Notes). Each
+        region has at least one vertex if there are enough. The vertices of a connected region are
+        connected along edges of the mesh: only the largest connected set of vertices keeps the
+        label. Disconnected cells with the same label are separate regions. Vertices at the same
+        position get the same label.
     min_vertices : int, optional
         Minimum number of vertices of a region, by default 20, for ``"creases"`` only. Smaller
-        regions take vertices from neighboring regions, across the edges with the lowest weights. A
-        neighboring region must stay connected and keep `min_vertices` vertices. If neighboring
-        regions cannot give enough vertices, the small region does not change.
+        regions take vertices from neighbors across the edges with the lowest weights, if these
+        neighbors stay connected and keep `min_vertices` vertices. Otherwise they do not change.
     barriers : array_like of int, shape (V,), optional
-        One number per vertex >= -1, such as its area in an atlas: the `barriers` of `segment`, with
-        -1 outside a mask. A vertex gets only labels of cells that have its number, which is the
-        most frequent number of their corners, and -1 if it is not connected with such a cell.
+        One number per vertex >= -1, as in `segment`, with -1 outside a mask. A vertex gets only
+        labels of cells with its number (the most frequent number of their corners), and -1 if it is
+        not connected with such a cell.
     n_threads : int, optional
         Same as in `segment`. The labels do not depend on the number of threads.
 
@@ -86,13 +84,9 @@ def vertex_labels(
     -----
     The normal n_i of a vertex is the mean of the unit normals of its faces. The weight of an edge
     is max(0, 1 - n_i . n_j), squared if the edge is convex: n_j . (x_j - x_i) > 0 or n_i . (x_i -
-    x_j) > 0. Edges are visited in ascending order of weight. If weights are equal, edges whose ends
-    have the same label by the method ``"majority"`` are visited first. Each visited edge connects
-    its ends, so that they get the same label, unless both ends already have a label. Therefore,
-    borders are at the edges with the highest weights, which are concave creases. In a volume, all
-    weights are equal.
-
-    Time is linear in the number of corners: less than 0.2 s per million faces on two cores.
+    x_j) > 0. In a volume, all weights are equal. Edges are visited in ascending order of weight; of
+    equal weights, edges whose ends have the same label by ``"majority"`` come first. A visited edge
+    gives both ends the same label, unless both have one. So borders are in concave creases.
 
     References
     ----------
@@ -102,11 +96,8 @@ def vertex_labels(
 
     Examples
     --------
-    The mesh has two triangles of a square, and an unused vertex:
-
-    >>> from superfacets import Mesh
-    >>> corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [9, 9, 9]]
-    >>> vertex_labels(Mesh(corners, [[0, 1, 2], [0, 2, 3]]), [7, 4], method="majority")
+    >>> corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [9, 9, 9]]  # the last is unused
+    >>> vertex_labels((corners, [[0, 1, 2], [0, 2, 3]]), [7, 4], method="majority")
     array([ 4,  7,  4,  4, -1], dtype=int32)
     """
     cells: Any = as_cells(mesh)
@@ -139,17 +130,15 @@ def vertex_labels(
 def face_labels(mesh: MeshLike, vertex_labels: npt.ArrayLike) -> Ints:
     """Convert labels of vertices to labels of cells.
 
-    A cell gets the most frequent label of its corners. If several labels are equally frequent, the
-    lowest of these labels is used. The cells of a region may be unconnected even if its vertices
-    are connected, and a thin region may have no cells.
+    A cell gets the most frequent label of its corners, and of several the lowest. Cells of a region
+    may be unconnected even if its vertices are connected, and a thin region may have no cells.
 
     Parameters
     ----------
     mesh : Mesh, PolygonMesh, TetMesh or mesh-like
         Same as in `segment`. For a point cloud, the result equals `vertex_labels`.
     vertex_labels : array_like of int, shape (V,)
-        Label of each vertex, or -1 for vertices without a label. Labels may have gaps. The label -1
-        is treated like any other label.
+        Label of each vertex, >= -1; -1 is treated like any other label. Labels may have gaps.
 
     Returns
     -------
@@ -162,10 +151,6 @@ def face_labels(mesh: MeshLike, vertex_labels: npt.ArrayLike) -> Ints:
         If the mesh is not valid.
     ValueError, TypeError
         If labels are not one integer >= -1 per vertex.
-
-    See Also
-    --------
-    vertex_labels : Converts labels of cells to labels of vertices.
 
     Examples
     --------

@@ -76,8 +76,7 @@ class Subdivision:
     def labels_back(self, labels: npt.ArrayLike) -> Longs:
         """Convert labels of new faces to labels of old faces.
 
-        For the opposite direction, ``values[subdivision.sources]`` converts labels or other values
-        of old faces to new faces.
+        For the opposite direction, use ``values[subdivision.sources]``.
 
         Parameters
         ----------
@@ -125,16 +124,13 @@ def subdivide(
 ) -> Subdivision:
     """Bisect faces by their longest edge until no edge is longer than `max_edge`.
 
-    Use `subdivide` for meshes that have long and thin triangles, because regions of these triangles
-    cannot be compact. CAD programs make long and thin triangles for flat faces and cylinders.
+    Regions of long and thin triangles, as CAD programs make them, cannot be compact.
 
-    An edge that is too long is bisected at its midpoint in all faces at the edge. Therefore there
-    are no T-junctions, closed meshes stay closed, and non-manifold edges keep their faces. Which
-    edges are bisected depends only on positions, so seams of duplicate vertices get no gaps. The
-    angles of new faces are at least half the smallest angle of the old face, and the areas of new
-    faces sum to the area of the old face. Boundary edges and degenerate faces are also bisected.
-    The result does not depend on the number of threads. Subdividing the result again with the same
-    `max_edge` changes nothing.
+    An edge that is too long is bisected at its midpoint in all faces at the edge, so closed meshes
+    stay closed, without T-junctions, and non-manifold edges keep their faces. Seams of duplicate
+    vertices get no gaps, because only positions count. The angles of new faces are at least half
+    the smallest angle of the old face. Boundary edges and degenerate faces are also bisected. The
+    result does not depend on the number of threads, and subdividing it again changes nothing.
 
     Parameters
     ----------
@@ -144,16 +140,14 @@ def subdivide(
         Maximum edge length in the unit of the vertices, > 0, and at least 1e-12 times the largest
         absolute coordinate. With infinity, no edge is bisected.
     max_faces : int, optional
-        Maximum number of new faces. The default is ten million, or four times the number of old
-        faces if this is more than ten million.
+        Maximum number of new faces, by default ten million or four times the old faces, if more.
     n_threads : int, optional
         Same as in `segment`.
 
     Returns
     -------
     Subdivision
-        The new mesh, and the old face of each new face. Its method `labels_back` converts labels of
-        new faces to labels of old faces.
+        The new mesh, the old face of each new face, and `labels_back` for labels of old faces.
 
     Raises
     ------
@@ -161,12 +155,12 @@ def subdivide(
         If the mesh is not valid or has no faces.
     ValueError, TypeError
         If a parameter is out of range or of the wrong type, or if there would be more than
-        `max_faces` faces. The number of faces is checked before memory for them is allocated.
+        `max_faces` faces, which is checked before memory for them is allocated.
 
     Notes
     -----
-    Time is linear in the number of new faces. A triangle with three sides of similar length becomes
-    about ``3 * area / max_edge**2`` faces, and a thin triangle about ``2 * length / max_edge``.
+    A triangle with three sides of similar length becomes about ``3 * area / max_edge**2`` faces,
+    and a thin triangle about ``2 * length / max_edge``.
 
     References
     ----------
@@ -179,9 +173,6 @@ def subdivide(
     >>> pieces = subdivide(plank, 2.5)
     >>> pieces
     Subdivision(2 faces into 18)
-    >>> labels = pieces.mesh.vertices[pieces.mesh.faces].mean(axis=1)[:, 0] > 5
-    >>> pieces.labels_back(labels.astype(int))
-    array([1, 0])
     """
     length = _checked_length(max_edge)
     surface = as_mesh(mesh)

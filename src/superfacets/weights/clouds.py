@@ -24,26 +24,23 @@ def build_point_graph(
     r"""Return the graph of a cloud, with arcs between near points.
 
     Two points are neighbors if one of them is among the `n_neighbors` nearest points of the other,
-    and if their distance is not too large; see `cutoff`. Each arc has a reverse arc. If points are
-    spread evenly, the components of the graph are the components of the sampled surface. Of several
-    points at the same position, only the point with the lowest index has other neighbors. The
-    duplicates are joined to this point by arcs of length 0, and all of these points get an equal
-    part of the area around their position.
+    and if their distance is not too large; see `cutoff`. Each arc has a reverse arc. Of points at
+    the same position, only the point with the lowest index has other neighbors; the duplicates are
+    joined to it by arcs of length 0, and all get an equal part of the area around them.
 
     Parameters
     ----------
     cloud : PointCloud or cloud-like
         Same as in `segment`.
     n_neighbors : int, default 6
-        Number of nearest neighbors to which each point has an arc, if they are not too far (see
-        `cutoff`). If points have the same distance, points with lower indices are used first.
+        Number of nearest neighbors of each point. Of equal distances, lower indices come first.
     cutoff : float, default 4.0
         Maximum length of an arc, > 0, as a multiple of the square root of an area: the smaller of
         the areas around its two points. The maximum prevents arcs to outliers and across gaps.
     radius : float, default 0.0
-        Expected radius r = sqrt(A / (pi k)) of regions, >= 0, in the unit of the points. Weights
-        are computed from it with the formula of `crease_weights`, where the angle of an arc is
-        estimated from the curvature at its two points. With 0, weights are distances.
+        Expected radius r = sqrt(A / (pi k)) of regions, >= 0, in the unit of the points, for the
+        weights: those of `crease_weights`, where the angle of an arc is estimated from the
+        curvature at its two points. With 0, weights are distances.
     alpha, eta_convex
         Same as in `crease_weights`.
     ridges : float, default 0.35
@@ -57,18 +54,16 @@ def build_point_graph(
     -------
     CellGraph
         ``measures`` are the areas around points, :math:`2 \pi \overline{d^2} / (n + 1)` for a point
-        with n neighbors at distances d. The area is 0 for a point without arcs. The estimate is
-        unbiased for uniformly random points, 15% too large for evenly spaced points (blue noise, or
-        a random point in each square of a grid), 20% too large on a square grid of points, and too
-        large at the boundary of a surface. For scan lines with a line spacing of 2, 3, 5 and 10
-        times the point spacing, areas are 1.35, 1.40, 0.84 and 0.42 times the true area.
-        ``weights`` are in units of the diagonal of the bounding box. In ``arc_measures``, the
+        with n neighbors at distances d, and 0 for a point without arcs. The estimate is unbiased
+        for uniformly random points, 15% too large for blue noise, 20% too large on a square grid of
+        points, and too large at the boundary of a surface. For scan lines with a line spacing of 2,
+        3, 5 and 10 times the point spacing, areas are 1.35, 1.40, 0.84 and 0.42 times the true
+        area. ``weights`` are in units of the diagonal of the bounding box. In ``arc_measures``, the
         border length of an arc is the mean of :math:`\pi a / \sum d` over its two points, where a
-        is the area around a point, and d are the lengths of all arcs of this point. The border
-        lengths of all arcs that cross a line sum to about the length of the line. The angle of an
-        arc is the angle between the normals of its points. To determine its sign, the height of
-        each point above the tangent plane of the other point is computed; the angle is positive if
-        the sum of both heights is positive. Missing normals are estimated.
+        is the area around a point, and d are the lengths of all its arcs, so that the arcs that
+        cross a line sum to about its length. The angle of an arc is the angle between the normals
+        of its points (missing normals are estimated), positive if the sum of the heights of both
+        points above the tangent plane of the other is positive.
 
     Raises
     ------
@@ -77,13 +72,8 @@ def build_point_graph(
     ValueError, TypeError
         If a parameter is out of range or of the wrong type.
 
-    Notes
-    -----
-    Time is O(N log N) in practice.
-
     Examples
     --------
-    The cloud consists of three points on a line and a distant point:
 
     >>> graph = build_point_graph([[0, 0, 0], [1, 0, 0], [2, 0, 0], [90, 0, 0]], 2)
     >>> [graph.neighbors[a:b].tolist() for a, b in zip(graph.offsets, graph.offsets[1:])]

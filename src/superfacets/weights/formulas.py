@@ -156,15 +156,13 @@ def superfacet_weights(
     .. math:: w_{ij} = \frac{|c_i - m| + |m - c_j| + \alpha\,\eta\,|e|\,\theta / \pi}{d}
 
     where theta is the angle between the normals, eta is 1 on a concave edge and `eta_convex` on a
-    convex edge, and d is the diagonal of the bounding box. To classify an edge, the signed height
-    of each centroid above the plane of the other face is computed. The edge is concave if the sum
-    of both heights is positive, and convex otherwise. With the default `crease_length`, the weights
-    do not change under rigid motion and uniform scaling. Time is linear in the number of arcs.
+    convex edge, and d is the diagonal of the bounding box. An edge is concave if the sum of the
+    signed heights of both centroids above the plane of the other face is positive, and convex
+    otherwise.
 
-    If two neighbors are inconsistently oriented, the normal of one face is flipped when the weight
-    of their arc is computed: the normal of the smaller face or, if the areas are equal, of the face
-    with the higher index. If a mesh is closed and its normals point inward, concave and convex are
-    swapped. If one of the faces has no normal, theta is 0.
+    If two neighbors are inconsistently oriented, the normal of the smaller face is flipped for
+    their arc; if the areas are equal, that of the face with the higher index. If the normals of a
+    closed mesh point inward, concave and convex are swapped. If a face has no normal, theta is 0.
 
     Parameters
     ----------
@@ -178,9 +176,7 @@ def superfacet_weights(
         Cost of convex edges relative to concave edges, >= 0.
     crease_length : float, optional
         Length that replaces \|e\| for all edges, > 0, in the unit of the vertices. By default,
-        \|e\| is the length of the edge, as in the paper. Creases then cost less in finer meshes,
-        although distances do not change. With the same length for all edges, such as the radius of
-        a region, the cost does not depend on the resolution, and `alpha` can be smaller.
+        \|e\| is the length of the edge, as in the paper, so creases cost less in finer meshes.
     n_threads : int, optional
         Same as in `segment`.
 
@@ -195,8 +191,8 @@ def superfacet_weights(
     MeshError
         If the mesh is not valid or has no faces.
     ValueError, TypeError
-        If a number is out of range, not finite or of the wrong type, or if the graph does not fit
-        the mesh, because it was built from another mesh.
+        If a number is out of range, not finite or of the wrong type, or if the graph is of another
+        mesh.
 
     References
     ----------
@@ -206,10 +202,10 @@ def superfacet_weights(
     --------
     A square of side 1 is folded along its diagonal by 90 degrees, to a ridge and to a valley:
 
-    >>> from superfacets import Mesh, build_face_graph
+    >>> from superfacets import build_face_graph
     >>> vertices = [[0, 0, 0], [1, 0, 0], [0, 0, 1], [0, 1, 0]]
     >>> for faces in ([0, 1, 2], [0, 2, 3]), ([2, 1, 0], [3, 2, 0]):
-    ...     mesh = Mesh(vertices, faces)
+    ...     mesh = (vertices, faces)
     ...     superfacet_weights(mesh, build_face_graph(mesh), alpha=10).round(3).tolist()
     [1.008, 1.008]
     [3.317, 3.317]
@@ -240,29 +236,26 @@ def crease_weights(
 
     .. math:: w_{ij} = \frac{|c_i - m| + |m - c_j| + \alpha\,\eta\,r\,\theta / \pi}{d}
 
-    The expected radius r of a region replaces the length of the edge in `superfacet_weights`. When
-    a mesh is refined, its edges get shorter, so costs that are proportional to edge lengths
-    decrease relative to distances. With r, a path whose angles sum to theta costs the same on fine
-    and coarse meshes. All other rules are the same as in `superfacet_weights`.
+    The expected radius r of a region replaces the length of the edge in `superfacet_weights`, so a
+    path whose angles sum to theta costs the same on fine and coarse meshes. All other rules are the
+    same.
 
     By default, convex edges have no cost, except ridges: the sharp edges of machine parts. A ridge
-    is a convex edge with an angle of at least 40 degrees that satisfies two rules. First, all other
-    edges of its two faces have less than 0.3 times this angle. As an exception, for box corners, a
-    triangle may have one other edge of at least 40 degrees, and a polygon any number of them, if
-    the smaller angle is at least 0.7 times the larger angle. Second, the ridge continues: at each
-    end, it meets another edge that satisfies the first rule, an edge of three or more faces, or the
-    boundary of an open mesh.
+    is a convex edge of at least 40 degrees that satisfies two rules. First, all other edges of its
+    two faces have less than 0.3 times this angle. At box corners, a triangle may have one other
+    edge of at least 40 degrees, and a polygon any number, if the smaller angle is at least 0.7
+    times the larger. Second, the ridge continues: at each end, it meets another edge that satisfies
+    the first rule, an edge of three or more faces, or the boundary of an open mesh.
 
-    On hollow shapes, such as a cup or a ring, the costs of smooth edges (of less than 40 degrees)
-    are changed, because the surface is about as concave as convex. If only concave edges had a
-    cost, all smooth edges on the inside would have a cost, and none on the outside. Let V be the
-    volume of a closed mesh, A its area, and M its total mean curvature. M is half the sum of length
-    times angle over all edges except ridges; angles of concave edges are negative. The roundness
-    :math:`y = 3 V M / A^2` is 1 for a ball, less for any other convex body, 3/4 for a long rod,
-    below 0.2 for cups, and about 0 or less for rings. If y is less than 0.3, smooth convex edges
-    have the relative cost s = min(2 - y / 0.15, 1) / 4 (or `eta_convex`, if this is larger), and
-    smooth concave edges have the relative cost 1 - s. Open and inconsistently oriented meshes are
-    never treated as hollow.
+    On hollow shapes, such as a cup or a ring, the costs of smooth edges (below 40 degrees) change,
+    because otherwise only those on the inside would cost. Let V be the volume of a closed mesh, A
+    its area, and M its total mean curvature: half the sum of length times angle over all edges
+    except ridges, negative for concave edges. The roundness :math:`y = 3 V M / A^2` is 1 for a
+    ball, 3/4 for a long rod, below 0.2 for cups, and about 0 or less for rings. If y is less than
+    0.3, smooth convex edges have the relative cost s = min(2 - y / 0.15, 1) / 4 (or `eta_convex`,
+    if this is larger), and smooth concave edges have the relative cost 1 - s. Open and
+    inconsistently oriented meshes are never hollow.
+    never hollow.
 
     Parameters
     ----------
@@ -291,23 +284,15 @@ def crease_weights(
     MeshError
         If the mesh is not valid or has no faces.
     ValueError, TypeError
-        If a number is negative, not finite or of the wrong type, or if the graph does not fit the
-        mesh, because it was built from another mesh.
+        If a number is negative, not finite or of the wrong type, or if the graph is of another
+        mesh.
 
     Examples
     --------
-    >>> from superfacets import Mesh, build_face_graph
-    >>> valley = Mesh([[0, 0, 0], [1, 0, 0], [0, 0, 1], [0, 1, 0]], [[2, 1, 0], [3, 2, 0]])
+    >>> from superfacets import build_face_graph
+    >>> valley = ([[0, 0, 0], [1, 0, 0], [0, 0, 1], [0, 1, 0]], [[2, 1, 0], [3, 2, 0]])
     >>> crease_weights(valley, build_face_graph(valley), 0.5, alpha=10).round(3).tolist()
     [1.874, 1.874]
-
-    A ridge with the same angle costs about a third as much, and nothing with ``ridges=0``:
-
-    >>> ridge = Mesh(valley.vertices, [[0, 1, 2], [0, 2, 3]])
-    >>> crease_weights(ridge, build_face_graph(ridge), 0.5, alpha=10).round(3).tolist()
-    [0.936, 0.936]
-    >>> crease_weights(ridge, build_face_graph(ridge), 0.5, alpha=10, ridges=0).round(3).tolist()
-    [0.43, 0.43]
     """
     mesh = as_mesh(mesh)
     threads = checked_threads(n_threads)

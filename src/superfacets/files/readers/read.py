@@ -60,9 +60,9 @@ def read_mesh(path: str | os.PathLike[str]) -> AnyMesh:
     Raises
     ------
     MeshError
-        If the file is empty, truncated or damaged, or if its format does not match its ending; if
-        there is no face, or a face with fewer than three corners; if an index or a coordinate is
-        invalid; or if the ending is unknown. The message is one line that begins with the path.
+        If the file is empty, truncated or damaged, or does not match its ending; if there is no
+        face, or a face with fewer than three corners; if an index or a coordinate is invalid; or if
+        the ending is unknown. The message is one line that begins with the path.
     MissingExtraError
         If the format needs a package that is not installed.
     OSError
@@ -70,10 +70,9 @@ def read_mesh(path: str | os.PathLike[str]) -> AnyMesh:
 
     Notes
     -----
-    Time and memory are linear in the size of the file. Arrays may have at most 100 times the size
-    of the file, or 64 MB if this is larger. VTK and meshio run in a process of their own, with
-    limits of time and memory. A text file that is truncated within its last number, and an OBJ or
-    STL file that is truncated between faces, are read.
+    Arrays may have at most 100 times the size of the file, or 64 MB if this is larger. VTK and
+    meshio run in a process with limits of time and memory. A text file truncated within its last
+    number, and an OBJ or STL file truncated between faces, are read.
 
     Examples
     --------
@@ -98,24 +97,22 @@ def read_cloud(path: str | os.PathLike[str]) -> PointCloud:
     Parameters
     ----------
     path : path-like
-        Point cloud file, or a mesh file without faces. The ending, in upper or lower case, selects
-        the format:
+        Point cloud file, or a mesh file without faces. The ending selects the format:
 
         - ``.ply``, ``.obj``, ``.vtp``, ``.glb`` and other formats of `read_mesh`;
         - ``.xyz``, ``.csv`` and ``.txt``: one line of numbers per point, separated by spaces,
-          commas or semicolons. The first line may have the names of the columns, as in PLY. In
-          files without names, the three columns after x, y and z are colors if all numbers are
-          integers from 0 to 255, or normals if all vectors have length 1;
-        - ``.npy``: an array of 3 to 12 columns, with the same meaning as in text without names;
-        - ``.las`` and ``.laz``, with the extra ``las``;
-        - ``.pcd``, with the extra ``pcd``: text, binary or compressed;
+          commas or semicolons, after an optional line of names as in PLY. Without names, the three
+          columns after x, y and z are colors if all numbers are integers from 0 to 255, or normals
+          if all vectors have length 1;
+        - ``.npy``: 3 to 12 columns, as in text without names;
+        - ``.las`` and ``.laz`` (extra ``las``), ``.pcd`` of any encoding (extra ``pcd``);
         - ``.e57``, with the extra ``e57``: the points of all scans, each transformed by its pose.
 
     Returns
     -------
     PointCloud
-        The points; for a mesh, its vertices. Records without a position are skipped: labels of the
-        cloud are in the order of the remaining points (`MeshAttributes.records`).
+        The points; for a mesh, its vertices. Records without a position are skipped, also in labels
+        of the cloud (`MeshAttributes.records`).
 
     Raises
     ------
@@ -153,17 +150,12 @@ def read_attributes(path: str | os.PathLike[str]) -> MeshAttributes:
     -------
     MeshAttributes
         Arrays in the order of the file, with the types that the file declares. `declared` lists
-        what the file has, and what became of each; `left_out` is the part that was not read, such
-        as missing images and cells of other kinds.
+        what the file has, and what became of each; `left_out` is the part that was not read.
 
     Raises
     ------
     MeshError, MissingExtraError, OSError
         For the same reasons as in `read_mesh`.
-
-    Notes
-    -----
-    Time and memory are the same as for `read_mesh`, plus memory for the attributes.
 
     Examples
     --------

@@ -46,68 +46,59 @@ def write_mesh(
 ) -> None:
     """Write a mesh, with labels and colors of its faces, in the format of the file's ending.
 
-    The user guide (Export) describes the formats. A warning names attributes that a format does
-    not store.
+    A warning names attributes that a format does not store. The user guide (Export) has details.
 
     Parameters
     ----------
     path : path-like
         Output file. The ending selects the format:
 
-        - faces: ``.ply``, ``.vtp``, ``.obj`` (one group per region, or per class with `classes`),
-          ``.stl`` (triangles only; text with one solid per region, or per class with `classes`;
-          binary without labels), ``.off`` (colors), ``.glb`` (region ids and a table of regions) or
-          ``.ids.png`` (an image with the region id of each texel; `attributes` must contain a
-          texture);
-        - tetrahedra: ``.vtu`` or ``.vtk``, which cannot store colors;
-        - points: ``.ply``, ``.pcd``, ``.csv``, ``.las`` or ``.laz`` (LAS and LAZ need the extra
-          ``las``);
-        - one id per vertex of a mesh (the result of `vertex_labels` with ``method="creases"`` and
-          ``min_vertices=20``) or per point: ``.segs.json``, ``.bin``, ``_sp_label.npy`` or ``.pth``
-          (which needs torch);
+        - faces: ``.ply``, ``.vtp``, ``.obj`` (one group per region or class), ``.stl`` (triangles;
+          text with one solid per region or class; binary without labels), ``.off`` (colors),
+          ``.glb`` (region ids and a table of regions) or ``.ids.png`` (the region id of each texel;
+          `attributes` must contain a texture);
+        - tetrahedra: ``.vtu`` or ``.vtk``, without colors;
+        - points: ``.ply``, ``.pcd``, ``.csv``, ``.las`` or ``.laz`` (with the extra ``las``);
+        - one id per vertex (from `vertex_labels` with ``method="creases"`` and ``min_vertices=20``)
+          or point: ``.segs.json``, ``.bin``, ``_sp_label.npy`` or ``.pth`` (which needs torch);
         - one label per vertex of a brain cortex: ``.label.gii`` (GIFTI) or ``.annot`` (FreeSurfer);
         - ``.sstk.json`` (one label per triangle), ``.aggregation.json`` (one group per region), or
           ``.npz`` (the arrays of `RegionGraph.to_pyg`, ``region`` and ``vertex_super_index``).
 
         An existing file is replaced when the new file is complete, and its permissions are kept.
     mesh : Mesh, PolygonMesh, TetMesh, PointCloud, mesh-like or cloud-like
-        Same as in `segment`. Polygons stay polygons, except in GLB. For a cloud, there is one label
-        and one color per point; LAS stores the labels in an extra dimension ``label``.
+        Polygons stay polygons, except in GLB. For a cloud, there is one label and one color per
+        point; LAS stores the labels in an extra dimension ``label``.
     labels : array_like of integers, shape (F,), optional
         Region of each face, 0 or greater; -1 if a face is in no region. Formats with one id or
         label per vertex, and ``.aggregation.json``, also accept one label per vertex, (V,).
     colors : array_like of uint8, shape (F, 3), optional
-        Red, green and blue of each face. If there are labels, the default is the result of
-        `face_colors`.
+        Red, green and blue of each face. With labels, the default is the result of `face_colors`.
     attributes : MeshAttributes, optional
-        Other properties of vertices and faces, from `read_attributes` or created by you. A property
-        is skipped if the writer itself writes one of this name, such as ``label`` or ``red``.
+        Other properties of vertices and faces. Those that the writer writes itself, such as
+        ``label`` or ``red``, are skipped.
     ascii : bool, default False
-        Whether to write text instead of binary numbers, for programs that read only text.
+        Whether to write text instead of binary numbers.
     label_name : str, default "label"
         Name of the label array in VTP, VTU and VTK; dental tools expect ``Label``.
     vertex_labels : bool, default False
-        Whether a PLY file also contains a vertex property ``label`` with labels of vertices, which
-        are computed by `superfacets.vertex_labels`.
+        Whether a PLY file also contains labels of vertices, from `superfacets.vertex_labels`.
     classes : sequence of str or int, length K, optional
-        Class of each region, in ascending order of the labels. GLB stores classes as a column of
-        the table, OBJ as names of groups, STL as names of solids, and ``.aggregation.json`` as
-        labels of groups.
+        Class of each region, in ascending order of the labels: a column of the table in GLB, names
+        of groups in OBJ and of solids in STL, and labels of groups in ``.aggregation.json``.
     scores : array_like of float, length K, optional
         Score of each region, 0 to 1, in ascending order of the labels, for example
-        `LiftedLabels.label_scores`. Only ``.aggregation.json`` stores scores; the studio sorts
-        suggestions by score.
+        `LiftedLabels.label_scores`. Only ``.aggregation.json`` stores scores.
     force : bool, default False
-        Whether to replace a ``.segs.json`` file even if an ``.aggregation.json`` file in the same
-        folder refers to its segments and becomes invalid, and whether to replace an
-        ``.aggregation.json`` file from another program. See `regroup_segments`.
+        Whether to replace a ``.segs.json`` file whose segments an ``.aggregation.json`` file in the
+        same folder uses, or an ``.aggregation.json`` file of another program. See
+        `regroup_segments`.
 
     Raises
     ------
     ValueError
-        If the ending, a shape or a dtype is wrong, if a label is below -1, if a label is -1 but ids
-        in the format begin at 0, or if the format cannot store the cells, their number, or the
-        value of an option.
+        If the ending, a shape or a dtype is wrong, if a label is below -1, or -1 in a format whose
+        ids begin at 0, or if the format cannot store the cells, their number, or an option.
     TypeError
         If `attributes` is neither a `MeshAttributes` nor None, or if a class is neither a string
         nor an integer.
@@ -116,17 +107,11 @@ def write_mesh(
     OSError
         If the file cannot be written. The error is a FileExistsError if `force` is needed.
 
-    Notes
-    -----
-    Time is linear in V + F, except for a sort in OBJ and GLB. GLB, LAS and LAZ files are built in
-    memory; GLB needs about 200 bytes per face.
-
     Examples
     --------
     >>> from pathlib import Path
     >>> from tempfile import TemporaryDirectory
-    >>> from superfacets import Mesh
-    >>> square = Mesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> square = ([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
     >>> with TemporaryDirectory() as folder:
     ...     path = Path(folder, "square.ply")
     ...     write_mesh(path, square, colors=[[255, 0, 0], [0, 0, 255]], ascii=True)
@@ -179,17 +164,13 @@ def write_labels(path: StrPath, labels: npt.ArrayLike, *, force: bool = False) -
     Raises
     ------
     ValueError
-        If the ending, the shape or the dtype is wrong, if a label is negative but the format does
-        not allow negative labels, if levels are not nested, or if a label is 2**24 or greater in
-        ``.segs.json``, ``.aggregation.json``, ``.label.gii`` or ``.annot``.
+        If the ending, shape or dtype is wrong, if the format does not allow a label below 0, if
+        levels are not nested, or if a label is 2**24 or greater in ``.segs.json``,
+        ``.aggregation.json``, ``.label.gii`` or ``.annot``.
     MissingExtraError
         If the ending is ``.pth``, but torch is not installed.
     OSError
         If the file cannot be written. The error is a FileExistsError if `force` is needed.
-
-    See Also
-    --------
-    write_mesh : Computes labels of vertices from labels of faces, for the formats that need them.
 
     Examples
     --------
@@ -223,19 +204,18 @@ def write_regions(
     Parameters
     ----------
     folder : path-like
-        Folder for the files, which is created if it is missing. Files are named after the labels,
-        for example ``region_17.ply``, with leading zeros. Existing files with these names are
-        replaced.
+        Folder for the files, created if missing. Files are named after the labels, for example
+        ``region_17.ply``, with leading zeros; they replace existing files.
     mesh : Mesh, PolygonMesh, TetMesh, PointCloud, mesh-like or cloud-like
-        Same as in `segment`. Points keep their normals and colors.
+        The cells, which keep their order. A file has only the vertices of its cells, in the order
+        of the mesh. Points keep their normals and colors.
     labels : array_like of integers, shape (N,)
         Region of each cell, 0 or greater. Cells with label -1 are not written.
     ending : str, optional
         Ending of the files, which selects a format as in `write_mesh`. By default ``.vtu`` for
         tetrahedra, and ``.ply`` for other cells.
     attributes : MeshAttributes, optional
-        Other properties, of which each file gets those of its vertices and faces. Textures are not
-        written.
+        Other properties, of which each file gets those of its vertices and faces, but no texture.
     ascii : bool, default False
         Same as in `write_mesh`.
 
@@ -253,11 +233,6 @@ def write_regions(
         If the folder already contains other region files with this ending, which are not replaced.
     OSError
         If a file cannot be written.
-
-    Notes
-    -----
-    Cells keep their order. A file contains only the vertices of its cells, in the order of the
-    mesh.
 
     Examples
     --------
