@@ -141,9 +141,9 @@ def prism(n_sides, n_rings, height):
     return sf.Mesh(vertices, np.concatenate([np.stack(corners, 1) for corners in sides + caps]))
 
 
-def rounded_block(n=24, radius=0.2):
+def rounded_block(radius):
     """Return a block whose edges and corners are all rounded."""
-    cube = subdivided(shapes.cube(), n.bit_length())
+    cube = subdivided(shapes.cube(), 5)
     middle = cube.vertices.mean(axis=0)
     at = cube.vertices - middle
     core = np.clip(at, radius - 0.5, 0.5 - radius)
@@ -167,6 +167,22 @@ def test_neither_rounding_nor_units_nor_orientation_decide_what_is_a_made_thing(
     ):
         assert is_made_thing(mesh)
     assert not is_made_thing(sf.sample_mesh(5_000))
+
+
+def test_regions_follow_the_fillets_of_a_block_without_sharp_edges():
+    """The areas are 6 flat sides, 12 rounded edges and 8 corners."""
+    block = rounded_block(0.1)
+    assert is_made_thing(block)
+    areas = sf.build_face_graph(block).measures
+    at = block.vertices[block.faces].mean(axis=1) - block.vertices.mean(axis=0)
+    places = np.where(np.abs(at) < 0.4, 0, np.sign(at)).astype(int)
+    found, truth = np.unique(places, axis=0, return_inverse=True)
+    is_flat = np.abs(found).sum(axis=1) == 1
+    for k in (30, 60, 150):
+        shares = np.zeros((k, len(found)))
+        np.add.at(shares, (sf.segment(block, k).labels, truth.ravel()), areas)
+        assert ((shares[:, is_flat] > 0).sum(axis=1) <= 1).all()
+        assert shares.max(axis=1).sum() >= 0.87 * areas.sum()
 
 
 def test_coarse_cells_end_at_all_edges_of_a_hexagonal_prism():
