@@ -93,17 +93,6 @@ void sort_unique(Lists<Entry>& lists, ThreadTeam& team) {
   lists.entries = std::move(kept);
 }
 
-// The entries of several lists, one list after the other.
-template <typename Entry>
-Buffer<Entry> concatenated(std::span<const std::vector<Entry>> lists) {
-  std::size_t size = 0;
-  for (const std::vector<Entry>& list : lists) size += list.size();
-  Buffer<Entry> all(size);
-  Entry* next = all.data();
-  for (const std::vector<Entry>& list : lists) next = std::copy(list.begin(), list.end(), next);
-  return all;
-}
-
 // Collects the entries that append(cell, list) appends to `list` for cells 0..n-1, in the order of
 // cells. Each block of cells fills a separate list.
 template <typename Entry, typename Append>
@@ -118,7 +107,12 @@ Buffer<Entry> gather(std::int64_t n, const Append& append, ThreadTeam& team) {
     lists[begin / kBlock] = std::move(list);
   };
   team.for_each_block(n, append_range, kBlock);
-  return concatenated<Entry>(lists);
+  std::size_t size = 0;
+  for (const std::vector<Entry>& list : lists) size += list.size();
+  Buffer<Entry> all(size);
+  Entry* next = all.data();
+  for (const std::vector<Entry>& list : lists) next = std::copy(list.begin(), list.end(), next);
+  return all;
 }
 
 }  // namespace superfacets

@@ -7,7 +7,6 @@
 #include "mesh/roughness.hpp"
 #include "mesh/subdivision.hpp"
 #include "mesh/vertex_graph.hpp"
-#include "mesh/vertex_normals.hpp"
 #include "mesh/weld.hpp"
 
 namespace superfacets {

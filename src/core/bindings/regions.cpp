@@ -9,7 +9,6 @@
 #include "regions/merge_tree.hpp"
 #include "regions/region_graph.hpp"
 #include "regions/region_sizes.hpp"
-#include "regions/rings.hpp"
 #include "regions/share_vertices.hpp"
 #include "regions/shared_masks.hpp"
 #include "regions/smooth.hpp"

@@ -2,7 +2,8 @@
 
 #include <array>
 #include <limits>
-#include <numeric>
+
+#include "base/lists.hpp"
 
 namespace superfacets {
 namespace {
@@ -352,12 +353,11 @@ class IdPainter {
 
 // The triangles, sorted by the image tile of their first corner. In an arbitrary order, nearly
 // every row of texels would be read from memory several times.
-std::vector<std::int32_t> order_by_tile(const TexelGrid& grid, const TexturedTriangles& triangles) {
+Buffer<std::int32_t> order_by_tile(const TexelGrid& grid, const TexturedTriangles& triangles) {
   const std::int64_t n_columns = (grid.width + kTile - 1) / kTile;
   const std::int64_t n_rows = (grid.height + kTile - 1) / kTile;
   const std::size_t n = triangles.corners.size() / 3;
   std::vector<std::int32_t> tiles(n);
-  std::vector<std::int64_t> begins(n_rows * n_columns + 1, 0);
   for (std::size_t triangle = 0; triangle < n; ++triangle) {
     const auto corners = corners_of(grid, triangles, static_cast<std::int64_t>(triangle));
     if (!corners) continue;  // the triangle is not sampled, so its tile does not matter
@@ -366,13 +366,13 @@ std::vector<std::int32_t> order_by_tile(const TexelGrid& grid, const TexturedTri
     const std::int64_t row = wrapped(static_cast<std::int64_t>(y), grid.height, grid.wrap_v);
     tiles[triangle] = static_cast<std::int32_t>(row / kTile * n_columns + column / kTile);
   }
-  for (const std::int32_t tile : tiles) ++begins[tile + 1];
-  std::partial_sum(begins.begin(), begins.end(), begins.begin());
-  std::vector<std::int32_t> order(n);
-  for (std::size_t triangle = 0; triangle < n; ++triangle) {
-    order[begins[tiles[triangle]]++] = static_cast<std::int32_t>(triangle);
-  }
-  return order;
+  return group<std::int32_t>(n_rows * n_columns,
+                             [&](const auto& add) {
+                               for (std::size_t triangle = 0; triangle < n; ++triangle) {
+                                 add(tiles[triangle], static_cast<std::int32_t>(triangle));
+                               }
+                             })
+      .entries;
 }
 
 }  // namespace
@@ -385,18 +385,16 @@ TexelColors texel_colors(std::span<const std::uint8_t> pixels, const TexelGrid& 
   const auto n = static_cast<std::int64_t>(triangles.corners.size() / 3);
   TexelColors colors{Buffer<Point>(n), Buffer<double>(n)};
   const Image image(pixels, grid, linear);
-  const std::vector<std::int32_t> order = order_by_tile(grid, triangles);
+  const Buffer<std::int32_t> order = order_by_tile(grid, triangles);
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-  const auto find = [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t place = begin; place < end; ++place) {
-      const std::int32_t triangle = order[place];
-      const std::optional<Corners> corners = corners_of(grid, triangles, triangle);
-      const Found found = corners ? color_of(image, *corners) : Found{{kNone, kNone, kNone}, kNone};
-      colors.means[triangle] = found.mean;
-      colors.spreads[triangle] = found.spread;
-    }
+  const auto find = [&](std::int64_t place) {
+    const std::int32_t triangle = order[place];
+    const std::optional<Corners> corners = corners_of(grid, triangles, triangle);
+    const Found found = corners ? color_of(image, *corners) : Found{{kNone, kNone, kNone}, kNone};
+    colors.means[triangle] = found.mean;
+    colors.spreads[triangle] = found.spread;
   };
-  team.for_each_block(n, find, kTrianglesAtOnce);
+  team.for_each_index(n, find, kTrianglesAtOnce);
   return colors;
 }
 

@@ -3,10 +3,29 @@
 #include "clustering/nearest_members.hpp"
 
 namespace superfacets {
+namespace {
 
 // Minimum weight of a fine cell in means_of. The weight is positive, so that the mean is defined
 // even if the measures of all fine cells are 0.
 constexpr double kMinMeasure = 1e-300;
+
+// The measure-weighted mean position of each region of coarse cells. Cells with kNoLabel are in no
+// region.
+std::vector<Point> region_means(const OrderedGraph& coarse, std::span<const Label> labels,
+                                std::int64_t n_regions) {
+  SUPERFACETS_ASSERT(std::cmp_equal(labels.size(), coarse.n_cells()));
+  std::vector<WeightedSum> sums(n_regions);
+  for (Cell cell = 0; cell < coarse.n_cells(); ++cell) {
+    if (labels[cell] == kNoLabel) continue;
+    sums[labels[cell]].add(coarse.positions[cell], coarse.measures[cell]);
+  }
+  std::vector<Point> means;
+  means.reserve(sums.size());
+  for (const WeightedSum& sum : sums) means.push_back(sum.mean());
+  return means;
+}
+
+}  // namespace
 
 // The coarse cells of one range, and the arcs that leave them.
 struct CoarseGraph::Part {
@@ -172,20 +191,6 @@ std::vector<Cell> CoarseGraph::refine(std::span<const Label> labels, std::span<c
   const auto label_of = [&](Place place) { return labels[coarse_of(place)]; };
   find_nearest_members(fine_, regions, means, label_of, places, team);
   return fine_.cells_at(places);
-}
-
-std::vector<Point> region_means(const OrderedGraph& coarse, std::span<const Label> labels,
-                                std::int64_t n_regions) {
-  SUPERFACETS_ASSERT(std::cmp_equal(labels.size(), coarse.n_cells()));
-  std::vector<WeightedSum> sums(n_regions);
-  for (Cell cell = 0; cell < coarse.n_cells(); ++cell) {
-    if (labels[cell] == kNoLabel) continue;
-    sums[labels[cell]].add(coarse.positions[cell], coarse.measures[cell]);
-  }
-  std::vector<Point> means;
-  means.reserve(sums.size());
-  for (const WeightedSum& sum : sums) means.push_back(sum.mean());
-  return means;
 }
 
 }  // namespace superfacets

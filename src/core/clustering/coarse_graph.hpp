@@ -99,9 +99,4 @@ class CoarseGraph {
   OrderedGraph graph_;
 };
 
-// The measure-weighted mean position of each region of coarse cells. Cells with kNoLabel are in no
-// region.
-std::vector<Point> region_means(const OrderedGraph& coarse, std::span<const Label> labels,
-                                std::int64_t n_regions);
-
 }  // namespace superfacets

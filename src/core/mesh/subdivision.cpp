@@ -93,15 +93,13 @@ Buffer<std::int64_t> place_parts(std::span<const Point> vertices, std::span<cons
   const auto n_faces = static_cast<std::int64_t>(faces.size());
   Buffer<std::int64_t> starts(n_faces + 1);
   std::atomic<std::int64_t> total = 0;
-  const auto count = [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t face = begin; face < end; ++face) {
-      if (total.load(std::memory_order_relaxed) > max_faces) return;
-      starts[face] = count_parts(corners_of(vertices, faces[face]), limit, max_faces);
-      if (starts[face] > 1) total.fetch_add(starts[face] - 1, std::memory_order_relaxed);
-    }
+  const auto count = [&](std::int64_t face) {
+    if (total.load(std::memory_order_relaxed) > max_faces) return;
+    starts[face] = count_parts(corners_of(vertices, faces[face]), limit, max_faces);
+    if (starts[face] > 1) total.fetch_add(starts[face] - 1, std::memory_order_relaxed);
   };
   total = n_faces;
-  team.for_each_block(n_faces, count, kFacesPerTask);
+  team.for_each_index(n_faces, count, kFacesPerTask);
   if (total > max_faces) refuse();
   const auto n_vertices = static_cast<std::int64_t>(vertices.size());
   if (n_vertices + total - n_faces > std::numeric_limits<Vertex>::max()) refuse();

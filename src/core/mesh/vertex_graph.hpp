@@ -1,4 +1,4 @@
-// The graph of vertices joined by edges, and smoothing of positions on this graph.
+// The graph of vertices joined by edges, normals of vertices, and smoothing of positions.
 #pragma once
 
 #include "base/buffer.hpp"
@@ -19,6 +19,13 @@ struct VertexGraph {
 // n) at a vertex with n edges.
 VertexGraph build_vertex_graph(std::span<const Point> vertices, const CornerLists& faces,
                                std::span<const Vertex> representative, ThreadTeam& team);
+
+// For each vertex, the mean of the unit normals of the faces around the vertex. The mean is not
+// normalized, and is zero if the vertex has no faces. Corners are replaced by
+// representative[vertex] (see weld_vertices), so duplicate vertices have no faces. Degenerate faces
+// are included with a zero normal.
+Buffer<Point> mean_normals(std::span<const Point> vertices, const CornerLists& faces,
+                           std::span<const Vertex> representative);
 
 // Positions after n_steps steps of Taubin's smoothing ("A Signal Processing Approach to Fair
 // Surface Design", 1995). A step moves each vertex toward the mean of its neighbors, by 0.5 of the

@@ -1,7 +1,5 @@
 #include "regions/border_field.hpp"
 
-#include "regions/rings.hpp"
-
 namespace superfacets {
 namespace {
 
@@ -121,6 +119,23 @@ Buffer<float> cotangents_of(const LabeledMesh& mesh, ThreadTeam& team) {
   return cotangents;
 }
 
+// Increases the ring numbers of vertices, until each vertex of a face has at least the largest
+// number in the face minus one. So each face within n rings of a vertex with the number n gets a
+// vertex with a number of at least 1. Time O(F max(rings)).
+void spread_rings(const FacesAround& around, std::span<std::uint8_t> rings) {
+  // One round per ring number, in descending order. Each round sets the ring numbers that the next
+  // round reads.
+  for (int ring = rings.empty() ? 0 : *std::ranges::max_element(rings); ring > 1; --ring) {
+    const auto less = static_cast<std::uint8_t>(ring - 1);
+    for (Face face = 0; face < around.n_faces(); ++face) {
+      const auto& [a, b, c] = around.corners(face).corners;
+      // larger numbers were processed in an earlier round
+      if (std::max({rings[a], rings[b], rings[c]}) != ring) continue;
+      for (const Vertex corner : {a, b, c}) rings[corner] = std::max(rings[corner], less);
+    }
+  }
+}
+
 }  // namespace
 
 BorderField::BorderField(const LabeledMesh& mesh, const FacesAround& around,
@@ -192,8 +207,7 @@ void BorderField::find_near() {
   team_.for_each_index(around_.n_vertices(), [&](std::int64_t vertex) {
     rings[vertex] = !mixes_[vertex].is_pure() || are_pinned_[vertex] != 0 ? kRings : 0;
   });
-  const auto corners_of = [&](Face face) { return std::span(around_.corners(face).corners); };
-  spread_rings(static_cast<Face>(around_.n_faces()), corners_of, rings.span());
+  spread_rings(around_, rings.span());
   near_.clear();
   for (Vertex vertex = 0; vertex < around_.n_vertices(); ++vertex) {
     if (rings[vertex] > 0 && are_pinned_[vertex] == 0) near_.push_back(vertex);
