@@ -205,10 +205,9 @@ def sharp_edges(
 
     Raises
     ------
-    MeshError
-        If the mesh is not valid or has no faces.
-    ValueError, TypeError
-        If `angle` is not a number above 0 and at most 180.
+    MeshError, ValueError, TypeError
+        If the mesh is not valid or has no faces, or if `angle` is not a number above 0 and at most
+        180.
 
     Examples
     --------

@@ -210,11 +210,9 @@ def evaluate_vertices(
 
     Raises
     ------
-    MeshError
-        If the mesh is not valid, or if it is a point cloud.
-    ValueError, TypeError
-        If labels or a ground truth are not one integer >= -1 per vertex, or if they are -1 at all
-        vertices of faces.
+    MeshError, ValueError, TypeError
+        If the mesh is not valid, if it is a point cloud, if labels or a ground truth are not one
+        integer >= -1 per vertex, or if they are -1 at all vertices of faces.
 
     Examples
     --------

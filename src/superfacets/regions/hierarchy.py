@@ -204,12 +204,10 @@ def hierarchy(
 
     Raises
     ------
-    MeshError
-        If the mesh is not valid.
-    ValueError, TypeError
-        If a level has more regions than the finest level, or fewer regions than there are
-        components; if regions in `labels` extend across barriers; or if a parameter is out of range
-        or of the wrong type.
+    MeshError, ValueError, TypeError
+        If the mesh is not valid, or if a level has more regions than the finest level, or fewer
+        regions than there are components; if regions in `labels` extend across barriers; or if a
+        parameter is out of range or of the wrong type.
 
     Notes
     -----

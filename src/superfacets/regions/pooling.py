@@ -73,11 +73,9 @@ def pool(
 
     Raises
     ------
-    MeshError
-        If the mesh is not valid.
-    ValueError, TypeError
-        If the shapes of values, labels and measures do not match, if a dtype is wrong, if `how` is
-        unknown, or if both `mesh` and `measures` are given.
+    MeshError, ValueError, TypeError
+        If the mesh is not valid, if the shapes of values, labels and measures do not match, if a
+        dtype is wrong, if `how` is unknown, or if both `mesh` and `measures` are given.
 
     Examples
     --------

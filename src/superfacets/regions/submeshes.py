@@ -56,11 +56,10 @@ def submesh(mesh: MeshLike, labels: npt.ArrayLike, region: int) -> Submesh:
 
     Raises
     ------
-    MeshError
-        If the mesh is not valid, or if all vertices of the region are at one position.
-    ValueError, TypeError
-        If labels are not one integer >= -1 per cell, if a label from 0 to K - 1 is missing, or if
-        `region` is out of range.
+    MeshError, ValueError, TypeError
+        If the mesh is not valid, if all vertices of the region are at one position, if labels are
+        not one integer >= -1 per cell, if a label from 0 to K - 1 is missing, or if `region` is out
+        of range.
 
     Examples
     --------

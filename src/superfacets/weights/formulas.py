@@ -188,11 +188,9 @@ def superfacet_weights(
 
     Raises
     ------
-    MeshError
-        If the mesh is not valid or has no faces.
-    ValueError, TypeError
-        If a number is out of range, not finite or of the wrong type, or if the graph is of another
-        mesh.
+    MeshError, ValueError, TypeError
+        If the mesh is not valid or has no faces, if a number is out of range, not finite or of the
+        wrong type, or if the graph is of another mesh.
 
     References
     ----------
@@ -281,11 +279,9 @@ def crease_weights(
 
     Raises
     ------
-    MeshError
-        If the mesh is not valid or has no faces.
-    ValueError, TypeError
-        If a number is negative, not finite or of the wrong type, or if the graph is of another
-        mesh.
+    MeshError, ValueError, TypeError
+        If the mesh is not valid or has no faces, if a number is negative, not finite or of the
+        wrong type, or if the graph is of another mesh.
 
     Examples
     --------
