@@ -148,7 +148,6 @@ def smooth_borders(
 
     Examples
     --------
-
     >>> from superfacets import Mesh
     >>> vertices = [[x, y, 0] for y in range(3) for x in range(3)]
     >>> quads = [(v, v + 1, v + 4, v + 3) for v in (0, 1, 3, 4)]

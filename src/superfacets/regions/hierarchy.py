@@ -205,7 +205,7 @@ def hierarchy(
     Raises
     ------
     MeshError, ValueError, TypeError
-        If the mesh is not valid, or if a level has more regions than the finest level, or fewer
+        If the mesh is not valid; if a level has more regions than the finest level, or fewer
         regions than there are components; if regions in `labels` extend across barriers; or if a
         parameter is out of range or of the wrong type.
 

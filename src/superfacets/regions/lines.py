@@ -95,8 +95,8 @@ def border_lines(
     Raises
     ------
     MeshError, ValueError, TypeError
-        If the mesh is not valid, has no faces, if labels are not one integer >= -1 per face, or if
-        a label from 0 to K - 1 is missing.
+        If the mesh is not valid or has no faces, if labels are not one integer >= -1 per face, or
+        if a label from 0 to K - 1 is missing.
 
     Notes
     -----

@@ -185,10 +185,7 @@ def _members_of(
     values: Array, labels: Ints, n_regions: int, weights: Floats | None,
     source: Cells | CellGraph | None,
 ) -> _Members:  # fmt: skip
-    """Return the members of all regions, sorted by region.
-
-    Members are cells or, if `values` has one row per vertex, corners of cells.
-    """
+    """Return the members of all regions, sorted by region: cells, or corners for vertex values."""
     rows: npt.NDArray[np.integer] | None = None
     if len(values) != len(labels):
         n_vertices = getattr(source, "n_vertices", None)

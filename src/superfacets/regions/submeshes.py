@@ -110,10 +110,7 @@ def split_regions(mesh: MeshLike, labels: npt.ArrayLike) -> Iterator[Submesh]:
 
 
 def part_of(whole: Any, cells: Ints, region: int) -> Submesh:
-    """Return the part of a mesh or cloud made of `cells`, whose indices must be ascending.
-
-    The message of a MeshError contains `region`. Time is O(n log n) for n cells.
-    """
+    """Return the part of a mesh or cloud with the ascending `cells`; errors name `region`."""
     kind = kind_of(whole)
     corners = kind.corners(whole)
     if corners is None:
