@@ -53,7 +53,7 @@ class EdgePaths:
         return cls(graph, unit, nodes, n_threads)
 
     def distances(self, sources: Ints) -> Floats:
-        """Return the distance along edges of each vertex from the nearest source, else infinity."""
+        """Return the distance of each vertex from a source along edges, (V,); infinity if none."""
         distances = np.full(len(self.nodes), np.inf)
         if len(sources):
             paths = _core.Clustering(self.graph, self.nodes[sources], np.inf, self.n_threads)

@@ -68,8 +68,8 @@ def pool(
     -------
     ndarray, shape (K,) or (K, F)
         Values of regions: float64 for means and sums, and the dtype of `values` otherwise. If all
-        cells of a region have area 0, its mean is not weighted. NaN values make all but the
-        majority NaN. The mean of equal numbers is exactly this number.
+        cells of a region have area 0, its mean is not weighted. A NaN value makes the result of its
+        region NaN. The mean of equal numbers is exactly this number.
 
     Raises
     ------

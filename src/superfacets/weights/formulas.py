@@ -253,7 +253,6 @@ def crease_weights(
     0.3, smooth convex edges have the relative cost s = min(2 - y / 0.15, 1) / 4 (or `eta_convex`,
     if this is larger), and smooth concave edges have the relative cost 1 - s. Open and
     inconsistently oriented meshes are never hollow.
-    never hollow.
 
     Parameters
     ----------
