@@ -112,7 +112,7 @@ def read_cloud(path: str | os.PathLike[str]) -> PointCloud:
     -------
     PointCloud
         The points; for a mesh, its vertices. Records without a position are skipped; labels of the
-        cloud are in the order of the remaining points (`MeshAttributes.records`).
+        cloud are in the order of the remaining points (``MeshAttributes.records``).
 
     Raises
     ------
