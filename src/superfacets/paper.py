@@ -68,10 +68,8 @@ def segment(
 
     Raises
     ------
-    MeshError
-        If the mesh is not valid.
-    ValueError, TypeError
-        If a parameter is out of range or of the wrong type.
+    MeshError, ValueError, TypeError
+        If the mesh is not valid, or if a parameter is out of range or of the wrong type.
 
     Examples
     --------

@@ -147,10 +147,7 @@ def _kind_of_array(value: Any) -> str | None:
 
 
 def restored(state: Any, names: Sequence[str]) -> list[Any]:
-    """Return the fields `names` of the state of a pickled object.
-
-    Raises a ValueError if a field is missing. The values of the fields are not checked.
-    """
+    """Return the fields `names` of a pickled object, or raise a ValueError if one is missing."""
     if not isinstance(state, dict) or not set(names) <= state.keys():
         raise ValueError(
             f"the copy or pickle is damaged: it must have the fields {', '.join(names)}"
@@ -169,10 +166,7 @@ def freeze(instance: object, **arrays: Array) -> None:
 def checked_polygons(
     vertices: Any, offsets: Any, indices: Any, *, are_new: bool = False
 ) -> tuple[Floats, Longs, Ints, Floats]:
-    """Return checked vertices, offsets and corners, and the bounding box of all used vertices.
-
-    Raises a MeshError if an array is not valid. For `are_new`, see `checked_simplices`.
-    """
+    """Return checked vertices, offsets and corners, and the bounding box of all used vertices."""
     points = _point_array(vertices)
     given = _row_of_integers(indices, "indices")
     corners = _int32_corners(given, are_new)
@@ -350,10 +344,7 @@ def numeric_array(value: Any, name: str) -> Array:
 
 
 def checked_points(points: Any) -> tuple[Floats, Floats]:
-    """Return points (N, 3) as float64, and their bounding box (2, 3).
-
-    Raises a MeshError if there are no points, or if a point is not valid.
-    """
+    """Return checked points (N, 3) as float64, N at least 1, and their bounding box (2, 3)."""
     given = rows_of_three(points, "points")
     if not len(given):
         raise MeshError("the cloud has no points")
@@ -375,10 +366,7 @@ def check_spread(bounds: Floats) -> None:
 
 
 def checked_normals(normals: Any, n_points: int, name: str = "normals") -> Floats:
-    """Return normals (N, 3) as float64, scaled to length 1; zero vectors are not changed.
-
-    Raises a MeshError for invalid normals.
-    """
+    """Return checked normals (N, 3) as float64, of length 1; zero vectors are not changed."""
     array = owned(exact_doubles(rows_of_three(normals, name, n_points)), np.float64)
     refuse_infinite(array, name)
     # Vectors are first divided by their largest component, so that squares cannot overflow.
@@ -390,10 +378,7 @@ def checked_normals(normals: Any, n_points: int, name: str = "normals") -> Float
 
 
 def checked_viewpoints(viewpoints: Any, n_points: int) -> Floats:
-    """Return a checked viewpoint (3,), or checked viewpoints, one per point (N, 3), as float64.
-
-    Raises a MeshError if the viewpoints are not valid.
-    """
+    """Return a checked viewpoint (3,), or one per point (N, 3), as float64."""
     array = numeric_array(viewpoints, "viewpoints")
     if array.shape not in ((3,), (n_points, 3)):
         raise MeshError(f"viewpoints must have shape (3,) or ({n_points}, 3), got {array.shape}")

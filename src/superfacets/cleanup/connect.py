@@ -52,11 +52,10 @@ def enforce_connectivity(
 
     Raises
     ------
-    MeshError
-        If the mesh is not valid.
-    ValueError, TypeError
-        If labels are not one integer >= -1 per cell, if a label from 0 to K - 1 is missing or all
-        labels are -1, if a center is not in its region, or if another parameter is not valid.
+    MeshError, ValueError, TypeError
+        If the mesh is not valid, if labels are not one integer >= -1 per cell, if a label from 0 to
+        K - 1 is missing or all labels are -1, if a center is not in its region, or if another
+        parameter is not valid.
 
     Notes
     -----

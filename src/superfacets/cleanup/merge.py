@@ -65,11 +65,9 @@ def merge_small_regions(
 
     Raises
     ------
-    MeshError
-        If the mesh is not valid.
-    ValueError, TypeError
-        If labels are not one integer >= -1 per cell, if a label from 0 to K - 1 is missing or all
-        labels are -1, or if another parameter is not valid.
+    MeshError, ValueError, TypeError
+        If the mesh is not valid, if labels are not one integer >= -1 per cell, if a label from 0 to
+        K - 1 is missing or all labels are -1, or if another parameter is not valid.
 
     Notes
     -----

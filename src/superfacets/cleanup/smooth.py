@@ -103,8 +103,8 @@ def smooth_borders(
 
     where w is the weight of the arc across the edge, g is the length of the path between the two
     centroids through the midpoint of the edge, and r is the expected radius of a region. So borders
-    in creases have a low cost. A stiffness s keeps small regions from shrinking, by a cost of
-    changed areas :math:`A_i` and of the distance from initial centroids :math:`x_{0,i}`:
+    in creases have a low cost. A stiffness s keeps small regions from shrinking, by a cost of the
+    change from their initial areas :math:`A_{0,i}` and centroids :math:`x_{0,i}`:
 
     .. math:: \frac{s}{r} \sum_i \left( \frac{(A_i - A_{0,i})^2}{2 A_{0,i}}
         + \frac{0.13}{r^2} \int_i |x - x_{0,i}|^2 dA \right)
@@ -142,15 +142,12 @@ def smooth_borders(
 
     Raises
     ------
-    MeshError
-        If the mesh is not valid.
-    ValueError, TypeError
-        If labels are not one integer >= -1 per cell, if a label from 0 to K - 1 is missing or all
-        labels are -1, or if another parameter is not valid.
+    MeshError, ValueError, TypeError
+        If the mesh is not valid, if labels are not one integer >= -1 per cell, if a label from 0 to
+        K - 1 is missing or all labels are -1, or if another parameter is not valid.
 
     Examples
     --------
-
     >>> from superfacets import Mesh
     >>> vertices = [[x, y, 0] for y in range(3) for x in range(3)]
     >>> quads = [(v, v + 1, v + 4, v + 3) for v in (0, 1, 3, 4)]

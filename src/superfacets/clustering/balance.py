@@ -96,10 +96,7 @@ class SizeRules:
         return cls(options, exact_array(sizes, np.float64), components)
 
     def with_count(self, size: CountOptions) -> CountOptions:
-        """Return `size`, with `n_segments` computed from `Sizes.cells`.
-
-        If that is None, `size` is returned unchanged.
-        """
+        """Return `size`, with `n_segments` computed from `Sizes.cells` if that is given."""
         per_region = self.options.cells
         if per_region is None:
             return size
@@ -162,10 +159,7 @@ class SizeRules:
         return counts
 
     def goals(self, found: Floats, components: Ints) -> Floats:
-        """Return the target size of each region, (K,).
-
-        `found` is the current size of each region, and `components` is its component.
-        """
+        """Return the target size of each region, (K,), from its current size and its component."""
         counts = np.bincount(components)
         totals = sums_by_label(components, found, len(counts))
         if self.options.cells is not None:
@@ -252,10 +246,7 @@ class Balancer:
     def of(
         cls, rules: SizeRules, coarse: list[CoarseGraph], plan: Plan, loop: LoopOptions
     ) -> Balancer:
-        """Make a balancer for all cells and for the coarse cells in `coarse`.
-
-        `coarse` contains the graphs of coarse cells, from the finest to the coarsest.
-        """
+        """Make a balancer for all cells, and for coarse cells from the finest to the coarsest."""
         n_threads, islands = loop.n_threads, CORE_ISLANDS[loop.islands]
         may_move_centers = not plan.has_seeds
         sizes, components = [rules.sizes], [rules.components]

@@ -93,10 +93,7 @@ class Coarsening:
 def coarsened(
     graph: OrderedGraph, plan: Plan, loop: LoopOptions, timings: dict[str, float]
 ) -> Coarsening:
-    """Build the coarse graphs for the loop, and record the run time in `timings`.
-
-    There are no coarse graphs unless `can_be_coarse` is True.
-    """
+    """Build the coarse graphs, if `can_be_coarse`, and record the run time in `timings`."""
     if not can_be_coarse(graph.is_symmetric, plan, loop):
         return Coarsening([])
     with timed(timings, "coarsen", loop.report):

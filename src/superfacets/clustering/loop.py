@@ -88,10 +88,7 @@ class Loop:
         return self._spread(coarse, paths, centers)
 
     def _balanced(self, graph: OrderedGraph, clustering: Clustering, level: int) -> Clustering:
-        """Return the clustering after balancing the sizes of regions, if there is a balancer.
-
-        Level 0 is all cells, level 1 the finest coarse cells, and so on.
-        """
+        """Return the clustering on `level` after balancing the sizes of regions, if requested."""
         if self.balancer is None:
             return clustering
         with timed(self.timings, "balance"):

@@ -76,10 +76,7 @@ class Plan:
         return bool((self.groups[1:] != self.groups[:-1]).any())
 
     def components(self, coarse: list[CoarseGraph]) -> Ints:
-        """Return the component of each cell of the last graph in `coarse`, or of each cell inside.
-
-        `coarse` contains coarse graphs of the cells inside the mask, from the finest on.
-        """
+        """Return the component of each cell inside the mask, or of the last graph in `coarse`."""
         assert self.inside is not None
         one_label = np.zeros(len(self.inside.cells), np.int32)
         arcs = (self.inside.offsets, self.inside.neighbors)
@@ -91,10 +88,7 @@ class Plan:
     def placed_cells(
         self, graph: BaseGraph, lengths: Singles, n_threads: int
     ) -> tuple[_core.PlacedCells, ArcLengths]:
-        """Return the cells inside the mask, sorted along a space-filling curve, and their arcs.
-
-        `lengths` is the length of each arc of `graph`.
-        """
+        """Return the cells inside the mask, sorted along a curve, and their arcs with `lengths`."""
         inside = self.inside
         if inside is None:
             placed = _core.PlacedCells(graph.positions, graph.measures, n_threads)

@@ -195,10 +195,7 @@ class Segmentation:
         return as_surface(cells, weld=weld, n_threads=None, is_kept=self.labels >= 0)
 
     def _known_cells(self, instead: str) -> Any:
-        """Return ``cells``, or raise a ValueError if it is None.
-
-        The message suggests to call the function `instead`.
-        """
+        """Return ``cells``, or raise a ValueError that suggests to call the function `instead`."""
         if self.cells is None:
             raise ValueError(
                 f"this segmentation does not store its mesh: call {instead}(mesh, labels) instead"

@@ -176,10 +176,7 @@ def _new_memory(size: int) -> mmap.mmap:
 
 
 def contiguous_rows(rows: Array) -> Array:
-    """Return an (N, n) array in contiguous memory, for example a field of a structured array.
-
-    The array is copied if it is not contiguous. The C++ copy is faster than a copy by NumPy.
-    """
+    """Return an (N, n) array in contiguous memory, copied by C++ if it is not contiguous."""
     if rows.flags.c_contiguous or not rows.size:
         return rows
     copied = _core.copy_rows(rows.view(np.uint8), checked_threads(None))
@@ -202,10 +199,7 @@ def as_rows(columns: Sequence[Array], dtype: npt.DTypeLike) -> Array:
 
 
 def narrowed(column: Array) -> Array:
-    """Convert 64-bit integers, which PLY does not support, to int32 if they fit, or to float64.
-
-    A column of any other type is returned unchanged.
-    """
+    """Convert 64-bit integers, which PLY does not support, to int32 if they fit, or to float64."""
     if column.dtype.kind not in "iu" or column.itemsize < 8:
         return column
     fits = int(column.min()) >= -(2**31) and int(column.max()) < 2**31
@@ -213,10 +207,7 @@ def narrowed(column: Array) -> Array:
 
 
 def rotation_of(quaternion: Sequence[float] | Floats) -> Floats | None:
-    """Return the rotation matrix, (3, 3), of a quaternion (w, x, y, z) of any norm except 0.
-
-    The result is None if the quaternion is 0 or not finite. Readers of poses use this function.
-    """
+    """Return the rotation matrix, (3, 3), of a quaternion (w, x, y, z); None if 0 or not finite."""
     length = np.abs(quaternion).max()
     if not 0 < length < math.inf:
         return None
@@ -293,10 +284,7 @@ def hint_at_integers(names: Sequence[str]) -> str:
 
 
 def most_bytes_of(n_bytes: int) -> int:
-    """Return the maximum size of arrays, in bytes, that a file of `n_bytes` bytes may expand to.
-
-    Readers of compressed formats use it before they allocate memory.
-    """
+    """Return the maximum number of bytes that readers may expand a file of `n_bytes` bytes to."""
     return max(ALWAYS_ALLOWED, MAX_GROWTH * n_bytes)
 
 

@@ -200,7 +200,8 @@ class CellGraph(BaseGraph):
     neighbors : array_like of integers, shape (M,)
         Target cell of each arc. Arcs are directed. Regions are guaranteed to be connected only if
         each arc has a reverse arc. Connected components ignore the direction of arcs. Cells that no
-        path from a center reaches are treated as components without a seed (see `islands`).
+        path from a center reaches become additional regions or, with ``islands="nearest"``, join
+        the nearest region.
     weights : array_like, shape (M,)
         Length of each arc, finite and >= 0, in any unit.
     bounds : array_like, shape (2, 3), optional

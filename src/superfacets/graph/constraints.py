@@ -205,10 +205,9 @@ def sharp_edges(
 
     Raises
     ------
-    MeshError
-        If the mesh is not valid or has no faces.
-    ValueError, TypeError
-        If `angle` is not a number above 0 and at most 180.
+    MeshError, ValueError, TypeError
+        If the mesh is not valid or has no faces, or if `angle` is not a number above 0 and at most
+        180.
 
     Examples
     --------
@@ -248,10 +247,7 @@ def checked_angle(angle: Any) -> float:
 def _sharp_sides(
     mesh: MeshLike, angle: float, weld: float, n_threads: int | None
 ) -> tuple[Longs, Ints]:
-    """Return, for each arc across a sharp edge, the key of the edge, and both faces of the arc.
-
-    See `_keys_of` for the keys.
-    """
+    """Return the key (see `_keys_of`) and both faces of each arc across a sharp edge."""
     limit = np.radians(checked_angle(angle))
     source, threads = as_mesh(mesh), checked_threads(n_threads)
     graph = build_face_graph(source, weld=weld, n_threads=threads)

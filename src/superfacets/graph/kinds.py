@@ -48,10 +48,7 @@ face belongs to, (F,); None if the faces are the cells."""
 
 
 class OrderedCells(NamedTuple):
-    """Cells and their graph, in input order or sorted along a space-filling curve for speed.
-
-    For a point cloud, only the graph is sorted.
-    """
+    """Cells and their graph (for clouds only the graph), in input order or sorted along a curve."""
 
     cells: Cells  # mesh or cloud of the same class as the input
     graph: BaseGraph

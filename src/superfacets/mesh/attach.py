@@ -150,10 +150,7 @@ def _put_on_pyvista(target: Any, results: _Results) -> None:
 
 
 def first_face(target: Any) -> int:
-    """Return the index of the first face among the cells of a PyVista dataset.
-
-    In a ``PolyData``, vertices and lines come before the faces. In other datasets, the result is 0.
-    """
+    """Return the index of the first face of a PyVista dataset, after vertices and lines."""
     return int(target.n_verts + target.n_lines) if hasattr(target, "verts") else 0
 
 

@@ -142,10 +142,7 @@ def _shape_of(faces: Any) -> tuple[int, ...] | None:
 
 
 def _arrays_of_foreign(source: Any) -> tuple[Any, Any]:
-    """Return the vertices and the faces of a mesh of another library.
-
-    Raises a TypeError if `source` does not have the attributes of a supported class.
-    """
+    """Return vertices and faces of a mesh of a supported library, or raise a TypeError."""
     if hasattr(source, "vertices") and hasattr(source, "faces"):  # trimesh
         return source.vertices, source.faces
     if hasattr(source, "vertices") and hasattr(source, "triangles"):  # Open3D, legacy API

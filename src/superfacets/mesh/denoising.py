@@ -212,10 +212,7 @@ class Roughness(NamedTuple):
 
 
 def _scale_of(heights: Floats) -> float:
-    """Estimate the standard deviation of normally distributed heights from their absolute values.
-
-    The result is 0 if there are no heights.
-    """
+    """Estimate the standard deviation of normal heights from their absolute values; 0 if none."""
     low = np.sort(heights)[: math.ceil(LOW_PART * len(heights))]
     return float(low.mean()) / LOW_MEAN_OF_NORMAL if len(low) else 0.0
 

@@ -53,10 +53,7 @@ class EdgePaths:
         return cls(graph, unit, nodes, n_threads)
 
     def distances(self, sources: Ints) -> Floats:
-        """Return the distance of each vertex from the nearest source vertex along edges, (V,).
-
-        The distance is infinite if no path leads from a source to the vertex.
-        """
+        """Return the distance of each vertex from a source along edges, (V,); infinity if none."""
         distances = np.full(len(self.nodes), np.inf)
         if len(sources):
             paths = _core.Clustering(self.graph, self.nodes[sources], np.inf, self.n_threads)
@@ -119,10 +116,7 @@ class Borders(NamedTuple):
 
 
 def find_borders(mesh: MeshEdges, labels: Ints) -> Borders:
-    """Return the borders between labels of faces.
-
-    The boundary of an open mesh is not a border, and edges of faces labeled -1 are not borders.
-    """
+    """Return the borders between labels of faces, without the boundary and faces labeled -1."""
     graph = mesh.graph
     sources = graph.sources
     start, end = labels[sources], labels[graph.neighbors]

@@ -135,8 +135,8 @@ def evaluate(
         ``missing_rate``, ``false_alarm_rate``, ``rand_index``, ``global_consistency_error`` and
         ``local_consistency_error``. All but the first four are weighted by area or length, by
         volume for a `TetMesh`, and by the number of points for a `PointCloud`; for the latter two,
-        metrics that need normals or border edges are left out. Metrics do not depend on the order
-        of labels or on scale.
+        metrics that need normals or border edges are left out. Metrics do not change if labels are
+        renumbered or if the mesh is scaled.
 
     Raises
     ------
@@ -210,11 +210,9 @@ def evaluate_vertices(
 
     Raises
     ------
-    MeshError
-        If the mesh is not valid, or if it is a point cloud.
-    ValueError, TypeError
-        If labels or a ground truth are not one integer >= -1 per vertex, or if they are -1 at all
-        vertices of faces.
+    MeshError, ValueError, TypeError
+        If the mesh is not valid, if it is a point cloud, if labels or a ground truth are not one
+        integer >= -1 per vertex, or if they are -1 at all vertices of faces.
 
     Examples
     --------

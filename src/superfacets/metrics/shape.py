@@ -37,10 +37,9 @@ def compactness(mesh: MeshLike | CellGraph, labels: npt.ArrayLike, *, weld: floa
 
     Raises
     ------
-    MeshError
-        If the mesh is not valid.
-    ValueError, TypeError
-        If labels are not one integer >= 0 per cell, or if all cells have area 0.
+    MeshError, ValueError, TypeError
+        If the mesh is not valid, if labels are not one integer >= 0 per cell, or if all cells have
+        area 0.
 
     References
     ----------

@@ -123,11 +123,10 @@ def cut_borders(
 
     Raises
     ------
-    MeshError
-        If the mesh is not valid or has no faces, or if the new mesh would have too many faces.
-    ValueError, TypeError
-        If labels are not one integer >= -1 per face, if a label from 0 to K - 1 is missing, or if
-        all labels are -1.
+    MeshError, ValueError, TypeError
+        If the mesh is not valid or has no faces, if the new mesh would have too many faces, if
+        labels are not one integer >= -1 per face, if a label from 0 to K - 1 is missing, or if all
+        labels are -1.
 
     Notes
     -----

@@ -183,12 +183,12 @@ def hierarchy(
         nearest cell of a larger component; the gap costs as much as a border of length r in a deep
         crease.
     barriers : array_like of int, shape (N,) or (E, 2), optional
-        As in `segment`. Regions are never merged across barriers. Not with ``islands="nearest"``.
+        As in `segment`, but not with ``islands="nearest"``. Regions never merge across barriers.
     weld, n_threads
         Same as in `segment`. The result does not depend on the number of threads.
     **options
-        Further options of `segment` for the finest level, not with `labels`. Faces outside a `mask`
-        have label -1 on all levels.
+        Further options of `segment` for the finest level, if `labels` are not given. Faces outside
+        a `mask` have label -1 on all levels.
 
     Returns
     -------
@@ -204,12 +204,10 @@ def hierarchy(
 
     Raises
     ------
-    MeshError
-        If the mesh is not valid.
-    ValueError, TypeError
-        If a level has more regions than the finest level, or fewer regions than there are
-        components; if regions in `labels` extend across barriers; or if a parameter is out of range
-        or of the wrong type.
+    MeshError, ValueError, TypeError
+        If the mesh is not valid; if a level has more regions than the finest level, or fewer
+        regions than there are components; if regions in `labels` extend across barriers; or if a
+        parameter is out of range or of the wrong type.
 
     Notes
     -----

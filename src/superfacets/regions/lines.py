@@ -94,10 +94,9 @@ def border_lines(
 
     Raises
     ------
-    MeshError
-        If the mesh is not valid, or has no faces.
-    ValueError, TypeError
-        If labels are not one integer >= -1 per face, or if a label from 0 to K - 1 is missing.
+    MeshError, ValueError, TypeError
+        If the mesh is not valid or has no faces, if labels are not one integer >= -1 per face, or
+        if a label from 0 to K - 1 is missing.
 
     Notes
     -----
@@ -274,10 +273,9 @@ def find_boundaries(
 
     Raises
     ------
-    MeshError
-        If the mesh is not valid.
-    ValueError, TypeError
-        If labels are not one integer >= -1 per cell, or if a label from 0 to K - 1 is missing.
+    MeshError, ValueError, TypeError
+        If the mesh is not valid, if labels are not one integer >= -1 per cell, or if a label from 0
+        to K - 1 is missing.
 
     Examples
     --------

@@ -68,16 +68,14 @@ def pool(
     -------
     ndarray, shape (K,) or (K, F)
         Values of regions: float64 for means and sums, and the dtype of `values` otherwise. If all
-        cells of a region have area 0, its mean is not weighted. NaN values make all but the
-        majority NaN. The mean of equal numbers is exactly this number.
+        cells of a region have area 0, its mean is not weighted. A NaN value makes the result of its
+        region NaN. The mean of equal numbers is exactly this number.
 
     Raises
     ------
-    MeshError
-        If the mesh is not valid.
-    ValueError, TypeError
-        If the shapes of values, labels and measures do not match, if a dtype is wrong, if `how` is
-        unknown, or if both `mesh` and `measures` are given.
+    MeshError, ValueError, TypeError
+        If the mesh is not valid, if the shapes of values, labels and measures do not match, if a
+        dtype is wrong, if `how` is unknown, or if both `mesh` and `measures` are given.
 
     Examples
     --------
@@ -187,10 +185,7 @@ def _members_of(
     values: Array, labels: Ints, n_regions: int, weights: Floats | None,
     source: Cells | CellGraph | None,
 ) -> _Members:  # fmt: skip
-    """Return the members of all regions, sorted by region.
-
-    Members are cells or, if `values` has one row per vertex, corners of cells.
-    """
+    """Return the members of all regions, sorted by region: cells, or corners for vertex values."""
     rows: npt.NDArray[np.integer] | None = None
     if len(values) != len(labels):
         n_vertices = getattr(source, "n_vertices", None)

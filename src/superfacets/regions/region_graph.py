@@ -236,10 +236,7 @@ class RegionGraph:
         return offsets, targets[order], order % max(self.n_arcs, 1)
 
     def arc_values(self, name: str) -> Array:
-        """Return the measure `name` of each pair of neighbors, shape (E,).
-
-        Raises a ValueError if `name` is not in `ARC_VALUES`.
-        """
+        """Return the measure `name`, one of `ARC_VALUES`, of each pair of neighbors, shape (E,)."""
         checked_choice(name, "value", self.ARC_VALUES)
         plural = "concavities" if name == "concavity" else f"{name}s"
         values: Array = getattr(self, plural)

@@ -56,11 +56,10 @@ def submesh(mesh: MeshLike, labels: npt.ArrayLike, region: int) -> Submesh:
 
     Raises
     ------
-    MeshError
-        If the mesh is not valid, or if all vertices of the region are at one position.
-    ValueError, TypeError
-        If labels are not one integer >= -1 per cell, if a label from 0 to K - 1 is missing, or if
-        `region` is out of range.
+    MeshError, ValueError, TypeError
+        If the mesh is not valid, if all vertices of the region are at one position, if labels are
+        not one integer >= -1 per cell, if a label from 0 to K - 1 is missing, or if `region` is out
+        of range.
 
     Examples
     --------
@@ -111,10 +110,7 @@ def split_regions(mesh: MeshLike, labels: npt.ArrayLike) -> Iterator[Submesh]:
 
 
 def part_of(whole: Any, cells: Ints, region: int) -> Submesh:
-    """Return the part of a mesh or cloud made of `cells`, whose indices must be ascending.
-
-    The message of a MeshError contains `region`. Time is O(n log n) for n cells.
-    """
+    """Return the part of a mesh or cloud with the ascending `cells`; errors name `region`."""
     kind = kind_of(whole)
     corners = kind.corners(whole)
     if corners is None:

@@ -75,10 +75,9 @@ def vertex_labels(
 
     Raises
     ------
-    MeshError
-        If the mesh is not valid.
-    ValueError, TypeError
-        If labels are not one integer >= -1 per cell, or if another parameter is not valid.
+    MeshError, ValueError, TypeError
+        If the mesh is not valid, if labels are not one integer >= -1 per cell, or if another
+        parameter is not valid.
 
     Notes
     -----
@@ -147,10 +146,8 @@ def face_labels(mesh: MeshLike, vertex_labels: npt.ArrayLike) -> Ints:
 
     Raises
     ------
-    MeshError
-        If the mesh is not valid.
-    ValueError, TypeError
-        If labels are not one integer >= -1 per vertex.
+    MeshError, ValueError, TypeError
+        If the mesh is not valid, or if labels are not one integer >= -1 per vertex.
 
     Examples
     --------

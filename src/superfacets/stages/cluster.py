@@ -98,10 +98,7 @@ def clean(
 def _sized(
     costs: BorderCosts, result: Segmentation, goals: Goals, smoothing: SmoothOptions | None
 ) -> Segmentation:
-    """Move cells between regions until the sizes of regions are within their limits.
-
-    Issues a BalanceWarning if sizes are exact and some regions are disconnected.
-    """
+    """Move cells until sizes are within their limits; warn if exact regions are disconnected."""
     labels, centers = settle(costs, result.labels, result.centers, goals, smoothing)
     n_extra = 0
     if goals.is_exact:

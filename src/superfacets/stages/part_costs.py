@@ -136,10 +136,7 @@ class PartCosts:
 
 
 def _group_of(levels: list[_core.CoarseGraph], n_threads: int) -> Ints:
-    """Return, for each cell, the cell of the last graph in `levels` that contains the cell.
-
-    The result is empty if `levels` is empty.
-    """
+    """Return, for each cell, its cell in the last graph of `levels`; empty if there is none."""
     if not levels:
         return EACH_ALONE
     found = levels[0].coarse_cells(n_threads)

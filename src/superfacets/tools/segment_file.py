@@ -322,10 +322,7 @@ def _subdivided(source: Cells, options: FileOptions) -> Subdivision:
 def _segmented(
     mesh: Cells, of_cells: Mapping[str, Any], options: FileOptions, callback: Callback | None
 ) -> tuple[Segmentation, tuple[Warning, ...]]:  # fmt: skip
-    """Segment a mesh, and return the warnings.
-
-    `n_segments` is reduced if there are fewer cells inside the mask.
-    """
+    """Segment a mesh with at most as many regions as cells in the mask, and return the warnings."""
     keywords = dict(options.keywords)
     source: Cells | Prepared = mesh
     if keywords.get("n_segments") is not None:

@@ -73,10 +73,7 @@ class InputFile:
         return FORMATS.usual_outputs.get(ending, FORMATS.usual_output("triangles"))
 
     def output_names(self, endings: Sequence[str]) -> tuple[str, ...]:
-        """Return the names of the results, one name per ending.
-
-        If `endings` is empty, there is one result, with the default ending.
-        """
+        """Return the names of the results, one per ending, or one with the default ending."""
         path = PurePosixPath(self.name)
         wanted = tuple(endings) or (self.usual_ending,)
         return tuple(str(path.with_name(_output_name(path, ending))) for ending in wanted)
@@ -159,10 +156,7 @@ def _fail(error: OSError) -> None:
 
 
 def _matching(pattern: str) -> Iterator[InputFile]:
-    """Yield all files that match a pattern.
-
-    Names are relative to the folder at the start of the pattern, before the first wildcard.
-    """
+    """Yield all files of a pattern, relative to the folder before its first wildcard."""
     parts = Path(pattern).parts
     n_plain = next(place for place, part in enumerate(parts) if glob.has_magic(part))
     root = Path(*parts[:n_plain])

@@ -151,11 +151,10 @@ def subdivide(
 
     Raises
     ------
-    MeshError
-        If the mesh is not valid or has no faces.
-    ValueError, TypeError
-        If a parameter is out of range or of the wrong type, or if there would be more than
-        `max_faces` faces, which is checked before memory for them is allocated.
+    MeshError, ValueError, TypeError
+        If the mesh is not valid or has no faces, if a parameter is out of range or of the wrong
+        type, or if there would be more than `max_faces` faces, which is checked before memory for
+        them is allocated.
 
     Notes
     -----

@@ -74,7 +74,6 @@ def build_point_graph(
 
     Examples
     --------
-
     >>> graph = build_point_graph([[0, 0, 0], [1, 0, 0], [2, 0, 0], [90, 0, 0]], 2)
     >>> [graph.neighbors[a:b].tolist() for a, b in zip(graph.offsets, graph.offsets[1:])]
     [[1, 2], [0, 2], [0, 1], []]

@@ -36,10 +36,7 @@ CONSTANT = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class FeatureTable:
-    """Features of cells, and the groups of columns that are scaled by a common factor.
-
-    For example, the three coordinates of a color are a group.
-    """
+    """Features of cells, and the groups of columns, such as colors, with a common scale factor."""
 
     values: Floats  # (N, F) features of each cell
     groups: tuple[tuple[int, float], ...]

@@ -188,11 +188,9 @@ def superfacet_weights(
 
     Raises
     ------
-    MeshError
-        If the mesh is not valid or has no faces.
-    ValueError, TypeError
-        If a number is out of range, not finite or of the wrong type, or if the graph is of another
-        mesh.
+    MeshError, ValueError, TypeError
+        If the mesh is not valid or has no faces, if a number is out of range, not finite or of the
+        wrong type, or if the graph is of another mesh.
 
     References
     ----------
@@ -255,7 +253,6 @@ def crease_weights(
     0.3, smooth convex edges have the relative cost s = min(2 - y / 0.15, 1) / 4 (or `eta_convex`,
     if this is larger), and smooth concave edges have the relative cost 1 - s. Open and
     inconsistently oriented meshes are never hollow.
-    never hollow.
 
     Parameters
     ----------
@@ -281,11 +278,9 @@ def crease_weights(
 
     Raises
     ------
-    MeshError
-        If the mesh is not valid or has no faces.
-    ValueError, TypeError
-        If a number is negative, not finite or of the wrong type, or if the graph is of another
-        mesh.
+    MeshError, ValueError, TypeError
+        If the mesh is not valid or has no faces, if a number is negative, not finite or of the
+        wrong type, or if the graph is of another mesh.
 
     Examples
     --------
@@ -540,10 +535,7 @@ def weights_of(surface: Surface, arrays: CellArrays, factors: EdgeFactors) -> Fl
 def weights_and_sums(
     surface: Surface, arrays: CellArrays, factors: EdgeFactors, *, wants_sums: bool
 ) -> tuple[Floats, EdgeSums]:
-    """Return the weights of arcs between faces, and the `EdgeSums` of the edges.
-
-    Unless `wants_sums` is true, the sums are not computed, and are 0.
-    """
+    """Return the weights of arcs between faces, and the `EdgeSums`: 0 unless `wants_sums`."""
     handle, costs = surface.handle, factors.for_core(surface.diagonal)
     if isinstance(handle, _core.TriangleSurface):
         found = _core.triangle_weights(handle, *arrays, costs, wants_sums, surface.n_threads)

@@ -133,10 +133,8 @@ def spectral_embedding(
 
     Raises
     ------
-    MeshError
-        If the mesh is not valid.
-    ValueError, TypeError
-        If a parameter is out of range or of the wrong type.
+    MeshError, ValueError, TypeError
+        If the mesh is not valid, or if a parameter is out of range or of the wrong type.
 
     Examples
     --------
@@ -216,10 +214,7 @@ def embedding(
 def _coarser(
     level: ConductingGraph, graph: _core.OrderedGraph, n_threads: int
 ) -> list[ConductingGraph]:
-    """Return a list of `level` and of successively coarser levels.
-
-    `level` and `graph` have the same cells and arcs.
-    """
+    """Return a list of `level`, with the cells of `graph`, and of successively coarser levels."""
     levels: list[ConductingGraph] = []
     coarse: list[_core.CoarseGraph] = []  # keeps the owner of `graph` in memory
     while graph.n_cells >= 2 * N_COARSE:

@@ -157,10 +157,7 @@ def _triangles_of_strips(lengths: Array, corners: Array) -> Longs:
 def _columns(
     header: Header, tables: list[list[Column]], owner: str
 ) -> Iterator[tuple[str, Array | str]]:  # fmt: skip
-    """Yield copies of all properties of an element except positions and corners.
-
-    As they are copies, the content of the file can be freed.
-    """
+    """Yield copies of the other properties of an element, so that the content can be freed."""
     place = header.find(owner)
     if place is None:
         return

@@ -97,7 +97,7 @@ def read_cloud(path: str | os.PathLike[str]) -> PointCloud:
     Parameters
     ----------
     path : path-like
-        Point cloud file, or a mesh file without faces. The ending selects the format:
+        Point cloud file, or a mesh file without faces. The ending (of any case) selects the format:
 
         - ``.ply``, ``.obj``, ``.vtp``, ``.glb`` and other formats of `read_mesh`;
         - ``.xyz``, ``.csv`` and ``.txt``: one line of numbers per point, separated by spaces,
@@ -111,8 +111,8 @@ def read_cloud(path: str | os.PathLike[str]) -> PointCloud:
     Returns
     -------
     PointCloud
-        The points; for a mesh, its vertices. Records without a position are skipped, also in labels
-        of the cloud (`MeshAttributes.records`).
+        The points; for a mesh, its vertices. Records without a position are skipped; labels of the
+        cloud are in the order of the remaining points (``MeshAttributes.records``).
 
     Raises
     ------

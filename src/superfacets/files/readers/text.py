@@ -131,10 +131,7 @@ class Lines:
             return self.parse(np.float64)
 
     def _parse(self, kernels: Sequence[_Kernel], read_token: Callable[[bytes], float]) -> Array:
-        """Try C++ kernels until one parses all lines.
-
-        If no kernel does, `read_token` parses the lines that the last kernel could not parse.
-        """
+        """Try C++ kernels in turn; `read_token` parses the lines that none of them can parse."""
         for kernel in kernels:
             values, left_out = kernel(
                 self.text, self.starts, self.ends, self.counts, checked_threads(None)

@@ -68,10 +68,7 @@ class FormatOptions:
         return replace(options, classes=names, scores=_checked_scores(scores))
 
     def check_classes(self, labels: Ints | None, noun: str = "region") -> None:
-        """Raise a MeshError if the number of classes or scores is not the number of labels.
-
-        The label -1 is not counted. `noun` is the noun for what the labels stand for.
-        """
+        """Raise a MeshError unless there is one class or score per label, not counting -1."""
         for name, given in (("classes", self.classes), ("scores", self.scores)):
             if given is None:
                 continue

@@ -50,10 +50,7 @@ class Output:
         return {name: values for name, values in stored.items() if name not in own}
 
     def stored_colors(self, owner: str) -> Bytes | None:
-        """Return red, green and blue of the attributes, (n, 3), and mark them as stored.
-
-        The result is None unless all are bytes.
-        """
+        """Return the colors of the attributes, (n, 3), if all are bytes; mark them as stored."""
         stored = self._stored(owner)
         if not all(name in stored and stored[name].dtype == np.uint8 for name in COLORS):
             return None

@@ -82,10 +82,7 @@ class IdWriter:
         return self.labels
 
     def write(self, file: IO[bytes], ending: str, path: Path | None = None) -> list[str]:
-        """Write a file in the format of `ending`; the scene name is taken from `path`.
-
-        Attributes are never lost, because nobody expects them in files of labels.
-        """
+        """Write a file in the format of `ending`; the scene name is taken from `path`."""
         assert self.labels is not None
         if ending in FORMATS.graph_outputs:
             load("superfacets_scans.pyg:write_arrays")(file, self._graph)

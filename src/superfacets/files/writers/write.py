@@ -82,7 +82,7 @@ def write_mesh(
     label_name : str, default "label"
         Name of the label array in VTP, VTU and VTK; dental tools expect ``Label``.
     vertex_labels : bool, default False
-        Whether a PLY file also contains labels of vertices, from `superfacets.vertex_labels`.
+        Whether a PLY file also has a vertex property ``label``, from `superfacets.vertex_labels`.
     classes : sequence of str or int, length K, optional
         Class of each region, in ascending order of the labels: a column of the table in GLB, names
         of groups in OBJ and of solids in STL, and labels of groups in ``.aggregation.json``.
