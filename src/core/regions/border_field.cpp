@@ -130,7 +130,7 @@ void spread_rings(const FacesAround& around, std::span<std::uint8_t> rings) {
     for (Face face = 0; face < around.n_faces(); ++face) {
       const auto& [a, b, c] = around.corners(face).corners;
       // larger numbers were processed in an earlier round
-      if (std::max({rings[a], rings[b], rings[c]}) != ring) continue;
+      if (int{std::max({rings[a], rings[b], rings[c]})} != ring) continue;
       for (const Vertex corner : {a, b, c}) rings[corner] = std::max(rings[corner], less);
     }
   }
