@@ -26,7 +26,7 @@ from superfacets import BalanceWarning, IslandWarning, SliverWarning
 
 from .batches import check_manifest
 from .cells import check_cells
-from .files import check_file
+from .files import check_file, whole_files
 from .graphs import check_graph
 from .labels import check_documents
 from .meshes import check_mesh
@@ -160,7 +160,8 @@ class Search(NamedTuple):
         """Yield the number of each case that has ended, with its failure or None."""
         methods = multiprocessing.get_all_start_methods()
         context = multiprocessing.get_context("forkserver" if "forkserver" in methods else "spawn")
-        with ProcessPool(n_jobs, context=context, initializer=prepare) as pool:
+        formats = self.formats if {"files", "labels"} & set(self.kinds) else None
+        with ProcessPool(n_jobs, context=context, initializer=prepare, initargs=(formats,)) as pool:
             running: dict[concurrent.futures.Future[str | None], int] = {}
             while True:
                 for number in itertools.islice(numbers, 8 * n_jobs - len(running)):
@@ -185,12 +186,15 @@ def _outcome(future: concurrent.futures.Future[str | None]) -> str | None:
         return f"the process ended: {error!r}, exit status {getattr(error, 'exitcode', None)}"
 
 
-def prepare() -> None:
-    """Turn warnings into errors."""
+def prepare(formats: tuple[str, ...] | None = None) -> None:
+    """Turn warnings into errors, and make the files of these formats, which no case has to wait for."""
     faulthandler.enable()
     warnings.simplefilter("error")
     for expected in (BalanceWarning, IslandWarning, SliverWarning):  # usual with random meshes
         warnings.simplefilter("ignore", expected)
+    if formats is not None:
+        whole_files(formats)
+        whole_files(())
 
 
 def limit_memory(n_bytes: int) -> None:

@@ -59,7 +59,7 @@ ODD_VALUES = (
 def check_file(rng: np.random.Generator, folder: Path, formats: tuple[str, ...] = ()) -> None:
     """Read a damaged file of a mesh, a cloud or labels, and segment the cells that were read."""
     source = random.Random(int(rng.integers(2**63)))
-    read, name, data = source.choice(_whole_files(formats))
+    read, name, data = source.choice(whole_files(formats))
     if name.endswith((".gltf", ".glb")) and source.random() < 0.5:
         data = _with_odd_document(name, source)
     path = folder / f"damaged{''.join(Path(name).suffixes)}"
@@ -80,7 +80,7 @@ def _check_cells(cells: Any) -> None:
 
 
 @functools.cache
-def _whole_files(formats: tuple[str, ...]) -> list[tuple[Read, str, bytes]]:
+def whole_files(formats: tuple[str, ...]) -> list[tuple[Read, str, bytes]]:
     """Return reader, name and content of small files, in all formats or in the given formats."""
     with tempfile.TemporaryDirectory(prefix="fuzz-") as name:
         folder = Path(name)
@@ -259,6 +259,6 @@ def _damaged(data: bytes, source: random.Random) -> bytes:
     if kind < 0.13:
         return data[: source.randrange(1, len(data) + 1)]
     if kind < 0.2:
-        _, _, other = source.choice(_whole_files(()))
+        _, _, other = source.choice(whole_files(()))
         return other[: source.randrange(1, len(other))] + data[source.randrange(len(data)) :]
     return damage.damaged(data, source)

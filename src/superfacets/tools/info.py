@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class MeshInfo:
-    """Counts and sizes of a mesh of faces, from `mesh_info`."""
+    """Counts and sizes of a mesh of faces, from `superfacets.mesh_info`."""
 
     n_faces: int
     n_vertices: int
@@ -65,7 +65,7 @@ class MeshInfo:
 
 @dataclass(frozen=True)
 class CloudInfo:
-    """Counts and sizes of a point cloud, from `cloud_info`."""
+    """Counts and sizes of a point cloud, from `superfacets.cloud_info`."""
 
     n_points: int
     n_positions: int
