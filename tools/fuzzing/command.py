@@ -160,7 +160,7 @@ class Search(NamedTuple):
         """Yield the number of each case that has ended, with its failure or None."""
         methods = multiprocessing.get_all_start_methods()
         context = multiprocessing.get_context("forkserver" if "forkserver" in methods else "spawn")
-        formats = self.formats if {"files", "labels"} & set(self.kinds) else None
+        formats = self.formats if "files" in self.kinds else None
         with ProcessPool(n_jobs, context=context, initializer=prepare, initargs=(formats,)) as pool:
             running: dict[concurrent.futures.Future[str | None], int] = {}
             while True:
@@ -187,7 +187,7 @@ def _outcome(future: concurrent.futures.Future[str | None]) -> str | None:
 
 
 def prepare(formats: tuple[str, ...] | None = None) -> None:
-    """Turn warnings into errors, and make the files of these formats, which no case has to wait for."""
+    """Turn warnings into errors, and make the files of formats before a case is timed."""
     faulthandler.enable()
     warnings.simplefilter("error")
     for expected in (BalanceWarning, IslandWarning, SliverWarning):  # usual with random meshes
