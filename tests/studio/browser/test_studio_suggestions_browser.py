@@ -137,11 +137,12 @@ def test_pieces_of_a_class_without_scores_are_suggested_largest_first(studio, tm
     assert tab.locator("#accept-all").text_content() == "Accept all of them (2)"
 
 
-APART = """(() => {  // the first region, and a larger one that is not its neighbor
+APART = """(() => {  // the smallest region, and a larger one that is not its neighbor
     const { regions } = studio.workbench.session;
-    const [count, near] = [(r) => regions.cellsOf(r).length, regions.neighbors.of(0)];
-    const isOther = (r) => r > 0 && !near.includes(r) && count(r) > count(0);
-    return [0, [...Array(regions.count).keys()].find(isOther)];
+    const count = (r) => regions.cellsOf(r).length;
+    const all = [...Array(regions.count).keys()].sort((a, b) => count(a) - count(b));
+    const near = regions.neighbors.of(all[0]);
+    return [all[0], all.find((r) => count(r) > count(all[0]) && !near.includes(r))];
 })()"""
 
 
