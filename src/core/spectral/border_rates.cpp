@@ -43,7 +43,10 @@ class Features {
     const Buffer<float> smooth_vectors = smoother_.smoothed(vectors, kVectorLength * side_, team);
     Buffer<float> bends(arcs_.n_arcs());
     Buffer<float> changes(arcs_.n_arcs());
-    Buffer<float> means(2 * arcs_.n_cells());
+    const auto at = [](Cell cell, std::size_t column) {
+      return 2 * static_cast<std::size_t>(cell) + column;
+    };
+    Buffer<float> means(at(arcs_.n_cells(), 0));
     team.for_each_slow(arcs_.n_cells(), [&](Cell cell) {
       double change = 0.0;
       double concave = 0.0;
@@ -58,15 +61,15 @@ class Features {
         concave += width * std::max(0.0, -double{bends[arc]});
         total += width;
       }
-      means[2 * cell] = static_cast<float>(total > 0.0 ? change / total : 0.0);
-      means[2 * cell + 1] = static_cast<float>(total > 0.0 ? concave / total : 0.0);
+      means[at(cell, 0)] = static_cast<float>(total > 0.0 ? change / total : 0.0);
+      means[at(cell, 1)] = static_cast<float>(total > 0.0 ? concave / total : 0.0);
     });
     means = smoother_.smoothed({2, means.span()}, kMeanLength * side_, team);
     Buffer<float> rates(arcs_.n_arcs());
     team.for_each_slow(arcs_.n_cells(), [&](Cell cell) {
       for (const auto [arc, to] : arcs_.steps(cell)) {
         const auto mean = [&](std::size_t column) {
-          return std::max(0.0, 0.5 * (double{means[2 * cell + column]} + means[2 * to + column]));
+          return std::max(0.0, 0.5 * (double{means[at(cell, column)]} + means[at(to, column)]));
         };
         const double around = mean(0);
         const double concave = mean(1);
