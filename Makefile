@@ -46,6 +46,7 @@ lint: $(VENV)/group-dev ## formats, lints and types of Python and C++, and of th
 
 docs: $(VENV)/group-dev ## build the documentation, gallery and notebooks; warnings are errors
 	@tools/ensure-gl $(BIN)/python
+	@rm -rf docs/api  # pages of names that no longer exist
 	$(BIN)/sphinx-build -W --keep-going -q -E docs docs/_build/html
 	$(BIN)/python docs/notebooks.py
 	@echo docs/_build/html/index.html
