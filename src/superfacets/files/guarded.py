@@ -12,6 +12,7 @@ import sys
 import tempfile
 from collections.abc import Mapping
 from contextlib import suppress
+from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
@@ -25,7 +26,7 @@ SECONDS, BYTES_PER_SECOND = 10, 1 << 20
 """Maximum time of a call: a constant, plus the size of the file divided by a speed."""
 
 MEMORY, MEMORY_PER_BYTE = 2 << 30, 100
-"""Maximum size of the address space: a constant, plus a multiple of the size of the file."""
+"""Maximum growth of the address space: a constant, plus a multiple of the size of the file."""
 
 Result = Mapping[str, "Array | str"]
 """Named arrays and texts."""
@@ -91,9 +92,13 @@ def _refuse(message: str) -> None:
 
 
 def _limit_memory(n_bytes: int) -> None:
+    """Let this process use `n_bytes` more of its address space than now."""
     with suppress(ImportError, ValueError, OSError):  # not available, or already lower
         import resource
 
+        with suppress(OSError):  # only Linux says how much it uses: much if tools watch its memory
+            pages = Path("/proc/self/statm").read_text(encoding="ascii").split()[0]
+            n_bytes += int(pages) * resource.getpagesize()
         resource.setrlimit(resource.RLIMIT_AS, (n_bytes, n_bytes))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
