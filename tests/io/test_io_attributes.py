@@ -11,6 +11,7 @@ from numpy.testing import assert_array_equal
 
 import superfacets
 from superfacets import Mesh, MeshAttributes, MeshError, read_attributes, read_mesh, write_mesh
+from superfacets.files.input import Input
 from superfacets_formats.las_frame import LasFrame
 
 FORMS = ["ascii", *ORDERS]
@@ -418,3 +419,11 @@ def test_properties_are_added_to_a_copy():
     assert [*given.with_properties().face] == ["a"]
     with pytest.raises(ValueError, match="the name must be one word"):
         given.with_properties(vertex={"a b": [1, 2]})
+
+
+def test_items_that_a_file_declares_more_than_once_are_numbered():
+    source = Input(b"", ".ply")
+    for item in ("a (2)", "a", "a", *["b"] * 50_000):  # quickly, also in a hostile file
+        source.declare(item)
+    assert [*source.declared][:5] == ["a (2)", "a", "a (3)", "b", "b (2)"]
+    assert len(source.declared) == 50_003

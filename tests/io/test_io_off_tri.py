@@ -104,6 +104,9 @@ def test_polygons_keep_their_corners_and_their_order(read, color):
     ("3 0 2 3", "3 0 2 -1", "faces[1] refers to vertex -1 but the mesh has 4 vertices"),
     ("3 0 2 3", "3 0 2 1e300", "vertex indices must be integers, got 1e+300"),
     ("3 0 2 3", "3 0 2 nan", "vertex indices must be integers, got nan"),
+    ("3 0 2 3", "nan 0 2\n3", "20 numbers in 7 lines do not fit"),
+    ("3 0 2 3", "inf 0 2\n3", "20 numbers in 7 lines do not fit"),
+    ("3 0 2 3", "1e30 0 2\n3", "20 numbers in 7 lines do not fit"),
 ])  # fmt: skip
 def test_off_files_that_are_wrong_are_refused(refuse, old, new, message):
     data = f"OFF\n4 2 0\n{V4}3 0 1 2\n3 0 2 3\n"

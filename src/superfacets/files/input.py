@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -51,6 +52,8 @@ class Input:
     keep: bool = True  # whether attributes are wanted
     declared: dict[str, str] = field(default_factory=dict)
     """What became of each declared item; see `MeshAttributes.declared`."""
+    _counts: defaultdict[str, int] = field(default_factory=lambda: defaultdict(lambda: 1))
+    """Highest number that was tried for each item that was declared more than once."""
 
     def declare(self, item: str, became: str = "") -> None:
         """Declare an item of the file, and what became of it: one of `TAKEN`, or a reason."""
@@ -58,8 +61,11 @@ class Input:
 
     def _new(self, item: str) -> str:
         """Return the item, with a number if the file already has such an item."""
-        names = (item, *(f"{item} ({place})" for place in range(2, len(self.declared) + 2)))
-        return next(name for name in names if name not in self.declared)
+        name = item
+        while name in self.declared:
+            self._counts[item] += 1
+            name = f"{item} ({self._counts[item]})"
+        return name
 
     def texture(self, module: str, data: object) -> Texture | None:
         """Return the texture that a module of textures reads, and declare what it leaves out."""

@@ -68,11 +68,12 @@ def _read_wrapped(body: Lines, n_vertices: int, n_faces: int) -> tuple[Array, Ar
     """Return vertices and faces of which a row may have several lines, and a line several rows."""
     numbers = body.parse_integers_or_floats()
     vertices, rest = numbers[: 3 * n_vertices].astype(np.float64), numbers[3 * n_vertices :]
+    n_corners = np.nan_to_num(np.clip(rest, 0, len(rest))).astype(np.int64)
     places: list[int] = []
     place = 0
     while len(places) < n_faces and place < len(rest):
         places.append(place)
-        place += 1 + int(max(rest[place], 0))
+        place += 1 + int(n_corners[place])
     if len(vertices) < 3 * n_vertices or len(places) < n_faces or place != len(rest):
         raise MeshError(
             f"the header declares {counted(n_vertices, 'vertex')} and {counted(n_faces, 'face')}"
