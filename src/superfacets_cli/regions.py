@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import IO, Any
 
 import click
-import numpy as np
 
 from superfacets import MeshError, RegionGraph, border_lines, kit, pool, region_graph
 from superfacets_formats import write_vtk_xml
@@ -59,13 +58,7 @@ def regions_command(
     in IN are used.
     """
     output = None if str(output) == opts.STANDARD_STREAM else output
-    allowed = ((output, TABLE_ENDINGS), (arcs, TABLE_ENDINGS), (borders, LINE_ENDINGS))
-    files = tuple(path for path, _ in allowed if path is not None)
-    try:
-        for path in files:
-            kit.known_ending(path, dict(allowed)[path])
-    except ValueError as error:
-        raise click.UsageError(str(error)) from None
+    files = _files_to_write((output, TABLE_ENDINGS), (arcs, TABLE_ENDINGS), (borders, LINE_ENDINGS))
     check_files([Job(cells, files)], (labels,))
     kit.checked_targets(files)
 
@@ -83,11 +76,7 @@ def regions_command(
             whole = kit.kind_of(whole).seen_from(whole, viewpoint)
         graph = region_graph(whole, compact)
         columns = graph.table() | {"region": names}
-        kept = compact >= 0
-        ones = np.ones(np.count_nonzero(kept))
-        for name, values in integers.items():  # the lowest value if there is a tie
-            votes = kit.weighted_majority(compact[kept], values[kept], ones, len(names))
-            columns[f"majority_{name}"] = votes.winners
+        columns |= {f"majority_{n}": pool(compact, x, how="majority") for n, x in integers.items()}
         columns |= {f"mean_{name}": pool(compact, values) for name, values in reals.items()}
         lines = () if borders is None else (whole.vertices, border_lines(whole, compact), names)
         return graph, columns, lines
@@ -108,6 +97,17 @@ def regions_command(
     pairs = f"{kit.counted(graph.n_arcs, 'pair')} of neighbors"
     text = f"{kit.counted(graph.n_regions, 'region')}, {pairs}"
     print_report(cells, [*map(str, files)], facts, text, has_stream=output is None)
+
+
+def _files_to_write(*outputs: tuple[Path | None, Sequence[str]]) -> tuple[Path, ...]:
+    """Return the given paths; raise a UsageError if one has none of the endings beside it."""
+    given = [(path, endings) for path, endings in outputs if path is not None]
+    try:
+        for path, endings in given:
+            kit.known_ending(path, endings)
+    except ValueError as error:
+        raise click.UsageError(str(error)) from None
+    return tuple(path for path, _ in given)
 
 
 def _values_of(name: str, file: str, data: kit.CellData) -> kit.Floats:

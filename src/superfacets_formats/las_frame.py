@@ -70,7 +70,7 @@ class LasDimension(NamedTuple):
 class LasFrame(NamedTuple):
     """Version, point format, quantization and coordinate reference system of a LAS file.
 
-    The reader of LAS stores it in `MeshAttributes.las`, so that written files are like the file
+    The reader of LAS stores it in `MeshAttributes.header`, so that written files are like the file
     that was read; the command `info` shows it.
     """
 

@@ -177,9 +177,8 @@ class Formats(dict[str, Table]):
     def check_readers(endings: Iterable[str]) -> None:
         """Raise a MissingExtraError if the package that reads one of these formats is missing."""
         for ending in endings:
-            package, extra = _EXTRAS.get(ending, ("numpy", ""))
-            if find_spec(package) is None:
-                raise MissingExtraError(f"a {ending} file", extra)
+            if ending in _EXTRAS and find_spec(_EXTRAS[ending][0]) is None:
+                raise MissingExtraError(f"a {ending} file", _EXTRAS[ending][1])
 
     def usual_output(self, kind: str) -> str:
         """Return the default ending of files with cells of the kind named `kind`."""

@@ -195,7 +195,9 @@ class GltfScene(Gltf):
             if is_moved:
                 mesh = self._read_mesh(visit)
             else:
-                mesh = plain.setdefault(visit.mesh, plain.get(visit.mesh) or self._read_mesh(visit))
+                if visit.mesh not in plain:
+                    plain[visit.mesh] = self._read_mesh(visit)
+                mesh = plain[visit.mesh]
             positions, faces = _place(mesh.positions, mesh.faces, visit)
             parts.append(mesh._replace(positions=positions, faces=faces))
         ends = np.cumsum([len(part.positions) for part in parts]).tolist()

@@ -1,4 +1,4 @@
-"""Read which named part of a mesh file each face is in.
+"""Read the named parts of a mesh file, such as groups and solids, and the part of each face.
 
 A part is a solid of a text STL file, or a group or object of an OBJ file.
 """
