@@ -10,15 +10,7 @@ import numpy as np
 from .. import _core
 from ..base.checks import checked_count
 from ..base.types import Floats, Ints
-from .faces import (
-    FaceMesh,
-    corners_of,
-    inverse_of,
-    mesh_like,
-    spread_indices,
-    vertex_graph,
-)
-from .weld import lowest_vertices
+from .faces import FaceMesh, corners_of, mesh_like, spread_indices
 
 Denoise = int | Literal["auto"] | None
 
@@ -98,21 +90,20 @@ def checked_denoise(denoise: object) -> Denoise:
     return n_steps
 
 
-def smoothed(mesh: FaceMesh, n_steps: int, *, weld: float, n_threads: int) -> FaceMesh:
+def smoothed(mesh: FaceMesh, arcs: Any, n_steps: int, n_threads: int) -> FaceMesh:
     """Return a copy of the mesh, smoothed by `n_steps` steps of Taubin smoothing.
 
-    If `weld` is true, vertices at the same position stay together, and faces of the result refer to
-    the vertex with the lowest index. Do not weld the result again, because small components can
-    shrink to a point, where welding would join unrelated faces.
+    `arcs` are the `FaceArcs` of the mesh. Vertices at the same position stay together. Do not weld
+    the result again, because small components can shrink to a point, where welding would join
+    unrelated faces.
     """
-    lowest = lowest_vertices(mesh.vertices, weld, n_threads)
-    graph = vertex_graph(mesh, lowest, n_threads)
-    positions = _core.taubin_smooth(
-        mesh.vertices, graph.offsets, graph.neighbors, n_steps, n_threads
+    lists, counts = corners_of(mesh).lists, arcs.edge_counts
+    is_simple = counts.non_manifold == counts.inconsistent == 0
+    offsets = arcs.offsets if is_simple else arcs.offsets[:0]
+    positions = _core.smooth_positions(
+        mesh.vertices, *lists, arcs.lowest, offsets, n_steps, n_threads
     )
-    corners = corners_of(mesh)
-    made = mesh_like(mesh, positions[lowest], lowest[corners.vertices], corners.starts)
-    return cast(FaceMesh, made)
+    return cast(FaceMesh, mesh_like(mesh, positions, *lists[:2]))
 
 
 def slack_of(n_steps: int, *, is_regular: bool) -> float:
@@ -148,14 +139,9 @@ class Roughness(NamedTuple):
         )
 
     @classmethod
-    def of_mesh(cls, mesh: FaceMesh, arcs: Any, order: Ints | None, n_threads: int) -> Roughness:
-        """Measure the roughness at samples, or at the first ones if they show no noise.
-
-        If faces were sorted, `order` is the index of each face before sorting.
-        """
+    def of_mesh(cls, mesh: FaceMesh, arcs: Any, n_threads: int) -> Roughness:
+        """Measure the roughness at samples, or at the first ones if they show no noise."""
         faces = sampled_faces(mesh.n_faces)
-        if order is not None:
-            faces = inverse_of(order)[faces]
         first = cls.of(mesh, arcs, faces[:N_FIRST], n_threads)
         if first.is_smooth:
             return first
