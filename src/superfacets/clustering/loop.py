@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import math
 import time
 from dataclasses import dataclass, field
@@ -192,7 +191,7 @@ class Loop:
             return 1, "cancelled"
         if must_stay:
             return 1, self.stop_reason
-        seen: set[bytes] = set()
+        seen: set[int] = set()
         n_before += sum(level.n_iter for level in self.levels)
         for n_iter in range(1, max_num_iter + 1):
             centers = clustering.centers()
@@ -219,6 +218,6 @@ def _root_mean_square_move(graph: OrderedGraph, centers: Ints, moved_to: Ints) -
     return math.sqrt(float(np.mean(np.sum(moves * moves, axis=1))))
 
 
-def _fingerprint(centers: Ints) -> bytes:
-    """Return a 128-bit hash of the set of centers, to detect repeated sets in little memory."""
-    return hashlib.blake2b(np.sort(centers).tobytes(), digest_size=16).digest()
+def _fingerprint(centers: Ints) -> int:
+    """Return a 64-bit hash of the set of centers, to detect repeated sets in little memory."""
+    return hash(np.sort(centers).tobytes())
