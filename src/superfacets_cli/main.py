@@ -71,6 +71,7 @@ def main() -> NoReturn:
 def run(group: click.Group, name: str) -> NoReturn:
     """Run a group of commands, which is called `name` in messages, and exit."""
     end_at_signals()
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # more threads busy-wait, but do no work
     warnings.showwarning = _show_warning
     warnings.simplefilter("default", UserWarning)
     try:

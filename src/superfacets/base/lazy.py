@@ -43,14 +43,11 @@ class Table(dict[str, Any]):
     @classmethod
     @cache
     def added(cls, group: str) -> Table:
-        """Return the objects that packages in folders of `sys.path` add by entry points of a group.
-
-        If there are none, `importlib.metadata`, which is slow to import, is not imported.
-        """
+        """Return objects that packages in folders of `sys.path` add by entry points of a group."""
         files = (at for place in sys.path for at in Path(place).glob("*-info/entry_points.txt"))
         if not any(group.encode() in at.read_bytes() for at in files if os.access(at, os.R_OK)):
             return cls()
-        from importlib.metadata import entry_points
+        from importlib.metadata import entry_points  # slow to import
 
         return cls({point.name: point.value for point in entry_points(group=group)})
 
