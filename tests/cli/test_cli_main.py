@@ -138,8 +138,7 @@ def test_help_imports_no_command():
 
 NEVER_NEEDED = ("hashlib", "importlib.metadata", "numpy.ma", "socket", "xml", "zipfile")
 NEVER_NEEDED += ("superfacets.metrics", "superfacets.tools.sample", "superfacets.tools.texels")
-NEVER_NEEDED += ("superfacets.files.readers.off", "superfacets.files.readers.stl")
-NEVER_NEEDED += ("superfacets.regions.region_graph", "superfacets.regions.hierarchy")
+NEVER_NEEDED += ("superfacets.regions.region_graph", "superfacets.files.readers.gltf")
 NEVER_NEEDED += ("superfacets_batch", "superfacets_formats.", "superfacets_studio")
 
 

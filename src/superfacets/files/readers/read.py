@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import cast
 
 from ...base.errors import MeshError
-from ...base.lazy import load
 from ...graph.kinds import kind_of
 from ...mesh.faces import AnyMesh
 from ...mesh.point_cloud import PointCloud
@@ -18,6 +17,8 @@ from ..attributes import MeshAttributes
 from ..formats import FORMATS
 from ..guards import Content, known_ending, named_errors, read_content
 from ..input import Input, Read
+from .off import MAGIC as OFF_MAGIC
+from .stl import has_binary_size
 
 _BEGINS = {b"ply\n": ".ply", b"ply\r": ".ply", b"glTF": ".glb"}
 """Endings of mesh formats, keyed by the first bytes of their files."""
@@ -216,12 +217,14 @@ def recognized_ending(data: Content) -> str | None:
     for ending in FORMATS["recognize"]:
         if FORMATS["recognize"][ending](data):
             return ending
+    if has_binary_size(data):
+        return ".stl"
     found = _FIRST_WORD.match(data)
     word = b"" if found is None else found[1]
     fitting = {
         ".gltf": word.startswith(b"{"),
         ".stl": word.lower() == b"solid",
-        ".off": load("superfacets.files.readers.off:MAGIC.match")(word),
+        ".off": OFF_MAGIC.match(word),
         ".obj": word in _OBJ_WORDS,
         ".tri": word.isdigit(),
     }
