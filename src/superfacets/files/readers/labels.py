@@ -101,7 +101,9 @@ def parse_labels(source: Input, n_cells: int | None, name: str) -> Ints:
     for role in ("labels", "vertex_labels"):
         if source.ending in FORMATS[role]:
             found = FORMATS[role][source.ending](as_declared(source.data))
-            return checked_labels(as_integers(np.asarray(found), "labels"), n_cells)
+            if source.ending in FORMATS.vertex_values:
+                found = as_integers(found, "labels")
+            return checked_labels(found, n_cells)
     if source.ending not in FORMATS.cells:
         raise MeshError(f"expected a format that can store labels, got {source.ending}")
     return checked_labels(property_of(*parse(replace(source, keep=True)), name), n_cells)
