@@ -155,12 +155,13 @@ def relocate_centers(
 
     Centers move into the regions with the largest distortions. The distortion of a region is the
     sum of measure times squared path length, where longer paths count as four times the mean
-    length. The cost of removing a region is the increase of the total distortion. It must be less
-    than half of the distortion of the region that gets the center, or less than a quarter if
-    `has_crease_limit` is true. Sums are computed in the order of cells in `order`.
+    length if there is no crease limit. The cost of removing a region is the increase of the total
+    distortion. It must be less than half of the distortion of the region that gets the center, or
+    less than a quarter if `has_crease_limit` is true. Sums are computed in the order of `order`.
     """
     paths = second_nearest(graph, centers)
-    most = 4.0 * _mean_length(graph, order, paths, len(centers))
+    mean = _mean_length(graph, order, paths, len(centers))
+    most = math.inf if has_crease_limit else 4.0 * mean
     gain = 0.25 if has_crease_limit else 0.5
     costs = [0.0] * len(centers)
     distortions = [0.0] * len(centers)

@@ -16,6 +16,7 @@ constexpr double kGainWithCreaseLimit = 0.25;
 // Path lengths above this multiple of the mean path length count as this multiple. Few regular
 // regions have longer paths. Without a limit, expensive arcs around a few cells would attract
 // centers and hold them there, and regions below a tenth of the mean area would be twice as many.
+// Graphs with a crease limit have no limit of lengths, because narrow sides need centers.
 constexpr double kMaxLength = 4.0;
 
 struct Need {
@@ -82,7 +83,9 @@ std::vector<Place> relocate_centers(const OrderedGraph& graph, std::span<const P
   SUPERFACETS_ASSERT(std::cmp_equal(nearest.size(), graph.n_cells()));
   const Regions regions(nearest, static_cast<Label>(centers.size()));
   const Buffer<Path> seconds = second_paths(graph, nearest, regions, team);
-  const double most = kMaxLength * mean_length(graph, nearest, regions, team);
+  const bool has_limit = !std::isinf(graph.crease_limit);
+  const double most =
+      has_limit ? HUGE_VAL : kMaxLength * mean_length(graph, nearest, regions, team);
   std::vector<Need> needs(centers.size());
   team.for_each(std::ssize(needs), [&](std::int64_t label, int) {
     const std::span<const Place> region = regions.of(static_cast<Label>(label));
@@ -96,7 +99,7 @@ std::vector<Place> relocate_centers(const OrderedGraph& graph, std::span<const P
 
   std::vector<Place> moved(centers.begin(), centers.end());
   std::vector<Role> roles(centers.size(), Role::kNone);
-  const double gain = std::isinf(graph.crease_limit) ? kGain : kGainWithCreaseLimit;
+  const double gain = has_limit ? kGainWithCreaseLimit : kGain;
   auto next = receiving.begin();
   for (const Label label : leaving) {
     if (roles[label] != Role::kNone) continue;
