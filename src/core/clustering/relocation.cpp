@@ -26,7 +26,8 @@ struct Need {
   Place farthest = 0;       // cell with the longest path from the center
 };
 
-// Length of the paths to all cells, averaged by measure. The sum runs over one region after another.
+// Length of the paths to all cells, averaged by measure. The sum runs over one region after
+// another.
 double mean_length(const OrderedGraph& graph, std::span<const Path> nearest, const Regions& regions,
                    ThreadTeam& team) {
   std::vector<double> sums(regions.places.n_lists(), 0.0);
