@@ -7,7 +7,7 @@ from shapes import subdivided
 
 import superfacets as sf
 from superfacets import _core
-from superfacets.graph.kinds import kind_of
+from superfacets.graph.kinds import as_surface, kind_of
 from superfacets.graph.surface import arc_measures
 from superfacets.weights.formulas import MADE_FACTOR, WEIGHTS, WeightOptions, weights_of_kind
 
@@ -166,7 +166,27 @@ def test_neither_rounding_nor_units_nor_orientation_decide_what_is_a_made_thing(
         turned(block, 2, 1e9),
     ):
         assert is_made_thing(mesh)
-    assert not is_made_thing(sf.sample_mesh(5_000))
+    bear = sf.sample_mesh(5_000)
+    assert not is_made_thing(bear)
+    assert not is_made_thing(subdivided(bear, 2))  # most edges are flat
+
+
+@pytest.mark.parametrize("n_times", [0, 1, 3])
+def test_subdivision_does_not_change_the_share_of_flat_sides(n_times):
+    """On a house with a pointed roof, only the roof consists of triangles."""
+    cube = shapes.cube()
+    roof = [c for c in cube.faces.tolist() if not (cube.vertices[c, 2] == 1.0).all()]
+    top = np.flatnonzero(cube.vertices[:, 2] == 1.0)
+    around = top[np.argsort(np.arctan2(*(cube.vertices[top, :2] - 0.5).T))]
+    tip = len(cube.vertices)
+    roof += [[a, b, tip] for a, b in zip(around, np.roll(around, -1), strict=True)]
+    house = sf.Mesh(np.append(cube.vertices, [[0.5, 0.5, 2.0]], axis=0), roof)
+    for mesh, share in ((cube, 1.0), (house, 5 / (5 + np.sqrt(5)))):
+        surface = as_surface(subdivided(mesh, n_times), weld=True, n_threads=2)
+        assert _core.share_of_flat_sides(surface.handle, 2) == pytest.approx(share)
+    open_cube = sf.Mesh(cube.vertices, roof[:-4])  # its sides have a boundary
+    surface = as_surface(subdivided(open_cube, n_times), weld=True, n_threads=2)
+    assert _core.share_of_flat_sides(surface.handle, 2) == pytest.approx(1.0)
 
 
 def test_regions_follow_the_fillets_of_a_block_without_sharp_edges():

@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import hashlib
 import sys
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
-from superfacets import MeshError, face_labels, kit
+from superfacets import MeshError, kit
 from superfacets.kit import FORMATS, Array, CellFile, Cells, Ints
-from superfacets_formats import CORTEX_VALUES, values_of_vertices
 
 from .failures import print_line, print_note
 from .options import FILE, STANDARD_STREAM, Count, Listed, Real, option, options
 
-VALUE_ENDINGS = (".npy", ".txt", *CORTEX_VALUES)
+VALUE_ENDINGS = (".npy", ".txt", *FORMATS.vertex_values)
 
 
 class GivenLabels(NamedTuple):
@@ -40,8 +38,7 @@ def _classes_in_work(source: CellFile, path: Path, n_cells: int) -> Ints:
     """
     from superfacets_studio import classes_in_work
 
-    content, digest = bytes(kit.read_content(path)), hashlib.sha256(source.data).hexdigest()
-    classes, notes = classes_in_work(path, content, Path(source.name), digest, n_cells)
+    classes, notes = classes_in_work(path, bytes(kit.read_content(path)), source, n_cells)
     for note in notes:
         print_line("note", note)
     return classes
@@ -59,7 +56,7 @@ def labels_of_cells(cells: Cells, given: GivenLabels, *, is_noted: bool = True) 
     """
     if not given.are_of_vertices:
         return given.labels
-    labels = face_labels(cells, given.labels)
+    labels = kit.labels_of_corners(cells, given.labels)
     if not is_noted:
         return labels
     n_lost = len(np.setdiff1d(given.labels[given.labels >= 0], labels))
@@ -145,8 +142,8 @@ def read_values(path: Path) -> Array:
     try:
         if ending == ".npy":
             return kit.npy_array(data, "values")
-        if ending in CORTEX_VALUES:
-            return values_of_vertices(data, ending)
+        if ending in FORMATS.vertex_values:
+            return cast(Array, FORMATS["vertex_labels"][ending](data))
         return np.array(bytes(data).split(), dtype=np.float64)
     except ValueError as error:
         raise MeshError(f"{path}: {error}") from None

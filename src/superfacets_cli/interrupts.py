@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import os
 import signal
-import socket
 import threading
 from collections.abc import Callable, Iterator
 from typing import NoReturn, TypeVar
@@ -60,6 +59,8 @@ def soon_ended() -> Iterator[None]:
     Python runs signal handlers only between two bytecode instructions. A single instruction may
     block for very long, if it reads from a dead network drive or computes in the C++ core.
     """
+    import socket  # slow to import
+
     ours, theirs = socket.socketpair()
     theirs.setblocking(False)
     is_over = threading.Event()

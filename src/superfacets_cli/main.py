@@ -71,6 +71,7 @@ def main() -> NoReturn:
 def run(group: click.Group, name: str) -> NoReturn:
     """Run a group of commands, which is called `name` in messages, and exit."""
     end_at_signals()
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # more threads busy-wait, but do no work
     warnings.showwarning = _show_warning
     warnings.simplefilter("default", UserWarning)
     try:
@@ -100,7 +101,7 @@ class LazyGroup(click.Group):
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Find the command; a file in place of a command is segmented."""
-        name, known = args[0], self.list_commands(ctx)
+        name, known = args[0], COMMANDS if args[0] in COMMANDS else self.list_commands(ctx)
         if name not in known and _is_input(name):
             return super().resolve_command(ctx, ["segment", *args])
         near = get_close_matches(name, known, 1)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import shutil
 import sys
 import threading
 import time
@@ -57,6 +56,8 @@ class Progress:
 
     def _draw(self) -> None:
         """Draw the line until the work ends, and then clear it."""
+        import shutil  # slow to import
+
         wait, width = self.DELAY, 0
         while not self._is_done.wait(wait):
             wait, width = self.STEP, shutil.get_terminal_size().columns - 1

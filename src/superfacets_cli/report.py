@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from superfacets import MeshAttributes
+from superfacets import MeshAttributes, kit
 from superfacets.kit import FORMATS, Floats, Ints, Longs, OutputFiles, Written, counted, kind_of
-from superfacets_textures import notes_on_texture
 
 MAX_FILLED = 0.2
 """Maximum fraction of regions that have the minimum number of vertices without a note. In scanned
@@ -93,6 +92,8 @@ def notes_on_written(
         if lost
     ]
     if attributes is not None and attributes.texture is not None:
+        from superfacets_textures import notes_on_texture
+
         notes += notes_on_texture(attributes.texture, endings)
     return notes if labels is None else notes + _notes_on_numbers(labels, endings, sizes)
 
@@ -113,7 +114,7 @@ def _notes_on_sizes(files: str, sizes: Longs) -> list[str]:
 
 def _notes_on_numbers(labels: Ints, endings: Collection[str], sizes: Longs) -> list[str]:
     """Return notes if output formats renumber labels; `sizes` as in `notes_on_written`."""
-    given, notes = np.unique(labels[labels >= 0]), []
+    given, notes = kit.ranked_labels(labels)[1], []
     has_gaps = bool(len(given)) and given[-1] != len(given) - 1
     renumbered = sorted({*endings} & {*FORMATS.renumbered_outputs})
     graphs = sorted({*endings} & {*FORMATS.graph_outputs})

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -148,8 +148,6 @@ _NOT_WITH_PAPER = {
     "denoise", "tol",
 }  # fmt: skip
 
-_OF_FILES = {field.name for field in fields(kit.FileOptions)}
-
 
 def options_of(*, scans: bool, is_subdivided: bool, **given: Any) -> kit.FileOptions:
     """Return the options, completed by presets; raise a usage error if options are incompatible."""
@@ -176,7 +174,8 @@ def options_of(*, scans: bool, is_subdivided: bool, **given: Any) -> kit.FileOpt
         sizes = {name: given.pop(name) for name in ("balance", "bounds", "cells") if name in given}
         if sizes:
             given["sizes"] = Sizes(**sizes)
-        of_files = {name: given.pop(name) for name in _OF_FILES & given.keys()}
+        shared = given.keys() & kit.FileOptions.__dataclass_fields__.keys()
+        of_files = {name: given.pop(name) for name in shared}
         return kit.FileOptions(given, subdivide=is_subdivided, **of_files)
     except ValueError as error:
         raise click.UsageError(str(error)) from error

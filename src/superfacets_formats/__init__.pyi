@@ -1,7 +1,5 @@
 """Public names, and names that other apps use."""
 
-from .cortex import CORTEX_VALUES as CORTEX_VALUES
-from .cortex import values_of_vertices as values_of_vertices
 from .tet_graph import TetGraph as TetGraph
 from .tet_graph import TriangleCounts as TriangleCounts
 from .tet_graph import build_tet_graph as build_tet_graph

@@ -9,7 +9,6 @@ import binascii
 import math
 import zlib
 from collections.abc import Iterator
-from functools import partial
 from pathlib import Path
 from typing import Literal
 from xml.etree.ElementTree import Element, ParseError, fromstring
@@ -31,14 +30,6 @@ from superfacets.kit import (
 
 from .grids import as_count
 from .vtk_xml import NUMBER_TYPES
-
-GIFTI_VALUES = (".shape.gii", ".func.gii")
-"""Endings of GIFTI files with a number per vertex."""
-
-CURVE_ENDINGS = (".curv", ".thickness", ".sulc", ".area")
-"""Endings of FreeSurfer files with a number per vertex, for example ``lh.thickness``."""
-
-CORTEX_VALUES = (*GIFTI_VALUES, *CURVE_ENDINGS)
 
 TRIANGLES = b"\xff\xff\xfe"
 """First bytes of FreeSurfer files with a surface of triangles."""
@@ -191,13 +182,16 @@ def read_surface(source: Input) -> Read:
     return source.mesh(vertices, reader.numbers(3 * n_faces, "i4").reshape(-1, 3))
 
 
-def values_of_vertices(data: Content, ending: str) -> Array:
-    """Return the number of each vertex in a file with an ending in `CORTEX_VALUES`."""
-    if ending in GIFTI_VALUES:
-        values = _gifti_array(data, Dimensionality="1")
-        if values is None:
-            raise MeshError("the GIFTI file has no array with one number per vertex")
-        return values
+def gifti_values(data: Content) -> Array:
+    """Return the number of each vertex in a GIFTI file."""
+    values = _gifti_array(data, Dimensionality="1")
+    if values is None:
+        raise MeshError("the GIFTI file has no array with one number per vertex")
+    return values
+
+
+def curve_values(data: Content) -> Array:
+    """Return the number of each vertex in a FreeSurfer file, for example ``lh.thickness``."""
     if data[:3] != _CURVE:
         raise MeshError("not a FreeSurfer file of values: the magic number is missing")
     reader = BinaryReader(data, ">", 3)
@@ -205,15 +199,6 @@ def values_of_vertices(data: Content, ending: str) -> Array:
     if n_numbers != 1:
         raise MeshError(f"expected one number per vertex, got {n_numbers}")
     return reader.numbers(n_vertices, "f4")
-
-
-def _value_labels(data: Content, *, ending: str) -> Array:
-    return as_integers(values_of_vertices(data, ending), "labels")
-
-
-gifti_value_labels, curve_value_labels = (
-    partial(_value_labels, ending=ending) for ending in (GIFTI_VALUES[0], CURVE_ENDINGS[0])
-)
 
 
 def label_names(path: kit.StrPath) -> dict[int, str]:

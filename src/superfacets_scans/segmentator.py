@@ -19,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from superfacets import (
+    SCANS,
     CellGraph,
     IslandWarning,
     Mesh,
@@ -135,7 +136,7 @@ def segment_mesh(
         number = checked_count(n_segments, "n_segments", mesh.n_faces, "faces")
     with warnings.catch_warnings():  # additional regions for small components are expected
         warnings.simplefilter("ignore", IslandWarning)
-        of_faces = segment(mesh, min(number, mesh.n_faces)).labels
+        of_faces = segment(mesh, min(number, mesh.n_faces), **SCANS).labels
     labels = vertex_labels(mesh, of_faces, min_vertices=least)
     if n_segments is None:
         labels = _merged(joined, labels, lowest, least)

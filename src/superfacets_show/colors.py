@@ -272,7 +272,7 @@ def _distances() -> Floats:
 @cache
 def _near_colors() -> list[int]:
     """Return the palette colors that are too similar to each color of `_choices`, as bit masks."""
-    near = _distances()[:, : len(PALETTE)] < _CLEAR_DISTANCE
+    near = color_distances(_choices(), PALETTE) < _CLEAR_DISTANCE
     return [sum(1 << int(color) for color in np.flatnonzero(row)) for row in near]
 
 

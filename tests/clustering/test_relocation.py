@@ -82,6 +82,12 @@ def test_nothing_moves_where_regions_are_alike():
     assert relocated(line, [1, 4, 7], 3) == ([1, 4, 7], [1, 4, 7])
 
 
+def test_a_pocket_behind_expensive_arcs_does_not_hold_its_center():
+    """Cell 0 is all that its center has; cells 1 to 40 have one center at their end."""
+    line = shapes.line_graph([1000.0] + [1.0] * 39)
+    assert relocated(line, [0, 1], 1) == ([0, 1], [40, 1])
+
+
 def test_a_center_alone_in_its_component_stays():
     """A pair of cells and a line are separate components."""
     line = shapes.line_graph([1.0] * 20)

@@ -154,12 +154,14 @@ def relocate_centers(
     """Move up to `n_moves` centers of regions that cost least to remove; return all centers.
 
     Centers move into the regions with the largest distortions. The distortion of a region is the
-    sum of measure times squared path length. The cost of removing a region is the increase of the
-    total distortion. It must be less than half of the distortion of the region that gets the
-    center, or less than a quarter if `has_crease_limit` is true. Sums are computed in the order of
-    cells in `order`.
+    sum of measure times squared path length, where longer paths count as four times the mean
+    length if there is no crease limit. The cost of removing a region is the increase of the total
+    distortion. It must be less than half of the distortion of the region that gets the center, or
+    less than a quarter if `has_crease_limit` is true. Sums are computed in the order of `order`.
     """
     paths = second_nearest(graph, centers)
+    mean = _mean_length(graph, order, paths, len(centers))
+    most = math.inf if has_crease_limit else 4.0 * mean
     gain = 0.25 if has_crease_limit else 0.5
     costs = [0.0] * len(centers)
     distortions = [0.0] * len(centers)
@@ -170,12 +172,13 @@ def relocate_centers(
         first, label = paths[cell][0]
         measure = float(graph.measures[cell])
         regions[label].append(cell)
-        distortions[label] += measure * float(first) * float(first)
+        nearer = min(most, float(first))
+        distortions[label] += measure * nearer * nearer
         if len(paths[cell]) == 1:
             costs[label] = math.inf
         else:
-            second = paths[cell][1][0]
-            costs[label] += measure * float(second - first) * float(second + first)
+            farther = min(most, float(paths[cell][1][0]))
+            costs[label] += measure * (farther - nearer) * (farther + nearer)
     labels = range(len(centers))
     leaving = sorted(labels, key=lambda label: (costs[label], label))[:n_moves]
     receiving = sorted(labels, key=lambda label: (-distortions[label], label))
@@ -194,6 +197,17 @@ def relocate_centers(
         have_left.add(label)
         must_stay |= {target} | {paths[cell][1][1] for cell in regions[label]}
     return moved
+
+
+def _mean_length(graph, order, paths, n_centers):
+    """Return the mean path length, weighted by measure; cells without a path count as 0."""
+    sums = [0.0] * n_centers
+    for cell in map(int, order):
+        if paths[cell]:
+            length, label = paths[cell][0]
+            sums[label] += float(graph.measures[cell]) * float(length)
+    placed = [float(graph.measures[cell]) for cell in map(int, order)]
+    return sum(sums) / sum(placed) if sum(placed) > 0.0 else 0.0
 
 
 RANGE = 4096

@@ -80,7 +80,7 @@ class _Stiffness:
         mean = sum(areas) / len(areas)
         firsts = [max(area, 1e-6 * mean) for area in areas]
         is_on = stiffness > 0.0 and mean > 0.0
-        self.weights = [stiffness / area if is_on else 0.0 for area in firsts]
+        self.weights = [stiffness * mean / area / area if is_on else 0.0 for area in firsts]
         self.roundness = roundness if is_on else 0.0
         inverses = [[1.0 / area] if is_on else [0.0] for area in firsts]
         self.centroids = np.array(inverses) * moments

@@ -1,5 +1,6 @@
 #include "cells/surface_weights.hpp"
 
+#include "cells/components.hpp"
 #include "cells/ridges.hpp"
 
 namespace superfacets {
@@ -66,6 +67,19 @@ class SurfaceWeigher {
   EdgeSums sums_;
 };
 
+// Up to four different neighbors of a flat patch of faces.
+struct PatchNeighbors {
+  std::array<Cell, 4> patches{kNoCell, kNoCell, kNoCell, kNoCell};
+  std::uint8_t n = 0;
+  bool has_boundary = false;
+
+  void add(Cell patch) {
+    const auto end = patches.begin() + n;
+    if (n < patches.size() && std::find(patches.begin(), end, patch) == end) patches[n++] = patch;
+  }
+  bool are_many() const { return n + int{has_boundary} >= 4; }
+};
+
 }  // namespace
 
 EdgeSums surface_weights(const Surface& surface, const EdgeFactors& factors,
@@ -85,6 +99,43 @@ EdgeSums surface_weights(const Surface& surface, const EdgeFactors& factors,
     total.add(weigher.sums());
   });
   return total;
+}
+
+double share_of_flat_sides(const Surface& surface, ThreadTeam& team) {
+  const Arcs& arcs = surface.arcs();
+  Buffer<char> is_flat(arcs.n_arcs());
+  team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
+    for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) {
+      for (const auto [arc, to] : arcs.steps(cell)) {
+        is_flat[arc] = static_cast<char>(std::abs(surface.angle(cell, arc)) < kFlatAngle);
+      }
+    }
+  });
+  DisjointSets sets(surface.n_cells());
+  for (Cell cell = 0; cell < surface.n_cells(); ++cell) {
+    for (const auto [arc, to] : arcs.steps(cell)) {
+      if (is_flat[arc] != 0 && !sets.share_parent(cell, to)) sets.unite(cell, to);
+    }
+  }
+  const Components patches = std::move(sets).number();
+  std::vector<PatchNeighbors> neighbors(patches.n_components);
+  std::vector<double> areas(patches.n_components, 0.0);
+  double total = 0.0;
+  for (Cell cell = 0; cell < surface.n_cells(); ++cell) {
+    PatchNeighbors& around = neighbors[patches.of[cell]];
+    for (const auto [arc, to] : arcs.steps(cell)) {
+      if (patches.of[to] != patches.of[cell]) around.add(patches.of[to]);
+    }
+    around.has_boundary |= surface.open_length(cell) > 0.0;
+    const double area = surface.measure(cell);
+    areas[patches.of[cell]] += area;
+    total += area;
+  }
+  double in_sides = 0.0;
+  for (Cell patch = 0; patch < patches.n_components; ++patch) {
+    if (neighbors[patch].are_many()) in_sides += areas[patch];
+  }
+  return total > 0.0 ? in_sides / total : 0.0;
 }
 
 }  // namespace superfacets

@@ -13,6 +13,12 @@ constexpr double kGain = 0.5;
 // equal size.
 constexpr double kGainWithCreaseLimit = 0.25;
 
+// Path lengths above this multiple of the mean path length count as this multiple. Few regular
+// regions have longer paths. Without a limit, expensive arcs around a few cells would attract
+// centers and hold them there, and regions below a tenth of the mean area would be twice as many.
+// Graphs with a crease limit have no limit of lengths, because narrow sides need centers.
+constexpr double kMaxLength = 4.0;
+
 struct Need {
   // Cost of removing the center; infinite if a cell has no second-nearest center.
   double removal_cost = 0.0;
@@ -20,26 +26,40 @@ struct Need {
   Place farthest = 0;       // cell with the longest path from the center
 };
 
+// Length of the paths to all cells, averaged by measure. The sum runs over one region after
+// another.
+double mean_length(const OrderedGraph& graph, std::span<const Path> nearest, const Regions& regions,
+                   ThreadTeam& team) {
+  std::vector<double> sums(regions.places.n_lists(), 0.0);
+  team.for_each(std::ssize(sums), [&](std::int64_t label, int) {
+    for (const Place place : regions.of(static_cast<Label>(label))) {
+      sums[label] += graph.measures[place] * static_cast<double>(nearest[place].length);
+    }
+  });
+  const double total = std::accumulate(sums.begin(), sums.end(), 0.0);
+  return graph.total_measure > 0.0 ? total / graph.total_measure : 0.0;
+}
+
 // Computes removal cost, distortion and farthest cell of a region, given as a list of its cells.
+// `most` limits path lengths in the first two.
 Need need_of(const OrderedGraph& graph, std::span<const Path> nearest,
-             std::span<const Path> seconds, std::span<const Place> region) {
+             std::span<const Path> seconds, std::span<const Place> region, double most) {
   Need need;
   need.farthest = region.front();
   for (const Place place : region) {
-    const PathLength first = nearest[place].length;
-    const PathLength second = seconds[place].length;
-    const auto length = static_cast<double>(first);
+    const PathLength length = nearest[place].length;
+    const double first = std::min(most, static_cast<double>(length));
     const double measure = graph.measures[place];
-    need.distortion += measure * length * length;
-    if (second == kUnreached) {
+    need.distortion += measure * first * first;
+    if (seconds[place].length == kUnreached) {
       need.removal_cost = std::numeric_limits<double>::infinity();
     } else {
-      need.removal_cost +=
-          measure * static_cast<double>(second - first) * static_cast<double>(second + first);
+      const double second = std::min(most, static_cast<double>(seconds[place].length));
+      need.removal_cost += measure * (second - first) * (second + first);
     }
-    const PathLength most = nearest[need.farthest].length;
+    const PathLength longest = nearest[need.farthest].length;
     const bool is_lower = graph.cells[place] < graph.cells[need.farthest];
-    if (first > most || (first == most && is_lower)) need.farthest = place;
+    if (length > longest || (length == longest && is_lower)) need.farthest = place;
   }
   return need;
 }
@@ -64,9 +84,13 @@ std::vector<Place> relocate_centers(const OrderedGraph& graph, std::span<const P
   SUPERFACETS_ASSERT(std::cmp_equal(nearest.size(), graph.n_cells()));
   const Regions regions(nearest, static_cast<Label>(centers.size()));
   const Buffer<Path> seconds = second_paths(graph, nearest, regions, team);
+  const bool has_limit = !std::isinf(graph.crease_limit);
+  const double most =
+      has_limit ? HUGE_VAL : kMaxLength * mean_length(graph, nearest, regions, team);
   std::vector<Need> needs(centers.size());
   team.for_each(std::ssize(needs), [&](std::int64_t label, int) {
-    needs[label] = need_of(graph, nearest, seconds.span(), regions.of(static_cast<Label>(label)));
+    const std::span<const Place> region = regions.of(static_cast<Label>(label));
+    needs[label] = need_of(graph, nearest, seconds.span(), region, most);
   });
   std::vector<Label> leaving =
       sorted_labels(needs.size(), [&](Label label) { return needs[label].removal_cost; });
@@ -76,7 +100,7 @@ std::vector<Place> relocate_centers(const OrderedGraph& graph, std::span<const P
 
   std::vector<Place> moved(centers.begin(), centers.end());
   std::vector<Role> roles(centers.size(), Role::kNone);
-  const double gain = std::isinf(graph.crease_limit) ? kGain : kGainWithCreaseLimit;
+  const double gain = has_limit ? kGainWithCreaseLimit : kGain;
   auto next = receiving.begin();
   for (const Label label : leaving) {
     if (roles[label] != Role::kNone) continue;
@@ -84,9 +108,9 @@ std::vector<Place> relocate_centers(const OrderedGraph& graph, std::span<const P
       return other != label && roles[other] != Role::kLeaves;
     });
     if (next == receiving.end()) break;
-    const Need& most = needs[*next];
-    if (!(needs[label].removal_cost < gain * most.distortion)) break;
-    moved[label] = most.farthest;
+    const Need& neediest = needs[*next];
+    if (!(needs[label].removal_cost < gain * neediest.distortion)) break;
+    moved[label] = neediest.farthest;
     roles[label] = Role::kLeaves;
     roles[*next] = Role::kReceives;
     for (const Place place : regions.of(label)) {

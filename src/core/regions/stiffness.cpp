@@ -61,7 +61,7 @@ Stiffness::Stiffness(const Surface& surface, const RegionSums& at_first,
   changes_.assign(n_regions, 0.0);
   for (std::size_t region = 0; region < n_regions; ++region) {
     const double area = std::max(at_first.areas[region], kMinFraction * mean);
-    weights_.push_back(options.stiffness / area);
+    weights_.push_back(options.stiffness * mean / area / area);
     centroids_.push_back((1.0 / area) * at_first.moments[region]);
   }
   if (!options.goals.empty()) set_goals(labels, options, kMinFraction * mean);

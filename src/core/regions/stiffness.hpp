@@ -27,15 +27,18 @@ struct StiffGain {
   }
 };
 
-// The cost is the sum over all regions of stiffness * (A - A_0)^2 / (2 A_0) + roundness * integral
-// of |x - x_0|^2 over the region, where A is the area of a region, and A_0 and x_0 are its initial
-// area and centroid. The first term preserves areas. The second term favors round regions. The
-// second term is needed on regular grids, where borders of many different shapes have equal length.
+// The cost is the sum over all regions of stiffness * m * (A / A_0 - 1)^2 / 2 + roundness *
+// integral of |x - x_0|^2 over the region, where A is the area of a region, A_0 and x_0 are its
+// initial area and centroid, and m is the mean area of regions. The first term preserves areas. It
+// counts relative changes, so that small regions do not shrink to single cells. The second term
+// favors round regions. The second term is needed on regular grids, where borders of many different
+// shapes have equal length.
 struct StiffnessOptions {
   double stiffness = 0.0;  // factor of the first term, in 1 / length; if 0, both terms are off
   double roundness = 0.0;  // factor of the second term, in 1 / length^3
   // Optional target sizes. If they are given, the size of a region is the sum of `sizes` over its
-  // cells. This size replaces the area A, and `goals` replaces the initial area A_0.
+  // cells. The first term is then stiffness * (A - A_0)^2 / (2 A_0), where A is this size and A_0
+  // is the target size.
   std::span<const double> sizes;  // (N,) size of each cell
   std::span<const double> goals;  // (K,) target size of each region
 };
@@ -76,7 +79,7 @@ class Stiffness {
   const Surface& surface_;
   const double roundness_;
   std::span<const double> sizes_;  // (N,) size of each cell; empty if areas are used
-  std::vector<double> weights_;    // (K,) stiffness / A_0; empty if stiffness is off
+  std::vector<double> weights_;    // (K,) curvature of the first term; empty if stiffness is off
   std::vector<Point> centroids_;   // (K,) x_0 of each region
   std::vector<double> changes_;    // (K,) A - A_0 of each region
 };

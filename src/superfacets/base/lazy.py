@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import sys
 from collections.abc import Callable
@@ -32,8 +33,7 @@ def load(target: str) -> Any:
 class Table(dict[str, Any]):
     """Dict whose values may be strings ``package.module:name``; indexing loads the object.
 
-    Apps use it for objects that other packages add, such as commands. Indexing raises an
-    ImportError with a message of one line if the package is missing or broken.
+    Apps use it for objects that other packages add. Indexing raises the same errors as `load`.
     """
 
     def __getitem__(self, key: str) -> Any:
@@ -43,7 +43,10 @@ class Table(dict[str, Any]):
     @classmethod
     @cache
     def added(cls, group: str) -> Table:
-        """Return the objects that installed packages add by entry points of a group."""
+        """Return objects that packages in folders of `sys.path` add by entry points of a group."""
+        files = (at for place in sys.path for at in Path(place).glob("*-info/entry_points.txt"))
+        if not any(group.encode() in at.read_bytes() for at in files if os.access(at, os.R_OK)):
+            return cls()
         from importlib.metadata import entry_points  # slow to import
 
         return cls({point.name: point.value for point in entry_points(group=group)})

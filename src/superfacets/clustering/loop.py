@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import math
 import time
 from dataclasses import dataclass, field
@@ -192,13 +191,13 @@ class Loop:
             return 1, "cancelled"
         if must_stay:
             return 1, self.stop_reason
-        seen: set[bytes] = set()
+        seen: set[int] = set()  # hashes of sets of centers
         n_before += sum(level.n_iter for level in self.levels)
         for n_iter in range(1, max_num_iter + 1):
             centers = clustering.centers()
             with timed(self.timings, "update"):
                 moved_to = clustering.update()
-            seen.add(_fingerprint(centers))
+            seen.add(hash(np.sort(centers).tobytes()))
             n_moved = int(np.count_nonzero(moved_to != centers))
             self.options.report("classify", n_before + n_iter, n_moved)
             move = _root_mean_square_move(graph, centers, moved_to)
@@ -206,7 +205,7 @@ class Loop:
                 return n_iter, "converged"
             if self.options.report.is_cancelled:
                 return n_iter, "cancelled"
-            if _fingerprint(moved_to) in seen:
+            if hash(np.sort(moved_to).tobytes()) in seen:
                 return n_iter, "settled"
             if n_iter < max_num_iter:
                 with timed(self.timings, "classify"):
@@ -217,8 +216,3 @@ class Loop:
 def _root_mean_square_move(graph: OrderedGraph, centers: Ints, moved_to: Ints) -> float:
     moves = graph.positions_of(moved_to) - graph.positions_of(centers)
     return math.sqrt(float(np.mean(np.sum(moves * moves, axis=1))))
-
-
-def _fingerprint(centers: Ints) -> bytes:
-    """Return a 128-bit hash of the set of centers, to detect repeated sets in little memory."""
-    return hashlib.blake2b(np.sort(centers).tobytes(), digest_size=16).digest()

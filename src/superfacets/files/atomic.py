@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import os
 import re
-import secrets
 import stat
 import time
 from collections.abc import Iterable, Iterator, Sequence
@@ -47,7 +46,7 @@ def atomic_outputs(paths: Sequence[StrPath]) -> Iterator[list[Path]]:
     remove_leftovers(targets)
     # All names are chosen before a file is created, so that an interrupt leaves no file behind.
     temporaries = [
-        target.with_name(f".{target.name[:STEM_SIZE]}.{secrets.token_hex(6)}.tmp")
+        target.with_name(f".{target.name[:STEM_SIZE]}.{os.urandom(6).hex()}.tmp")
         for target in targets
     ]
     try:

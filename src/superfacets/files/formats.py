@@ -67,8 +67,8 @@ _ROLES: dict[str, dict[str, str]] = {
         ".segs.json": f"{_READ}labels:read_segments",
         ".label.gii": "superfacets_formats.cortex:gifti_labels",
         ".annot": "superfacets_formats.cortex:annot_labels",
-        **dict.fromkeys(_GIFTI_VALUES, "superfacets_formats.cortex:gifti_value_labels"),
-        **dict.fromkeys(_CURVES, "superfacets_formats.cortex:curve_value_labels"),
+        **dict.fromkeys(_GIFTI_VALUES, "superfacets_formats.cortex:gifti_values"),
+        **dict.fromkeys(_CURVES, "superfacets_formats.cortex:curve_values"),
     },
     "steps": dict.fromkeys((".las", ".laz"), "superfacets_formats.las:las_steps"),
     "recognize": {
@@ -127,6 +127,8 @@ class Formats(dict[str, Table]):
         """Label files that also contain the labeled cells, and therefore their positions."""
         self.labels = _distinct(self["labels"], self.placed_labels, self["vertex_labels"])
         """Files with labels."""
+        self.vertex_values = (*_GIFTI_VALUES, *_CURVES)
+        """Files with a number per vertex. Whole numbers may be labels."""
         self.key_labels = (".label.gii", ".annot")
         """Files with one label per vertex, which may be -1, and a table of colors and names. The
         label is the key of the vertex, or its row in the table, minus 1."""

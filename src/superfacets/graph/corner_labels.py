@@ -13,6 +13,10 @@ from ..base.types import Array
 from ..graph.kinds import kind_of
 from ..graph.sums import weighted_majority
 
+MIN_IN_FILES = 20
+"""Minimum number of vertices of a region in files for neural networks. The training data of these
+networks was made by ScanNet's Segmentator with the same minimum (its option segMinVerts)."""
+
 
 def labels_of_corners(cells: Any, of_vertices: Array) -> Array:
     """Return, for each cell, the most frequent label of its corners, of the same type.

@@ -57,8 +57,9 @@ region that mainly covers another wall. With a cost of 0, this fraction is 8.5 %
 1, it is 1.4 %."""
 
 MIN_FLAT = 0.25
-"""Minimum share of exactly flat edges of a made thing, such as a machine part. On organic shapes
-and scans, at most 10 % of the edges are flat."""
+"""Minimum share of exactly flat edges of a made thing, such as a machine part, and minimum share of
+the area in flat sides, which are not just subdivided triangles. On organic shapes and scans, at
+most 10 % of the edges are flat."""
 
 MIN_MADE = 0.7
 """Minimum sum, on a made thing, of the share of flat edges and the share of the turn at edges of 40
@@ -126,11 +127,13 @@ class EdgeSums(NamedTuple):
     bent: int  # turn of all edges, in which all are positive
     sharp: int  # turn of the edges with an angle of at least 40 degrees
 
-    @property
-    def are_of_made_thing(self) -> bool:
+    def are_of_made_thing(self, surface: Surface) -> bool:
         """Whether edges are mostly flat or sharp, as on a machine part; see `MIN_MADE`."""
-        flat = self.n_flat / max(self.n_edges, 1)
-        return flat >= MIN_FLAT and flat + self.sharp / max(self.bent, 1) >= MIN_MADE
+        flat, sharp = self.n_flat / max(self.n_edges, 1), self.sharp / max(self.bent, 1)
+        if flat < MIN_FLAT or flat + sharp < MIN_MADE:
+            return False
+        flat = min(flat, _core.share_of_flat_sides(surface.handle, surface.n_threads))
+        return flat >= MIN_FLAT and flat + sharp >= MIN_MADE
 
 
 class ArcWeights(NamedTuple):
@@ -556,7 +559,7 @@ def _adapted_weights(surface: Surface, arrays: CellArrays, factors: EdgeFactors)
     is_closed = surface.volume > 0.0
     wants_sums = is_closed or factors.is_straight
     weights, sums = weights_and_sums(surface, arrays, factors, wants_sums=wants_sums)
-    of_made_thing = factors.is_straight and sums.are_of_made_thing
+    of_made_thing = factors.is_straight and sums.are_of_made_thing(surface)
     adapted = factors.of_made_thing() if of_made_thing else factors
     if is_closed and not of_made_thing:
         area = _core.sum_of(arrays[1], surface.n_threads)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import contextlib
+import hashlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
-from superfacets.kit import Ints, shortened
+from superfacets.kit import CellFile, Ints, shortened
 
 from ..labels.classes import ClassList
 from .changes import Change, State
@@ -172,15 +173,16 @@ class History:
 
 
 def classes_in_work(
-    path: Path, data: bytes, source: Path, digest: str, n_cells: int
+    path: Path, data: bytes, source: CellFile, n_cells: int
 ) -> tuple[Ints, list[str]]:
     """Return the class of each cell, (N,), in the content of a work file, and notes about damage.
 
-    The class 0 means no class. `digest` is the SHA-256 hash of `source`, the file of the cells.
+    The class 0 means no class. `source` is the file of the cells.
     Raises JournalError if the data is not a valid work file of this file.
     """
     journal = parsed_work(path, data)
-    journal.check_source(source, digest, n_cells)
+    digest = hashlib.sha256(source.data).hexdigest()
+    journal.check_source(Path(source.name), digest, n_cells)
     state = History.replayed(journal, n_cells, None).state
     return state.classes.astype(np.int32), journal.notes
 

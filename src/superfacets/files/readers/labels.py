@@ -100,8 +100,10 @@ def parse_labels(source: Input, n_cells: int | None, name: str) -> Ints:
     """Return the labels in the content of a file, or raise a MeshError if they are missing."""
     for role in ("labels", "vertex_labels"):
         if source.ending in FORMATS[role]:
-            content = as_declared(source.data)
-            return checked_labels(FORMATS[role][source.ending](content), n_cells)
+            found = FORMATS[role][source.ending](as_declared(source.data))
+            if source.ending in FORMATS.vertex_values:
+                found = as_integers(found, "labels")
+            return checked_labels(found, n_cells)
     if source.ending not in FORMATS.cells:
         raise MeshError(f"expected a format that can store labels, got {source.ending}")
     return checked_labels(property_of(*parse(replace(source, keep=True)), name), n_cells)

@@ -7,7 +7,6 @@ import json
 import math
 import re
 import reprlib
-import zipfile
 from typing import Any, Literal
 
 import numpy as np
@@ -53,6 +52,8 @@ def npz_array(data: Content, name: str) -> Array:
 
     If the archive is damaged, raises exceptions of zipfile or zlib, a KeyError or a MeshError.
     """
+    import zipfile  # slow to import
+
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         entry = archive.getinfo(f"{name}.npy")
         if entry.file_size > most_bytes_of(len(data)):

@@ -18,7 +18,6 @@ from ...base.lazy import Table, load
 from ...base.types import Array, Ints, Longs
 from ...graph.kinds import kind_of
 from ...mesh.base import Cells
-from ...regions.region_graph import region_graph
 from ..attributes import MeshAttributes
 from ..formats import FORMATS
 from ..readers.labels import checked_labels
@@ -101,7 +100,8 @@ class IdWriter:
         """Arrays of the graph of regions; for a mesh, with the node of each vertex."""
         assert self.labels is not None
         ranks, names = ranked_labels(self.labels)
-        arrays = region_graph(self.cells, ranks).to_pyg() | {"region": names.astype(np.int64)}
+        graph = load("superfacets.regions.region_graph:region_graph")(self.cells, ranks)
+        arrays: dict[str, Array] = graph.to_pyg() | {"region": names.astype(np.int64)}
         if not kind_of(self.cells).are_points:
             nodes = np.minimum(np.searchsorted(names, self._vertex_ids), len(names) - 1)
             arrays["vertex_super_index"] = np.where(names[nodes] == self._vertex_ids, nodes, -1)
