@@ -68,10 +68,9 @@ Lists<Entry> group(std::int64_t n, std::int64_t n_lists, const ForEach& for_each
   lists.entries = Buffer<Entry>(total);
   team.for_each(n_parts, [&](std::int64_t part, int) {
     std::int64_t* const cursors = next[part].data();
-    for_each(start_of(part), start_of(part + 1),
-             [cursors, entries = lists.entries.data()](std::int64_t list, const Entry& entry) {
-               entries[cursors[list]++] = entry;
-             });
+    for_each(start_of(part), start_of(part + 1), [&](std::int64_t list, const Entry& entry) {
+      lists.entries[cursors[list]++] = entry;
+    });
   });
   return lists;
 }
@@ -86,15 +85,14 @@ void sort_unique(Lists<Entry>& lists, ThreadTeam& team) {
     std::sort(begin, end);
     kept.offsets[list] = std::unique(begin, end) - begin;
   });
-  const std::int64_t n = lists.n_lists();
-  kept.offsets[n] = 0;
-  std::exclusive_scan(kept.offsets.begin(), kept.offsets.end(), kept.offsets.begin(),
-                      std::int64_t{0});
-  kept.entries = Buffer<Entry>(kept.offsets[n]);
-  team.for_each_index(n, [&](std::int64_t list) {
-    const std::int64_t size = kept.offsets[list + 1] - kept.offsets[list];
-    std::copy_n(lists.entries.data() + lists.offsets[list], size,
-                kept.entries.data() + kept.offsets[list]);
+  std::int64_t total = 0;
+  for (std::int64_t& offset : kept.offsets.span().first(lists.n_lists())) {
+    total += std::exchange(offset, total);
+  }
+  kept.offsets[lists.n_lists()] = total;
+  kept.entries = Buffer<Entry>(total);
+  team.for_each_index(lists.n_lists(), [&](std::int64_t list) {
+    std::copy_n(lists[list].begin(), kept[list].size(), kept.entries.data() + kept.offsets[list]);
   });
   lists = std::move(kept);
 }

@@ -9,9 +9,8 @@
 namespace superfacets {
 namespace {
 
-// The neighbors of each vertex, ascending and without duplicates; see build_vertex_graph. If all
-// edges have one or two faces, which traverse the edge in opposite directions, `arcs` may be the
-// offsets of the arcs between faces. Then faces with an arc at each side save time, and neighbors
+// The neighbors of each vertex, ascending and without duplicates; see build_vertex_graph. `arcs` is
+// empty, or as in smooth_positions. Then faces with an arc at each side save time, and neighbors
 // are not sorted if all faces are such faces.
 Lists<Vertex> neighbors_of(const CornerLists& faces, std::span<const Vertex> representative,
                            std::span<const std::int64_t> arcs, ThreadTeam& team) {
@@ -23,10 +22,8 @@ Lists<Vertex> neighbors_of(const CornerLists& faces, std::span<const Vertex> rep
       Vertex a = representative[corners.back()];
       for (const Vertex corner : corners) {
         const Vertex b = representative[corner];
-        if (a != b) {
-          add(a, b);
-          if (!is_inside) add(b, a);
-        }
+        if (a != b) add(a, b);
+        if (a != b && !is_inside) add(b, a);
         a = b;
       }
     }
@@ -36,13 +33,9 @@ Lists<Vertex> neighbors_of(const CornerLists& faces, std::span<const Vertex> rep
   return neighbors;
 }
 
-// Neighbors are prefetched this number of neighbors in advance.
-constexpr std::int64_t kAhead = 48;
-
-// Fractions of the distance to the mean of the neighbors by which a step moves a vertex, and the
-// maximum error of the response of all steps.
-constexpr std::array kFactors{0.5, -0.53};
-constexpr double kMaxError = 1e-5;
+constexpr std::int64_t kAhead = 48;  // neighbors are prefetched this number of neighbors in advance
+constexpr std::array kFactors{0.5, -0.53};  // of the two moves of a step; see smooth_positions
+constexpr double kMaxError = 1e-5;          // of the response of all steps
 
 // The coefficients of a series g of Chebyshev polynomials T_j(k - 1), 0 <= k <= 2, so that n_steps
 // steps multiply waves of frequency k by 1 + k g(k). The series is cut as kMaxError permits.
@@ -52,17 +45,15 @@ std::vector<double> series_of(int n_steps) {
   for (std::size_t move = 0; move < n; ++move) {
     const std::vector<double> before = series;
     for (std::size_t j = 0; j < n; ++j) {
-      // A move turns 1 + k g into (1 + k g) - factor * k * (1 + k g), where k g = g + x g with
-      // x = k - 1, x T_j = (T_(j-1) + T_(j+1)) / 2, and x T_0 = T_1. The 1 is added as 2 / 2.
+      // g becomes g - factor * (1 + g + x g), where x = k - 1, x T_0 = T_1, and otherwise
+      // x T_j = (T_(j-1) + T_(j+1)) / 2. The 1 is added as 2 / 2.
       const double below = j > 0 ? before[j - 1] * (j > 1 ? 1.0 : 2.0) : 2.0;
       const double above = j + 1 < n ? before[j + 1] : 0.0;
       series[j] -= kFactors[move % 2] * (before[j] + (below + above) / 2.0);
     }
   }
   double error = 0.0;
-  while (series.size() > 1 && (error += 2.0 * std::abs(series.back())) <= kMaxError) {
-    series.pop_back();
-  }
+  while ((error += 2.0 * std::abs(series.back())) <= kMaxError) series.pop_back();
   return series;
 }
 
@@ -81,27 +72,6 @@ struct alignas(16) Shift {
     return product;
   }
 };
-
-// Computes a step of Clenshaw's recurrence for vertices begin .. end - 1: `older` becomes
-// coefficient * bumps + factor * (mean of `sums` over the neighbors) - older.
-void add_term(const Lists<Vertex>& neighbors, float coefficient, float factor, const Shift* bumps,
-              const Shift* sums, Shift* older, std::int64_t begin, std::int64_t end) {
-  const Vertex* const entries = neighbors.entries.data();
-  const std::int64_t* const offsets = neighbors.offsets.data();
-  const auto n_entries = std::ssize(neighbors.entries);
-  for (std::int64_t vertex = begin; vertex < end; ++vertex) {
-    const std::int64_t first = offsets[vertex];
-    const auto n = static_cast<int>(offsets[vertex + 1] - first);
-    if (n == 0) continue;
-    Shift sum = sums[entries[first]];
-    for (std::int64_t i = first + 1; i < first + n; ++i) {
-      if (i + kAhead < n_entries) prefetch(&sums[entries[i + kAhead]]);
-      sum = sum + sums[entries[i]];
-    }
-    older[vertex] = bumps[vertex] * coefficient + sum * (factor / static_cast<float>(n)) +
-                    older[vertex] * -1.0F;
-  }
-}
 
 }  // namespace
 
@@ -159,11 +129,20 @@ Buffer<Point> smooth_positions(std::span<const Point> vertices, const CornerList
     sums[vertex] = bumps[vertex] * static_cast<float>(series.back());
     older[vertex] = Shift{};
   });
-  for (std::ptrdiff_t j = std::ssize(series) - 2; j >= 0; --j) {
+  const auto n_entries = std::ssize(neighbors.entries);
+  for (std::ptrdiff_t j = std::ssize(series) - 2; j >= 0; --j) {  // Clenshaw's recurrence
     const auto coefficient = static_cast<float>(series[j]);
-    const float factor = j > 0 ? -2.0F : -1.0F;
-    team.for_each_block(n, [&](std::int64_t begin, std::int64_t end) {
-      add_term(neighbors, coefficient, factor, bumps.data(), sums.data(), older.data(), begin, end);
+    team.for_each_index(n, [&, entries = neighbors.entries.data()](std::int64_t vertex) {
+      const std::int64_t begin = neighbors.offsets[vertex];
+      const std::int64_t end = neighbors.offsets[vertex + 1];
+      Shift sum{};
+      for (std::int64_t i = begin; i < end; ++i) {
+        if (i + kAhead < n_entries) prefetch(&sums[entries[i + kAhead]]);
+        sum = sum + sums[entries[i]];
+      }
+      const float factor =
+          (j > 0 ? -2.0F : -1.0F) / static_cast<float>(std::max(end - begin, std::int64_t{1}));
+      older[vertex] = bumps[vertex] * coefficient + sum * factor + older[vertex] * -1.0F;
     });
     std::swap(sums, older);
   }
