@@ -23,20 +23,39 @@ struct Lists {
 };
 
 // Groups entries by a counting sort. for_each(add) must call add(list, entry) for each entry, and
-// is called twice. Entries keep their order within each list.
+// is called twice by each thread, which keeps the entries of a range of lists. Entries keep their
+// order within each list.
 template <typename Entry, typename ForEach>
-Lists<Entry> group(std::int64_t n_lists, const ForEach& for_each) {
+Lists<Entry> group(std::int64_t n_lists, const ForEach& for_each, ThreadTeam& team) {
   Lists<Entry> lists{Buffer<std::int64_t>(n_lists + 1), {}};
   Buffer<std::int64_t>& offsets = lists.offsets;
-  std::ranges::fill(offsets, 0);
-  for_each([&](std::int64_t list, const Entry&) { ++offsets[list]; });
+  team.fill(offsets.span(), std::int64_t{0});
+  const auto for_each_kept = [&](const auto& keep) {
+    const std::int64_t n_ranges = team.size();
+    team.for_each(n_ranges, [&](std::int64_t range, int) {
+      const std::int64_t begin = n_lists * range / n_ranges;
+      const std::int64_t end = n_lists * (range + 1) / n_ranges;
+      for_each([&](std::int64_t list, const Entry& entry) {
+        if (begin <= list && list < end) keep(list, entry);
+      });
+    });
+  };
+  for_each_kept([&](std::int64_t list, const Entry&) { ++offsets[list]; });
   std::exclusive_scan(offsets.begin(), offsets.end(), offsets.begin(), std::int64_t{0});
   lists.entries = Buffer<Entry>(offsets[n_lists]);
-  for_each([&](std::int64_t list, const Entry& entry) { lists.entries[offsets[list]++] = entry; });
+  for_each_kept(
+      [&](std::int64_t list, const Entry& entry) { lists.entries[offsets[list]++] = entry; });
   // Each write cursor is now at the end of its list, which is the offset of the next list.
   std::shift_right(offsets.begin(), offsets.end(), 1);
   offsets[0] = 0;
   return lists;
+}
+
+// Serial version of `group`.
+template <typename Entry, typename ForEach>
+Lists<Entry> group(std::int64_t n_lists, const ForEach& for_each) {
+  ThreadTeam one(1);
+  return group<Entry>(n_lists, for_each, one);
 }
 
 // Parallel version of `group` for a small number of lists. for_each(begin, end, add) must call
@@ -76,21 +95,24 @@ Lists<Entry> group(std::int64_t n, std::int64_t n_lists, const ForEach& for_each
 // Sorts each list and removes its duplicates.
 template <typename Entry>
 void sort_unique(Lists<Entry>& lists, ThreadTeam& team) {
+  Lists<Entry> kept{Buffer<std::int64_t>(lists.offsets.size()), {}};
   team.for_each_index(lists.n_lists(), [&](std::int64_t list) {
-    std::sort(lists.entries.data() + lists.offsets[list],
-              lists.entries.data() + lists.offsets[list + 1]);
-  });
-  Entry* end_of_kept = lists.entries.data();
-  Entry* begin = lists.entries.data();
-  for (std::int64_t list = 0; list < lists.n_lists(); ++list) {
+    Entry* const begin = lists.entries.data() + lists.offsets[list];
     Entry* const end = lists.entries.data() + lists.offsets[list + 1];
-    end_of_kept = std::copy(begin, std::unique(begin, end), end_of_kept);
-    lists.offsets[list + 1] = end_of_kept - lists.entries.data();
-    begin = end;
-  }
-  Buffer<Entry> kept(end_of_kept - lists.entries.data());
-  std::copy_n(lists.entries.begin(), kept.size(), kept.begin());
-  lists.entries = std::move(kept);
+    std::sort(begin, end);
+    kept.offsets[list] = std::unique(begin, end) - begin;
+  });
+  const std::int64_t n = lists.n_lists();
+  kept.offsets[n] = 0;
+  std::exclusive_scan(kept.offsets.begin(), kept.offsets.end(), kept.offsets.begin(),
+                      std::int64_t{0});
+  kept.entries = Buffer<Entry>(kept.offsets[n]);
+  team.for_each_index(n, [&](std::int64_t list) {
+    const std::int64_t size = kept.offsets[list + 1] - kept.offsets[list];
+    std::copy_n(lists.entries.data() + lists.offsets[list], size,
+                kept.entries.data() + kept.offsets[list]);
+  });
+  lists = std::move(kept);
 }
 
 // Collects the entries that append(cell, list) appends to `list` for cells 0..n-1, in the order of

@@ -27,12 +27,14 @@ VertexGraph build_vertex_graph(std::span<const Point> vertices, const CornerList
 Buffer<Point> mean_normals(std::span<const Point> vertices, const CornerLists& faces,
                            std::span<const Vertex> representative);
 
-// Positions after n_steps steps of Taubin's smoothing ("A Signal Processing Approach to Fair
-// Surface Design", 1995). A step moves each vertex toward the mean of its neighbors, by 0.5 of the
-// distance, and then away from the mean, by 0.53 of the distance. Smoothing removes bumps about as
-// wide as an edge, and hardly shrinks the shape. Vertices without neighbors do not move. Time
-// O(n_steps * (V + M)). The result has the same bits for any number of threads.
-Buffer<Point> taubin_smooth(std::span<const Point> vertices, std::span<const std::int64_t> offsets,
-                            std::span<const Vertex> neighbors, int n_steps, ThreadTeam& team);
+// Smoothed positions p + g(L) L p, where L p is the vector from the mean of the neighbors of a
+// vertex to the vertex, and g(k) = sum of series[j] T_j(k - 1), a Chebyshev series. Thus a wave of
+// frequency k, 0 to 2, is multiplied by 1 + k g(k). Corners are replaced by representative[vertex],
+// whose position duplicates get. Vertices without faces do not move. Time
+// O(series.size() * (V + C)). The result has the same bits for any number of threads.
+Buffer<Point> smooth_positions(std::span<const Point> vertices, const CornerLists& faces,
+                               std::span<const Vertex> representative,
+                               std::span<const std::int64_t> arcs, std::span<const double> series,
+                               ThreadTeam& team);
 
 }  // namespace superfacets

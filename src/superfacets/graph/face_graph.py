@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -181,10 +181,16 @@ def graph_and_shapes(
     except ValueError as error:  # `_core` raises this error for too many arcs
         raise MeshError(str(error)) from None
     positions, measures, normals, longest = measure_shapes(mesh, n_threads)
-    offsets, neighbors, sides, same_turn, counts = found
-    graph = FaceGraph(
-        positions, measures, offsets, neighbors, sides, same_turn, mesh.bounds, EdgeCounts(*counts)
-    )
+    graph = FaceGraph(positions, measures, *found[:4], mesh.bounds, EdgeCounts(*found[4]))
+    return graph, FaceShapes(normals, longest)
+
+
+def measured_again(
+    graph: FaceGraph, mesh: FaceMesh, n_threads: int
+) -> tuple[FaceGraph, FaceShapes]:
+    """Return the graph and `FaceShapes` of a mesh with the faces of `graph` at other positions."""
+    positions, measures, normals, longest = measure_shapes(mesh, n_threads)
+    graph = replace(graph, positions=positions, measures=measures, bounds=mesh.bounds)
     return graph, FaceShapes(normals, longest)
 
 

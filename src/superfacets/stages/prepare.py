@@ -17,7 +17,7 @@ from ..clustering.balance import SizeRules
 from ..clustering.plan import Plan
 from ..graph.cell_graph import BaseGraph
 from ..graph.constraints import ConstraintOptions
-from ..graph.face_graph import FaceShapes
+from ..graph.face_graph import FaceGraph, FaceShapes, measured_again
 from ..graph.kinds import Kind, OrderedCells, graph_and_surface, kind_of
 from ..graph.surface import Surface
 from ..mesh.base import Cells
@@ -53,8 +53,6 @@ class Prepared:
         The given mesh or cloud, not a copy.
     weld : bool
         Argument of `prepare`.
-    denoised : Mesh, PolygonMesh, TetMesh or PointCloud
-        Smoothed copy of `source`, or `source` itself if it was not smoothed.
     n_steps : int or None
         Number of smoothing steps; None if the cells are not faces.
     angle_slack : float
@@ -62,13 +60,14 @@ class Prepared:
     kind : Kind
         Kind of the cells: faces, tetrahedra or points.
     cells, graph, shapes, input_index
-        The cells in the order in which `segment` works, their graph, facts about the shapes of
-        faces, and the index in `source` of each cell (None: the cells are in the given order).
+        The smoothed cells in the order in which `segment` works, their graph, facts about the
+        shapes of faces, and the index in `source` of each cell (None: in the given order).
+    given_measures : ndarray of float64, shape (N,)
+        Areas or volumes of `cells` before smoothing.
     """
 
     source: Cells
     weld: float
-    denoised: Cells
     n_steps: int | None
     angle_slack: float
     kind: Kind
@@ -76,6 +75,7 @@ class Prepared:
     graph: BaseGraph
     shapes: FaceShapes | None
     input_index: Ints | None
+    given_measures: Floats
 
     @classmethod
     def of(
@@ -89,45 +89,30 @@ class Prepared:
         are not faces.
         """
         kind = kind_of(source)
-
-        def ordered(cells: Cells, weld: float) -> OrderedCells:
-            return kind.ordered(cells, weld, n_threads, may_sort=may_sort, is_kept=is_kept)
-
-        def smoothed_in(n_steps: int) -> tuple[Cells, OrderedCells]:
-            denoised = smoothed(cast(FaceMesh, source), n_steps, weld=weld, n_threads=n_threads)
-            return denoised, ordered(denoised, False)
-
+        if not (kind.has_faces or denoise in (None, 0, "auto")):
+            raise ValueError(f"denoise needs a mesh of faces, got {kind.plural}: leave denoise out")
+        made = kind.ordered(source, weld, n_threads, may_sort=may_sort, is_kept=is_kept)
+        measures = np.asarray(made.graph.measures)
         if not kind.has_faces:
-            if denoise not in (None, 0, "auto"):
-                raise ValueError(
-                    f"denoise needs a mesh of faces, got {kind.plural}: leave denoise out"
-                )
-            return cls(source, weld, source, None, 0.0, kind, *ordered(source, weld))
+            return cls(source, weld, None, 0.0, kind, *made, measures)
         is_auto, slack = denoise == "auto", 0.0
         n_steps = 0 if is_auto else int(denoise or 0)
-        denoised, made = smoothed_in(n_steps) if n_steps else (source, ordered(source, weld))
+        cells, graph = cast(FaceMesh, made.cells), cast(FaceGraph, made.graph)
         if is_auto or n_steps >= STEPS_WITH_SLACK:
-            roughness = Roughness.of_mesh(
-                cast(FaceMesh, made.cells), made.graph, made.input_index, n_threads
-            )
-            if is_auto and roughness.n_steps > 0:
-                n_steps = roughness.n_steps
-                denoised, made = smoothed_in(n_steps)
+            roughness = Roughness.of_mesh(cells, graph, n_threads)
+            n_steps = roughness.n_steps if is_auto else n_steps
             slack = slack_of(n_steps, is_regular=roughness.is_regular)
-        return cls(source, weld, denoised, n_steps, slack, kind, *made)
+        if n_steps:
+            is_welded = made.input_index is not None  # sorting has welded the vertices
+            cells = smoothed(cells, n_steps, weld=not is_welded and weld, n_threads=n_threads)
+            made = OrderedCells(cells, *measured_again(graph, cells, n_threads), made.input_index)
+        return cls(source, weld, n_steps, slack, kind, *made, measures)
 
     def surface(self, *, n_threads: int) -> Surface:
         """Return the `Surface` of `source`, whose cells are in the order of the caller."""
         if self.input_index is not None or self.n_steps:
             return graph_and_surface(self.source, self.weld, n_threads)[1]
         return self.kind.surface(self.source, self.graph, n_threads)
-
-    def given_measures(self, n_threads: int) -> Floats:
-        """Return the areas or volumes of the cells before the mesh was smoothed, (N,)."""
-        if not self.n_steps:
-            return np.asarray(self.graph.measures)
-        measures = self.kind.measures(self.source, n_threads)
-        return measures if self.input_index is None else measures[self.input_index]
 
 
 def prepare(
@@ -245,15 +230,14 @@ def plan_regions(prepared: Prepared, options: SegmentOptions, clock: Clock) -> P
     n_threads = options.loop.n_threads
     with clock.timed("face_graph", begins=False):
         inside = options.constraints.kept_cells(
-            prepared.denoised,
+            prepared.source,
             prepared.graph,
             weld=prepared.weld,
             n_threads=n_threads,
             order=prepared.input_index,
         )  # fmt: skip
-        given_measures = prepared.given_measures(n_threads)
         sizes = SizeRules.of(
-            options.sizes, prepared.graph, inside, prepared.input_index, given_measures
+            options.sizes, prepared.graph, inside, prepared.input_index, prepared.given_measures
         )
         size = options.count if sizes is None else sizes.with_count(options.count)
         plan = Plan.of(
