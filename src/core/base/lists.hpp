@@ -23,49 +23,31 @@ struct Lists {
 };
 
 // Groups entries by a counting sort. for_each(add) must call add(list, entry) for each entry, and
-// is called twice by each thread, which keeps the entries of a range of lists. Entries keep their
-// order within each list.
+// is called twice. Entries keep their order within each list.
 template <typename Entry, typename ForEach>
-Lists<Entry> group(std::int64_t n_lists, const ForEach& for_each, ThreadTeam& team) {
+Lists<Entry> group(std::int64_t n_lists, const ForEach& for_each) {
   Lists<Entry> lists{Buffer<std::int64_t>(n_lists + 1), {}};
   Buffer<std::int64_t>& offsets = lists.offsets;
-  team.fill(offsets.span(), std::int64_t{0});
-  const auto for_each_kept = [&](const auto& keep) {
-    const std::int64_t n_ranges = team.size();
-    team.for_each(n_ranges, [&](std::int64_t range, int) {
-      const std::int64_t begin = n_lists * range / n_ranges;
-      const std::int64_t end = n_lists * (range + 1) / n_ranges;
-      for_each([&](std::int64_t list, const Entry& entry) {
-        if (begin <= list && list < end) keep(list, entry);
-      });
-    });
-  };
-  for_each_kept([&](std::int64_t list, const Entry&) { ++offsets[list]; });
+  std::ranges::fill(offsets, 0);
+  for_each([&](std::int64_t list, const Entry&) { ++offsets[list]; });
   std::exclusive_scan(offsets.begin(), offsets.end(), offsets.begin(), std::int64_t{0});
   lists.entries = Buffer<Entry>(offsets[n_lists]);
-  for_each_kept(
-      [&](std::int64_t list, const Entry& entry) { lists.entries[offsets[list]++] = entry; });
+  for_each([&](std::int64_t list, const Entry& entry) { lists.entries[offsets[list]++] = entry; });
   // Each write cursor is now at the end of its list, which is the offset of the next list.
   std::shift_right(offsets.begin(), offsets.end(), 1);
   offsets[0] = 0;
   return lists;
 }
 
-// Serial version of `group`.
-template <typename Entry, typename ForEach>
-Lists<Entry> group(std::int64_t n_lists, const ForEach& for_each) {
-  ThreadTeam one(1);
-  return group<Entry>(n_lists, for_each, one);
-}
-
-// Parallel version of `group` for a small number of lists. for_each(begin, end, add) must call
-// add(list, entry) for each of the elements begin .. end-1. Each part of the elements has its own
-// write cursors, so the result does not depend on the number of threads.
+// Parallel version of `group`. for_each(begin, end, add) must call add(list, entry) for each of the
+// elements begin .. end-1. Each part of the elements has its own write cursors, so the result does
+// not depend on the number of threads.
 template <typename Entry, typename ForEach>
 Lists<Entry> group(std::int64_t n, std::int64_t n_lists, const ForEach& for_each,
                    ThreadTeam& team) {
-  // Several parts per thread, to balance the load.
-  const std::int64_t n_parts = 4 * std::int64_t{team.size()};
+  // Several parts per thread, to balance the load; but all cursors need less memory than the input.
+  const std::int64_t n_parts = std::clamp<std::int64_t>(n / std::max<std::int64_t>(n_lists, 1),
+                                                        1, 4 * std::int64_t{team.size()});
   const auto start_of = [&](std::int64_t part) { return n * part / n_parts; };
   // Size of each list in each part, later the write cursors.
   std::vector<std::vector<std::int64_t>> next(n_parts);
@@ -85,9 +67,10 @@ Lists<Entry> group(std::int64_t n, std::int64_t n_lists, const ForEach& for_each
   lists.entries = Buffer<Entry>(total);
   team.for_each(n_parts, [&](std::int64_t part, int) {
     std::int64_t* const cursors = next[part].data();
-    for_each(start_of(part), start_of(part + 1), [&](std::int64_t list, const Entry& entry) {
-      lists.entries[cursors[list]++] = entry;
-    });
+    for_each(start_of(part), start_of(part + 1),
+             [cursors, entries = lists.entries.data()](std::int64_t list, const Entry& entry) {
+               entries[cursors[list]++] = entry;
+             });
   });
   return lists;
 }

@@ -141,9 +141,9 @@ class LongEdges {
  public:
   LongEdges(std::span<const Point> vertices, std::span<const Triangle> faces, const Limit& limit,
             ThreadTeam& team)
-      : highs_(group<Vertex>(
-            std::ssize(vertices),
-            [&](const auto& add) { for_each_long_side(vertices, faces, limit, add); }, team)) {
+      : highs_(group<Vertex>(std::ssize(vertices), [&](const auto& add) {
+          for_each_long_side(vertices, faces, limit, add);
+        })) {
     sort_unique(highs_, team);
     first_points_ = Buffer<Vertex>(n_edges() + 1);
     auto next = static_cast<Vertex>(vertices.size());

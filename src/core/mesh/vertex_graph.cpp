@@ -14,8 +14,8 @@ namespace {
 // are not sorted if all faces are such faces.
 Lists<Vertex> neighbors_of(const CornerLists& faces, std::span<const Vertex> representative,
                            std::span<const std::int64_t> arcs, ThreadTeam& team) {
-  const auto add_sides = [&](const auto& add) {
-    for (Face face = 0; face < faces.n_cells(); ++face) {
+  const auto add_sides = [=](std::int64_t begin, std::int64_t end, const auto& add) {
+    for (std::int64_t face = begin; face < end; ++face) {
       const auto corners = faces[face];
       // The other face at each side adds the opposite direction.
       const bool is_inside = !arcs.empty() && arcs[face + 1] - arcs[face] == std::ssize(corners);
@@ -30,7 +30,7 @@ Lists<Vertex> neighbors_of(const CornerLists& faces, std::span<const Vertex> rep
       }
     }
   };
-  auto neighbors = group<Vertex>(std::ssize(representative), add_sides, team);
+  auto neighbors = group<Vertex>(faces.n_cells(), std::ssize(representative), add_sides, team);
   if (arcs.empty() || arcs.back() < std::ssize(faces.corners)) sort_unique(neighbors, team);
   return neighbors;
 }

@@ -157,12 +157,14 @@ def build_face_graph(
 
 
 class FaceShapes(NamedTuple):
-    """Normals and longest sides of faces, for weights and `sliver_share`; not part of the graph."""
+    """Further facts about faces, for smoothing, weights and `sliver_share`."""
 
     normals: Floats
     """Unit normals, shape (F, 3); 0 for a degenerate face."""
     longest: Floats | None
     """Squared length of the longest side in each block of consecutive faces; None for polygons."""
+    lowest: Ints
+    """Lowest index of the vertices at the position of each vertex, (V,); see `lowest_vertices`."""
 
 
 def graph_and_shapes(
@@ -181,17 +183,20 @@ def graph_and_shapes(
     except ValueError as error:  # `_core` raises this error for too many arcs
         raise MeshError(str(error)) from None
     positions, measures, normals, longest = measure_shapes(mesh, n_threads)
-    graph = FaceGraph(positions, measures, *found[:4], mesh.bounds, EdgeCounts(*found[4]))
-    return graph, FaceShapes(normals, longest)
+    offsets, neighbors, sides, same_turn, counts = found
+    graph = FaceGraph(
+        positions, measures, offsets, neighbors, sides, same_turn, mesh.bounds, EdgeCounts(*counts)
+    )
+    return graph, FaceShapes(normals, longest, lowest)
 
 
 def measured_again(
-    graph: FaceGraph, mesh: FaceMesh, n_threads: int
+    graph: FaceGraph, shapes: FaceShapes, mesh: FaceMesh, n_threads: int
 ) -> tuple[FaceGraph, FaceShapes]:
-    """Return the graph and `FaceShapes` of a mesh with the faces of `graph` at other positions."""
+    """Return `graph` and `shapes` with the positions and areas of `mesh`, which has equal faces."""
     positions, measures, normals, longest = measure_shapes(mesh, n_threads)
     graph = replace(graph, positions=positions, measures=measures, bounds=mesh.bounds)
-    return graph, FaceShapes(normals, longest)
+    return graph, shapes._replace(normals=normals, longest=longest)
 
 
 def arcs_at_borders(mesh: Mesh, labels: Ints, n_threads: int) -> tuple[ArcLists, Ints]:

@@ -16,7 +16,6 @@ from .faces import (
     mesh_like,
     spread_indices,
 )
-from .weld import lowest_vertices
 
 Denoise = int | Literal["auto"] | None
 
@@ -89,6 +88,9 @@ MAX_ERROR = 1e-5
 """Maximum error of the response of smoothing steps, which are computed together; see `series_of`.
 With this error, 20 steps take 15 passes over the vertices instead of 40."""
 
+NO_ARCS = np.empty(0, np.int64)
+"""Argument of `_core.smooth_positions` for meshes with non-manifold or inconsistent edges."""
+
 MAX_STEPS = 1000
 """Maximum number of smoothing steps. Far fewer steps already remove all details of a shape."""
 
@@ -125,16 +127,19 @@ def series_of(n_steps: int) -> Floats:
     return series[errors > MAX_ERROR]
 
 
-def smoothed(mesh: FaceMesh, n_steps: int, *, weld: float, n_threads: int) -> FaceMesh:
+def smoothed(mesh: FaceMesh, arcs: Any, lowest: Ints, n_steps: int, n_threads: int) -> FaceMesh:
     """Return a copy of the mesh, smoothed by `n_steps` steps of Taubin smoothing.
 
-    If `weld` is true, vertices at the same position stay together. Do not weld the result again,
-    because small components can shrink to a point, where welding would join unrelated faces.
+    `arcs` is the graph of the faces, and `lowest` the lowest vertex at the position of each vertex,
+    so that vertices at the same position stay together. Do not weld the result again, because small
+    components can shrink to a point, where welding would join unrelated faces.
     """
-    corners, lowest = corners_of(mesh), lowest_vertices(mesh.vertices, weld, n_threads)
+    corners, counts = corners_of(mesh), arcs.edge_counts
+    is_simple = counts.non_manifold == counts.inconsistent == 0
     positions = _core.smooth_positions(
-        mesh.vertices, *corners.lists, lowest, series_of(n_steps), n_threads
-    )
+        mesh.vertices, *corners.lists, lowest, arcs.offsets if is_simple else NO_ARCS,
+        series_of(n_steps), n_threads,
+    )  # fmt: skip
     return cast(FaceMesh, mesh_like(mesh, positions, corners.vertices, corners.starts))
 
 

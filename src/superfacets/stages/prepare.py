@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass, replace
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from ..clustering.balance import SizeRules
 from ..clustering.plan import Plan
 from ..graph.cell_graph import BaseGraph
 from ..graph.constraints import ConstraintOptions
-from ..graph.face_graph import FaceGraph, FaceShapes, measured_again
+from ..graph.face_graph import FaceShapes, measured_again
 from ..graph.kinds import Kind, OrderedCells, graph_and_surface, kind_of
 from ..graph.surface import Surface
 from ..mesh.base import Cells
@@ -30,7 +30,6 @@ from ..mesh.denoising import (
     slack_of,
     smoothed,
 )
-from ..mesh.faces import FaceMesh
 from ..mesh.weld import checked_weld
 from ..weights.features import Features
 from .options import SegmentOptions
@@ -97,15 +96,14 @@ class Prepared:
             return cls(source, weld, None, 0.0, kind, *made, measures)
         is_auto, slack = denoise == "auto", 0.0
         n_steps = 0 if is_auto else int(denoise or 0)
-        cells, graph = cast(FaceMesh, made.cells), cast(FaceGraph, made.graph)
+        cells, graph, shapes, order = cast(Any, made)
         if is_auto or n_steps >= STEPS_WITH_SLACK:
             roughness = Roughness.of_mesh(cells, graph, n_threads)
             n_steps = roughness.n_steps if is_auto else n_steps
             slack = slack_of(n_steps, is_regular=roughness.is_regular)
         if n_steps:
-            is_welded = made.input_index is not None  # sorting has welded the vertices
-            cells = smoothed(cells, n_steps, weld=not is_welded and weld, n_threads=n_threads)
-            made = OrderedCells(cells, *measured_again(graph, cells, n_threads), made.input_index)
+            cells = smoothed(cells, graph, shapes.lowest, n_steps, n_threads)
+            made = OrderedCells(cells, *measured_again(graph, shapes, cells, n_threads), order)
         return cls(source, weld, n_steps, slack, kind, *made, measures)
 
     def surface(self, *, n_threads: int) -> Surface:
