@@ -46,13 +46,14 @@ template <typename Entry, typename ForEach>
 Lists<Entry> group(std::int64_t n, std::int64_t n_lists, const ForEach& for_each,
                    ThreadTeam& team) {
   // Several parts per thread, to balance the load; but all cursors need less memory than the input.
-  const std::int64_t n_parts = std::clamp<std::int64_t>(n / std::max<std::int64_t>(n_lists, 1),
-                                                        1, 4 * std::int64_t{team.size()});
+  const std::int64_t n_parts = std::clamp<std::int64_t>(n / std::max<std::int64_t>(n_lists, 1), 1,
+                                                        4 * std::int64_t{team.size()});
   const auto start_of = [&](std::int64_t part) { return n * part / n_parts; };
   // Size of each list in each part, later the write cursors.
-  std::vector<std::vector<std::int64_t>> next(n_parts);
+  std::vector<Buffer<std::int64_t>> next(n_parts);
   team.for_each(n_parts, [&](std::int64_t part, int) {
-    std::vector<std::int64_t> sizes(n_lists, 0);
+    Buffer<std::int64_t> sizes(n_lists);
+    std::ranges::fill(sizes, 0);
     for_each(start_of(part), start_of(part + 1),
              [&](std::int64_t list, const Entry&) { ++sizes[list]; });
     next[part] = std::move(sizes);
@@ -61,7 +62,7 @@ Lists<Entry> group(std::int64_t n, std::int64_t n_lists, const ForEach& for_each
   std::int64_t total = 0;
   for (std::int64_t list = 0; list < n_lists; ++list) {
     lists.offsets[list] = total;
-    for (std::vector<std::int64_t>& of_part : next) total += std::exchange(of_part[list], total);
+    for (Buffer<std::int64_t>& of_part : next) total += std::exchange(of_part[list], total);
   }
   lists.offsets[n_lists] = total;
   lists.entries = Buffer<Entry>(total);

@@ -72,6 +72,7 @@ void add_term(const Lists<Vertex>& neighbors, float coefficient, float factor, c
 
 VertexGraph build_vertex_graph(std::span<const Point> vertices, const CornerLists& faces,
                                std::span<const Vertex> representative, ThreadTeam& team) {
+  SUPERFACETS_ASSERT(representative.size() == vertices.size());
   Lists<Vertex> arcs = neighbors_of(faces, representative, {}, team);
   Buffer<double> lengths(arcs.entries.size());
   team.for_each_index(arcs.n_lists(), [&](std::int64_t vertex) {
@@ -107,6 +108,7 @@ Buffer<Point> smooth_positions(std::span<const Point> vertices, const CornerList
                                std::span<const Vertex> representative,
                                std::span<const std::int64_t> arcs, std::span<const double> series,
                                ThreadTeam& team) {
+  SUPERFACETS_ASSERT(representative.size() == vertices.size() && !series.empty());
   const auto n = std::ssize(vertices);
   const Lists<Vertex> neighbors = neighbors_of(faces, representative, arcs, team);
   Buffer<Shift> bumps(n);
@@ -119,9 +121,10 @@ Buffer<Point> smooth_positions(std::span<const Point> vertices, const CornerList
     const Point bump = size > 0.0 ? vertices[vertex] - (1.0 / size) * sum : sum;
     bumps[vertex] = {
         {static_cast<float>(bump.x), static_cast<float>(bump.y), static_cast<float>(bump.z), 0.0F}};
-    sums[vertex] = older[vertex] = Shift{};
+    sums[vertex] = bumps[vertex] * static_cast<float>(series.back());
+    older[vertex] = Shift{};
   });
-  for (std::ptrdiff_t j = std::ssize(series) - 1; j >= 0; --j) {
+  for (std::ptrdiff_t j = std::ssize(series) - 2; j >= 0; --j) {
     const auto coefficient = static_cast<float>(series[j]);
     const float factor = j > 0 ? -2.0F : -1.0F;
     team.for_each_block(n, [&](std::int64_t begin, std::int64_t end) {
@@ -129,7 +132,9 @@ Buffer<Point> smooth_positions(std::span<const Point> vertices, const CornerList
     });
     std::swap(sums, older);
   }
-  Buffer<Point> smoothed(n);
+  bumps = Buffer<Shift>();
+  older = Buffer<Shift>();
+  Buffer<Point> smoothed(n);  // reuses their memory
   team.for_each_index(n, [&](std::int64_t vertex) {
     const Vertex lowest = representative[vertex];
     const auto& [x, y, z, unused] = sums[lowest].numbers;

@@ -28,10 +28,13 @@ Buffer<Point> mean_normals(std::span<const Point> vertices, const CornerLists& f
                            std::span<const Vertex> representative);
 
 // Smoothed positions p + g(L) L p, where L p is the vector from the mean of the neighbors of a
-// vertex to the vertex, and g(k) = sum of series[j] T_j(k - 1), a Chebyshev series. Thus a wave of
-// frequency k, 0 to 2, is multiplied by 1 + k g(k). Corners are replaced by representative[vertex],
-// whose position duplicates get. Vertices without faces do not move. Time
-// O(series.size() * (V + C)). The result has the same bits for any number of threads.
+// vertex to the vertex, and g(k) is the sum of series[j] * T_j(k - 1), with Chebyshev polynomials
+// T_j. Waves of frequency k, 0 to 2, are multiplied by 1 + k g(k). Corners are replaced by
+// representative[vertex] (see weld_vertices); duplicates get the position of their representative.
+// Vertices without neighbors do not move. `arcs` are the offsets of the arcs between faces, or
+// empty if an edge has more than two faces, or two that traverse it in the same direction.
+// Displacements are computed as floats.
+// Time O(series.size() * (V + C)). The result has the same bits for any number of threads.
 Buffer<Point> smooth_positions(std::span<const Point> vertices, const CornerLists& faces,
                                std::span<const Vertex> representative,
                                std::span<const std::int64_t> arcs, std::span<const double> series,

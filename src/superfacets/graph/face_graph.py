@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -157,46 +157,56 @@ def build_face_graph(
 
 
 class FaceShapes(NamedTuple):
-    """Further facts about faces, for smoothing, weights and `sliver_share`."""
+    """Normals and longest sides of faces, for weights and `sliver_share`; not part of the graph."""
 
     normals: Floats
     """Unit normals, shape (F, 3); 0 for a degenerate face."""
     longest: Floats | None
     """Squared length of the longest side in each block of consecutive faces; None for polygons."""
+
+
+class FaceArcs(NamedTuple):
+    """The arrays of a `FaceGraph` that do not depend on positions, and the welded vertices."""
+
+    offsets: Longs
+    neighbors: Ints
+    sides: Array
+    same_turn: Bytes
+    edge_counts: EdgeCounts
     lowest: Ints
-    """Lowest index of the vertices at the position of each vertex, (V,); see `lowest_vertices`."""
+    """Lowest index of the vertices at the position of each vertex, (V,)."""
+
+    @classmethod
+    def of(cls, mesh: FaceMesh, weld: float, n_threads: int) -> FaceArcs:
+        """Find the arcs between faces that share an edge; see `build_face_graph`."""
+        corners, lowest = corners_of(mesh), lowest_vertices(mesh.vertices, weld, n_threads)
+        found: tuple[Longs, Ints, Array, Bytes, tuple[int, int, int, int]]
+        try:
+            if corners.offsets is None:
+                faces = corners.vertices.reshape(-1, 3)
+                found = _core.build_triangle_graph(faces, lowest, n_threads)
+            else:
+                lists = corners.offsets, corners.vertices
+                found = _core.build_polygon_graph(*lists, lowest, n_threads)
+        except ValueError as error:  # `_core` raises this error for too many arcs
+            raise MeshError(str(error)) from None
+        offsets, neighbors, sides, same_turn, counts = found
+        return cls(offsets, neighbors, sides, same_turn, EdgeCounts(*counts), lowest)
+
+    def measured(self, mesh: FaceMesh, n_threads: int) -> tuple[FaceGraph, FaceShapes]:
+        """Return the graph and the `FaceShapes` of the mesh, whose vertices may have moved."""
+        positions, measures, normals, longest = measure_shapes(mesh, n_threads)
+        graph = FaceGraph(
+            positions, measures, *self[:4], bounds=mesh.bounds, edge_counts=self.edge_counts
+        )
+        return graph, FaceShapes(normals, longest)
 
 
 def graph_and_shapes(
     mesh: FaceMesh, *, weld: float, n_threads: int
 ) -> tuple[FaceGraph, FaceShapes]:
     """Return the result of `build_face_graph`, and the `FaceShapes` of the same mesh."""
-    corners, lowest = corners_of(mesh), lowest_vertices(mesh.vertices, weld, n_threads)
-    found: tuple[Longs, Ints, Array, Bytes, tuple[int, int, int, int]]
-    try:
-        if corners.offsets is None:
-            faces = corners.vertices.reshape(-1, 3)
-            found = _core.build_triangle_graph(faces, lowest, n_threads)
-        else:
-            lists = corners.offsets, corners.vertices
-            found = _core.build_polygon_graph(*lists, lowest, n_threads)
-    except ValueError as error:  # `_core` raises this error for too many arcs
-        raise MeshError(str(error)) from None
-    positions, measures, normals, longest = measure_shapes(mesh, n_threads)
-    offsets, neighbors, sides, same_turn, counts = found
-    graph = FaceGraph(
-        positions, measures, offsets, neighbors, sides, same_turn, mesh.bounds, EdgeCounts(*counts)
-    )
-    return graph, FaceShapes(normals, longest, lowest)
-
-
-def measured_again(
-    graph: FaceGraph, shapes: FaceShapes, mesh: FaceMesh, n_threads: int
-) -> tuple[FaceGraph, FaceShapes]:
-    """Return `graph` and `shapes` with the positions and areas of `mesh`, which has equal faces."""
-    positions, measures, normals, longest = measure_shapes(mesh, n_threads)
-    graph = replace(graph, positions=positions, measures=measures, bounds=mesh.bounds)
-    return graph, shapes._replace(normals=normals, longest=longest)
+    return FaceArcs.of(mesh, weld, n_threads).measured(mesh, n_threads)
 
 
 def arcs_at_borders(mesh: Mesh, labels: Ints, n_threads: int) -> tuple[ArcLists, Ints]:

@@ -93,15 +93,25 @@ class Kind:
 
         If `is_kept` is given, (N,), points of a cloud that are not kept have no neighbors.
         """
-        corners = self.corners(cells) if may_sort else None
+        order = None
+        if may_sort:
+            cells, weld, order = self.sorted(cells, weld, n_threads)
+        return OrderedCells(cells, *self.build_graph(cells, weld, n_threads), order)
+
+    def sorted(self, cells: Any, weld: float, n_threads: int) -> tuple[Any, float, Ints | None]:
+        """Sort the cells of a mesh if that saves time, and weld the vertices of sorted cells.
+
+        Returns the cells, how to weld them from now on, and the index in the input of each cell, or
+        None if cells are not sorted.
+        """
+        corners = self.corners(cells)
         if corners is None or not is_scattered(cells.vertices, corners):
-            return OrderedCells(cells, *self.build_graph(cells, weld, n_threads), None)
+            return cells, weld, None
         found = sorted_corners(cells.vertices, corners, weld, n_threads)
         ordered = self.with_corners(
             cells, found.vertices, found.corners, found.offsets, cells.bounds
         )
-        # `weld` is False because `sorted_corners` has already welded the vertices.
-        return OrderedCells(ordered, *self.build_graph(ordered, False, n_threads), found.order)
+        return ordered, False, found.order
 
     def surface(self, cells: Any, graph: Any, n_threads: int) -> Surface:
         """Return the `Surface` of the cells. It computes lengths and angles of arcs."""

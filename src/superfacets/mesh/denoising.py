@@ -127,20 +127,20 @@ def series_of(n_steps: int) -> Floats:
     return series[errors > MAX_ERROR]
 
 
-def smoothed(mesh: FaceMesh, arcs: Any, lowest: Ints, n_steps: int, n_threads: int) -> FaceMesh:
+def smoothed(mesh: FaceMesh, arcs: Any, n_steps: int, n_threads: int) -> FaceMesh:
     """Return a copy of the mesh, smoothed by `n_steps` steps of Taubin smoothing.
 
-    `arcs` is the graph of the faces, and `lowest` the lowest vertex at the position of each vertex,
-    so that vertices at the same position stay together. Do not weld the result again, because small
-    components can shrink to a point, where welding would join unrelated faces.
+    `arcs` are the `FaceArcs` of the mesh. Vertices at the same position stay together. Do not weld
+    the result again, because small components can shrink to a point, where welding would join
+    unrelated faces.
     """
-    corners, counts = corners_of(mesh), arcs.edge_counts
+    lists, counts = corners_of(mesh).lists, arcs.edge_counts
     is_simple = counts.non_manifold == counts.inconsistent == 0
     positions = _core.smooth_positions(
-        mesh.vertices, *corners.lists, lowest, arcs.offsets if is_simple else NO_ARCS,
+        mesh.vertices, *lists, arcs.lowest, arcs.offsets if is_simple else NO_ARCS,
         series_of(n_steps), n_threads,
     )  # fmt: skip
-    return cast(FaceMesh, mesh_like(mesh, positions, corners.vertices, corners.starts))
+    return cast(FaceMesh, mesh_like(mesh, positions, *lists[:2]))
 
 
 def slack_of(n_steps: int, *, is_regular: bool) -> float:

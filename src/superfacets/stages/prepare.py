@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass, replace
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 
@@ -17,8 +17,8 @@ from ..clustering.balance import SizeRules
 from ..clustering.plan import Plan
 from ..graph.cell_graph import BaseGraph
 from ..graph.constraints import ConstraintOptions
-from ..graph.face_graph import FaceShapes, measured_again
-from ..graph.kinds import Kind, OrderedCells, graph_and_surface, kind_of
+from ..graph.face_graph import FaceArcs, FaceShapes
+from ..graph.kinds import Kind, graph_and_surface, kind_of
 from ..graph.surface import Surface
 from ..mesh.base import Cells
 from ..mesh.convert import MeshLike, as_cells
@@ -30,6 +30,7 @@ from ..mesh.denoising import (
     slack_of,
     smoothed,
 )
+from ..mesh.faces import FaceMesh
 from ..mesh.weld import checked_weld
 from ..weights.features import Features
 from .options import SegmentOptions
@@ -61,8 +62,6 @@ class Prepared:
     cells, graph, shapes, input_index
         The smoothed cells in the order in which `segment` works, their graph, facts about the
         shapes of faces, and the index in `source` of each cell (None: in the given order).
-    given_measures : ndarray of float64, shape (N,)
-        Areas or volumes of `cells` before smoothing.
     """
 
     source: Cells
@@ -74,7 +73,6 @@ class Prepared:
     graph: BaseGraph
     shapes: FaceShapes | None
     input_index: Ints | None
-    given_measures: Floats
 
     @classmethod
     def of(
@@ -88,29 +86,41 @@ class Prepared:
         are not faces.
         """
         kind = kind_of(source)
-        if not (kind.has_faces or denoise in (None, 0, "auto")):
-            raise ValueError(f"denoise needs a mesh of faces, got {kind.plural}: leave denoise out")
-        made = kind.ordered(source, weld, n_threads, may_sort=may_sort, is_kept=is_kept)
-        measures = np.asarray(made.graph.measures)
         if not kind.has_faces:
-            return cls(source, weld, None, 0.0, kind, *made, measures)
+            if denoise not in (None, 0, "auto"):
+                raise ValueError(
+                    f"denoise needs a mesh of faces, got {kind.plural}: leave denoise out"
+                )
+            made = kind.ordered(source, weld, n_threads, may_sort=may_sort, is_kept=is_kept)
+            return cls(source, weld, None, 0.0, kind, *made)
+        cells, to_weld, order = source, weld, None
+        if may_sort:
+            cells, to_weld, order = kind.sorted(source, weld, n_threads)
+        mesh = cast(FaceMesh, cells)
+        arcs = FaceArcs.of(mesh, to_weld, n_threads)
         is_auto, slack = denoise == "auto", 0.0
         n_steps = 0 if is_auto else int(denoise or 0)
-        cells, graph, shapes, order = cast(Any, made)
         if is_auto or n_steps >= STEPS_WITH_SLACK:
-            roughness = Roughness.of_mesh(cells, graph, n_threads)
+            roughness = Roughness.of_mesh(mesh, arcs, n_threads)
             n_steps = roughness.n_steps if is_auto else n_steps
             slack = slack_of(n_steps, is_regular=roughness.is_regular)
         if n_steps:
-            cells = smoothed(cells, graph, shapes.lowest, n_steps, n_threads)
-            made = OrderedCells(cells, *measured_again(graph, shapes, cells, n_threads), order)
-        return cls(source, weld, n_steps, slack, kind, *made, measures)
+            mesh = smoothed(mesh, arcs, n_steps, n_threads)
+        graph, shapes = arcs.measured(mesh, n_threads)
+        return cls(source, weld, n_steps, slack, kind, mesh, graph, shapes, order)
 
     def surface(self, *, n_threads: int) -> Surface:
         """Return the `Surface` of `source`, whose cells are in the order of the caller."""
         if self.input_index is not None or self.n_steps:
             return graph_and_surface(self.source, self.weld, n_threads)[1]
         return self.kind.surface(self.source, self.graph, n_threads)
+
+    def given_measures(self, n_threads: int) -> Floats:
+        """Return the areas or volumes of the cells before the mesh was smoothed, (N,)."""
+        if not self.n_steps:
+            return np.asarray(self.graph.measures)
+        measures = self.kind.measures(self.source, n_threads)
+        return measures if self.input_index is None else measures[self.input_index]
 
 
 def prepare(
@@ -234,9 +244,10 @@ def plan_regions(prepared: Prepared, options: SegmentOptions, clock: Clock) -> P
             n_threads=n_threads,
             order=prepared.input_index,
         )  # fmt: skip
-        sizes = SizeRules.of(
-            options.sizes, prepared.graph, inside, prepared.input_index, prepared.given_measures
-        )
+        measures = prepared.graph.measures
+        if options.sizes.is_used:
+            measures = prepared.given_measures(n_threads)
+        sizes = SizeRules.of(options.sizes, prepared.graph, inside, prepared.input_index, measures)
         size = options.count if sizes is None else sizes.with_count(options.count)
         plan = Plan.of(
             prepared.graph, inside, (size, options.init), n_threads,
