@@ -10,7 +10,7 @@ from research.princeton import Benchmark
 import superfacets as sf
 from superfacets import Mesh, Sizes, build_face_graph, sample_mesh, segment
 from superfacets.graph.face_graph import FaceArcs
-from superfacets.mesh.denoising import Roughness, sampled_faces, series_of, slack_of, smoothed
+from superfacets.mesh.denoising import Roughness, sampled_faces, slack_of, smoothed
 from superfacets.metrics import undersegmentation_error as error_of
 from superfacets.tools.sample import split_in_four
 
@@ -36,16 +36,6 @@ def taubin(mesh, n_steps):
     return positions
 
 
-@pytest.mark.parametrize(
-    ("n_steps", "most"), [(1, 2), (2, 4), (5, 10), (20, 16), (100, 29), (1000, 64)]
-)
-def test_a_short_series_has_the_response_of_the_steps(n_steps, most):
-    series, k = series_of(n_steps), np.linspace(0, 2, 1001)
-    response = 1 + k * np.polynomial.chebyshev.chebval(k - 1, series)
-    assert np.abs(response - ((1 - 0.5 * k) * (1 + 0.53 * k)) ** n_steps).max() < 1e-5
-    assert len(series) <= most
-
-
 def smooth(mesh, n_steps, n_threads=1):
     return smoothed(mesh, FaceArcs.of(mesh, True, n_threads), n_steps, n_threads)
 
@@ -65,15 +55,29 @@ SMOOTHED = {
 
 @pytest.mark.parametrize("name", SMOOTHED)
 def test_smoothing_equals_its_twin_on_any_number_of_threads_and_at_any_scale(name):
-    mesh = SMOOTHED[name]()
-    mesh = noisy(mesh, 0.2)
-    wanted = taubin(mesh, 10)
-    for n_threads in (1, 2, 3):
-        found = smooth(mesh, 10, n_threads).vertices
-        assert np.abs(found - wanted).max() < 1e-5 * np.ptp(mesh.bounds, axis=0).max()
-        assert np.array_equal(found, smooth(mesh, 10).vertices)
-    large = smooth(Mesh(2.0**40 * mesh.vertices, mesh.faces), 10)
-    assert np.array_equal(large.vertices, 2.0**40 * smooth(mesh, 10).vertices)
+    mesh = noisy(SMOOTHED[name](), 0.2)
+    for n_steps in (1, 2, 20, 100):
+        found = [smooth(mesh, n_steps, n_threads).vertices for n_threads in (1, 2, 3)]
+        assert all(np.array_equal(found[0], other) for other in found)
+        assert np.abs(found[0] - taubin(mesh, n_steps)).max() < 1e-5 * np.ptp(mesh.vertices)
+        large = smooth(Mesh(2.0**40 * mesh.vertices, mesh.faces), n_steps)
+        assert np.array_equal(large.vertices, 2.0**40 * found[0])
+
+
+@pytest.mark.parametrize("n_steps", [1, 2, 5, 20, 100, 1000])
+def test_smoothing_multiplies_waves_by_the_response_of_the_steps(n_steps):
+    """The vertices are a grid of 16 x 16 on a torus, whose waves have frequencies k from 0 to 2."""
+    n = 16
+    i, j = np.divmod(np.arange(n * n), n)
+    squares = [i * n + j, (i + 1) % n * n + j, (i + 1) % n * n + (j + 1) % n, i * n + (j + 1) % n]
+    corners, offsets = np.stack(squares, axis=1).ravel(), 4 * np.arange(n * n + 1)
+    for a, b in np.ndindex(n // 2 + 1, n // 2 + 1):
+        angles = 2 * np.pi / n * np.array([[a, b], [1, 0], [2, 1]])
+        waves = np.cos(np.stack([i, j], axis=1) @ angles.T)
+        mesh = sf.PolygonMesh(waves, offsets, corners)
+        k = 1 - np.cos(angles).mean(axis=1)
+        found = smoothed(mesh, FaceArcs.of(mesh, False, 1), n_steps, 1).vertices
+        assert np.abs(found - ((1 - 0.5 * k) * (1 + 0.53 * k)) ** n_steps * waves).max() < 1.1e-5
 
 
 def test_smoothed_positions_are_nearer_to_the_mesh_without_noise():

@@ -18,8 +18,8 @@ VertexGraph vertex_graph(Points vertices, Integers corners, Offsets offsets, std
 }
 
 Buffer<Point> smooth(Points vertices, Integers corners, Offsets offsets, std::int64_t size,
-                     Integers representative, Offsets arcs, Doubles series, ThreadTeam& team) {
-  return smooth_positions(vertices, {corners, offsets, size}, representative, arcs, series, team);
+                     Integers representative, Offsets arcs, int n_steps, ThreadTeam& team) {
+  return smooth_positions(vertices, {corners, offsets, size}, representative, arcs, n_steps, team);
 }
 
 Buffer<Point> normals_of_vertices(Points vertices, Integers corners, Offsets offsets,
@@ -64,7 +64,7 @@ void bind_mesh(nb::module_& module) {
   module.def("build_vertex_graph", threaded(&vertex_graph), "vertices"_a, "corners"_a, "offsets"_a,
              "size"_a, "representative"_a, "n_threads"_a);
   module.def("smooth_positions", threaded(&smooth), "vertices"_a, "corners"_a, "offsets"_a,
-             "size"_a, "representative"_a, "arcs"_a, "series"_a, "n_threads"_a);
+             "size"_a, "representative"_a, "arcs"_a, "n_steps"_a, "n_threads"_a);
   module.def("mean_normals", serial(&normals_of_vertices), "vertices"_a, "corners"_a, "offsets"_a,
              "size"_a, "representative"_a);
   module.def("measure_roughness", threaded(&roughness_of_faces), "vertices"_a, "corners"_a,

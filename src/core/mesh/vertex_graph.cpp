@@ -35,6 +35,33 @@ Lists<Vertex> neighbors_of(const CornerLists& faces, std::span<const Vertex> rep
   return neighbors;
 }
 
+// Fractions of the distance to the mean of the neighbors by which a step moves a vertex, and the
+// maximum error of the response of all steps.
+constexpr std::array kFactors{0.5, -0.53};
+constexpr double kMaxError = 1e-5;
+
+// The coefficients of a series g of Chebyshev polynomials T_j(k - 1), 0 <= k <= 2, so that n_steps
+// steps multiply waves of frequency k by 1 + k g(k). The series is cut as kMaxError permits.
+std::vector<double> series_of(int n_steps) {
+  std::vector<double> series(2 * n_steps);
+  const std::size_t n = series.size();
+  for (std::size_t move = 0; move < n; ++move) {
+    const std::vector<double> before = series;
+    for (std::size_t j = 0; j < n; ++j) {
+      // A move turns 1 + k g into (1 + k g) - factor * k * (1 + k g), where k g = g + x g with
+      // x = k - 1, x T_j = (T_(j-1) + T_(j+1)) / 2, and x T_0 = T_1. The 1 is added as 2 / 2.
+      const double below = j > 0 ? before[j - 1] * (j > 1 ? 1.0 : 2.0) : 2.0;
+      const double above = j + 1 < n ? before[j + 1] : 0.0;
+      series[j] -= kFactors[move % 2] * (before[j] + (below + above) / 2.0);
+    }
+  }
+  double error = 0.0;
+  while (series.size() > 1 && (error += 2.0 * std::abs(series.back())) <= kMaxError) {
+    series.pop_back();
+  }
+  return series;
+}
+
 // A displacement x, y, z of a vertex. Four numbers fill a vector register.
 struct alignas(16) Shift {
   std::array<float, 4> numbers;
@@ -106,10 +133,10 @@ Buffer<Point> mean_normals(std::span<const Point> vertices, const CornerLists& f
 
 Buffer<Point> smooth_positions(std::span<const Point> vertices, const CornerLists& faces,
                                std::span<const Vertex> representative,
-                               std::span<const std::int64_t> arcs, std::span<const double> series,
-                               ThreadTeam& team) {
-  SUPERFACETS_ASSERT(representative.size() == vertices.size() && !series.empty());
+                               std::span<const std::int64_t> arcs, int n_steps, ThreadTeam& team) {
+  SUPERFACETS_ASSERT(representative.size() == vertices.size() && n_steps > 0);
   const auto n = std::ssize(vertices);
+  const std::vector<double> series = series_of(n_steps);
   const Lists<Vertex> neighbors = neighbors_of(faces, representative, arcs, team);
   Buffer<Shift> bumps(n);
   Buffer<Shift> sums(n);

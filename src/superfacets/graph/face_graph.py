@@ -153,7 +153,8 @@ def build_face_graph(
     >>> graph.edge_counts
     EdgeCounts(edges=5, boundary=4, non_manifold=0, inconsistent=0)
     """
-    return graph_and_shapes(as_mesh(mesh), weld=weld, n_threads=checked_threads(n_threads))[0]
+    faces, threads = as_mesh(mesh), checked_threads(n_threads)
+    return FaceArcs.of(faces, weld, threads).measured(faces, threads)[0]
 
 
 class FaceShapes(NamedTuple):
@@ -200,13 +201,6 @@ class FaceArcs(NamedTuple):
             positions, measures, *self[:4], bounds=mesh.bounds, edge_counts=self.edge_counts
         )
         return graph, FaceShapes(normals, longest)
-
-
-def graph_and_shapes(
-    mesh: FaceMesh, *, weld: float, n_threads: int
-) -> tuple[FaceGraph, FaceShapes]:
-    """Return the result of `build_face_graph`, and the `FaceShapes` of the same mesh."""
-    return FaceArcs.of(mesh, weld, n_threads).measured(mesh, n_threads)
 
 
 def arcs_at_borders(mesh: Mesh, labels: Ints, n_threads: int) -> tuple[ArcLists, Ints]:

@@ -33,7 +33,7 @@ from ..mesh.point_cloud import PointCloud
 from ..mesh.polygon_mesh import PolygonMesh
 from ..mesh.triangle_mesh import Mesh
 from .cell_graph import BaseGraph, CellGraph
-from .face_graph import FaceGraph, FaceShapes, arcs_at_borders, graph_and_shapes
+from .face_graph import FaceArcs, FaceGraph, FaceShapes, arcs_at_borders
 from .point_graph import PointGraph, find_point_graph, point_surface
 from .size import sliver_share
 from .sorting import is_scattered, sorted_corners
@@ -93,18 +93,17 @@ class Kind:
 
         If `is_kept` is given, (N,), points of a cloud that are not kept have no neighbors.
         """
-        order = None
-        if may_sort:
-            cells, weld, order = self.sorted(cells, weld, n_threads)
+        cells, weld, order = self.sorted(cells, weld, n_threads, may_sort=may_sort)
         return OrderedCells(cells, *self.build_graph(cells, weld, n_threads), order)
 
-    def sorted(self, cells: Any, weld: float, n_threads: int) -> tuple[Any, float, Ints | None]:
-        """Sort the cells of a mesh if that saves time, and weld the vertices of sorted cells.
+    def sorted(
+        self, cells: Any, weld: float, n_threads: int, *, may_sort: bool
+    ) -> tuple[Any, float, Ints | None]:
+        """Sort the cells of a mesh as in `ordered`, and weld vertices of sorted cells.
 
-        Returns the cells, how to weld them from now on, and the index in the input of each cell, or
-        None if cells are not sorted.
+        Returns the cells, how to weld them later, and `OrderedCells.input_index`.
         """
-        corners = self.corners(cells)
+        corners = self.corners(cells) if may_sort else None
         if corners is None or not is_scattered(cells.vertices, corners):
             return cells, weld, None
         found = sorted_corners(cells.vertices, corners, weld, n_threads)
@@ -236,7 +235,7 @@ class _Faces(Kind):
     def build_graph(
         self, cells: FaceMesh, weld: float, n_threads: int
     ) -> tuple[FaceGraph, FaceShapes]:
-        return graph_and_shapes(cells, weld=weld, n_threads=n_threads)
+        return FaceArcs.of(cells, weld, n_threads).measured(cells, n_threads)
 
     def surface(self, cells: FaceMesh, graph: FaceGraph, n_threads: int) -> Surface:
         return Surface.of_faces(cells, graph, n_threads)

@@ -10,12 +10,7 @@ import numpy as np
 from .. import _core
 from ..base.checks import checked_count
 from ..base.types import Floats, Ints
-from .faces import (
-    FaceMesh,
-    corners_of,
-    mesh_like,
-    spread_indices,
-)
+from .faces import FaceMesh, corners_of, mesh_like, spread_indices
 
 Denoise = int | Literal["auto"] | None
 
@@ -79,18 +74,6 @@ MIN_SLACK, SLACK_PER_STEP = 2.25, 0.1
 standard deviations of the angles that remained on smoothed height fields. The fields had noise of
 0.05 to 0.5 edge lengths, and were smoothed with 200 steps per edge length of noise."""
 
-FACTORS = (0.5, -0.53)
-"""A smoothing step moves each vertex toward the mean of its neighbors, by the first fraction of the
-distance, and then away from the mean ("A Signal Processing Approach to Fair Surface Design", 1995).
-Steps remove bumps about as wide as an edge, and hardly shrink the shape."""
-
-MAX_ERROR = 1e-5
-"""Maximum error of the response of smoothing steps, which are computed together; see `series_of`.
-With this error, 20 steps take 15 passes over the vertices instead of 40."""
-
-NO_ARCS = np.empty(0, np.int64)
-"""Argument of `_core.smooth_positions` for meshes with non-manifold or inconsistent edges."""
-
 MAX_STEPS = 1000
 """Maximum number of smoothing steps. Far fewer steps already remove all details of a shape."""
 
@@ -107,26 +90,6 @@ def checked_denoise(denoise: object) -> Denoise:
     return n_steps
 
 
-def series_of(n_steps: int) -> Floats:
-    """Return the Chebyshev series g of `_core.smooth_positions` for `n_steps` smoothing steps.
-
-    The response of the steps, ((1 - 0.5 k) (1 + 0.53 k)) ** n_steps, is 1 + k g(k) for all
-    frequencies k from 0 to 2. The series is cut where this changes the response by at most
-    `MAX_ERROR`.
-    """
-    series = np.zeros(2 * n_steps)
-    for factor in n_steps * FACTORS:
-        # k g(k) = g + x g, with x = k - 1, and x T_j(x) = (T_(j-1) + T_(j+1)) / 2.
-        change = series.copy()
-        change[:-1] += series[1:] / 2.0
-        change[1:] += series[:-1] / 2.0
-        change[1] += series[0] / 2.0
-        change[0] += 1.0
-        series -= factor * change
-    errors = 2.0 * np.cumsum(np.abs(series[::-1]))[::-1]
-    return series[errors > MAX_ERROR]
-
-
 def smoothed(mesh: FaceMesh, arcs: Any, n_steps: int, n_threads: int) -> FaceMesh:
     """Return a copy of the mesh, smoothed by `n_steps` steps of Taubin smoothing.
 
@@ -136,10 +99,10 @@ def smoothed(mesh: FaceMesh, arcs: Any, n_steps: int, n_threads: int) -> FaceMes
     """
     lists, counts = corners_of(mesh).lists, arcs.edge_counts
     is_simple = counts.non_manifold == counts.inconsistent == 0
+    offsets = arcs.offsets if is_simple else arcs.offsets[:0]
     positions = _core.smooth_positions(
-        mesh.vertices, *lists, arcs.lowest, arcs.offsets if is_simple else NO_ARCS,
-        series_of(n_steps), n_threads,
-    )  # fmt: skip
+        mesh.vertices, *lists, arcs.lowest, offsets, n_steps, n_threads
+    )
     return cast(FaceMesh, mesh_like(mesh, positions, *lists[:2]))
 
 

@@ -93,10 +93,8 @@ class Prepared:
                 )
             made = kind.ordered(source, weld, n_threads, may_sort=may_sort, is_kept=is_kept)
             return cls(source, weld, None, 0.0, kind, *made)
-        cells, to_weld, order = source, weld, None
-        if may_sort:
-            cells, to_weld, order = kind.sorted(source, weld, n_threads)
-        mesh = cast(FaceMesh, cells)
+        found = kind.sorted(source, weld, n_threads, may_sort=may_sort)
+        mesh, to_weld, order = cast(FaceMesh, found[0]), *found[1:]
         arcs = FaceArcs.of(mesh, to_weld, n_threads)
         is_auto, slack = denoise == "auto", 0.0
         n_steps = 0 if is_auto else int(denoise or 0)
