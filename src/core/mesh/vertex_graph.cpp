@@ -43,8 +43,8 @@ constexpr double kMaxError = 1e-5;
 // The coefficients of a series g of Chebyshev polynomials T_j(k - 1), 0 <= k <= 2, so that n_steps
 // steps multiply waves of frequency k by 1 + k g(k). The series is cut as kMaxError permits.
 std::vector<double> series_of(int n_steps) {
-  std::vector<double> series(2 * n_steps);
-  const std::size_t n = series.size();
+  const std::size_t n = 2 * static_cast<std::size_t>(n_steps);
+  std::vector<double> series(n);
   for (std::size_t move = 0; move < n; ++move) {
     const std::vector<double> before = series;
     for (std::size_t j = 0; j < n; ++j) {
