@@ -3,6 +3,7 @@
 #include <array>
 
 #include "base/lists.hpp"
+#include "base/prefetch.hpp"
 #include "mesh/polygons.hpp"
 
 namespace superfacets {
@@ -34,6 +35,9 @@ Lists<Vertex> neighbors_of(const CornerLists& faces, std::span<const Vertex> rep
   if (arcs.empty() || arcs.back() < std::ssize(faces.corners)) sort_unique(neighbors, team);
   return neighbors;
 }
+
+// Neighbors are prefetched this number of neighbors in advance.
+constexpr std::int64_t kAhead = 48;
 
 // Fractions of the distance to the mean of the neighbors by which a step moves a vertex, and the
 // maximum error of the response of all steps.
@@ -84,12 +88,16 @@ void add_term(const Lists<Vertex>& neighbors, float coefficient, float factor, c
               const Shift* sums, Shift* older, std::int64_t begin, std::int64_t end) {
   const Vertex* const entries = neighbors.entries.data();
   const std::int64_t* const offsets = neighbors.offsets.data();
+  const auto n_entries = std::ssize(neighbors.entries);
   for (std::int64_t vertex = begin; vertex < end; ++vertex) {
     const std::int64_t first = offsets[vertex];
     const auto n = static_cast<int>(offsets[vertex + 1] - first);
     if (n == 0) continue;
     Shift sum = sums[entries[first]];
-    for (int i = 1; i < n; ++i) sum = sum + sums[entries[first + i]];
+    for (std::int64_t i = first + 1; i < first + n; ++i) {
+      if (i + kAhead < n_entries) prefetch(&sums[entries[i + kAhead]]);
+      sum = sum + sums[entries[i]];
+    }
     older[vertex] = bumps[vertex] * coefficient + sum * (factor / static_cast<float>(n)) +
                     older[vertex] * -1.0F;
   }
