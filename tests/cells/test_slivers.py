@@ -9,13 +9,13 @@ import shapes
 from models import read_off
 
 import superfacets as sf
-from superfacets.graph.face_graph import graph_and_shapes
+from superfacets.graph.face_graph import FaceArcs
 from superfacets.graph.size import sliver_share
 from superfacets.metrics import compactness
 
 
 def share_of(mesh, radius):
-    faces, known = graph_and_shapes(mesh, weld=True, n_threads=2)
+    faces, known = FaceArcs.of(mesh, True, 2).measured(mesh, 2)
     return sliver_share(mesh, faces.measures, known.longest, radius, 2)
 
 
@@ -40,7 +40,7 @@ def test_a_surface_without_area_has_no_slivers():
 def test_the_share_does_not_depend_on_the_number_of_threads():
     mesh = shapes.bumpy_sheet(120)
     squeezed = sf.Mesh(mesh.vertices * [1, 0.02, 0.02], mesh.faces)
-    faces, known = graph_and_shapes(squeezed, weld=True, n_threads=2)
+    faces, known = FaceArcs.of(squeezed, True, 2).measured(squeezed, 2)
     shares = {sliver_share(squeezed, faces.measures, known.longest, 0.004, n) for n in (1, 2, 3, 8)}
     assert len(shares) == 1
     assert 0 < shares.pop() < 1

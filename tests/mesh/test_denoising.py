@@ -1,14 +1,16 @@
 """Smoothed positions, which are used only to measure creases."""
 
+from itertools import permutations
+
 import numpy as np
 import pytest
 import shapes
 from research.princeton import Benchmark
 
 import superfacets as sf
-from superfacets import Mesh, Sizes, _core, build_face_graph, sample_mesh, segment
+from superfacets import Mesh, Sizes, build_face_graph, sample_mesh, segment
+from superfacets.graph.face_graph import FaceArcs
 from superfacets.mesh.denoising import Roughness, sampled_faces, slack_of, smoothed
-from superfacets.mesh.faces import vertex_graph
 from superfacets.metrics import undersegmentation_error as error_of
 from superfacets.tools.sample import split_in_four
 
@@ -25,39 +27,70 @@ def taubin(mesh, n_steps):
     """A readable reference of the kernel."""
     neighbors = [set() for _ in mesh.vertices]
     for a, b, c in mesh.faces.tolist():
-        for one, other in ((a, b), (b, c), (c, a)):
-            neighbors[one].add(other)
-            neighbors[other].add(one)
+        for one, other in permutations((a, b, c), 2):
+            neighbors[one] |= {other} - {one}
     positions = mesh.vertices.copy()
     for factor in n_steps * [0.5, -0.53]:
-        means = [positions[sorted(near)].mean(axis=0) for near in neighbors]
+        means = [positions[sorted(near or {i})].mean(axis=0) for i, near in enumerate(neighbors)]
         positions = positions + factor * (np.array(means) - positions)
     return positions
 
 
-def test_the_kernel_equals_its_twin_on_any_number_of_threads():
-    mesh = noisy(shapes.bumpy_sheet(40), 0.2)
-    lowest = np.arange(mesh.n_vertices, dtype=np.int32)
-    graph = vertex_graph(mesh, lowest, 1)
-    one, two = (
-        _core.taubin_smooth(mesh.vertices, graph.offsets, graph.neighbors, 4, n) for n in (1, 2)
-    )
-    assert np.array_equal(one, two)
-    assert np.allclose(one, taubin(mesh, 4), atol=1e-12)
+def smooth(mesh, n_steps, n_threads=1):
+    return smoothed(mesh, FaceArcs.of(mesh, True, n_threads), n_steps, n_threads)
+
+
+SMOOTHED = {
+    "closed": lambda: sample_mesh(5_000),
+    "open": lambda: shapes.bumpy_sheet(40),
+    "three faces at an edge": lambda: Mesh(
+        [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0, -1, 0.5]],
+        [[0, 1, 2], [0, 1, 3], [1, 0, 4]],
+    ),
+    "inconsistent, with an unused vertex": lambda: Mesh(
+        [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 1], [5, 5, 5]], [[0, 1, 2], [0, 3, 2], [0, 0, 1]]
+    ),
+}
+
+
+@pytest.mark.parametrize("name", SMOOTHED)
+def test_smoothing_equals_its_twin_on_any_number_of_threads_and_at_any_scale(name):
+    mesh = noisy(SMOOTHED[name](), 0.2)
+    for n_steps in (1, 2, 20, 100):
+        found = [smooth(mesh, n_steps, n_threads).vertices for n_threads in (1, 2, 3)]
+        assert all(np.array_equal(found[0], other) for other in found)
+        assert np.abs(found[0] - taubin(mesh, n_steps)).max() < 1e-5 * np.ptp(mesh.vertices)
+        large = smooth(Mesh(2.0**40 * mesh.vertices, mesh.faces), n_steps)
+        assert np.array_equal(large.vertices, 2.0**40 * found[0])
+
+
+@pytest.mark.parametrize("n_steps", [1, 2, 5, 20, 100, 1000])
+def test_smoothing_multiplies_waves_by_the_response_of_the_steps(n_steps):
+    """The vertices are a grid of 16 x 16 on a torus, whose waves have frequencies k from 0 to 2."""
+    n = 16
+    i, j = np.divmod(np.arange(n * n), n)
+    squares = [i * n + j, (i + 1) % n * n + j, (i + 1) % n * n + (j + 1) % n, i * n + (j + 1) % n]
+    corners, offsets = np.stack(squares, axis=1).ravel(), 4 * np.arange(n * n + 1)
+    for a, b in np.ndindex(n // 2 + 1, n // 2 + 1):
+        angles = 2 * np.pi / n * np.array([[a, b], [1, 0], [2, 1]])
+        waves = np.cos(np.stack([i, j], axis=1) @ angles.T)
+        mesh = sf.PolygonMesh(waves, offsets, corners)
+        k = 1 - np.cos(angles).mean(axis=1)
+        found = smoothed(mesh, FaceArcs.of(mesh, False, 1), n_steps, 1).vertices
+        assert np.abs(found - ((1 - 0.5 * k) * (1 + 0.53 * k)) ** n_steps * waves).max() < 1.1e-5
 
 
 def test_smoothed_positions_are_nearer_to_the_mesh_without_noise():
     mesh = sample_mesh(20_000)
     rough = noisy(mesh, 0.2)
-    smooth = smoothed(rough, 5, weld=True, n_threads=1)
     before, after = (
-        np.linalg.norm(m.vertices - mesh.vertices, axis=1).mean() for m in (rough, smooth)
+        np.linalg.norm(m.vertices - mesh.vertices, axis=1).mean() for m in (rough, smooth(rough, 5))
     )
     assert after < 0.6 * before
 
 
 def roughness(mesh, n_threads=1):
-    return Roughness.of_mesh(mesh, build_face_graph(mesh), None, n_threads)
+    return Roughness.of_mesh(mesh, build_face_graph(mesh), n_threads)
 
 
 def refined(n_faces):

@@ -39,19 +39,21 @@ Lists<Entry> group(std::int64_t n_lists, const ForEach& for_each) {
   return lists;
 }
 
-// Parallel version of `group` for a small number of lists. for_each(begin, end, add) must call
-// add(list, entry) for each of the elements begin .. end-1. Each part of the elements has its own
-// write cursors, so the result does not depend on the number of threads.
+// Parallel version of `group`. for_each(begin, end, add) must call add(list, entry) for each of the
+// elements begin .. end-1. Each part of the elements has its own write cursors, so the result does
+// not depend on the number of threads.
 template <typename Entry, typename ForEach>
 Lists<Entry> group(std::int64_t n, std::int64_t n_lists, const ForEach& for_each,
                    ThreadTeam& team) {
-  // Several parts per thread, to balance the load.
-  const std::int64_t n_parts = 4 * std::int64_t{team.size()};
+  // Several parts per thread, to balance the load; but all cursors need less memory than the input.
+  const std::int64_t n_parts = std::clamp<std::int64_t>(n / std::max<std::int64_t>(n_lists, 1), 1,
+                                                        4 * std::int64_t{team.size()});
   const auto start_of = [&](std::int64_t part) { return n * part / n_parts; };
   // Size of each list in each part, later the write cursors.
-  std::vector<std::vector<std::int64_t>> next(n_parts);
+  std::vector<Buffer<std::int64_t>> next(n_parts);
   team.for_each(n_parts, [&](std::int64_t part, int) {
-    std::vector<std::int64_t> sizes(n_lists, 0);
+    Buffer<std::int64_t> sizes(n_lists);
+    std::ranges::fill(sizes, 0);
     for_each(start_of(part), start_of(part + 1),
              [&](std::int64_t list, const Entry&) { ++sizes[list]; });
     next[part] = std::move(sizes);
@@ -60,15 +62,16 @@ Lists<Entry> group(std::int64_t n, std::int64_t n_lists, const ForEach& for_each
   std::int64_t total = 0;
   for (std::int64_t list = 0; list < n_lists; ++list) {
     lists.offsets[list] = total;
-    for (std::vector<std::int64_t>& of_part : next) total += std::exchange(of_part[list], total);
+    for (Buffer<std::int64_t>& of_part : next) total += std::exchange(of_part[list], total);
   }
   lists.offsets[n_lists] = total;
   lists.entries = Buffer<Entry>(total);
   team.for_each(n_parts, [&](std::int64_t part, int) {
     std::int64_t* const cursors = next[part].data();
-    for_each(start_of(part), start_of(part + 1), [&](std::int64_t list, const Entry& entry) {
-      lists.entries[cursors[list]++] = entry;
-    });
+    for_each(start_of(part), start_of(part + 1),
+             [cursors, entries = lists.entries.data()](std::int64_t list, const Entry& entry) {
+               entries[cursors[list]++] = entry;
+             });
   });
   return lists;
 }
@@ -76,21 +79,24 @@ Lists<Entry> group(std::int64_t n, std::int64_t n_lists, const ForEach& for_each
 // Sorts each list and removes its duplicates.
 template <typename Entry>
 void sort_unique(Lists<Entry>& lists, ThreadTeam& team) {
+  Lists<Entry> kept{Buffer<std::int64_t>(lists.offsets.size()), {}};
   team.for_each_index(lists.n_lists(), [&](std::int64_t list) {
-    std::sort(lists.entries.data() + lists.offsets[list],
-              lists.entries.data() + lists.offsets[list + 1]);
-  });
-  Entry* end_of_kept = lists.entries.data();
-  Entry* begin = lists.entries.data();
-  for (std::int64_t list = 0; list < lists.n_lists(); ++list) {
+    Entry* const begin = lists.entries.data() + lists.offsets[list];
     Entry* const end = lists.entries.data() + lists.offsets[list + 1];
-    end_of_kept = std::copy(begin, std::unique(begin, end), end_of_kept);
-    lists.offsets[list + 1] = end_of_kept - lists.entries.data();
-    begin = end;
-  }
-  Buffer<Entry> kept(end_of_kept - lists.entries.data());
-  std::copy_n(lists.entries.begin(), kept.size(), kept.begin());
-  lists.entries = std::move(kept);
+    std::sort(begin, end);
+    kept.offsets[list] = std::unique(begin, end) - begin;
+  });
+  const std::int64_t n = lists.n_lists();
+  kept.offsets[n] = 0;
+  std::exclusive_scan(kept.offsets.begin(), kept.offsets.end(), kept.offsets.begin(),
+                      std::int64_t{0});
+  kept.entries = Buffer<Entry>(kept.offsets[n]);
+  team.for_each_index(n, [&](std::int64_t list) {
+    const std::int64_t size = kept.offsets[list + 1] - kept.offsets[list];
+    std::copy_n(lists.entries.data() + lists.offsets[list], size,
+                kept.entries.data() + kept.offsets[list]);
+  });
+  lists = std::move(kept);
 }
 
 // Collects the entries that append(cell, list) appends to `list` for cells 0..n-1, in the order of

@@ -17,6 +17,11 @@ VertexGraph vertex_graph(Points vertices, Integers corners, Offsets offsets, std
   return build_vertex_graph(vertices, {corners, offsets, size}, representative, team);
 }
 
+Buffer<Point> smooth(Points vertices, Integers corners, Offsets offsets, std::int64_t size,
+                     Integers representative, Offsets arcs, int n_steps, ThreadTeam& team) {
+  return smooth_positions(vertices, {corners, offsets, size}, representative, arcs, n_steps, team);
+}
+
 Buffer<Point> normals_of_vertices(Points vertices, Integers corners, Offsets offsets,
                                   std::int64_t size, Integers representative) {
   return mean_normals(vertices, {corners, offsets, size}, representative);
@@ -58,8 +63,8 @@ void bind_mesh(nb::module_& module) {
   module.def("weld_vertices", threaded(&weld_vertices), "vertices"_a, "n_threads"_a);
   module.def("build_vertex_graph", threaded(&vertex_graph), "vertices"_a, "corners"_a, "offsets"_a,
              "size"_a, "representative"_a, "n_threads"_a);
-  module.def("taubin_smooth", threaded(&taubin_smooth), "vertices"_a, "offsets"_a, "neighbors"_a,
-             "n_steps"_a, "n_threads"_a);
+  module.def("smooth_positions", threaded(&smooth), "vertices"_a, "corners"_a, "offsets"_a,
+             "size"_a, "representative"_a, "arcs"_a, "n_steps"_a, "n_threads"_a);
   module.def("mean_normals", serial(&normals_of_vertices), "vertices"_a, "corners"_a, "offsets"_a,
              "size"_a, "representative"_a);
   module.def("measure_roughness", threaded(&roughness_of_faces), "vertices"_a, "corners"_a,

@@ -1,22 +1,105 @@
 #include "mesh/vertex_graph.hpp"
 
+#include <array>
+
 #include "base/lists.hpp"
+#include "base/prefetch.hpp"
 #include "mesh/polygons.hpp"
 
 namespace superfacets {
 namespace {
 
-// Calls visit(a, b) for each side of each face whose ends have different representatives a and b.
-template <typename Visit>
-void for_each_side(const CornerLists& faces, std::span<const Vertex> representative,
-                   const Visit& visit) {
-  for (Face face = 0; face < faces.n_cells(); ++face) {
-    Vertex a = representative[faces[face].back()];
-    for (const Vertex corner : faces[face]) {
-      const Vertex b = representative[corner];
-      if (a != b) visit(a, b);
-      a = b;
+// The neighbors of each vertex, ascending and without duplicates; see build_vertex_graph. If all
+// edges have one or two faces, which traverse the edge in opposite directions, `arcs` may be the
+// offsets of the arcs between faces. Then faces with an arc at each side save time, and neighbors
+// are not sorted if all faces are such faces.
+Lists<Vertex> neighbors_of(const CornerLists& faces, std::span<const Vertex> representative,
+                           std::span<const std::int64_t> arcs, ThreadTeam& team) {
+  const auto add_sides = [=](std::int64_t begin, std::int64_t end, const auto& add) {
+    for (std::int64_t face = begin; face < end; ++face) {
+      const auto corners = faces[face];
+      // The other face at each side adds the opposite direction.
+      const bool is_inside = !arcs.empty() && arcs[face + 1] - arcs[face] == std::ssize(corners);
+      Vertex a = representative[corners.back()];
+      for (const Vertex corner : corners) {
+        const Vertex b = representative[corner];
+        if (a != b) {
+          add(a, b);
+          if (!is_inside) add(b, a);
+        }
+        a = b;
+      }
     }
+  };
+  auto neighbors = group<Vertex>(faces.n_cells(), std::ssize(representative), add_sides, team);
+  if (arcs.empty() || arcs.back() < std::ssize(faces.corners)) sort_unique(neighbors, team);
+  return neighbors;
+}
+
+// Neighbors are prefetched this number of neighbors in advance.
+constexpr std::int64_t kAhead = 48;
+
+// Fractions of the distance to the mean of the neighbors by which a step moves a vertex, and the
+// maximum error of the response of all steps.
+constexpr std::array kFactors{0.5, -0.53};
+constexpr double kMaxError = 1e-5;
+
+// The coefficients of a series g of Chebyshev polynomials T_j(k - 1), 0 <= k <= 2, so that n_steps
+// steps multiply waves of frequency k by 1 + k g(k). The series is cut as kMaxError permits.
+std::vector<double> series_of(int n_steps) {
+  const std::size_t n = 2 * static_cast<std::size_t>(n_steps);
+  std::vector<double> series(n);
+  for (std::size_t move = 0; move < n; ++move) {
+    const std::vector<double> before = series;
+    for (std::size_t j = 0; j < n; ++j) {
+      // A move turns 1 + k g into (1 + k g) - factor * k * (1 + k g), where k g = g + x g with
+      // x = k - 1, x T_j = (T_(j-1) + T_(j+1)) / 2, and x T_0 = T_1. The 1 is added as 2 / 2.
+      const double below = j > 0 ? before[j - 1] * (j > 1 ? 1.0 : 2.0) : 2.0;
+      const double above = j + 1 < n ? before[j + 1] : 0.0;
+      series[j] -= kFactors[move % 2] * (before[j] + (below + above) / 2.0);
+    }
+  }
+  double error = 0.0;
+  while (series.size() > 1 && (error += 2.0 * std::abs(series.back())) <= kMaxError) {
+    series.pop_back();
+  }
+  return series;
+}
+
+// A displacement x, y, z of a vertex. Four numbers fill a vector register.
+struct alignas(16) Shift {
+  std::array<float, 4> numbers;
+
+  Shift operator+(const Shift& other) const {
+    Shift sum;
+    for (int i = 0; i < 4; ++i) sum.numbers[i] = numbers[i] + other.numbers[i];
+    return sum;
+  }
+  Shift operator*(float factor) const {
+    Shift product;
+    for (int i = 0; i < 4; ++i) product.numbers[i] = factor * numbers[i];
+    return product;
+  }
+};
+
+// Computes a step of Clenshaw's recurrence for vertices begin .. end - 1: `older` becomes
+// coefficient * bumps + factor * (mean of `sums` over the neighbors) - older.
+void add_term(const Lists<Vertex>& neighbors, float coefficient, float factor, const Shift* bumps,
+              const Shift* sums, Shift* older, std::int64_t begin, std::int64_t end) {
+  const Vertex* const entries = neighbors.entries.data();
+  const std::int64_t* const offsets = neighbors.offsets.data();
+  const auto n_entries = std::ssize(neighbors.entries);
+  for (std::int64_t vertex = begin; vertex < end; ++vertex) {
+    const std::int64_t first = offsets[vertex];
+    const auto n = static_cast<int>(offsets[vertex + 1] - first);
+    if (n == 0) continue;
+    Shift sum = sums[entries[first]];
+    for (std::int64_t i = first + 1; i < first + n; ++i) {
+      if (i + kAhead < n_entries) prefetch(&sums[entries[i + kAhead]]);
+      sum = sum + sums[entries[i]];
+    }
+    older[vertex] = bumps[vertex] * coefficient + sum * (factor / static_cast<float>(n)) +
+                    older[vertex] * -1.0F;
   }
 }
 
@@ -24,22 +107,12 @@ void for_each_side(const CornerLists& faces, std::span<const Vertex> representat
 
 VertexGraph build_vertex_graph(std::span<const Point> vertices, const CornerLists& faces,
                                std::span<const Vertex> representative, ThreadTeam& team) {
-  SUPERFACETS_ASSERT(vertices.size() == representative.size());
-  Lists<Vertex> arcs = group<Vertex>(std::ssize(vertices), [&](const auto& add) {
-    for_each_side(faces, representative, [&](Vertex a, Vertex b) {
-      add(a, b);
-      add(b, a);
-    });
-  });
-  sort_unique(arcs, team);
+  SUPERFACETS_ASSERT(representative.size() == vertices.size());
+  Lists<Vertex> arcs = neighbors_of(faces, representative, {}, team);
   Buffer<double> lengths(arcs.entries.size());
   team.for_each_index(arcs.n_lists(), [&](std::int64_t vertex) {
     for (std::int64_t arc = arcs.offsets[vertex]; arc < arcs.offsets[vertex + 1]; ++arc) {
-      // The length is computed from the lower to the higher vertex, so that both arcs of an edge
-      // get bit-identical lengths.
-      const std::int64_t neighbor = arcs.entries[arc];
-      const auto [low, high] = std::minmax({vertex, neighbor});
-      lengths[arc] = norm(vertices[high] - vertices[low]);
+      lengths[arc] = norm(vertices[arcs.entries[arc]] - vertices[vertex]);
     }
   });
   return {std::move(arcs.offsets), std::move(arcs.entries), std::move(lengths)};
@@ -66,28 +139,43 @@ Buffer<Point> mean_normals(std::span<const Point> vertices, const CornerLists& f
   return means;
 }
 
-Buffer<Point> taubin_smooth(std::span<const Point> vertices, std::span<const std::int64_t> offsets,
-                            std::span<const Vertex> neighbors, int n_steps, ThreadTeam& team) {
-  SUPERFACETS_ASSERT(offsets.size() == vertices.size() + 1);
-  Buffer<Point> now = copy_of(vertices);
-  Buffer<Point> next(vertices.size());
-  const auto move = [&](double factor) {
-    team.for_each_index(std::ssize(vertices), [&](std::int64_t vertex) {
-      next[vertex] = now[vertex];
-      const std::int64_t n = offsets[vertex + 1] - offsets[vertex];
-      if (n == 0) return;
-      Point sum{0.0, 0.0, 0.0};
-      for (const Vertex neighbor : neighbors.subspan(offsets[vertex], n)) sum = sum + now[neighbor];
-      const Point mean = (1.0 / static_cast<double>(n)) * sum;
-      next[vertex] = now[vertex] + factor * (mean - now[vertex]);
+Buffer<Point> smooth_positions(std::span<const Point> vertices, const CornerLists& faces,
+                               std::span<const Vertex> representative,
+                               std::span<const std::int64_t> arcs, int n_steps, ThreadTeam& team) {
+  SUPERFACETS_ASSERT(representative.size() == vertices.size() && n_steps > 0);
+  const auto n = std::ssize(vertices);
+  const std::vector<double> series = series_of(n_steps);
+  const Lists<Vertex> neighbors = neighbors_of(faces, representative, arcs, team);
+  Buffer<Shift> bumps(n);
+  Buffer<Shift> sums(n);
+  Buffer<Shift> older(n);
+  team.for_each_index(n, [&](std::int64_t vertex) {
+    Point sum{0.0, 0.0, 0.0};
+    for (const Vertex neighbor : neighbors[vertex]) sum = sum + vertices[neighbor];
+    const auto size = static_cast<double>(neighbors[vertex].size());
+    const Point bump = size > 0.0 ? vertices[vertex] - (1.0 / size) * sum : sum;
+    bumps[vertex] = {
+        {static_cast<float>(bump.x), static_cast<float>(bump.y), static_cast<float>(bump.z), 0.0F}};
+    sums[vertex] = bumps[vertex] * static_cast<float>(series.back());
+    older[vertex] = Shift{};
+  });
+  for (std::ptrdiff_t j = std::ssize(series) - 2; j >= 0; --j) {
+    const auto coefficient = static_cast<float>(series[j]);
+    const float factor = j > 0 ? -2.0F : -1.0F;
+    team.for_each_block(n, [&](std::int64_t begin, std::int64_t end) {
+      add_term(neighbors, coefficient, factor, bumps.data(), sums.data(), older.data(), begin, end);
     });
-    std::swap(now, next);
-  };
-  for (int step = 0; step < n_steps; ++step) {
-    move(0.5);
-    move(-0.53);
+    std::swap(sums, older);
   }
-  return now;
+  bumps = Buffer<Shift>();
+  older = Buffer<Shift>();
+  Buffer<Point> smoothed(n);  // reuses their memory
+  team.for_each_index(n, [&](std::int64_t vertex) {
+    const Vertex lowest = representative[vertex];
+    const auto& [x, y, z, unused] = sums[lowest].numbers;
+    smoothed[vertex] = vertices[lowest] + Point{x, y, z};
+  });
+  return smoothed;
 }
 
 }  // namespace superfacets

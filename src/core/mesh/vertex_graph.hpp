@@ -27,12 +27,20 @@ VertexGraph build_vertex_graph(std::span<const Point> vertices, const CornerList
 Buffer<Point> mean_normals(std::span<const Point> vertices, const CornerLists& faces,
                            std::span<const Vertex> representative);
 
-// Positions after n_steps steps of Taubin's smoothing ("A Signal Processing Approach to Fair
+// Positions after n_steps > 0 steps of Taubin's smoothing ("A Signal Processing Approach to Fair
 // Surface Design", 1995). A step moves each vertex toward the mean of its neighbors, by 0.5 of the
 // distance, and then away from the mean, by 0.53 of the distance. Smoothing removes bumps about as
-// wide as an edge, and hardly shrinks the shape. Vertices without neighbors do not move. Time
-// O(n_steps * (V + M)). The result has the same bits for any number of threads.
-Buffer<Point> taubin_smooth(std::span<const Point> vertices, std::span<const std::int64_t> offsets,
-                            std::span<const Vertex> neighbors, int n_steps, ThreadTeam& team);
+// wide as an edge, and hardly shrinks the shape. All steps are one polynomial in the graph
+// Laplacian. Its Chebyshev series is cut at an error of 1e-5: 20 steps take 15 passes over the
+// vertices instead of 40.
+//
+// Corners are replaced by representative[vertex] (see weld_vertices); duplicates get the position
+// of their representative. Vertices without neighbors do not move. `arcs` are the offsets of the
+// arcs between faces, or empty if an edge has more than two faces, or two faces that traverse it in
+// the same direction. Time O(sqrt(n_steps) * (V + C)) at most. The result has the same bits for any
+// number of threads.
+Buffer<Point> smooth_positions(std::span<const Point> vertices, const CornerLists& faces,
+                               std::span<const Vertex> representative,
+                               std::span<const std::int64_t> arcs, int n_steps, ThreadTeam& team);
 
 }  // namespace superfacets

@@ -153,7 +153,8 @@ def build_face_graph(
     >>> graph.edge_counts
     EdgeCounts(edges=5, boundary=4, non_manifold=0, inconsistent=0)
     """
-    return graph_and_shapes(as_mesh(mesh), weld=weld, n_threads=checked_threads(n_threads))[0]
+    faces, threads = as_mesh(mesh), checked_threads(n_threads)
+    return FaceArcs.of(faces, weld, threads).measured(faces, threads)[0]
 
 
 class FaceShapes(NamedTuple):
@@ -165,27 +166,41 @@ class FaceShapes(NamedTuple):
     """Squared length of the longest side in each block of consecutive faces; None for polygons."""
 
 
-def graph_and_shapes(
-    mesh: FaceMesh, *, weld: float, n_threads: int
-) -> tuple[FaceGraph, FaceShapes]:
-    """Return the result of `build_face_graph`, and the `FaceShapes` of the same mesh."""
-    corners, lowest = corners_of(mesh), lowest_vertices(mesh.vertices, weld, n_threads)
-    found: tuple[Longs, Ints, Array, Bytes, tuple[int, int, int, int]]
-    try:
-        if corners.offsets is None:
-            faces = corners.vertices.reshape(-1, 3)
-            found = _core.build_triangle_graph(faces, lowest, n_threads)
-        else:
-            lists = corners.offsets, corners.vertices
-            found = _core.build_polygon_graph(*lists, lowest, n_threads)
-    except ValueError as error:  # `_core` raises this error for too many arcs
-        raise MeshError(str(error)) from None
-    positions, measures, normals, longest = measure_shapes(mesh, n_threads)
-    offsets, neighbors, sides, same_turn, counts = found
-    graph = FaceGraph(
-        positions, measures, offsets, neighbors, sides, same_turn, mesh.bounds, EdgeCounts(*counts)
-    )
-    return graph, FaceShapes(normals, longest)
+class FaceArcs(NamedTuple):
+    """The arrays of a `FaceGraph` that do not depend on positions, and the welded vertices."""
+
+    offsets: Longs
+    neighbors: Ints
+    sides: Array
+    same_turn: Bytes
+    edge_counts: EdgeCounts
+    lowest: Ints
+    """Lowest index of the vertices at the position of each vertex, (V,)."""
+
+    @classmethod
+    def of(cls, mesh: FaceMesh, weld: float, n_threads: int) -> FaceArcs:
+        """Find the arcs between faces that share an edge; see `build_face_graph`."""
+        corners, lowest = corners_of(mesh), lowest_vertices(mesh.vertices, weld, n_threads)
+        found: tuple[Longs, Ints, Array, Bytes, tuple[int, int, int, int]]
+        try:
+            if corners.offsets is None:
+                faces = corners.vertices.reshape(-1, 3)
+                found = _core.build_triangle_graph(faces, lowest, n_threads)
+            else:
+                lists = corners.offsets, corners.vertices
+                found = _core.build_polygon_graph(*lists, lowest, n_threads)
+        except ValueError as error:  # `_core` raises this error for too many arcs
+            raise MeshError(str(error)) from None
+        offsets, neighbors, sides, same_turn, counts = found
+        return cls(offsets, neighbors, sides, same_turn, EdgeCounts(*counts), lowest)
+
+    def measured(self, mesh: FaceMesh, n_threads: int) -> tuple[FaceGraph, FaceShapes]:
+        """Return the graph and the `FaceShapes` of the mesh, whose vertices may have moved."""
+        positions, measures, normals, longest = measure_shapes(mesh, n_threads)
+        graph = FaceGraph(
+            positions, measures, *self[:4], bounds=mesh.bounds, edge_counts=self.edge_counts
+        )
+        return graph, FaceShapes(normals, longest)
 
 
 def arcs_at_borders(mesh: Mesh, labels: Ints, n_threads: int) -> tuple[ArcLists, Ints]:

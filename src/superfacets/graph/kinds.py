@@ -33,7 +33,7 @@ from ..mesh.point_cloud import PointCloud
 from ..mesh.polygon_mesh import PolygonMesh
 from ..mesh.triangle_mesh import Mesh
 from .cell_graph import BaseGraph, CellGraph
-from .face_graph import FaceGraph, FaceShapes, arcs_at_borders, graph_and_shapes
+from .face_graph import FaceArcs, FaceGraph, FaceShapes, arcs_at_borders
 from .point_graph import PointGraph, find_point_graph, point_surface
 from .size import sliver_share
 from .sorting import is_scattered, sorted_corners
@@ -93,15 +93,24 @@ class Kind:
 
         If `is_kept` is given, (N,), points of a cloud that are not kept have no neighbors.
         """
+        cells, weld, order = self.sorted(cells, weld, n_threads, may_sort=may_sort)
+        return OrderedCells(cells, *self.build_graph(cells, weld, n_threads), order)
+
+    def sorted(
+        self, cells: Any, weld: float, n_threads: int, *, may_sort: bool
+    ) -> tuple[Any, float, Ints | None]:
+        """Sort the cells of a mesh as in `ordered`, and weld vertices of sorted cells.
+
+        Returns the cells, how to weld them later, and `OrderedCells.input_index`.
+        """
         corners = self.corners(cells) if may_sort else None
         if corners is None or not is_scattered(cells.vertices, corners):
-            return OrderedCells(cells, *self.build_graph(cells, weld, n_threads), None)
+            return cells, weld, None
         found = sorted_corners(cells.vertices, corners, weld, n_threads)
         ordered = self.with_corners(
             cells, found.vertices, found.corners, found.offsets, cells.bounds
         )
-        # `weld` is False because `sorted_corners` has already welded the vertices.
-        return OrderedCells(ordered, *self.build_graph(ordered, False, n_threads), found.order)
+        return ordered, False, found.order
 
     def surface(self, cells: Any, graph: Any, n_threads: int) -> Surface:
         """Return the `Surface` of the cells. It computes lengths and angles of arcs."""
@@ -226,7 +235,7 @@ class _Faces(Kind):
     def build_graph(
         self, cells: FaceMesh, weld: float, n_threads: int
     ) -> tuple[FaceGraph, FaceShapes]:
-        return graph_and_shapes(cells, weld=weld, n_threads=n_threads)
+        return FaceArcs.of(cells, weld, n_threads).measured(cells, n_threads)
 
     def surface(self, cells: FaceMesh, graph: FaceGraph, n_threads: int) -> Surface:
         return Surface.of_faces(cells, graph, n_threads)

@@ -10,17 +10,9 @@ import numpy as np
 from .. import _core
 from ..base.checks import checked_count
 from ..base.types import Floats, Ints
-from .faces import (
-    FaceMesh,
-    corners_of,
-    inverse_of,
-    mesh_like,
-    spread_indices,
-    vertex_graph,
-)
-from .weld import lowest_vertices
+from .faces import FaceMesh, corners_of, mesh_like, spread_indices
 
-Denoise = int | Literal["auto"] | None
+Denoise = int | Literal["auto", "scan"] | None
 
 N_SAMPLES, N_FIRST = 512, 128
 """Number of sampled faces, and number of samples that are measured first. If the first samples show
@@ -43,9 +35,13 @@ DETAIL_RATIO = 1.45
 """Assumed ratio of `Roughness.far` to `Roughness.near` on meshes with details but without noise.
 The ratio is 1 for white noise, and 1.3 to 2 for benchmark models without noise."""
 
-MAX_AGREEMENT = 0.5
-"""Maximum mean of `Roughness.agreement` on a noisy mesh. The mean is 0.42 for white noise, and
-higher for coarse shapes without noise."""
+MAX_AGREEMENT, MAX_AGREEMENT_OF_ROUGH, ROUGH = 0.5, 0.56, 0.35
+"""Maximum mean of `Roughness.agreement` on a noisy mesh, and its value if the noise is at least
+`ROUGH` edge lengths. The mean is 0.42 for white noise, up to 0.55 if strong noise folds faces over,
+and higher for coarse shapes without noise."""
+
+SCAN_STEPS = 5
+"""Minimum number of smoothing steps that ``"scan"`` uses."""
 
 FOLD_PER_NOISE = 2.4
 """Minimum ratio of the angle between neighboring faces (in radians) to the noise (in edge lengths).
@@ -88,31 +84,37 @@ MAX_STEPS = 1000
 
 def checked_denoise(denoise: object) -> Denoise:
     """Return the argument `denoise` of `segment`, or raise an error if the argument is invalid."""
-    if denoise is None or denoise == "auto":
-        return denoise
+    if denoise is None or denoise in ("auto", "scan"):
+        return denoise  # type: ignore[return-value]
     if isinstance(denoise, str):
-        raise ValueError(f"denoise must be 'auto', a number of steps, or None, got {denoise!r}")
+        raise ValueError(
+            f"denoise must be 'auto', 'scan', a number of steps, or None, got {denoise!r}"
+        )
     n_steps = checked_count(denoise, "denoise", low=0)
     if n_steps > MAX_STEPS:
         raise ValueError(f"denoise must be at most {MAX_STEPS} steps, got {n_steps}")
     return n_steps
 
 
-def smoothed(mesh: FaceMesh, n_steps: int, *, weld: float, n_threads: int) -> FaceMesh:
+def suits(denoise: Denoise, n_steps: int) -> bool:
+    """Whether a mesh that was smoothed in `n_steps` steps can be used for this `denoise`."""
+    return denoise in ("auto", n_steps) or (denoise == "scan" and n_steps >= SCAN_STEPS)
+
+
+def smoothed(mesh: FaceMesh, arcs: Any, n_steps: int, n_threads: int) -> FaceMesh:
     """Return a copy of the mesh, smoothed by `n_steps` steps of Taubin smoothing.
 
-    If `weld` is true, vertices at the same position stay together, and faces of the result refer to
-    the vertex with the lowest index. Do not weld the result again, because small components can
-    shrink to a point, where welding would join unrelated faces.
+    `arcs` are the `FaceArcs` of the mesh. Vertices at the same position stay together. Do not weld
+    the result again, because small components can shrink to a point, where welding would join
+    unrelated faces.
     """
-    lowest = lowest_vertices(mesh.vertices, weld, n_threads)
-    graph = vertex_graph(mesh, lowest, n_threads)
-    positions = _core.taubin_smooth(
-        mesh.vertices, graph.offsets, graph.neighbors, n_steps, n_threads
+    lists, counts = corners_of(mesh).lists, arcs.edge_counts
+    is_simple = counts.non_manifold == counts.inconsistent == 0
+    offsets = arcs.offsets if is_simple else arcs.offsets[:0]
+    positions = _core.smooth_positions(
+        mesh.vertices, *lists, arcs.lowest, offsets, n_steps, n_threads
     )
-    corners = corners_of(mesh)
-    made = mesh_like(mesh, positions[lowest], lowest[corners.vertices], corners.starts)
-    return cast(FaceMesh, made)
+    return cast(FaceMesh, mesh_like(mesh, positions, *lists[:2]))
 
 
 def slack_of(n_steps: int, *, is_regular: bool) -> float:
@@ -148,14 +150,9 @@ class Roughness(NamedTuple):
         )
 
     @classmethod
-    def of_mesh(cls, mesh: FaceMesh, arcs: Any, order: Ints | None, n_threads: int) -> Roughness:
-        """Measure the roughness at samples, or at the first ones if they show no noise.
-
-        If faces were sorted, `order` is the index of each face before sorting.
-        """
+    def of_mesh(cls, mesh: FaceMesh, arcs: Any, n_threads: int) -> Roughness:
+        """Measure the roughness at samples, or at the first ones if they show no noise."""
         faces = sampled_faces(mesh.n_faces)
-        if order is not None:
-            faces = inverse_of(order)[faces]
         first = cls.of(mesh, arcs, faces[:N_FIRST], n_threads)
         if first.is_smooth:
             return first
@@ -185,7 +182,8 @@ class Roughness(NamedTuple):
             return 0.0
         near, far = _scale_of(self.near[is_known]), _scale_of(self.far[is_known])
         fold, agreement = np.sort(self.fold[is_known]), np.sort(self.agreement[is_known])
-        if float(agreement.mean()) > MAX_AGREEMENT or near == 0.0:
+        most = MAX_AGREEMENT_OF_ROUGH if near >= ROUGH else MAX_AGREEMENT
+        if float(agreement.mean()) > most or near == 0.0:
             return 0.0
         ratio = max(far / near, 1.0)
         fraction = max(DETAIL_RATIO**2 - ratio**2, 0.0) / (DETAIL_RATIO**2 - 1.0)

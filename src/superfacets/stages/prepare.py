@@ -17,18 +17,20 @@ from ..clustering.balance import SizeRules
 from ..clustering.plan import Plan
 from ..graph.cell_graph import BaseGraph
 from ..graph.constraints import ConstraintOptions
-from ..graph.face_graph import FaceShapes
-from ..graph.kinds import Kind, OrderedCells, graph_and_surface, kind_of
+from ..graph.face_graph import FaceArcs, FaceShapes
+from ..graph.kinds import Kind, graph_and_surface, kind_of
 from ..graph.surface import Surface
 from ..mesh.base import Cells
 from ..mesh.convert import MeshLike, as_cells
 from ..mesh.denoising import (
+    SCAN_STEPS,
     STEPS_WITH_SLACK,
     Denoise,
     Roughness,
     checked_denoise,
     slack_of,
     smoothed,
+    suits,
 )
 from ..mesh.faces import FaceMesh
 from ..mesh.weld import checked_weld
@@ -53,8 +55,6 @@ class Prepared:
         The given mesh or cloud, not a copy.
     weld : bool
         Argument of `prepare`.
-    denoised : Mesh, PolygonMesh, TetMesh or PointCloud
-        Smoothed copy of `source`, or `source` itself if it was not smoothed.
     n_steps : int or None
         Number of smoothing steps; None if the cells are not faces.
     angle_slack : float
@@ -62,13 +62,12 @@ class Prepared:
     kind : Kind
         Kind of the cells: faces, tetrahedra or points.
     cells, graph, shapes, input_index
-        The cells in the order in which `segment` works, their graph, facts about the shapes of
-        faces, and the index in `source` of each cell (None: the cells are in the given order).
+        The smoothed cells in the order in which `segment` works, their graph, facts about the
+        shapes of faces, and the index in `source` of each cell (None: in the given order).
     """
 
     source: Cells
     weld: float
-    denoised: Cells
     n_steps: int | None
     angle_slack: float
     kind: Kind
@@ -89,32 +88,27 @@ class Prepared:
         are not faces.
         """
         kind = kind_of(source)
-
-        def ordered(cells: Cells, weld: float) -> OrderedCells:
-            return kind.ordered(cells, weld, n_threads, may_sort=may_sort, is_kept=is_kept)
-
-        def smoothed_in(n_steps: int) -> tuple[Cells, OrderedCells]:
-            denoised = smoothed(cast(FaceMesh, source), n_steps, weld=weld, n_threads=n_threads)
-            return denoised, ordered(denoised, False)
-
         if not kind.has_faces:
             if denoise not in (None, 0, "auto"):
                 raise ValueError(
                     f"denoise needs a mesh of faces, got {kind.plural}: leave denoise out"
                 )
-            return cls(source, weld, source, None, 0.0, kind, *ordered(source, weld))
-        is_auto, slack = denoise == "auto", 0.0
+            made = kind.ordered(source, weld, n_threads, may_sort=may_sort, is_kept=is_kept)
+            return cls(source, weld, None, 0.0, kind, *made)
+        found = kind.sorted(source, weld, n_threads, may_sort=may_sort)
+        mesh, to_weld, order = cast(FaceMesh, found[0]), *found[1:]
+        arcs = FaceArcs.of(mesh, to_weld, n_threads)
+        is_auto, slack = isinstance(denoise, str), 0.0
         n_steps = 0 if is_auto else int(denoise or 0)
-        denoised, made = smoothed_in(n_steps) if n_steps else (source, ordered(source, weld))
         if is_auto or n_steps >= STEPS_WITH_SLACK:
-            roughness = Roughness.of_mesh(
-                cast(FaceMesh, made.cells), made.graph, made.input_index, n_threads
-            )
-            if is_auto and roughness.n_steps > 0:
-                n_steps = roughness.n_steps
-                denoised, made = smoothed_in(n_steps)
+            roughness = Roughness.of_mesh(mesh, arcs, n_threads)
+            n_steps = roughness.n_steps if is_auto else n_steps
+            n_steps = max(n_steps, SCAN_STEPS) if denoise == "scan" else n_steps
             slack = slack_of(n_steps, is_regular=roughness.is_regular)
-        return cls(source, weld, denoised, n_steps, slack, kind, *made)
+        if n_steps:
+            mesh = smoothed(mesh, arcs, n_steps, n_threads)
+        graph, shapes = arcs.measured(mesh, n_threads)
+        return cls(source, weld, n_steps, slack, kind, mesh, graph, shapes, order)
 
     def surface(self, *, n_threads: int) -> Surface:
         """Return the `Surface` of `source`, whose cells are in the order of the caller."""
@@ -199,7 +193,7 @@ def prepared_for(
             prepared is None
             or is_kept is not None  # the mask changes the neighbors of points
             or (needs_order and prepared.input_index is not None)
-            or options.denoise not in ("auto", prepared.n_steps)
+            or not suits(options.denoise, prepared.n_steps)
         ):
             prepared = Prepared.of(
                 source, weld=True if given is None else given.weld, n_threads=n_threads,
@@ -245,16 +239,16 @@ def plan_regions(prepared: Prepared, options: SegmentOptions, clock: Clock) -> P
     n_threads = options.loop.n_threads
     with clock.timed("face_graph", begins=False):
         inside = options.constraints.kept_cells(
-            prepared.denoised,
+            prepared.source,
             prepared.graph,
             weld=prepared.weld,
             n_threads=n_threads,
             order=prepared.input_index,
         )  # fmt: skip
-        given_measures = prepared.given_measures(n_threads)
-        sizes = SizeRules.of(
-            options.sizes, prepared.graph, inside, prepared.input_index, given_measures
-        )
+        measures = prepared.graph.measures
+        if options.sizes.is_used:
+            measures = prepared.given_measures(n_threads)
+        sizes = SizeRules.of(options.sizes, prepared.graph, inside, prepared.input_index, measures)
         size = options.count if sizes is None else sizes.with_count(options.count)
         plan = Plan.of(
             prepared.graph, inside, (size, options.init), n_threads,

@@ -14,7 +14,7 @@ from ..base.errors import MeshError
 from ..base.lazy import load
 from ..base.types import Floats
 from ..graph.cell_graph import BaseGraph
-from ..graph.face_graph import FaceGraph, graph_and_shapes
+from ..graph.face_graph import FaceArcs, FaceGraph
 from ..graph.kinds import kind_of
 from ..graph.point_graph import find_point_graph
 from ..graph.size import checked_n_segments, radius_of, sliver_share
@@ -169,7 +169,7 @@ def cloud_info(cloud: CloudLike) -> CloudInfo:
 
 def _face_info(mesh: FaceMesh, weld: float) -> MeshInfo:
     n_threads = checked_threads(None)
-    graph, shapes = graph_and_shapes(mesh, weld=weld, n_threads=n_threads)
+    graph, shapes = FaceArcs.of(mesh, weld, n_threads).measured(mesh, n_threads)
     edges, boundary, non_manifold, inconsistent = graph.edge_counts
     low, high = graph.bounds.tolist()
     area = _core.sum_of(graph.measures, n_threads)
