@@ -16,7 +16,7 @@ from .failures import QUIET
 
 
 class Count(click.ParamType):  # type: ignore[type-arg]  # generic in new versions of click
-    """Type of options whose value is an integer of at least `least`, or one of the texts `words`."""
+    """Type of options whose value is an integer of at least `least`, or one of some words."""
 
     name = "count"
 
@@ -24,7 +24,7 @@ class Count(click.ParamType):  # type: ignore[type-arg]  # generic in new versio
         self._least, self._words = least, words
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Return one of the texts or the number."""
+        """Return the word or the number."""
         text = str(value)
         if not (text in self._words or (text.isdecimal() and int(text) >= self._least)):
             self.fail(f"{text!r} is not a whole number of {self._least} or more", param, ctx)

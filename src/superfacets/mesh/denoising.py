@@ -85,7 +85,7 @@ MAX_STEPS = 1000
 def checked_denoise(denoise: object) -> Denoise:
     """Return the argument `denoise` of `segment`, or raise an error if the argument is invalid."""
     if denoise is None or denoise in ("auto", "scan"):
-        return denoise  # type: ignore[return-value]
+        return denoise
     if isinstance(denoise, str):
         raise ValueError(
             f"denoise must be 'auto', 'scan', a number of steps, or None, got {denoise!r}"
@@ -96,9 +96,9 @@ def checked_denoise(denoise: object) -> Denoise:
     return n_steps
 
 
-def suits(denoise: Denoise, n_steps: int) -> bool:
+def suits(denoise: Denoise, n_steps: int | None) -> bool:
     """Whether a mesh that was smoothed in `n_steps` steps can be used for this `denoise`."""
-    return denoise in ("auto", n_steps) or (denoise == "scan" and n_steps >= SCAN_STEPS)
+    return denoise in ("auto", n_steps) or (denoise == "scan" and (n_steps or 0) >= SCAN_STEPS)
 
 
 def smoothed(mesh: FaceMesh, arcs: Any, n_steps: int, n_threads: int) -> FaceMesh:
