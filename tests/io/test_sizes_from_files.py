@@ -101,7 +101,7 @@ GUARDS = {
         ("_add_materials", "empty"): "lines of the text"},
     "superfacets_formats/pcd.py": {
         ("_points_of", "frombuffer"): "8 bytes"},
-    "superfacets_formats/packed_splats.py": {
+    "superfacets_formats/splats.py": {
         ("between", "repeat"): "rows of the element chunk in memory",
         ("unpacked", "repeat"): "rows of the element chunk in memory"},
     "superfacets/files/readers/clouds.py": {("_names_in", "reader"): "a line of text"},

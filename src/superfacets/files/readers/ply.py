@@ -39,7 +39,7 @@ def read_ply(source: Input) -> Read:
         if element.n_rows and not is_read and place != header.faces:
             source.declare(f"element {element.name}")
     if is_packed:
-        unpacked = load("superfacets_formats.packed_splats:unpacked")
+        unpacked = load("superfacets_formats.splats:unpacked")
         owners = (dict(_columns(header, tables, owner)) for owner in ("vertex", "chunk"))
         return source.cloud(unpacked(*owners), comments=_comments_of(header)[0])
     positions = [_present(tables[place][column].values) for place, column in positions_at]
