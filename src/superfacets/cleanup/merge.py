@@ -95,8 +95,7 @@ def merge_regions(
 ) -> RegionEdit:  # fmt: skip
     """Merge small regions as `merge_small_regions` does, without checking the arguments.
 
-    If `groups` (see `KeptCells.groups`) are given, a region without neighbors joins only regions of
-    its group. If its group is `ANY_GROUP`, it may join any region.
+    Regions without neighbors join only regions of their group; see `KeptCells.groups`.
     """
     surface = costs.surface
     areas = sums_by_label(labels, surface.measures, n_regions)
@@ -118,11 +117,7 @@ def merge_regions(
 
 
 def _join_nearest(surface: Surface, labels: Ints, roots: Ints, islands: Ints, groups: Ints) -> Ints:
-    """Join each region in `islands` to the region of the cell nearest to its center.
-
-    `roots` contains the region that each region has joined, or the region itself. Returns the
-    changed `roots`.
-    """
+    """Join each of `islands` to the region nearest to its center; return the changed `roots`."""
     region_of_cell = roots[labels]
     is_wanted = ~np.isin(region_of_cell, islands)
     if not is_wanted.any():
@@ -144,11 +139,7 @@ def _join_nearest(surface: Surface, labels: Ints, roots: Ints, islands: Ints, gr
 def _by_group(
     islands: Ints, wanted: Indices, region_of_cell: Ints, groups: Ints, n_regions: int
 ) -> Iterator[tuple[Ints, Indices]]:
-    """Yield, for each group, its `islands` and the cells in `wanted` whose regions they may join.
-
-    Indices of cells are in ascending order. Islands that cannot join any region are skipped. Time
-    is O(N log N).
-    """
+    """Yield, for each group, its `islands`, and cells in `wanted` whose regions they may join."""
     if not len(groups):
         yield islands, wanted
         return

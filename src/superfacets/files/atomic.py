@@ -69,11 +69,7 @@ def atomic_outputs(paths: Sequence[StrPath]) -> Iterator[list[Path]]:
 
 
 def remove_leftovers(targets: Iterable[Path], *, older_than: float = OLD) -> None:
-    """Remove temporary files of `targets` if the files are at least `older_than` seconds old.
-
-    The name of a temporary file contains the first `STEM_SIZE` characters of its output's name.
-    Folders and links are not removed.
-    """
+    """Remove temporary files of `targets` that are at least `older_than` seconds old."""
     stems: dict[Path, set[str]] = {}
     for target in targets:
         stems.setdefault(target.parent, set()).add(target.name[:STEM_SIZE])

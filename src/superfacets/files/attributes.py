@@ -230,10 +230,7 @@ def _checked(values: Any, name: str, owner: str) -> Array:
 
 
 def _stored_type(array: Array, what: str) -> npt.DTypeLike:
-    """Return the NumPy type to which an array is converted, so that PLY can store it.
-
-    Raises a ValueError if an integer does not fit in 32 bits.
-    """
+    """Return the type in which PLY stores an array; a ValueError if integers are too large."""
     if array.dtype.str[1:] in PLY_TYPES:
         return array.dtype.newbyteorder("=")
     if array.dtype.kind == "b":

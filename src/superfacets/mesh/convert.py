@@ -161,12 +161,7 @@ def _arrays_of_foreign(source: Any) -> tuple[Any, Any]:
 
 
 def _faces_of_polydata(source: Any) -> Any:
-    """Return the faces of a PyVista PolyData.
-
-    The result is an array (F, n) if all faces have n corners, and a list of arrays otherwise. A
-    PolyData stores its faces in one flat array: for each face, the number of its corners, followed
-    by its vertices.
-    """
+    """Return the faces of a PolyData: (F, n) if all have n corners, or a list of arrays."""
     if getattr(source, "n_strips", 0):
         raise MeshError("a PolyData must not have triangle strips: call .triangulate() on it first")
     flat = np.asarray(source.faces)
@@ -195,11 +190,8 @@ def _faces_of_any_length(flat: Array) -> list[Array]:
 
 
 def as_cloud(source: CloudLike) -> PointCloud:
-    """Convert `source` to a `PointCloud`; a path is read by `read_cloud`.
+    """Convert `source`, a cloud that `segment` accepts, to a cloud with normals and colors.
 
-    Clouds of trimesh (``PointCloud``), PyVista (``PolyData`` without faces), Open3D (legacy and
-    tensor API) and meshio (meshes without faces and tetrahedra) are recognized by their attributes.
-    Their points are used, and also their normals and colors if they have any (not for meshio).
     Raises a MeshError if the cloud is not valid, and a TypeError if `source` is not a cloud.
     """
     if isinstance(source, PointCloud):

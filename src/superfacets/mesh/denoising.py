@@ -99,11 +99,10 @@ def checked_denoise(denoise: object) -> Denoise:
 
 
 def smoothed(mesh: FaceMesh, n_steps: int, *, weld: float, n_threads: int) -> FaceMesh:
-    """Return a copy of the mesh, smoothed by `n_steps` steps of Taubin smoothing.
+    """Return a copy of the mesh after `n_steps` steps of Taubin smoothing.
 
-    If `weld` is true, vertices at the same position stay together, and faces of the result refer to
-    the vertex with the lowest index. Do not weld the result again, because small components can
-    shrink to a point, where welding would join unrelated faces.
+    If `weld` is true, vertices at one position stay together. Do not weld the result again, because
+    small components can shrink to a point.
     """
     lowest = lowest_vertices(mesh.vertices, weld, n_threads)
     graph = vertex_graph(mesh, lowest, n_threads)
@@ -118,8 +117,8 @@ def smoothed(mesh: FaceMesh, n_steps: int, *, weld: float, n_threads: int) -> Fa
 def slack_of(n_steps: int, *, is_regular: bool) -> float:
     """Return the angle in radians below which edges of a smoothed mesh are treated as flat.
 
-    Small random angles remain after `n_steps` smoothing steps, and stretch regions on regular grids
-    along the diagonal. The result is 0 for other meshes and for few steps.
+    Small angles remain and stretch regions on regular grids; it is 0 for other meshes and few
+    steps.
     """
     degrees = max(MIN_SLACK, SLACK_PER_STEP * n_steps)
     return math.radians(degrees) if is_regular and n_steps >= STEPS_WITH_SLACK else 0.0
@@ -149,7 +148,7 @@ class Roughness(NamedTuple):
 
     @classmethod
     def of_mesh(cls, mesh: FaceMesh, arcs: Any, order: Ints | None, n_threads: int) -> Roughness:
-        """Measure the roughness at samples, or at the first ones if they show no noise.
+        """Measure the roughness at samples, or only at the first if they show no noise.
 
         If faces were sorted, `order` is the index of each face before sorting.
         """
@@ -175,10 +174,9 @@ class Roughness(NamedTuple):
 
     @property
     def noise(self) -> float:
-        """Estimate of the standard deviation of the noise, in edge lengths.
+        """Standard deviation of the noise, in edge lengths; 0 if the shape explains it.
 
-        The estimate is 0 if there are fewer than `MIN_SAMPLES` usable samples, or if the
-        roughness comes from the shape; see `MAX_AGREEMENT` and `DETAIL_RATIO`.
+        See `MIN_SAMPLES`, `MAX_AGREEMENT` and `DETAIL_RATIO`.
         """
         is_known = np.isfinite(self.near) & np.isfinite(self.agreement)
         if np.count_nonzero(is_known) < MIN_SAMPLES:
@@ -218,8 +216,5 @@ def _scale_of(heights: Floats) -> float:
 
 
 def sampled_faces(n_faces: int) -> Ints:
-    """Return the indices of the faces at which roughness is measured.
-
-    The first `N_FIRST` samples alone are also spread evenly over the mesh.
-    """
+    """Return the faces to measure roughness at; the first `N_FIRST` are also spread evenly."""
     return spread_indices(N_SAMPLES, n_faces).astype(np.int32)

@@ -18,8 +18,8 @@ the radius of a region if a compact object has 150 regions."""
 class Cuts:
     """Borders between labels, and the distance of each vertex from the nearest border.
 
-    Distances are infinite where no path leads to a border. If several vertices are at one position,
-    only the vertex in `MeshEdges.representative` has edges, so all others have infinite distances.
+    Distances are infinite where no path leads to a border, and except at
+    `MeshEdges.representative`.
     """
 
     borders: Borders

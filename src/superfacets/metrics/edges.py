@@ -33,11 +33,7 @@ class EdgePaths:
 
     @classmethod
     def of(cls, mesh: FaceMesh, representative: Ints, n_threads: int) -> EdgePaths:
-        """Build the graph whose nodes are the vertices of a mesh, and whose arcs are the edges.
-
-        `representative` is the lowest vertex at the position of each vertex. Only these lowest
-        vertices have edges.
-        """
+        """Build the graph of edges between vertices, each replaced by its `representative`."""
         offsets, neighbors, edge_lengths = vertex_graph(mesh, representative, n_threads)
         has_edges = np.diff(offsets) > 0
         nodes = np.where(has_edges, np.cumsum(has_edges, dtype=np.int32) - np.int32(1), -1)
@@ -95,10 +91,7 @@ class MeshEdges:
 
     @cached_property
     def mean_radius(self) -> float:
-        """Mean distance of face centroids from the centroid of the mesh, weighted by area.
-
-        If all face centroids coincide, the value is the diagonal of the bounding box instead.
-        """
+        """Mean distance of face centroids from the mean one, by area; the diagonal if it is 0."""
         total = positive_total(self.areas)
         centroid = self.areas @ self.graph.positions / total
         offsets = np.linalg.norm(self.graph.positions - centroid, axis=1)

@@ -216,11 +216,7 @@ class _RegionsToCut:
         return np.asarray(has_vanished | (pieces > self.n_pieces) | (change > limit))
 
     def _largest_change(self, change: Floats) -> float:
-        """Return the largest area change of a region for which `_MAX_TOTAL` is not exceeded.
-
-        All changes up to the result sum to at most `_MAX_TOTAL` times the total area, unless the
-        smallest change alone is too large. If all changes are allowed, the result is infinite.
-        """
+        """Return the largest allowed change of an area, so that their sum obeys `_MAX_TOTAL`."""
         ascending = np.sort(change)
         n_small = np.searchsorted(np.cumsum(ascending), _MAX_TOTAL * self.areas.sum(), "right")
         return np.inf if n_small == len(change) else float(ascending[max(n_small - 1, 0)])
@@ -236,10 +232,10 @@ class _RegionsToCut:
 
 
 def _cut_until_sound(regions: _RegionsToCut) -> tuple[_Cut, Bools]:
-    """Cut faces repeatedly until no region has a fault; return the cut, and the kept regions.
+    """Cut faces until no region has a fault; return the cut, and the regions that keep their faces.
 
-    After each attempt, regions with faults are marked to keep their old faces, and in the second
-    half of the attempts also their neighbors. After `_MAX_TRIALS` attempts, all regions keep them.
+    These are regions with faults and, in the second half of the attempts, their neighbors; finally
+    all.
     """
     is_kept = np.zeros(regions.n_regions + 1, dtype=bool)
     for trial in range(_MAX_TRIALS):

@@ -92,10 +92,7 @@ class Hierarchy:
         return found
 
     def _regions_at(self, n: int, name: str = "n") -> Ints:
-        """Return the label, 0 to n - 1, of each of the K regions if they are merged to n regions.
-
-        Raises a ValueError with the `name` of n if merges cannot result in n regions.
-        """
+        """Return the label of each of the K regions after merging to n, or raise a ValueError."""
         n = checked_count(n, name, self.n_finest, "regions on the finest level")
         if n < self.n_fewest:
             raise ValueError(

@@ -166,11 +166,7 @@ class _Members:
         return len(self.starts) - 1
 
     def blocks(self) -> Iterator[tuple[slice, slice, Longs]]:
-        """Yield blocks: a slice of regions, the slice of their members, and an array of starts.
-
-        The starts are the index of the first member of each region, within the slice of members. A
-        block has at most `_ROWS_AT_ONCE` members, or a single region.
-        """
+        """Yield slices of regions and of their members, `_ROWS_AT_ONCE` if possible, and starts."""
         first = 0
         while first < self.n_regions:
             start = self.starts[first]

@@ -68,11 +68,7 @@ def _tolerance_of_cracks(cells: Cells) -> float | None:
 
 
 def warn_of_islands(result: Segmentation, cells: Cells, stacklevel: int = 4) -> None:
-    """Issue an IslandWarning if components or a lower bound of sizes changed the number of regions.
-
-    There is no warning if seeds, a radius or a limit of paths are given, or if there are more
-    regions because barriers are given and one region was requested.
-    """
+    """Issue an IslandWarning if components or a lower bound changed the number of regions."""
     params = result.params
     asked = params["n_segments"]  # None if `segment` was called with a radius
     if asked is None or params["init"] == "given" or params["radius_factor"] is not None:

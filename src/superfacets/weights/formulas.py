@@ -37,11 +37,7 @@ CURVATURE_BITS = 31
 
 
 def convex_share_of(curvature: int, volume: float, area: float, diagonal: float) -> float:
-    """Return the relative cost of smooth convex edges, called s in `crease_weights`.
-
-    The cost is 0 for solid shapes and open meshes, and up to `MAX_EVENED` for hollow shapes.
-    `curvature` is `EdgeSums.curvature`. `volume` is the enclosed volume, or 0 for an open mesh.
-    """
+    """Return the relative cost of smooth convex edges: s in `crease_weights`."""
     if not volume or not area:
         return 0.0
     unit = math.ldexp(1.0, math.frexp(diagonal)[1] - 1 - CURVATURE_BITS)
@@ -439,10 +435,9 @@ class WeightOptions:
         return cls(params, None, frozenset(defaults) - frozenset(given))
 
     def with_convex_costs(self) -> WeightOptions:
-        """Return options for clouds on which convex and concave creases cannot be distinguished.
+        """Return options for clouds on which convex and concave creases look the same.
 
-        The cost of convex creases becomes at least `UNKNOWN_TURN`, unless the caller has set
-        `eta_convex`, or the formula has no such parameter.
+        Convex creases cost at least `UNKNOWN_TURN`, unless the caller has set `eta_convex`.
         """
         if "eta_convex" not in self.usual:
             return self
@@ -478,11 +473,7 @@ def weights_of_kind(
     kind: Kind, surface: Surface, graph: BaseGraph, radius: float, options: WeightOptions,
     normals: Floats | None,
 ) -> ArcWeights:  # fmt: skip
-    """Return one weight per arc between cells of any kind, for regions with this expected radius.
-
-    An arc and its reverse arc have the same weight, unless the caller gave weights that differ.
-    `normals` is the same as in `arc_weights`.
-    """
+    """Return one weight per arc between cells of any kind, for regions with this radius."""
     if kind.has_angles or options.given is not None:
         return arc_weights(surface, graph, radius, options, normals)
     if options.costs_follow_edges:
@@ -504,8 +495,7 @@ def arc_weights(
 ) -> ArcWeights:
     """Return one weight per arc of a mesh or cloud, for regions with the expected radius `radius`.
 
-    `faces` provides the positions and measures of the cells. The cells may also be points.
-    `normals` are the unit normals of faces, or None to let `_core` compute the normals.
+    `faces` has positions and measures. `_core` computes the normals of faces if `normals` is None.
     """
     if options.given is not None:
         return ArcWeights(options.given)
@@ -544,12 +534,7 @@ def weights_and_sums(
 
 
 def _adapted_weights(surface: Surface, arrays: CellArrays, factors: EdgeFactors) -> ArcWeights:
-    """Return the result of `weights_of`, with costs adapted to made things and hollow shapes.
-
-    If `factors.is_straight` is true, all convex edges of made things cost as much as ridges. On
-    other hollow shapes, smooth convex edges also have a cost, and smooth concave edges cost less.
-    The weights of point clouds are not adapted.
-    """
+    """Return the result of `weights_of`, with costs adapted to made things and hollow shapes."""
     if isinstance(surface.handle, _core.PointSurface) or not factors.alpha:
         return ArcWeights(weights_of(surface, arrays, factors))
     is_closed = surface.volume > 0.0

@@ -85,10 +85,7 @@ class ConductingGraph(NamedTuple):
 def conducting_graph(
     graph: _core.OrderedGraph, crease_cost: float, n_threads: int
 ) -> ConductingGraph:
-    """Return the arcs of a graph with their conductances, which are low across creases.
-
-    `crease_cost` is the cost of a concave crease of angle pi, in the unit of the positions.
-    """
+    """Return arcs and conductances. `crease_cost` is for a concave crease of angle pi."""
     offsets, neighbors, steps, conductances, share = _core.conducting_arcs(
         graph, crease_cost / graph.straight_unit, CREASE_STEEPNESS, n_threads
     )
@@ -103,10 +100,7 @@ def strength_of_parts(level: ConductingGraph) -> float:
 
 
 def scale(level: ConductingGraph, vectors: Singles, n_threads: int) -> float:
-    """Return the total length of all arcs, divided by their total length in the embedding.
-
-    Lengths do not include crease costs. If the total length in the embedding is 0, the result is 0.
-    """
+    """Return the length of all arcs without crease costs, over that in the embedding, or 0."""
     zeros, table = np.zeros(len(level.steps)), vectors.astype(np.float64)
     distances = _core.add_feature_steps(*level.arcs, zeros, table, 1.0, n_threads)
     total = _core.sum_of(distances, n_threads)
@@ -116,11 +110,7 @@ def scale(level: ConductingGraph, vectors: Singles, n_threads: int) -> float:
 def embedding(
     base: ConductingGraph, graph: _core.OrderedGraph, n_threads: int, n_vectors: int = N_VECTORS
 ) -> Singles:
-    """Return the coordinates of the cells of `graph` in the spectral embedding, (N, Q).
-
-    `base` has the conductances of the arcs of `graph`. Q is 0 if there are more than `MAX_COARSE`
-    coarse cells.
-    """
+    """Return coordinates of cells in the spectral embedding, (N, Q); Q is 0 for soup."""
     levels = _coarser(base, graph, n_threads)
     if len(levels[-1].measures) > MAX_COARSE:
         return np.zeros((graph.n_cells, 0), np.float32)
@@ -148,21 +138,13 @@ def _coarser(
 
 
 def _cell_size(ratio: float) -> int:
-    """Return the number of cells per coarse cell that reduces the number of cells by `ratio`.
-
-    The reduction takes several levels if `ratio` is larger than `MAX_CELLS`. The result is the
-    same for all levels.
-    """
+    """Return the cells per coarse cell, on each level, that reduce their number by `ratio`."""
     n_levels: int = math.ceil(math.log(ratio) / math.log(MAX_CELLS))
     return round(math.pow(ratio, 1 / n_levels))
 
 
 def _crossing_conductances(level: ConductingGraph, arcs: ArcLists, steps: Floats) -> Floats:
-    """Return the conductance of each arc between coarse cells.
-
-    It is the sum of conductance times length over all arcs of `level` between the two coarse cells,
-    divided by the length of the coarse arc in `steps`.
-    """
+    """Return conductances of coarse `arcs`: sums of conductance * length over `steps`."""
     assert level.coarse_of is not None
     flows = _core.sum_between(*level.arcs, level.conductances, level.steps, level.coarse_of, *arcs)
     return np.where(flows > 0.0, flows / steps, MIN_CONDUCTANCE)
@@ -186,10 +168,7 @@ def _eigenvectors(level: ConductingGraph, n_vectors: int) -> Floats:
 
 
 def _end_of_group(values: Floats, n_vectors: int) -> int:
-    """Return the number of vectors to use: `n_vectors`, or more to include equal eigenvalues.
-
-    If all eigenvalues from number `n_vectors` on are equal, no vectors are added.
-    """
+    """Return `n_vectors`, or more to include equal eigenvalues, unless all others are equal."""
     wanted = min(n_vectors, len(values))
 
     def is_end(last: int) -> bool:
@@ -199,10 +178,7 @@ def _end_of_group(values: Floats, n_vectors: int) -> int:
 
 
 def _prolonged(levels: list[ConductingGraph], values: Floats, n_threads: int) -> Singles:
-    """Interpolate `values` from the cells of the last level to the cells of the first level.
-
-    On each level, the row of a coarse cell is copied to its cells, and relaxation smooths the rows.
-    """
+    """Interpolate `values` from the last to the first level by copies that relaxation smooths."""
     rows = values.astype(np.float32)
     for level in reversed(levels[:-1] if rows.size else ()):
         assert level.coarse_of is not None

@@ -34,10 +34,7 @@ BYTES_PER_VERTEX, BYTES_PER_FACE = 24, 12
 
 
 def read_gltf(source: Input) -> Read:
-    """Read the default scene of a glTF file; other files must be in its folder or in subfolders.
-
-    Without triangles, the points of the scene are a point cloud.
-    """
+    """Read the triangles of the default scene of a glTF file, or its points if there are none."""
     scene = GltfScene.open(source.data, source.folder)
     vertices, faces, vertex, face = scene.read()
     texture = source.texture("gltf_texture", scene) if source.keep and len(faces) else None

@@ -108,10 +108,7 @@ def parse_labels(source: Input, n_cells: int | None, name: str) -> Ints:
 
 
 def property_of(cells: Cells, attributes: MeshAttributes | None, name: str) -> Array:
-    """Return the integer property `name` of cells, or raise a MeshError if it is missing.
-
-    For the name ``label``, named parts of the mesh, such as solids, are labels, too.
-    """
+    """Return the integer property `name` of cells; ``label`` may be the named parts of the mesh."""
     kind = kind_of(cells)
     found = find_property(cells, attributes, name)
     if found is None and attributes is not None and name == "label" and attributes.names:

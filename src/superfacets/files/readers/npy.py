@@ -49,10 +49,7 @@ def npy_array(data: Content, what: str = "numbers") -> Array:
 
 
 def npz_array(data: Content, name: str) -> Array:
-    """Return one array of a .npz file by name.
-
-    If the archive is damaged, raises exceptions of zipfile or zlib, a KeyError or a MeshError.
-    """
+    """Return an array of a .npz file; raises a MeshError, or errors of dicts, zipfile and zlib."""
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         entry = archive.getinfo(f"{name}.npy")
         if entry.file_size > most_bytes_of(len(data)):
@@ -79,10 +76,7 @@ def npy_header(data: Content) -> tuple[tuple[int, ...], np.dtype[Any], bool, int
 
 
 def _parsed(text: str) -> tuple[tuple[int, ...], np.dtype[Any], bool]:
-    """Convert the header, which is the text of a Python dict, to JSON, and parse the JSON.
-
-    `ast.literal_eval` is not used, because it is not thread-safe.
-    """
+    """Parse the header, a dict, as JSON, because `ast.literal_eval` is not thread-safe."""
     plain = text.translate(_AS_JSON).replace("True", "true").replace("False", "false")
     fields = json.loads(_NOT_JSON.sub("", plain))
     if not isinstance(fields, dict) or sorted(fields) != ["descr", "fortran_order", "shape"]:

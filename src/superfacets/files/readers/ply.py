@@ -23,10 +23,7 @@ RESTART = -1
 
 
 def read_ply(source: Input) -> Read:
-    """Read a PLY file, ASCII or binary; without faces, the vertices are a point cloud.
-
-    Images that ``TextureFile`` comments name must be in the folder of the file or in subfolders.
-    """
+    """Read a PLY file, ASCII or binary; without faces, the vertices are a point cloud."""
     data = source.data
     header = parse_header(data)
     place = header.find("vertex")  # SuperSplat compresses Gaussian splats

@@ -30,12 +30,9 @@ class Column:
 
 
 def read_tables(header: Header, data: Content) -> list[list[Column]]:
-    """Return the columns of all elements, in the order of the header.
+    """Return the columns of all elements, in the order of the header; sizes are checked before.
 
-    Declared sizes are compared with the size of the file before memory is allocated. Only
-    whitespace, or zero bytes in a binary file, may follow the last element. If all rows of an
-    element have lists of the same length, as in a triangle mesh, the element is read as one array.
-    In a binary file, the rows of any other element are visited one by one.
+    An element whose lists have one length is read as one array, another binary one row by row.
     """
     return _read_binary(header, data) if header.byte_order else _read_text(header, data)
 
@@ -107,10 +104,7 @@ def _read_uniform(
 
 
 def _walk(element: Element, n_rows: int, data: Content, begin: int) -> tuple[Longs, Longs, int]:
-    """Return the offset and length of each property in each row, and the offset after the rows.
-
-    Offsets are in bytes. A length is a number of values: 1 if the property is not a list.
-    """
+    """Return byte offset and number of values of each property in each row, and the end."""
     counts = [np.dtype(stored.count_dtype or "u1") for stored in element.properties]
     starts, lengths, end, n_whole = _core.walk_rows(
         np.frombuffer(data, dtype=np.uint8),

@@ -47,10 +47,9 @@ ALIGNMENT = 8
 
 
 def write_glb(file: IO[bytes], content: Output) -> None:
-    """Write GLB. Polygons are triangulated, and unused vertices are skipped.
+    """Write GLB, with triangles instead of polygons, and one primitive per material.
 
-    Coordinates are float32. If float32 cannot represent them exactly, their origin is moved to the
-    center of the bounding box. The triangles of each material form a separate primitive.
+    The origin is moved to the center of the bounding box if float32 cannot represent coordinates.
     """
     mesh, labels, texture = content.cells, content.labels, content.texture
     scene = _Scene()

@@ -92,10 +92,7 @@ class _Column:
         return "u1" if max(self.length or 0, self.longest) < 256 else "<i4"
 
     def of(self, rows: slice | Longs, size: int = 0) -> _Column:
-        """Return the column restricted to `rows`.
-
-        If list lengths differ, all lists in `rows` must have the length `size`.
-        """
+        """Return the column restricted to `rows`, whose lists have the length `size`."""
         if self.longest:
             corners = self.values.offsets[rows][:, np.newaxis] + np.arange(size)
             values = self.values.indices[corners]
@@ -160,10 +157,7 @@ def _corner_column(mesh: FaceMesh) -> _Column:
 
 
 def _rows(columns: list[_Column], part: slice, *, ascii: bool) -> list[bytes]:
-    """Encode the rows in the slice `part`; return a list of bytes to be written one after another.
-
-    If faces differ in size, the list has one item per row, and otherwise one item.
-    """
+    """Encode the rows in the slice `part`: one item, or one per row if faces differ in size."""
     mesh = next((column.values for column in columns if column.longest), None)
     if mesh is None:
         rows = _fill_rows([column.of(part) for column in columns], part.stop - part.start)

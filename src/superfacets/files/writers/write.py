@@ -281,10 +281,7 @@ def _attributes_of(part: Submesh, attributes: MeshAttributes) -> MeshAttributes:
 
 
 def _check_no_other_regions(folder: Path, paths: Sequence[Path], ending: str) -> None:
-    """Raise a FileExistsError if region files that are not in `paths` would remain in the folder.
-
-    A program that reads the folder would mix these files with the new files.
-    """
+    """Raise a FileExistsError if region files of an earlier run would stay in the folder."""
     others = {*folder.glob(f"region_*{ending}")}.difference(paths)
     names = [path.name.removesuffix(ending).removeprefix("region_") for path in others]
     numbers = [name for name in names if name.isdecimal()]
