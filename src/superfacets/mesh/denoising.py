@@ -10,14 +10,7 @@ import numpy as np
 from .. import _core
 from ..base.checks import checked_count
 from ..base.types import Floats, Ints
-from .faces import (
-    FaceMesh,
-    corners_of,
-    inverse_of,
-    mesh_like,
-    spread_indices,
-    vertex_graph,
-)
+from .faces import FaceMesh, corners_of, inverse_of, mesh_like, spread_indices, vertex_graph
 from .weld import lowest_vertices
 
 Denoise = int | Literal["auto"] | None

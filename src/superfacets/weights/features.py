@@ -10,13 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..base.checks import (
-    checked_number,
-    counted,
-    exact_doubles,
-    refuse_infinite,
-    refuse_mask,
-)
+from ..base.checks import checked_number, counted, exact_doubles, refuse_infinite, refuse_mask
 from ..base.errors import FeatureWarning
 from ..base.types import Floats, Ints
 from ..graph.cell_graph import CellGraph
