@@ -35,7 +35,7 @@ NO_REGION = -1
 def read_labels(
     path: str | os.PathLike[str], n_faces: int | None = None, *, name: str = "label"
 ) -> Ints:
-    r"""Read the label of each cell or vertex from a file, in the order of the cells or vertices.
+    """Read the label of each cell or vertex from a file, in the order of the cells or vertices.
 
     Parameters
     ----------
@@ -76,12 +76,9 @@ def read_labels(
 
     Examples
     --------
-    >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
-    >>> with TemporaryDirectory() as folder:
-    ...     path = Path(folder, "square.seg")
-    ...     _ = path.write_text("0\n1\n")
-    ...     read_labels(path, n_faces=2)
+    >>> from superfacets import write_labels
+    >>> write_labels("square.seg", [0, 1])
+    >>> read_labels("square.seg", n_faces=2)
     array([0, 1], dtype=int32)
     """
     path = Path(path)

@@ -77,12 +77,9 @@ def read_mesh(path: str | os.PathLike[str]) -> AnyMesh:
     Examples
     --------
     >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
     >>> text = "OFF 4 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2\n3 0 2 3\n"
-    >>> with TemporaryDirectory() as folder:
-    ...     path = Path(folder, "square.off")
-    ...     _ = path.write_text(text)
-    ...     read_mesh(path)
+    >>> _ = Path("square.off").write_text(text)
+    >>> read_mesh("square.off")
     Mesh(4 vertices, 2 faces)
     """
     cells, _ = _read(path, FORMATS.meshes, keep=False)
@@ -122,11 +119,8 @@ def read_cloud(path: str | os.PathLike[str]) -> PointCloud:
     Examples
     --------
     >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
-    >>> with TemporaryDirectory() as folder:
-    ...     path = Path(folder, "three.csv")
-    ...     _ = path.write_text("x,y,z,red,green,blue\n0,0,0,255,0,0\n1,0,0,0,255,0\n")
-    ...     read_cloud(path)
+    >>> _ = Path("two.csv").write_text("x,y,z,red,green,blue\n0,0,0,255,0,0\n1,0,0,0,255,0\n")
+    >>> read_cloud("two.csv")
     PointCloud(2 points, colors)
     """
     cells, _ = _read(path, FORMATS.cells, keep=False)
@@ -159,15 +153,11 @@ def read_attributes(path: str | os.PathLike[str]) -> MeshAttributes:
 
     Examples
     --------
-    >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
     >>> from superfacets import write_mesh
+    >>> triangle = ([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
     >>> attributes = MeshAttributes(vertex={"nz": [1.0, 1.0, 1.0]})
-    >>> with TemporaryDirectory() as folder:
-    ...     path = Path(folder, "triangle.ply")
-    ...     write_mesh(path, ([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]),
-    ...                attributes=attributes)
-    ...     read_attributes(path).vertex["nz"]
+    >>> write_mesh("triangle.ply", triangle, attributes=attributes)
+    >>> read_attributes("triangle.ply").vertex["nz"]
     array([1., 1., 1.])
     """
     _, attributes = _read(path, FORMATS.cells, keep=True)

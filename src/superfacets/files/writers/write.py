@@ -110,12 +110,9 @@ def write_mesh(
     Examples
     --------
     >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
     >>> square = ([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
-    >>> with TemporaryDirectory() as folder:
-    ...     path = Path(folder, "square.ply")
-    ...     write_mesh(path, square, colors=[[255, 0, 0], [0, 0, 255]], ascii=True)
-    ...     print(path.read_text().splitlines()[-1])
+    >>> write_mesh("square.ply", square, colors=[[255, 0, 0], [0, 0, 255]], ascii=True)
+    >>> print(Path("square.ply").read_text().splitlines()[-1])
     3 0 2 3 0 0 255 255
     """
     ending = known_ending(path, (*FORMATS.cell_outputs, *FORMATS.derived_outputs))
@@ -175,11 +172,8 @@ def write_labels(path: StrPath, labels: npt.ArrayLike, *, force: bool = False) -
     Examples
     --------
     >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
-    >>> with TemporaryDirectory() as folder:
-    ...     path = Path(folder, "square.seg")
-    ...     write_labels(path, [0, 1])
-    ...     path.read_text()
+    >>> write_labels("square.seg", [0, 1])
+    >>> Path("square.seg").read_text()
     '0\n1\n'
     """
     ending = known_ending(path, (*FORMATS.label_outputs, *FORMATS.id_outputs))
@@ -236,10 +230,8 @@ def write_regions(
 
     Examples
     --------
-    >>> from tempfile import TemporaryDirectory
     >>> square = ([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
-    >>> with TemporaryDirectory() as folder:
-    ...     [path.name for path in write_regions(folder, square, [4, 2], ending=".obj")]
+    >>> [path.name for path in write_regions("regions", square, [4, 2], ending=".obj")]
     ['region_2.obj', 'region_4.obj']
     """
     refuse_order(folder, "a path")
