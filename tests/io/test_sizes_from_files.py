@@ -24,7 +24,7 @@ from superfacets.files.readers.npy import npz_array
 SOURCE = Path(superfacets.__file__).parents[1]
 
 TEXTURES = (
-    "gltf_materials", "gltf_texture", "ids_image", "images", "mtl", "obj_texture", "ply_texture",
+    "glb", "gltf_texture", "ids_image", "images", "mtl", "obj_texture", "ply_texture",
     "textures", "writing",
 )  # fmt: skip
 PLACES = (
@@ -36,7 +36,7 @@ PLACES = (
 )  # fmt: skip
 
 GUARDS = {
-    "superfacets_textures/gltf_materials.py": {
+    "superfacets_textures/glb.py": {
         ("_image", "frombuffer"): "a view of an encoded image in memory"},
     "superfacets_textures/ids_image.py": {
         ("_table_of_ids", "bincount"): "labels are below 2**24, checked in `write_ids`",

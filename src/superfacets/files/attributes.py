@@ -25,9 +25,6 @@ PLY_TYPES = {"i1": "char", "u1": "uchar", "i2": "short", "u2": "ushort", "i4": "
 COLORS = ("red", "green", "blue")
 """Names of the properties that are colors."""
 
-GENERATOR = "superfacets"
-"""The program that GLB files name which `write_mesh` wrote."""
-
 TAKEN = ("cells", "attributes", "texture")
 """Values of `MeshAttributes.declared` for what is not left out."""
 

@@ -81,7 +81,7 @@ _ROLES: dict[str, dict[str, str]] = {
         ".vtp": "superfacets_formats.vtk_writer:write_vtp",
         ".obj": f"{_WRITE}obj:write_obj",
         ".off": f"{_WRITE}obj:write_off",
-        ".glb": f"{_WRITE}glb:write_glb",
+        ".glb": "superfacets_textures.glb:write_glb",
         ".ids.png": "superfacets_textures.ids_image:write_ids",
     },
     "write_triangles": {".stl": f"{_WRITE}stl:write_stl"},

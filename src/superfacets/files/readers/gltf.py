@@ -13,7 +13,7 @@ from ...base.checks import MAX_CELLS, counted
 from ...base.errors import MeshError
 from ...base.lazy import load
 from ...base.types import Array, Floats
-from ..attributes import COLORS, GENERATOR
+from ..attributes import COLORS
 from ..guards import MAX_GROWTH, most_bytes_of, named_errors, rotation_of
 from ..input import Input, Read
 from .gltf_file import COMPONENTS, GEOMETRY, SUPPORTED, WIDTHS, Gltf
@@ -204,7 +204,7 @@ class GltfScene(Gltf):
         vertices = _concatenated([part.positions for part in parts])
         face = self._labels([(part.ids, part.faces) for part in parts])
         vertex = _shades([(part.colors, len(part.positions)) for part in parts])
-        is_own = self.document["asset"].get("generator") == GENERATOR
+        is_own = self.document["asset"].get("generator") == "superfacets"  # as in `write_glb`
         return vertices, faces, [] if is_own and face else vertex, face
 
     def _labels(self, parts: list[tuple[Floats | None, Array]]) -> list[tuple[str, Array]]:

@@ -16,7 +16,7 @@ from ...mesh.point_cloud import PointCloud
 from ..attributes import COLORS, NAMES_COMMENT, PLY_TYPES, is_image
 from ..readers.ply_header import INDEX_NAMES
 from .content import Output
-from .text import ROWS_AT_ONCE, finite_singles, fits_single, text_rows
+from .text import ROWS_AT_ONCE, fits_single, text_rows
 
 
 def write_ply(file: IO[bytes], content: Output) -> None:
@@ -45,8 +45,6 @@ def write_ply(file: IO[bytes], content: Output) -> None:
         describe = load("superfacets_textures.writing:ply_texture")
         lines, fields = describe(texture, placer, has_triangles=is_cut)
         comments = (*(line for line in comments if not is_image(line)), *lines)
-        if "texcoord" in fields:
-            fields["texcoord"] = finite_singles(fields["texcoord"])
         faces.add(fields)
         content.taken.update(["texture"] * bool(lines))
     content.taken.add("comments")
