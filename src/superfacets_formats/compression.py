@@ -33,8 +33,7 @@ def decode_meshopt(
 def decode_draco(content: bytes, n_faces: int, n_vertices: int) -> tuple[Array, dict[int, Array]]:
     """Decode a Draco mesh; return corners, (3F,) uint32, and attributes, (V, n), keyed by id.
 
-    Raises a MeshError if the data is damaged, or if the number of faces or vertices is not the
-    declared number.
+    Raises a MeshError if the data is damaged, or if its counts are not the declared ones.
     """
     library = import_extra("DracoPy", "reading glTF that is compressed by Draco", "compressed")
     _check_draco_size(content, n_faces, n_vertices)

@@ -189,8 +189,9 @@ class Loop:
             seen.add(_fingerprint(centers))
             n_moved = int(np.count_nonzero(moved_to != centers))
             self.options.report("classify", n_before + n_iter, n_moved)
-            move = _root_mean_square_move(graph, centers, moved_to)
-            if n_moved == 0 or move <= self.options.tol * self.radius:
+            moves = graph.positions_of(moved_to) - graph.positions_of(centers)
+            root_mean_square = math.sqrt(float(np.mean(np.sum(moves * moves, axis=1))))
+            if n_moved == 0 or root_mean_square <= self.options.tol * self.radius:
                 return n_iter, "converged"
             if self.options.report.is_cancelled:
                 return n_iter, "cancelled"
@@ -200,11 +201,6 @@ class Loop:
                 with timed(self.timings, "classify"):
                     clustering.classify(moved_to)
         return max_num_iter, "max_num_iter"
-
-
-def _root_mean_square_move(graph: OrderedGraph, centers: Ints, moved_to: Ints) -> float:
-    moves = graph.positions_of(moved_to) - graph.positions_of(centers)
-    return math.sqrt(float(np.mean(np.sum(moves * moves, axis=1))))
 
 
 def _fingerprint(centers: Ints) -> bytes:

@@ -120,7 +120,11 @@ def _first_centers(
     n_cells = len(positions)
     given = _centers_or_labels(init, n_cells)
     is_result = isinstance(init, Segmentation)
-    if is_result or given.shape != (n_cells,) or _are_all_different(given):
+    if (
+        is_result
+        or given.shape != (n_cells,)
+        or np.array_equal(np.sort(given), np.arange(n_cells))  # each cell is a center
+    ):
         centers = checked_seeds(given, n_cells, "init")
         return centers if order is None else inverse_of(order)[centers]
     labels = in_order(_labels_of(given, n_cells), order)
@@ -141,11 +145,6 @@ def _centers_or_labels(init: Seeds | Segmentation, n_cells: int) -> Array:
             f" {counted(len(init.labels), 'cell')}"
         )
     return init.centers
-
-
-def _are_all_different(given: Array) -> bool:
-    """Return whether `given` contains each of 0 to N - 1 once, so that each cell is a center."""
-    return bool(np.array_equal(np.sort(given), np.arange(len(given))))
 
 
 def _labels_of(given: Array, n_cells: int) -> Ints:

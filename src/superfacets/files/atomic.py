@@ -52,7 +52,9 @@ def atomic_outputs(paths: Sequence[StrPath]) -> Iterator[list[Path]]:
     ]
     try:
         for temporary, target in zip(temporaries, targets, strict=True):
-            _create(temporary, target)
+            temporary.touch(exist_ok=False)
+            if target.exists() and not target.is_symlink():
+                temporary.chmod(stat.S_IMODE(target.stat().st_mode))
         yield temporaries
         for temporary, target in zip(temporaries, targets, strict=True):
             temporary.replace(target)
@@ -145,13 +147,6 @@ def _check_target(path: StrPath, target: Path) -> None:
         raise OSError(f"{path}: is not a regular file")
     if target.exists() and not target.is_symlink() and not os.access(target, os.W_OK):
         raise PermissionError(f"{path}: the file is write-protected")
-
-
-def _create(temporary: Path, target: Path) -> None:
-    """Create an empty file, with the permissions of the target if the target exists."""
-    temporary.touch(exist_ok=False)
-    if target.exists() and not target.is_symlink():
-        temporary.chmod(stat.S_IMODE(target.stat().st_mode))
 
 
 def open_own(path: Path, flags: int, busy: str | None = None) -> int:

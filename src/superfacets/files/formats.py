@@ -50,7 +50,7 @@ _ROLES: dict[str, dict[str, str]] = {
         ".mesh": "superfacets_formats.tets:read_medit",
         ".gii": "superfacets_formats.cortex:read_gifti",
         **dict.fromkeys(_SURFACES, "superfacets_formats.cortex:read_surface"),
-        ".tri": f"{_READ}off:read_tri",
+        ".tri": "superfacets_formats.tri:read_tri",
     },
     "read_points": {
         **dict.fromkeys((".xyz", ".txt", ".csv"), f"{_READ}clouds:read_text_cloud"),

@@ -124,7 +124,10 @@ def _with_normals_of(cloud: PointCloud, graph: PointGraph) -> PointGraph:
         viewpoints = cloud.viewpoints
         if viewpoints.ndim == 2 and graph.points is not None:
             viewpoints = viewpoints[graph.points]
-        normals = _facing(viewpoints, graph)
+        one_label = np.zeros(len(graph.positions), np.int32)
+        components, n_components = _core.find_components(*graph.arcs, one_label)
+        is_flipped = _are_turned_away(components, n_components, viewpoints, graph)
+        normals = np.where(is_flipped[components], -1.0, 1.0)[:, None] * graph.normals
         return replace(graph, normals=checked_normals(normals, len(normals)))
     normal_sum = np.einsum("i,ij->j", graph.measures, graph.normals)
     return replace(graph, tells_concave=not is_open(normal_sum, graph.measures.sum()))
@@ -153,14 +156,6 @@ def checked_viewpoint(viewpoint: npt.ArrayLike) -> Viewpoint:
         raise ValueError(f"viewpoint must be three finite numbers, got {viewpoint!r}")
     x, y, z = position.tolist()
     return x, y, z
-
-
-def _facing(viewpoints: Floats, graph: PointGraph) -> Floats:
-    """Flip the normals of each component of a graph to face `viewpoints`, one or one per point."""
-    labels = np.zeros(len(graph.positions), np.int32)
-    components, n_components = _core.find_components(graph.offsets, graph.neighbors, labels)
-    is_flipped = _are_turned_away(components, n_components, viewpoints, graph)
-    return np.where(is_flipped[components], -1.0, 1.0)[:, None] * graph.normals
 
 
 def _are_turned_away(

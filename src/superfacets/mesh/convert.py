@@ -107,17 +107,12 @@ def as_mesh(source: MeshLike) -> FaceMesh:
 
 def _cells_of_foreign(source: Any) -> Cells:
     """Convert an object of another library to a mesh or a point cloud."""
-    if _is_grid_of_tets(source):
+    kinds = getattr(source, "celltypes", None)
+    if kinds is not None and len(kinds) and np.all(np.asarray(kinds) == _VTK_TETRA):
         return tet_mesh(source.points, np.asarray(source.cells).reshape(-1, 5)[:, 1:])
     if has_blocks(source) and cell_blocks(source):
         return mesh_of_blocks(source)
     return _cloud_of_foreign(source) or _mesh_of(*_arrays_of_foreign(source))
-
-
-def _is_grid_of_tets(source: Any) -> bool:
-    """Return whether an object is a PyVista UnstructuredGrid with only tetrahedra."""
-    kinds = getattr(source, "celltypes", None)
-    return kinds is not None and len(kinds) > 0 and bool(np.all(np.asarray(kinds) == _VTK_TETRA))
 
 
 def _mesh_of(vertices: Any, faces: Any) -> FaceMesh:

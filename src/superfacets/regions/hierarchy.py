@@ -235,7 +235,10 @@ def hierarchy(
             f"{', '.join(options)} would have no effect because labels are given: leave out either"
             " labels or these options"
         )
-    source, given = _read(mesh, given, options.get("mask"), threads)
+    source: Any = mesh
+    if not isinstance(mesh, CellGraph):
+        mask = ConstraintOptions(options.get("mask"))
+        source, given = read_with_features(mesh, given, mask, threads)
     constraints = ConstraintOptions(None, barriers)
     if islands == "nearest" and constraints.is_used:
         raise ValueError(
@@ -261,15 +264,6 @@ def hierarchy(
     for count in (wanted[0], wanted[-1]):
         nested._regions_at(count, "each number in counts")
     return nested
-
-
-def _read(
-    cells: MeshLike | CellGraph, features: Features, mask: Any, n_threads: int
-) -> tuple[Any, Features]:
-    """Read the cells, and replace names of features by values; return a graph unchanged."""
-    if isinstance(cells, CellGraph):
-        return cells, features
-    return read_with_features(cells, features, ConstraintOptions(mask), n_threads)
 
 
 def _checked_counts(counts: Any) -> tuple[int, ...]:

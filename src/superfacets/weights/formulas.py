@@ -93,11 +93,14 @@ class EdgeFactors(NamedTuple):
     slack: float = 0.0  # radians by which each angle is reduced, but not below 0
 
     @classmethod
-    def of_radius(
-        cls, radius: float, alpha: float, eta_convex: float, ridges: float = 0.0
-    ) -> EdgeFactors:
-        """Return factors with `radius` as `crease_length`. If `radius` is 0, `alpha` becomes 0."""
-        return cls(alpha if radius else 0.0, eta_convex, radius, ridges)
+    def of_radius(cls, radius: float, **costs: float) -> EdgeFactors:
+        """Return factors with `radius` as `crease_length`, after checks that all are >= 0.
+
+        `costs` are alpha, eta_convex and ridges. If `radius` is 0, alpha becomes 0.
+        """
+        length = checked_number(radius, "radius", zero=True)
+        checked = {name: checked_number(cost, name, zero=True) for name, cost in costs.items()}
+        return cls(**(checked if length else checked | {"alpha": 0.0}), crease_length=length)
 
     def for_core(self, diagonal: float) -> _core.EdgeFactors:
         """Convert the factors to a `_core` object. `diagonal` is d in `superfacet_weights`."""
@@ -287,13 +290,7 @@ def crease_weights(
     """
     mesh = as_mesh(mesh)
     threads = checked_threads(n_threads)
-    radius = checked_number(radius, "radius", zero=True)
-    factors = EdgeFactors.of_radius(
-        radius,
-        checked_number(alpha, "alpha", zero=True),
-        checked_number(eta_convex, "eta_convex", zero=True),
-        checked_number(ridges, "ridges", zero=True),
-    )
+    factors = EdgeFactors.of_radius(radius, alpha=alpha, eta_convex=eta_convex, ridges=ridges)
     surface = Surface.of_faces(mesh, graph, threads)
     arrays = (graph.positions, graph.measures, NO_NORMALS)
     if not hollows:
@@ -302,8 +299,8 @@ def crease_weights(
 
 
 def _crease_factors(radius: float, params: Mapping[str, float]) -> EdgeFactors:
-    factors = (params[name] for name in ("alpha", "eta_convex", "ridges"))
-    return EdgeFactors.of_radius(radius, *factors)._replace(slack=params.get("slack", 0.0))
+    costs = {name: params[name] for name in ("alpha", "eta_convex", "ridges")}
+    return EdgeFactors.of_radius(radius, **costs)._replace(slack=params.get("slack", 0.0))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -124,7 +124,9 @@ def _coarser(
     levels: list[ConductingGraph] = []
     coarse: list[_core.CoarseGraph] = []  # keeps the owner of `graph` in memory
     while graph.n_cells >= 2 * N_COARSE:
-        size = _cell_size(graph.n_cells / N_COARSE)
+        # the same number of cells per coarse cell on all levels
+        ratio = graph.n_cells / N_COARSE
+        size = round(math.pow(ratio, 1 / math.ceil(math.log(ratio) / math.log(MAX_CELLS))))
         coarse.append(_core.CoarseGraph(graph, size, n_threads))
         if 2 * coarse[-1].graph.n_cells > graph.n_cells:
             break  # most cells have no neighbors, as in triangle soup
@@ -135,12 +137,6 @@ def _coarser(
         conductances = _crossing_conductances(levels[-1], (offsets, neighbors), steps)
         level = ConductingGraph((offsets, neighbors), steps, conductances, graph.measures())
     return [*levels, level]
-
-
-def _cell_size(ratio: float) -> int:
-    """Return the cells per coarse cell, on each level, that reduce their number by `ratio`."""
-    n_levels: int = math.ceil(math.log(ratio) / math.log(MAX_CELLS))
-    return round(math.pow(ratio, 1 / n_levels))
 
 
 def _crossing_conductances(level: ConductingGraph, arcs: ArcLists, steps: Floats) -> Floats:

@@ -88,7 +88,9 @@ class GltfScene(Gltf):
         """
         scenes = self.items(self.document, "scenes")
         if not scenes:
-            visits = self._visits_of(self._roots())
+            nodes = self.items(self.document, "nodes")
+            below = {_whole(child) for node in nodes for child in _indices(node, "children")}
+            visits = self._visits_of([i for i in range(len(nodes)) if i not in below])
             n_meshes = 0 if visits else len(self.items(self.document, "meshes"))
             return visits or [Visit(index, np.eye(4), {}) for index in range(n_meshes)]
         default = self.item("scenes", self.document.get("scene", 0))
@@ -97,11 +99,6 @@ class GltfScene(Gltf):
             roots = [root for scene in scenes for root in _indices(scene, "nodes")]
             visits = self._visits_of([*dict.fromkeys(map(_whole, roots))])
         return visits
-
-    def _roots(self) -> list[int]:
-        nodes = self.items(self.document, "nodes")
-        below = {_whole(child) for node in nodes for child in _indices(node, "children")}
-        return [index for index in range(len(nodes)) if index not in below]
 
     def _visits_of(self, roots: list[Any]) -> list[Visit]:
         stack = [(root, np.eye(4)) for root in reversed(roots)]

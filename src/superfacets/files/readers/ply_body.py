@@ -149,18 +149,14 @@ def _read_text(header: Header, data: Content) -> list[list[Column]]:
         n_rows = element.n_rows if element.properties else 0
         if n_rows > len(lines):
             _raise_cut(element, f"after {len(lines)}")
-        tables.append(_read_text_element(element, lines[:n_rows]))
-        lines = lines[n_rows:]
+        rows, lines = lines[:n_rows], lines[n_rows:]
+        has_integers = any(stored.is_integer for stored in element.properties)
+        values = rows.parse_integers_or_floats() if has_integers else rows.parse(np.float64)
+        columns = _read_uniform_text(element, values, rows.counts)
+        tables.append(columns or _gather_text(element, values, rows))
     if len(lines):
         raise MeshError(f"line {lines.number(0)}: there are more lines than the header declares")
     return tables
-
-
-def _read_text_element(element: Element, lines: Lines) -> list[Column]:
-    has_integers = any(stored.is_integer for stored in element.properties)
-    values = lines.parse_integers_or_floats() if has_integers else lines.parse(np.float64)
-    columns = _read_uniform_text(element, values, lines.counts)
-    return columns or _gather_text(element, values, lines)
 
 
 def _read_uniform_text(element: Element, values: Array, counts: Ints) -> list[Column] | None:

@@ -12,8 +12,8 @@ import numpy as np
 from ...base.lazy import load
 from ...base.types import Array, Bytes, Floats, Ints, Longs
 from ...mesh.faces import FaceMesh, corners_of
-from ...mesh.point_cloud import PointCloud
 from ..attributes import COLORS, NAMES_COMMENT, PLY_TYPES, is_image
+from ..input import NORMALS
 from ..readers.ply_header import INDEX_NAMES
 from .content import Output
 from .text import ROWS_AT_ONCE, fits_single, text_rows
@@ -54,7 +54,11 @@ def write_ply(file: IO[bytes], content: Output) -> None:
 def write_cloud_ply(file: IO[bytes], content: Output) -> None:
     """Write a point cloud as PLY, with one label per point."""
     cloud = content.cells
-    points = _Element("vertex", cloud.n_points, _point_columns(cloud, content))
+    columns = _vertex_columns(cloud.points)
+    if cloud.normals is not None:
+        columns += _columns(NORMALS, "<f4", cloud.normals)
+    columns += _label_columns(content.labels, content.cloud_colors)
+    points = _Element("vertex", cloud.n_points, columns)
     points.add(content.properties("vertex", points.own))
     comments = () if content.attributes is None else content.attributes.comments
     content.taken.add("comments")
@@ -125,14 +129,6 @@ def _vertex_columns(vertices: Floats) -> list[_Column]:
 
 def _columns(names: Sequence[str], dtype: str, table: Array) -> list[_Column]:
     return [_Column(name, dtype, values) for name, values in zip(names, table.T, strict=True)]
-
-
-def _point_columns(cloud: PointCloud, content: Output) -> list[_Column]:
-    """Return columns of positions, normals, labels, and colors (given, or else of the cloud)."""
-    columns = _vertex_columns(cloud.points)
-    if cloud.normals is not None:
-        columns += _columns(("nx", "ny", "nz"), "<f4", cloud.normals)
-    return columns + _label_columns(content.labels, content.cloud_colors)
 
 
 def _label_columns(labels: Ints | None, colors: Bytes | None) -> list[_Column]:
