@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import reprlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -155,31 +155,6 @@ class MeshAttributes:
             if stored.keys() >= {*COLORS} and have_region_colors(stored) == are_of_regions:
                 return _bytes_of(np.column_stack([stored[name] for name in COLORS])[:, :3])
         return None
-
-    def with_properties(
-        self, *, vertex: Mapping[str, Any] | None = None, face: Mapping[str, Any] | None = None
-    ) -> MeshAttributes:
-        """Return a copy with additional properties, which replace properties of the same name.
-
-        All other fields, such as comments and the texture, are the same as in the original.
-
-        Parameters
-        ----------
-        vertex, face : mapping of str to array_like, optional
-            Properties of the vertices, and of the faces. Same as in `MeshAttributes`.
-
-        Returns
-        -------
-        MeshAttributes
-
-        Examples
-        --------
-        >>> MeshAttributes(vertex={"heat": [1, 2]}).with_properties(vertex={"kind": [0, 0]})
-        MeshAttributes(vertex: heat, kind; face: none; 0 comments)
-        """
-        return replace(
-            self, vertex={**self.vertex, **(vertex or {})}, face={**self.face, **(face or {})}
-        )
 
     def __reduce__(self) -> tuple[type[MeshAttributes], tuple[Any, ...]]:
         others = dict(self.names), dict(self.declared), self.records, self.header
