@@ -341,10 +341,7 @@ class OutputFiles:
         self, file: IO[bytes], path: Path, cells: Cells, labels: Ints,
         attributes: MeshAttributes | None = None,
     ) -> list[str]:  # fmt: skip
-        """Write one labeling of cells to an open file, in the format of `path`.
-
-        Returns the attributes that are lost.
-        """
+        """Write one labeling of cells to an open file as `path` says; return lost attributes."""
         ending = _ending_of(path)
         return _writer_of(cells, labels, ending, self.options, attributes).write(file, ending, path)
 
@@ -363,13 +360,12 @@ class OutputFiles:
         """Write all files and streams.
 
         Files with one label per cell get one per record of the input (`MeshAttributes.records`), -1
-        for records without a position. If files that contain only labels belong to another mesh,
-        such as the mesh before subdivision, pass this mesh as `listed_mesh`, and its labels as
-        `listed`. Formats with one label per vertex store `of_vertices` if it is given, and
-        otherwise labels of vertices computed from labels of cells. If `segments` are given, the
-        fields of `Segments`, they are written to formats in `Formats.vertex_outputs`, and groups of
-        them to ``.aggregation.json``. Groups name the ``.segs.json`` file in `files`, if there is
-        one.
+        for records without a position; or `listed`, labels of `listed_mesh`, such as the mesh
+        before subdivision. Formats with one label per vertex store `of_vertices` if it is given,
+        and otherwise labels of vertices computed from labels of cells. If `segments` are given, the
+        fields of `Segments`, formats in `Formats.vertex_outputs` get them, and
+        ``.aggregation.json`` gets groups of them, which name the ``.segs.json`` file in `files`, if
+        there is one.
 
         Raises the errors of `write_mesh`, and a ValueError if a path is given twice, or if a format
         needs labels but there are none.
