@@ -90,7 +90,11 @@ def _gaps_between(
     Each component is connected with the nearest cell of a larger one; the one with the lowest
     region counts as larger. `cells` are positions and measures of the labeled cells.
     """
-    components, n_components = _components_of(borders, len(areas))
+    low, high, *_ = borders
+    order = np.argsort(low, kind="stable")
+    offsets = np.searchsorted(low[order], np.arange(len(areas) + 1)).astype(np.int64)
+    one_label = np.zeros(len(areas), np.int32)
+    components, n_components = _core.find_components(offsets, high[order], one_label)
     total = sums_by_label(components, areas, n_components)
     ranks = np.empty(n_components, np.int32)
     ranks[np.argsort(-total, kind="stable")] = np.arange(n_components)
@@ -98,14 +102,6 @@ def _gaps_between(
     ends = _core.find_bridges(placed, ranks[components[labels]], n_components)
     pairs = np.sort([labels[end] for end in ends], axis=0)
     return pairs[0], pairs[1]
-
-
-def _components_of(borders: Borders, n_regions: int) -> tuple[Ints, int]:
-    """Return the component of each region, ordered by their lowest regions, and their number."""
-    low, high, *_ = borders
-    order = np.argsort(low, kind="stable")
-    offsets = np.searchsorted(low[order], np.arange(n_regions + 1)).astype(np.int64)
-    return _core.find_components(offsets, high[order], np.zeros(n_regions, np.int32))
 
 
 def _with_gaps(borders: Borders, low: Ints, high: Ints) -> Borders:

@@ -130,20 +130,16 @@ def _coarser(
         coarse.append(_core.CoarseGraph(graph, size, n_threads))
         if 2 * coarse[-1].graph.n_cells > graph.n_cells:
             break  # most cells have no neighbors, as in triangle soup
-        levels.append(level._replace(coarse_of=coarse[-1].coarse_cells(n_threads)))
+        coarse_of = coarse[-1].coarse_cells(n_threads)
+        levels.append(level._replace(coarse_of=coarse_of))
         graph = coarse[-1].graph
-        offsets, neighbors, _ = coarse[-1].arcs()
+        arcs = coarse[-1].arcs()[:2]
         steps = _core.straight_steps(graph, n_threads)
-        conductances = _crossing_conductances(levels[-1], (offsets, neighbors), steps)
-        level = ConductingGraph((offsets, neighbors), steps, conductances, graph.measures())
+        # of the arcs that a coarse arc joins: the sum of conductance times length
+        flows = _core.sum_between(*level.arcs, level.conductances, level.steps, coarse_of, *arcs)
+        conductances = np.where(flows > 0.0, flows / steps, MIN_CONDUCTANCE)
+        level = ConductingGraph(arcs, steps, conductances, graph.measures())
     return [*levels, level]
-
-
-def _crossing_conductances(level: ConductingGraph, arcs: ArcLists, steps: Floats) -> Floats:
-    """Return conductances of coarse `arcs`: sums of conductance * length over `steps`."""
-    assert level.coarse_of is not None
-    flows = _core.sum_between(*level.arcs, level.conductances, level.steps, level.coarse_of, *arcs)
-    return np.where(flows > 0.0, flows / steps, MIN_CONDUCTANCE)
 
 
 def _eigenvectors(level: ConductingGraph, n_vectors: int) -> Floats:
