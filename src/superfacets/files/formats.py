@@ -60,7 +60,7 @@ _ROLES: dict[str, dict[str, str]] = {
         ".e57": "superfacets_formats.e57:read_e57",
     },
     "labels": {
-        ".npy": f"{_READ}labels:read_npy_labels",
+        ".npy": f"{_READ}npy:npy_array",
         **dict.fromkeys((".seg", ".txt"), f"{_READ}labels:read_text_labels"),
     },
     "vertex_labels": {

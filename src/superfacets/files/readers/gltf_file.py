@@ -301,7 +301,7 @@ def _fetch(address: str, folder: Path | None, files: dict[Path, memoryview]) -> 
     if address.startswith("data:"):
         return memoryview(Gltf.decoded(address))
     try:
-        path = file_at(address, folder)
+        path = file_beside(unquote(address, errors="strict"), folder)
         if path is None:
             raise MeshError(f"the buffer {shown} is not in the folder of the glTF file")
         if path not in files:
@@ -309,8 +309,3 @@ def _fetch(address: str, folder: Path | None, files: dict[Path, memoryview]) -> 
     except (OSError, UnicodeError):
         raise MeshError(f"the buffer file {shown} of the glTF file cannot be read") from None
     return files[path]
-
-
-def file_at(address: str, folder: Path | None) -> Path | None:
-    """Return the file at a relative URI, or None if it is not in `folder` or in a subfolder."""
-    return file_beside(unquote(address, errors="strict"), folder)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Mapping
 from dataclasses import replace
@@ -18,10 +17,16 @@ from ...graph.kinds import kind_of
 from ...mesh.base import Cells
 from ..attributes import MeshAttributes
 from ..formats import FORMATS
-from ..guards import Content, hint_at_integers, known_ending, named_errors, read_content
+from ..guards import (
+    Content,
+    hint_at_integers,
+    known_ending,
+    named_errors,
+    parsed_json,
+    read_content,
+)
 from ..input import Input
 from ..other import as_declared
-from .npy import npy_array, npy_header
 from .read import parse
 from .text import Lines, as_integers, shown
 
@@ -163,10 +168,7 @@ def read_text_labels(data: Content) -> Array:
 
 def read_segments(data: Content) -> Array:
     """Return the id of each vertex in a ``.segs.json`` file."""
-    try:
-        document = json.loads(bytes(data))
-    except (ValueError, RecursionError):
-        raise MeshError("is not valid JSON: the file may be truncated") from None
+    document = parsed_json(bytes(data), "the file")
     values = document.get("segIndices") if isinstance(document, dict) else None
     try:
         array = np.asarray(values if isinstance(values, list) else None)
@@ -175,13 +177,3 @@ def read_segments(data: Content) -> Array:
     if array.ndim != 1 or array.dtype.kind != "i" or not len(array) or array.min() < 0:
         raise MeshError("must have segIndices, a list of integers >= 0")
     return array
-
-
-def read_npy_labels(data: Content) -> Array:
-    """Return the array of a ``.npy`` file, which must be one-dimensional integers."""
-    shape, dtype, _, _ = npy_header(data)
-    if dtype.kind not in "iu":
-        raise MeshError(f"labels must be integers: the .npy header declares {dtype}")
-    if len(shape) != 1:
-        raise MeshError(f"labels must be one-dimensional: the .npy header declares {list(shape)}")
-    return npy_array(data, "labels")
