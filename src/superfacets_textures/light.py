@@ -33,7 +33,7 @@ def srgb_of_linear(light: npt.ArrayLike) -> Bytes:
 
 
 def oklab_of_linear(light: Floats) -> Floats:
-    """Convert linear light, (N, 3), to OKLab (Ottosson, 2020), where distances are perceived."""
+    """Convert linear light, (N, 3), to OKLab (Ottosson, 2020), where distances are perceptual."""
     return _times(_CONES_TO_OKLAB, np.cbrt(_times(_LINEAR_TO_CONES, light)))
 
 

@@ -509,7 +509,10 @@ def checked_partial_labels(
     labels: Any, n_cells: int, name: str = "labels", *, least: int = -1,
     n_vertices: int | None = None,
 ) -> tuple[Ints, int]:  # fmt: skip
-    """Return labels, each of 0 to K - 1, or -1 if `least` is -1, as (N,) int32; and number K."""
+    """Return checked labels, each of 0 to K - 1, as an (N,) int32 array, and the number K.
+
+    The label -1, for cells without a region, is allowed only if `least` is -1.
+    """
     given = _row_of_labels(labels, n_cells, name, n_vertices)
     is_wrong = (given < least) | (given >= n_cells)
     refuse_first(is_wrong, name, given, f"{least} to {n_cells - 1} for {counted(n_cells, 'cell')}")

@@ -158,7 +158,10 @@ class KeptCells:
 
 
 def mask_of(labels: Ints, values: Sequence[int] | None, file: object, cells: Cells) -> Bools:
-    """Return the mask of cells with one of `values`, or not 0 if it is None; MeshError if empty."""
+    """Return the mask of the cells with one of `values`; None stands for all values except 0.
+
+    Raises a MeshError if there are no such cells; `labels` is the value of each cell in `file`.
+    """
     is_kept = labels != 0 if values is None else np.isin(labels, values)
     if not is_kept.any():
         wanted = "a value other than 0"

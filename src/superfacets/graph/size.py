@@ -52,7 +52,7 @@ def checked_n_segments(n_segments: int | None, n_cells: int, noun: str = "faces"
 
 
 def radius_of(measures: Floats, n_regions: int, n_threads: int, dimension: int = 2) -> float:
-    """Return the radius of disks, or balls if `dimension` is 3, with the measure of regions."""
+    """Return the radius of a disk, or of a ball if `dimension` is 3, with the mean measure."""
     return _radius_of_total(_core.sum_of(measures, n_threads), n_regions, dimension)
 
 
@@ -92,7 +92,7 @@ def sliver_share(
 
 
 def advised_max_edge(mesh: FaceMesh, size: CountOptions) -> float:
-    """Return the recommended maximum edge length for `subdivide`, and regions of this size."""
+    """Return the recommended maximum edge length for `subdivide`, for regions of this size."""
     threads = checked_threads(None)
     radius = size.radius
     if radius is None:

@@ -216,7 +216,11 @@ class _RegionsToCut:
         return np.asarray(has_vanished | (pieces > self.n_pieces) | (change > limit))
 
     def _largest_change(self, change: Floats) -> float:
-        """Return the largest allowed change of an area, so that their sum obeys `_MAX_TOTAL`."""
+        """Return the largest area change of a region for which `_MAX_TOTAL` is not exceeded.
+
+        All changes up to it sum to at most this fraction of the total area; infinite if all changes
+        do.
+        """
         ascending = np.sort(change)
         n_small = np.searchsorted(np.cumsum(ascending), _MAX_TOTAL * self.areas.sum(), "right")
         return np.inf if n_small == len(change) else float(ascending[max(n_small - 1, 0)])

@@ -95,7 +95,7 @@ def _patches(surface: Surface, sizes: Longs | int, limit: float) -> tuple[Longs,
 
 
 def _targets(sums: Floats, pairs: Longs, floor: float, n_few: int) -> Longs:
-    """Return the area that each area becomes part of, renumbered. `floor` is for curvatures.
+    """Return the number, after merging, of the area that each area becomes part of.
 
     Curvatures below `floor` count as 0. Areas of at most `n_few` single triangles always merge.
     """

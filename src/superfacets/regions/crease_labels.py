@@ -105,7 +105,10 @@ class _Regions(NamedTuple):
 
 
 def own_corners(cells: Any, corners: Corners, groups: Ints | None) -> Bools:
-    """Return whether corners have the most frequent of `groups`, (V,), of their cell, if any."""
+    """Return whether each corner has the most frequent group of its cell; all True without groups.
+
+    `groups`, (V,), is the group of each vertex.
+    """
     if groups is None:
         return np.ones(len(corners.vertices), bool)
     of_cells = labels_of_corners(cells, groups)

@@ -166,7 +166,10 @@ class _Members:
         return len(self.starts) - 1
 
     def blocks(self) -> Iterator[tuple[slice, slice, Longs]]:
-        """Yield slices of regions and of their members, `_ROWS_AT_ONCE` if possible, and starts."""
+        """Yield blocks: slices of regions and of their members, and the first member of each.
+
+        A block has at most `_ROWS_AT_ONCE` members, or a single region.
+        """
         first = 0
         while first < self.n_regions:
             start = self.starts[first]

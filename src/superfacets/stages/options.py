@@ -72,7 +72,11 @@ class SegmentOptions:
         return replace(self, denoise=n_steps, weights=weights, weld=weld)
 
     def needs_order(self, kind: Kind) -> bool:
-        """Return whether cells must keep their order, because weights are given or paths end."""
+        """Return whether cells must keep their input order, even if sorted cells would be faster.
+
+        Given weights are in this order. If paths between faces have a limit, the lowest face that
+        no center reaches becomes a center.
+        """
         is_halted = self.loop.radius_factor is not None and not kind.are_points
         return is_halted or self.weights.given is not None
 

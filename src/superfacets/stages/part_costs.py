@@ -46,7 +46,7 @@ EACH_ALONE: Ints = np.empty(0, np.int32)
 def add_parts(
     graph: _core.OrderedGraph, coarsening: Coarsening, weighed: Weighed, clock: Clock
 ) -> PartCosts | None:
-    """Add costs between parts, and far arcs, to the graphs of the loop, if it has them."""
+    """Add costs between parts, and far arcs, to the graphs, if `Weighed.has_part_costs`."""
     if not weighed.has_part_costs:
         return None
     options, size, n_threads = weighed.options.weights, weighed.plan.size, weighed.surface.n_threads
@@ -137,7 +137,7 @@ def _group_of(levels: list[_core.CoarseGraph], n_threads: int) -> Ints:
 
 
 def groups_to_embed(graph: _core.OrderedGraph, n_threads: int) -> list[_core.CoarseGraph]:
-    """Return the graph of groups of cells of a large graph in a list, which is empty for others."""
+    """Group the cells of a large graph; return a list with the graph of groups, or no graph."""
     if graph.n_cells < parts.MIN_GROUPED:
         return []
     groups = _core.CoarseGraph(graph, GROUP_SIZE, n_threads)

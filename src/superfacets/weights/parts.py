@@ -110,7 +110,7 @@ def scale(level: ConductingGraph, vectors: Singles, n_threads: int) -> float:
 def embedding(
     base: ConductingGraph, graph: _core.OrderedGraph, n_threads: int, n_vectors: int = N_VECTORS
 ) -> Singles:
-    """Return coordinates of cells in the spectral embedding, (N, Q); Q is 0 for soup."""
+    """Return the coordinates of cells in the embedding, (N, Q); Q is 0 for triangle soup."""
     levels = _coarser(base, graph, n_threads)
     if len(levels[-1].measures) > MAX_COARSE:
         return np.zeros((graph.n_cells, 0), np.float32)
