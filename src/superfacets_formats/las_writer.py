@@ -61,8 +61,8 @@ def write_las(file: IO[bytes], content: Output) -> None:
     own = {} if content.labels is None else {"label": content.labels}
     stored = content.properties("vertex", own)
     content.taken.add(str(frame) if attributes is None else str(attributes.header))
-    colors = [stored.get(name) for name in _COLORS]
-    if cloud.colors is not None and not all(_is_uint(shades) for shades in colors):
+    kinds = {stored[name].dtype if name in stored else None for name in _COLORS}
+    if cloud.colors is not None and not kinds <= {np.dtype(np.uint8), np.dtype(np.uint16)}:
         for name, shades in zip(_COLORS, cloud.colors.T, strict=True):
             stored[name] = np.rint(shades * 65535).astype(np.uint16)
     if content.labels is not None:
@@ -92,10 +92,6 @@ def _add_columns(
             content.taken.discard(f"vertex property {name}")
         elif other != name:
             content.changed.append(f"vertex property {name} by this name, but as {other}")
-
-
-def _is_uint(values: Array | None) -> bool:
-    return values is not None and values.dtype in (np.uint8, np.uint16)
 
 
 def _fits(values: Array, field: Any) -> bool:

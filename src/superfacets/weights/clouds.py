@@ -82,7 +82,7 @@ def build_point_graph(
     threads = checked_threads(n_threads)
     n_neighbors = checked_count(n_neighbors, "n_neighbors")
     cutoff = checked_number(cutoff, "cutoff", zero=False)
-    factors = EdgeFactors.of_radius(radius, alpha=alpha, eta_convex=eta_convex, ridges=ridges)
+    factors = EdgeFactors.checked(radius, alpha, eta_convex, ridges)
     n_neighbors = min(n_neighbors, checked.n_points - 1)
     graph = find_point_graph(checked, threads, n_neighbors=n_neighbors, cutoff=cutoff)
     surface = point_surface(graph, threads)

@@ -93,14 +93,13 @@ class EdgeFactors(NamedTuple):
     slack: float = 0.0  # radians by which each angle is reduced, but not below 0
 
     @classmethod
-    def of_radius(cls, radius: float, **costs: float) -> EdgeFactors:
-        """Return factors with `radius` as `crease_length`, after checks that all are >= 0.
-
-        `costs` are alpha, eta_convex and ridges. If `radius` is 0, alpha becomes 0.
-        """
-        length = checked_number(radius, "radius", zero=True)
-        checked = {name: checked_number(cost, name, zero=True) for name, cost in costs.items()}
-        return cls(**(checked if length else checked | {"alpha": 0.0}), crease_length=length)
+    def checked(cls, radius: float, alpha: float, eta_convex: float, ridges: float) -> EdgeFactors:
+        """Return factors with `radius` as `crease_length`. If `radius` is 0, `alpha` becomes 0."""
+        given = {"radius": radius, "alpha": alpha, "eta_convex": eta_convex, "ridges": ridges}
+        length, cost, of_convex, of_ridges = (
+            checked_number(value, name, zero=True) for name, value in given.items()
+        )
+        return cls(cost if length else 0.0, of_convex, length, of_ridges)
 
     def for_core(self, diagonal: float) -> _core.EdgeFactors:
         """Convert the factors to a `_core` object. `diagonal` is d in `superfacet_weights`."""
@@ -290,7 +289,7 @@ def crease_weights(
     """
     mesh = as_mesh(mesh)
     threads = checked_threads(n_threads)
-    factors = EdgeFactors.of_radius(radius, alpha=alpha, eta_convex=eta_convex, ridges=ridges)
+    factors = EdgeFactors.checked(radius, alpha, eta_convex, ridges)
     surface = Surface.of_faces(mesh, graph, threads)
     arrays = (graph.positions, graph.measures, NO_NORMALS)
     if not hollows:
@@ -299,8 +298,8 @@ def crease_weights(
 
 
 def _crease_factors(radius: float, params: Mapping[str, float]) -> EdgeFactors:
-    costs = {name: params[name] for name in ("alpha", "eta_convex", "ridges")}
-    return EdgeFactors.of_radius(radius, **costs)._replace(slack=params.get("slack", 0.0))
+    costs = (params[name] for name in ("alpha", "eta_convex", "ridges"))
+    return EdgeFactors.checked(radius, *costs)._replace(slack=params.get("slack", 0.0))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -14,7 +14,7 @@ from ...base.errors import MeshError
 from ...base.lazy import load
 from ...base.types import Array, Floats
 from ..attributes import COLORS
-from ..guards import MAX_GROWTH, most_bytes_of, named_errors, rotation_of
+from ..guards import MAX_GROWTH, most_bytes_of, rotation_of
 from ..input import Input, Read
 from .gltf_file import COMPONENTS, GEOMETRY, SUPPORTED, WIDTHS, Gltf
 
@@ -232,7 +232,11 @@ class GltfScene(Gltf):
         primitives = self.items(self.item("meshes", index), "primitives")
         found = [each for each in primitives if self.whole(each, "mode", TRIANGLES) in _FACES]
         for primitive in found:
-            self._unpack_draco(primitive, index)
+            extensions = primitive.get("extensions")
+            packed = extensions.get(DRACO) if isinstance(extensions, dict) else None
+            if isinstance(packed, dict):
+                unpack = load("superfacets_formats.compression:unpack_draco")
+                unpack(self, primitive, packed, index)
         return found
 
     def corners(self, primitive: dict[str, Any], n_vertices: int) -> Array:
@@ -392,36 +396,7 @@ class GltfScene(Gltf):
         pairs = zip(matrices, binds, strict=True)
         return np.array([_product(one, bind.T) for one, bind in pairs]).reshape(-1, 4, 4)
 
-    def _unpack_draco(self, primitive: dict[str, Any], mesh: int) -> None:
-        """Decode a primitive that is stored only as Draco data, so that `rows` can read it."""
-        extensions = primitive.get("extensions")
-        packed = extensions.get(DRACO) if isinstance(extensions, dict) else None
-        if not isinstance(packed, dict):
-            return
-        positions = self.positions_of(primitive, mesh)
-        if "bufferView" in self.item("accessors", positions):
-            return
-        view, ids = self.whole(packed, "bufferView"), packed.get("attributes")
-        if self.unpacked.get(positions, (-1,))[0] == view:
-            return
-        if not isinstance(ids, dict) or "indices" not in primitive:
-            raise MeshError(f"broken glTF: meshes[{mesh}] has damaged Draco data")
-        n_vertices = self.whole(self.item("accessors", positions), "count")
-        n_corners = self.whole(self.item("accessors", primitive["indices"]), "count")
-        self.take(
-            BYTES_PER_VERTEX * n_vertices + BYTES_PER_FACE * (n_corners // 3), f"meshes[{mesh}]"
-        )
-        with named_errors(f"meshes[{mesh}]"):
-            content = bytes(self.view(view))
-            decode_draco = load("superfacets_formats.compression:decode_draco")
-            corners, attributes = decode_draco(content, n_corners // 3, n_vertices)
-            self._keep_rows(primitive["indices"], view, corners, of_any_type=True)
-            for name in ids:
-                if name in primitive["attributes"] and name.startswith(("POSITION", "TEXCOORD")):
-                    rows = attributes.get(self.whole(ids, name))
-                    self._keep_rows(primitive["attributes"][name], view, rows)
-
-    def _keep_rows(
+    def keep_rows(
         self, index: int, view: int, rows: Array | None, *, of_any_type: bool = False
     ) -> None:
         """Store decoded rows for an accessor, and check that they have the type of the accessor."""

@@ -18,6 +18,7 @@ from ...base.lazy import load
 from ...base.types import Bytes, Ints
 from ...graph.kinds import Kind, kind_of
 from ...mesh.base import Cells
+from ...regions.vertices import vertex_labels
 from ..attributes import MeshAttributes, have_region_colors
 from ..formats import FORMATS
 from ..named_features import stored_colors
@@ -124,8 +125,6 @@ class CellWriter:
         """Write a file in the format of `ending`, and return the attributes that are lost."""
         options, of_vertices = self.options, None
         if ending == ".ply" and options.vertex_labels:
-            from ...regions.vertices import vertex_labels
-
             assert self.labels is not None
             of_vertices = self.of_vertices
             if of_vertices is None:

@@ -17,6 +17,7 @@ from ...base.lazy import Table, load
 from ...base.types import Ints, Longs
 from ...graph.kinds import kind_of
 from ...mesh.base import Cells
+from ...regions.vertices import vertex_ids, vertex_labels
 from ..attributes import MeshAttributes
 from ..formats import FORMATS
 from ..readers.labels import checked_labels
@@ -112,8 +113,6 @@ class IdWriter:
         )  # fmt: skip
 
     def _write_cortex(self, file: IO[bytes], ending: str) -> None:
-        from ...regions.vertices import vertex_labels
-
         assert self.labels is not None
         comments = () if self.attributes is None else self.attributes.comments
         of_vertices, colors = self.of_vertices, load(_PALETTE)
@@ -133,8 +132,6 @@ class IdWriter:
 
     @cached_property
     def _vertex_ids(self) -> Longs:
-        from ...regions.vertices import vertex_ids
-
         assert self.labels is not None
         if self.of_vertices is not None:
             return self.of_vertices.astype(np.int64)
