@@ -314,7 +314,10 @@ def _objects_of_masks(votes: Votes, n_regions: int, least: float) -> Ints:
 
 
 def _elect(votes: Votes, label_of: Ints, n_regions: int) -> tuple[Ints, Floats, Floats]:
-    """Return label, area of its votes, and area of all votes of each region; -1 without half."""
+    """Return, for each region, its label, the area of the votes for it, and the area of all votes.
+
+    If less than half of the votes are for masks, the label is -1 and the first area is 0.
+    """
     total = sums_by_label(votes.regions, votes.areas, n_regions)
     is_masked = votes.masks >= 0
     regions, areas = votes.regions[is_masked], votes.areas[is_masked]

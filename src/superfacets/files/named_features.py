@@ -201,6 +201,6 @@ def _normals_of(cells: Any, n_threads: int, is_kept: Bools | None) -> Floats:
 
 
 def _per_cell(table: Floats, cells: Any) -> Floats:
-    """Return the mean of the rows of `table` over the vertices of each cell; the rows of points."""
+    """Return the mean row of `table` over the vertices of each cell, or `table` for points."""
     corners = kind_of(cells).corners(cells)
     return table if corners is None else corners.means(table)

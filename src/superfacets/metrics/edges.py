@@ -91,7 +91,10 @@ class MeshEdges:
 
     @cached_property
     def mean_radius(self) -> float:
-        """Mean distance of face centroids from the mean one, by area; the diagonal if it is 0."""
+        """Mean distance of face centroids from the centroid of the mesh, weighted by area.
+
+        If all face centroids coincide, the value is the diagonal of the bounding box instead.
+        """
         total = positive_total(self.areas)
         centroid = self.areas @ self.graph.positions / total
         offsets = np.linalg.norm(self.graph.positions - centroid, axis=1)

@@ -49,7 +49,7 @@ def npy_array(data: Content, what: str = "numbers") -> Array:
 
 
 def npz_array(data: Content, name: str) -> Array:
-    """Return an array of a .npz file; raises a MeshError, or errors of dicts, zipfile and zlib."""
+    """Return one array of a .npz file; damage raises a MeshError, KeyError, or a zip error."""
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         entry = archive.getinfo(f"{name}.npy")
         if entry.file_size > most_bytes_of(len(data)):

@@ -94,7 +94,7 @@ class _Column:
         return "u1" if max(self.length or 0, self.longest) < 256 else "<i4"
 
     def of(self, rows: slice | Longs, size: int = 0) -> _Column:
-        """Return the column restricted to `rows`, whose lists have the length `size`."""
+        """Return the column restricted to `rows`; ragged lists must have the length `size`."""
         if self.longest:
             corners = self.values.offsets[rows][:, np.newaxis] + np.arange(size)
             values = self.values.indices[corners]
