@@ -74,6 +74,7 @@ _ROLES: dict[str, dict[str, str]] = {
         ".vtp": "superfacets_formats.vtk_xml:is_vtp",
         ".gii": "superfacets_formats.cortex:is_gifti",
         _SURFACES[0]: "superfacets_formats.cortex:is_surface",
+        ".stl": f"{_READ}stl:has_binary_size",
     },
     "write_polygons": {
         ".ply": f"{_WRITE}ply:write_ply",

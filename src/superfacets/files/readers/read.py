@@ -18,15 +18,15 @@ from ..formats import FORMATS
 from ..guards import Content, known_ending, named_errors, read_content
 from ..input import Input, Read
 from .off import MAGIC as OFF_MAGIC
-from .stl import has_binary_size
 
-_BEGINS = {b"ply\n": ".ply", b"ply\r": ".ply", b"glTF": ".glb"}
-"""Endings of mesh formats, keyed by the first bytes of their files."""
+_BEGINS = {
+    ".ply": rb"ply[\n\r]", ".glb": rb"glTF", ".gltf": rb"\{", ".stl": rb"(?i:solid)(?!\S)",
+    ".off": OFF_MAGIC.pattern, ".tri": rb"\d+(?!\S)",
+    ".obj": rb"(?:v|vn|vt|vp|f|l|p|o|g|s|mtllib|usemtl)(?!\S)",
+}  # fmt: skip
+"""Patterns that match the begin of files without white space and comments, keyed by ending."""
 
-# Matches the first word of a text, with any comment lines before it.
-_FIRST_WORD = re.compile(rb"(?:\s*+#[^\n]*+\n)*+\s*+(\S{1,20})")
-
-_OBJ_WORDS = b"v vn vt vp f l p o g s mtllib usemtl".split()
+_SKIPPED = rb"(?:\s*+#[^\n]*+\n)*+\s*+"
 
 
 def read_mesh(path: str | os.PathLike[str]) -> AnyMesh:
@@ -201,21 +201,7 @@ def parse(source: Input) -> Read:
 
 def recognized_ending(data: Content) -> str | None:
     """Guess the ending of a file from its content; return None if the format is unknown."""
-    for begin, ending in _BEGINS.items():
-        if data[: len(begin)] == begin:
-            return ending
-    for ending in FORMATS["recognize"]:
-        if FORMATS["recognize"][ending](data):
-            return ending
-    if has_binary_size(data):
-        return ".stl"
-    found = _FIRST_WORD.match(data)
-    word = b"" if found is None else found[1]
-    fitting = {
-        ".gltf": word.startswith(b"{"),
-        ".stl": word.lower() == b"solid",
-        ".off": OFF_MAGIC.match(word),
-        ".obj": word in _OBJ_WORDS,
-        ".tri": word.isdigit(),
-    }
-    return next((ending for ending, fits in fitting.items() if fits), None)
+    known = FORMATS["recognize"]
+    found = next((ending for ending in known if known[ending](data)), None)
+    fitting = (ending for ending, begin in _BEGINS.items() if re.match(_SKIPPED + begin, data))
+    return found or next(fitting, None)
