@@ -506,34 +506,31 @@ def checked_region_centers(centers: npt.ArrayLike, labels: Ints, n_regions: int)
 
 
 def checked_partial_labels(
-    labels: Any, n_cells: int, name: str = "labels", *, least: int = -1,
-    n_vertices: int | None = None,
-) -> tuple[Ints, int]:  # fmt: skip
+    labels: Any, n_cells: int, *, least: int = -1, n_vertices: int | None = None
+) -> tuple[Ints, int]:
     """Return checked labels, each of 0 to K - 1, as an (N,) int32 array, and the number K.
 
     The label -1, for cells without a region, is allowed only if `least` is -1.
     """
-    given = _row_of_labels(labels, n_cells, name, n_vertices)
-    is_wrong = (given < least) | (given >= n_cells)
-    refuse_first(is_wrong, name, given, f"{least} to {n_cells - 1} for {counted(n_cells, 'cell')}")
+    given = _row_of_labels(labels, n_cells, "labels", n_vertices)
+    must = f"{least} to {n_cells - 1} for {counted(n_cells, 'cell')}"
+    refuse_first((given < least) | (given >= n_cells), "labels", given, must)
     array = owned_indices(given)
     counts = np.bincount(array + 1)[1:]
     if not counts.all():
         raise ValueError(
-            f"{name} must be consecutive integers from 0, but no cell has label"
+            f"labels must be consecutive integers from 0, but no cell has label"
             f" {int(np.argmin(counts))}: renumber them with"
-            f" np.unique({name}, return_inverse=True)[1]{' - 1' if (array < 0).any() else ''}"
+            f" np.unique(labels, return_inverse=True)[1]{' - 1' if (array < 0).any() else ''}"
         )
     return array, len(counts)
 
 
-def checked_regions(
-    labels: Any, n_cells: int, n_vertices: int | None = None, name: str = "labels"
-) -> tuple[Ints, int]:
+def checked_regions(labels: Any, n_cells: int, n_vertices: int | None = None) -> tuple[Ints, int]:
     """Return the result of `checked_partial_labels`; raise a ValueError if all labels are -1."""
-    array, n_regions = checked_partial_labels(labels, n_cells, name, n_vertices=n_vertices)
+    array, n_regions = checked_partial_labels(labels, n_cells, n_vertices=n_vertices)
     if not n_regions:
-        raise ValueError(f"{name} must contain at least one region, but all labels are -1")
+        raise ValueError("labels must contain at least one region, but all labels are -1")
     return array, n_regions
 
 

@@ -53,7 +53,7 @@ class Plan:
         init = _first_centers(given, graph.positions, graph.measures, kept, n_threads, order)
         seeds = None if init is None or isinstance(init, str) else init
         if inside is not None and seeds is not None:
-            init = seeds = inside.new_cells(seeds, "init", order)
+            init = seeds = inside.new_cells(seeds, order)
         count_options = replace(count_options, seeds=seeds)
         size = region_size(count_options, measures, n_threads, dimension, plural)
         return cls(inside, size, count_options, init)

@@ -135,19 +135,19 @@ class KeptCells:
         """Return the surface of the kept cells. `whole` is the surface of all cells."""
         return whole.part(self.cells, self.arcs, self.offsets, self.neighbors)
 
-    def new_cells(self, cells: npt.ArrayLike, name: str, order: Ints | None = None) -> Ints:
-        """Convert indices of cells in the whole graph to numbers of kept cells.
+    def new_cells(self, seeds: npt.ArrayLike, order: Ints | None = None) -> Ints:
+        """Convert seeds, indices of cells in the whole graph, to numbers of kept cells.
 
         Raises a ValueError if a cell is not kept; its message has the index before sorting, see
         `order`.
         """
-        given = checked_seeds(cells, self.n_whole, name)
+        given = checked_seeds(seeds, self.n_whole, "init")
         found = np.minimum(np.searchsorted(self.cells, given), len(self.cells) - 1)
         is_out = self.cells[found] != given
         if is_out.any():
             first = int(np.argmax(is_out))
             cell = given[first] if order is None else order[given[first]]
-            raise ValueError(f"{name}[{first}] is cell {cell}, but the mask excludes this cell")
+            raise ValueError(f"init[{first}] is cell {cell}, but the mask excludes this cell")
         return found.astype(np.int32)
 
     def whole_labels(self, labels: Ints) -> Ints:

@@ -142,7 +142,7 @@ def finish(
         result, sliver_share=planned.sliver_share, timings=timings,
         params=weighed.options.params(result), cells=source,
     )  # fmt: skip
-    warn_of_islands(result, source, 6)
+    warn_of_islands(result, source)
     note = radius_note(result)
     if note is not None:
         warnings.warn(note, RadiusWarning, stacklevel=5)
