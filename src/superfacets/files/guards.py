@@ -277,11 +277,6 @@ class BinaryReader:
         self._at += n_bytes
 
 
-def hint_at_integers(names: Sequence[str]) -> str:
-    """Return the end of an error message that lists integer properties; empty without `names`."""
-    return f": the integer properties are {', '.join(names)}" if names else ""
-
-
 def most_bytes_of(n_bytes: int) -> int:
     """Return the maximum number of bytes that readers may expand a file of `n_bytes` bytes to."""
     return max(ALWAYS_ALLOWED, MAX_GROWTH * n_bytes)

@@ -129,16 +129,10 @@ def _with_normals_of(cloud: PointCloud, graph: PointGraph) -> PointGraph:
         is_flipped = _are_turned_away(components, n_components, viewpoints, graph)
         normals = np.where(is_flipped[components], -1.0, 1.0)[:, None] * graph.normals
         return replace(graph, normals=checked_normals(normals, len(normals)))
+    # On open surfaces, as a room scanned from inside, estimated normals may be on the wrong side.
     normal_sum = np.einsum("i,ij->j", graph.measures, graph.normals)
-    return replace(graph, tells_concave=not is_open(normal_sum, graph.measures.sum()))
-
-
-def is_open(normal_sum: Floats, area: float) -> bool:
-    """Return whether a surface is probably open; `normal_sum` is the sum of area * normal.
-
-    Estimated normals may then be on the wrong side, for example of a room scanned from inside.
-    """
-    return bool(np.linalg.norm(normal_sum) > OPEN_SHARE * area)
+    is_open = bool(np.linalg.norm(normal_sum) > OPEN_SHARE * graph.measures.sum())
+    return replace(graph, tells_concave=not is_open)
 
 
 def point_surface(graph: PointGraph, n_threads: int) -> Surface:

@@ -61,11 +61,6 @@ def cut_discrepancy(mesh: MeshEdges, found: Cuts, true: Cuts) -> float:
     return (there + back) / mesh.mean_radius
 
 
-def annotated(regions: Ints, segments: Ints) -> Ints:
-    """Return the regions with -1 for unannotated cells. Cells labeled -1 have no borders."""
-    return np.where(segments < 0, segments, regions)
-
-
 def _fraction_near(borders: Borders, distances: Floats, within: float) -> float:
     total = float(borders.lengths.sum())
     if not total > 0:

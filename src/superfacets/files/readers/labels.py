@@ -17,14 +17,7 @@ from ...graph.kinds import kind_of
 from ...mesh.base import Cells
 from ..attributes import MeshAttributes
 from ..formats import FORMATS
-from ..guards import (
-    Content,
-    hint_at_integers,
-    known_ending,
-    named_errors,
-    parsed_json,
-    read_content,
-)
+from ..guards import Content, known_ending, named_errors, parsed_json, read_content
 from ..input import Input
 from ..other import as_declared
 from .read import parse
@@ -123,7 +116,8 @@ def property_of(cells: Cells, attributes: MeshAttributes | None, name: str) -> A
     others = [
         key for key, values in stored.items() if values.dtype.kind in "iu" and values.ndim == 1
     ]
-    raise MeshError(f"the {kind.plural} have no property {name}{hint_at_integers(others)}")
+    hint = f": the integer properties are {', '.join(others)}" if others else ""
+    raise MeshError(f"the {kind.plural} have no property {name}{hint}")
 
 
 def find_property(cells: Cells, attributes: MeshAttributes | None, name: str) -> Array | None:

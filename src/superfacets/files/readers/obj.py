@@ -30,7 +30,9 @@ _CONTINUED = re.compile(rb"^([^#\n]*)\\[ \t]*\r?\n", re.MULTILINE)
 
 def read_obj(source: Input) -> Read:
     """Read an OBJ file: a mesh, or a point cloud without faces. Corners do not split vertices."""
-    data = without_continuations(source.data)
+    data = source.data
+    if data.find(b"\\") >= 0:
+        data = _CONTINUED.sub(rb"\1 ", data)
     vertices, colors, faces, words = _read_arrays(data, source)
     if not source.keep:
         return source.mesh(vertices, faces, vertex=colors)
@@ -73,11 +75,6 @@ def _read_arrays(
     if corners.min() < 0 or corners.max() >= len(vertices):
         _raise_index_error(data, lengths, corners, len(vertices))
     return vertices, colors, faces, words
-
-
-def without_continuations(data: Content) -> Content:
-    """Join each line that ends in a backslash, and has no comment, with the next line."""
-    return _CONTINUED.sub(rb"\1 ", data) if data.find(b"\\") >= 0 else data
 
 
 def _read_blocks(
