@@ -99,8 +99,8 @@ _DATA = options(
 )  # fmt: skip
 _NOISE = options(
     option("--denoise N|auto|scan", opts.Count(0, "auto", "scan"),
-           "Measure creases on a smoothed copy of the mesh, after N steps; auto estimates N from the"
-           " noise; scan too, with at least 5. Outputs are not smoothed.  [default: auto]"),
+           "Measure creases on a copy that is smoothed in N steps. auto estimates N from the noise;"
+           " scan does so too, and N is at least 5. Outputs are not smoothed.  [default: auto]"),
     option("--subdivide is_subdivided", FLAG,
            "First bisect edges longer than a quarter of a region's radius, for meshes with long and"
            " thin faces. Label files still contain one label for each face of IN."),

@@ -311,10 +311,7 @@ def _graph_of(edges: VertexEdges, cloud: PointCloud, number: int) -> CellGraph:
 
 
 def _merged(edges: VertexEdges, of_vertices: Ints, lowest: Ints, least: int) -> Ints:
-    """Merge regions of fewer than `least` vertices; vertices that no face uses keep the label -1.
-
-    `lowest` is the lowest vertex at the position of each vertex.
-    """
+    """Merge regions of fewer than `least` vertices; vertices without a face keep the label -1."""
     is_used = of_vertices >= 0
     of_positions = np.full(len(lowest), -1, np.int32)
     of_positions[lowest[is_used]] = of_vertices[is_used]

@@ -40,10 +40,7 @@ compactness from 4.309 to 4.303."""
 
 @dataclass
 class Loop:
-    """Options and state of the clustering loop. The method `run` executes the loop on all levels.
-
-    A level is either all cells or a graph of coarse cells.
-    """
+    """Options and state of the clustering loop. Its levels are coarse cells and all cells."""
 
     radius: float  # expected radius of a region, in the unit of the positions
     options: LoopOptions
@@ -62,9 +59,8 @@ class Loop:
     def run(self, coarsening: Coarsening, graph: OrderedGraph, centers: Ints) -> tuple[Ints, Ints]:
         """Run the loop on the coarse graphs, from coarsest to finest; then label all cells.
 
-        If `coarsening.loops_on_all`, the loop also runs on all cells. `centers` are the seeds, as
-        cells of the coarsest graph. Returns the label of each cell, and the centers from which
-        these labels were computed. The list `coarsening.graphs` is emptied to free memory.
+        Returns the label of each cell, and the centers. `centers` are cells of the coarsest graph.
+        The list `coarsening.graphs` is emptied to free memory.
         """
         self.options.report("classify")
         coarse = coarsening.graphs
@@ -98,10 +94,9 @@ class Loop:
     ) -> tuple[Ints, Ints]:
         """Label all cells by extending the paths on coarse cells to finer and finer cells.
 
-        `paths` contains the length of the path to each cell of the last graph in `coarse`, and the
-        label of the cell. `centers` are cells of the next finer graph. Returns the label of each
-        cell, and the centers. Extended paths give rounder regions than paths on all cells, which
-        `Clustering` would compute. The list `coarse` is emptied to free memory.
+        This gives rounder regions than paths on all cells. `paths` are length and label of each
+        cell of the last graph in `coarse`, which is emptied; `centers` are cells of the next finer
+        graph.
         """
         while coarse:
             start = time.perf_counter()
@@ -119,11 +114,7 @@ class Loop:
     def _run_level(
         self, graph: OrderedGraph, centers: Ints, *, is_last: bool = False, must_stay: bool = False
     ) -> Clustering:
-        """Run the loop on one level, starting from `centers`.
-
-        If `must_stay`, the cells are labeled once, and the centers do not move. `is_last` is True
-        for the level of all cells.
-        """
+        """Run the loop on one level from `centers`; if `must_stay`, label the cells once."""
         start = time.perf_counter()
         reach = math.inf
         if self.options.radius_factor is not None:
@@ -149,11 +140,10 @@ class Loop:
     def _relocate(
         self, graph: OrderedGraph, clustering: Clustering, n_iter: int, reason: StopReason
     ) -> tuple[int, StopReason]:
-        """Repeatedly relocate some centers, and iterate again.
+        """Move some centers to the farthest cells of regions with long paths, and iterate again.
 
-        A relocated center moves to the farthest cell of a region with long paths. `n_iter` is the
-        number of earlier iterations on this level, and `reason` is their stop reason. Returns the
-        number of all iterations on this level, and the last stop reason.
+        Returns the number of all iterations on this level, of which there were `n_iter`, and why it
+        ended.
         """
         fractions, most = RELOCATED_FRACTIONS, ITERATIONS_PER_ROUND
         if self.is_short:
@@ -181,11 +171,9 @@ class Loop:
         self, graph: OrderedGraph, clustering: Clustering, max_num_iter: int, *,
         must_stay: bool = False, n_before: int = 0,
     ) -> tuple[int, StopReason]:  # fmt: skip
-        """Alternately move centers and label cells, until there is a reason to stop.
+        """Alternately move centers and label cells; return number of iterations and stop reason.
 
-        Returns the number of iterations and the stop reason. `n_before` is the number of earlier
-        iterations on this level. If `must_stay`, centers do not move, and the stop reason of the
-        previous level is returned.
+        If `must_stay`, centers do not move, and the stop reason is that of the previous level.
         """
         if self.options.report.is_cancelled:
             return 1, "cancelled"
@@ -200,8 +188,9 @@ class Loop:
             seen.add(hash(np.sort(centers).tobytes()))
             n_moved = int(np.count_nonzero(moved_to != centers))
             self.options.report("classify", n_before + n_iter, n_moved)
-            move = _root_mean_square_move(graph, centers, moved_to)
-            if n_moved == 0 or move <= self.options.tol * self.radius:
+            moves = graph.positions_of(moved_to) - graph.positions_of(centers)
+            root_mean_square = math.sqrt(float(np.mean(np.sum(moves * moves, axis=1))))
+            if n_moved == 0 or root_mean_square <= self.options.tol * self.radius:
                 return n_iter, "converged"
             if self.options.report.is_cancelled:
                 return n_iter, "cancelled"
@@ -213,6 +202,3 @@ class Loop:
         return max_num_iter, "max_num_iter"
 
 
-def _root_mean_square_move(graph: OrderedGraph, centers: Ints, moved_to: Ints) -> float:
-    moves = graph.positions_of(moved_to) - graph.positions_of(centers)
-    return math.sqrt(float(np.mean(np.sum(moves * moves, axis=1))))

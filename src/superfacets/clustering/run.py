@@ -118,13 +118,10 @@ def segment_cells(
     joining_arcs: ArcLengths | None = None,
     balancer: Balancer | None = None,
 ) -> Segmentation:
-    """Place seeds and run the loop on a graph of the cells inside the mask.
+    """Place seeds and run the loop on a graph of the cells inside the mask, without checks.
 
-    The arguments are not checked. `coarsening` is the result of `coarsened`; its graphs are removed
-    after their last use. `joining_arcs` are the arcs across which pieces of regions that have no
-    center join other regions after the loop, if possible across arcs shorter than
-    ``graph.crease_limit``, which made things have. It is None if the loop itself makes connected
-    regions. `balancer` balances the sizes of regions, or is None.
+    Coarse graphs are removed after their last use. Across `joining_arcs`, pieces of regions without
+    a center join other regions, if possible where arcs are shorter than ``graph.crease_limit``.
     """
     size, options, init = plan.size, plan.count_options, plan.init
     if init is None:

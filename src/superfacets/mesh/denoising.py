@@ -120,8 +120,8 @@ def smoothed(mesh: FaceMesh, arcs: Any, n_steps: int, n_threads: int) -> FaceMes
 def slack_of(n_steps: int, *, is_regular: bool) -> float:
     """Return the angle in radians below which edges of a smoothed mesh are treated as flat.
 
-    Small random angles remain after `n_steps` smoothing steps, and stretch regions on regular grids
-    along the diagonal. The result is 0 for other meshes and for few steps.
+    Small angles remain and stretch regions on regular grids; it is 0 for other meshes and few
+    steps.
     """
     degrees = max(MIN_SLACK, SLACK_PER_STEP * n_steps)
     return math.radians(degrees) if is_regular and n_steps >= STEPS_WITH_SLACK else 0.0
@@ -172,10 +172,9 @@ class Roughness(NamedTuple):
 
     @property
     def noise(self) -> float:
-        """Estimate of the standard deviation of the noise, in edge lengths.
+        """Standard deviation of the noise, in edge lengths; 0 if the shape explains it.
 
-        The estimate is 0 if there are fewer than `MIN_SAMPLES` usable samples, or if the
-        roughness comes from the shape; see `MAX_AGREEMENT` and `DETAIL_RATIO`.
+        See `MIN_SAMPLES`, `MAX_AGREEMENT` and `DETAIL_RATIO`.
         """
         is_known = np.isfinite(self.near) & np.isfinite(self.agreement)
         if np.count_nonzero(is_known) < MIN_SAMPLES:
@@ -216,8 +215,5 @@ def _scale_of(heights: Floats) -> float:
 
 
 def sampled_faces(n_faces: int) -> Ints:
-    """Return the indices of the faces at which roughness is measured.
-
-    The first `N_FIRST` samples alone are also spread evenly over the mesh.
-    """
+    """Return the faces to measure roughness at; the first `N_FIRST` are also spread evenly."""
     return spread_indices(N_SAMPLES, n_faces).astype(np.int32)

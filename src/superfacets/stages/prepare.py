@@ -83,9 +83,8 @@ class Prepared:
     ) -> Prepared:  # fmt: skip
         """Smooth a mesh as `denoise` requires, and build the graph of the mesh or cloud.
 
-        Cells are sorted if `may_sort` is true and sorting saves time. `is_kept` is the same as in
-        `graph_and_surface`. Raises a ValueError if `denoise` is a number of steps > 0 and the cells
-        are not faces.
+        Cells are sorted if `may_sort` is true and this saves time. Raises a ValueError if `denoise`
+        is a number of steps > 0 and the cells are not faces.
         """
         kind = kind_of(source)
         if not kind.has_faces:
@@ -172,11 +171,7 @@ def prepare(
 def prepared_for(
     mesh: MeshLike | Prepared, options: SegmentOptions, clock: Clock
 ) -> tuple[Prepared, SegmentOptions]:
-    """Read the mesh or cloud and build the graph of its cells, or use a `Prepared` that fits.
-
-    In the returned options, names of features are replaced by values, and `denoise` is the number
-    of smoothing steps.
-    """
+    """Return a `Prepared` that fits, and options with values of features and numbers of steps."""
     n_threads, constraints = options.loop.n_threads, options.constraints
     given = mesh if isinstance(mesh, Prepared) else None
     with clock.timed("mesh"):
