@@ -54,7 +54,7 @@ class Flood {
 Components find_components_of(const OrderedGraph& graph, ThreadTeam& team) {
   Buffer<Label> same(graph.n_cells());
   team.fill(same.span(), Label{0});
-  return find_components(graph, same.span());
+  return find_components(graph, same.span(), team);
 }
 
 struct Size {

@@ -82,7 +82,7 @@ def connect_regions(
 ) -> RegionEdit:
     """Connect regions as `enforce_connectivity` does, without checking the arguments."""
     surface = costs.surface
-    pieces, n_pieces = _core.find_components(surface.offsets, surface.neighbors, labels)
+    pieces, n_pieces = _core.find_components(*surface.arcs, labels, surface.n_threads)
     region_of_piece = np.empty(n_pieces, np.int32)
     region_of_piece[pieces] = labels
     areas = sums_by_label(pieces, surface.measures, n_pieces)
