@@ -71,7 +71,7 @@ def enforce_connectivity(
     """
     part = LabeledPart.read(mesh, labels, weights, weld, n_threads)
     surface, n_regions = part.costs.surface, part.n_regions
-    pieces, n_pieces = _core.find_components(*surface.arcs, part.labels)
+    pieces, n_pieces = _core.find_components(*surface.arcs, part.labels, surface.n_threads)
     region_of_piece = np.empty(n_pieces, np.int32)
     region_of_piece[pieces] = part.labels
     areas = sums_by_label(pieces, surface.measures, n_pieces)

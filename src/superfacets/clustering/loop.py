@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .. import _core
-from .._core import Clustering, CoarseGraph, OrderedGraph
+from .._core import Clustering, CoarseGraph, OrderedGraph, PathArrays
 from ..base.options import LoopOptions
 from ..base.timing import timed
 from ..base.types import Array, Ints
@@ -56,17 +56,21 @@ class Loop:
         """Reason why the loop stopped on the last finished level."""
         return self.levels[-1].stop_reason
 
-    def run(self, coarsening: Coarsening, graph: OrderedGraph, centers: Ints) -> tuple[Ints, Ints]:
+    def run(
+        self, coarsening: Coarsening, graph: OrderedGraph, centers: Ints, paths: PathArrays | None
+    ) -> tuple[Ints, Ints]:
         """Run the loop on the coarse graphs, from coarsest to finest; then label all cells.
 
-        Returns the label of each cell, and the centers. `centers` are cells of the coarsest graph.
-        The list `coarsening.graphs` is emptied to free memory.
+        `centers` are the seeds, as cells of the coarsest graph, and `paths` the paths from them, or
+        None. Returns the label of each cell, and the centers. The list `coarsening.graphs` and
+        `paths` are emptied to free memory.
         """
         self.options.report("classify")
         coarse = coarsening.graphs
         while len(coarse) > coarsening.n_without_loop:
             level = coarse.pop()
-            clustering = self._run_level(level.graph, centers)
+            clustering = self._run_level(level.graph, centers, paths)
+            paths = None
             if len(coarse) == coarsening.n_without_loop and not coarsening.loops_on_all:
                 clustering = self._balanced(level.graph, clustering, coarsening.n_without_loop + 1)
             with timed(self.timings, "update"):
@@ -74,13 +78,13 @@ class Loop:
                 centers = level.refine(labels, centers, self.options.n_threads)
         if coarsening.loops_on_all or not is_straight(graph):
             must_stay = not coarsening.loops_on_all
-            clustering = self._run_level(graph, centers, is_last=True, must_stay=must_stay)
+            clustering = self._run_level(graph, centers, paths, is_last=True, must_stay=must_stay)
             clustering = self._balanced(graph, clustering, 0)
             return clustering.labels(), clustering.centers()
-        paths = clustering.lengths(), clustering.labels()
+        found = clustering.lengths(), clustering.labels()
         coarse.append(level)  # the last one; `loops_on_all` is False only if there is one
         del level, clustering  # these references would keep the graph in memory in `_spread`
-        return self._spread(coarse, paths, centers)
+        return self._spread(coarse, found, centers)
 
     def _balanced(self, graph: OrderedGraph, clustering: Clustering, level: int) -> Clustering:
         """Return the clustering on `level` after balancing the sizes of regions, if requested."""
@@ -112,16 +116,20 @@ class Loop:
         return paths[1], centers
 
     def _run_level(
-        self, graph: OrderedGraph, centers: Ints, *, is_last: bool = False, must_stay: bool = False
-    ) -> Clustering:
-        """Run the loop on one level from `centers`; if `must_stay`, label the cells once."""
+        self, graph: OrderedGraph, centers: Ints, paths: PathArrays | None,
+        *, is_last: bool = False, must_stay: bool = False,
+    ) -> Clustering:  # fmt: skip
+        """Run the loop on one level, starting from `centers`, and from `paths` if not None.
+
+        If `must_stay`, label the cells once.
+        """
         start = time.perf_counter()
         reach = math.inf
         if self.options.radius_factor is not None:
             reach = self.options.radius_factor * self.radius
         with timed(self.timings, "classify"):
             islands, n_threads = CORE_ISLANDS[self.options.islands], self.options.n_threads
-            clustering = _core.Clustering(graph, centers, reach, n_threads, islands)
+            clustering = _core.Clustering(graph, centers, reach, n_threads, islands, paths)
         # only on the first, coarsest level
         relocates = self.options.relocates and not self.levels
         most = self.options.max_num_iter
@@ -200,5 +208,3 @@ class Loop:
                 with timed(self.timings, "classify"):
                     clustering.classify(moved_to)
         return max_num_iter, "max_num_iter"
-
-

@@ -130,17 +130,18 @@ def segment_cells(
     with timed(timings, "seeding", loop.report):
         coarse = coarsening.graphs
         first = coarse[-1].graph if coarse else graph
-        seeds = run_seeding(first, bounds, size, options, init, loop.islands, loop.n_threads)
+        seeds, paths = run_seeding(first, bounds, size, options, init, loop.islands, loop.n_threads)
         components = None
         if plan.is_divided and not plan.has_seeds:
             components = plan.components(coarse)
             seeds = shared_seeds(first, seeds, components, size.n_segments, loop)
+            paths = None
         del first  # this reference would keep the graph in memory during the loop
     is_short = coarsening.is_short and loop.relocates
     cycle = Loop(
         size.radius, loop, timings, balancer=balancer, components=components, is_short=is_short
     )
-    labels, centers = cycle.run(coarsening, graph, seeds)
+    labels, centers = cycle.run(coarsening, graph, seeds, paths)
     # There can be fewer centers than seeds, because the balancer may remove centers.
     n_placed = len(seeds) if components is None else min(len(seeds), size.n_segments)
     n_unreached = max(0, len(centers) - n_placed)

@@ -121,7 +121,8 @@ class Surface(CsrArcs):
 
     def components(self, labels: npt.ArrayLike) -> Ints:
         """Return the connected component of cells with equal labels, from 0, of each cell, (N,)."""
-        return _core.find_components(*self.arcs, checked_classes(labels, self.n_cells, "labels"))[0]
+        checked = checked_classes(labels, self.n_cells, "labels")
+        return _core.find_components(*self.arcs, checked, self.n_threads)[0]
 
     def part(self, cells: Ints, arcs: Longs, offsets: Longs, neighbors: Ints) -> Surface:
         """Return the surface of the cells and arcs with these indices, renumbered from 0.
