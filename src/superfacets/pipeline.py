@@ -91,8 +91,7 @@ def segment(
     smooth : bool, default True
         Whether borders are straightened where the surface is smooth; see `smooth_borders`.
     denoise : int, "auto" or "scan", default "auto"
-        Number of smoothing steps before creases are measured. ``"auto"`` estimates the noise;
-        ``"scan"`` does so too, and uses at least five steps.
+        Steps of smoothing before creases are measured; by the noise, and at least 5 for ``"scan"``.
     max_num_iter, tol : int, float
         The loop stops when the root mean square of the moves of centers is at most `tol` * r, when
         centers return to an earlier state, or after `max_num_iter` iterations on each level.

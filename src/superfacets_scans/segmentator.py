@@ -60,10 +60,10 @@ def segment_mesh(
 ) -> Any:
     r"""Segment the vertices of a mesh: a replacement of ``segmentator.segment_mesh``.
 
-    The mesh is segmented with `superfacets.segment`, and the labels are converted to vertices with
-    `superfacets.vertex_labels` and ``method="creases"``. Regions with fewer than `segMinVerts`
-    vertices take vertices from their neighbors, or are merged with a neighbor if this is not
-    possible.
+    The mesh is segmented with `superfacets.segment` and `superfacets.SCANS`, and the labels are
+    converted to vertices with `superfacets.vertex_labels` and ``method="creases"``. Regions with
+    fewer than `segMinVerts` vertices take vertices from their neighbors, or are merged with a
+    neighbor if this is not possible.
 
     The number of regions is the number of segments of the original package, plus 1 or 2 or minus 1
     on noisy scans, because the original computes with 32-bit numbers. The original package uses the
