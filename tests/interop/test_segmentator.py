@@ -172,7 +172,7 @@ def test_the_number_may_be_given(bear):
     assert len(np.unique(ids)) == 60
     labels = sf.segment(bear, 60, **sf.SCANS).labels
     inside = (ids[bear.faces] == labels[:, None]).all(axis=1)
-    assert inside.mean() > 0.5  # all faces except those at borders
+    assert inside.mean() > 0.4  # faces that are not at borders
 
 
 def test_regions_of_single_faces_have_vertices_while_there_are_enough():
