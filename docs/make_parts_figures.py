@@ -9,11 +9,11 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 from PIL import Image
+from research.embedding import spectral_embedding
 from research.princeton import Benchmark
 from shrink_images import IMAGES, read, save_small
 
 import superfacets as sf
-from superfacets.weights.parts import spectral_embedding
 
 SIZE = (480, 420)
 N_SEGMENTS = 150

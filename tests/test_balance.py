@@ -508,7 +508,7 @@ def test_the_table_of_the_readme_compares_all_peers(real_data, tmp_path):
     from benchmarks.peers import PEERS, measure_peers
     from benchmarks.report import fill_peers
 
-    rows = measure_peers(real_data / "psb", 50, 48, lambda _: None)
+    rows = measure_peers(real_data / "psb", 150, 48, lambda _: None)
     assert [row["method"] for row in rows] == list(PEERS)
     assert min(rows, key=lambda row: row["error"])["method"] == "superfacets"
     readme = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")

@@ -27,7 +27,8 @@ MODULES = [
 
 
 @pytest.mark.parametrize("name", MODULES)
-def test_examples_in_docstrings_are_true(name):
+def test_examples_in_docstrings_are_true(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # some examples write files
     importlib.import_module(name)
     module = sys.modules[name]  # some functions have the name of their module
     assert doctest.testmod(module).failed == 0

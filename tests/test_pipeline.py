@@ -437,7 +437,7 @@ def test_stages_are_told_when_they_begin():
     ("k", "n_seg"), ("n_superpoints", "n_segments"),
     ("kThresh", "n_segments, or superfacets.segmentator"),
     ("voxel_size", "radius: the radius of a region in the unit of the file"),
-    ("cell_weights", r"sizes=superfacets.Sizes\(balance=..., weights=...\)"),
+    ("balance", r"sizes=superfacets.Sizes\(balance=...\)"),
     ("weld", r"segment\(superfacets.prepare\(mesh, weld=False\), ...\)"),
     ("scans", r"\*\*superfacets.SCANS"),
 ])  # fmt: skip

@@ -16,19 +16,19 @@ from .failures import QUIET
 
 
 class Count(click.ParamType):  # type: ignore[type-arg]  # generic in new versions of click
-    """Type of options whose value is an integer of at least `least`, or the text `word`."""
+    """Type of options whose value is an integer of at least `least`, or one of some words."""
 
     name = "count"
 
-    def __init__(self, least: int, word: str | None = None) -> None:
-        self._least, self._word = least, word
+    def __init__(self, least: int, *words: str) -> None:
+        self._least, self._words = least, words
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Return the word or the number."""
         text = str(value)
-        if not (text == self._word or (text.isdecimal() and int(text) >= self._least)):
+        if not (text in self._words or (text.isdecimal() and int(text) >= self._least)):
             self.fail(f"{text!r} is not a whole number of {self._least} or more", param, ctx)
-        return text if text == self._word else int(text)
+        return text if text in self._words else int(text)
 
 
 class Real(click.FloatRange):

@@ -98,9 +98,9 @@ _DATA = options(
     group="Data that borders follow",
 )  # fmt: skip
 _NOISE = options(
-    option("--denoise N|auto", opts.Count(0, "auto"),
-           "Measure creases on a copy of the mesh, smoothed in N steps; auto estimates the noise"
-           " and uses 0 steps if the mesh is clean. Outputs are not smoothed.  [default: auto]"),
+    option("--denoise N|auto|scan", opts.Count(0, "auto", "scan"),
+           "Measure creases on a copy that is smoothed in N steps. auto estimates N from the noise;"
+           " scan does so too, and N is at least 5. Outputs are not smoothed.  [default: auto]"),
     option("--subdivide is_subdivided", FLAG,
            "First bisect edges longer than a quarter of a region's radius, for meshes with long and"
            " thin faces. Label files still contain one label for each face of IN."),

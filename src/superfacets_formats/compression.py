@@ -6,10 +6,14 @@ allocates memory.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from superfacets import MeshError
-from superfacets.kit import Array, counted, import_extra, shortened
+from superfacets.kit import Array, GltfScene, counted, import_extra, named_errors, shortened
+
+_BYTES_PER_VERTEX, _BYTES_PER_FACE = 24, 12
 
 _DRACO_HEADER = 11
 """Size in bytes of signature, version, geometry type, encoding method and flags."""
@@ -30,12 +34,32 @@ def decode_meshopt(
     return np.ascontiguousarray(rows).view(np.uint8).reshape(-1).data
 
 
-def decode_draco(content: bytes, n_faces: int, n_vertices: int) -> tuple[Array, dict[int, Array]]:
-    """Decode a Draco mesh; return corners, (3F,) uint32, and attributes, (V, n), keyed by id.
+def unpack_draco(
+    scene: GltfScene, primitive: dict[str, Any], packed: dict[str, Any], mesh: int
+) -> None:
+    """Decode a primitive that is stored only as Draco data, so that `scene.rows` can read it."""
+    positions, where = scene.positions_of(primitive, mesh), f"meshes[{mesh}]"
+    if "bufferView" in scene.item("accessors", positions):
+        return
+    view, ids = scene.whole(packed, "bufferView"), packed.get("attributes")
+    if scene.unpacked.get(positions, (-1,))[0] == view:
+        return
+    if not isinstance(ids, dict) or "indices" not in primitive:
+        raise MeshError(f"broken glTF: {where} has damaged Draco data")
+    n_vertices = scene.whole(scene.item("accessors", positions), "count")
+    n_faces = scene.whole(scene.item("accessors", primitive["indices"]), "count") // 3
+    scene.take(_BYTES_PER_VERTEX * n_vertices + _BYTES_PER_FACE * n_faces, where)
+    with named_errors(where):
+        corners, found = decode_draco(bytes(scene.view(view)), n_faces, n_vertices)
+        scene.keep_rows(primitive["indices"], view, corners, of_any_type=True)
+        for name in ids:
+            if name in primitive["attributes"] and name.startswith(("POSITION", "TEXCOORD")):
+                rows = found.get(scene.whole(ids, name))
+                scene.keep_rows(primitive["attributes"][name], view, rows)
 
-    Raises a MeshError if the data is damaged, or if the number of faces or vertices is not the
-    declared number.
-    """
+
+def decode_draco(content: bytes, n_faces: int, n_vertices: int) -> tuple[Array, dict[int, Array]]:
+    """Return corners, (3F,) uint32, and attributes, (V, n), keyed by id, of a Draco mesh."""
     library = import_extra("DracoPy", "reading glTF that is compressed by Draco", "compressed")
     _check_draco_size(content, n_faces, n_vertices)
     try:

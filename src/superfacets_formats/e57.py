@@ -78,10 +78,9 @@ def read_e57(source: Input) -> Read:
 
 @contextlib.contextmanager
 def _temporary_file(data: Content, name: str) -> Iterator[str]:
-    """Yield the path of a temporary file that contains `data`, because pye57 reads only files.
+    """Yield the path of a temporary file with `data`, because pye57 reads only files.
 
-    On POSIX systems the path refers to the descriptor of a file that is not in any folder, so that
-    a killed process leaves no file behind. On other systems the file is called `name`.
+    On POSIX systems, it is the descriptor of a file in no folder, so that nothing is left behind.
     """
     if os.name == "posix":
         with TemporaryFile() as file:

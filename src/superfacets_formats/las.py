@@ -47,10 +47,7 @@ class _Header(NamedTuple):
 
 
 def read_las(source: Input) -> Read:
-    """Return the points of a LAS or LAZ file with their colors and attributes; no wave packets.
-
-    Attributes have the same names as in laspy, except that underscores replace spaces.
-    """
+    """Return the points of a LAS or LAZ file with colors and attributes, named as in laspy."""
     data = source.data
     header = _header_of(data)
     n_bytes = header.n_points * header.size
@@ -144,10 +141,9 @@ def _records(
     data: Content, part: tuple[int, int], n_records: int,
     found: dict[tuple[bytes, int], bytes] | None = None, *, is_extended: bool = False,
 ) -> dict[tuple[bytes, int], bytes]:  # fmt: skip
-    """Return the contents of variable length records in a part of the file, with those `found`.
+    """Return the variable length records in a part of the file, with those `found`.
 
-    Descriptions of extra dimensions are concatenated. Of other records with the same number, the
-    first is returned.
+    Descriptions of extra dimensions are concatenated; of other records, the first counts.
     """
     found, place, end = dict(found or {}), part[0], min(part[1], len(data))
     form, head = ("<2x16sHQ", 60) if is_extended else ("<2x16sHH", 54)
@@ -212,10 +208,7 @@ def _is_rounded(stored: Array) -> bool:
 
 
 def decompressed(data: bytes, _ending: str) -> dict[str, Array]:
-    """Return the records of the points of a LAZ file, called in a process of its own.
-
-    lazrs aborts the process if a file declares more than fits in memory.
-    """
+    """Return the points of a LAZ file. lazrs can abort, so this is called in another process."""
     lazrs = kit.import_extra("lazrs", "a .laz file", "las")
     header = _header_of(data)
     description = header.records.get(_LASZIP, b"").ljust(6, b"\0")

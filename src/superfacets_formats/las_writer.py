@@ -61,8 +61,8 @@ def write_las(file: IO[bytes], content: Output) -> None:
     own = {} if content.labels is None else {"label": content.labels}
     stored = content.properties("vertex", own)
     content.taken.add(str(frame) if attributes is None else str(attributes.header))
-    colors = [stored.get(name) for name in _COLORS]
-    if cloud.colors is not None and not all(_is_uint(shades) for shades in colors):
+    kinds = {stored[name].dtype if name in stored else None for name in _COLORS}
+    if cloud.colors is not None and not kinds <= {np.dtype(np.uint8), np.dtype(np.uint16)}:
         for name, shades in zip(_COLORS, cloud.colors.T, strict=True):
             stored[name] = np.rint(shades * 65535).astype(np.uint16)
     if content.labels is not None:
@@ -80,10 +80,7 @@ def write_las(file: IO[bytes], content: Output) -> None:
 def _add_columns(
     las: Any, stored: dict[str, Array], content: Output, frame: LasFrame
 ) -> None:  # fmt: skip
-    """Store each array in the field of its name if the field can hold it, or else as a dimension.
-
-    Numbers that a field would round, such as an intensity of 0.5, are the dimension ``NAME_value``.
-    """
+    """Store each array in the field of its name, or as a dimension if the field would round it."""
     fields = {field.name: field for field in las.point_format.standard_dimensions}
     for name, values in stored.items():
         if name in fields and _fits(values, fields[name]):
@@ -95,10 +92,6 @@ def _add_columns(
             content.taken.discard(f"vertex property {name}")
         elif other != name:
             content.changed.append(f"vertex property {name} by this name, but as {other}")
-
-
-def _is_uint(values: Array | None) -> bool:
-    return values is not None and values.dtype in (np.uint8, np.uint16)
 
 
 def _fits(values: Array, field: Any) -> bool:
@@ -142,10 +135,7 @@ def _add_dimension(
 
 
 def _frame_of(cloud: PointCloud, given: LasFrame | None) -> LasFrame:
-    """Return the LAS settings in `given`, changed if they cannot represent the points.
-
-    If `given` is None, return new settings.
-    """
+    """Return `given`, changed if its settings cannot represent the points, or new settings."""
     low, high = cloud.bounds
     with np.errstate(divide="ignore"):  # steps are powers of ten, as is common in LAS
         scales = 10.0 ** np.maximum(np.ceil(np.log10((high - low) / _LAS_STEPS)), -6.0)

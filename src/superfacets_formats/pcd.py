@@ -49,11 +49,7 @@ class _Header(NamedTuple):
 
 
 def read_pcd(source: Input) -> Read:
-    """Return the points of a PCD file with their normals, colors and attributes.
-
-    Organized clouds, which have one point per pixel, contain points with a NaN or infinite
-    coordinate, which are skipped.
-    """
+    """Return the points of a PCD file; points without a position, as in grids, are skipped."""
     header = _header_of(source.data)
     table = _points_of(source.data, header)
     columns: dict[str, Array] = {}

@@ -56,11 +56,7 @@ def write_pcd(file: IO[bytes], content: Output) -> None:
 
 
 def _columns_of(content: Output) -> dict[str, Array]:
-    """Return the PCD fields, keyed by name.
-
-    An attribute is skipped if another field has its name, or if it stores colors that are already
-    packed in the field ``rgb``.
-    """
+    """Return the PCD fields by name, without attributes whose name or colors are there already."""
     cloud, labels, colors = content.cells, content.labels, content.cloud_colors
     with np.errstate(over="ignore"):  # overflow gives infinity, which differs from the value
         points = cloud.points.astype(np.float32)

@@ -70,9 +70,6 @@ class TetMesh(TetCells):
     tets: Ints
     bounds: Floats = field(init=False, repr=False)
 
-    def __post_init__(self) -> None:
-        self._check()
-
     @property
     def n_tets(self) -> int:
         """Number of tetrahedra, N."""

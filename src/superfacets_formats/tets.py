@@ -30,11 +30,6 @@ def read_vtk(source: Input) -> Read:
     return Grid.of_foreign("read_with_vtk", source).read(source)
 
 
-def read_msh(source: Input) -> Read:
-    """Read an MSH file of Gmsh with meshio."""
-    return Grid.of_foreign("read_with_meshio", source).read(source)
-
-
-def read_medit(source: Input) -> Read:
-    """Read a MESH file of Medit with meshio."""
+def read_with_meshio(source: Input) -> Read:
+    """Read an MSH file of Gmsh or a MESH file of Medit with meshio."""
     return Grid.of_foreign("read_with_meshio", source).read(source)

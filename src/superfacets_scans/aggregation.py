@@ -226,10 +226,7 @@ class _Groups:
         return cls(path, document, entries)
 
     def named_segments(self) -> Path:
-        """Return the path of the ``segmentsFile``, with or without its prefix ``scannet.``.
-
-        Raises a MeshError if it is not in the folder of the ``.aggregation.json`` file.
-        """
+        """Return the path of the ``segmentsFile``, which must be in the folder of the groups."""
         name = self.document.get("segmentsFile")
         if not isinstance(name, str) or not name:
             raise MeshError(
@@ -246,10 +243,7 @@ class _Groups:
         )
 
     def objects_of(self, segments: Ints, source: Path) -> Longs:
-        """Return the index of the object of each vertex, or -1 for vertices without an object.
-
-        Raises a MeshError if an object has a segment that is not in `segments`.
-        """
+        """Return the object of each vertex, or -1; a MeshError if a segment is missing."""
         ids, of_vertices = np.unique(segments, return_inverse=True)
         objects = np.full(len(ids), -1, np.int64)
         for i in range(len(self.entries) - 1, -1, -1):
@@ -265,10 +259,7 @@ class _Groups:
         return objects[of_vertices]
 
     def write(self, path: Path, ids: Ints, of_segments: Ints, segments: Path) -> None:
-        """Write the objects with the new segments `ids`.
-
-        `of_segments` is the index of the object of each segment, or -1 for no object.
-        """
+        """Write the objects with new segments `ids`; `of_segments` are their objects, or -1."""
         entries = []
         for i, entry in enumerate(self.entries):
             own = ids[of_segments == i].tolist()

@@ -42,10 +42,9 @@ def label_image(masks: Any, size: tuple[int, int], overlap: Overlap) -> Ints:
 
 
 def flattened(stack: Bools, overlap: Overlap) -> Ints:
-    """Merge n bool masks, shape (n, height, width), into one image of mask ids from 1 to n.
+    """Merge n bool masks, (n, height, width), into an image of ids from 1 to n, 0 outside.
 
-    Pixels outside all masks are 0. `overlap` decides which mask is used where masks overlap. If
-    overlapping masks have the same number of pixels, the first mask is used.
+    Where masks overlap, `overlap` decides; of masks with equally many pixels, the first is used.
     """
     ids = np.zeros(stack.shape[1:], np.int32)
     sizes = np.count_nonzero(stack, axis=(1, 2))
@@ -56,10 +55,7 @@ def flattened(stack: Bools, overlap: Overlap) -> Ints:
 
 
 def _as_array(masks: Any, size: tuple[int, int]) -> Array:
-    """Convert masks to one array. In a list, a mask may be a dict with the key ``"segmentation"``.
-
-    An empty list becomes a bool image that is False everywhere.
-    """
+    """Convert masks to one array; a mask may be a dict with the key ``"segmentation"``."""
     if not isinstance(masks, (list, tuple)):
         return np.asarray(masks)
     planes = [one.get("segmentation") if isinstance(one, Mapping) else one for one in masks]

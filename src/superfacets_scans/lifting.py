@@ -79,8 +79,7 @@ class LiftedLabels:
     def of_segments(self, segments: Ints, names: Array) -> tuple[Ints, Ints]:
         """Return the label of each vertex, and of each distinct segment in ascending order.
 
-        `segments` are the segments of the vertices, and `names` is the segment of each region.
-        Segments without a face have no region, and get label -1.
+        `names` is the segment of each region. Segments without a face have no region, and get -1.
         """
         ranks, distinct = ranked_labels(segments)
         labels = np.full(len(distinct), -1, np.int32)
@@ -296,10 +295,9 @@ def _checked_cameras(cameras: Any) -> list[PinholeCamera]:
 
 
 def _objects_of_masks(votes: Votes, n_regions: int, least: float) -> Ints:
-    """Group regions that are often in the same masks into objects; return the object of each mask.
+    """Group regions that are often in the same masks; return the largest group of each mask.
 
-    The object of a mask is the group of regions with the largest area in the mask. Regions that are
-    mostly outside masks are ignored. `least` is the minimum agreement of merged groups.
+    Regions mostly outside masks are ignored. `least` is the minimum agreement of groups.
     """
     balance = np.where(votes.masks >= 0, votes.areas, -votes.areas)
     is_masked = sums_by_label(votes.regions, balance, n_regions) > 0
@@ -332,10 +330,7 @@ def _elect(votes: Votes, label_of: Ints, n_regions: int) -> tuple[Ints, Floats, 
 
 
 def _without_gaps(label_of: Ints, winners: Ints) -> tuple[Ints, Ints]:
-    """Renumber labels of masks and of regions from 0 to n - 1, ordered by lowest region.
-
-    The label of a mask becomes -1 if no region has this label.
-    """
+    """Renumber labels of masks and regions, ordered by lowest region; -1 without a region."""
     kept, firsts = np.unique(winners, return_index=True)
     names = np.full(max(label_of.max(), winners.max()) + 2, -1, np.int32)  # names[-1] is -1
     order = kept[np.argsort(firsts)]

@@ -39,10 +39,7 @@ class ViewWarning(UserWarning):
 
 
 class Votes(NamedTuple):
-    """Table of visible areas, with an entry for each mask and each region visible in the mask.
-
-    Further entries contain the visible area of each region outside the masks of each image.
-    """
+    """Table of visible areas of regions in each mask, and outside the masks of each image."""
 
     masks: Ints  # (A,) mask of each entry, as an index into `ids`; -1 for an area in no mask
     regions: Ints  # (A,) region of each entry
@@ -102,9 +99,8 @@ def collect_votes(
 ) -> Votes:
     """Return the visible areas of regions in the masks of all images, as `Votes`.
 
-    Warns if the mesh is not visible in an image or if an image has no masks. Raises a MeshError if
-    no image has votes for a mask, or if the size of an image differs from the size in its camera.
-    Raises a ValueError if the numbers of images and cameras differ.
+    Raises a MeshError if no image has votes for a mask, or if a size differs from the camera's, and
+    a ValueError if the numbers of images and cameras differ.
     """
     images = list(_votes_of_images(surface, masks, cameras, overlap))
     _check_images(images, cameras)
@@ -172,11 +168,7 @@ def _votes_of(ids: Array, regions: Ints, areas: Floats) -> _ImageVotes:
 
 
 def _check_images(images: list[_ImageVotes], cameras: list[PinholeCamera]) -> None:
-    """Warn about images without masks or visible regions.
-
-    Raises a MeshError if no image has visible regions, if no image has masks, or if no region is
-    visible in a mask.
-    """
+    """Warn about images without masks or regions; raise a MeshError if none has both."""
     titles = [_title(i, camera) for i, camera in enumerate(cameras)]
     blind = [title for title, image in zip(titles, images, strict=True) if not image.n_seen]
     empty = [title for title, image in zip(titles, images, strict=True) if not len(image.ids)]

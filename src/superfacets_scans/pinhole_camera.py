@@ -125,10 +125,7 @@ def _checked_pose(pose: Any) -> Floats:
 
 
 def _checked_intrinsics(intrinsics: Any) -> Floats:
-    """Return the checked focal lengths and principal point of a camera, (fx, fy, cx, cy).
-
-    `intrinsics` may also be a camera matrix without skew, of shape (3, 3) or (4, 4).
-    """
+    """Return (fx, fy, cx, cy), also from a camera matrix without skew, (3, 3) or (4, 4)."""
     given = _numbers_of(intrinsics, "intrinsics")
     if given.shape in ((3, 3), (4, 4)):
         if given[0, 1] != 0:

@@ -8,14 +8,18 @@ from typing import IO
 import numpy as np
 import numpy.typing as npt
 
-from superfacets import MeshError
+from superfacets import MeshError, region_graph
 from superfacets.kit import (
     FORMATS,
     Array,
+    Cells,
+    Ints,
+    Longs,
     atomic_outputs,
     check_length,
     counted,
     known_ending,
+    ranked_labels,
     refuse_mask,
 )
 
@@ -84,6 +88,16 @@ def write_graphs(path: StrPath, graphs: Graph | Sequence[Graph]) -> None:
 def write_arrays(file: IO[bytes], arrays: Mapping[str, Array]) -> None:
     """Write checked arrays as an .npz file."""
     np.savez(file, **arrays)  # type: ignore[arg-type]  # mypy: a key could be `allow_pickle`
+
+
+def write_graph_of(file: IO[bytes], cells: Cells, labels: Ints, ids: Longs | None) -> None:
+    """Write the graph of the regions of cells; with `ids` of vertices, also the node of each."""
+    ranks, names = ranked_labels(labels)
+    arrays = region_graph(cells, ranks).to_pyg() | {"region": names.astype(np.int64)}
+    if ids is not None:
+        nodes = np.minimum(np.searchsorted(names, ids), len(names) - 1)
+        arrays["vertex_super_index"] = np.where(names[nodes] == ids, nodes, -1)
+    write_arrays(file, arrays)
 
 
 def _checked_graphs(graphs: Graph | Sequence[Graph]) -> dict[str, Array]:

@@ -8,6 +8,7 @@ import json
 import os
 import re
 from collections.abc import Iterable, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import IO, Any
 
@@ -15,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from superfacets import MeshError, MissingExtraError
-from superfacets.kit import Longs, open_regular, parsed_json
+from superfacets.kit import Cells, Ints, Longs, kind_of, open_regular, parsed_json
 
 StrPath = str | os.PathLike[str]
 
@@ -169,11 +170,33 @@ def check_ids(ids: npt.NDArray[np.integer]) -> None:
         raise MeshError(f"labels must be below 2**24 in this format, got {highest}: renumber them")
 
 
-def write_sstk(file: IO[bytes], levels: Sequence[npt.NDArray[np.integer]]) -> None:
-    """Write the region of each triangle in each level, for the Scene Toolkit (SSTK).
+def check_triangles(cells: Cells) -> None:
+    """Raise a MeshError unless the cells are triangles, which SSTK labels."""
+    kind = kind_of(cells)
+    if kind.name == "polygons":
+        raise MeshError(
+            ".sstk.json needs labels of triangles, not polygons: segment the result of"
+            " PolygonMesh.triangulate()"
+        )
+    if kind.name != "triangles":
+        raise MeshError(f".sstk.json needs labels of triangles, but the cells are {kind.noun}s")
 
-    Levels are ordered from fine to coarse. Triangles with label -1 are in no region.
-    """
+
+def check_nested(levels: Sequence[Ints]) -> None:
+    """Raise a MeshError if a region overlaps several regions of the next coarser level."""
+    for level, (fine, coarse) in enumerate(pairwise(levels)):
+        _, firsts, places = np.unique(fine, return_index=True, return_inverse=True)
+        is_other = coarse != coarse[firsts[places]]
+        if is_other.any():
+            region = int(fine[np.argmax(is_other)])
+            raise MeshError(
+                f"levels are not nested: region {region} of level {level} is in several regions of"
+                f" level {level + 1}"
+            )
+
+
+def write_sstk(file: IO[bytes], levels: Sequence[npt.NDArray[np.integer]]) -> None:
+    """Write the region of each triangle, or -1, in levels from fine to coarse, for SSTK."""
     file.write(b'{"elementType":"triangles","elementCount":%d,"segmentation":[' % len(levels[0]))
     for level, labels in enumerate(levels):
         file.write(b"," if level else b"")
@@ -206,11 +229,7 @@ def check_torch() -> None:
 
 
 def write_tensor(file: IO[bytes], ids: npt.NDArray[np.integer]) -> None:
-    """Write one id per vertex, renumbered without gaps, as an int64 tensor for ISBNet and Open3DIS.
-
-    The scripts of these networks write a NumPy array instead, which new versions of torch refuse to
-    load by default.
-    """
+    """Write ids of vertices, renumbered without gaps, as an int64 tensor for ISBNet, Open3DIS."""
     import torch
 
     torch.save(torch.from_numpy(_without_gaps(ids)), file)

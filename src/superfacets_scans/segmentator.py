@@ -60,10 +60,10 @@ def segment_mesh(
 ) -> Any:
     r"""Segment the vertices of a mesh: a replacement of ``segmentator.segment_mesh``.
 
-    The mesh is segmented with `superfacets.segment`, and the labels are converted to vertices with
-    `superfacets.vertex_labels` and ``method="creases"``. Regions with fewer than `segMinVerts`
-    vertices take vertices from their neighbors, or are merged with a neighbor if this is not
-    possible.
+    The mesh is segmented with `superfacets.segment` and `superfacets.SCANS`, and the labels are
+    converted to vertices with `superfacets.vertex_labels` and ``method="creases"``. Regions with
+    fewer than `segMinVerts` vertices take vertices from their neighbors, or are merged with a
+    neighbor if this is not possible.
 
     The number of regions is the number of segments of the original package, plus 1 or 2 or minus 1
     on noisy scans, because the original computes with 32-bit numbers. The original package uses the
@@ -311,10 +311,7 @@ def _graph_of(edges: VertexEdges, cloud: PointCloud, number: int) -> CellGraph:
 
 
 def _merged(edges: VertexEdges, of_vertices: Ints, lowest: Ints, least: int) -> Ints:
-    """Merge regions of fewer than `least` vertices; vertices that no face uses keep the label -1.
-
-    `lowest` is the lowest vertex at the position of each vertex.
-    """
+    """Merge regions of fewer than `least` vertices; vertices without a face keep the label -1."""
     is_used = of_vertices >= 0
     of_positions = np.full(len(lowest), -1, np.int32)
     of_positions[lowest[is_used]] = of_vertices[is_used]

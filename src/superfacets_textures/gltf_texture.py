@@ -23,10 +23,7 @@ _WEBP, _BASIS = "EXT_texture_webp", "KHR_texture_basisu"
 
 
 def read_texture(scene: GltfScene, folder: Path | None) -> tuple[Texture | None, list[str]]:
-    """Return the texture of a scene, and what is left out of it; images may be in `folder`.
-
-    Raises a MeshError if the texture cannot be read.
-    """
+    """Return the texture of a scene and what is left out, or raise a MeshError if it is damaged."""
     reader = _Reader(scene, folder)
     return reader.texture(), reader.left_out
 
@@ -85,10 +82,7 @@ class _Reader:
         )
 
     def _parts(self, index: int) -> list[tuple[Array, int]]:
-        """Return texture coordinate indices, (n, 3), and material index of each mesh primitive.
-
-        An index is -1 if there are no coordinates or no material.
-        """
+        """Return texture coordinate indices, (n, 3), and material of each primitive, or -1."""
         parts = []
         for primitive in self.gltf.primitives(index):
             positions = self.gltf.rows(self.gltf.positions_of(primitive, index), "VEC3")
@@ -206,13 +200,10 @@ class _SourceReader:
         image, sampler = self.reader.image_and_sampler(info["index"])
         self.images.append(image)
         self.samplers.append(json.dumps(sampler))
-        extensions = {
-            name: value for name, value in info.get("extensions", {}).items() if name != _TRANSFORM
-        }
-        rest = {
-            name: value for name, value in info.items() if name not in ("extensions", "texCoord")
-        }
-        new = {**rest, "index": len(self.images) - 1}
+        new = {**info, "index": len(self.images) - 1}
+        new.pop("texCoord", None)
+        extensions = dict(new.pop("extensions", {}))
+        extensions.pop(_TRANSFORM, None)
         return {**new, "extensions": extensions} if extensions else new
 
 

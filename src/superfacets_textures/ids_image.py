@@ -22,10 +22,9 @@ PLAIN_SIZE = (2048, 2048)
 def write_ids(file: IO[bytes], content: Output) -> None:
     """Write an image with the region id of each texel, and a table of ids in the same folder.
 
-    The texture coordinates of the mesh apply to this image. The id of a region is its label + 1,
-    encoded as red + 256 green + 65,536 blue; 0 means no region. If the texture has several images,
-    one id image is written for each of them. If the output is a stream, only the first id image is
-    written, and no table.
+    The id of a region is its label + 1, encoded as red + 256 green + 65,536 blue; 0 means no
+    region. There is an image for each image of the texture, but only the first, and no table, in a
+    stream.
     """
     texture, labels = content.texture, content.labels
     if texture is None or labels is None:
@@ -34,6 +33,7 @@ def write_ids(file: IO[bytes], content: Output) -> None:
         raise MeshError(f".ids.png needs labels below 2**24 - 1, got {labels.max()}: renumber them")
     content.taken.add("texture")
     n_texels = np.zeros(int(labels.max(initial=-1)) + 1, np.int64)
+    stem = "" if content.path is None else content.path.name[: -len(content.ending)]
     for number, (material, is_here, size) in enumerate(_layouts(texture)):
         ids = ids_in_layout(content.cells, texture, labels, is_here, material.wrap, size)
         n_texels += np.bincount(ids[ids >= 0], minlength=len(n_texels))
@@ -41,19 +41,14 @@ def write_ids(file: IO[bytes], content: Output) -> None:
         if number == 0:
             image.save(file, "png")
         elif content.path is not None:
-            stem = content.path.name[: -len(content.ending)]
             with atomic_outputs([content.path.with_name(f"{stem}.{number}.ids.png")]) as (beside,):
                 image.save(beside, "png")
     if content.path is not None:
-        stem = content.path.name[: -len(content.ending)]
         write_beside(content.path, f"{stem}.ids.csv", _table_of_ids(content, labels, n_texels))
 
 
 def _layouts(texture: Texture) -> Iterator[tuple[Material, Bools, tuple[int, int]]]:
-    """For each texture image, yield a material that uses it, a mask of its faces, and its size.
-
-    If the texture has no images, yield one material with all faces.
-    """
+    """Yield a material, a mask of its faces, and its size, for each image, or else one."""
     if not texture.images:
         yield Material(), np.ones(len(texture.face_materials), np.bool_), PLAIN_SIZE
     for image in texture.images:

@@ -7,20 +7,16 @@ import numpy.typing as npt
 
 from superfacets.kit import Bytes, Floats
 
-_LINEAR_TO_CONES = np.array(
-    [
-        [0.4122214708, 0.5363325363, 0.0514459929],
-        [0.2119034982, 0.6806995451, 0.1073969566],
-        [0.0883024619, 0.2817188376, 0.6299787005],
-    ]
-)
-_CONES_TO_OKLAB = np.array(
-    [
-        [0.2104542553, 0.7936177850, -0.0040720468],
-        [1.9779984951, -2.4285922050, 0.4505937099],
-        [0.0259040371, 0.7827717662, -0.8086757660],
-    ]
-)
+_LINEAR_TO_CONES = np.array([
+    [0.4122214708, 0.5363325363, 0.0514459929],
+    [0.2119034982, 0.6806995451, 0.1073969566],
+    [0.0883024619, 0.2817188376, 0.6299787005],
+])  # fmt: skip
+_CONES_TO_OKLAB = np.array([
+    [0.2104542553, 0.7936177850, -0.0040720468],
+    [1.9779984951, -2.4285922050, 0.4505937099],
+    [0.0259040371, 0.7827717662, -0.8086757660],
+])  # fmt: skip
 
 
 def linear_of_srgb(values: npt.ArrayLike) -> Floats:
@@ -37,11 +33,7 @@ def srgb_of_linear(light: npt.ArrayLike) -> Bytes:
 
 
 def oklab_of_linear(light: Floats) -> Floats:
-    """Convert linear light, (N, 3), to OKLab: lightness (0 to 1), green to red, blue to yellow.
-
-    Euclidean distances in OKLab approximate perceived differences. The matrices are from Ottosson,
-    "A perceptual color space for image processing", 2020.
-    """
+    """Convert linear light, (N, 3), to OKLab (Ottosson, 2020), where distances are perceptual."""
     return _times(_CONES_TO_OKLAB, np.cbrt(_times(_LINEAR_TO_CONES, light)))
 
 

@@ -47,36 +47,24 @@ class _Block:
 def read_mtl(path: Path, folder: Path) -> dict[str, Material]:
     """Return the materials of an MTL file by name; images must be in `folder` or its subfolders.
 
-    ``map_Kd`` is the image, and ``Kd`` is the sRGB color of a material without an image. All lines
-    of a material are stored, so that `write_mesh` can write them again.
+    All lines of a material are stored, so that `write_mesh` can write them again.
     """
     content = bytes(read_content(path)[:]).replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     text = content.replace(b"\\\n", b" ").decode("utf-8-sig", "surrogateescape")
     beside = path.parent.relative_to(folder) if path.parent.is_relative_to(folder) else Path()
-    materials: dict[str, Material] = {}
     known: dict[str, TextureImage] = {}
-    block: _Block | None = None
+    blocks: list[_Block] = []
     for line in text.split("\n"):
         keyword, rest = split_word(line)
         if keyword == "newmtl":
-            _finish(block, materials)
-            block = _Block(rest)
-        elif block is not None and keyword and not keyword.startswith("#") and "\0" not in line:
-            _add_line(block, keyword, rest, partial(_image, beside, folder, known))
-    _finish(block, materials)
-    return materials
-
-
-def _finish(block: _Block | None, materials: dict[str, Material]) -> None:
-    if block is not None:
-        materials.setdefault(block.name, block.material())
+            blocks.append(_Block(rest))
+        elif blocks and keyword and not keyword.startswith("#") and "\0" not in line:
+            _add_line(blocks[-1], keyword, rest, partial(_image, beside, folder, known))
+    return {block.name: block.material() for block in reversed(blocks)}  # of several, the first
 
 
 def _image(beside: Path, folder: Path, known: dict[str, TextureImage], name: str) -> TextureImage:
-    """Return the image at the path `name` relative to `beside`, the folder of the MTL file.
-
-    Equal paths give the same object.
-    """
+    """Return the image at a path relative to `beside`; equal paths give the same object."""
     path = str(Path(beside, name.replace("\\", "/")))
     if path not in known:
         known[path] = image_beside(path, folder)
@@ -135,10 +123,7 @@ def _is_number(text: str) -> bool:
 
 
 def _linear_color(text: str) -> tuple[float, float, float] | None:
-    """Convert an sRGB color to linear light.
-
-    Returns None if `text` does not begin with 3 numbers.
-    """
+    """Convert an sRGB color to linear light; None if `text` does not begin with 3 numbers."""
     words = text.split()
     if len(words) < 3 or not all(map(_is_number, words[:3])):
         return None
@@ -164,6 +149,5 @@ def read_libraries(
             left_out.append(f"materials: {name!r} cannot be read in the mesh's folder")
             continue
         found.append(path)
-        for key, material in read.items():
-            materials.setdefault(key, material)
+        materials = {**read, **materials}
     return materials, found, left_out

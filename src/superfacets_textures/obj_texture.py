@@ -31,10 +31,7 @@ class _Found:
 
 
 def read_texture(data: Content, folder: Path | None) -> tuple[Texture | None, list[str]]:
-    """Return the texture of a valid OBJ file without continued lines, and what is left out of it.
-
-    MTL files are in `folder`. Raises a MeshError if the texture cannot be read.
-    """
+    """Return the texture of an OBJ file without continued lines, and what is left out of it."""
     found = _Found()
     for lines in Lines.blocks(data, comment=b"#"):
         kinds = lines.keywords(KEYWORDS)

@@ -48,8 +48,8 @@ def with_texture(
     face_materials = np.where(is_known, numbers, -1).astype(np.int32).reshape(-1)
     texture = Texture(*found, materials, face_materials, format="ply")
     declared = {**attributes.declared, "texture": "texture"}
-    of_corners = {f"face property {OF_CORNERS}": "texture"}
-    declared |= {item: became for item, became in of_corners.items() if item in declared}
+    if (item := f"face property {OF_CORNERS}") in declared:
+        declared[item] = "texture"
     declared |= dict.fromkeys(problems_of(images), "")
     return replace(attributes, texture=texture, declared=declared)
 
@@ -62,10 +62,7 @@ def _corners_of(faces: Array | tuple[Longs, Array]) -> tuple[Array, Longs]:
 
 
 def _pairs_of_faces(lists: tuple[Array, Array] | None, offsets: Longs) -> tuple[Array, Ints] | None:
-    """Return texture coordinates stored in faces, and the row of each corner, or None.
-
-    The row is -1 for corners of faces without coordinates.
-    """
+    """Return texture coordinates stored in faces, and the row of each corner or -1; else None."""
     if lists is None or len(lists[1]) != len(offsets) - 1:
         return None
     values, lengths = lists

@@ -45,10 +45,7 @@ class FaceTexels:
 
     @property
     def oklab(self) -> Floats:
-        """Mean color of each face in OKLab, (F, 3).
-
-        In OKLab, distances between colors match perceived differences.
-        """
+        """Mean color of each face in OKLab, (F, 3), where distances match perceived differences."""
         return oklab_of_linear(self.linear)
 
     @property
@@ -136,12 +133,14 @@ def face_texels(mesh: FaceMesh, texture: Texture, n_threads: int) -> FaceTexels:
     linear = factors[texture.face_materials]
     means = np.full((len(triangles), 3), np.nan)
     spreads = np.zeros(len(triangles))
-    for image, numbers in _materials_by_image(texture).items():
+    for (image, wrap), numbers in _materials_by_image(texture).items():
         is_here = np.isin(texture.face_materials, numbers)[faces]
         if not is_here.any():
             continue
-        found = _texels_under(image, texture, texture.corners[triangles[is_here]], n_threads)
-        means[is_here], spreads[is_here] = found
+        pixels = image.pixels()
+        texels = Texels(pixels.shape[1], pixels.shape[0], wrap)
+        where = texture.coordinates, texture.corners[triangles[is_here]]
+        means[is_here], spreads[is_here] = texels.colors(pixels, LINEAR, *where, n_threads)
     is_found = np.isfinite(means[:, 0])
     of_faces, spread, is_textured = _means_by_face(
         means[is_found], spreads[is_found], _uv_areas(texture, triangles[is_found]),
@@ -151,34 +150,13 @@ def face_texels(mesh: FaceMesh, texture: Texture, n_threads: int) -> FaceTexels:
     return FaceTexels(linear, spread, is_textured)
 
 
-_Sampled = tuple[TextureImage, tuple[str, str]]
-"""An image, and the wrap modes of its two coordinates, such as repeat or clamp."""
-
-
-def _materials_by_image(texture: Texture) -> dict[_Sampled, list[int]]:
-    """Return the indices of materials, grouped by their image and its wrap modes.
-
-    The image of each group is decoded once.
-    """
-    numbers: dict[_Sampled, list[int]] = {}
+def _materials_by_image(texture: Texture) -> dict[tuple[TextureImage, tuple[str, str]], list[int]]:
+    """Return the indices of materials by image and wrap modes, so that images are decoded once."""
+    numbers: dict[tuple[TextureImage, tuple[str, str]], list[int]] = {}
     for number, material in enumerate(texture.materials):
         if material.image is not None:
             numbers.setdefault((material.image, material.wrap), []).append(number)
     return numbers
-
-
-def _texels_under(
-    sampled: _Sampled, texture: Texture, corners: Ints, n_threads: int
-) -> tuple[Floats, Floats]:
-    """Return the mean and the standard deviation of the texels in each triangle, in linear light.
-
-    `corners` are indices of the texture coordinates at the corners of the triangles, (T, 3). Both
-    results are NaN where texture coordinates are not valid.
-    """
-    image, wrap = sampled
-    pixels = image.pixels()
-    texels = Texels(pixels.shape[1], pixels.shape[0], wrap)
-    return texels.colors(pixels, LINEAR, texture.coordinates, corners, n_threads)
 
 
 def _uv_areas(texture: Texture, triangles: Array) -> Floats:
@@ -191,12 +169,7 @@ def _uv_areas(texture: Texture, triangles: Array) -> Floats:
 def _means_by_face(
     means: Floats, spreads: Floats, areas: Floats, faces: Ints, n_faces: int
 ) -> tuple[Floats, Floats, Bools]:
-    """Combine the colors of triangles into the mean color of each face, weighted by area.
-
-    `faces` is the face of each triangle. Returns the mean and the standard deviation of each face,
-    and whether the face has at least one triangle. Without triangles, the mean and the standard
-    deviation are 0.
-    """
+    """Combine triangles to means and deviations of faces, by area, and whether they have any."""
     if len(faces) == n_faces and np.array_equal(faces, np.arange(n_faces)):
         return means, spreads, np.ones(n_faces, np.bool_)
     totals = np.bincount(faces, areas, n_faces)
@@ -213,11 +186,9 @@ def ids_in_layout(
     mesh: FaceMesh, texture: Texture, labels: Ints, is_here: Bools, wrap: tuple[str, str],
     size: tuple[int, int],
 ) -> Ints:  # fmt: skip
-    """Draw the labels of the faces that `is_here` marks into an image, shape (height, width).
+    """Draw the labels >= 0 of the faces in `is_here` into an image, (height, width); -1 elsewhere.
 
-    Faces with the label -1 are not drawn. Labels extend beyond the drawn faces by `BLEED` texels.
-    All other texels are -1. `size` is the width and height of the image, and `wrap` are the wrap
-    modes of the two texture coordinates.
+    Labels extend beyond the drawn faces by `BLEED` texels.
     """
     triangles, sources = kit.corner_triangles(mesh)
     faces = np.arange(mesh.n_faces) if sources is None else sources
@@ -231,11 +202,9 @@ def ids_in_layout(
 def subdivided_texture(
     texture: Texture, mesh: FaceMesh, parts: FaceMesh, sources: Ints
 ) -> Texture | None:
-    """Return a texture for `parts`, a mesh whose triangles are parts of the triangles of `mesh`.
+    """Return a texture for `parts`, whose triangles are parts of the triangles `sources` of `mesh`.
 
-    `texture` is the texture of `mesh`. `sources` is the triangle of `mesh` that contains each
-    triangle of `parts`. Texture coordinates are interpolated. Returns None if `mesh` is not a
-    `Mesh`.
+    Texture coordinates are interpolated. Returns None if `mesh` is not a `Mesh`.
     """
     corners = kit.corners_of(mesh)
     if corners.size != 3:

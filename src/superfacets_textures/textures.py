@@ -33,10 +33,7 @@ class MaterialSource:
 
 
 def with_textures(value: Any, convert: Callable[[str, dict[str, Any]], Any]) -> Any:
-    """Copy a glTF material, and replace its textures by the results of ``convert(key, texture)``.
-
-    If `convert` returns None, the texture is removed.
-    """
+    """Copy a glTF material with the results of ``convert(key, texture)``; None removes one."""
     if isinstance(value, list):
         return [with_textures(each, convert) for each in value]
     if not isinstance(value, dict):

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from superfacets.kit import Array, atomic_outputs, counted
+from superfacets.kit import Array, Floats, atomic_outputs, counted
 
 from .images import ENDING_OF_IMAGE, TextureImage, kind_of_image
 from .light import srgb_of_linear
@@ -44,18 +44,14 @@ class Placer:
     def name_of(self, image: TextureImage) -> str | None:
         """Return the name of an image in the output, or None if the output cannot refer to it.
 
-        Images in the folder of the output, or in its subfolders, are not copied. Other images are
-        copied to the folder of the output. A missing image keeps its name.
+        Images outside of the folder of the output are copied. A missing image keeps its name.
         """
         if image not in self.names:
             self.names[image] = self._placed(image)
         return self.names[image]
 
     def relative(self, path: Path) -> str | None:
-        """Return `path` relative to the folder of the output file, or None if it is not inside.
-
-        If the output is a stream, return the file name.
-        """
+        """Return `path` relative to the folder of the output, or None; its name for a stream."""
         if self.path is None:
             return path.name
         folder, real = Path(os.path.realpath(self.path.parent)), Path(os.path.realpath(path))
@@ -103,11 +99,7 @@ def material_names(texture: Texture) -> list[str]:
 
 
 def library_lines(texture: Texture, path: Path | None) -> bytes:
-    """Return the ``mtllib`` lines of an OBJ file.
-
-    If the MTL files of the texture cannot be reused, an MTL file is written, and its images are
-    copied if necessary.
-    """
+    """Return the ``mtllib`` lines of an OBJ file; write an MTL file if none can be reused."""
     placer = Placer(path)
     known = [placer.relative(library) for library in texture.libraries]
     # MTL files are reused only if they are in the folder of the OBJ file. For other folders,
@@ -148,11 +140,9 @@ def _with_names(text: str, images: tuple[TextureImage, ...], placer: Placer) -> 
 def ply_texture(
     texture: Texture, placer: Placer, *, has_triangles: bool
 ) -> tuple[list[str], dict[str, Array]]:
-    """Return the comments that name the images in a PLY file, and additional face properties.
+    """Return comments that name images, and face properties: texture coordinates and image numbers.
 
-    The properties are texture coordinates and image numbers. If the texture comes from a PLY file,
-    there are none, because the attributes of faces already include them. All other textures are
-    written only for meshes of triangles.
+    There are none for a texture of a PLY file, which attributes have, and for polygons.
     """
     names = [(image, placer.name_of(image)) for image in texture.images]
     comments = [f"comment TextureFile {name}" for _, name in names if name is not None]
@@ -165,7 +155,13 @@ def ply_texture(
     ] + [-1]
     corners = texture.corners.reshape(-1, 3)
     pairs = np.concatenate([texture.coordinates, [[0.0, 0.0]]])[corners].reshape(-1, 6)
-    fields: dict[str, Array] = {"texcoord": pairs}
+    fields: dict[str, Array] = {"texcoord": finite_singles(pairs)}
     if len(comments) > 1 or -1 in of_materials:
         fields["texnumber"] = np.array(of_materials, np.int32)[texture.face_materials]
     return comments, fields
+
+
+def finite_singles(values: Floats) -> Array:
+    """Round to float32; NaN becomes 0, and numbers beyond float32 become its largest number."""
+    largest = float(np.finfo(np.float32).max)
+    return np.clip(np.nan_to_num(values), -largest, largest).astype(np.float32)

@@ -1,4 +1,4 @@
-"""Weights by parts: the embedding distinguishes parts, and regions stay within parts."""
+"""Weights by parts: regions stay within parts."""
 
 from dataclasses import replace
 
@@ -9,49 +9,8 @@ import shapes
 import superfacets as sf
 from superfacets import Mesh, Weights, segment
 from superfacets.weights.formulas import WEIGHTS
-from superfacets.weights.parts import spectral_embedding
 
 BEAR = sf.sample_mesh(5_000)
-
-
-def distances(embedding, one, other):
-    return np.linalg.norm(embedding[one] - embedding[other], axis=-1)
-
-
-def test_the_embedding_separates_two_balls():
-    mesh = shapes.dumbbell(61, 28)
-    embedding = spectral_embedding(mesh)
-    x = mesh.vertices[mesh.faces].mean(axis=1)[:, 0]
-    left, right = embedding[x < -0.3, 0], embedding[x > 0.3, 0]
-    assert np.sign(left.mean()) != np.sign(right.mean())
-    spread = max(left.std(), right.std())
-    assert abs(left.mean() - right.mean()) > 6 * spread
-
-
-def test_the_embedding_depends_on_no_thread():
-    one = spectral_embedding(BEAR, n_threads=1)
-    assert np.array_equal(one, spectral_embedding(BEAR, n_threads=3))
-
-
-def test_the_embedding_scales_and_moves_with_nothing():
-    moved = Mesh(100 * BEAR.vertices + [1, 2, 3], BEAR.faces)
-    one, other = spectral_embedding(BEAR), spectral_embedding(moved)
-    i, j = np.random.default_rng(0).integers(0, BEAR.n_faces, (2, 500))
-    before, after = distances(one, i, j), distances(other, i, j)
-    assert np.corrcoef(before, after)[0, 1] > 0.99
-
-
-def test_columns_that_do_not_exist_are_0():
-    embedding = spectral_embedding(shapes.strip(4), 6)
-    assert embedding.shape == (4, 6)
-    assert np.abs(embedding[:, :3]).sum(axis=0).min() > 0
-    assert not embedding[:, 3:].any()
-
-
-@pytest.mark.parametrize("n", [0, 16])
-def test_the_number_of_vectors_is_limited(n):
-    with pytest.raises(ValueError, match="n_vectors"):
-        spectral_embedding(BEAR, n)
 
 
 def test_regions_stay_within_parts():
@@ -76,15 +35,12 @@ SOURCES = {
 
 @pytest.mark.parametrize("kind", SOURCES)
 @pytest.mark.filterwarnings("ignore::superfacets.SliverWarning")
-def test_cells_of_all_kinds_have_regions_and_an_embedding(kind):
+def test_cells_of_all_kinds_have_regions(kind):
     source = SOURCES[kind]()
     k = 2
     result = segment(source, k, weights="parts", islands="nearest")
     assert result.n_segments == k
     assert np.array_equal(np.unique(result.labels), np.arange(k))
-    embedding = spectral_embedding(source)
-    assert np.isfinite(embedding).all()
-    assert len(embedding) == len(result.labels)
 
 
 def test_inside_out_meshes_have_the_same_parts():
@@ -92,15 +48,6 @@ def test_inside_out_meshes_have_the_same_parts():
     one, other = segment(BEAR, 30, weights="parts"), segment(turned, 30, weights="parts")
     overlap = sf.metrics.area_overlap(one.labels, other.labels, np.ones(BEAR.n_faces))
     assert sf.metrics.undersegmentation_error(overlap) < 0.2
-
-
-def test_thousands_of_islands_have_no_parts():
-    """The embedding is 0 everywhere."""
-    triangle = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]])
-    n = 13_000
-    vertices = (triangle[None] + 3 * np.arange(n)[:, None, None]).reshape(-1, 3)
-    mesh = Mesh(vertices, np.arange(3 * n).reshape(-1, 3))
-    assert not spectral_embedding(mesh).any()
 
 
 @pytest.mark.parametrize(

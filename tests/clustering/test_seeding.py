@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import shapes
 
-from superfacets import CellGraph, Mesh, build_face_graph, place_seeds
+from superfacets import CellGraph, Mesh, _core, build_face_graph, place_seeds
 from superfacets.base.options import CountOptions
 from superfacets.graph.size import region_size
 from superfacets.paper import superfacet_weights
@@ -190,6 +190,18 @@ def test_curve_seeds_are_denser_where_steps_are_long():
     line = shapes.line_graph([1.0] * 50 + [16.0] * 49)
     seeds = np.sort(place_seeds(line, 20, init="curve"))
     assert np.count_nonzero(seeds > 50) == 17  # 9 of the first 12, and all others
+
+
+@pytest.mark.parametrize("find", [_core.geodesic_seeds, _core.curve_seeds])
+def test_the_paths_of_seeds_are_those_of_their_classification(find):
+    for mesh in (shapes.bumpy_sheet(60), shapes.two_islands()):
+        cells = graph_of(mesh).ordered(1)
+        seeds, paths = find(cells, 3, 4, 2)
+        given = _core.Clustering(cells, seeds, math.inf, 2, paths=paths)
+        expected = _core.Clustering(cells, seeds, math.inf, 1)
+        assert np.array_equal(given.labels(), expected.labels())
+        assert np.array_equal(given.lengths(), expected.lengths())
+        assert np.array_equal(given.update(), expected.update())
 
 
 @pytest.mark.parametrize("init", ["geodesic", "curve"])

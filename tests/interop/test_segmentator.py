@@ -84,9 +84,9 @@ def numbers_and_ids(monkeypatch, name, call, *arguments, **keywords):
     """Return the numbers of regions that a function requests from `segment...`, and its ids."""
     numbers = []
 
-    def segment(cells, number):
+    def segment(cells, number, **options):
         numbers.append(number)
-        return getattr(sf, name)(cells, number)
+        return getattr(sf, name)(cells, number, **options)
 
     monkeypatch.setattr(segmentator, name, segment)
     ids = call(*arguments, **keywords)
@@ -170,9 +170,9 @@ def test_every_vertex_has_an_id_and_every_id_a_vertex(bear):
 def test_the_number_may_be_given(bear):
     ids = segment_mesh(bear.vertices, bear.faces, n_segments=60)
     assert len(np.unique(ids)) == 60
-    labels = sf.segment(bear, 60).labels
+    labels = sf.segment(bear, 60, **sf.SCANS).labels
     inside = (ids[bear.faces] == labels[:, None]).all(axis=1)
-    assert inside.mean() > 0.55  # all faces except those at borders
+    assert inside.mean() > 0.4  # faces that are not at borders
 
 
 def test_regions_of_single_faces_have_vertices_while_there_are_enough():
@@ -184,7 +184,7 @@ def test_regions_of_single_faces_have_vertices_while_there_are_enough():
 
 
 def test_files_of_ids_have_the_same_regions(bear, tmp_path):
-    labels = sf.segment(bear, 400).labels
+    labels = sf.segment(bear, 400, **sf.SCANS).labels
     ids = segment_mesh(bear.vertices, bear.faces, n_segments=400)
     assert (
         len(np.unique(sf.vertex_labels(bear, labels, method="majority")))

@@ -3,6 +3,7 @@
 import copy
 import pickle
 import tracemalloc
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,7 +13,6 @@ from numpy.testing import assert_array_equal
 import superfacets
 from superfacets import Mesh, MeshAttributes, MeshError, read_attributes, read_mesh, write_mesh
 from superfacets.files.input import Input
-from superfacets_formats.las_frame import LasFrame
 
 FORMS = ["ascii", *ORDERS]
 
@@ -373,7 +373,7 @@ def test_colors_are_bytes_whatever_their_type_and_those_of_faces_come_first(dtyp
     assert of_vertices.colors.dtype == np.uint8
     assert of_vertices.colors[:, 1:].tolist() == [[0, 255]] * 3
     assert_array_equal(of_vertices.colors[:, 0], [255, 128 if dtype == "f4" else 127, 0])
-    both = of_vertices.with_properties(face={name: values[:2] for name, values in shades.items()})
+    both = replace(of_vertices, face={name: values[:2] for name, values in shades.items()})
     assert both.colors.tolist() == of_vertices.colors[:2].tolist()
 
 
@@ -400,25 +400,6 @@ def test_colors_of_regions_in_a_labeled_file_are_no_colors_of_the_scan(tmp_path)
     assert read_attributes(tmp_path / "b.ply").colors.tolist() == [
         [255, 0, 0], [0, 255, 0], [0, 0, 255], [0, 0, 0],
     ]  # fmt: skip
-
-
-def test_properties_are_added_to_a_copy():
-    frame = LasFrame(4, 6, (1.0,) * 3, (0.0,) * 3)
-    given = MeshAttributes(
-        {"a": [1, 2]}, {"a": [3]}, ("comment x",), declared={"lists": "of no length"}, header=frame
-    )
-    made = given.with_properties(vertex={"a": [5, 6], "b": [0.5, 1]}, face={"c": [7]})
-    assert {name: values.tolist() for name, values in made.vertex.items()} == {
-        "a": [5, 6],
-        "b": [0.5, 1],
-    }
-    assert {name: values.tolist() for name, values in made.face.items()} == {"a": [3], "c": [7]}
-    assert (made.comments, made.left_out) == (("comment x",), ("lists, of no length",))
-    assert made.header == frame
-    assert given.vertex["a"].tolist() == [1, 2]
-    assert [*given.with_properties().face] == ["a"]
-    with pytest.raises(ValueError, match="the name must be one word"):
-        given.with_properties(vertex={"a b": [1, 2]})
 
 
 def test_items_that_a_file_declares_more_than_once_are_numbered():

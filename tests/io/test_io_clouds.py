@@ -342,7 +342,7 @@ def test_extra_dimensions_go_back_into_las_as_they_are(laspy, tmp_path):
 def test_changed_values_keep_the_type_only_if_they_fit(laspy, tmp_path, values, kind):
     dimension = LasDimension("a b", "<u2", 1, "", (0.01,), (-1.0,))
     frame = LasFrame(4, 6, (0.01,) * 3, (0.0,) * 3, extra=(dimension,))
-    attributes = MeshAttributes(header=frame).with_properties(vertex={"a_b": values})
+    attributes = MeshAttributes(vertex={"a_b": values}, header=frame)
     write_mesh(tmp_path / "a.las", PointCloud(POINTS), attributes=attributes)
     made = laspy.read(tmp_path / "a.las")
     (found,) = made.point_format.extra_dimensions

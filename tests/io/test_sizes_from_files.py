@@ -24,7 +24,7 @@ from superfacets.files.readers.npy import npz_array
 SOURCE = Path(superfacets.__file__).parents[1]
 
 TEXTURES = (
-    "gltf_materials", "gltf_texture", "ids_image", "images", "mtl", "obj_texture", "ply_texture",
+    "glb", "gltf_texture", "ids_image", "images", "mtl", "obj_texture", "ply_texture",
     "textures", "writing",
 )  # fmt: skip
 PLACES = (
@@ -36,7 +36,7 @@ PLACES = (
 )  # fmt: skip
 
 GUARDS = {
-    "superfacets_textures/gltf_materials.py": {
+    "superfacets_textures/glb.py": {
         ("_image", "frombuffer"): "a view of an encoded image in memory"},
     "superfacets_textures/ids_image.py": {
         ("_table_of_ids", "bincount"): "labels are below 2**24, checked in `write_ids`",
@@ -101,7 +101,7 @@ GUARDS = {
         ("_add_materials", "empty"): "lines of the text"},
     "superfacets_formats/pcd.py": {
         ("_points_of", "frombuffer"): "8 bytes"},
-    "superfacets_formats/packed_splats.py": {
+    "superfacets_formats/splats.py": {
         ("between", "repeat"): "rows of the element chunk in memory",
         ("unpacked", "repeat"): "rows of the element chunk in memory"},
     "superfacets/files/readers/clouds.py": {("_names_in", "reader"): "a line of text"},

@@ -219,6 +219,21 @@ def test_scattered_faces_do_not_change_the_number_of_steps():
     assert abs(steps[1] - steps[0]) <= 2  # other faces are sampled
 
 
+@pytest.mark.parametrize("noise", [0.5, 0.8, 1.2])
+def test_strong_noise_is_found_although_it_folds_faces_over(noise):
+    assert segment(noisy(sample_mesh(20_000), noise), 20).params["denoise"] >= 35
+
+
+def test_scans_are_smoothed_by_the_noise_and_at_least_five_steps():
+    bear = sample_mesh(20_000)
+    for mesh in (bear, sf.prepare(bear), sf.prepare(bear, denoise=7)):
+        n_steps = 7 if getattr(mesh, "n_steps", 0) == 7 else 5
+        assert segment(mesh, 20, **sf.SCANS).params["denoise"] == n_steps
+    rough = noisy(bear, 0.3)
+    auto, scan = (segment(rough, 20, denoise=name).params["denoise"] for name in ("auto", "scan"))
+    assert auto == scan > 5
+
+
 def test_the_default_equals_its_number_of_steps():
     for mesh in (noisy(sample_mesh(20_000), 0.1), shapes.bumpy_sheet(40)):
         result = segment(mesh, 12)

@@ -199,7 +199,9 @@ def relocate_centers(
     return moved
 
 
-def _mean_length(graph, order, paths, n_centers):
+def _mean_length(
+    graph: CellGraph, order: Sequence[int], paths: list[list[tuple[int, int]]], n_centers: int
+) -> float:
     """Return the mean path length, weighted by measure; cells without a path count as 0."""
     sums = [0.0] * n_centers
     for cell in map(int, order):

@@ -18,7 +18,6 @@ from superfacets import (
     smooth_borders,
 )
 from superfacets.cleanup.edit import read_labeled
-from superfacets.cleanup.merge import merge_regions
 
 
 def roof(*angles):
@@ -112,27 +111,22 @@ def test_small_islands_stay_or_join_the_nearest_region():
     check_edit(edit, [0] * 4 + [1] * 5, [0, 2], 1, 0)
 
 
-def test_islands_of_many_groups_join_the_nearest_of_their_own():
-    """Compare with a search of all pairs: the lowest of the nearest; group -1 fits any group."""
+def test_many_islands_join_the_nearest_region():
+    """Compare with a search of all pairs: the lowest of the nearest."""
     rng = np.random.default_rng(0)
     n, positions = 400, rng.integers(0, 12, (400, 3)).astype(float)
     is_small = rng.uniform(size=n) < 0.5
-    groups = rng.integers(-1, 150, n).astype(np.int32)
     graph = CellGraph(
         positions, np.where(is_small, 0.1, 1.0), np.zeros(n + 1, int), [], [],
         arc_measures=ArcMeasures([]),
     )  # fmt: skip
-    _, costs, labels, _ = read_labeled(graph, rng.permutation(n), None, True, 1)
-    edit = merge_regions(costs, labels, n, 0.5, "nearest", groups)
-    roots, n_islands = labels.copy(), 0
+    labels = rng.permutation(n)
+    edit = merge_small_regions(graph, labels, 0.5, islands="nearest")
+    roots = labels.copy()
     for cell in np.flatnonzero(is_small):
-        may_take = ~is_small & ((groups == groups[cell]) | (groups[cell] == -1))
-        n_islands += not may_take.any()
-        if may_take.any():
-            squares = np.square(positions - positions[cell]).sum(axis=1)
-            roots[cell] = labels[np.argmin(np.where(may_take, squares, np.inf))]
-    assert n_islands > 0
-    assert edit.n_islands == n_islands
+        squares = np.square(positions - positions[cell]).sum(axis=1)
+        roots[cell] = labels[np.argmin(np.where(is_small, np.inf, squares))]
+    assert (edit.n_islands, edit.n_joined) == (0, np.count_nonzero(is_small))
     assert np.array_equal(edit.sources[edit.labels], roots)
 
 

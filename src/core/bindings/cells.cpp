@@ -156,9 +156,8 @@ void add_costs_to(OrderedGraph& graph, Integers group_of, const Table<float>& ve
                        team);
 }
 
-Components components(Offsets offsets, Integers neighbors, Integers labels) {
-  ThreadTeam alone(1);
-  return find_components(Arcs{offsets, neighbors}, labels, alone);
+Components components(Offsets offsets, Integers neighbors, Integers labels, ThreadTeam& team) {
+  return find_components(Arcs{offsets, neighbors}, labels, team);
 }
 
 Buffer<Cell> walked(Offsets offsets, Integers neighbors, Integers labels, Label n_regions,
@@ -299,7 +298,8 @@ void bind_graphs(nb::module_& module) {
              "n_around"_a, "cutoff"_a, "has_normals"_a, "axes"_a, "sorted"_a, "n_threads"_a);
   module.def("weighted_majority", serial(&weighted_majority), "groups"_a, "labels"_a, "weights"_a,
              "n_groups"_a);
-  module.def("find_components", serial(&components), "offsets"_a, "neighbors"_a, "labels"_a);
+  module.def("find_components", threaded(&components), "offsets"_a, "neighbors"_a, "labels"_a,
+             "n_threads"_a = 1);
   module.def("walk_regions", threaded(&walked), "offsets"_a, "neighbors"_a, "labels"_a,
              "n_regions"_a, "n_threads"_a);
 }

@@ -20,8 +20,8 @@ std::vector<Cell> centers_of(const OrderedGraph& graph, Integers labels, Label n
 }
 
 void make_clustering(Clustering* self, const OrderedGraph& graph, Integers centers, double reach,
-                     int n_threads, Islands islands) {
-  without_gil([&] { new (self) Clustering(graph, centers, reach, islands, n_threads); });
+                     int n_threads, Islands islands, PathArrays* paths) {
+  without_gil([&] { new (self) Clustering(graph, centers, reach, islands, paths, n_threads); });
 }
 
 auto relocated(Clustering& clustering, std::int64_t n_moves, int n_threads) {
@@ -85,6 +85,7 @@ void bind_clustering(nb::module_& module) {
   nb::enum_<Islands>(module, "Islands")
       .value("KEEP", Islands::kKeep)
       .value("NEAREST", Islands::kNearest);
+  const nb::class_<PathArrays> paths(module, "PathArrays");
   module.def("n_cells_of_large_components", threaded(&n_cells_of_large_components), "graph"_a,
              "n_seeds"_a, "n_threads"_a);
   module.def("farthest_seeds", threaded(&farthest_seeds), "graph"_a, "first"_a, "n_seeds"_a,
@@ -98,7 +99,8 @@ void bind_clustering(nb::module_& module) {
   module.def("grid_seeds", threaded(&grid_seeds), "graph"_a, "corner"_a, "side"_a, "n_threads"_a);
   nb::class_<Clustering>(module, "Clustering")
       .def("__init__", &make_clustering, "graph"_a, "centers"_a, "reach"_a, "n_threads"_a,
-           "islands"_a = Islands::kKeep, nb::keep_alive<1, 2>())
+           "islands"_a = Islands::kKeep, "paths"_a.none() = nb::none(), nb::keep_alive<1, 2>(),
+           "The arrays of `paths` are moved, so `paths` is empty afterwards.")
       .def("classify", serial([](Clustering& self, Integers centers) { self.classify(centers); }),
            "centers"_a)
       .def("update", serial([](Clustering& self) { return self.update(); }))

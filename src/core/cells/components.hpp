@@ -65,6 +65,7 @@ Components find_components(const Arcs& arcs, std::span<const Label> labels, Thre
 
 // Labels and result are in the order of the graph's space-filling curve. Components are numbered in
 // the order of their lowest cells, by index in the input.
-Components find_components(const OrderedGraph& graph, std::span<const Label> labels);
+Components find_components(const OrderedGraph& graph, std::span<const Label> labels,
+                           ThreadTeam& team);
 
 }  // namespace superfacets

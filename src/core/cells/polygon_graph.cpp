@@ -1,18 +1,21 @@
 #include "cells/polygon_graph.hpp"
 
-#include "cells/side_graph.hpp"
+#include "base/prefetch.hpp"
 
 namespace superfacets {
 namespace {
 
-// The sides of polygons, in the form that list_sides requires.
+// The sides of polygons, in the form that build_side_graph requires.
 struct PolygonSides {
+  using Key = Vertex;
+
   const Polygons& faces;
-  std::span<const Vertex> representative;
+  Welding representative;
 
   Face n_cells() const { return static_cast<Face>(faces.n_faces()); }
-  std::int64_t n_vertices() const { return std::ssize(representative); }
-  std::int64_t first_place(Face face) const { return faces.offsets[face]; }
+  std::int64_t n_vertices() const { return representative.n_vertices(); }
+  std::int64_t first_place(std::int64_t face) const { return faces.offsets[face]; }
+  void prefetch(Face face) const { superfacets::prefetch(&faces.corners[faces.offsets[face]]); }
 
   // Visits the sides that join two different vertices.
   template <typename Visit>
@@ -24,7 +27,7 @@ struct PolygonSides {
       const Vertex to = side + 1 == corners.size() ? first : representative[corners[side + 1]];
       const auto [low, high] = std::minmax(from, to);
       if (low != high) {
-        visit(static_cast<std::int32_t>(side), low, static_cast<SideKey>(high), from < to);
+        visit(static_cast<std::int32_t>(side), low, high, from < to);
       }
       from = to;
     }
@@ -36,7 +39,7 @@ struct PolygonSides {
 PolygonGraph build_polygon_graph(const Polygons& faces, std::span<const Vertex> representative,
                                  ThreadTeam& team) {
   SUPERFACETS_ASSERT(faces.are_valid());
-  return build_side_graph(PolygonSides{faces, representative}, team);
+  return build_side_graph<std::int32_t>(PolygonSides{faces, Welding(representative)}, team);
 }
 
 }  // namespace superfacets

@@ -13,8 +13,8 @@ using PolygonGraph = SideGraph<std::int32_t>;
 // the last side joins the last corner and the first.
 //
 // Time O(C + V + M), and O(n log n) at a vertex with n edges. Memory in addition to the result:
-// about 40 bytes per corner. Throws std::length_error before it allocates arcs, if there are too
-// many arcs.
+// at most about 8 bytes per corner. Throws std::length_error before it allocates arcs, if there are
+// too many arcs.
 PolygonGraph build_polygon_graph(const Polygons& faces, std::span<const Vertex> representative,
                                  ThreadTeam& team);
 

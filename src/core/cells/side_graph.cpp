@@ -5,15 +5,6 @@
 
 namespace superfacets {
 
-void EdgeTally::add(const EdgeTally& other) {
-  edges.edges += other.edges.edges;
-  edges.boundary += other.edges.boundary;
-  edges.non_manifold += other.edges.non_manifold;
-  edges.inconsistent += other.edges.inconsistent;
-  arcs += other.arcs;
-  most_faces = std::max(most_faces, other.most_faces);
-}
-
 void EdgeTally::count(std::size_t n_faces, bool is_inconsistent) {
   add({{1, std::int64_t{n_faces == 1}, std::int64_t{n_faces > 2}, std::int64_t{is_inconsistent}},
        static_cast<std::uint64_t>(n_faces) * count_linked(static_cast<std::int64_t>(n_faces)),

@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "base/prefetch.hpp"
 #include "mesh/geometry.hpp"
 
 namespace superfacets {
@@ -10,14 +11,17 @@ namespace {
 // The three corners of each side of a tetrahedron, in ascending order.
 constexpr std::array<std::array<int, 3>, 4> kSides = {{{1, 2, 3}, {0, 2, 3}, {0, 1, 3}, {0, 1, 2}}};
 
-// The sides of tetrahedra, in the form that list_sides requires.
+// The sides of tetrahedra, in the form that build_side_graph requires.
 struct TetSides {
+  using Key = std::uint64_t;  // the middle and the highest vertex
+
   std::span<const Tet> tets;
-  std::span<const Vertex> representative;
+  Welding representative;
 
   Cell n_cells() const { return static_cast<Cell>(tets.size()); }
-  std::int64_t n_vertices() const { return std::ssize(representative); }
-  std::int64_t first_place(Cell tet) const { return 4 * std::int64_t{tet}; }
+  std::int64_t n_vertices() const { return representative.n_vertices(); }
+  static std::int64_t first_place(std::int64_t tet) { return 4 * tet; }
+  void prefetch(Cell tet) const { superfacets::prefetch(&tets[tet]); }
 
   template <typename Visit>
   void for_each_side(Cell tet, const Visit& visit) const {
@@ -26,7 +30,7 @@ struct TetSides {
       for (int i = 0; i < 3; ++i) v[i] = representative[tets[tet].corners[kSides[side][i]]];
       std::ranges::sort(v);
       if (v[0] == v[1] || v[1] == v[2]) continue;
-      const SideKey key = static_cast<SideKey>(v[1]) << 32 | static_cast<SideKey>(v[2]);
+      const Key key = static_cast<Key>(v[1]) << 32U | static_cast<Key>(v[2]);
       visit(side, v[0], key, side % 2 == 0);  // the direction has no meaning for tetrahedra
     }
   }
@@ -77,7 +81,7 @@ void measure_arcs_of(std::span<const Point> vertices, std::span<const Tet> tets,
 
 TetGraph build_tet_graph(std::span<const Tet> tets, std::span<const Vertex> representative,
                          ThreadTeam& team) {
-  return build_side_graph(TetSides{tets, representative}, team);
+  return build_side_graph<std::int32_t>(TetSides{tets, Welding(representative)}, team);
 }
 
 TetMeasures measure_tets(std::span<const Point> vertices, std::span<const Tet> tets,

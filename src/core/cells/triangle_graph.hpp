@@ -17,8 +17,8 @@ using TriangleGraph = SideGraph<std::uint8_t>;
 // 2^31 - 1 faces and vertices; sides and arcs are counted in 64 bits.
 //
 // Time O(F + V + M), and O(n log n) at a vertex with n edges. Memory in addition to the result: at
-// most about 36 bytes per face. Throws std::length_error before it allocates arcs, if there are too
-// many arcs (see check_number_of_arcs).
+// most about 15 bytes per face, and 8 more if the faces are not sorted. Throws std::length_error
+// before it allocates arcs, if there are too many arcs (see check_number_of_arcs).
 TriangleGraph build_triangle_graph(std::span<const Triangle> faces,
                                    std::span<const Vertex> representative, ThreadTeam& team);
 

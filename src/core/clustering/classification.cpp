@@ -14,8 +14,12 @@ bool are_distinct(std::span<const Place> centers) {
 }  // namespace
 
 Classification::Classification(const OrderedGraph& graph, double reach, Islands islands,
-                               ThreadTeam& team)
-    : graph_(graph), islands_(islands), team_(team), exact_(graph, team) {
+                               PathArrays* paths, ThreadTeam& team)
+    : graph_(graph),
+      islands_(islands),
+      team_(team),
+      exact_(paths == nullptr ? Expansion(graph, team) : Expansion(graph, std::move(*paths), team)),
+      has_paths_(paths != nullptr) {
   if (std::isfinite(reach)) halted_.emplace(graph, reach, team);
 }
 
@@ -25,10 +29,11 @@ void Classification::classify(std::span<const Place> centers) {
   centers_.assign(centers.begin(), centers.end());
   // Paths can be reused only if every arc has a reverse arc of equal length. Otherwise the path
   // from the new center to the old center may be longer than the path in the other direction.
-  if (started_.empty() || centers.size() < started_.size() || !graph_.is_symmetric) {
-    start_all();
-  } else {
+  const bool is_update = !started_.empty() && centers.size() >= started_.size();
+  if (is_update && graph_.is_symmetric) {
     start_moved();
+  } else if (!std::exchange(has_paths_, false)) {
+    start_all();
   }
   exact_.run();
   started_ = centers_;

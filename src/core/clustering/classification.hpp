@@ -17,8 +17,10 @@ class Classification {
   // center (the lowest label if several centers are equally near), and regions are connected. A
   // finite `reach` limits the Euclidean distance at which paths are continued (see HaltedPaths). If
   // `islands` is kKeep, the lowest unreached cell becomes a center, repeatedly, until all cells are
-  // reached. Otherwise, unreached cells get kNoLabel.
-  Classification(const OrderedGraph& graph, double reach, Islands islands, ThreadTeam& team);
+  // reached. Otherwise, unreached cells get kNoLabel. `paths`, if not null, are the exact paths
+  // from the centers of the first call of classify; its arrays are moved.
+  Classification(const OrderedGraph& graph, double reach, Islands islands, PathArrays* paths,
+                 ThreadTeam& team);
 
   // Assigns all cells to the given centers.
   void classify(std::span<const Place> centers);
@@ -58,6 +60,7 @@ class Classification {
   std::optional<HaltedPaths> halted_;
   std::vector<Place> centers_;
   std::vector<Place> started_;  // centers from which exact_ was last run
+  bool has_paths_;              // whether exact_ has the paths for the first call of classify
   bool may_have_orphans_ = true;
 };
 

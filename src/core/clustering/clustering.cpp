@@ -5,10 +5,10 @@
 namespace superfacets {
 
 Clustering::Clustering(const OrderedGraph& graph, std::span<const Cell> centers, double reach,
-                       Islands islands, int n_threads)
+                       Islands islands, PathArrays* paths, int n_threads)
     : graph_(graph),
       team_(useful_threads(graph.n_cells(), n_threads)),
-      classification_(graph, reach, islands, team_),
+      classification_(graph, reach, islands, paths, team_),
       means_(graph, team_) {
   classify(centers);
 }

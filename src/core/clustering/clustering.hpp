@@ -12,9 +12,9 @@ namespace superfacets {
 // addition to the graph, and more if `reach` is finite.
 class Clustering {
  public:
-  // Assigns all cells to the given centers. See Classification for `reach` and `islands`.
+  // Assigns all cells to the given centers. See Classification for the other arguments.
   Clustering(const OrderedGraph& graph, std::span<const Cell> centers, double reach,
-             Islands islands, int n_threads);
+             Islands islands, PathArrays* paths, int n_threads);
 
   // Replaces the K centers by K new centers, and assigns all cells again.
   void classify(std::span<const Cell> centers);

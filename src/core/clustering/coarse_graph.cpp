@@ -173,7 +173,7 @@ SpreadPaths CoarseGraph::spread(std::span<const PathLength> lengths, std::span<c
       paths.lengths[cell] = expansion.path(fine_.place_of[cell]).length;
     });
   }
-  const Buffer<Label> by_place = std::move(expansion).take_labels();
+  const Buffer<Label> by_place = std::move(expansion).take_paths().labels;
   paths.labels = Buffer<Label>(fine_.n_cells());
   team.for_each_index(fine_.n_cells(),
                       [&](Cell cell) { paths.labels[cell] = by_place[fine_.place_of[cell]]; });

@@ -155,7 +155,7 @@ JoinedIslands join_islands(const OrderedGraph& graph, std::span<const Label> lab
   if (std::ranges::find(labels, kNoLabel) == labels.end()) return joined;
   Buffer<Label> by_place(labels.size());
   for (Cell cell = 0; cell < graph.n_cells(); ++cell) by_place[graph.place_of[cell]] = labels[cell];
-  const Components pieces = find_components(graph, by_place.span());
+  const Components pieces = find_components(graph, by_place.span(), team);
   const std::vector<Place> places = unlabeled_places(by_place.span(), pieces);
   const LabeledCells labeled(graph, by_place.span(), groups, team);
   const auto nearest = nearest_of(graph, labeled, places, pieces, groups, team);

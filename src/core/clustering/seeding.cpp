@@ -54,7 +54,7 @@ class Flood {
 Components find_components_of(const OrderedGraph& graph, ThreadTeam& team) {
   Buffer<Label> same(graph.n_cells());
   team.fill(same.span(), Label{0});
-  return find_components(graph, same.span());
+  return find_components(graph, same.span(), team);
 }
 
 struct Size {
@@ -243,7 +243,7 @@ std::vector<Place> visiting_order(const OrderedGraph& graph, const SeededCompone
   for (std::size_t rank = 0; rank < starts.size(); ++rank) {
     ranks[components.component(starts[rank])] = static_cast<Cell>(rank);
   }
-  Classification from_starts(graph, kInfinity, Islands::kNearest, team);
+  Classification from_starts(graph, kInfinity, Islands::kNearest, nullptr, team);
   from_starts.classify(starts);
   // Sort keys are copied, because looking them up during comparisons would cause cache misses.
   std::vector<std::tuple<Cell, PathLength, Cell, Place>> keys(graph.n_cells());
@@ -326,8 +326,8 @@ std::vector<Cell> farthest_seeds(const OrderedGraph& graph, Cell first, Cell n_s
   return graph.cells_at(seeds);
 }
 
-std::vector<Cell> geodesic_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds,
-                                 ThreadTeam& team) {
+SeedsAndPaths geodesic_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds,
+                             ThreadTeam& team) {
   std::vector<Place> seeds{graph.place_of[first]};
   std::optional<LongestPaths> paths(std::in_place, graph, team);
   paths->place(seeds.front());
@@ -340,11 +340,10 @@ std::vector<Cell> geodesic_seeds(const OrderedGraph& graph, Cell first, Cell n_s
     place_unreached(graph, components, n_seeds, *paths, seeds);
   }
   add_farthest(*paths, n_seeds, seeds);
-  return graph.cells_at(seeds);
+  return {graph.cells_at(seeds), std::move(*paths).take_paths()};
 }
 
-std::vector<Cell> curve_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds,
-                              ThreadTeam& team) {
+SeedsAndPaths curve_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds, ThreadTeam& team) {
   const SeededComponents components(graph, graph.place_of[first], n_seeds, team);
   const auto n_along = static_cast<Cell>(std::ceil(kCurveFraction * n_seeds));
   std::vector<Place> seeds = components.places_along_curve(n_along);
@@ -352,7 +351,7 @@ std::vector<Cell> curve_seeds(const OrderedGraph& graph, Cell first, Cell n_seed
   paths.place_all(seeds);
   place_unreached(graph, components, n_seeds, paths, seeds);
   add_farthest(paths, n_seeds, seeds);
-  return graph.cells_at(seeds);
+  return {graph.cells_at(seeds), std::move(paths).take_paths()};
 }
 
 std::vector<Cell> flood_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds, double reach,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "clustering/islands.hpp"
+#include "paths/expansion.hpp"
 
 namespace superfacets {
 
@@ -30,6 +31,9 @@ std::int64_t n_cells_of_large_components(const OrderedGraph& graph, Cell n_seeds
 std::vector<Cell> farthest_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds,
                                  Islands islands, ThreadTeam& team);
 
+// Seeds, and the paths from them, which are those of Classification.
+using SeedsAndPaths = std::pair<std::vector<Cell>, PathArrays>;
+
 // Farthest-point sampling with path lengths. Starts with `first`, and repeatedly adds the cell with
 // the longest path from its nearest chosen cell (the lowest cell, if several paths are equally
 // long), until n_seeds <= N cells are chosen.
@@ -42,8 +46,7 @@ std::vector<Cell> farthest_seeds(const OrderedGraph& graph, Cell first, Cell n_s
 // The time is about log k passes over the mesh for k seeds, because each seed expands only to the
 // cells for which it is the nearest seed. Uses 12 bytes per cell, or 28 if there are several
 // components.
-std::vector<Cell> geodesic_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds,
-                                 ThreadTeam& team);
+SeedsAndPaths geodesic_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds, ThreadTeam& team);
 
 // Chooses the first 60% of the seeds along the space-filling curve, and the remaining seeds as in
 // geodesic_seeds. Along the curve, each component is divided into parts of equal weight, and the
@@ -54,8 +57,7 @@ std::vector<Cell> geodesic_seeds(const OrderedGraph& graph, Cell first, Cell n_s
 //
 // The time is a few passes over the mesh, because gaps between seeds are small. Uses as much memory
 // as geodesic_seeds.
-std::vector<Cell> curve_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds,
-                              ThreadTeam& team);
+SeedsAndPaths curve_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds, ThreadTeam& team);
 
 // Visits cells in ascending order of path length from `first`, then of index. If no region has
 // reached the visited cell, it becomes the seed of a new region. The region expands through all

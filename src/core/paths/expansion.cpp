@@ -28,14 +28,20 @@ int chunk_bits_for(std::int64_t n_cells, int n_threads) {
 }  // namespace
 
 Expansion::Expansion(const OrderedGraph& graph, ThreadTeam& team)
+    : Expansion(graph, PathArrays(graph.n_cells()), team) {
+  clear();
+}
+
+Expansion::Expansion(const OrderedGraph& graph, PathArrays&& paths, ThreadTeam& team)
     : graph_(graph),
       team_(team),
       chunk_bits_(chunk_bits_for(graph.n_cells(), team.size())),
-      lengths_(graph.n_cells()),
-      labels_(graph.n_cells()),
+      paths_(std::move(paths)),
       chunks_((static_cast<std::int64_t>(graph.n_cells()) + (1 << chunk_bits_) - 1) >> chunk_bits_),
       workers_(team.size(), Worker(graph.n_arcs)) {
-  clear();
+  SUPERFACETS_ASSERT(std::cmp_equal(paths_.lengths.size(), graph.n_cells()) &&
+                     paths_.labels.size() == paths_.lengths.size());
+  for (Chunk& chunk : chunks_) chunk.has_changed = true;
 }
 
 std::pair<Place, Place> Expansion::places(std::int64_t chunk) const {
@@ -47,8 +53,8 @@ std::pair<Place, Place> Expansion::places(std::int64_t chunk) const {
 void Expansion::clear() {
   team_.for_each(n_chunks(), [&](std::int64_t chunk, int) {
     const auto [begin, end] = places(chunk);
-    std::fill(lengths_.begin() + begin, lengths_.begin() + end, kUnreached);
-    std::fill(labels_.begin() + begin, labels_.begin() + end, kNoLabel);
+    std::fill(paths_.lengths.begin() + begin, paths_.lengths.begin() + end, kUnreached);
+    std::fill(paths_.labels.begin() + begin, paths_.labels.begin() + end, kNoLabel);
     chunks_[chunk].waiting.clear();
     chunks_[chunk].has_changed = true;
   });
@@ -67,14 +73,14 @@ void Expansion::lengthen(std::span<const PathLength> by_label) {
 void Expansion::lengthen_chunk(std::int64_t chunk, std::span<const PathLength> by_label) {
   const auto [begin, end] = places(chunk);
   for (Place place = begin; place < end; ++place) {
-    const Label label = labels_[place];
+    const Label label = paths_.labels[place];
     if (label == kNoLabel || by_label[label] == 0) continue;
     chunks_[chunk].has_changed = true;
     if (by_label[label] == kUnreached) {
-      lengths_[place] = kUnreached;
-      labels_[place] = kNoLabel;
+      paths_.lengths[place] = kUnreached;
+      paths_.labels[place] = kNoLabel;
     } else {
-      lengths_[place] += by_label[label];
+      paths_.lengths[place] += by_label[label];
     }
   }
 }
@@ -86,11 +92,11 @@ void Expansion::compare_labels(std::int64_t chunk, std::span<const PathLength> b
                                Worker& worker) {
   const auto [begin, end] = places(chunk);
   for (Place place = begin; place < end; ++place) {
-    const Label label = labels_[place];
+    const Label label = paths_.labels[place];
     if (label != kNoLabel && by_label[label] == 0) continue;
     for (const Arc& arc : graph_.arcs_of(place)) {
-      if (labels_[arc.to] == label || labels_[arc.to] == kNoLabel) continue;
-      const Path other{longer_by(lengths_[arc.to], arc), labels_[arc.to]};
+      if (paths_.labels[arc.to] == label || paths_.labels[arc.to] == kNoLabel) continue;
+      const Path other{longer_by(paths_.lengths[arc.to], arc), paths_.labels[arc.to]};
       if (other.is_better_than(path(place))) worker.proposals.push_back({place, other});
     }
   }
@@ -98,8 +104,8 @@ void Expansion::compare_labels(std::int64_t chunk, std::span<const PathLength> b
 
 bool Expansion::improve(Place place, const Path& path) {
   if (!path.is_better_than(this->path(place))) return false;
-  std::atomic_ref(lengths_[place]).store(path.length, std::memory_order_relaxed);
-  labels_[place] = path.label;
+  std::atomic_ref(paths_.lengths[place]).store(path.length, std::memory_order_relaxed);
+  paths_.labels[place] = path.label;
   return true;
 }
 
@@ -133,9 +139,9 @@ void Expansion::expand_chunk(std::int64_t chunk, Worker& worker) {
   chunks_[chunk].has_changed = true;
   auto& waiting = chunks_[chunk].waiting;
   PathLength lowest = kUnreached;
-  for (const Place place : waiting) lowest = std::min(lowest, lengths_[place]);
+  for (const Place place : waiting) lowest = std::min(lowest, paths_.lengths[place]);
   worker.queue.restart(lowest);
-  for (const Place place : waiting) worker.queue.push(lengths_[place], place);
+  for (const Place place : waiting) worker.queue.push(paths_.lengths[place], place);
   waiting.clear();
 
   const auto [begin, end] = places(chunk);
@@ -149,11 +155,11 @@ void Expansion::expand_chunk(std::int64_t chunk, Worker& worker) {
       // their targets are usually in the cache already.
       if (graph_.has_rows() && i + kPathsAhead < taken.size()) {
         for (const Arc& arc : graph_.arcs_of(taken[i + kPathsAhead])) {
-          prefetch(&lengths_[arc.to]);
-          prefetch(&labels_[arc.to]);
+          prefetch(&paths_.lengths[arc.to]);
+          prefetch(&paths_.labels[arc.to]);
         }
       }
-      if (worker.queue.is_stale(lengths_[taken[i]])) continue;
+      if (worker.queue.is_stale(paths_.lengths[taken[i]])) continue;
       if (graph_.has_rows()) {
         expand_row(taken[i], chunk, worker, worker.queue);
       } else {
@@ -166,10 +172,10 @@ void Expansion::expand_chunk(std::int64_t chunk, Worker& worker) {
 // Continues with Dijkstra's algorithm, starting from all cells in the queue.
 void Expansion::expand_in_order(std::int64_t chunk, Worker& worker) {
   worker.heap.restart();
-  worker.queue.drain([&](Place place) { worker.heap.push(lengths_[place], place); });
+  worker.queue.drain([&](Place place) { worker.heap.push(paths_.lengths[place], place); });
   while (!worker.heap.empty()) {
     const auto [length, place] = worker.heap.pop();
-    if (length == lengths_[place]) expand(place, chunk, worker, worker.heap);
+    if (length == paths_.lengths[place]) expand(place, chunk, worker, worker.heap);
   }
 }
 

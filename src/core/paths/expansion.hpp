@@ -21,6 +21,14 @@ struct Path {
   }
 };
 
+// The paths to all cells in the sorted order of a graph.
+struct PathArrays {
+  explicit PathArrays(std::size_t n_cells) : lengths(n_cells), labels(n_cells) {}
+
+  Buffer<PathLength> lengths;  // (N,) length of the path to each cell
+  Buffer<Label> labels;        // (N,) label of the path to each cell
+};
+
 // Computes the best path to every cell from all centers started so far. The cells are split into
 // chunks: consecutive cells on the space-filling curve that fit into a cache. A thread takes a
 // chunk and extends all paths within the chunk. Paths that leave the chunk are sent to other chunks
@@ -30,8 +38,10 @@ class Expansion {
  public:
   // Initially, no cell is reached.
   Expansion(const OrderedGraph& graph, ThreadTeam& team);
+  // Continues with the paths of another expansion on the same graph, after its last run.
+  Expansion(const OrderedGraph& graph, PathArrays&& paths, ThreadTeam& team);
 
-  Path path(Place place) const { return {lengths_[place], labels_[place]}; }
+  Path path(Place place) const { return {paths_.lengths[place], paths_.labels[place]}; }
 
   // Discards all paths.
   void clear();
@@ -50,11 +60,7 @@ class Expansion {
 
   void run();
 
-  // Returns the label of each cell, in sorted order, and frees the path lengths.
-  Buffer<Label> take_labels() && {
-    lengths_ = {};
-    return std::move(labels_);
-  }
+  PathArrays take_paths() && { return std::move(paths_); }
 
   // Number of chunks. has_changed(chunk) returns whether a path in the chunk has changed since the
   // last call of clear_changed(chunk).
@@ -82,7 +88,7 @@ class Expansion {
   // A thread may read lengths in a chunk that another thread writes. A length read this way is
   // never too short. If it is too long, a later proposal corrects the result.
   PathLength length(Place place) const {
-    return std::atomic_ref(const_cast<PathLength&>(lengths_[place]))
+    return std::atomic_ref(const_cast<PathLength&>(paths_.lengths[place]))
         .load(std::memory_order_relaxed);
   }
 
@@ -102,9 +108,8 @@ class Expansion {
 
   const OrderedGraph& graph_;
   ThreadTeam& team_;
-  const int chunk_bits_;        // a chunk has 2^chunk_bits_ cells
-  Buffer<PathLength> lengths_;  // (N,) length of the best path to each cell
-  Buffer<Label> labels_;        // (N,) label of the best path to each cell
+  const int chunk_bits_;  // a chunk has 2^chunk_bits_ cells
+  PathArrays paths_;      // the best path to each cell
   std::vector<Chunk> chunks_;
   std::vector<std::int64_t> active_;  // chunks with waiting cells
   std::vector<Worker> workers_;       // working memory of each thread

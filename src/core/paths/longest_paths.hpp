@@ -27,6 +27,9 @@ class LongestPaths {
   // added as centers.
   Place farthest();
 
+  // The paths from the centers; the label of a path is the number of centers added before its own.
+  PathArrays take_paths() && { return std::move(paths_).take_paths(); }
+
  private:
   struct Bound {
     PathLength longest;  // upper bound of the path lengths in the block

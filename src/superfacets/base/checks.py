@@ -77,11 +77,7 @@ def exact_array(array: Any, dtype: Any) -> Array:
 
 
 def exact_doubles(array: Array) -> Floats:
-    """Convert an array to float64 with `exact_array`; numbers that are too large become infinite.
-
-    Memory-mapped arrays are copied, because the process would be killed if another program
-    shortened the file.
-    """
+    """Convert to float64; copy memory-mapped arrays, because another program may cut the file."""
     # NumPy's warnings are suppressed, because later checks find NaNs and infinities.
     with np.errstate(over="ignore", invalid="ignore"):
         doubles: Floats = exact_array(array, np.float64)
@@ -184,8 +180,7 @@ def checked_simplices(
 ) -> tuple[Floats, Ints, Floats]:
     """Return checked vertices, checked faces or tetrahedra, and the box (2, 3) of used vertices.
 
-    Raises a MeshError if an array is not valid. If `are_new` is true, no other code has a reference
-    to `cells`, so an int32 array is not copied.
+    An int32 array is not copied if `are_new` is true: no other code refers to `cells`.
     """
     points = _point_array(vertices)
     given = _corner_rows(cells, name, n_corners)
@@ -256,11 +251,7 @@ def _check_offsets(offsets: Longs, n_corners: int) -> None:
 
 
 def _checked_corners(points: Floats, corners: Ints) -> tuple[int | None, Floats]:
-    """Return the first position in `corners` of an invalid vertex index, and the bounding box.
-
-    If all vertex indices are valid, the position is None. Otherwise, the box is not valid. Raises a
-    MeshError if a vertex is not finite or the box violates `EXTENT_RANGE`.
-    """
+    """Return the place of the first invalid index in `corners`, or None, and the bounding box."""
     is_finite, is_in_range, *bounds = _core.check_mesh(points, corners, checked_threads(None))
     if not is_finite:
         refuse_infinite(points, "vertices")
@@ -388,11 +379,7 @@ def checked_viewpoints(viewpoints: Any, n_points: int) -> Floats:
 
 
 def checked_colors(colors: Any, n_points: int) -> Singles:
-    """Return red, green and blue of each point, from 0 to 1, as (N, 3) float32.
-
-    Unsigned integers are divided by the maximum of their dtype. An alpha channel is ignored. Raises
-    a MeshError if the colors are not valid.
-    """
+    """Return red, green and blue of each point, from 0 to 1, as (N, 3) float32, without alpha."""
     array = numeric_array(colors, "colors")
     if array.ndim != 2 or array.shape[0] != n_points or array.shape[1] not in (3, 4):
         raise MeshError(f"colors must have shape ({n_points}, 3), got {array.shape}")
@@ -408,10 +395,7 @@ def checked_colors(colors: Any, n_points: int) -> Singles:
 
 
 def rows_of_three(value: Any, name: str, n_rows: int | None = None, *, count: str = "N") -> Array:
-    """Return `value` as an array of numbers of shape (N, 3), or raise a MeshError.
-
-    If `n_rows` is given, N must be `n_rows`. Otherwise, messages show `count` instead of N.
-    """
+    """Return `value` as numbers of shape (N, 3). Messages name `n_rows`, if given, or `count`."""
     array = numeric_array(value, name)
     if array.ndim != 2 or array.shape[1] != 3 or n_rows not in (None, len(array)):
         count = count if n_rows is None else str(n_rows)
@@ -454,11 +438,7 @@ def checked_positions(positions: Any) -> Floats:
 
 
 def checked_nonnegative_array(value: Any, n: int, name: str, per: str, n_threads: int) -> Floats:
-    """Return `value` as float64 after checking that it has n finite numbers >= 0.
-
-    The largest number must be 0 or in `VALUE_RANGE`. Messages require one value per `per`, for
-    example "arc".
-    """
+    """Return `value`, one number >= 0 within `VALUE_RANGE` for each `per`, as (n,) float64."""
     refuse_mask(value, name)
     array = np.asarray(value)
     if array.dtype.kind not in "fiu":
@@ -526,35 +506,31 @@ def checked_region_centers(centers: npt.ArrayLike, labels: Ints, n_regions: int)
 
 
 def checked_partial_labels(
-    labels: Any, n_cells: int, name: str = "labels", *, least: int = -1,
-    n_vertices: int | None = None,
-) -> tuple[Ints, int]:  # fmt: skip
-    """Return checked labels as an (N,) int32 array, and the number K of regions.
+    labels: Any, n_cells: int, *, least: int = -1, n_vertices: int | None = None
+) -> tuple[Ints, int]:
+    """Return checked labels, each of 0 to K - 1, as an (N,) int32 array, and the number K.
 
-    Each label from 0 to K - 1 must occur. The label -1, for cells without a region, is only
-    allowed if `least` is -1.
+    The label -1, for cells without a region, is allowed only if `least` is -1.
     """
-    given = _row_of_labels(labels, n_cells, name, n_vertices)
-    is_wrong = (given < least) | (given >= n_cells)
-    refuse_first(is_wrong, name, given, f"{least} to {n_cells - 1} for {counted(n_cells, 'cell')}")
+    given = _row_of_labels(labels, n_cells, "labels", n_vertices)
+    must = f"{least} to {n_cells - 1} for {counted(n_cells, 'cell')}"
+    refuse_first((given < least) | (given >= n_cells), "labels", given, must)
     array = owned_indices(given)
     counts = np.bincount(array + 1)[1:]
     if not counts.all():
         raise ValueError(
-            f"{name} must be consecutive integers from 0, but no cell has label"
+            f"labels must be consecutive integers from 0, but no cell has label"
             f" {int(np.argmin(counts))}: renumber them with"
-            f" np.unique({name}, return_inverse=True)[1]{' - 1' if (array < 0).any() else ''}"
+            f" np.unique(labels, return_inverse=True)[1]{' - 1' if (array < 0).any() else ''}"
         )
     return array, len(counts)
 
 
-def checked_regions(
-    labels: Any, n_cells: int, n_vertices: int | None = None, name: str = "labels"
-) -> tuple[Ints, int]:
+def checked_regions(labels: Any, n_cells: int, n_vertices: int | None = None) -> tuple[Ints, int]:
     """Return the result of `checked_partial_labels`; raise a ValueError if all labels are -1."""
-    array, n_regions = checked_partial_labels(labels, n_cells, name, n_vertices=n_vertices)
+    array, n_regions = checked_partial_labels(labels, n_cells, n_vertices=n_vertices)
     if not n_regions:
-        raise ValueError(f"{name} must contain at least one region, but all labels are -1")
+        raise ValueError("labels must contain at least one region, but all labels are -1")
     return array, n_regions
 
 
@@ -680,10 +656,7 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 def explains_parameters(others: Mapping[str, str]) -> Callable[[Function], Function]:
-    """Return a decorator that makes a function raise a TypeError with advice for some parameters.
-
-    `others` maps names of parameters, which only other tools have, to advice for their users.
-    """
+    """Return a decorator that raises a TypeError with advice for parameters of other tools."""
 
     def decorate(function: Function) -> Function:
         @functools.wraps(function)

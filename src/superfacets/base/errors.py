@@ -12,10 +12,7 @@ class MissingExtraError(ImportError):
     """An optional dependency is missing. The message gives the install command."""
 
     def __init__(self, task: str, extra: str) -> None:
-        """Create an error that says that `task` needs `extra`, and names the command to install it.
-
-        `extra` is the name of an extra of superfacets, or ``"torch"`` for the package torch.
-        """
+        """Say that `task` needs `extra`, an extra of superfacets or the package "torch"."""
         needs, package = "an extra", f"'superfacets[{extra}]'"
         if extra == "torch":
             needs, package = extra, extra

@@ -16,10 +16,7 @@ from .errors import MissingExtraError
 
 
 def load(target: str) -> Any:
-    """Return the object that ``package.module:name`` refers to.
-
-    Raises an ImportError with a message of one line if the package is missing or broken.
-    """
+    """Return the object ``package.module:name``; an ImportError if the package is broken."""
     module, _, name = target.partition(":")
     try:
         return attrgetter(name)(import_module(module))

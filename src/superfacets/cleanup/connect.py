@@ -11,7 +11,7 @@ from ..base.types import Floats, Ints
 from ..graph.cell_graph import CellGraph
 from ..graph.sums import sums_by_label
 from ..mesh.convert import MeshLike
-from .edit import BorderCosts, LabeledPart, RegionEdit
+from .edit import LabeledPart, RegionEdit
 
 
 def enforce_connectivity(
@@ -70,35 +70,25 @@ def enforce_connectivity(
     array([0, 0, 0, 1, 1, 1], dtype=int32)
     """
     part = LabeledPart.read(mesh, labels, weights, weld, n_threads)
-    cells = None
-    if centers is not None:
-        cells = part.numbers_of(checked_region_centers(centers, part.whole, part.n_regions))
-    edit = connect_regions(part.costs, part.labels, part.n_regions, cells)
-    return edit._replace(labels=part.whole_labels(edit.labels))
-
-
-def connect_regions(
-    costs: BorderCosts, labels: Ints, n_regions: int, centers: Ints | None
-) -> RegionEdit:
-    """Connect regions as `enforce_connectivity` does, without checking the arguments."""
-    surface = costs.surface
-    pieces, n_pieces = _core.find_components(surface.offsets, surface.neighbors, labels)
+    surface, n_regions = part.costs.surface, part.n_regions
+    pieces, n_pieces = _core.find_components(*surface.arcs, part.labels, surface.n_threads)
     region_of_piece = np.empty(n_pieces, np.int32)
-    region_of_piece[pieces] = labels
+    region_of_piece[pieces] = part.labels
     areas = sums_by_label(pieces, surface.measures, n_pieces)
     if centers is None:
         kept = _largest_pieces(region_of_piece, areas, n_regions)
     else:
-        kept = pieces[centers]
+        cells = checked_region_centers(centers, part.whole, n_regions)
+        kept = pieces[part.numbers_of(cells)]
     stays = np.zeros(n_pieces, np.uint8)
     stays[kept] = 1
-    roots = _core.join_regions(*costs.args, pieces, areas, stays, np.inf, surface.n_threads)
+    roots = _core.join_regions(*part.costs.args, pieces, areas, stays, np.inf, surface.n_threads)
     islands = np.setdiff1d(roots, kept)
     label_of_piece = np.empty(n_pieces, np.int32)
     label_of_piece[kept] = np.arange(n_regions)
     label_of_piece[islands] = n_regions + np.arange(len(islands))
     return RegionEdit(
-        label_of_piece[roots][pieces],
+        part.whole_labels(label_of_piece[roots][pieces]),
         np.concatenate([np.arange(n_regions, dtype=np.int32), region_of_piece[islands]]),
         n_pieces - n_regions - len(islands),
         len(islands),

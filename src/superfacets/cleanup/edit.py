@@ -81,8 +81,7 @@ def read_labeled(
 ) -> tuple[BaseGraph, BorderCosts, Ints, int]:  # fmt: skip
     """Check labels and weights; return graph, border costs, labels, and the number of regions.
 
-    Cells labeled -1 are in no region; such points have no neighbors. If `weights` is None, the
-    weights of a `CellGraph` are used or, for a mesh or cloud, the weights from `creases_of`.
+    If `weights` is None, they are those of a `CellGraph`, or the result of `creases_of`.
     """
     array, n_regions = checked_regions(labels, cells.n_cells)
     graph, surface = graph_and_surface(cells, weld, n_threads, array >= 0)

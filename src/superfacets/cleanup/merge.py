@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 
 import numpy as np
 import numpy.typing as npt
@@ -11,15 +10,12 @@ import numpy.typing as npt
 from .. import _core
 from ..base.checks import checked_choice, checked_number
 from ..base.options import ISLANDS, Islands
-from ..base.types import Array, Ints
+from ..base.types import Ints
 from ..graph.cell_graph import CellGraph
-from ..graph.constraints import ANY_GROUP, NO_GROUPS
 from ..graph.sums import sums_by_label
 from ..graph.surface import Surface
 from ..mesh.convert import MeshLike
-from .edit import BorderCosts, LabeledPart, RegionEdit
-
-Indices = npt.NDArray[np.intp]
+from .edit import LabeledPart, RegionEdit
 
 
 def merge_small_regions(
@@ -85,84 +81,42 @@ def merge_small_regions(
     min_size = checked_number(min_size, "min_size", zero=True)
     checked_choice(islands, "islands", ISLANDS)
     part = LabeledPart.read(mesh, labels, weights, weld, n_threads)
-    edit = merge_regions(part.costs, part.labels, part.n_regions, min_size, islands)
-    return edit._replace(labels=part.whole_labels(edit.labels))
-
-
-def merge_regions(
-    costs: BorderCosts, labels: Ints, n_regions: int, min_size: float, islands: str,
-    groups: Ints = NO_GROUPS,
-) -> RegionEdit:  # fmt: skip
-    """Merge small regions as `merge_small_regions` does, without checking the arguments.
-
-    If `groups` (see `KeptCells.groups`) are given, a region without neighbors joins only regions of
-    its group. If its group is `ANY_GROUP`, it may join any region.
-    """
-    surface = costs.surface
-    areas = sums_by_label(labels, surface.measures, n_regions)
+    surface, n_regions = part.costs.surface, part.n_regions
+    areas = sums_by_label(part.labels, surface.measures, n_regions)
     least = min_size * float(areas.sum()) / n_regions
     none_stays = np.empty(0, np.uint8)
-    roots = _core.join_regions(*costs.args, labels, areas, none_stays, least, surface.n_threads)
+    roots = _core.join_regions(
+        *part.costs.args, part.labels, areas, none_stays, least, surface.n_threads
+    )
     joined_areas = sums_by_label(roots, areas, n_regions)
     ends = np.unique(roots)
     small = ends[joined_areas[ends] < least]
     if islands == "nearest" and len(small):
-        roots = _join_nearest(surface, labels, roots, small, groups)
+        roots = _join_nearest(surface, part.labels, roots, small)
     sources, compact = np.unique(roots, return_inverse=True)
     return RegionEdit(
-        compact.astype(np.int32)[labels],
+        part.whole_labels(compact.astype(np.int32)[part.labels]),
         sources.astype(np.int32),
         n_regions - len(sources),
         int(np.isin(small, sources).sum()),
     )
 
 
-def _join_nearest(surface: Surface, labels: Ints, roots: Ints, islands: Ints, groups: Ints) -> Ints:
-    """Join each region in `islands` to the region of the cell nearest to its center.
-
-    `roots` contains the region that each region has joined, or the region itself. Returns the
-    changed `roots`.
-    """
+def _join_nearest(surface: Surface, labels: Ints, roots: Ints, islands: Ints) -> Ints:
+    """Join each of `islands` to the region nearest to its center; return the changed `roots`."""
     region_of_cell = roots[labels]
-    is_wanted = ~np.isin(region_of_cell, islands)
-    if not is_wanted.any():
+    wanted = np.flatnonzero(~np.isin(region_of_cell, islands))
+    if not len(wanted):
         return roots
     lengths = np.ones(surface.n_arcs, np.float32)  # unused, because no paths are computed
     placed = _core.PlacedCells(surface.positions, surface.measures, surface.n_threads)
     cells = _core.OrderedGraph(placed, *surface.arcs, lengths, surface.n_threads)
     regions, compact = np.unique(region_of_cell, return_inverse=True)
     centers = _core.update_centers(cells, compact.astype(np.int32), len(regions), surface.n_threads)
+    queries = surface.positions[centers[np.searchsorted(regions, islands)]]
+    nearest, _ = _core.nearest_points(
+        surface.positions[wanted], queries, math.inf, surface.n_threads
+    )
     joined_to = np.arange(len(roots), dtype=np.int32)
-    positions, wanted = surface.positions, np.flatnonzero(is_wanted)
-    for some, others in _by_group(islands, wanted, region_of_cell, groups, len(roots)):
-        queries = positions[centers[np.searchsorted(regions, some)]]
-        nearest, _ = _core.nearest_points(positions[others], queries, math.inf, surface.n_threads)
-        joined_to[some] = region_of_cell[others[nearest]]
+    joined_to[islands] = region_of_cell[wanted[nearest]]
     return joined_to[roots]
-
-
-def _by_group(
-    islands: Ints, wanted: Indices, region_of_cell: Ints, groups: Ints, n_regions: int
-) -> Iterator[tuple[Ints, Indices]]:
-    """Yield, for each group, its `islands` and the cells in `wanted` whose regions they may join.
-
-    Indices of cells are in ascending order. Islands that cannot join any region are skipped. Time
-    is O(N log N).
-    """
-    if not len(groups):
-        yield islands, wanted
-        return
-    group_of = np.full(n_regions, ANY_GROUP, np.int32)
-    np.maximum.at(group_of, region_of_cell, groups)  # ANY_GROUP is lower than all other groups
-    cells_of = _split_by(wanted, group_of[region_of_cell[wanted]])
-    for group, some in _split_by(islands, group_of[islands]).items():
-        others = wanted if group == ANY_GROUP else cells_of.get(group)
-        if others is not None:
-            yield some, others
-
-
-def _split_by(values: Array, keys: Ints) -> dict[int, Array]:
-    """Return a dict that maps each key to its values, which keep their order."""
-    found, counts = np.unique(keys, return_counts=True)
-    parts = np.split(values[np.argsort(keys, kind="stable")], np.cumsum(counts)[:-1])
-    return dict(zip(found.tolist(), parts, strict=True))

@@ -72,9 +72,8 @@ def settle(
 ) -> tuple[Ints, Ints]:
     """Move cells between regions to bring sizes within `goals.limits`; return labels and centers.
 
-    Moved cells make borders rough. Therefore, if `smoothing` is given, borders are smoothed and
-    cells are moved again, up to `ROUNDS` times, as long as sizes are in bounds. Raises a MeshError
-    if the sizes of the result are out of bounds.
+    If `smoothing` is given, borders are smoothed and cells moved again, up to `ROUNDS` times.
+    Raises a MeshError if sizes stay out of bounds.
     """
     positions, measures = costs.surface.positions, costs.surface.measures
     labels = move_to_goals(costs, labels, goals)
@@ -93,10 +92,9 @@ def settle(
 
 
 def move_to_goals(costs: BorderCosts, labels: Ints, goals: Goals) -> Ints:
-    """Move cells to bring the sizes of all regions within `goals.limits`, and return new labels.
+    """Move cells along shortest paths from large to small regions; return new labels.
 
-    Cells move from large to small regions, along shortest paths in the graph of adjacent regions.
-    Some sizes may remain outside the limits. Regions stay connected if `goals.is_exact` is false.
+    Some sizes may remain outside the limits. Regions stay connected unless `goals.is_exact`.
     """
     lows, highs = goals.limits
     return _core.move_cells(

@@ -171,11 +171,7 @@ def straighten(
     costs: BorderCosts, labels: Ints, fixed: Ints, options: SmoothOptions,
     goals: tuple[Floats, Floats] | None = None,
 ) -> Ints:  # fmt: skip
-    """Smooth borders as `smooth_borders` does, without checking arguments, and return new labels.
-
-    Cells in `fixed` keep their labels. `goals` is a tuple of two arrays: the size of each cell, and
-    the target size of each region.
-    """
+    """Smooth borders as `smooth_borders` does, without checks. Cells in `fixed` do not change."""
     n_threads = costs.surface.n_threads
     if goals is not None and not goals[1].sum() > 0:
         goals = None

@@ -68,10 +68,8 @@ class SizeRules:
     ) -> SizeRules | None:  # fmt: skip
         """Return the rules for the cells inside the mask, or None if `options` restrict no sizes.
 
-        `measures` are the areas or volumes of the cells before the mesh is smoothed. `inside` are
-        the cells inside the mask, or it is None for all cells. `order` is the index in the input of
-        each cell, or None if cells are in input order. Raises a MeshError if the sum of all sizes
-        is 0, or is out of the range given by `MAX_TOTAL`.
+        `measures` are areas or volumes of cells before smoothing. Raises a MeshError if the sum of
+        all sizes is 0, or out of the range of `MAX_TOTAL`.
         """
         if not options.is_used:
             return None
@@ -132,7 +130,7 @@ class SizeRules:
             )
 
     def counts(self, found: Longs) -> Longs:
-        """Return the target number of regions of each component; `found` is the current number.
+        """Return the target number of regions of each component, in place of `found`.
 
         Raises a MeshError if the maximum size requires more regions than there are.
         """
@@ -173,10 +171,7 @@ class SizeRules:
 
 
 def _divided(n: int, totals: Floats, least: Floats, most: Floats) -> Longs:
-    """Divide n regions among components, in proportion to `totals`, by the Sainte-Lague method.
-
-    Returns the number of regions of each component: from `least` to `most`, but at least one.
-    """
+    """Divide n regions among components by the Sainte-Lague method, from `least` to `most`."""
     counts = np.minimum(least, np.maximum(most, 1)).astype(np.int64)
     rest = n - int(counts.sum())
     queue = [(-totals[i] / (counts[i] + 0.5), i) for i in range(len(counts)) if counts[i] < most[i]]
@@ -191,11 +186,7 @@ def _divided(n: int, totals: Floats, least: Floats, most: Floats) -> Longs:
 
 
 def _exact_goals(found: Floats, components: Ints, per_region: int) -> Floats:
-    """Return the target number of cells of each region.
-
-    The target is `per_region`, except for the smallest region of each component. This region gets
-    the remaining cells of the component.
-    """
+    """Return the number of cells of each region; the smallest of each component gets the rest."""
     goals = np.full(len(found), float(per_region))
     order = np.lexsort((found, components))
     is_first = np.ones(len(order), bool)
@@ -209,11 +200,7 @@ def _exact_goals(found: Floats, components: Ints, per_region: int) -> Floats:
 
 
 def _within(goals: Floats, means: Floats, components: Ints, bounds: tuple[float, float]) -> Floats:
-    """Move the target sizes in each component toward their mean until all are within `bounds`.
-
-    `means` is, for each region, the mean target size in its component. If the mean is out of
-    bounds, all target sizes in the component become the mean.
-    """
+    """Move the target sizes in each component toward their mean until all are within `bounds`."""
     low, high = bounds
     spread = goals - means
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -226,10 +213,7 @@ def _within(goals: Floats, means: Floats, components: Ints, bounds: tuple[float,
 
 @dataclass(eq=False)
 class Balancer:
-    """Balances the sizes of regions after the loop has run on coarse cells, on all cells, or both.
-
-    Level 0 is all cells, level 1 the finest coarse cells, and so on.
-    """
+    """Balances the sizes of regions on one level: 0 is all cells, 1 the finest coarse cells."""
 
     rules: SizeRules
     sizes: list[Floats]  # one array per level: size of each cell
@@ -257,10 +241,7 @@ class Balancer:
         return cls(rules, sizes, components, n_threads, islands, may_move_centers)
 
     def run(self, graph: OrderedGraph, clustering: Clustering, level: int) -> Clustering:
-        """Return the clustering of the cells on `level` after balancing the sizes of its regions.
-
-        Later calls, on finer levels, change nothing.
-        """
+        """Return the clustering on `level` with balanced regions; later calls change nothing."""
         if len(self.goals):
             return clustering
         cells = (self.sizes[level], self.components[level])
@@ -325,11 +306,7 @@ def with_counts(
     graph: OrderedGraph, clustering: Clustering, cells: tuple[Floats, Ints], targets: Longs,
     limits: tuple[int, _core.Islands],
 ) -> Clustering:  # fmt: skip
-    """Add and remove centers until each component has its target number of regions.
-
-    `cells` contains the size and the component of each cell, and `limits` the number of threads,
-    and what becomes of components without a center.
-    """
+    """Add and remove centers until components have `targets`; `cells` are sizes and components."""
     while True:
         found = _Regions.of(clustering, *cells)
         change = targets - np.bincount(found.components, minlength=len(targets))
@@ -383,10 +360,7 @@ class _Regions:
         return ranks
 
     def farthest(self, lengths: Array) -> Ints:
-        """Return, for each region, its cell with the longest path; for empty regions, the center.
-
-        `lengths` is the length of the path to each cell from the center of its region.
-        """
+        """Return the cell with the longest path, see `lengths`, of each region, or its center."""
         order = np.lexsort((lengths, self.labels))
         ends = np.searchsorted(self.labels[order], np.arange(len(self.centers)), side="right")
         cells = order[np.maximum(ends - 1, 0)].astype(np.int32)
@@ -394,12 +368,7 @@ class _Regions:
         return np.where(is_own, cells, self.centers)
 
     def matched(self, are_small: Bools, are_large: Bools) -> Longs:
-        """Return pairs of a small and a large region of the same component, (P, 2).
-
-        `are_small` and `are_large` mark the regions that may be paired. In each component, the
-        smallest region is paired with the largest region, the second smallest with the second
-        largest, and so on. See `MAX_JUMPING` for the maximum number of pairs.
-        """
+        """Return pairs of small and large regions of one component, (P, 2), the extremes first."""
         limits = np.maximum(1, (MAX_JUMPING * np.bincount(self.components)).astype(np.int64))
         small, large = np.flatnonzero(are_small), np.flatnonzero(are_large)
         small = small[np.lexsort((self.sizes[small], self.components[small]))]

@@ -48,8 +48,7 @@ level."""
 def can_be_coarse(is_symmetric: bool, plan: Plan, loop: LoopOptions) -> bool:
     """Return whether the loop may start on coarse cells.
 
-    The loop must start on all cells if the caller gave seeds or `radius_factor`, if `tol` is 0, if
-    `max_num_iter` is at most 1, or if an arc has no reverse arc of the same length.
+    It may not with seeds, `radius_factor`, ``tol=0``, one iteration, or arcs without equal reverse.
     """
     is_exact = loop.radius_factor is None and loop.tol > 0 and loop.max_num_iter > 1
     return not plan.has_seeds and is_exact and is_symmetric
@@ -119,9 +118,8 @@ def _coarser(
 ) -> list[CoarseGraph]:
     """Build successively coarser graphs, and return them from the finest to the coarsest.
 
-    `sizes` are possible numbers of cells per coarse cell on the finest coarse level, in order of
-    preference. `enough` contains two minimum numbers of coarse cells: on the finest coarse level,
-    and on each coarser level.
+    `enough` are minimum numbers of coarse cells, on the finest and on other levels. The first of
+    `sizes`, numbers of cells per coarse cell, that leaves enough is used on the finest level.
     """
     coarse: list[CoarseGraph] = []
     n_enough, n_next = enough

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .. import _core
-from .._core import Clustering, CoarseGraph, OrderedGraph
+from .._core import Clustering, CoarseGraph, OrderedGraph, PathArrays
 from ..base.options import LoopOptions
 from ..base.timing import timed
 from ..base.types import Array, Ints
@@ -40,10 +40,7 @@ compactness from 4.309 to 4.303."""
 
 @dataclass
 class Loop:
-    """Options and state of the clustering loop. The method `run` executes the loop on all levels.
-
-    A level is either all cells or a graph of coarse cells.
-    """
+    """Options and state of the clustering loop. Its levels are coarse cells and all cells."""
 
     radius: float  # expected radius of a region, in the unit of the positions
     options: LoopOptions
@@ -59,18 +56,21 @@ class Loop:
         """Reason why the loop stopped on the last finished level."""
         return self.levels[-1].stop_reason
 
-    def run(self, coarsening: Coarsening, graph: OrderedGraph, centers: Ints) -> tuple[Ints, Ints]:
+    def run(
+        self, coarsening: Coarsening, graph: OrderedGraph, centers: Ints, paths: PathArrays | None
+    ) -> tuple[Ints, Ints]:
         """Run the loop on the coarse graphs, from coarsest to finest; then label all cells.
 
-        If `coarsening.loops_on_all`, the loop also runs on all cells. `centers` are the seeds, as
-        cells of the coarsest graph. Returns the label of each cell, and the centers from which
-        these labels were computed. The list `coarsening.graphs` is emptied to free memory.
+        `centers` are the seeds, as cells of the coarsest graph, and `paths` the paths from them, or
+        None. Returns the label of each cell, and the centers. The list `coarsening.graphs` and
+        `paths` are emptied to free memory.
         """
         self.options.report("classify")
         coarse = coarsening.graphs
         while len(coarse) > coarsening.n_without_loop:
             level = coarse.pop()
-            clustering = self._run_level(level.graph, centers)
+            clustering = self._run_level(level.graph, centers, paths)
+            paths = None
             if len(coarse) == coarsening.n_without_loop and not coarsening.loops_on_all:
                 clustering = self._balanced(level.graph, clustering, coarsening.n_without_loop + 1)
             with timed(self.timings, "update"):
@@ -78,13 +78,13 @@ class Loop:
                 centers = level.refine(labels, centers, self.options.n_threads)
         if coarsening.loops_on_all or not is_straight(graph):
             must_stay = not coarsening.loops_on_all
-            clustering = self._run_level(graph, centers, is_last=True, must_stay=must_stay)
+            clustering = self._run_level(graph, centers, paths, is_last=True, must_stay=must_stay)
             clustering = self._balanced(graph, clustering, 0)
             return clustering.labels(), clustering.centers()
-        paths = clustering.lengths(), clustering.labels()
+        found = clustering.lengths(), clustering.labels()
         coarse.append(level)  # the last one; `loops_on_all` is False only if there is one
         del level, clustering  # these references would keep the graph in memory in `_spread`
-        return self._spread(coarse, paths, centers)
+        return self._spread(coarse, found, centers)
 
     def _balanced(self, graph: OrderedGraph, clustering: Clustering, level: int) -> Clustering:
         """Return the clustering on `level` after balancing the sizes of regions, if requested."""
@@ -98,10 +98,9 @@ class Loop:
     ) -> tuple[Ints, Ints]:
         """Label all cells by extending the paths on coarse cells to finer and finer cells.
 
-        `paths` contains the length of the path to each cell of the last graph in `coarse`, and the
-        label of the cell. `centers` are cells of the next finer graph. Returns the label of each
-        cell, and the centers. Extended paths give rounder regions than paths on all cells, which
-        `Clustering` would compute. The list `coarse` is emptied to free memory.
+        This gives rounder regions than paths on all cells. `paths` are length and label of each
+        cell of the last graph in `coarse`, which is emptied; `centers` are cells of the next finer
+        graph.
         """
         while coarse:
             start = time.perf_counter()
@@ -117,12 +116,12 @@ class Loop:
         return paths[1], centers
 
     def _run_level(
-        self, graph: OrderedGraph, centers: Ints, *, is_last: bool = False, must_stay: bool = False
-    ) -> Clustering:
-        """Run the loop on one level, starting from `centers`.
+        self, graph: OrderedGraph, centers: Ints, paths: PathArrays | None,
+        *, is_last: bool = False, must_stay: bool = False,
+    ) -> Clustering:  # fmt: skip
+        """Run the loop on one level, starting from `centers`, and from `paths` if not None.
 
-        If `must_stay`, the cells are labeled once, and the centers do not move. `is_last` is True
-        for the level of all cells.
+        If `must_stay`, label the cells once.
         """
         start = time.perf_counter()
         reach = math.inf
@@ -130,7 +129,7 @@ class Loop:
             reach = self.options.radius_factor * self.radius
         with timed(self.timings, "classify"):
             islands, n_threads = CORE_ISLANDS[self.options.islands], self.options.n_threads
-            clustering = _core.Clustering(graph, centers, reach, n_threads, islands)
+            clustering = _core.Clustering(graph, centers, reach, n_threads, islands, paths)
         # only on the first, coarsest level
         relocates = self.options.relocates and not self.levels
         most = self.options.max_num_iter
@@ -149,11 +148,10 @@ class Loop:
     def _relocate(
         self, graph: OrderedGraph, clustering: Clustering, n_iter: int, reason: StopReason
     ) -> tuple[int, StopReason]:
-        """Repeatedly relocate some centers, and iterate again.
+        """Move some centers to the farthest cells of regions with long paths, and iterate again.
 
-        A relocated center moves to the farthest cell of a region with long paths. `n_iter` is the
-        number of earlier iterations on this level, and `reason` is their stop reason. Returns the
-        number of all iterations on this level, and the last stop reason.
+        Returns the number of all iterations on this level, of which there were `n_iter`, and why it
+        ended.
         """
         fractions, most = RELOCATED_FRACTIONS, ITERATIONS_PER_ROUND
         if self.is_short:
@@ -181,11 +179,9 @@ class Loop:
         self, graph: OrderedGraph, clustering: Clustering, max_num_iter: int, *,
         must_stay: bool = False, n_before: int = 0,
     ) -> tuple[int, StopReason]:  # fmt: skip
-        """Alternately move centers and label cells, until there is a reason to stop.
+        """Alternately move centers and label cells; return number of iterations and stop reason.
 
-        Returns the number of iterations and the stop reason. `n_before` is the number of earlier
-        iterations on this level. If `must_stay`, centers do not move, and the stop reason of the
-        previous level is returned.
+        If `must_stay`, centers do not move, and the stop reason is that of the previous level.
         """
         if self.options.report.is_cancelled:
             return 1, "cancelled"
@@ -200,8 +196,9 @@ class Loop:
             seen.add(hash(np.sort(centers).tobytes()))
             n_moved = int(np.count_nonzero(moved_to != centers))
             self.options.report("classify", n_before + n_iter, n_moved)
-            move = _root_mean_square_move(graph, centers, moved_to)
-            if n_moved == 0 or move <= self.options.tol * self.radius:
+            moves = graph.positions_of(moved_to) - graph.positions_of(centers)
+            root_mean_square = math.sqrt(float(np.mean(np.sum(moves * moves, axis=1))))
+            if n_moved == 0 or root_mean_square <= self.options.tol * self.radius:
                 return n_iter, "converged"
             if self.options.report.is_cancelled:
                 return n_iter, "cancelled"
@@ -211,8 +208,3 @@ class Loop:
                 with timed(self.timings, "classify"):
                     clustering.classify(moved_to)
         return max_num_iter, "max_num_iter"
-
-
-def _root_mean_square_move(graph: OrderedGraph, centers: Ints, moved_to: Ints) -> float:
-    moves = graph.positions_of(moved_to) - graph.positions_of(centers)
-    return math.sqrt(float(np.mean(np.sum(moves * moves, axis=1))))

@@ -42,11 +42,9 @@ class Plan:
         start: tuple[CountOptions, AnyInit | Start | None], n_threads: int,
         *, dimension: int, plural: str = "cells", order: Ints | None = None,
     ) -> Plan:  # fmt: skip
-        """Make the plan for a graph.
+        """Make the plan for a graph from the size options and `init`, which refer to given cells.
 
-        `start` contains the size options, and the argument `init` of `segment`. If the cells of the
-        graph are sorted, `order` is the index of each cell before sorting. Centers and labels in
-        `start` refer to the order before sorting.
+        `order` is the index of each cell of the graph before sorting; None if they were not sorted.
         """
         count_options, given = start
         kept, measures = None, graph.measures
@@ -55,7 +53,7 @@ class Plan:
         init = _first_centers(given, graph.positions, graph.measures, kept, n_threads, order)
         seeds = None if init is None or isinstance(init, str) else init
         if inside is not None and seeds is not None:
-            init = seeds = inside.new_cells(seeds, "init", order)
+            init = seeds = inside.new_cells(seeds, order)
         count_options = replace(count_options, seeds=seeds)
         size = region_size(count_options, measures, n_threads, dimension, plural)
         return cls(inside, size, count_options, init)
@@ -112,19 +110,21 @@ def _first_centers(
     init: AnyInit | Start | None, positions: Floats, measures: Floats, kept: Ints | None,
     n_threads: int, order: Ints | None,
 ) -> AnyInit | Seeds | None:  # fmt: skip
-    """Return the initial centers as indices into `positions`, or the name of the seeding method.
+    """Return the initial centers as indices into `positions`, or `init` if it is a method or None.
 
-    An array with one number per cell is read as labels, unless it contains each cell once. Any
-    other array contains centers. The initial center of a labeled region is the cell nearest to the
-    centroid of the region. `kept` contains the cells inside the mask, or is None for all cells.
-    `order` is the same as in `Plan.of`. If `init` is None, the result is None.
+    An array with one number per cell is read as labels, unless it contains each cell once. The
+    center of a labeled region is the cell nearest to its centroid.
     """
     if init is None or isinstance(init, str):
         return init
     n_cells = len(positions)
     given = _centers_or_labels(init, n_cells)
     is_result = isinstance(init, Segmentation)
-    if is_result or given.shape != (n_cells,) or _are_all_different(given):
+    if (
+        is_result
+        or given.shape != (n_cells,)
+        or np.array_equal(np.sort(given), np.arange(n_cells))  # each cell is a center
+    ):
         centers = checked_seeds(given, n_cells, "init")
         return centers if order is None else inverse_of(order)[centers]
     labels = in_order(_labels_of(given, n_cells), order)
@@ -147,11 +147,6 @@ def _centers_or_labels(init: Seeds | Segmentation, n_cells: int) -> Array:
     return init.centers
 
 
-def _are_all_different(given: Array) -> bool:
-    """Return whether `given` contains each of 0 to N - 1 once, so that each cell is a center."""
-    return bool(np.array_equal(np.sort(given), np.arange(len(given))))
-
-
 def _labels_of(given: Array, n_cells: int) -> Ints:
     try:
         return checked_partial_labels(given, n_cells)[0]
@@ -160,10 +155,7 @@ def _labels_of(given: Array, n_cells: int) -> Ints:
 
 
 def _centers_of(labels: Ints, positions: Floats, measures: Floats, n_threads: int) -> Ints:
-    """Return the cell nearest to the centroid of each region, (K,); cells labeled -1 are ignored.
-
-    Raises a ValueError if all cells are labeled -1.
-    """
+    """Return the cell nearest to the centroid of each region, (K,); a ValueError if K is 0."""
     kept = np.flatnonzero(labels >= 0)
     if not len(kept):
         raise ValueError("init must have a label >= 0 for a cell inside the mask, got only -1")

@@ -118,13 +118,10 @@ def segment_cells(
     joining_arcs: ArcLengths | None = None,
     balancer: Balancer | None = None,
 ) -> Segmentation:
-    """Place seeds and run the loop on a graph of the cells inside the mask.
+    """Place seeds and run the loop on a graph of the cells inside the mask, without checks.
 
-    The arguments are not checked. `coarsening` is the result of `coarsened`; its graphs are removed
-    after their last use. `joining_arcs` are the arcs across which pieces of regions that have no
-    center join other regions after the loop, if possible across arcs shorter than
-    ``graph.crease_limit``, which made things have. It is None if the loop itself makes connected
-    regions. `balancer` balances the sizes of regions, or is None.
+    Coarse graphs are removed after their last use. Across `joining_arcs`, pieces of regions without
+    a center join other regions, if possible where arcs are shorter than ``graph.crease_limit``.
     """
     size, options, init = plan.size, plan.count_options, plan.init
     if init is None:
@@ -133,17 +130,18 @@ def segment_cells(
     with timed(timings, "seeding", loop.report):
         coarse = coarsening.graphs
         first = coarse[-1].graph if coarse else graph
-        seeds = run_seeding(first, bounds, size, options, init, loop.islands, loop.n_threads)
+        seeds, paths = run_seeding(first, bounds, size, options, init, loop.islands, loop.n_threads)
         components = None
         if plan.is_divided and not plan.has_seeds:
             components = plan.components(coarse)
             seeds = shared_seeds(first, seeds, components, size.n_segments, loop)
+            paths = None
         del first  # this reference would keep the graph in memory during the loop
     is_short = coarsening.is_short and loop.relocates
     cycle = Loop(
         size.radius, loop, timings, balancer=balancer, components=components, is_short=is_short
     )
-    labels, centers = cycle.run(coarsening, graph, seeds)
+    labels, centers = cycle.run(coarsening, graph, seeds, paths)
     # There can be fewer centers than seeds, because the balancer may remove centers.
     n_placed = len(seeds) if components is None else min(len(seeds), size.n_segments)
     n_unreached = max(0, len(centers) - n_placed)

@@ -91,31 +91,34 @@ def place_seeds(
     size = region_size(options, graph.measures, threads, graph.dimension)
     checked_choice(islands, "islands", ISLANDS)
     ordered = graph.ordered(threads)
-    return run_seeding(ordered, graph.bounds, size, options, init, islands, threads)
+    return run_seeding(ordered, graph.bounds, size, options, init, islands, threads)[0]
 
 
 def run_seeding(
     graph: _core.OrderedGraph, bounds: Floats, size: RegionSize,
     options: CountOptions, init: AnyInit | Seeds, islands: str, n_threads: int,
-) -> Ints:  # fmt: skip
-    """Return the result of `place_seeds` for options that are already checked."""
+) -> tuple[Ints, _core.PathArrays | None]:  # fmt: skip
+    """Return the result of `place_seeds` for options that are already checked.
+
+    Also returns the paths from the seeds to all cells, if the seeding method computes them.
+    """
     if not isinstance(init, str):
-        return _given_seeds(options, graph.n_cells)
+        return _given_seeds(options, graph.n_cells), None
     checked_choice(init, "init", ANY_INITS)
     if init == "grid":
         x, y, z = bounds[0].tolist()
         side = SEED_SPACING * _positive_radius(size, init)
-        return _core.grid_seeds(graph, (x, y, z), side, n_threads)
+        return _core.grid_seeds(graph, (x, y, z), side, n_threads), None
     first = _core.central_cell(graph, n_threads)
     of_islands = CORE_ISLANDS[islands]
     if init == "farthest":
-        return _core.farthest_seeds(graph, first, size.n_segments, of_islands, n_threads)
+        return _core.farthest_seeds(graph, first, size.n_segments, of_islands, n_threads), None
     if init == "curve":
         return _core.curve_seeds(graph, first, size.n_segments, n_threads)
     if init == "geodesic":
         return _core.geodesic_seeds(graph, first, size.n_segments, n_threads)
     reach = SEED_SPACING * _positive_radius(size, init)
-    return _core.flood_seeds(graph, first, size.n_segments, reach, of_islands, n_threads)
+    return _core.flood_seeds(graph, first, size.n_segments, reach, of_islands, n_threads), None
 
 
 def _given_seeds(options: CountOptions, n_cells: int) -> Ints:

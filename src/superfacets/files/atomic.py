@@ -30,17 +30,13 @@ _FLAGS = getattr(os, "O_BINARY", 0) | getattr(os, "O_NOFOLLOW", 0) | getattr(os,
 def atomic_outputs(paths: Sequence[StrPath]) -> Iterator[list[Path]]:
     """Yield a temporary path for each of `paths`; rename all to `paths` if the block succeeds.
 
-    The temporary files are created empty, in the folders of `paths`. If the block raises an
-    exception, the temporary files are removed, and existing files at `paths` are unchanged. A new
-    file gets the permissions of the file that it replaces. A symbolic link at one of `paths` is
-    replaced, and its target is unchanged, because the link may have been created by somebody else.
+    Otherwise, temporary files are removed, and existing files are unchanged. A new file gets the
+    permissions of the file that it replaces. A symbolic link is replaced, and its target is
+    unchanged, because somebody else may have created the link.
 
-    All files are complete before the first file is renamed, but several renames are not one atomic
-    step. If a rename fails, for example because its folder was removed, previous renames are not
-    undone. A process that is killed leaves its temporary files behind. The next process that writes
-    to the same path removes these files if they are at least a day old.
-
-    Raises the same errors as `checked_targets`.
+    All files are complete before the first is renamed, but if a rename fails, previous ones are not
+    undone. Files that a killed process leaves behind are removed by the next one that writes to the
+    same path, if they are at least a day old. Raises the same errors as `checked_targets`.
     """
     targets = checked_targets(paths)
     remove_leftovers(targets)
@@ -51,7 +47,9 @@ def atomic_outputs(paths: Sequence[StrPath]) -> Iterator[list[Path]]:
     ]
     try:
         for temporary, target in zip(temporaries, targets, strict=True):
-            _create(temporary, target)
+            temporary.touch(exist_ok=False)
+            if target.exists() and not target.is_symlink():
+                temporary.chmod(stat.S_IMODE(target.stat().st_mode))
         yield temporaries
         for temporary, target in zip(temporaries, targets, strict=True):
             temporary.replace(target)
@@ -68,11 +66,7 @@ def atomic_outputs(paths: Sequence[StrPath]) -> Iterator[list[Path]]:
 
 
 def remove_leftovers(targets: Iterable[Path], *, older_than: float = OLD) -> None:
-    """Remove temporary files of `targets` if the files are at least `older_than` seconds old.
-
-    The name of a temporary file contains the first `STEM_SIZE` characters of its output's name.
-    Folders and links are not removed.
-    """
+    """Remove temporary files of `targets` that are at least `older_than` seconds old."""
     stems: dict[Path, set[str]] = {}
     for target in targets:
         stems.setdefault(target.parent, set()).add(target.name[:STEM_SIZE])
@@ -150,13 +144,6 @@ def _check_target(path: StrPath, target: Path) -> None:
         raise PermissionError(f"{path}: the file is write-protected")
 
 
-def _create(temporary: Path, target: Path) -> None:
-    """Create an empty file, with the permissions of the target if the target exists."""
-    temporary.touch(exist_ok=False)
-    if target.exists() and not target.is_symlink():
-        temporary.chmod(stat.S_IMODE(target.stat().st_mode))
-
-
 def open_own(path: Path, flags: int, busy: str | None = None) -> int:
     """Open a file that only this package writes, and return its descriptor.
 
@@ -184,12 +171,9 @@ def open_own(path: Path, flags: int, busy: str | None = None) -> int:
 def locked(folder: Path, outputs: Sequence[Path] = ()) -> Iterator[None]:
     """Lock a folder during the block, or raise a ValueError if the folder is already locked.
 
-    Programs use it so that only one process at a time writes `outputs` to the folder. Temporary
-    files of `outputs`, of processes that were killed, are removed before and after the block.
-
-    A missing folder is created. The lock file is not removed after the block. The operating system
-    releases the lock when this process ends, even if it is killed. Child processes that run another
-    program do not inherit the lock.
+    Programs use it so that only one process at a time writes `outputs` to the folder, which is
+    created if missing. Temporary files of `outputs` are removed before and after the block. The
+    lock file stays, but the operating system releases the lock when this process ends.
     """
     writable_folder(folder)
     path = folder / ".lock"

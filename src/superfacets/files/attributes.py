@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import reprlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -24,9 +24,6 @@ PLY_TYPES = {"i1": "char", "u1": "uchar", "i2": "short", "u2": "ushort", "i4": "
 
 COLORS = ("red", "green", "blue")
 """Names of the properties that are colors."""
-
-GENERATOR = "superfacets"
-"""The program that GLB files name which `write_mesh` wrote."""
 
 TAKEN = ("cells", "attributes", "texture")
 """Values of `MeshAttributes.declared` for what is not left out."""
@@ -159,31 +156,6 @@ class MeshAttributes:
                 return _bytes_of(np.column_stack([stored[name] for name in COLORS])[:, :3])
         return None
 
-    def with_properties(
-        self, *, vertex: Mapping[str, Any] | None = None, face: Mapping[str, Any] | None = None
-    ) -> MeshAttributes:
-        """Return a copy with additional properties, which replace properties of the same name.
-
-        All other fields, such as comments and the texture, are the same as in the original.
-
-        Parameters
-        ----------
-        vertex, face : mapping of str to array_like, optional
-            Properties of the vertices, and of the faces. Same as in `MeshAttributes`.
-
-        Returns
-        -------
-        MeshAttributes
-
-        Examples
-        --------
-        >>> MeshAttributes(vertex={"heat": [1, 2]}).with_properties(vertex={"kind": [0, 0]})
-        MeshAttributes(vertex: heat, kind; face: none; 0 comments)
-        """
-        return replace(
-            self, vertex={**self.vertex, **(vertex or {})}, face={**self.face, **(face or {})}
-        )
-
     def __reduce__(self) -> tuple[type[MeshAttributes], tuple[Any, ...]]:
         others = dict(self.names), dict(self.declared), self.records, self.header
         stored = dict(self.vertex), dict(self.face), self.comments, self.texture
@@ -230,10 +202,7 @@ def _checked(values: Any, name: str, owner: str) -> Array:
 
 
 def _stored_type(array: Array, what: str) -> npt.DTypeLike:
-    """Return the NumPy type to which an array is converted, so that PLY can store it.
-
-    Raises a ValueError if an integer does not fit in 32 bits.
-    """
+    """Return the type in which PLY stores an array; a ValueError if integers are too large."""
     if array.dtype.str[1:] in PLY_TYPES:
         return array.dtype.newbyteorder("=")
     if array.dtype.kind == "b":

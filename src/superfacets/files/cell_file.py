@@ -132,9 +132,7 @@ class CellFile:
     def _check_same_order(self, cells: Any, labeled: CellFile, *, are_of_vertices: bool) -> None:
         """Raise a MeshError if labeled cells differ from these cells in position or order.
 
-        If `are_of_vertices` is true, the points in `labeled` are compared with the vertices of
-        `cells`. Positions may differ by rounding to float32, which many formats store, and by one
-        quantization step of LAS, which is less than the distances that formats can represent.
+        Positions may differ by rounding to float32, and by one quantization step of LAS.
         """
         kind, others = kind_of(cells), labeled.cells()
         expected = cells.vertices if are_of_vertices else kind.positions(cells)

@@ -46,11 +46,10 @@ _ROLES: dict[str, dict[str, str]] = {
         ".vtp": "superfacets_formats.vtk_xml:read_vtp",
         ".vtu": "superfacets_formats.tets:read_vtu",
         ".vtk": "superfacets_formats.tets:read_vtk",
-        ".msh": "superfacets_formats.tets:read_msh",
-        ".mesh": "superfacets_formats.tets:read_medit",
+        **dict.fromkeys((".msh", ".mesh"), "superfacets_formats.tets:read_with_meshio"),
         ".gii": "superfacets_formats.cortex:read_gifti",
         **dict.fromkeys(_SURFACES, "superfacets_formats.cortex:read_surface"),
-        ".tri": f"{_READ}off:read_tri",
+        ".tri": "superfacets_formats.tri:read_tri",
     },
     "read_points": {
         **dict.fromkeys((".xyz", ".txt", ".csv"), f"{_READ}clouds:read_text_cloud"),
@@ -60,7 +59,7 @@ _ROLES: dict[str, dict[str, str]] = {
         ".e57": "superfacets_formats.e57:read_e57",
     },
     "labels": {
-        ".npy": f"{_READ}labels:read_npy_labels",
+        ".npy": f"{_READ}npy:npy_array",
         **dict.fromkeys((".seg", ".txt"), f"{_READ}labels:read_text_labels"),
     },
     "vertex_labels": {
@@ -75,13 +74,14 @@ _ROLES: dict[str, dict[str, str]] = {
         ".vtp": "superfacets_formats.vtk_xml:is_vtp",
         ".gii": "superfacets_formats.cortex:is_gifti",
         _SURFACES[0]: "superfacets_formats.cortex:is_surface",
+        ".stl": f"{_READ}stl:has_binary_size",
     },
     "write_polygons": {
         ".ply": f"{_WRITE}ply:write_ply",
         ".vtp": "superfacets_formats.vtk_writer:write_vtp",
         ".obj": f"{_WRITE}obj:write_obj",
         ".off": f"{_WRITE}obj:write_off",
-        ".glb": f"{_WRITE}glb:write_glb",
+        ".glb": "superfacets_textures.glb:write_glb",
         ".ids.png": "superfacets_textures.ids_image:write_ids",
     },
     "write_triangles": {".stl": f"{_WRITE}stl:write_stl"},

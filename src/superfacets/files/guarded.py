@@ -13,7 +13,7 @@ import tempfile
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import IO, Any
+from typing import IO
 
 import numpy as np
 
@@ -67,7 +67,8 @@ def guarded(reader: str, data: Content, ending: str) -> dict[str, Array | str]:
         if done.returncode or not found.seek(0, os.SEEK_END):
             raise MeshError("the reader of this format crashed: the file is damaged")
         found.seek(0)
-        return _received(found)
+        texts, names = json.loads(found.readline())
+        return {**texts, **{name: np.load(found, allow_pickle=False) for name in names}}
 
 
 def main() -> None:
@@ -109,9 +110,3 @@ def _send(output: IO[bytes], result: Result) -> None:
     output.write(json.dumps([texts, [*arrays]]).encode() + b"\n")
     for array in arrays.values():
         np.save(output, np.ascontiguousarray(array), allow_pickle=False)
-
-
-def _received(found: IO[Any]) -> dict[str, Array | str]:
-    texts, names = json.loads(found.readline())
-    arrays = {name: np.load(found, allow_pickle=False) for name in names}
-    return {**texts, **arrays}

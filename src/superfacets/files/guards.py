@@ -81,18 +81,17 @@ def read_content(path: Path) -> mmap.mmap:
     return content
 
 
-def file_beside(name: str, folder: Path | None, top: Path | None = None) -> Path | None:
-    """Return the file at the relative path `name`, or None if the file is outside of `top`.
+def file_beside(name: str, folder: Path | None) -> Path | None:
+    """Return the file at a path relative to `folder`, or None if the file is not inside it.
 
-    Readers use it for images, materials and buffers that a mesh file names.
-    The path is relative to `folder`, which is also the default of `top`. For security, a mesh file
-    cannot refer to files elsewhere on the machine: URLs and absolute paths are refused, and ``..``
-    and symbolic links are resolved before the path is compared with `top`. The file may be missing.
+    Readers use it for images, materials and buffers that a mesh file names, which may be missing.
+    For security, a mesh file cannot refer to files elsewhere on the machine: URLs and absolute
+    paths are refused, and ``..`` and symbolic links are resolved first.
     """
     if folder is None or re.match(r"[\w+.-]*:|[/\\]", name) or "\0" in name:
         return None
     path = Path(os.path.realpath(folder / name))
-    return path if path.is_relative_to(os.path.realpath(top or folder)) else None
+    return path if path.is_relative_to(os.path.realpath(folder)) else None
 
 
 @contextlib.contextmanager
@@ -276,11 +275,6 @@ class BinaryReader:
                 f" declared at byte {self._at}: it may be truncated or damaged"
             )
         self._at += n_bytes
-
-
-def hint_at_integers(names: Sequence[str]) -> str:
-    """Return the end of an error message that lists integer properties; empty without `names`."""
-    return f": the integer properties are {', '.join(names)}" if names else ""
 
 
 def most_bytes_of(n_bytes: int) -> int:

@@ -21,7 +21,6 @@ from ..mesh.polygon_mesh import PolygonMesh
 from ..mesh.triangle_mesh import Mesh
 from .attributes import COLORS, MeshAttributes, is_word
 from .guards import Content, Polygons, as_rows, checked_faces, narrowed
-from .splats import splat_axes, splat_colors
 
 if TYPE_CHECKING:
     from .. import Texture
@@ -208,8 +207,10 @@ def _cloud_of(
         kinds = {columns[name].dtype.kind + str(columns[name].dtype.itemsize) for name in COLORS}
         if len(kinds) == 1 and kinds <= {"u1", "u2", "f4", "f8"}:
             colors = as_rows([columns[name] for name in COLORS], columns["red"].dtype)
-    else:
-        colors = splat_colors(columns)
-    axes = splat_axes(columns) if normals is None else None
+    elif "f_dc_0" in columns:  # Gaussian splats
+        colors = load("superfacets_formats.splats:splat_colors")(columns)
+    axes = None
+    if normals is None and "rot_0" in columns:
+        axes = load("superfacets_formats.splats:splat_axes")(columns)
     points = as_rows([columns[axis] for axis in "xyz"], np.float64)
     return PointCloud(points, normals, colors, axes, viewpoints)

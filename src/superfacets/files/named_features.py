@@ -126,10 +126,7 @@ class CellData:
         return table
 
     def _properties(self, names: Sequence[str]) -> Floats | None:
-        """Return the named properties in the file as columns, one row per cell.
-
-        The result is None unless all belong to faces, or all to vertices or points.
-        """
+        """Return properties of faces, or all of vertices, as one row per cell; None if missing."""
         of_faces, of_vertices = self._stored
         for stored in (of_faces, of_vertices):
             if all(name in stored for name in names):
@@ -204,9 +201,6 @@ def _normals_of(cells: Any, n_threads: int, is_kept: Bools | None) -> Floats:
 
 
 def _per_cell(table: Floats, cells: Any) -> Floats:
-    """Return, for each cell, the mean of the rows of `table` over the vertices of the cell.
-
-    The table of a point cloud is returned unchanged.
-    """
+    """Return the mean row of `table` over the vertices of each cell, or `table` for points."""
     corners = kind_of(cells).corners(cells)
     return table if corners is None else corners.means(table)

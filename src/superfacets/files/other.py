@@ -41,10 +41,7 @@ _GZIP, _UTF_16 = b"\x1f\x8b", {b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be
 
 
 def as_declared(data: Content) -> Content:
-    """Return the content to parse: unpacked if it is gzip, as UTF-8 if it is text in UTF-16.
-
-    Raises a MeshError that names content which is no mesh, such as a web page.
-    """
+    """Return the content, unpacked and in UTF-8, or raise a MeshError if it is no mesh."""
     if data[:2] == _GZIP:
         data = _unpacked(data)
     if data[:2] in _UTF_16:

@@ -64,10 +64,7 @@ class ConstraintOptions:
         return {name: "given" for name, value in given.items() if value is not None}
 
     def kept_points(self, cells: Cells) -> Bools | None:
-        """Return which points of a cloud to keep; None without a mask, or for other cells.
-
-        Raises a ValueError or TypeError if the mask is not valid.
-        """
+        """Return which points of a cloud to keep; None without a mask or for other cells."""
         if self.mask is None or not kind_of(cells).are_points:
             return None
         return _checked_kept(self.mask, cells.n_cells)
@@ -78,8 +75,7 @@ class ConstraintOptions:
     ) -> KeptCells | None:  # fmt: skip
         """Return the cells and arcs to keep, or None if there is neither a mask nor barriers.
 
-        A mask removes cells and all of their arcs. Barriers remove only arcs. If the cells of
-        `graph` were sorted, `order` is the index of each cell in `source`, the input mesh. Raises a
+        If the cells of `graph` were sorted, `order` is the index of each cell in `source`. Raises a
         ValueError or TypeError if the mask or the barriers are not valid.
         """
         if not self.is_used:
@@ -139,19 +135,19 @@ class KeptCells:
         """Return the surface of the kept cells. `whole` is the surface of all cells."""
         return whole.part(self.cells, self.arcs, self.offsets, self.neighbors)
 
-    def new_cells(self, cells: npt.ArrayLike, name: str, order: Ints | None = None) -> Ints:
-        """Convert indices of cells in the whole graph to numbers of kept cells.
+    def new_cells(self, seeds: npt.ArrayLike, order: Ints | None = None) -> Ints:
+        """Convert seeds, indices of cells in the whole graph, to numbers of kept cells.
 
-        Raises a ValueError if a cell is not kept. `order`, for the message, is the index of each
-        cell before sorting.
+        Raises a ValueError if a cell is not kept; its message has the index before sorting, see
+        `order`.
         """
-        given = checked_seeds(cells, self.n_whole, name)
+        given = checked_seeds(seeds, self.n_whole, "init")
         found = np.minimum(np.searchsorted(self.cells, given), len(self.cells) - 1)
         is_out = self.cells[found] != given
         if is_out.any():
             first = int(np.argmax(is_out))
             cell = given[first] if order is None else order[given[first]]
-            raise ValueError(f"{name}[{first}] is cell {cell}, but the mask excludes this cell")
+            raise ValueError(f"init[{first}] is cell {cell}, but the mask excludes this cell")
         return found.astype(np.int32)
 
     def whole_labels(self, labels: Ints) -> Ints:
@@ -223,11 +219,7 @@ def sharp_edges(
 def sharp_edges_inside(
     mesh: FaceMesh, labels: Ints, angle: float, *, n_threads: int | None = None
 ) -> Floats:
-    """Return, for each region, the fraction of the length of all sharp edges inside it, (K,).
-
-    An edge is inside a region if two faces of the region share the edge. `labels` is the region of
-    each face, or -1 for faces in no region.
-    """
+    """Return the fraction of the length of all sharp edges between faces of each region, (K,)."""
     keys, faces = _sharp_sides(mesh, angle, True, n_threads)
     n_regions, total = int(labels.max()) + 1, _lengths_of(mesh, np.unique(keys)).sum()
     is_inside = (labels[faces[:, 0]] == labels[faces[:, 1]]) & (labels[faces[:, 0]] >= 0)
@@ -350,10 +342,9 @@ def _lengths_of(mesh: FaceMesh, keys: Longs) -> Floats:
 
 
 def _groups_apart(graph: CsrArcs, before: Bools, after: Bools, sources: Ints) -> Ints:
-    """Return the group of each cell: its connected component after barriers cut the graph.
+    """Return the group of each cell: its component after barriers cut the graph, if it was cut.
 
-    It is `ANY_GROUP` if barriers do not divide the component that the cell was in before. `before`
-    marks the arcs that the mask keeps, and `after` those of them that cross no barrier.
+    `before` marks the arcs that the mask keeps, and `after` those that also cross no barrier.
     """
     whole, n_whole = components_of(graph, before, sources)
     pieces, n_pieces = components_of(graph, after, sources)
@@ -364,10 +355,7 @@ def _groups_apart(graph: CsrArcs, before: Bools, after: Bools, sources: Ints) ->
 
 
 def components_of(graph: CsrArcs, keeps_arc: Bools, sources: Ints) -> tuple[Ints, int]:
-    """Return the connected component of each cell, (N,), and their number.
-
-    `keeps_arc` marks the arcs that connect cells, (M,), and `sources` is ``graph.sources``.
-    """
+    """Return the component of each cell, (N,), along arcs in `keeps_arc`, (M,), and their count."""
     counts = np.bincount(sources[keeps_arc], minlength=graph.n_cells)
     offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
     one_label = np.zeros(graph.n_cells, np.int32)

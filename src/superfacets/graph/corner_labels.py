@@ -35,10 +35,7 @@ def labels_of_corners(cells: Any, of_vertices: Array) -> Array:
 
 
 def of_cells(values: Any, cells: Any) -> Any:
-    """Return one value per cell if there is one value per vertex, and otherwise `values`.
-
-    If a mesh has as many vertices as cells, the values belong to cells.
-    """
+    """Return one value per cell if there is one per vertex and not one per cell, else `values`."""
     return labels_of_corners(cells, np.asarray(values)) if fit_vertices(values, cells) else values
 
 
@@ -51,8 +48,7 @@ def fit_vertices(values: Any, cells: Any) -> bool:
 def are_of_vertices(labels: Sized, cells: Any) -> bool:
     """Return whether there is one label per vertex instead of one per cell.
 
-    If a mesh has as many vertices as cells, the labels belong to cells. Raises a MeshError if there
-    is neither one label per cell nor one per vertex.
+    Raises a MeshError if there is neither.
     """
     n_vertices = getattr(cells, "n_vertices", None)  # point clouds have no vertices
     if len(labels) in (cells.n_cells, n_vertices):

@@ -90,8 +90,7 @@ def core_surface(
     """Make the object of `_core` that computes lengths and angles of the arcs between faces.
 
     If `is_inside_out` is true, concave and convex edges are swapped. Raises a ValueError if the
-    graph does not fit the mesh: it was built from triangles and the mesh is a `PolygonMesh`, or
-    vice versa, or it refers to sides that the faces do not have.
+    graph was made from another mesh.
     """
     corners, is_of_triangles = corners_of(mesh), graph.sides.dtype == np.uint8
     same_turn = graph.same_turn
@@ -204,11 +203,7 @@ class FaceArcs(NamedTuple):
 
 
 def arcs_at_borders(mesh: Mesh, labels: Ints, n_threads: int) -> tuple[ArcLists, Ints]:
-    """Return a graph of some triangles, including all triangles at borders of regions.
-
-    The result is offsets and neighbors in CSR form, and the label of each of these triangles. This
-    is much faster than building the whole graph, because most triangles are not at borders.
-    """
+    """Return arcs in CSR form between triangles at borders of regions, and their labels."""
     lowest = _core.weld_vertices(mesh.vertices, n_threads)
     corners = lowest[mesh.faces]
     some_label = np.empty(mesh.n_vertices, dtype=np.int32)  # label of one face at each vertex

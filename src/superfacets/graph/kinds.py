@@ -377,20 +377,14 @@ def as_surface(
     source: MeshLike | CellGraph, *, weld: float, n_threads: int | None,
     is_kept: Bools | None = None,
 ) -> Surface:  # fmt: skip
-    """Return the `Surface` of a mesh, a cloud, or a graph with `ArcMeasures`.
-
-    `is_kept` is the same as in `graph_and_surface`.
-    """
+    """Return the `Surface` of a mesh, a cloud, or a graph with `ArcMeasures`."""
     return graph_and_surface(as_known(source), weld, checked_threads(n_threads), is_kept)[1]
 
 
 def graph_and_surface(
     cells: Cells | CellGraph, weld: float, n_threads: int, is_kept: Bools | None = None
 ) -> tuple[BaseGraph, Surface]:
-    """Return the graph and the `Surface` of cells. `cells` must be a result of `as_known`.
-
-    If `is_kept` is given, (N,), points of a cloud that are not kept have no neighbors.
-    """
+    """Return graph and `Surface` of cells; points not in `is_kept`, (N,), have no neighbors."""
     kind = kind_of(cells)
     graph = kind.ordered(cells, weld, n_threads, may_sort=False, is_kept=is_kept).graph
     return graph, kind.surface(cells, graph, n_threads)

@@ -57,10 +57,8 @@ def find_point_graph(
 ) -> PointGraph:  # fmt: skip
     """Return the graph of a cloud, or raise a MeshError if all points coincide.
 
-    If `is_kept` is given, (N,), the neighbors of kept points are searched among the kept points,
-    and all other points have no arcs and no area. If `is_sorted` is true, points are sorted along a
-    space-filling curve, which makes later stages two to three times as fast as for points in random
-    order. Points that are not kept are then last.
+    Points that are not in `is_kept`, (N,), have no arcs and no area. If `is_sorted`, points are
+    sorted along a curve, those not kept last, which makes later stages two to three times as fast.
     """
     part, kept = _kept_part(cloud, is_kept)
     check_spread(part.bounds)
@@ -86,10 +84,7 @@ def find_point_graph(
 
 
 def _kept_part(cloud: PointCloud, is_kept: Bools | None) -> tuple[PointCloud, Ints | None]:
-    """Return a cloud of the kept points, and their indices, or the whole cloud and None.
-
-    If the kept points coincide, they have no graph of their own, so the whole cloud is returned.
-    """
+    """Return a cloud of the kept points and their indices; the cloud and None if they coincide."""
     if is_kept is None or is_kept.all():
         return cloud, None
     kept = np.flatnonzero(is_kept).astype(np.int32)
@@ -100,10 +95,7 @@ def _kept_part(cloud: PointCloud, is_kept: Bools | None) -> tuple[PointCloud, In
 
 
 def _widened(graph: PointGraph, places: Ints, positions: Floats) -> PointGraph:
-    """Add points without arcs to a graph. `positions` are the positions of all points, (N, 3).
-
-    `places` is the new index of each point of `graph`, in ascending order.
-    """
+    """Add points without arcs to a graph, whose points are at `places` in `positions`, (N, 3)."""
     n_points = len(positions)
     measures, normals = np.zeros(n_points), np.zeros((n_points, 3))
     counts = np.zeros(n_points, np.int64)
@@ -132,19 +124,15 @@ def _with_normals_of(cloud: PointCloud, graph: PointGraph) -> PointGraph:
         viewpoints = cloud.viewpoints
         if viewpoints.ndim == 2 and graph.points is not None:
             viewpoints = viewpoints[graph.points]
-        normals = _facing(viewpoints, graph)
+        one_label = np.zeros(len(graph.positions), np.int32)
+        components, n_components = _core.find_components(*graph.arcs, one_label)
+        is_flipped = _are_turned_away(components, n_components, viewpoints, graph)
+        normals = np.where(is_flipped[components], -1.0, 1.0)[:, None] * graph.normals
         return replace(graph, normals=checked_normals(normals, len(normals)))
+    # On open surfaces, as a room scanned from inside, estimated normals may be on the wrong side.
     normal_sum = np.einsum("i,ij->j", graph.measures, graph.normals)
-    return replace(graph, tells_concave=not is_open(normal_sum, graph.measures.sum()))
-
-
-def is_open(normal_sum: Floats, area: float) -> bool:
-    """Return whether a surface is probably open; `normal_sum` is the sum of area * normal.
-
-    On open surfaces, estimated normals may point to the wrong side. For example, they point out of
-    a room that was scanned from inside, so its concave edges would be treated as convex.
-    """
-    return bool(np.linalg.norm(normal_sum) > OPEN_SHARE * area)
+    is_open = bool(np.linalg.norm(normal_sum) > OPEN_SHARE * graph.measures.sum())
+    return replace(graph, tells_concave=not is_open)
 
 
 def point_surface(graph: PointGraph, n_threads: int) -> Surface:
@@ -164,23 +152,13 @@ def checked_viewpoint(viewpoint: npt.ArrayLike) -> Viewpoint:
     return x, y, z
 
 
-def _facing(viewpoints: Floats, graph: PointGraph) -> Floats:
-    """Flip the normals of each component of a graph to face `viewpoints`, one or one per point."""
-    labels = np.zeros(len(graph.positions), np.int32)
-    components, n_components = _core.find_components(graph.offsets, graph.neighbors, labels)
-    is_flipped = _are_turned_away(components, n_components, viewpoints, graph)
-    return np.where(is_flipped[components], -1.0, 1.0)[:, None] * graph.normals
-
-
 def _are_turned_away(
     components: Ints, n_components: int, viewpoints: Floats, graph: PointGraph
 ) -> Bools:
     """Return which components must be flipped, assuming that normals point outward, (C,).
 
-    An open component is flipped if most of its area is seen from behind. About half of the area of
-    a closed component faces a viewpoint outside. Therefore, a closed component is flipped only if
-    the viewpoint is inside, where the surface covers a solid angle of 4 pi. If each point has its
-    own viewpoint, closed components are treated like open components.
+    An open component is flipped if most of it is seen from behind; a closed one only if one
+    viewpoint is inside, where the surface covers a solid angle of 4 pi.
     """
     measures, toward = graph.measures, viewpoints - graph.positions
     farthest = np.abs(toward).max(axis=1, keepdims=True)

@@ -29,11 +29,7 @@ def region_size(
     options: CountOptions, measures: Floats, n_threads: int, dimension: int = 2,
     plural: str = "cells",
 ) -> RegionSize:  # fmt: skip
-    """Return the expected number and radius of regions for cells with these measures.
-
-    Regions are modeled as disks if measures are areas (`dimension` is 2), and as balls if measures
-    are volumes (`dimension` is 3). `plural` names the cells in messages.
-    """
+    """Return the expected number and radius of regions: disks, or balls if `dimension` is 3."""
     total, n_cells = _core.sum_of(measures, n_threads), len(measures)
     r = options.radius
     if r is not None:
@@ -49,20 +45,14 @@ def region_size(
 
 
 def checked_n_segments(n_segments: int | None, n_cells: int, noun: str = "faces") -> int:
-    """Return `n_segments` after checking that it is from 1 to `n_cells`.
-
-    For None, the result is `DEFAULT_N_SEGMENTS` or `n_cells`, whichever is smaller.
-    """
+    """Return `n_segments`, from 1 to `n_cells`; for None the default, or `n_cells` if smaller."""
     if n_segments is None:
         return min(DEFAULT_N_SEGMENTS, n_cells)
     return checked_count(n_segments, "n_segments", n_cells, noun)
 
 
 def radius_of(measures: Floats, n_regions: int, n_threads: int, dimension: int = 2) -> float:
-    """Return the radius sqrt(A / (pi k)) of a disk with the mean area of k regions.
-
-    If measures are volumes, return the radius of a ball instead: the cube root of 3 V / (4 pi k).
-    """
+    """Return the radius of a disk, or of a ball if `dimension` is 3, with the mean measure."""
     return _radius_of_total(_core.sum_of(measures, n_threads), n_regions, dimension)
 
 
@@ -91,8 +81,7 @@ def sliver_share(
 ) -> float:
     """Return the fraction of the area, 0 to 1, in faces longer than 2 r and thinner than r / 2.
 
-    `areas` are 0 for faces to ignore; the result is 0 if all are 0. `radius` is r, the expected
-    radius of regions. `longest` is `FaceShapes.longest`.
+    `areas` are 0 for faces to ignore, `radius` is r, and `longest` is `FaceShapes.longest`.
     """
     total = _core.sum_of(areas, n_threads)
     if total <= 0.0:
@@ -103,10 +92,7 @@ def sliver_share(
 
 
 def advised_max_edge(mesh: FaceMesh, size: CountOptions) -> float:
-    """Return the recommended maximum edge length for `subdivide`.
-
-    If `size` has neither a number nor a radius of regions, the default number is used.
-    """
+    """Return the recommended maximum edge length for `subdivide`, for regions of this size."""
     threads = checked_threads(None)
     radius = size.radius
     if radius is None:

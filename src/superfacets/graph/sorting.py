@@ -35,10 +35,7 @@ class SortedCorners(NamedTuple):
 
 
 def is_scattered(vertices: Floats, corners: Corners) -> bool:
-    """Return whether consecutive cells, or consecutive vertices, are often far apart.
-
-    For meshes with fewer than `MIN_CELLS` cells, the result is False.
-    """
+    """Return whether consecutive cells, or vertices, of a large mesh are often far apart."""
     n_cells = corners.n_cells
     if n_cells < MIN_CELLS:
         return False
@@ -54,10 +51,7 @@ def is_scattered(vertices: Floats, corners: Corners) -> bool:
 def sorted_corners(
     vertices: Floats, corners: Corners, weld: float, n_threads: int
 ) -> SortedCorners:
-    """Sort the cells and the vertices of a mesh, after welding vertices if `weld` is true.
-
-    The corners of each cell keep their order. The expected time is O(V + C).
-    """
+    """Sort cells and vertices in O(V + C), after welding; corners of cells keep their order."""
     lowest = lowest_vertices(vertices, weld, n_threads)
     return SortedCorners(*_core.sort_mesh(vertices, lowest, *corners.lists, n_threads))
 
@@ -65,8 +59,7 @@ def sorted_corners(
 def far_steps(positions_of: Callable[[Longs], Floats], n: int) -> float:
     """Estimate the fraction, 0 to 1, of pairs of consecutive elements that are far apart.
 
-    Two of the `n` elements are far apart if their distance is more than a quarter of the median
-    distance between two random ones. `positions_of` returns positions, given indices.
+    Far is more than a quarter of the median distance of random pairs of the `n` elements.
     """
     firsts = spread_indices(N_STEPS, n - 1)
     here = positions_of(firsts)

@@ -121,7 +121,8 @@ class Surface(CsrArcs):
 
     def components(self, labels: npt.ArrayLike) -> Ints:
         """Return the connected component of cells with equal labels, from 0, of each cell, (N,)."""
-        return _core.find_components(*self.arcs, checked_classes(labels, self.n_cells, "labels"))[0]
+        checked = checked_classes(labels, self.n_cells, "labels")
+        return _core.find_components(*self.arcs, checked, self.n_threads)[0]
 
     def part(self, cells: Ints, arcs: Longs, offsets: Longs, neighbors: Ints) -> Surface:
         """Return the surface of the cells and arcs with these indices, renumbered from 0.
@@ -177,9 +178,9 @@ def arc_measures(mesh: MeshLike, graph: FaceGraph, *, n_threads: int | None = No
     return found.checked(graph.offsets, graph.n_arcs, threads)
 
 
-def is_inside_out(mesh: FaceMesh, graph: FaceGraph, *, n_threads: int | None = None) -> bool:
+def is_inside_out(mesh: FaceMesh, graph: FaceGraph) -> bool:
     """Return whether a mesh is closed and its normals point inward, so its volume is negative."""
-    volume = _signed_volume(mesh, graph, checked_threads(n_threads))
+    volume = _signed_volume(mesh, graph, checked_threads(None))
     return volume < -VOLUME_NOISE * graph.diagonal**3
 
 

@@ -29,9 +29,9 @@ class TetCells(CellsOfVertices):
         """Number of cells. The cells of this mesh are its tetrahedra."""
         return len(self.tets)
 
-    def _check(self) -> None:
-        """Replace the fields by checked, read-only arrays, or raise a MeshError."""
-        vertices, tets, bounds = checked_simplices(self.vertices, self.tets, "tets", 4)
+    def _check(self, *, are_new: bool = False) -> None:
+        given = self.vertices, self.tets
+        vertices, tets, bounds = checked_simplices(*given, "tets", 4, are_new=are_new)
         freeze(self, vertices=vertices, tets=tets, bounds=bounds)
 
     def arcs_and_measures(self, weld: float, n_threads: int) -> tuple[Any, tuple[Floats, ...]]:

@@ -143,15 +143,11 @@ def _put_on_pyvista(target: Any, results: _Results) -> None:
         if results.on_points:
             target.point_data[name] = values
             continue
-        first = first_face(target)
+        # vertices and lines of a PolyData come first
+        first = int(target.n_verts + target.n_lines) if hasattr(target, "verts") else 0
         whole = _filled(target.n_cells, values, nothing)
         whole[first : first + len(values)] = values
         target.cell_data[name] = whole
-
-
-def first_face(target: Any) -> int:
-    """Return the index of the first face of a PyVista dataset, after vertices and lines."""
-    return int(target.n_verts + target.n_lines) if hasattr(target, "verts") else 0
 
 
 def _filled(n_rows: int, values: Array, nothing: Any) -> Array:

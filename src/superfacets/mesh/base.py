@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import fields
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 from ..base.checks import restored
-from ..base.types import Floats, Longs
+from ..base.types import Array, Floats, Longs
 
 
 class Cells:
@@ -39,6 +39,22 @@ class CellsOfVertices(Cells):
     """Corners of each side of a cell, (n_sides, n), for cells with a volume; None for faces."""
 
     vertices: Floats
+
+    @classmethod
+    def _of_new(cls, *arrays: Array) -> Self:
+        """Make a mesh from new arrays. They are not copied, because no other code uses them."""
+        mesh = object.__new__(cls)
+        for each, array in zip(fields(mesh), arrays, strict=False):  # type: ignore[arg-type]
+            object.__setattr__(mesh, each.name, array)
+        mesh._check(are_new=True)
+        return mesh
+
+    def __post_init__(self) -> None:
+        self._check()
+
+    def _check(self, *, are_new: bool = False) -> None:
+        """Replace the fields by checked, read-only arrays, or raise a MeshError."""
+        raise NotImplementedError
 
     @property
     def n_vertices(self) -> int:

@@ -40,10 +40,8 @@ def has_blocks(source: Any) -> bool:
 def cell_blocks(source: Any) -> list[int]:
     """Return the indices of the blocks of a meshio mesh that contain the cells to segment.
 
-    The cells to segment are all tetrahedra or, if the mesh has no tetrahedra, all faces. If the
-    mesh has neither tetrahedra nor faces, it is a point cloud, and the result is empty. Blocks of
-    vertices and lines, and empty blocks, are ignored. Raises a MeshError if a block has cells of
-    any other type, such as hexahedra.
+    These are tetrahedra, or faces, or none for a point cloud. Raises a MeshError if a block has
+    cells of any other type than vertices and lines, such as hexahedra.
     """
     filled = [i for i, block in enumerate(source.cells) if len(block.data)]
     kinds = {i: source.cells[i].type for i in filled}

@@ -107,19 +107,12 @@ def as_mesh(source: MeshLike) -> FaceMesh:
 
 def _cells_of_foreign(source: Any) -> Cells:
     """Convert an object of another library to a mesh or a point cloud."""
-    if _is_grid_of_tets(source):
+    kinds = getattr(source, "celltypes", None)
+    if kinds is not None and len(kinds) and np.all(np.asarray(kinds) == _VTK_TETRA):
         return tet_mesh(source.points, np.asarray(source.cells).reshape(-1, 5)[:, 1:])
     if has_blocks(source) and cell_blocks(source):
         return mesh_of_blocks(source)
-    if is_foreign_cloud(source):
-        return as_cloud(source)
-    return _mesh_of(*_arrays_of_foreign(source))
-
-
-def _is_grid_of_tets(source: Any) -> bool:
-    """Return whether an object is a PyVista UnstructuredGrid with only tetrahedra."""
-    kinds = getattr(source, "celltypes", None)
-    return kinds is not None and len(kinds) > 0 and bool(np.all(np.asarray(kinds) == _VTK_TETRA))
+    return _cloud_of_foreign(source) or _mesh_of(*_arrays_of_foreign(source))
 
 
 def _mesh_of(vertices: Any, faces: Any) -> FaceMesh:
@@ -161,12 +154,7 @@ def _arrays_of_foreign(source: Any) -> tuple[Any, Any]:
 
 
 def _faces_of_polydata(source: Any) -> Any:
-    """Return the faces of a PyVista PolyData.
-
-    The result is an array (F, n) if all faces have n corners, and a list of arrays otherwise. A
-    PolyData stores its faces in one flat array: for each face, the number of its corners, followed
-    by its vertices.
-    """
+    """Return the faces of a PolyData: (F, n) if all have n corners, or a list of arrays."""
     if getattr(source, "n_strips", 0):
         raise MeshError("a PolyData must not have triangle strips: call .triangulate() on it first")
     flat = np.asarray(source.faces)
@@ -195,11 +183,8 @@ def _faces_of_any_length(flat: Array) -> list[Array]:
 
 
 def as_cloud(source: CloudLike) -> PointCloud:
-    """Convert `source` to a `PointCloud`; a path is read by `read_cloud`.
+    """Convert `source`, a cloud that `segment` accepts, to a cloud with normals and colors.
 
-    Clouds of trimesh (``PointCloud``), PyVista (``PolyData`` without faces), Open3D (legacy and
-    tensor API) and meshio (meshes without faces and tetrahedra) are recognized by their attributes.
-    Their points are used, and also their normals and colors if they have any (not for meshio).
     Raises a MeshError if the cloud is not valid, and a TypeError if `source` is not a cloud.
     """
     if isinstance(source, PointCloud):
@@ -210,42 +195,36 @@ def as_cloud(source: CloudLike) -> PointCloud:
     refuse_order(source, "a mesh")
     if isinstance(source, (np.ndarray, list, tuple)):
         return PointCloud(source)  # type: ignore[arg-type]
-    if not is_foreign_cloud(source):
+    found = _cloud_of_foreign(source)
+    if found is None:
         raise TypeError(
             "expected a PointCloud, an array of points, a path, or a cloud of trimesh, PyVista,"
             f" Open3D or meshio, got {type(source).__name__}"
         )
-    return PointCloud(*_arrays_of_foreign_cloud(source))
+    return found
 
 
-def is_foreign_cloud(source: Any) -> bool:
-    """Return whether `source` is an object of another library that has points but no faces."""
+def _cloud_of_foreign(source: Any) -> PointCloud | None:
+    """Convert an object of another library that has points but no faces; None for other objects."""
+    given: tuple[Any, ...] = ()  # points, normals and colors
     if has_blocks(source):
-        return not cell_blocks(source)
-    if hasattr(source, "n_points") and hasattr(source, "n_cells"):  # PyVista
+        given = () if cell_blocks(source) else (source.points,)
+    elif hasattr(source, "n_points") and hasattr(source, "n_cells"):  # PyVista
         has_faces = np.size(getattr(source, "faces", 0)) or getattr(source, "n_strips", 0)
-        return hasattr(source, "verts") and source.n_points > 0 and not has_faces
-    if hasattr(source, "point") and not hasattr(source, "triangle"):  # Open3D, tensor API
-        return "positions" in source.point
-    if hasattr(source, "points"):  # Open3D, legacy API
-        return not hasattr(source, "faces") and not hasattr(source, "triangles")
-    has_faces = hasattr(source, "faces") or hasattr(source, "triangles")  # trimesh
-    return hasattr(source, "vertices") and not has_faces
-
-
-def _arrays_of_foreign_cloud(source: Any) -> tuple[Any, Any, Any]:
-    """Return points, normals and colors of a foreign cloud; missing normals or colors are None."""
-    if has_blocks(source):
-        return source.points, None, None
-    if hasattr(source, "n_cells"):
-        data = source.point_data
-        return source.points, data.get("Normals"), data.get("RGB", data.get("RGBA"))
-    if hasattr(source, "point"):
+        if hasattr(source, "verts") and source.n_points > 0 and not has_faces:
+            data = source.point_data
+            given = source.points, data.get("Normals"), data.get("RGB", data.get("RGBA"))
+    elif hasattr(source, "point") and not hasattr(source, "triangle"):  # Open3D, tensor API
         data = {name: tensor.cpu().numpy() for name, tensor in source.point.items()}
-        return data["positions"], data.get("normals"), data.get("colors")
-    if hasattr(source, "points"):
+        if "positions" in data:
+            given = data["positions"], data.get("normals"), data.get("colors")
+    elif hasattr(source, "faces") or hasattr(source, "triangles"):
+        pass
+    elif hasattr(source, "points"):  # Open3D, legacy API
         normals = np.asarray(source.normals) if source.has_normals() else None
         colors = np.asarray(source.colors) if source.has_colors() else None
-        return np.asarray(source.points), normals, colors
-    colors = np.asarray(getattr(source, "colors", ()))
-    return source.vertices, None, colors if colors.size else None
+        given = np.asarray(source.points), normals, colors
+    elif hasattr(source, "vertices"):  # trimesh
+        colors = np.asarray(getattr(source, "colors", ()))
+        given = source.vertices, None, colors if colors.size else None
+    return PointCloud(*given) if given else None

@@ -12,7 +12,7 @@ from ..base.checks import checked_count
 from ..base.types import Floats, Ints
 from .faces import FaceMesh, corners_of, mesh_like, spread_indices
 
-Denoise = int | Literal["auto"] | None
+Denoise = int | Literal["auto", "scan"] | None
 
 N_SAMPLES, N_FIRST = 512, 128
 """Number of sampled faces, and number of samples that are measured first. If the first samples show
@@ -35,9 +35,13 @@ DETAIL_RATIO = 1.45
 """Assumed ratio of `Roughness.far` to `Roughness.near` on meshes with details but without noise.
 The ratio is 1 for white noise, and 1.3 to 2 for benchmark models without noise."""
 
-MAX_AGREEMENT = 0.5
-"""Maximum mean of `Roughness.agreement` on a noisy mesh. The mean is 0.42 for white noise, and
-higher for coarse shapes without noise."""
+MAX_AGREEMENT, MAX_AGREEMENT_OF_ROUGH, ROUGH = 0.5, 0.56, 0.35
+"""Maximum mean of `Roughness.agreement` on a noisy mesh, and its value if the noise is at least
+`ROUGH` edge lengths. The mean is 0.42 for white noise, up to 0.55 if strong noise folds faces over,
+and higher for coarse shapes without noise."""
+
+SCAN_STEPS = 5
+"""Minimum number of smoothing steps that ``"scan"`` uses."""
 
 FOLD_PER_NOISE = 2.4
 """Minimum ratio of the angle between neighboring faces (in radians) to the noise (in edge lengths).
@@ -80,14 +84,21 @@ MAX_STEPS = 1000
 
 def checked_denoise(denoise: object) -> Denoise:
     """Return the argument `denoise` of `segment`, or raise an error if the argument is invalid."""
-    if denoise is None or denoise == "auto":
+    if denoise is None or denoise in ("auto", "scan"):
         return denoise
     if isinstance(denoise, str):
-        raise ValueError(f"denoise must be 'auto', a number of steps, or None, got {denoise!r}")
+        raise ValueError(
+            f"denoise must be 'auto', 'scan', a number of steps, or None, got {denoise!r}"
+        )
     n_steps = checked_count(denoise, "denoise", low=0)
     if n_steps > MAX_STEPS:
         raise ValueError(f"denoise must be at most {MAX_STEPS} steps, got {n_steps}")
     return n_steps
+
+
+def suits(denoise: Denoise, n_steps: int | None) -> bool:
+    """Whether a mesh that was smoothed in `n_steps` steps can be used for this `denoise`."""
+    return denoise in ("auto", n_steps) or (denoise == "scan" and (n_steps or 0) >= SCAN_STEPS)
 
 
 def smoothed(mesh: FaceMesh, arcs: Any, n_steps: int, n_threads: int) -> FaceMesh:
@@ -109,8 +120,8 @@ def smoothed(mesh: FaceMesh, arcs: Any, n_steps: int, n_threads: int) -> FaceMes
 def slack_of(n_steps: int, *, is_regular: bool) -> float:
     """Return the angle in radians below which edges of a smoothed mesh are treated as flat.
 
-    Small random angles remain after `n_steps` smoothing steps, and stretch regions on regular grids
-    along the diagonal. The result is 0 for other meshes and for few steps.
+    Small angles remain and stretch regions on regular grids; it is 0 for other meshes and few
+    steps.
     """
     degrees = max(MIN_SLACK, SLACK_PER_STEP * n_steps)
     return math.radians(degrees) if is_regular and n_steps >= STEPS_WITH_SLACK else 0.0
@@ -161,17 +172,17 @@ class Roughness(NamedTuple):
 
     @property
     def noise(self) -> float:
-        """Estimate of the standard deviation of the noise, in edge lengths.
+        """Standard deviation of the noise, in edge lengths; 0 if the shape explains it.
 
-        The estimate is 0 if there are fewer than `MIN_SAMPLES` usable samples, or if the
-        roughness comes from the shape; see `MAX_AGREEMENT` and `DETAIL_RATIO`.
+        See `MIN_SAMPLES`, `MAX_AGREEMENT` and `DETAIL_RATIO`.
         """
         is_known = np.isfinite(self.near) & np.isfinite(self.agreement)
         if np.count_nonzero(is_known) < MIN_SAMPLES:
             return 0.0
         near, far = _scale_of(self.near[is_known]), _scale_of(self.far[is_known])
         fold, agreement = np.sort(self.fold[is_known]), np.sort(self.agreement[is_known])
-        if float(agreement.mean()) > MAX_AGREEMENT or near == 0.0:
+        most = MAX_AGREEMENT_OF_ROUGH if near >= ROUGH else MAX_AGREEMENT
+        if float(agreement.mean()) > most or near == 0.0:
             return 0.0
         ratio = max(far / near, 1.0)
         fraction = max(DETAIL_RATIO**2 - ratio**2, 0.0) / (DETAIL_RATIO**2 - 1.0)
@@ -204,8 +215,5 @@ def _scale_of(heights: Floats) -> float:
 
 
 def sampled_faces(n_faces: int) -> Ints:
-    """Return the indices of the faces at which roughness is measured.
-
-    The first `N_FIRST` samples alone are also spread evenly over the mesh.
-    """
+    """Return the faces to measure roughness at; the first `N_FIRST` are also spread evenly."""
     return spread_indices(N_SAMPLES, n_faces).astype(np.int32)

@@ -80,11 +80,7 @@ class Corners:
         return np.asarray(sums / np.diff(self.offsets)[:, np.newaxis])
 
     def ends_of_sides(self, faces: Array, sides: Array) -> Ints:
-        """Return the start and end vertex of each of n sides of faces, (n, 2).
-
-        `faces` is the face of each side, and `sides` is the number of the side in its face. Side s
-        starts at corner s.
-        """
+        """Return start and end vertex, (n, 2), of `sides` of `faces`; side s starts at corner s."""
         if self.offsets is None:
             size = self.size or 0
             table = self.vertices.reshape(-1, size)
@@ -105,10 +101,9 @@ def corners_of(mesh: CellsOfVertices) -> Corners:
 def mesh_like(
     mesh: AnyMesh, vertices: Floats, corners: Ints, offsets: Longs, bounds: Floats | None = None
 ) -> AnyMesh:
-    """Make a mesh of the same class as `mesh` from new vertices and corners.
+    """Make a mesh of the same class as `mesh`; arrays are not checked if `bounds` is their box.
 
-    `offsets` is the first corner of each cell, and is only used for a `PolygonMesh`. If `bounds`,
-    the bounding box of the new mesh, is not None, the arrays are not checked.
+    `offsets` is the first corner of each cell, and is only used for a `PolygonMesh`.
     """
     arrays: dict[str, Array] = {"vertices": vertices}
     if isinstance(mesh, PolygonMesh):
@@ -166,10 +161,9 @@ def measure_faces(mesh: FaceMesh, n_threads: int) -> tuple[Floats, Floats]:
 
 
 def measure_shapes(mesh: FaceMesh, n_threads: int) -> tuple[Floats, Floats, Floats, Floats | None]:
-    """Return centroids, areas and unit normals of faces; for triangles also longest sides.
+    """Return centroids, areas and unit normals (0 if undefined) of faces, and longest sides.
 
-    Undefined normals are 0. `_core` divides the faces into blocks of consecutive faces. The fourth
-    result is the squared length of the longest side in each block, or None for polygons.
+    The longest are squared lengths in each block of consecutive faces; None for polygons.
     """
     if isinstance(mesh, Mesh):
         return _core.measure_faces(mesh.vertices, mesh.faces, n_threads)
@@ -192,10 +186,7 @@ def count_degenerate(mesh: FaceMesh, n_threads: int) -> int:
 
 
 def signed_volume(mesh: FaceMesh, origin: tuple[float, float, float], n_threads: int) -> float:
-    """Return the volume enclosed by a closed mesh; negative if the normals point inward.
-
-    `origin` should be a point near the mesh, so that rounding errors are small.
-    """
+    """Return the volume of a closed mesh, negative if normals point inward; `origin` is near it."""
     triangles, _ = cut_into_triangles(mesh)
     return _core.signed_volume(mesh.vertices, triangles, origin, n_threads)
 
@@ -210,10 +201,8 @@ def sliver_area(
 ) -> float:
     """Return the total area of faces with length > `min_length` and height < `max_height`.
 
-    The length of a triangle is its longest side, and its height is measured above this side. The
-    length of a face of a `PolygonMesh` is its longest side or, if longer, its longest diagonal from
-    corner 0. Faces with four or more corners are treated as rectangles with this length and with
-    the area of the face. `longest` is the fourth result of `measure_shapes`.
+    Triangles are measured at their longest side. Other faces count as rectangles with the longest
+    side or diagonal from corner 0 as length. `longest` is the fourth result of `measure_shapes`.
     """
     limits = (min_length, max_height, n_threads)
     if isinstance(mesh, Mesh):
@@ -223,11 +212,7 @@ def sliver_area(
 
 
 def vertex_graph(mesh: AnyMesh, representative: Ints, n_threads: int) -> VertexGraph:
-    """Return the graph of vertices, with arcs between vertices that share an edge.
-
-    `representative` is the lowest vertex at the position of each vertex, which replaces the others
-    in the graph. Vertices that are not representatives have no arcs.
-    """
+    """Return the graph of vertices that share an edge, all replaced by their `representative`."""
     corners = corners_of(mesh)
     if mesh.sides is not None:
         of_sides = corners.vertices.reshape(-1, corners.size or 0)[:, mesh.sides]
@@ -237,11 +222,7 @@ def vertex_graph(mesh: AnyMesh, representative: Ints, n_threads: int) -> VertexG
 
 
 def mean_normals(mesh: AnyMesh, representative: Ints) -> Floats:
-    """Return the mean of the unit normals of the faces around each vertex, (V, 3), not normalized.
-
-    `representative` is the same as in `vertex_graph`. The result is 0 for vertices that are not
-    representatives, and for all vertices of a mesh of tetrahedra.
-    """
+    """Return the mean unit normal of the faces around each `representative`, (V, 3); else 0."""
     if mesh.sides is not None:
         return np.zeros_like(mesh.vertices)
     return _core.mean_normals(mesh.vertices, *corners_of(mesh).lists, representative)

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from .. import _core
 from ..base.checks import checked_polygons, checked_threads, counted, freeze, polygon_arrays
-from ..base.types import Array, Floats, Ints, Longs
+from ..base.types import Floats, Ints, Longs
 from .base import CellsOfVertices
 from .triangle_mesh import Mesh
 
@@ -78,9 +78,9 @@ class PolygonMesh(CellsOfVertices):
     indices: Ints
     bounds: Floats = field(init=False, repr=False)
 
-    def __post_init__(self) -> None:
+    def _check(self, *, are_new: bool = False) -> None:
         vertices, offsets, indices, bounds = checked_polygons(
-            self.vertices, self.offsets, self.indices
+            self.vertices, self.offsets, self.indices, are_new=are_new
         )
         freeze(self, vertices=vertices, offsets=offsets, indices=indices, bounds=bounds)
 
@@ -95,16 +95,6 @@ class PolygonMesh(CellsOfVertices):
         array([0, 4, 7])
         """
         return cls(vertices, *polygon_arrays(faces))  # type: ignore[arg-type]
-
-    @classmethod
-    def _of_new(cls, vertices: Array, offsets: Longs, indices: Array) -> PolygonMesh:
-        """Make a mesh from new arrays. They are not copied, because no other code uses them."""
-        mesh = object.__new__(cls)
-        vertices, offsets, indices, bounds = checked_polygons(
-            vertices, offsets, indices, are_new=True
-        )
-        freeze(mesh, vertices=vertices, offsets=offsets, indices=indices, bounds=bounds)
-        return mesh
 
     @property
     def n_cells(self) -> int:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from ..base.checks import checked_simplices, counted, freeze
-from ..base.types import Array, Floats, Ints
+from ..base.types import Floats, Ints
 from .base import CellsOfVertices
 
 
@@ -48,17 +48,10 @@ class Mesh(CellsOfVertices):
     faces: Ints
     bounds: Floats = field(init=False, repr=False)
 
-    def __post_init__(self) -> None:
-        vertices, faces, bounds = checked_simplices(self.vertices, self.faces, "faces", 3)
+    def _check(self, *, are_new: bool = False) -> None:
+        given = self.vertices, self.faces
+        vertices, faces, bounds = checked_simplices(*given, "faces", 3, are_new=are_new)
         freeze(self, vertices=vertices, faces=faces, bounds=bounds)
-
-    @classmethod
-    def _of_new(cls, vertices: Array, faces: Array) -> Mesh:
-        """Make a mesh from new arrays. They are not copied, because no other code uses them."""
-        mesh = object.__new__(cls)
-        vertices, faces, bounds = checked_simplices(vertices, faces, "faces", 3, are_new=True)
-        freeze(mesh, vertices=vertices, faces=faces, bounds=bounds)
-        return mesh
 
     @property
     def n_cells(self) -> int:

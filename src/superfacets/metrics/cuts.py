@@ -18,8 +18,8 @@ the radius of a region if a compact object has 150 regions."""
 class Cuts:
     """Borders between labels, and the distance of each vertex from the nearest border.
 
-    Distances are infinite where no path leads to a border. If several vertices are at one position,
-    only the vertex in `MeshEdges.representative` has edges, so all others have infinite distances.
+    Distances are infinite where no path leads to a border, and except at
+    `MeshEdges.representative`.
     """
 
     borders: Borders
@@ -59,11 +59,6 @@ def cut_discrepancy(mesh: MeshEdges, found: Cuts, true: Cuts) -> float:
     there = _mean_distance(found.borders, true.distances, farthest)
     back = _mean_distance(true.borders, found.distances, farthest)
     return (there + back) / mesh.mean_radius
-
-
-def annotated(regions: Ints, segments: Ints) -> Ints:
-    """Return the regions with -1 for unannotated cells. Cells labeled -1 have no borders."""
-    return np.where(segments < 0, segments, regions)
 
 
 def _fraction_near(borders: Borders, distances: Floats, within: float) -> float:

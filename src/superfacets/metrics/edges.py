@@ -33,11 +33,7 @@ class EdgePaths:
 
     @classmethod
     def of(cls, mesh: FaceMesh, representative: Ints, n_threads: int) -> EdgePaths:
-        """Build the graph whose nodes are the vertices of a mesh, and whose arcs are the edges.
-
-        `representative` is the lowest vertex at the position of each vertex. Only these lowest
-        vertices have edges.
-        """
+        """Build the graph of edges between vertices, each replaced by its `representative`."""
         offsets, neighbors, edge_lengths = vertex_graph(mesh, representative, n_threads)
         has_edges = np.diff(offsets) > 0
         nodes = np.where(has_edges, np.cumsum(has_edges, dtype=np.int32) - np.int32(1), -1)

@@ -21,7 +21,7 @@ from ..mesh.faces import AnyMesh, FaceMesh, is_same_mesh, vertex_graph
 from ..mesh.weld import lowest_vertices
 from ..regions.crease_labels import corners_in
 from ..regions.submeshes import part_of
-from .cuts import DEFAULT_TOLERANCE, Cuts, annotated, boundary_agreement, cut_discrepancy
+from .cuts import DEFAULT_TOLERANCE, Cuts, boundary_agreement, cut_discrepancy
 from .edges import MeshEdges
 from .overlap import (
     Overlap,
@@ -180,7 +180,7 @@ def evaluate(
         overlap = overlap_of(regions, n_regions, truth.segments, truth.n_segments, edges.areas)
         rated = cuts
         if truth.segments.min() < 0:
-            rated = Cuts.of(edges, annotated(regions, truth.segments))
+            rated = Cuts.of(edges, np.where(truth.segments < 0, truth.segments, regions))
         rows.append(_of_overlap(overlap) | _of_cuts(edges, rated, truth.cuts, tolerance))
     return values | _left_out([truth.segments for truth in prepared.truths]) | _means(rows)
 

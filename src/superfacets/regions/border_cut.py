@@ -218,8 +218,8 @@ class _RegionsToCut:
     def _largest_change(self, change: Floats) -> float:
         """Return the largest area change of a region for which `_MAX_TOTAL` is not exceeded.
 
-        All changes up to the result sum to at most `_MAX_TOTAL` times the total area, unless the
-        smallest change alone is too large. If all changes are allowed, the result is infinite.
+        All changes up to it sum to at most this fraction of the total area; infinite if all changes
+        do.
         """
         ascending = np.sort(change)
         n_small = np.searchsorted(np.cumsum(ascending), _MAX_TOTAL * self.areas.sum(), "right")
@@ -236,10 +236,10 @@ class _RegionsToCut:
 
 
 def _cut_until_sound(regions: _RegionsToCut) -> tuple[_Cut, Bools]:
-    """Cut faces repeatedly until no region has a fault; return the cut, and the kept regions.
+    """Cut faces until no region has a fault; return the cut, and the regions that keep their faces.
 
-    After each attempt, regions with faults are marked to keep their old faces, and in the second
-    half of the attempts also their neighbors. After `_MAX_TRIALS` attempts, all regions keep them.
+    These are regions with faults and, in the second half of the attempts, their neighbors; finally
+    all.
     """
     is_kept = np.zeros(regions.n_regions + 1, dtype=bool)
     for trial in range(_MAX_TRIALS):

@@ -119,11 +119,7 @@ def crease_labels(
     cells: Any, labels: Ints, n_labels: int, n_threads: int, *, least: int = 1,
     groups: Ints | None = None,
 ) -> Ints:  # fmt: skip
-    """Convert labels of cells to labels of vertices by the method "creases" of `vertex_labels`.
-
-    The cells must have corners, and their labels must be from -1 to `n_labels` - 1. `groups` are
-    the barriers of `vertex_labels`, >= 0.
-    """
+    """Convert labels of cells, -1 to `n_labels` - 1, to labels of vertices along creases."""
     found = np.full(cells.n_vertices, -1, np.int32)
     if labels.max() < 0:
         return found
@@ -169,8 +165,7 @@ def _labeled_part(cells: Any, labels: Ints) -> tuple[Any, Ints]:
 def _labels_along_creases(edges: VertexEdges, regions: _Regions, n_threads: int) -> Ints:
     """Return the label of each welded vertex. Kruskal's algorithm labels the vertices at borders.
 
-    It extends the labels of vertices whose cells are all in one region or, if a region has no such
-    vertices, where it has the majority. Vertices in stray pieces are then labeled again.
+    It starts at vertices inside regions, or in their majority. Stray pieces are then labeled again.
     """
     majority, at_border = _majority(regions, len(edges.positions), n_threads)
     inside = majority[~at_border]
@@ -183,10 +178,7 @@ def _labels_along_creases(edges: VertexEdges, regions: _Regions, n_threads: int)
 
 
 def _majority(regions: _Regions, n_vertices: int, n_threads: int) -> Majority:
-    """Return, for each welded vertex, the label with the largest total area of cells around it.
-
-    Some labels are changed so that each region with cells has at least one vertex, if possible.
-    """
+    """Return the label with the largest area at each vertex; each region has one if possible."""
     vertices, sizes = regions.corners.vertices[regions.votes], regions.corners.sizes
     of_corners = np.repeat(regions.labels, sizes)[regions.votes]
     measures = kind_of(regions.cells).measures(regions.cells, n_threads)
@@ -199,8 +191,8 @@ def _majority(regions: _Regions, n_vertices: int, n_threads: int) -> Majority:
 def _in_stray_pieces(edges: VertexEdges, regions: _Regions, found: Ints, n_threads: int) -> Array:
     """Return whether each vertex is in a stray piece of its region and must be labeled again.
 
-    A piece is a set of connected vertices with equal labels. The cells of a region may form several
-    connected parts. Of the pieces on each part, the largest is kept, and all others are stray.
+    Of the connected vertices with one label on a connected part of its cells, the largest set is
+    kept.
     """
     pieces, n_pieces = _core.find_components(edges.offsets, edges.neighbors, found)
     label_of_piece = np.empty(n_pieces, np.int32)
@@ -223,10 +215,7 @@ def _in_stray_pieces(edges: VertexEdges, regions: _Regions, found: Ints, n_threa
 def _part_of_piece(
     regions: _Regions, is_divided: Array, found: Ints, pieces: Ints, n_threads: int
 ) -> Ints:
-    """Return, for each piece, the connected part of cells that contains its vertices.
-
-    Parts are numbered from 0. Pieces of regions with only one piece (see `is_divided`) get -1.
-    """
+    """Return the connected part of cells, from 0, of each piece; -1 if its region has one piece."""
     kind = kind_of(regions.cells)
     chosen = np.flatnonzero(is_divided[regions.labels])
     labels = regions.labels[chosen]

@@ -92,10 +92,7 @@ class Hierarchy:
         return found
 
     def _regions_at(self, n: int, name: str = "n") -> Ints:
-        """Return the label, 0 to n - 1, of each of the K regions if they are merged to n regions.
-
-        Raises a ValueError with the `name` of n if merges cannot result in n regions.
-        """
+        """Return the label of each of the K regions after merging to n, or raise a ValueError."""
         n = checked_count(n, name, self.n_finest, "regions on the finest level")
         if n < self.n_fewest:
             raise ValueError(
@@ -238,7 +235,10 @@ def hierarchy(
             f"{', '.join(options)} would have no effect because labels are given: leave out either"
             " labels or these options"
         )
-    source, given = _read(mesh, given, options.get("mask"), threads)
+    source: Any = mesh
+    if not isinstance(mesh, CellGraph):
+        mask = ConstraintOptions(options.get("mask"))
+        source, given = read_with_features(mesh, given, mask, threads)
     constraints = ConstraintOptions(None, barriers)
     if islands == "nearest" and constraints.is_used:
         raise ValueError(
@@ -264,15 +264,6 @@ def hierarchy(
     for count in (wanted[0], wanted[-1]):
         nested._regions_at(count, "each number in counts")
     return nested
-
-
-def _read(
-    cells: MeshLike | CellGraph, features: Features, mask: Any, n_threads: int
-) -> tuple[Any, Features]:
-    """Read the cells, and replace names of features by values; return a graph unchanged."""
-    if isinstance(cells, CellGraph):
-        return cells, features
-    return read_with_features(cells, features, ConstraintOptions(mask), n_threads)
 
 
 def _checked_counts(counts: Any) -> tuple[int, ...]:

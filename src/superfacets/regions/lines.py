@@ -167,10 +167,10 @@ class _Segments:
 def _border_sides(
     mesh: FaceMesh, graph: FaceGraph, labels: Ints
 ) -> tuple[Ints, npt.NDArray[np.integer], Ints]:
-    """Return the face, the number in the face, and the opposite region of each side at a border.
+    """Return face, number in the face, and opposite region of each side at a border.
 
-    At a border between two regions, only sides of the lower region are returned. At the boundary of
-    the mesh and at faces without a region, the opposite region is `NO_REGION`.
+    It is a side of the lower region. At the boundary and at faces without a region, the opposite
+    region is `NO_REGION`.
     """
     sources = graph.sources
     own, others = labels[sources], labels[graph.neighbors]
@@ -231,10 +231,9 @@ def _continues(segments: _Segments, ends: Longs, n_vertices: int) -> Bools:
 
 
 def _partners_of(at: Longs, regions: Ints, continues: Bools) -> Longs:
-    """Return, for each end of a segment, the adjacent end of the segment that continues the line.
+    """Return the end of another segment that continues the line at each end, (2 S,), or -1.
 
-    Ends 2 i and 2 i + 1 belong to segment i. The result has shape (2 S,), and is -1 where a line
-    ends. `at` is the vertex of each end.
+    Ends 2 i and 2 i + 1 belong to segment i. `at` is the vertex of each end.
     """
     partners = np.full(len(at), -1, dtype=np.int64)
     ends = np.flatnonzero(continues[at])

@@ -34,10 +34,9 @@ shorter."""
 def merge_neighbors(
     costs: BorderCosts, labels: Ints, n_regions: int, features: Floats | None, islands: str
 ) -> tuple[Ints, Floats]:
-    """Repeatedly merge the two neighbors with the lowest merge cost, until no neighbors are left.
+    """Merge neighbors with the lowest cost; return pairs of nodes (M, 2) and costs (M,).
 
-    Returns the two nodes that each merge joins, (M, 2), and its cost, (M,); see `Hierarchy`. If
-    `islands` is "nearest", regions at the gaps of `_gaps_between` are neighbors, too.
+    If `islands` is "nearest", regions at the gaps of `_gaps_between` are neighbors, too.
     """
     surface = costs.surface
     is_kept = labels >= 0
@@ -86,14 +85,16 @@ def _means(labels: Ints, values: Floats, weights: Floats, n_regions: int) -> Flo
 def _gaps_between(
     borders: Borders, areas: Floats, labels: Ints, cells: tuple[Floats, Floats], n_threads: int
 ) -> tuple[Ints, Ints]:
-    """Return the pairs of regions to connect across gaps, as arrays of lower and higher regions.
+    """Return pairs of lower and higher regions, to connect components across gaps.
 
-    There is one pair for each connected component of regions except the largest: the regions of the
-    cell of the component and the cell of any larger component that are nearest to each other. Of
-    equal components, the one with the lowest region counts as larger. `cells` is a tuple of the
-    positions and the measures of the labeled cells.
+    Each component is connected with the nearest cell of a larger one; the one with the lowest
+    region counts as larger. `cells` are positions and measures of the labeled cells.
     """
-    components, n_components = _components_of(borders, len(areas))
+    low, high, *_ = borders
+    order = np.argsort(low, kind="stable")
+    offsets = np.searchsorted(low[order], np.arange(len(areas) + 1)).astype(np.int64)
+    one_label = np.zeros(len(areas), np.int32)
+    components, n_components = _core.find_components(offsets, high[order], one_label)
     total = sums_by_label(components, areas, n_components)
     ranks = np.empty(n_components, np.int32)
     ranks[np.argsort(-total, kind="stable")] = np.arange(n_components)
@@ -101,17 +102,6 @@ def _gaps_between(
     ends = _core.find_bridges(placed, ranks[components[labels]], n_components)
     pairs = np.sort([labels[end] for end in ends], axis=0)
     return pairs[0], pairs[1]
-
-
-def _components_of(borders: Borders, n_regions: int) -> tuple[Ints, int]:
-    """Return the connected component of each region, and the number of components.
-
-    Components are numbered in the order of their lowest regions.
-    """
-    low, high, *_ = borders
-    order = np.argsort(low, kind="stable")
-    offsets = np.searchsorted(low[order], np.arange(n_regions + 1)).astype(np.int64)
-    return _core.find_components(offsets, high[order], np.zeros(n_regions, np.int32))
 
 
 def _with_gaps(borders: Borders, low: Ints, high: Ints) -> Borders:

@@ -112,7 +112,13 @@ def transfer(
     source = PointCloud(source.vertices) if are_of_vertices else source
     given = checked_classes(labels, source.n_cells, "labels")
 
-    goal = _as_target(target)
+    goal: Any = target  # a mesh of faces, or points
+    if not _are_points(target):
+        goal = as_known(target)
+        kind = kind_of(goal)
+        goal = goal if kind.has_faces else kind.positions(goal)
+    if _are_points(goal):
+        goal = _checked_points(goal)
     limit += _ROUNDING * float(np.abs(source.bounds).max())
 
     samples = (
@@ -140,15 +146,6 @@ def _warn_if_far(distances: Floats, bounds: Floats) -> None:
             " max_distance"
         )
         warnings.warn(note, MismatchWarning, stacklevel=3)
-
-
-def _as_target(target: Any) -> Any:
-    """Return a target with faces as a mesh, and any other target as one point per cell, (M, 3)."""
-    if _are_points(target):
-        return _checked_points(target)
-    cells = as_known(target)
-    kind = kind_of(cells)
-    return cells if kind.has_faces else _checked_points(kind.positions(cells))
 
 
 def _checked_points(points: Any) -> Floats:

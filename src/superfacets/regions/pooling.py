@@ -166,10 +166,9 @@ class _Members:
         return len(self.starts) - 1
 
     def blocks(self) -> Iterator[tuple[slice, slice, Longs]]:
-        """Yield blocks: a slice of regions, the slice of their members, and an array of starts.
+        """Yield blocks: slices of regions and of their members, and the first member of each.
 
-        The starts are the index of the first member of each region, within the slice of members. A
-        block has at most `_ROWS_AT_ONCE` members, or a single region.
+        A block has at most `_ROWS_AT_ONCE` members, or a single region.
         """
         first = 0
         while first < self.n_regions:

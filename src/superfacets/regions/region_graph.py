@@ -225,10 +225,7 @@ class RegionGraph:
 
     @cached_property
     def _both_ways(self) -> tuple[Longs, Ints, Longs]:
-        """Graph that contains each pair of neighbors in both directions, in CSR form.
-
-        Returns the offsets (K + 1,), and for each arc the target region and the index of its pair.
-        """
+        """Offsets (K + 1,), targets and pairs of arcs in both directions between neighbors."""
         sources, targets = np.concatenate([self.edge_index, self.edge_index[::-1]], axis=1)
         order = np.lexsort((targets, sources))
         counts = np.bincount(sources, minlength=self.n_regions)
@@ -462,10 +459,7 @@ def region_graph_of(
 
 
 def _principal_axes(squares: Floats, products: Floats) -> tuple[Floats, Floats]:
-    """Return the eigenvalues, (K, 3) descending, and eigenvectors, (K, 3, 3) rows, of covariances.
-
-    `squares` are the entries xx, yy and zz of each matrix, and `products` xy, xz and yz.
-    """
+    """Return eigenvalues, (K, 3) descending, and eigenvectors, (K, 3, 3) rows, of covariances."""
     xx, yy, zz = squares.T
     xy, xz, yz = products.T
     covariances = np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], axis=1).reshape(-1, 3, 3)
@@ -476,10 +470,9 @@ def _principal_axes(squares: Floats, products: Floats) -> tuple[Floats, Floats]:
 
 
 def _plane_normals(variances: Floats, axes: Floats, normals: Floats) -> Floats:
-    """Turn the `axes` of the smallest variances, (K, 3), to the sides of `normals`.
+    """Turn `axes`, (K, 3), to the sides of `normals` or, where NaN, of their largest component.
 
-    Axes become NaN where the two smaller `variances` are equal. Where `normals` are NaN, the
-    component of largest absolute value becomes positive.
+    Axes become NaN where the two smaller `variances` are equal.
     """
     largest = np.take_along_axis(axes, np.abs(axes).argmax(axis=1)[:, np.newaxis], axis=1)[:, 0]
     toward = np.einsum("ij,ij->i", axes, normals)

@@ -158,10 +158,9 @@ def face_labels(mesh: MeshLike, vertex_labels: npt.ArrayLike) -> Ints:
 
 
 def vertex_ids(cells: Any, labels: npt.NDArray[np.integer[Any]]) -> Longs:
-    """Convert labels of cells to region ids of vertices, for files that neural networks read.
+    """Convert labels of cells, >= 0, to ids of vertices, for files that neural networks read.
 
-    Borders follow creases, and regions grow to `MIN_IN_FILES` vertices if possible. `labels` must
-    be >= 0 and may have gaps. Each vertex that no cell uses gets a unique id above all labels.
+    Each vertex that no cell uses gets a unique id above all labels.
     """
     if kind_of(cells).are_points:
         return labels.astype(np.int64)

@@ -28,11 +28,7 @@ NO_GROUPS: Ints = np.empty(0, np.int32)
 
 
 def add_borders(lengths: Lengths, prepared: Prepared, weighed: Weighed, clock: Clock) -> Lengths:
-    """Add a cost to arcs across which people probably draw borders, except on made things.
-
-    The cost is the rate of borders times `BORDER_FACTOR` times the expected radius of regions; see
-    `_core.border_rates`. Rates of large graphs are those of groups of cells.
-    """
+    """Add a cost to arcs across which people probably draw borders, except on made things."""
     if not weighed.has_part_costs or weighed.of_made_thing:
         return lengths
     plan, surface = weighed.plan, weighed.surface

@@ -115,11 +115,7 @@ def _sized(
 def _border_costs(
     lengths: Lengths, feature_costs: FeatureCosts | None, weighed: Weighed
 ) -> BorderCosts:
-    """Return the costs of borders between regions.
-
-    The costs are computed from the weights of arcs if these have the same unit as the weights
-    ``"creases"``, and otherwise from the result of `creases_of`.
-    """
+    """Return the costs of borders between regions, from weights if their unit allows it."""
     surface, radius = weighed.surface, weighed.plan.size.radius
     border_radius = radius or surface.diagonal
     if not weighed.options.weights.costs_follow_edges:
@@ -146,7 +142,7 @@ def finish(
         result, sliver_share=planned.sliver_share, timings=timings,
         params=weighed.options.params(result), cells=source,
     )  # fmt: skip
-    warn_of_islands(result, source, 6)
+    warn_of_islands(result, source)
     note = radius_note(result)
     if note is not None:
         warnings.warn(note, RadiusWarning, stacklevel=5)

@@ -67,12 +67,8 @@ def _tolerance_of_cracks(cells: Cells) -> float | None:
     return tolerance if n_joined < n_exact else None
 
 
-def warn_of_islands(result: Segmentation, cells: Cells, stacklevel: int = 4) -> None:
-    """Issue an IslandWarning if components or a lower bound of sizes changed the number of regions.
-
-    There is no warning if seeds, a radius or a limit of paths are given, or if there are more
-    regions because barriers are given and one region was requested.
-    """
+def warn_of_islands(result: Segmentation, cells: Cells) -> None:
+    """Issue an IslandWarning if components or a lower bound changed the number of regions."""
     params = result.params
     asked = params["n_segments"]  # None if `segment` was called with a radius
     if asked is None or params["init"] == "given" or params["radius_factor"] is not None:
@@ -80,7 +76,7 @@ def warn_of_islands(result: Segmentation, cells: Cells, stacklevel: int = 4) -> 
     n_more, has_barriers = result.n_segments - asked, "barriers" in params
     fewer = fewer_note(result)
     if fewer is not None:
-        warnings.warn(fewer, IslandWarning, stacklevel=stacklevel)
+        warnings.warn(fewer, IslandWarning, stacklevel=6)
         return
     if params["islands"] == "keep" and result.n_unreached:
         if has_barriers and asked == 1:  # users request this to get one region per component
@@ -98,4 +94,4 @@ def warn_of_islands(result: Segmentation, cells: Cells, stacklevel: int = 4) -> 
     else:
         return
     message = f"{counted(result.n_segments, 'region')} instead of {asked}: {note}"
-    warnings.warn(message, IslandWarning, stacklevel=stacklevel)
+    warnings.warn(message, IslandWarning, stacklevel=6)

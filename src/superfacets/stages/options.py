@@ -74,9 +74,8 @@ class SegmentOptions:
     def needs_order(self, kind: Kind) -> bool:
         """Return whether cells must keep their input order, even if sorted cells would be faster.
 
-        This is the case if the caller gave weights, which are in input order. It is also the case
-        if paths have a limit, except for points: then the lowest face that no center reaches
-        becomes a center, so labels depend on the order.
+        Given weights are in this order. If paths between faces have a limit, the lowest face that
+        no center reaches becomes a center.
         """
         is_halted = self.loop.radius_factor is not None and not kind.are_points
         return is_halted or self.weights.given is not None

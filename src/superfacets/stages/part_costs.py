@@ -46,11 +46,7 @@ EACH_ALONE: Ints = np.empty(0, np.int32)
 def add_parts(
     graph: _core.OrderedGraph, coarsening: Coarsening, weighed: Weighed, clock: Clock
 ) -> PartCosts | None:
-    """Add costs between parts of the shape, and far arcs, if `Weighed.has_part_costs` is true.
-
-    They are added to the graphs on which the loop runs. Far arcs join faces that are two or more
-    arcs apart.
-    """
+    """Add costs between parts, and far arcs, to the graphs, if `Weighed.has_part_costs`."""
     if not weighed.has_part_costs:
         return None
     options, size, n_threads = weighed.options.weights, weighed.plan.size, weighed.surface.n_threads
@@ -93,14 +89,12 @@ class PartCosts:
         cls, graph: _core.OrderedGraph, levels: list[_core.CoarseGraph],
         factors: tuple[float, float], n_threads: int,
     ) -> PartCosts:  # fmt: skip
-        """Compute the spectral embedding of a graph, and the factor of the costs.
+        """Compute the spectral embedding of the last graph in `levels`, or else of `graph`.
 
-        `levels` contains successively coarser graphs. The cells of the last graph are embedded, or
-        the cells of `graph` if `levels` is empty. `factors` contains gamma, and the cost of a
-        concave crease of angle pi in the unit of the positions. The cost of an arc is gamma times
-        the distance of its ends in the embedding. Distances are scaled so that, over all arcs of
-        the embedded graph, their sum equals the sum of the arc lengths without crease costs. On
-        shapes with few creases, gamma is reduced (see `strength_of_parts`).
+        `factors` are gamma, and the cost of a concave crease of angle pi in the unit of the
+        positions. The cost of an arc is gamma times the distance of its ends in the embedding,
+        which is scaled so that distances sum to lengths. On shapes with few creases, gamma is
+        reduced.
         """
         gamma, crease_cost = factors
         embedded = levels[-1].graph if levels else graph
@@ -115,8 +109,8 @@ class PartCosts:
     ) -> None:
         """Add far arcs, and the costs between parts, to the coarse graphs in `coarse`.
 
-        `group_of` is the group of each cell of the next finer graph (see `PartCosts.group_of`); it
-        is None if the first graph in `coarse` is the embedded graph.
+        `group_of` is the group of each cell of the next finer graph, or None if the first is
+        embedded.
         """
         rows = self.vectors
         for level in coarse:
@@ -127,10 +121,7 @@ class PartCosts:
             level.add_part_costs(rows, self.factor, n_threads)
 
     def with_part_costs(self, arcs: ArcLists, lengths: Singles, n_threads: int) -> Singles:
-        """Return `lengths` plus costs between parts, for the computation of border costs.
-
-        If there are groups, the costs between parts are reduced by `GROUP_STEP`.
-        """
+        """Return `lengths` plus costs between parts, or `GROUP_STEP` times these for groups."""
         factor = self.factor * (GROUP_STEP if len(self.group_of) else 1.0)
         return _core.add_part_costs(*arcs, lengths, self.group_of, self.vectors, factor, n_threads)
 
@@ -146,11 +137,7 @@ def _group_of(levels: list[_core.CoarseGraph], n_threads: int) -> Ints:
 
 
 def groups_to_embed(graph: _core.OrderedGraph, n_threads: int) -> list[_core.CoarseGraph]:
-    """Group the cells of a large graph; return the graph of the groups in a list of one graph.
-
-    The list is empty if the graph has fewer than `parts.MIN_GROUPED` cells, and for triangle soup,
-    in which most cells have no neighbors.
-    """
+    """Group the cells of a large graph; return a list with the graph of groups, or no graph."""
     if graph.n_cells < parts.MIN_GROUPED:
         return []
     groups = _core.CoarseGraph(graph, GROUP_SIZE, n_threads)

@@ -23,12 +23,14 @@ from ..graph.surface import Surface
 from ..mesh.base import Cells
 from ..mesh.convert import MeshLike, as_cells
 from ..mesh.denoising import (
+    SCAN_STEPS,
     STEPS_WITH_SLACK,
     Denoise,
     Roughness,
     checked_denoise,
     slack_of,
     smoothed,
+    suits,
 )
 from ..mesh.faces import FaceMesh
 from ..mesh.weld import checked_weld
@@ -81,9 +83,8 @@ class Prepared:
     ) -> Prepared:  # fmt: skip
         """Smooth a mesh as `denoise` requires, and build the graph of the mesh or cloud.
 
-        Cells are sorted if `may_sort` is true and sorting saves time. `is_kept` is the same as in
-        `graph_and_surface`. Raises a ValueError if `denoise` is a number of steps > 0 and the cells
-        are not faces.
+        Cells are sorted if `may_sort` is true and this saves time. Raises a ValueError if `denoise`
+        is a number of steps > 0 and the cells are not faces.
         """
         kind = kind_of(source)
         if not kind.has_faces:
@@ -96,11 +97,12 @@ class Prepared:
         found = kind.sorted(source, weld, n_threads, may_sort=may_sort)
         mesh, to_weld, order = cast(FaceMesh, found[0]), *found[1:]
         arcs = FaceArcs.of(mesh, to_weld, n_threads)
-        is_auto, slack = denoise == "auto", 0.0
+        is_auto, slack = isinstance(denoise, str), 0.0
         n_steps = 0 if is_auto else int(denoise or 0)
         if is_auto or n_steps >= STEPS_WITH_SLACK:
             roughness = Roughness.of_mesh(mesh, arcs, n_threads)
             n_steps = roughness.n_steps if is_auto else n_steps
+            n_steps = max(n_steps, SCAN_STEPS) if denoise == "scan" else n_steps
             slack = slack_of(n_steps, is_regular=roughness.is_regular)
         if n_steps:
             mesh = smoothed(mesh, arcs, n_steps, n_threads)
@@ -169,11 +171,7 @@ def prepare(
 def prepared_for(
     mesh: MeshLike | Prepared, options: SegmentOptions, clock: Clock
 ) -> tuple[Prepared, SegmentOptions]:
-    """Read the mesh or cloud and build the graph of its cells, or use a `Prepared` that fits.
-
-    In the returned options, names of features are replaced by values, and `denoise` is the number
-    of smoothing steps.
-    """
+    """Return a `Prepared` that fits, and options with values of features and numbers of steps."""
     n_threads, constraints = options.loop.n_threads, options.constraints
     given = mesh if isinstance(mesh, Prepared) else None
     with clock.timed("mesh"):
@@ -190,7 +188,7 @@ def prepared_for(
             prepared is None
             or is_kept is not None  # the mask changes the neighbors of points
             or (needs_order and prepared.input_index is not None)
-            or options.denoise not in ("auto", prepared.n_steps)
+            or not suits(options.denoise, prepared.n_steps)
         ):
             prepared = Prepared.of(
                 source, weld=True if given is None else given.weld, n_threads=n_threads,

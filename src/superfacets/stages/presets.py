@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any
 
-SCANS: Mapping[str, Any] = MappingProxyType({"denoise": 5, "alpha": 80.0})
+SCANS: Mapping[str, Any] = MappingProxyType({"denoise": "scan", "alpha": 80.0})
 """Keywords for room scans that were fused from depth images: ``segment(mesh, 1000, **SCANS)``.
 Noise is smoothed before creases are measured, and an `alpha` above the default makes borders follow
 creases more closely."""
@@ -33,26 +33,12 @@ OTHER_NAMES: Mapping[str, str] = MappingProxyType(
         # Not "use": the command would then suggest its option --barriers, which takes a file.
         "barrier_angle": "pass barriers=superfacets.sharp_edges(mesh, 30)",
         "seed": "labels are the same on every run; init accepts the faces to start from",
-        # names of earlier versions
-        "expected_radius": "use radius, which is in the unit of the mesh",
         "eta_convex": "use weights=superfacets.Weights(eta_convex=...)",
         "ridges": "use weights=superfacets.Weights(ridges=...)",
-        "relocate": "it is part of the default; superfacets.paper.segment does without",
-        "radius_factor": "use superfacets.paper.segment",
         "min_size": "call superfacets.merge_small_regions(mesh, labels) afterwards",
-        "enforce_connectivity": "call superfacets.enforce_connectivity(mesh, labels) afterwards",
         "balance": "use sizes=superfacets.Sizes(balance=...)",
-        "min_measure": "use sizes=superfacets.Sizes(bounds=(lowest, highest))",
-        "max_measure": "use sizes=superfacets.Sizes(bounds=(lowest, highest))",
-        "cell_weights": "use sizes=superfacets.Sizes(balance=..., weights=...)",
-        "cells_per_region": "use sizes=superfacets.Sizes(cells=...)",
-        "feature_weight": "use features=superfacets.Features(table, weight=...)",
-        "scale_features": "features are always divided by their standard deviations; the weight is"
-        " in superfacets.Features(table, weight=...)",
         "weld": "use segment(superfacets.prepare(mesh, weld=False), ...)",
-        "progress": "use callback, which is called with (stage, n_iter, n_moved)",
-        "on_stage": "use callback, which is called with (stage, n_iter, n_moved)",
     }
 )
-"""Advice for users of scikit-image's ``slic``, of other tools and of earlier versions, keyed by
-parameters that `segment` does not have."""
+"""Advice for users of ``slic`` of scikit-image and of other tools, keyed by parameters that
+`segment` does not have."""

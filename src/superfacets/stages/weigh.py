@@ -78,10 +78,7 @@ def weigh(
 def add_features(
     weights: npt.ArrayLike, weighed: Weighed, prepared: Prepared, clock: Clock
 ) -> tuple[npt.ArrayLike, FeatureCosts | None]:
-    """Add the cost of feature differences to weights; also return the object that adds it.
-
-    If there are no features, the weights do not change, and the object is None.
-    """
+    """Add the cost of feature differences to weights; also return its object, or None."""
     surface, measures = weighed.surface, prepared.graph.measures
     with clock.timed("weights", begins=False):
         costs = weighed.options.features.costs(
@@ -103,11 +100,7 @@ def round_weights(
 
 
 def place(graph: BaseGraph, lengths: Lengths, weighed: Weighed, clock: Clock) -> Placed:
-    """Sort the cells inside the mask along a space-filling curve; see `Plan.placed_cells`.
-
-    The loop still returns labels in the order of the cells of `graph`, which `prepare` may already
-    have sorted.
-    """
+    """Sort the cells inside the mask along a curve; labels keep the order of `graph`."""
     with clock.timed("order"):
         n_threads = weighed.surface.n_threads
         return Placed(*weighed.plan.placed_cells(graph, lengths.values, n_threads))

@@ -341,10 +341,7 @@ def _segmented(
 def attributes_of_parts(
     attributes: MeshAttributes, source: Cells, parts: Subdivision
 ) -> MeshAttributes:
-    """Return the attributes of a mesh for the faces after subdivision.
-
-    `MeshAttributes.left_out` lists the attributes that cannot be converted.
-    """
+    """Return the attributes of faces after subdivision; `left_out` names the others."""
     declared = {**attributes.declared}
     for name in attributes.vertex:
         declared[f"vertex property {name}"] = "which new vertices do not have"

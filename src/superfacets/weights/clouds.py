@@ -82,15 +82,11 @@ def build_point_graph(
     threads = checked_threads(n_threads)
     n_neighbors = checked_count(n_neighbors, "n_neighbors")
     cutoff = checked_number(cutoff, "cutoff", zero=False)
-    radius = checked_number(radius, "radius", zero=True)
-    alpha = checked_number(alpha, "alpha", zero=True)
-    eta_convex = checked_number(eta_convex, "eta_convex", zero=True)
-    ridges = checked_number(ridges, "ridges", zero=True)
+    factors = EdgeFactors.checked(radius, alpha, eta_convex, ridges)
     n_neighbors = min(n_neighbors, checked.n_points - 1)
     graph = find_point_graph(checked, threads, n_neighbors=n_neighbors, cutoff=cutoff)
     surface = point_surface(graph, threads)
     arrays = (graph.positions, graph.measures, NO_NORMALS)
-    factors = EdgeFactors.of_radius(radius, alpha, eta_convex, ridges)
     return CellGraph(
         graph.positions,
         graph.measures,

@@ -10,13 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..base.checks import (
-    checked_number,
-    counted,
-    exact_doubles,
-    refuse_infinite,
-    refuse_mask,
-)
+from ..base.checks import checked_number, counted, exact_doubles, refuse_infinite, refuse_mask
 from ..base.errors import FeatureWarning
 from ..base.types import Floats, Ints
 from ..graph.cell_graph import CellGraph
@@ -141,10 +135,7 @@ class FeatureCosts:
     n_threads: int
 
     def added(self, weights: npt.ArrayLike, graph: Surface | CellGraph, radius: float) -> Floats:
-        """Return the weights of a graph plus the costs of feature differences.
-
-        `radius` is the expected radius of regions. The costs are proportional to `radius`.
-        """
+        """Return weights plus costs of feature differences, in proportion to `radius`."""
         factor = self.weight * (radius / graph.weight_unit)
         given = exact_doubles(np.asarray(weights))
         return _core.add_feature_steps(*graph.arcs, given, self.features, factor, self.n_threads)
@@ -176,10 +167,7 @@ def _checked_table(given: Any, n_cells: int, source: Any) -> Floats:
 
 
 def _warn_if_constant(table: Floats, names: tuple[str, ...]) -> None:
-    """Issue a FeatureWarning if all columns of a feature are constant, except for rounding errors.
-
-    A table without names is one feature.
-    """
+    """Issue a FeatureWarning if a feature is constant; a table without names is one feature."""
     is_spread = np.ptp(table, axis=0) > 4 * CONSTANT * np.abs(table).max(axis=0)
     of_columns = np.array(names or ("features",) * len(is_spread))
     constant = [
@@ -191,11 +179,10 @@ def _warn_if_constant(table: Floats, names: tuple[str, ...]) -> None:
 
 
 def _scales(table: Floats, measures: Floats, groups: tuple[tuple[int, float], ...]) -> Floats:
-    """Return the scale factor of each column: 1 / the standard deviation of its group of columns.
+    """Return the scale factor of each column, 1 / the deviation of its group; 0 if it is constant.
 
-    The deviation of a group is the root mean square of the standard deviations of its columns, or
-    its lower bound in `groups` if this is larger. If all columns of a group are constant, its
-    factor is 0. Cells are weighted by area, or equally if all areas are 0.
+    The deviation of a group is the root mean square of its columns, weighted by area, or its lower
+    bound in `groups` if this is larger.
     """
     total = float(measures.sum())
     weights = measures / total if total > 0 else np.full(len(measures), 1 / len(measures))

@@ -37,11 +37,7 @@ CURVATURE_BITS = 31
 
 
 def convex_share_of(curvature: int, volume: float, area: float, diagonal: float) -> float:
-    """Return the relative cost of smooth convex edges, called s in `crease_weights`.
-
-    The cost is 0 for solid shapes and open meshes, and up to `MAX_EVENED` for hollow shapes.
-    `curvature` is `EdgeSums.curvature`. `volume` is the enclosed volume, or 0 for an open mesh.
-    """
+    """Return the relative cost of smooth convex edges: s in `crease_weights`."""
     if not volume or not area:
         return 0.0
     unit = math.ldexp(1.0, math.frexp(diagonal)[1] - 1 - CURVATURE_BITS)
@@ -98,11 +94,13 @@ class EdgeFactors(NamedTuple):
     slack: float = 0.0  # radians by which each angle is reduced, but not below 0
 
     @classmethod
-    def of_radius(
-        cls, radius: float, alpha: float, eta_convex: float, ridges: float = 0.0
-    ) -> EdgeFactors:
+    def checked(cls, radius: float, alpha: float, eta_convex: float, ridges: float) -> EdgeFactors:
         """Return factors with `radius` as `crease_length`. If `radius` is 0, `alpha` becomes 0."""
-        return cls(alpha if radius else 0.0, eta_convex, radius, ridges)
+        given = {"radius": radius, "alpha": alpha, "eta_convex": eta_convex, "ridges": ridges}
+        length, cost, of_convex, of_ridges = (
+            checked_number(value, name, zero=True) for name, value in given.items()
+        )
+        return cls(cost if length else 0.0, of_convex, length, of_ridges)
 
     def for_core(self, diagonal: float) -> _core.EdgeFactors:
         """Convert the factors to a `_core` object. `diagonal` is d in `superfacet_weights`."""
@@ -294,13 +292,7 @@ def crease_weights(
     """
     mesh = as_mesh(mesh)
     threads = checked_threads(n_threads)
-    radius = checked_number(radius, "radius", zero=True)
-    factors = EdgeFactors.of_radius(
-        radius,
-        checked_number(alpha, "alpha", zero=True),
-        checked_number(eta_convex, "eta_convex", zero=True),
-        checked_number(ridges, "ridges", zero=True),
-    )
+    factors = EdgeFactors.checked(radius, alpha, eta_convex, ridges)
     surface = Surface.of_faces(mesh, graph, threads)
     arrays = (graph.positions, graph.measures, NO_NORMALS)
     if not hollows:
@@ -309,8 +301,8 @@ def crease_weights(
 
 
 def _crease_factors(radius: float, params: Mapping[str, float]) -> EdgeFactors:
-    factors = (params[name] for name in ("alpha", "eta_convex", "ridges"))
-    return EdgeFactors.of_radius(radius, *factors)._replace(slack=params.get("slack", 0.0))
+    costs = (params[name] for name in ("alpha", "eta_convex", "ridges"))
+    return EdgeFactors.checked(radius, *costs)._replace(slack=params.get("slack", 0.0))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -335,8 +327,7 @@ class Formula:
 WEIGHTS: Mapping[WeightName, Formula] = {
     "parts": Formula(
         about='like ``"creases"``, with straight lines between cells up to three arcs apart, and a'
-        " cost of arcs between parts of the shape, such as a finger and the palm (see"
-        " `spectral_embedding`)",
+        " cost of arcs between parts of the shape, such as a finger and the palm",
         defaults={"alpha": 12.0, "eta_convex": 0.0, "ridges": 1.0, "gamma": 2.1},
         compute=lambda surface, arrays, radius, params: _adapted_weights(
             surface, arrays, _crease_factors(radius, params)._replace(is_straight=True)
@@ -443,10 +434,9 @@ class WeightOptions:
         return cls(params, None, frozenset(defaults) - frozenset(given))
 
     def with_convex_costs(self) -> WeightOptions:
-        """Return options for clouds on which convex and concave creases cannot be distinguished.
+        """Return options for clouds on which convex and concave creases look the same.
 
-        The cost of convex creases becomes at least `UNKNOWN_TURN`, unless the caller has set
-        `eta_convex`, or the formula has no such parameter.
+        Convex creases cost at least `UNKNOWN_TURN`, unless the caller has set `eta_convex`.
         """
         if "eta_convex" not in self.usual:
             return self
@@ -482,11 +472,7 @@ def weights_of_kind(
     kind: Kind, surface: Surface, graph: BaseGraph, radius: float, options: WeightOptions,
     normals: Floats | None,
 ) -> ArcWeights:  # fmt: skip
-    """Return one weight per arc between cells of any kind, for regions with this expected radius.
-
-    An arc and its reverse arc have the same weight, unless the caller gave weights that differ.
-    `normals` is the same as in `arc_weights`.
-    """
+    """Return one weight per arc between cells of any kind, for regions with this radius."""
     if kind.has_angles or options.given is not None:
         return arc_weights(surface, graph, radius, options, normals)
     if options.costs_follow_edges:
@@ -508,8 +494,7 @@ def arc_weights(
 ) -> ArcWeights:
     """Return one weight per arc of a mesh or cloud, for regions with the expected radius `radius`.
 
-    `faces` provides the positions and measures of the cells. The cells may also be points.
-    `normals` are the unit normals of faces, or None to let `_core` compute the normals.
+    `faces` has positions and measures. `_core` computes the normals of faces if `normals` is None.
     """
     if options.given is not None:
         return ArcWeights(options.given)
@@ -548,12 +533,7 @@ def weights_and_sums(
 
 
 def _adapted_weights(surface: Surface, arrays: CellArrays, factors: EdgeFactors) -> ArcWeights:
-    """Return the result of `weights_of`, with costs adapted to made things and hollow shapes.
-
-    If `factors.is_straight` is true, all convex edges of made things cost as much as ridges. On
-    other hollow shapes, smooth convex edges also have a cost, and smooth concave edges cost less.
-    The weights of point clouds are not adapted.
-    """
+    """Return the result of `weights_of`, with costs adapted to made things and hollow shapes."""
     if isinstance(surface.handle, _core.PointSurface) or not factors.alpha:
         return ArcWeights(weights_of(surface, arrays, factors))
     is_closed = surface.volume > 0.0

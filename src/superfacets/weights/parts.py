@@ -14,12 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .. import _core
-from ..base.checks import checked_count, checked_threads
 from ..base.types import ArcLists, Floats, Ints, Singles
-from ..graph.kinds import kind_of
-from ..graph.size import DEFAULT_N_SEGMENTS, radius_of
-from ..mesh.convert import MeshLike, as_cells
-from .formulas import WeightOptions, weights_of_kind
 
 N_COARSE = 700
 """Approximate number of coarse cells for which eigenvectors are computed. More coarse cells would
@@ -46,7 +41,7 @@ MIN_CONDUCTANCE = 1e-6
 value."""
 
 N_VECTORS = 8
-"""Default number of eigenvectors. On the benchmark models, regions are worse with 12 eigenvectors.
+"""Number of eigenvectors. On the benchmark models, regions are worse with 12 eigenvectors.
 With 4 eigenvectors, small changes of a mesh change the regions strongly."""
 
 N_COMPARED = 15
@@ -87,92 +82,10 @@ class ConductingGraph(NamedTuple):
     blocked_fraction: float = 0.0  # fraction of the total border length that is blocked by creases
 
 
-def spectral_embedding(
-    mesh: MeshLike,
-    n_vectors: int = N_VECTORS,
-    *,
-    weld: float = True,
-    n_threads: int | None = None,
-) -> Floats:
-    r"""Return coordinates for each face, such that different parts of a shape are far apart.
-
-    The coordinates are the eigenvectors of the smallest eigenvalues of :math:`L \phi = \lambda A
-    \phi`, with areas A and the Laplacian L of the face graph. The conductance of an arc is
-
-    .. math:: c_{ij} = \frac{\sqrt{A_i + A_j}}{g} \exp(-20 \kappa) + 10^{-6}
-
-    where g is the distance between the centroids of the two faces, and kappa = eta theta / pi.
-    Theta is the angle between the normals. Eta is the relative cost of the edge with the weights
-    ``"parts"``: usually 1 for concave edges and ridges, and 0 for other convex edges. The
-    conductance across creases is therefore low. For example, coordinates of fingers are far from
-    coordinates of the palm, because creases separate fingers and palm. Vector q is scaled by
-    :math:`(\lambda_q / \lambda_1)^{-1/2}`.
-
-    Eigenvectors are computed on about 700 groups of faces, interpolated to the faces, and smoothed
-    by relaxation. Vectors that are constant on each component are excluded. Eigenvalues below 0.001
-    times the 15th eigenvalue are raised to this value.
-
-    Parameters
-    ----------
-    mesh : Mesh, PolygonMesh, PointCloud, TetMesh or mesh-like
-        Same as in `segment`.
-    n_vectors : int, default 8
-        Number of coordinates, from 1 to 15.
-    weld, n_threads
-        Same as in `segment`. The result does not depend on the number of threads.
-
-    Returns
-    -------
-    ndarray of float64, shape (N, n_vectors)
-        Coordinates of each face. Only ratios of distances are meaningful. The sign of each column
-        is chosen so that, over the groups of faces, the coordinate with the largest absolute value
-        is positive. If eigenvalues are equal, as for symmetric shapes, the basis of their
-        eigenvectors is arbitrary. If a mesh has too few faces for `n_vectors` eigenvectors, the
-        last columns are 0. All columns are 0 for meshes with thousands of components. The run time
-        is about 2 microseconds per face.
-
-    Raises
-    ------
-    MeshError, ValueError, TypeError
-        If the mesh is not valid, or if a parameter is out of range or of the wrong type.
-
-    Examples
-    --------
-    >>> import superfacets
-    >>> bear = superfacets.sample_mesh(5_000)
-    >>> spectral_embedding(bear).shape
-    (4892, 8)
-    """
-    n_vectors = checked_count(n_vectors, "n_vectors", N_COMPARED)
-    threads = checked_threads(n_threads)
-    cells = as_cells(mesh)
-    kind = kind_of(cells)
-    graph, shapes = kind.build_graph(cells, weld, threads)
-    surface = kind.surface(cells, graph, threads)
-    n_regions = min(DEFAULT_N_SEGMENTS, surface.n_cells)
-    radius = radius_of(graph.measures, n_regions, threads, kind.dimension)
-    options = WeightOptions.checked("parts", None)
-    normals = None if shapes is None else shapes.normals
-    weights = weights_of_kind(kind, surface, graph, radius, options, normals)
-    lengths, unit = graph.quantized(weights.weights, threads)
-    placed = _core.PlacedCells(graph.positions, graph.measures, threads)
-    unit *= surface.weight_unit
-    ordered = _core.OrderedGraph(placed, *surface.arcs, lengths, threads, True, unit)
-    base = conducting_graph(ordered, options.crease_cost(radius), threads)
-    vectors = embedding(base, ordered, threads, n_vectors)
-    table = np.zeros((surface.n_cells, n_vectors))
-    n_there = min(n_vectors, vectors.shape[1])
-    table[:, :n_there] = vectors[:, :n_there]
-    return table
-
-
 def conducting_graph(
     graph: _core.OrderedGraph, crease_cost: float, n_threads: int
 ) -> ConductingGraph:
-    """Return the arcs of a graph with their conductances, which are low across creases.
-
-    `crease_cost` is the cost of a concave crease of angle pi, in the unit of the positions.
-    """
+    """Return arcs and conductances. `crease_cost` is for a concave crease of angle pi."""
     offsets, neighbors, steps, conductances, share = _core.conducting_arcs(
         graph, crease_cost / graph.straight_unit, CREASE_STEEPNESS, n_threads
     )
@@ -187,10 +100,7 @@ def strength_of_parts(level: ConductingGraph) -> float:
 
 
 def scale(level: ConductingGraph, vectors: Singles, n_threads: int) -> float:
-    """Return the total length of all arcs, divided by their total length in the embedding.
-
-    Lengths do not include crease costs. If the total length in the embedding is 0, the result is 0.
-    """
+    """Return the length of all arcs without crease costs, over that in the embedding, or 0."""
     zeros, table = np.zeros(len(level.steps)), vectors.astype(np.float64)
     distances = _core.add_feature_steps(*level.arcs, zeros, table, 1.0, n_threads)
     total = _core.sum_of(distances, n_threads)
@@ -200,11 +110,7 @@ def scale(level: ConductingGraph, vectors: Singles, n_threads: int) -> float:
 def embedding(
     base: ConductingGraph, graph: _core.OrderedGraph, n_threads: int, n_vectors: int = N_VECTORS
 ) -> Singles:
-    """Return the coordinates of the cells of `graph` in the spectral embedding, (N, Q).
-
-    `base` has the conductances of the arcs of `graph`. Q is 0 if there are more than `MAX_COARSE`
-    coarse cells.
-    """
+    """Return the coordinates of cells in the embedding, (N, Q); Q is 0 for triangle soup."""
     levels = _coarser(base, graph, n_threads)
     if len(levels[-1].measures) > MAX_COARSE:
         return np.zeros((graph.n_cells, 0), np.float32)
@@ -218,38 +124,22 @@ def _coarser(
     levels: list[ConductingGraph] = []
     coarse: list[_core.CoarseGraph] = []  # keeps the owner of `graph` in memory
     while graph.n_cells >= 2 * N_COARSE:
-        size = _cell_size(graph.n_cells / N_COARSE)
+        # the same number of cells per coarse cell on all levels
+        ratio = graph.n_cells / N_COARSE
+        size = round(math.pow(ratio, 1 / math.ceil(math.log(ratio) / math.log(MAX_CELLS))))
         coarse.append(_core.CoarseGraph(graph, size, n_threads))
         if 2 * coarse[-1].graph.n_cells > graph.n_cells:
             break  # most cells have no neighbors, as in triangle soup
-        levels.append(level._replace(coarse_of=coarse[-1].coarse_cells(n_threads)))
+        coarse_of = coarse[-1].coarse_cells(n_threads)
+        levels.append(level._replace(coarse_of=coarse_of))
         graph = coarse[-1].graph
-        offsets, neighbors, _ = coarse[-1].arcs()
+        arcs = coarse[-1].arcs()[:2]
         steps = _core.straight_steps(graph, n_threads)
-        conductances = _crossing_conductances(levels[-1], (offsets, neighbors), steps)
-        level = ConductingGraph((offsets, neighbors), steps, conductances, graph.measures())
+        # of the arcs that a coarse arc joins: the sum of conductance times length
+        flows = _core.sum_between(*level.arcs, level.conductances, level.steps, coarse_of, *arcs)
+        conductances = np.where(flows > 0.0, flows / steps, MIN_CONDUCTANCE)
+        level = ConductingGraph(arcs, steps, conductances, graph.measures())
     return [*levels, level]
-
-
-def _cell_size(ratio: float) -> int:
-    """Return the number of cells per coarse cell that reduces the number of cells by `ratio`.
-
-    The reduction takes several levels if `ratio` is larger than `MAX_CELLS`. The result is the
-    same for all levels.
-    """
-    n_levels: int = math.ceil(math.log(ratio) / math.log(MAX_CELLS))
-    return round(math.pow(ratio, 1 / n_levels))
-
-
-def _crossing_conductances(level: ConductingGraph, arcs: ArcLists, steps: Floats) -> Floats:
-    """Return the conductance of each arc between coarse cells.
-
-    It is the sum of conductance times length over all arcs of `level` between the two coarse cells,
-    divided by the length of the coarse arc in `steps`.
-    """
-    assert level.coarse_of is not None
-    flows = _core.sum_between(*level.arcs, level.conductances, level.steps, level.coarse_of, *arcs)
-    return np.where(flows > 0.0, flows / steps, MIN_CONDUCTANCE)
 
 
 def _eigenvectors(level: ConductingGraph, n_vectors: int) -> Floats:
@@ -270,10 +160,7 @@ def _eigenvectors(level: ConductingGraph, n_vectors: int) -> Floats:
 
 
 def _end_of_group(values: Floats, n_vectors: int) -> int:
-    """Return the number of vectors to use: `n_vectors`, or more to include equal eigenvalues.
-
-    If all eigenvalues from number `n_vectors` on are equal, no vectors are added.
-    """
+    """Return `n_vectors`, or more to include equal eigenvalues, unless all others are equal."""
     wanted = min(n_vectors, len(values))
 
     def is_end(last: int) -> bool:
@@ -283,10 +170,7 @@ def _end_of_group(values: Floats, n_vectors: int) -> int:
 
 
 def _prolonged(levels: list[ConductingGraph], values: Floats, n_threads: int) -> Singles:
-    """Interpolate `values` from the cells of the last level to the cells of the first level.
-
-    On each level, the row of a coarse cell is copied to its cells, and relaxation smooths the rows.
-    """
+    """Interpolate `values` from the last to the first level by copies that relaxation smooths."""
     rows = values.astype(np.float32)
     for level in reversed(levels[:-1] if rows.size else ()):
         assert level.coarse_of is not None

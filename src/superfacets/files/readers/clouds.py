@@ -54,10 +54,7 @@ def read_text_cloud(source: Input) -> Read:
 
 
 def _names_in(data: Content, lines: Lines) -> list[str] | None:
-    """Return the column names in the first line, in lower case, or None if it has no names.
-
-    Names in quotes, or between commas or semicolons, may have spaces. `lines` have no commas.
-    """
+    """Return the column names in the first line, in lower case, or None. `lines` have no commas."""
     if not len(lines) or not re.match(rb"[\s\"'/]*(?!(?:nan|inf)\b)[a-z_]", lines.content(0), re.I):
         return None
     begin = 3 * (data[:3] == b"\xef\xbb\xbf")  # of the text, after a byte order mark
@@ -103,10 +100,7 @@ def _cloud_of_table(source: Input, table: Floats, names: list[str] | None) -> Re
 
 
 def _narrowed(column: Floats) -> Array:
-    """Convert whole numbers to uint8 if they fit, so that they can be colors, or else to int32.
-
-    A column with fractions, or with numbers that do not fit in int32, is returned unchanged.
-    """
+    """Convert whole numbers to uint8, as colors have, or to int32; return other columns."""
     if not np.isfinite(column).all() or np.any(column != np.floor(column)):
         return column
     low, high = column.min(), column.max()

@@ -13,8 +13,8 @@ from ...base.checks import MAX_CELLS, counted
 from ...base.errors import MeshError
 from ...base.lazy import load
 from ...base.types import Array, Floats
-from ..attributes import COLORS, GENERATOR
-from ..guards import MAX_GROWTH, most_bytes_of, named_errors, rotation_of
+from ..attributes import COLORS
+from ..guards import MAX_GROWTH, most_bytes_of, rotation_of
 from ..input import Input, Read
 from .gltf_file import COMPONENTS, GEOMETRY, SUPPORTED, WIDTHS, Gltf
 
@@ -34,10 +34,7 @@ BYTES_PER_VERTEX, BYTES_PER_FACE = 24, 12
 
 
 def read_gltf(source: Input) -> Read:
-    """Read the default scene of a glTF file; other files must be in its folder or in subfolders.
-
-    Without triangles, the points of the scene are a point cloud.
-    """
+    """Read the triangles of the default scene of a glTF file, or its points if there are none."""
     scene = GltfScene.open(source.data, source.folder)
     vertices, faces, vertex, face = scene.read()
     texture = source.texture("gltf_texture", scene) if source.keep and len(faces) else None
@@ -91,7 +88,9 @@ class GltfScene(Gltf):
         """
         scenes = self.items(self.document, "scenes")
         if not scenes:
-            visits = self._visits_of(self._roots())
+            nodes = self.items(self.document, "nodes")
+            below = {_whole(child) for node in nodes for child in _indices(node, "children")}
+            visits = self._visits_of([i for i in range(len(nodes)) if i not in below])
             n_meshes = 0 if visits else len(self.items(self.document, "meshes"))
             return visits or [Visit(index, np.eye(4), {}) for index in range(n_meshes)]
         default = self.item("scenes", self.document.get("scene", 0))
@@ -100,11 +99,6 @@ class GltfScene(Gltf):
             roots = [root for scene in scenes for root in _indices(scene, "nodes")]
             visits = self._visits_of([*dict.fromkeys(map(_whole, roots))])
         return visits
-
-    def _roots(self) -> list[int]:
-        nodes = self.items(self.document, "nodes")
-        below = {_whole(child) for node in nodes for child in _indices(node, "children")}
-        return [index for index in range(len(nodes)) if index not in below]
 
     def _visits_of(self, roots: list[Any]) -> list[Visit]:
         stack = [(root, np.eye(4)) for root in reversed(roots)]
@@ -207,7 +201,7 @@ class GltfScene(Gltf):
         vertices = _concatenated([part.positions for part in parts])
         face = self._labels([(part.ids, part.faces) for part in parts])
         vertex = _shades([(part.colors, len(part.positions)) for part in parts])
-        is_own = self.document["asset"].get("generator") == GENERATOR
+        is_own = self.document["asset"].get("generator") == "superfacets"  # as in `write_glb`
         return vertices, faces, [] if is_own and face else vertex, face
 
     def _labels(self, parts: list[tuple[Floats | None, Array]]) -> list[tuple[str, Array]]:
@@ -238,7 +232,11 @@ class GltfScene(Gltf):
         primitives = self.items(self.item("meshes", index), "primitives")
         found = [each for each in primitives if self.whole(each, "mode", TRIANGLES) in _FACES]
         for primitive in found:
-            self._unpack_draco(primitive, index)
+            extensions = primitive.get("extensions")
+            packed = extensions.get(DRACO) if isinstance(extensions, dict) else None
+            if isinstance(packed, dict):
+                unpack = load("superfacets_formats.compression:unpack_draco")
+                unpack(self, primitive, packed, index)
         return found
 
     def corners(self, primitive: dict[str, Any], n_vertices: int) -> Array:
@@ -398,36 +396,7 @@ class GltfScene(Gltf):
         pairs = zip(matrices, binds, strict=True)
         return np.array([_product(one, bind.T) for one, bind in pairs]).reshape(-1, 4, 4)
 
-    def _unpack_draco(self, primitive: dict[str, Any], mesh: int) -> None:
-        """Decode a primitive that is stored only as Draco data, so that `rows` can read it."""
-        extensions = primitive.get("extensions")
-        packed = extensions.get(DRACO) if isinstance(extensions, dict) else None
-        if not isinstance(packed, dict):
-            return
-        positions = self.positions_of(primitive, mesh)
-        if "bufferView" in self.item("accessors", positions):
-            return
-        view, ids = self.whole(packed, "bufferView"), packed.get("attributes")
-        if self.unpacked.get(positions, (-1,))[0] == view:
-            return
-        if not isinstance(ids, dict) or "indices" not in primitive:
-            raise MeshError(f"broken glTF: meshes[{mesh}] has damaged Draco data")
-        n_vertices = self.whole(self.item("accessors", positions), "count")
-        n_corners = self.whole(self.item("accessors", primitive["indices"]), "count")
-        self.take(
-            BYTES_PER_VERTEX * n_vertices + BYTES_PER_FACE * (n_corners // 3), f"meshes[{mesh}]"
-        )
-        with named_errors(f"meshes[{mesh}]"):
-            content = bytes(self.view(view))
-            decode_draco = load("superfacets_formats.compression:decode_draco")
-            corners, attributes = decode_draco(content, n_corners // 3, n_vertices)
-            self._keep_rows(primitive["indices"], view, corners, of_any_type=True)
-            for name in ids:
-                if name in primitive["attributes"] and name.startswith(("POSITION", "TEXCOORD")):
-                    rows = attributes.get(self.whole(ids, name))
-                    self._keep_rows(primitive["attributes"][name], view, rows)
-
-    def _keep_rows(
+    def keep_rows(
         self, index: int, view: int, rows: Array | None, *, of_any_type: bool = False
     ) -> None:
         """Store decoded rows for an accessor, and check that they have the type of the accessor."""

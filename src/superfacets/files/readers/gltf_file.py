@@ -123,10 +123,7 @@ class Gltf:
 
     @staticmethod
     def numbers(item: dict[str, Any], key: str, default: list[float]) -> Floats:
-        """Return the list of numbers at `key`, or `default` if the key is missing.
-
-        Raises a MeshError if the list does not have the length of `default`.
-        """
+        """Return the list of numbers at `key`, or `default`, which has the same length."""
         values = item.get(key, default)
         is_list = isinstance(values, list) and len(values) == len(default)
         if not is_list or not all(type(value) in (int, float) for value in values):
@@ -275,10 +272,7 @@ def _meshopt_of(item: dict[str, Any]) -> dict[str, Any] | None:
 def _read_buffers(
     document: dict[str, Any], binary: memoryview, folder: Path | None, files: dict[Path, memoryview]
 ) -> list[memoryview]:
-    """Return the content of each buffer: the binary chunk, the bytes at a URI, or no bytes.
-
-    A buffer without bytes is the fallback of a buffer with meshopt compression.
-    """
+    """Return the bytes of each buffer; none for the fallback of one with meshopt compression."""
     contents: list[memoryview] = []
     for index, buffer in enumerate(Gltf.items(document, "buffers")):
         address = buffer.get("uri")
@@ -307,7 +301,7 @@ def _fetch(address: str, folder: Path | None, files: dict[Path, memoryview]) -> 
     if address.startswith("data:"):
         return memoryview(Gltf.decoded(address))
     try:
-        path = file_at(address, folder)
+        path = file_beside(unquote(address, errors="strict"), folder)
         if path is None:
             raise MeshError(f"the buffer {shown} is not in the folder of the glTF file")
         if path not in files:
@@ -315,8 +309,3 @@ def _fetch(address: str, folder: Path | None, files: dict[Path, memoryview]) -> 
     except (OSError, UnicodeError):
         raise MeshError(f"the buffer file {shown} of the glTF file cannot be read") from None
     return files[path]
-
-
-def file_at(address: str, folder: Path | None) -> Path | None:
-    """Return the file at a relative URI, or None if it is not in `folder` or in a subfolder."""
-    return file_beside(unquote(address, errors="strict"), folder)

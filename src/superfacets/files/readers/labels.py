@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Mapping
 from dataclasses import replace
@@ -18,10 +17,9 @@ from ...graph.kinds import kind_of
 from ...mesh.base import Cells
 from ..attributes import MeshAttributes
 from ..formats import FORMATS
-from ..guards import Content, hint_at_integers, known_ending, named_errors, read_content
+from ..guards import Content, known_ending, named_errors, parsed_json, read_content
 from ..input import Input
 from ..other import as_declared
-from .npy import npy_array, npy_header
 from .read import parse
 from .text import Lines, as_integers, shown
 
@@ -35,7 +33,7 @@ NO_REGION = -1
 def read_labels(
     path: str | os.PathLike[str], n_faces: int | None = None, *, name: str = "label"
 ) -> Ints:
-    r"""Read the label of each cell or vertex from a file, in the order of the cells or vertices.
+    """Read the label of each cell or vertex from a file, in the order of the cells or vertices.
 
     Parameters
     ----------
@@ -76,12 +74,9 @@ def read_labels(
 
     Examples
     --------
-    >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
-    >>> with TemporaryDirectory() as folder:
-    ...     path = Path(folder, "square.seg")
-    ...     _ = path.write_text("0\n1\n")
-    ...     read_labels(path, n_faces=2)
+    >>> from superfacets import write_labels
+    >>> write_labels("square.seg", [0, 1])
+    >>> read_labels("square.seg", n_faces=2)
     array([0, 1], dtype=int32)
     """
     path = Path(path)
@@ -110,10 +105,7 @@ def parse_labels(source: Input, n_cells: int | None, name: str) -> Ints:
 
 
 def property_of(cells: Cells, attributes: MeshAttributes | None, name: str) -> Array:
-    """Return the integer property `name` of cells, or raise a MeshError if it is missing.
-
-    For the name ``label``, named parts of the mesh, such as solids, are labels, too.
-    """
+    """Return the integer property `name` of cells; ``label`` may be the named parts of the mesh."""
     kind = kind_of(cells)
     found = find_property(cells, attributes, name)
     if found is None and attributes is not None and name == "label" and attributes.names:
@@ -126,7 +118,8 @@ def property_of(cells: Cells, attributes: MeshAttributes | None, name: str) -> A
     others = [
         key for key, values in stored.items() if values.dtype.kind in "iu" and values.ndim == 1
     ]
-    raise MeshError(f"the {kind.plural} have no property {name}{hint_at_integers(others)}")
+    hint = f": the integer properties are {', '.join(others)}" if others else ""
+    raise MeshError(f"the {kind.plural} have no property {name}{hint}")
 
 
 def find_property(cells: Cells, attributes: MeshAttributes | None, name: str) -> Array | None:
@@ -171,10 +164,7 @@ def read_text_labels(data: Content) -> Array:
 
 def read_segments(data: Content) -> Array:
     """Return the id of each vertex in a ``.segs.json`` file."""
-    try:
-        document = json.loads(bytes(data))
-    except (ValueError, RecursionError):
-        raise MeshError("is not valid JSON: the file may be truncated") from None
+    document = parsed_json(bytes(data), "the file")
     values = document.get("segIndices") if isinstance(document, dict) else None
     try:
         array = np.asarray(values if isinstance(values, list) else None)
@@ -183,13 +173,3 @@ def read_segments(data: Content) -> Array:
     if array.ndim != 1 or array.dtype.kind != "i" or not len(array) or array.min() < 0:
         raise MeshError("must have segIndices, a list of integers >= 0")
     return array
-
-
-def read_npy_labels(data: Content) -> Array:
-    """Return the array of a ``.npy`` file, which must be one-dimensional integers."""
-    shape, dtype, _, _ = npy_header(data)
-    if dtype.kind not in "iu":
-        raise MeshError(f"labels must be integers: the .npy header declares {dtype}")
-    if len(shape) != 1:
-        raise MeshError(f"labels must be one-dimensional: the .npy header declares {list(shape)}")
-    return npy_array(data, "labels")

@@ -48,10 +48,7 @@ def npy_array(data: Content, what: str = "numbers") -> Array:
 
 
 def npz_array(data: Content, name: str) -> Array:
-    """Return one array of a .npz file by name.
-
-    If the archive is damaged, raises exceptions of zipfile or zlib, a KeyError or a MeshError.
-    """
+    """Return one array of a .npz file; damage raises a MeshError, KeyError, or a zip error."""
     import zipfile  # slow to import
 
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
@@ -80,10 +77,7 @@ def npy_header(data: Content) -> tuple[tuple[int, ...], np.dtype[Any], bool, int
 
 
 def _parsed(text: str) -> tuple[tuple[int, ...], np.dtype[Any], bool]:
-    """Convert the header, which is the text of a Python dict, to JSON, and parse the JSON.
-
-    `ast.literal_eval` is not used, because it is not thread-safe.
-    """
+    """Parse the header, a dict, as JSON, because `ast.literal_eval` is not thread-safe."""
     plain = text.translate(_AS_JSON).replace("True", "true").replace("False", "false")
     fields = json.loads(_NOT_JSON.sub("", plain))
     if not isinstance(fields, dict) or sorted(fields) != ["descr", "fortran_order", "shape"]:

@@ -29,12 +29,10 @@ _CONTINUED = re.compile(rb"^([^#\n]*)\\[ \t]*\r?\n", re.MULTILINE)
 
 
 def read_obj(source: Input) -> Read:
-    """Read an OBJ file: vertices, one per `v` line, and faces, one per `f` line.
-
-    Texture and normal indices do not split vertices. Without faces, the vertices are a point cloud.
-    Truncation of a file between two lines is not detected, because OBJ does not declare counts.
-    """
-    data = without_continuations(source.data)
+    """Read an OBJ file: a mesh, or a point cloud without faces. Corners do not split vertices."""
+    data = source.data
+    if data.find(b"\\") >= 0:
+        data = _CONTINUED.sub(rb"\1 ", data)
     vertices, colors, faces, words = _read_arrays(data, source)
     if not source.keep:
         return source.mesh(vertices, faces, vertex=colors)
@@ -79,19 +77,10 @@ def _read_arrays(
     return vertices, colors, faces, words
 
 
-def without_continuations(data: Content) -> Content:
-    """Join each line that ends in a backslash, and has no comment, with the next line."""
-    return _CONTINUED.sub(rb"\1 ", data) if data.find(b"\\") >= 0 else data
-
-
 def _read_blocks(
     data: Content, words: tuple[bytes, ...]
 ) -> Iterator[tuple[Floats, Ints, Array, Ints, Array]]:
-    """Yield the numbers and counts of vertices, and corners and counts of faces, by block.
-
-    The last item are the indices of `words` with which lines begin.
-    Corners are vertex indices, counted from 0. They may be out of range.
-    """
+    """Yield numbers and counts of vertices, corners and counts of faces, and first words."""
     n_vertices = 0
     for lines in Lines.blocks(data, comment=b"#"):
         keywords = lines.keywords(words)

@@ -23,10 +23,7 @@ RESTART = -1
 
 
 def read_ply(source: Input) -> Read:
-    """Read a PLY file, ASCII or binary; without faces, the vertices are a point cloud.
-
-    Images that ``TextureFile`` comments name must be in the folder of the file or in subfolders.
-    """
+    """Read a PLY file, ASCII or binary; without faces, the vertices are a point cloud."""
     data = source.data
     header = parse_header(data)
     place = header.find("vertex")  # SuperSplat compresses Gaussian splats
@@ -39,7 +36,7 @@ def read_ply(source: Input) -> Read:
         if element.n_rows and not is_read and place != header.faces:
             source.declare(f"element {element.name}")
     if is_packed:
-        unpacked = load("superfacets_formats.packed_splats:unpacked")
+        unpacked = load("superfacets_formats.splats:unpacked")
         owners = (dict(_columns(header, tables, owner)) for owner in ("vertex", "chunk"))
         return source.cloud(unpacked(*owners), comments=_comments_of(header)[0])
     positions = [_present(tables[place][column].values) for place, column in positions_at]

@@ -30,12 +30,9 @@ class Column:
 
 
 def read_tables(header: Header, data: Content) -> list[list[Column]]:
-    """Return the columns of all elements, in the order of the header.
+    """Return the columns of all elements, in the order of the header; sizes are checked before.
 
-    Declared sizes are compared with the size of the file before memory is allocated. Only
-    whitespace, or zero bytes in a binary file, may follow the last element. If all rows of an
-    element have lists of the same length, as in a triangle mesh, the element is read as one array.
-    In a binary file, the rows of any other element are visited one by one.
+    An element whose lists have one length is read as one array, another binary one row by row.
     """
     return _read_binary(header, data) if header.byte_order else _read_text(header, data)
 
@@ -107,10 +104,7 @@ def _read_uniform(
 
 
 def _walk(element: Element, n_rows: int, data: Content, begin: int) -> tuple[Longs, Longs, int]:
-    """Return the offset and length of each property in each row, and the offset after the rows.
-
-    Offsets are in bytes. A length is a number of values: 1 if the property is not a list.
-    """
+    """Return byte offset and number of values of each property in each row, and the end."""
     counts = [np.dtype(stored.count_dtype or "u1") for stored in element.properties]
     starts, lengths, end, n_whole = _core.walk_rows(
         np.frombuffer(data, dtype=np.uint8),
@@ -155,18 +149,14 @@ def _read_text(header: Header, data: Content) -> list[list[Column]]:
         n_rows = element.n_rows if element.properties else 0
         if n_rows > len(lines):
             _raise_cut(element, f"after {len(lines)}")
-        tables.append(_read_text_element(element, lines[:n_rows]))
-        lines = lines[n_rows:]
+        rows, lines = lines[:n_rows], lines[n_rows:]
+        has_integers = any(stored.is_integer for stored in element.properties)
+        values = rows.parse_integers_or_floats() if has_integers else rows.parse(np.float64)
+        columns = _read_uniform_text(element, values, rows.counts)
+        tables.append(columns or _gather_text(element, values, rows))
     if len(lines):
         raise MeshError(f"line {lines.number(0)}: there are more lines than the header declares")
     return tables
-
-
-def _read_text_element(element: Element, lines: Lines) -> list[Column]:
-    has_integers = any(stored.is_integer for stored in element.properties)
-    values = lines.parse_integers_or_floats() if has_integers else lines.parse(np.float64)
-    columns = _read_uniform_text(element, values, lines.counts)
-    return columns or _gather_text(element, values, lines)
 
 
 def _read_uniform_text(element: Element, values: Array, counts: Ints) -> list[Column] | None:

@@ -18,15 +18,15 @@ from ..formats import FORMATS
 from ..guards import Content, known_ending, named_errors, read_content
 from ..input import Input, Read
 from .off import MAGIC as OFF_MAGIC
-from .stl import has_binary_size
 
-_BEGINS = {b"ply\n": ".ply", b"ply\r": ".ply", b"glTF": ".glb"}
-"""Endings of mesh formats, keyed by the first bytes of their files."""
+_BEGINS = {
+    ".ply": rb"ply[\n\r]", ".glb": rb"glTF", ".gltf": rb"\{", ".stl": rb"(?i:solid)(?!\S)",
+    ".off": OFF_MAGIC.pattern, ".tri": rb"\d+(?!\S)",
+    ".obj": rb"(?:v|vn|vt|vp|f|l|p|o|g|s|mtllib|usemtl)(?!\S)",
+}  # fmt: skip
+"""Patterns that match the begin of files without white space and comments, keyed by ending."""
 
-# Matches the first word of a text, with any comment lines before it.
-_FIRST_WORD = re.compile(rb"(?:\s*+#[^\n]*+\n)*+\s*+(\S{1,20})")
-
-_OBJ_WORDS = b"v vn vt vp f l p o g s mtllib usemtl".split()
+_SKIPPED = rb"(?:\s*+#[^\n]*+\n)*+\s*+"
 
 
 def read_mesh(path: str | os.PathLike[str]) -> AnyMesh:
@@ -77,12 +77,9 @@ def read_mesh(path: str | os.PathLike[str]) -> AnyMesh:
     Examples
     --------
     >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
     >>> text = "OFF 4 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2\n3 0 2 3\n"
-    >>> with TemporaryDirectory() as folder:
-    ...     path = Path(folder, "square.off")
-    ...     _ = path.write_text(text)
-    ...     read_mesh(path)
+    >>> _ = Path("square.off").write_text(text)
+    >>> read_mesh("square.off")
     Mesh(4 vertices, 2 faces)
     """
     cells, _ = _read(path, FORMATS.meshes, keep=False)
@@ -122,11 +119,8 @@ def read_cloud(path: str | os.PathLike[str]) -> PointCloud:
     Examples
     --------
     >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
-    >>> with TemporaryDirectory() as folder:
-    ...     path = Path(folder, "three.csv")
-    ...     _ = path.write_text("x,y,z,red,green,blue\n0,0,0,255,0,0\n1,0,0,0,255,0\n")
-    ...     read_cloud(path)
+    >>> _ = Path("two.csv").write_text("x,y,z,red,green,blue\n0,0,0,255,0,0\n1,0,0,0,255,0\n")
+    >>> read_cloud("two.csv")
     PointCloud(2 points, colors)
     """
     cells, _ = _read(path, FORMATS.cells, keep=False)
@@ -159,15 +153,11 @@ def read_attributes(path: str | os.PathLike[str]) -> MeshAttributes:
 
     Examples
     --------
-    >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
     >>> from superfacets import write_mesh
+    >>> triangle = ([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
     >>> attributes = MeshAttributes(vertex={"nz": [1.0, 1.0, 1.0]})
-    >>> with TemporaryDirectory() as folder:
-    ...     path = Path(folder, "triangle.ply")
-    ...     write_mesh(path, ([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]),
-    ...                attributes=attributes)
-    ...     read_attributes(path).vertex["nz"]
+    >>> write_mesh("triangle.ply", triangle, attributes=attributes)
+    >>> read_attributes("triangle.ply").vertex["nz"]
     array([1., 1., 1.])
     """
     _, attributes = _read(path, FORMATS.cells, keep=True)
@@ -211,21 +201,7 @@ def parse(source: Input) -> Read:
 
 def recognized_ending(data: Content) -> str | None:
     """Guess the ending of a file from its content; return None if the format is unknown."""
-    for begin, ending in _BEGINS.items():
-        if data[: len(begin)] == begin:
-            return ending
-    for ending in FORMATS["recognize"]:
-        if FORMATS["recognize"][ending](data):
-            return ending
-    if has_binary_size(data):
-        return ".stl"
-    found = _FIRST_WORD.match(data)
-    word = b"" if found is None else found[1]
-    fitting = {
-        ".gltf": word.startswith(b"{"),
-        ".stl": word.lower() == b"solid",
-        ".off": OFF_MAGIC.match(word),
-        ".obj": word in _OBJ_WORDS,
-        ".tri": word.isdigit(),
-    }
-    return next((ending for ending, fits in fitting.items() if fits), None)
+    known = FORMATS["recognize"]
+    found = next((ending for ending in known if known[ending](data)), None)
+    fitting = (ending for ending, begin in _BEGINS.items() if re.match(_SKIPPED + begin, data))
+    return found or next(fitting, None)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from typing import NoReturn
 
 import numpy as np
 import numpy.typing as npt
@@ -102,25 +101,16 @@ def _read_ascii(data: Content, source: Input) -> Floats:
         blocks.append((corners.parse(np.float64), found))
     vertices, keywords = (np.concatenate(parts) for parts in zip(*blocks, strict=True))
     if keywords[-1] not in (ENDFACET, ENDSOLID):
-        _refuse_cut(data)
-    if not _are_closed(keywords):
+        number = Lines.of(data).number(-1)
+        raise MeshError(
+            f"line {number}: the file ends, but not after a facet or solid: it may be truncated"
+        )
+    borders = keywords[(keywords == SOLID) | (keywords == ENDSOLID)]
+    expected = np.resize([SOLID, ENDSOLID], len(borders) + len(borders) % 2)
+    if keywords[-1] != ENDSOLID or not np.array_equal(borders, expected):
         source.declare("end of a solid", "which is missing: the file may be truncated")
     _check_facets(keywords, data)
     return vertices
-
-
-def _are_closed(keywords: npt.NDArray[np.int8]) -> bool:
-    """Return whether each `solid` is closed by an `endsolid`."""
-    borders = keywords[(keywords == SOLID) | (keywords == ENDSOLID)]
-    expected = np.resize([SOLID, ENDSOLID], len(borders) + len(borders) % 2)
-    return bool(keywords[-1] == ENDSOLID) and np.array_equal(borders, expected)
-
-
-def _refuse_cut(data: Content) -> NoReturn:
-    number = Lines.of(data).number(-1)
-    raise MeshError(
-        f"line {number}: the file ends, but not after a facet or solid: it may be truncated"
-    )
 
 
 def _check_facets(keywords: npt.NDArray[np.int8], data: Content) -> None:

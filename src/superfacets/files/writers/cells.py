@@ -18,6 +18,7 @@ from ...base.lazy import load
 from ...base.types import Bytes, Ints
 from ...graph.kinds import Kind, kind_of
 from ...mesh.base import Cells
+from ...regions.vertices import vertex_labels
 from ..attributes import MeshAttributes, have_region_colors
 from ..formats import FORMATS
 from ..named_features import stored_colors
@@ -121,14 +122,9 @@ class CellWriter:
         return replace(self, given_colors=colors)
 
     def write(self, file: IO[bytes], ending: str, path: Path | None = None) -> list[str]:
-        """Write a file in the format of `ending`, and return the attributes that are lost.
-
-        `path` is the path of the file, or None for a stream.
-        """
+        """Write a file in the format of `ending`, and return the attributes that are lost."""
         options, of_vertices = self.options, None
         if ending == ".ply" and options.vertex_labels:
-            from ...regions.vertices import vertex_labels
-
             assert self.labels is not None
             of_vertices = self.of_vertices
             if of_vertices is None:
@@ -147,10 +143,7 @@ class CellWriter:
 
     @cached_property
     def _colors(self) -> Bytes | None:
-        """Given colors, or else colors computed from the labels; None if there are no labels.
-
-        A point cloud keeps its own colors, unless they are colors of regions.
-        """
+        """Given colors, or colors of the labels, unless a cloud has its own; None if missing."""
         if self.given_colors is not None or self.labels is None:
             return self.given_colors  # type: ignore[no-any-return]  # see `checked`
         stored = {} if self.attributes is None else self.attributes.vertex

@@ -14,11 +14,7 @@ from .text import number_format, write_rows
 
 
 def write_csv(file: IO[bytes], content: Output) -> None:
-    """Write points as CSV: a line with names, then one line per point with all its properties.
-
-    Columns are x, y, z, the label, normals and colors of the cloud, and the properties of the file.
-    A property with several numbers has several columns, for example ``rgb_0``.
-    """
+    """Write points as CSV: a line with names, then one line per point with all its properties."""
     cloud = content.cells
     columns: dict[str, Array] = dict(zip("xyz", cloud.points.T, strict=True))
     if content.labels is not None:

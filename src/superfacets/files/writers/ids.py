@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
 from pathlib import Path
 from typing import IO, Any
 
@@ -15,9 +14,10 @@ import numpy.typing as npt
 from ...base.checks import ranked_labels
 from ...base.errors import MeshError
 from ...base.lazy import Table, load
-from ...base.types import Array, Ints, Longs
+from ...base.types import Ints, Longs
 from ...graph.kinds import kind_of
 from ...mesh.base import Cells
+from ...regions.vertices import vertex_ids, vertex_labels
 from ..attributes import MeshAttributes
 from ..formats import FORMATS
 from ..readers.labels import checked_labels
@@ -25,8 +25,8 @@ from .cells import FormatOptions
 from .text import write_npy, write_rows
 
 _SCANS = Table({name: f"superfacets_scans.scannet:{name}" for name in (
-    "check_ids", "check_torch", "name_in_groups", "scene_of", "write_aggregation",
-    "write_segments", "write_sstk", "write_superpoints", "write_tensor",
+    "check_ids", "check_nested", "check_torch", "check_triangles", "name_in_groups", "scene_of",
+    "write_aggregation", "write_segments", "write_sstk", "write_superpoints", "write_tensor",
 )})  # fmt: skip
 """Functions for formats of indoor scans, by name."""
 
@@ -66,7 +66,7 @@ class IdWriter:
             if ending in FORMATS.graph_outputs and self.labels.max() < 0:
                 raise MeshError("a graph needs at least one region, but all labels are -1")
             if ending == ".sstk.json":
-                _check_triangles(self.cells)
+                _SCANS["check_triangles"](self.cells)
             if ending == ".aggregation.json":
                 self.options.check_classes(self._labels_in(ending))
         return self
@@ -84,7 +84,8 @@ class IdWriter:
         """Write a file in the format of `ending`; the scene name is taken from `path`."""
         assert self.labels is not None
         if ending in FORMATS.graph_outputs:
-            load("superfacets_scans.pyg:write_arrays")(file, self._graph)
+            ids = None if kind_of(self.cells).are_points else self._vertex_ids
+            load("superfacets_scans.pyg:write_graph_of")(file, self.cells, self.labels, ids)
         elif ending in FORMATS.key_labels:
             self._write_cortex(file, ending)
         elif ending == ".aggregation.json":
@@ -94,18 +95,6 @@ class IdWriter:
             labels = self._vertex_ids if has_ids else self._labels_in(ending)
             write_levels(file, ending, path, [labels])
         return []
-
-    @property
-    def _graph(self) -> dict[str, Array]:
-        """Arrays of the graph of regions; for a mesh, with the node of each vertex."""
-        assert self.labels is not None
-        ranks, names = ranked_labels(self.labels)
-        graph = load("superfacets.regions.region_graph:region_graph")(self.cells, ranks)
-        arrays: dict[str, Array] = graph.to_pyg() | {"region": names.astype(np.int64)}
-        if not kind_of(self.cells).are_points:
-            nodes = np.minimum(np.searchsorted(names, self._vertex_ids), len(names) - 1)
-            arrays["vertex_super_index"] = np.where(names[nodes] == self._vertex_ids, nodes, -1)
-        return arrays
 
     def _write_groups(self, file: IO[bytes], scene: str) -> None:
         segments_file = self.segments_file
@@ -124,8 +113,6 @@ class IdWriter:
         )  # fmt: skip
 
     def _write_cortex(self, file: IO[bytes], ending: str) -> None:
-        from ...regions.vertices import vertex_labels
-
         assert self.labels is not None
         comments = () if self.attributes is None else self.attributes.comments
         of_vertices, colors = self.of_vertices, load(_PALETTE)
@@ -145,8 +132,6 @@ class IdWriter:
 
     @cached_property
     def _vertex_ids(self) -> Longs:
-        from ...regions.vertices import vertex_ids
-
         assert self.labels is not None
         if self.of_vertices is not None:
             return self.of_vertices.astype(np.int64)
@@ -157,7 +142,7 @@ def checked_levels(labels: npt.ArrayLike, ending: str) -> list[Ints]:
     """Return one or more levels of labels; raise an error if the format cannot store them."""
     if ending == ".sstk.json" and np.ndim(labels) == 2:
         levels = [checked_labels(level) for level in np.asarray(labels)]
-        _check_nested(levels)
+        _SCANS["check_nested"](levels)
         return levels
     checked = checked_labels(labels)
     _check_labels(checked, ending)
@@ -188,17 +173,6 @@ def write_levels(
         write_rows(file, "%d\n", [labels])
 
 
-def _check_triangles(cells: Cells) -> None:
-    kind = kind_of(cells)
-    if kind.name == "polygons":
-        raise MeshError(
-            ".sstk.json needs labels of triangles, not polygons: segment the result of"
-            " PolygonMesh.triangulate()"
-        )
-    if kind.name != "triangles":
-        raise MeshError(f".sstk.json needs labels of triangles, but the cells are {kind.noun}s")
-
-
 def _check_labels(labels: Ints, ending: str) -> None:
     if ending in FORMATS.vertex_outputs and labels.min() < 0:
         first = int(np.argmin(labels))
@@ -207,16 +181,3 @@ def _check_labels(labels: Ints, ending: str) -> None:
         _SCANS["check_torch"]()
     if ending in FORMATS.key_labels:
         _SCANS["check_ids"](labels)
-
-
-def _check_nested(levels: Sequence[Ints]) -> None:
-    """Raise a MeshError if a region overlaps several regions of the next coarser level."""
-    for level, (fine, coarse) in enumerate(pairwise(levels)):
-        _, firsts, places = np.unique(fine, return_index=True, return_inverse=True)
-        is_other = coarse != coarse[firsts[places]]
-        if is_other.any():
-            region = int(fine[np.argmax(is_other)])
-            raise MeshError(
-                f"levels are not nested: region {region} of level {level} is in several regions of"
-                f" level {level + 1}"
-            )

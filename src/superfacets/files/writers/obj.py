@@ -26,11 +26,7 @@ _SAFE = str.maketrans("#\\", "__")
 
 
 def write_obj(file: IO[bytes], content: Output) -> None:
-    """Write OBJ with one group per region, or per class; faces keep their order within a region.
-
-    Groups are named by `Output.parts`, with underscores instead of ``#`` and backslashes.
-    Materials are written to an MTL file in the same folder. Colors of vertices follow positions.
-    """
+    """Write OBJ with one group per region, class or part; faces keep their order within a group."""
     mesh, labels, texture = content.cells, content.labels, content.texture
     parts = content.parts()
     if texture is not None:
@@ -75,11 +71,9 @@ def _face_lines(
     mesh: FaceMesh, faces: npt.NDArray[np.intp], begin: str, first: int, *,
     ends: tuple[Array, ...] = (), texture: Texture | None = None,
 ) -> Iterator[list[bytes]]:  # fmt: skip
-    """Yield lists of at most `ROWS_AT_ONCE` lines, with one line per face.
+    """Yield lists of at most `ROWS_AT_ONCE` lines, one per face: `begin`, corners, `ends`.
 
-    A line consists of `begin`, the vertices of the face, with texture coordinates if there are any,
-    and the number of the face in each array of `ends`. A ``#`` in `begin` is replaced by the number
-    of corners. Vertices are numbered from `first`.
+    A ``#`` in `begin` is replaced by the number of corners. Vertices are numbered from `first`.
     """
     offsets = corners_of(mesh).offsets
     firsts = 3 * np.arange(mesh.n_faces) if offsets is None else offsets[:-1]
@@ -92,10 +86,9 @@ def _lines_of(
     mesh: FaceMesh, faces: npt.NDArray[np.integer], begin: str, first: int,
     ends: tuple[Array, ...], pairs: tuple[Ints, Longs] | None,
 ) -> list[bytes]:  # fmt: skip
-    """Return one line per face as `_face_lines` does, with texture coordinates if `pairs` is given.
+    """Return one line per face, with texture coordinates if `pairs` is given.
 
-    `pairs` is a tuple of two arrays: the row of each corner of the mesh in `Texture.coordinates`,
-    and the index of the first corner of each face.
+    `pairs` are the row of each corner in `Texture.coordinates`, and the first corner of each face.
     """
     lines = np.empty(len(faces), dtype=object)
     corners, offsets = corners_of(mesh).of(faces)
@@ -125,11 +118,7 @@ def _lines_of(
 
 
 def write_off(file: IO[bytes], content: Output) -> None:
-    """Write OFF. The color of a face, three numbers from 0 to 255, follows its corners.
-
-    The first line is OFF, because COFF would declare vertex colors. Without given colors, those
-    of the attributes are written. Labels are not written.
-    """
+    """Write OFF with given or stored colors of faces. COFF would declare colors of vertices."""
     mesh, colors = content.cells, content.colors
     colors = content.stored_colors("face") if colors is None else colors
     file.write(b"OFF\n%d %d 0\n" % (mesh.n_vertices, mesh.n_faces))

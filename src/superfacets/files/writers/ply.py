@@ -12,11 +12,11 @@ import numpy as np
 from ...base.lazy import load
 from ...base.types import Array, Bytes, Floats, Ints, Longs
 from ...mesh.faces import FaceMesh, corners_of
-from ...mesh.point_cloud import PointCloud
 from ..attributes import COLORS, NAMES_COMMENT, PLY_TYPES, is_image
+from ..input import NORMALS
 from ..readers.ply_header import INDEX_NAMES
 from .content import Output
-from .text import ROWS_AT_ONCE, finite_singles, fits_single, text_rows
+from .text import ROWS_AT_ONCE, fits_single, text_rows
 
 
 def write_ply(file: IO[bytes], content: Output) -> None:
@@ -45,8 +45,6 @@ def write_ply(file: IO[bytes], content: Output) -> None:
         describe = load("superfacets_textures.writing:ply_texture")
         lines, fields = describe(texture, placer, has_triangles=is_cut)
         comments = (*(line for line in comments if not is_image(line)), *lines)
-        if "texcoord" in fields:
-            fields["texcoord"] = finite_singles(fields["texcoord"])
         faces.add(fields)
         content.taken.update(["texture"] * bool(lines))
     content.taken.add("comments")
@@ -56,7 +54,11 @@ def write_ply(file: IO[bytes], content: Output) -> None:
 def write_cloud_ply(file: IO[bytes], content: Output) -> None:
     """Write a point cloud as PLY, with one label per point."""
     cloud = content.cells
-    points = _Element("vertex", cloud.n_points, _point_columns(cloud, content))
+    columns = _vertex_columns(cloud.points)
+    if cloud.normals is not None:
+        columns += _columns(NORMALS, "<f4", cloud.normals)
+    columns += _label_columns(content.labels, content.cloud_colors)
+    points = _Element("vertex", cloud.n_points, columns)
     points.add(content.properties("vertex", points.own))
     comments = () if content.attributes is None else content.attributes.comments
     content.taken.add("comments")
@@ -92,10 +94,7 @@ class _Column:
         return "u1" if max(self.length or 0, self.longest) < 256 else "<i4"
 
     def of(self, rows: slice | Longs, size: int = 0) -> _Column:
-        """Return the column restricted to `rows`.
-
-        If list lengths differ, all lists in `rows` must have the length `size`.
-        """
+        """Return the column restricted to `rows`; ragged lists must have the length `size`."""
         if self.longest:
             corners = self.values.offsets[rows][:, np.newaxis] + np.arange(size)
             values = self.values.indices[corners]
@@ -132,14 +131,6 @@ def _columns(names: Sequence[str], dtype: str, table: Array) -> list[_Column]:
     return [_Column(name, dtype, values) for name, values in zip(names, table.T, strict=True)]
 
 
-def _point_columns(cloud: PointCloud, content: Output) -> list[_Column]:
-    """Return columns of positions, normals, labels, and colors (given, or else of the cloud)."""
-    columns = _vertex_columns(cloud.points)
-    if cloud.normals is not None:
-        columns += _columns(("nx", "ny", "nz"), "<f4", cloud.normals)
-    return columns + _label_columns(content.labels, content.cloud_colors)
-
-
 def _label_columns(labels: Ints | None, colors: Bytes | None) -> list[_Column]:
     columns: list[_Column] = []
     if labels is not None:
@@ -160,10 +151,7 @@ def _corner_column(mesh: FaceMesh) -> _Column:
 
 
 def _rows(columns: list[_Column], part: slice, *, ascii: bool) -> list[bytes]:
-    """Encode the rows in the slice `part`; return a list of bytes to be written one after another.
-
-    If faces differ in size, the list has one item per row, and otherwise one item.
-    """
+    """Encode the rows in the slice `part`: one item, or one per row if faces differ in size."""
     mesh = next((column.values for column in columns if column.longest), None)
     if mesh is None:
         rows = _fill_rows([column.of(part) for column in columns], part.stop - part.start)

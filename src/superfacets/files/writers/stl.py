@@ -14,12 +14,9 @@ from .text import coordinate_format, fits_single, write_rows
 
 
 def write_stl(file: IO[bytes], content: Output) -> None:
-    """Write one solid per region, in ascending order of labels, or one per class.
+    """Write text with one solid per region, class or part, or binary data if there are none.
 
-    Meshing and flow simulation programs use the names of solids, `Output.parts`, for patches.
-    Files with parts are text, because binary STL has only one solid. A file without parts is
-    binary if float32 is exact for all coordinates and `Output.ascii` is false; otherwise it is
-    text with one solid. Undefined normals are 0.
+    Binary data needs coordinates that float32 can represent. Undefined normals are 0.
     """
     mesh = content.cells
     normals = area_vectors(mesh, checked_threads(None))

@@ -8,7 +8,7 @@ from typing import IO, Any
 import numpy as np
 import numpy.lib.format as npy_format
 
-from ...base.types import Array, Floats, Singles
+from ...base.types import Array, Floats
 
 ROWS_AT_ONCE = 1 << 14
 """Number of rows that are formatted at a time; small enough to fit in the processor cache."""
@@ -36,12 +36,6 @@ def write_rows(file: IO[bytes], row: str, columns: Sequence[Array]) -> None:
 def coordinate_format(values: Floats) -> str:
     """Return the shortest number format that preserves all values exactly."""
     return "%.9g" if fits_single(values) else "%.17g"
-
-
-def finite_singles(values: Floats) -> Singles:
-    """Round to float32; NaN becomes 0, and numbers beyond float32 become its largest number."""
-    largest = float(np.finfo(np.float32).max)
-    return np.clip(np.nan_to_num(values), -largest, largest).astype(np.float32)
 
 
 def fits_single(values: Floats) -> bool:

@@ -109,12 +109,9 @@ def write_mesh(
     Examples
     --------
     >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
     >>> square = ([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
-    >>> with TemporaryDirectory() as folder:
-    ...     path = Path(folder, "square.ply")
-    ...     write_mesh(path, square, colors=[[255, 0, 0], [0, 0, 255]], ascii=True)
-    ...     print(path.read_text().splitlines()[-1])
+    >>> write_mesh("square.ply", square, colors=[[255, 0, 0], [0, 0, 255]], ascii=True)
+    >>> print(Path("square.ply").read_text().splitlines()[-1])
     3 0 2 3 0 0 255 255
     """
     ending = known_ending(path, (*FORMATS.cell_outputs, *FORMATS.derived_outputs))
@@ -174,11 +171,8 @@ def write_labels(path: StrPath, labels: npt.ArrayLike, *, force: bool = False) -
     Examples
     --------
     >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
-    >>> with TemporaryDirectory() as folder:
-    ...     path = Path(folder, "square.seg")
-    ...     write_labels(path, [0, 1])
-    ...     path.read_text()
+    >>> write_labels("square.seg", [0, 1])
+    >>> Path("square.seg").read_text()
     '0\n1\n'
     """
     ending = known_ending(path, (*FORMATS.label_outputs, *FORMATS.id_outputs))
@@ -235,10 +229,8 @@ def write_regions(
 
     Examples
     --------
-    >>> from tempfile import TemporaryDirectory
     >>> square = ([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
-    >>> with TemporaryDirectory() as folder:
-    ...     [path.name for path in write_regions(folder, square, [4, 2], ending=".obj")]
+    >>> [path.name for path in write_regions("regions", square, [4, 2], ending=".obj")]
     ['region_2.obj', 'region_4.obj']
     """
     refuse_order(folder, "a path")
@@ -280,10 +272,7 @@ def _attributes_of(part: Submesh, attributes: MeshAttributes) -> MeshAttributes:
 
 
 def _check_no_other_regions(folder: Path, paths: Sequence[Path], ending: str) -> None:
-    """Raise a FileExistsError if region files that are not in `paths` would remain in the folder.
-
-    A program that reads the folder would mix these files with the new files.
-    """
+    """Raise a FileExistsError if region files of an earlier run would stay in the folder."""
     others = {*folder.glob(f"region_*{ending}")}.difference(paths)
     names = [path.name.removesuffix(ending).removeprefix("region_") for path in others]
     numbers = [name for name in names if name.isdecimal()]
@@ -351,10 +340,7 @@ class OutputFiles:
         self, file: IO[bytes], path: Path, cells: Cells, labels: Ints,
         attributes: MeshAttributes | None = None,
     ) -> list[str]:  # fmt: skip
-        """Write one labeling of cells to an open file, in the format of `path`.
-
-        Returns the attributes that are lost.
-        """
+        """Write one labeling of cells to an open file as `path` says; return lost attributes."""
         ending = _ending_of(path)
         return _writer_of(cells, labels, ending, self.options, attributes).write(file, ending, path)
 
@@ -373,13 +359,12 @@ class OutputFiles:
         """Write all files and streams.
 
         Files with one label per cell get one per record of the input (`MeshAttributes.records`), -1
-        for records without a position. If files that contain only labels belong to another mesh,
-        such as the mesh before subdivision, pass this mesh as `listed_mesh`, and its labels as
-        `listed`. Formats with one label per vertex store `of_vertices` if it is given, and
-        otherwise labels of vertices computed from labels of cells. If `segments` are given, the
-        fields of `Segments`, they are written to formats in `Formats.vertex_outputs`, and groups of
-        them to ``.aggregation.json``. Groups name the ``.segs.json`` file in `files`, if there is
-        one.
+        for records without a position; or `listed`, labels of `listed_mesh`, such as the mesh
+        before subdivision. Formats with one label per vertex store `of_vertices` if it is given,
+        and otherwise labels of vertices computed from labels of cells. If `segments` are given, the
+        fields of `Segments`, formats in `Formats.vertex_outputs` get them, and
+        ``.aggregation.json`` gets groups of them, which name the ``.segs.json`` file in `files`, if
+        there is one.
 
         Raises the errors of `write_mesh`, and a ValueError if a path is given twice, or if a format
         needs labels but there are none.

@@ -1,33 +1,28 @@
 """Write GLB files with textures, the region id of each vertex, and a table of the regions.
 
-The extension `EXT_mesh_features` stores the region id of each vertex, and `EXT_structural_metadata`
-stores a table with one row per id. Ids in glTF belong to vertices, so vertices on the borders of
-regions are duplicated. Viewers that do not support these extensions show only the colors.
+Ids are in the extension `EXT_mesh_features`, and the table, with one row per id, is in
+`EXT_structural_metadata`. Vertices on the borders of regions are duplicated.
 """
 
 from __future__ import annotations
 
+import io
 import json
 import struct
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import IO, TYPE_CHECKING, Any
+from typing import IO, Any, NamedTuple
 
 import numpy as np
 
-from ...base.errors import MeshError
-from ...base.lazy import load
-from ...base.types import Array, Bools, Bytes, Floats, Ints, Longs
-from ...mesh.faces import FaceMesh, corner_triangles, corners_of
-from ...regions.region_graph import region_graph
-from ..attributes import GENERATOR
-from .content import Output
-from .text import finite_singles, fits_single
+from superfacets import MeshError, kit, region_graph
+from superfacets.kit import Array, Bools, Bytes, FaceMesh, Floats, Ints, Longs, Output
 
-if TYPE_CHECKING:
-    from ... import Texture
+from .images import TextureImage, import_pillow, kind_of_image
+from .light import linear_of_srgb
+from .textures import Material, Texture, with_textures
+from .writing import finite_singles
 
-FLOAT, UNSIGNED_INT = 5126, 5125
 VERTICES, INDICES = 34962, 34963
 """Values of `target` in a buffer view: the view stores vertex attributes, or vertex indices."""
 
@@ -38,8 +33,7 @@ MAX_IDS = 2**24
 """Maximum number of ids, including the id for no region. Ids are stored as float32, which
 represents all integers up to 2**24 exactly."""
 
-_SRGB = np.arange(256) / 255
-_LINEAR = np.where(_SRGB <= 0.04045, _SRGB / 12.92, ((_SRGB + 0.055) / 1.055) ** 2.4).astype("<f4")
+_LINEAR = linear_of_srgb(np.arange(256) / 255).astype("<f4")
 """Intensity of linear light, 0 to 1, for each byte of sRGB; colors in glTF are linear."""
 
 ALIGNMENT = 8
@@ -47,10 +41,9 @@ ALIGNMENT = 8
 
 
 def write_glb(file: IO[bytes], content: Output) -> None:
-    """Write GLB. Polygons are triangulated, and unused vertices are skipped.
+    """Write GLB, with triangles instead of polygons, and one primitive per material.
 
-    Coordinates are float32. If float32 cannot represent them exactly, their origin is moved to the
-    center of the bounding box. The triangles of each material form a separate primitive.
+    The origin is moved to the center of the bounding box if float32 cannot represent coordinates.
     """
     mesh, labels, texture = content.cells, content.labels, content.texture
     scene = _Scene()
@@ -61,7 +54,7 @@ def write_glb(file: IO[bytes], content: Output) -> None:
         primitives = [_add_primitive(scene, split, content, regions)]
     else:
         content.taken.add("texture")
-        materials = load("superfacets_textures.gltf_materials:GltfMaterials")(scene.view)
+        materials = _Materials(scene)
         primitives = []
         of_triangles = texture.face_materials[split.faces]
         for number in np.unique(of_triangles).tolist():
@@ -70,13 +63,10 @@ def write_glb(file: IO[bytes], content: Output) -> None:
             if number >= 0:
                 primitive["material"] = materials.add(texture.materials[number])
             primitives.append(primitive)
-        scene.document |= {name: found for name, found in materials.lists.items() if found}
-        scene.used |= materials.extensions
-    if regions is not None and regions.count:
-        assert labels is not None
-        graph = region_graph(mesh, np.where(labels < 0, -1, regions.ids))
+    if regions is not None and len(regions.names):
+        graph = region_graph(mesh, regions.ids)
         columns = {
-            "label": regions.names[-regions.count :].astype("<i4"),
+            "label": regions.names.astype("<i4"),
             "area": graph.areas.astype("<f4"),
             "normal": np.nan_to_num(graph.normals).astype("<f4"),  # undefined normals are 0
         }
@@ -85,22 +75,20 @@ def write_glb(file: IO[bytes], content: Output) -> None:
     scene.write(file)
 
 
-@dataclass(frozen=True, eq=False)
-class _Regions:
-    names: Ints  # distinct labels, ascending; may include -1
-    ids: Longs  # region id of each face; `count` for faces with label -1
-    count: int  # number of regions, not counting label -1
+class _Regions(NamedTuple):
+    ids: Ints  # region id of each face, or -1
+    names: Array  # label of each region, in ascending order
 
     @classmethod
     def of(cls, labels: Ints) -> _Regions:
-        names, ids = np.unique(labels, return_inverse=True)
-        n_regions = len(names) - int(names[0] < 0)
-        if len(names) > MAX_IDS:
+        ids, names = kit.ranked_labels(labels)
+        n_ids = len(names) + int(ids.min() < 0)
+        if n_ids > MAX_IDS:
             raise MeshError(
-                f"GLB can store at most {MAX_IDS} ids, but there are {len(names)} regions (faces"
+                f"GLB can store at most {MAX_IDS} ids, but there are {n_ids} regions (faces"
                 " without a region count as one): write .ply or .npy instead"
             )
-        return cls(names, np.where(labels < 0, n_regions, ids - int(names[0] < 0)), n_regions)
+        return cls(ids, names)
 
 
 def _add_primitive(
@@ -121,14 +109,14 @@ def _add_primitive(
     elif (own := content.stored_colors("vertex")) is not None:
         attributes["COLOR_0"] = scene.accessor(_LINEAR[own[split.vertices]], "VEC3", VERTICES)
     if regions is not None:
-        assert content.labels is not None
-        ids = regions.ids[split.face_of_vertex].astype("<f4")
-        attributes["_FEATURE_ID_0"] = scene.accessor(ids, "SCALAR", VERTICES)
-        of_ids = {"featureCount": max(regions.count, 1), "attribute": 0, "label": "region"}
-        if regions.count:
+        n_regions, ids = len(regions.names), regions.ids[split.face_of_vertex]
+        stored = np.where(ids < 0, n_regions, ids).astype("<f4")
+        attributes["_FEATURE_ID_0"] = scene.accessor(stored, "SCALAR", VERTICES)
+        of_ids = {"featureCount": max(n_regions, 1), "attribute": 0, "label": "region"}
+        if n_regions:
             of_ids["propertyTable"] = 0
-        if content.labels.min() < 0:
-            of_ids["nullFeatureId"] = regions.count
+        if regions.ids.min() < 0:
+            of_ids["nullFeatureId"] = n_regions
         primitive["extensions"] = {"EXT_mesh_features": {"featureIds": [of_ids]}}
         scene.used.add("EXT_mesh_features")
     return primitive
@@ -157,7 +145,7 @@ def _split_vertices(
     mesh: FaceMesh, labels: Ints | None, colors: Bytes | None, texture: Texture | None
 ) -> _Split:
     """Duplicate vertices where faces differ in label, color, material or texture coordinates."""
-    places, sources = corner_triangles(mesh)
+    places, sources = kit.corner_triangles(mesh)
     keys = np.zeros(mesh.n_faces, np.int64) if labels is None else _numbered(labels)
     if colors is not None:
         red, green, blue = colors.T.astype(np.int64)
@@ -165,7 +153,7 @@ def _split_vertices(
     if texture is not None:
         keys = _numbered(keys * (len(texture.materials) + 1) + texture.face_materials + 1)
     faces = np.arange(mesh.n_faces) if sources is None else sources
-    vertices = corners_of(mesh).vertices[places]
+    vertices = kit.corners_of(mesh).vertices[places]
     corners = (keys[faces][:, np.newaxis] * mesh.n_vertices + vertices).ravel()
     pairs = np.full(len(corners), -1)
     if texture is not None:
@@ -199,48 +187,47 @@ class _Scene:
     """A glTF document with one buffer, to which arrays are appended."""
 
     document: dict[str, Any] = field(default_factory=dict)
-    views: list[dict[str, int]] = field(default_factory=list)
-    accessors: list[dict[str, Any]] = field(default_factory=list)
     parts: list[bytes] = field(default_factory=list)  # content of each buffer view, with padding
     n_bytes: int = 0  # size of the buffer, in bytes
     node: dict[str, Any] = field(default_factory=lambda: {"mesh": 0})
     used: set[str] = field(default_factory=set)  # names of the extensions in use
-    middle: Floats | None = None  # origin of positions; None means (0, 0, 0)
+    middle: Floats = field(default_factory=lambda: np.zeros(3))  # origin of positions
+
+    def add(self, kind: str, item: dict[str, Any]) -> int:
+        """Append an item to a list of the document, and return its index."""
+        items = self.document.setdefault(kind, [])
+        items.append(item)
+        return len(items) - 1
 
     def view(self, array: Array, target: int | None = None) -> int:
         """Append an array to the buffer, and return the index of its buffer view."""
         _check_size(self.n_bytes + array.nbytes)
         data = np.ascontiguousarray(array).tobytes()
         view = {"buffer": 0, "byteOffset": self.n_bytes, "byteLength": len(data)}
-        self.views.append(view if target is None else {**view, "target": target})
         self.parts.append(data + bytes(-len(data) % ALIGNMENT))
         self.n_bytes += len(self.parts[-1])
-        return len(self.views) - 1
+        return self.add("bufferViews", view if target is None else {**view, "target": target})
 
-    def accessor(self, array: Array, kind: str, target: int) -> int:
+    def accessor(self, array: Array, kind: str, target: int, **more: Any) -> int:
         """Append an array, and return the index of its accessor."""
-        component = {"f4": FLOAT, "u4": UNSIGNED_INT}[array.dtype.str[1:]]
+        component = {"f4": 5126, "u4": 5125}[array.dtype.str[1:]]
         view = self.view(array, target)
-        accessor = {"bufferView": view, "componentType": component, "count": len(array)}
-        self.accessors.append({**accessor, "type": kind})
-        return len(self.accessors) - 1
+        found = {"bufferView": view, "componentType": component, "count": len(array)}
+        return self.add("accessors", {**found, "type": kind, **more})
 
     def place(self, points: Floats) -> None:
         """Move the origin to the center of the points if float32 cannot represent them exactly."""
-        if not fits_single(points):
+        with np.errstate(over="ignore"):  # overflow gives infinity, which differs from the value
+            is_exact = np.array_equal(points.astype(np.float32), points)
+        if not is_exact:
             self.middle = (points.min(axis=0) + points.max(axis=0)) / 2
             self.node["translation"] = self.middle.tolist()
 
     def positions(self, vertices: Floats, corners: Longs) -> int:
         """Append the positions of vertices, and return the index of their accessor."""
-        points = vertices[corners]
-        if self.middle is not None:
-            points = points - self.middle
-        single = points.astype("<f4")
-        place = self.accessor(single, "VEC3", VERTICES)
-        self.accessors[place]["min"] = single.min(axis=0).tolist()
-        self.accessors[place]["max"] = single.max(axis=0).tolist()
-        return place
+        points = (vertices[corners] - self.middle).astype("<f4")
+        box = {"min": points.min(axis=0).tolist(), "max": points.max(axis=0).tolist()}
+        return self.accessor(points, "VEC3", VERTICES, **box)
 
     def add_table(self, columns: dict[str, Array], classes: Sequence[str] | None) -> None:
         """Add a property table with one row per region, and with a column of classes if given."""
@@ -265,12 +252,10 @@ class _Scene:
         if used:
             self.document["extensionsUsed"] = used
         self.document |= {
-            "asset": {"version": "2.0", "generator": GENERATOR},
+            "asset": {"version": "2.0", "generator": "superfacets"},
             "scene": 0,
             "scenes": [{"nodes": [0]}],
             "nodes": [self.node],
-            "accessors": self.accessors,
-            "bufferViews": self.views,
             "buffers": [{"byteLength": self.n_bytes}],
         }
         text = json.dumps(self.document, separators=(",", ":")).encode("ascii")
@@ -281,3 +266,88 @@ class _Scene:
         file.write(struct.pack("<2I", len(text), 0x4E4F534A) + text)
         file.write(struct.pack("<2I", self.n_bytes, 0x004E4942))
         file.writelines(self.parts)
+
+
+@dataclass
+class _Materials:
+    """Adds materials and images to a glTF document. Each image is embedded once."""
+
+    scene: _Scene
+    image_of: dict[TextureImage, int] = field(default_factory=dict)
+    texture_of: dict[tuple[TextureImage, str], int] = field(default_factory=dict)
+
+    def add(self, material: Material) -> int:
+        """Add a material, and return its index."""
+        source = material.source
+        if source is not None and source.format == "gltf":
+            pairs = list(zip(source.images, source.samplers, strict=True))
+
+            def reference(_: str, info: dict[str, Any]) -> dict[str, Any] | None:
+                image, sampler = pairs[info["index"]]
+                if image.problem is not None:
+                    return None
+                return {**info, "index": self._texture(image, sampler)}
+
+            document = with_textures(json.loads(source.text), reference)
+            self._find_extensions(document)
+        else:
+            document = self._plain(material)
+        return self.scene.add("materials", document)
+
+    def _plain(self, material: Material) -> dict[str, Any]:
+        """Return a non-metallic glTF material with the color and the image of `material`."""
+        shading: dict[str, Any] = {"metallicFactor": 0.0}
+        if material.color != (1.0, 1.0, 1.0):
+            shading["baseColorFactor"] = [*material.color, 1.0]
+        if material.image is not None and material.image.problem is None:
+            codes = {"repeat": 10497, "clamp": 33071, "mirror": 33648}
+            sampler = {"wrapS": codes[material.wrap[0]], "wrapT": codes[material.wrap[1]]}
+            shading["baseColorTexture"] = {
+                "index": self._texture(material.image, json.dumps(sampler))
+            }
+        return {"name": material.name, "pbrMetallicRoughness": shading}
+
+    def _find_extensions(self, value: Any) -> None:
+        nested = value if isinstance(value, list) else []
+        if isinstance(value, dict):
+            nested = list(value.values())
+            if isinstance(value.get("extensions"), dict):
+                self.scene.used |= {*value["extensions"]}
+        for each in nested:
+            self._find_extensions(each)
+
+    def _texture(self, image: TextureImage, sampler: str) -> int:
+        key = image, sampler
+        if key not in self.texture_of:
+            texture = self._reference(self._image(image))
+            options = json.loads(sampler)
+            if options:
+                samplers = self.scene.document.setdefault("samplers", [])
+                if options not in samplers:
+                    samplers.append(options)
+                texture["sampler"] = samplers.index(options)
+            self.texture_of[key] = self.scene.add("textures", texture)
+        return self.texture_of[key]
+
+    def _reference(self, image: int) -> dict[str, Any]:
+        """Return a glTF texture that refers to an image; WebP and KTX2 need an extension."""
+        kind = self.scene.document["images"][image]["mimeType"]
+        name = {"image/webp": "EXT_texture_webp", "image/ktx2": "KHR_texture_basisu"}.get(kind)
+        if name is None:
+            return {"source": image}
+        self.scene.used.add(name)
+        return {"extensions": {name: {"source": image}}}
+
+    def _image(self, image: TextureImage) -> int:
+        """Embed an image, converted to PNG if glTF does not support its format."""
+        if image not in self.image_of:
+            content = image.encoded()
+            kind = kind_of_image(content)
+            if kind in ("bmp", "tga", "tiff"):
+                file = io.BytesIO()
+                import_pillow("Image").fromarray(image.pixels()).save(file, "png")
+                content, kind = file.getvalue(), "png"
+            view = self.scene.view(np.frombuffer(content, np.uint8))
+            document = {"bufferView": view, "mimeType": f"image/{kind}", "name": image.name}
+            self.image_of[image] = self.scene.add("images", document)
+        return self.image_of[image]

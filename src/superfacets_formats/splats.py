@@ -1,27 +1,75 @@
-"""Unpack Gaussian splats in the compressed PLY of SuperSplat."""
+"""Colors and normal axes of Gaussian splats, and splats in the compressed PLY of SuperSplat."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from superfacets import MeshError
-from superfacets.kit import Array, Floats
+from superfacets.kit import Array, Bools, Floats
 
 _CHUNK = 256
 """Number of splats whose numbers are relative to the same limits."""
 
-_COLOR = 0.28209479177387814
-"""Value of the spherical harmonic of degree 0."""
+_COLOR = 0.5 / math.sqrt(math.pi)
+"""Value of the spherical harmonic of degree 0. The color of a splat is 0.5 plus this value times
+the coefficients `_SHADES`."""
+
+_SHADES = ("f_dc_0", "f_dc_1", "f_dc_2")
+_SCALES = ("scale_0", "scale_1", "scale_2")
+_ROTATION = ("rot_0", "rot_1", "rot_2", "rot_3")
+
+_FLAT = math.log(2.0)
+"""Minimum difference between the two smallest log scales of a splat with a normal axis."""
 
 _MAX_OPACITY = 40.0
 """Logit that stands for an opacity of 1; its negative stands for 0."""
 
 
+def splat_colors(columns: Mapping[str, Array]) -> Floats | None:
+    """Return the color of each splat, 0 to 1; None if the columns are missing or not finite."""
+    if not {*_SHADES} <= columns.keys():
+        return None
+    shades = 0.5 + _COLOR * _table(columns, _SHADES)
+    return np.clip(shades, 0.0, 1.0) if np.isfinite(shades).all() else None
+
+
+def splat_axes(columns: Mapping[str, Array]) -> Floats | None:
+    """Return the shortest axis of each splat, or zero if it is not clear or numbers are not finite.
+
+    The result is None if the columns of rotations (w, x, y, z) or scales are missing. If splats
+    have only two scales, the axis is the rotated z axis.
+    """
+    names = [name for name in _SCALES if name in columns]
+    if len(names) < 2 or not {*_ROTATION} <= columns.keys():
+        return None
+    scales, turns = _table(columns, names), _table(columns, _ROTATION)
+    squares = np.einsum("ij,ij->i", turns, turns)
+    is_known: Bools = np.asarray((squares > 0) & np.isfinite(squares))
+    shortest = np.full(len(scales), 2)
+    if len(names) == 3:
+        shortest = scales.argmin(axis=1)
+        is_known &= np.isfinite(scales).all(axis=1)
+        first, second, _ = np.sort(scales[is_known], axis=1).T
+        is_known[is_known] = second - first >= _FLAT
+    axes = np.zeros((len(scales), 3))
+    w, axis = np.split(turns[is_known], [1], axis=1)
+    unit, squared = np.eye(3)[shortest[is_known]], squares[is_known, np.newaxis]
+    crossed = np.cross(axis, unit)
+    axes[is_known] = unit + 2.0 * (w * crossed + np.cross(axis, crossed)) / squared
+    return axes
+
+
+def _table(columns: Mapping[str, Array], names: Sequence[str]) -> Floats:
+    with np.errstate(invalid="ignore"):  # signaling NaNs
+        return np.stack([columns[name].astype(np.float64) for name in names], axis=1)
+
+
 def unpacked(packed: Mapping[str, Any], limits: Mapping[str, Any]) -> Iterator[tuple[str, Array]]:
-    """Yield the properties of splats, with the names and scales of PLY files without compression.
+    """Yield the properties of packed splats, named and scaled as in PLY files without compression.
 
     `packed` are the properties of the vertices, and `limits` those of the element chunk.
     """
