@@ -209,12 +209,18 @@ def test_the_callback_counts_on():
     assert [n_iter for n_iter in counted if n_iter] == list(range(1, result.n_iter + 1))
 
 
+def test_the_limit_after_relocation_is_not_called_the_maximum():
+    result = sf.segment(sf.sample_mesh(20_000), 300, tol=0.002)
+    assert result.n_iter < 50
+    assert result.stop_reason == "enough"
+
+
 def test_a_third_of_the_iterations_is_kept_for_relocation():
     mesh = shapes.bumpy_sheet(60)
     graph = sf.build_face_graph(mesh)
     graph = graph.with_weights(sf.crease_weights(mesh, graph, 0.1))
     moved = loops.segment_graph(graph, 40, relocates=True, max_num_iter=6, tol=0.0)
-    assert moved.n_iter == 6
+    assert (moved.n_iter, moved.stop_reason) == (6, "max_num_iter")
     for n_iter in (4, 6):  # the loop does not converge in either
         usual = loops.segment_graph(graph, 40, max_num_iter=n_iter, tol=0.0)
         assert (usual.n_iter, usual.stop_reason) == (n_iter, "max_num_iter")

@@ -301,6 +301,8 @@ def test_what_cannot_be_measured_is_refused():
         undersegmentation_error(HALVED, tolerance=1.5)
     with pytest.raises(ValueError, match="prepared for another mesh"):
         evaluate(mesh, [0] * 4, GroundTruths(shapes.moebius(2), [[0] * 4]))
+    other = segment(mesh, 2, max_num_iter=1)
+    assert evaluate(mesh, other.labels, other)["achievable_accuracy"] == 1
     for truths in ([0] * 4, 5):
         message = "ground_truths must be an array of one label per face, or a sequence of such"
         with pytest.raises(TypeError, match=re.escape(f"{message} arrays, got {truths}")):

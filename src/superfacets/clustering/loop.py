@@ -142,6 +142,8 @@ class Loop:
         n_iter, reason = self._iterate(graph, clustering, most, must_stay=must_stay)
         if relocates:
             n_iter, reason = self._relocate(graph, clustering, n_iter, reason)
+        if reason == "max_num_iter" and n_iter < self.options.max_num_iter:
+            reason = "enough"
         self.levels.append(LoopLevel(graph.n_cells, n_iter, reason, time.perf_counter() - start))
         return clustering
 

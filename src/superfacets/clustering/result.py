@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from .. import Page, Plot
     from ..regions.region_graph import RegionGraph
 
-StopReason = Literal["converged", "settled", "max_num_iter", "cancelled"]
+StopReason = Literal["converged", "settled", "enough", "max_num_iter", "cancelled"]
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class LoopLevel:
         Number of cells of the level.
     n_iter : int
         Number of iterations on this level, or 1 if the cells were only labeled once.
-    stop_reason : {"converged", "settled", "max_num_iter", "cancelled"}
+    stop_reason : {"converged", "settled", "enough", "max_num_iter", "cancelled"}
         Reason why the loop stopped on this level; see `Segmentation`. If the cells were only
         labeled once, it is the reason of the level before.
     seconds : float
@@ -67,11 +67,13 @@ class Segmentation:
         Number of regions, K.
     n_iter : int
         Total number of iterations on all levels of the loop; see ``levels``.
-    stop_reason : {"converged", "settled", "max_num_iter", "cancelled"}
+    stop_reason : {"converged", "settled", "enough", "max_num_iter", "cancelled"}
         Reason why the loop stopped on the finest level on which it ran:
 
         - ``"converged"``: The root mean square of the moves of centers was at most ``tol`` * r.
         - ``"settled"``: The same set of centers occurred twice.
+        - ``"enough"``: Further iterations would change little, because centers were relocated, or
+          because coarse cells were used before.
         - ``"max_num_iter"``: The maximum number of iterations was reached.
         - ``"cancelled"``: The callable ``callback`` returned False.
     n_unreached : int

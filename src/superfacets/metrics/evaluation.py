@@ -289,6 +289,8 @@ def _means(rows: list[dict[str, float]]) -> dict[str, float]:
 
 
 def _listed(truths: npt.NDArray[np.integer] | Sequence[npt.ArrayLike]) -> list[npt.ArrayLike]:
+    if hasattr(truths, "__array__"):  # also a Segmentation
+        truths = np.asarray(truths)
     if isinstance(truths, np.ndarray) and truths.ndim == 1 and truths.dtype.kind in "iu":
         return [truths]
     listed = list(truths) if hasattr(truths, "__iter__") else None
