@@ -168,7 +168,8 @@ barrier_angle_option = option(
     "--barrier-angle DEG", Real(0.0, 180.0, min_open=True),
     "No region extends across an edge at which the surface bends by at least this angle, convex or"
     " concave (meshes only). With -n 1 and an angle of 30, each face of a CAD part becomes one"
-    " region, but faces that meet tangentially stay one region.",
+    " region, but faces that meet tangentially stay one: superfacets.cad_faces in Python divides"
+    " them.",
 )  # fmt: skip
 
 
