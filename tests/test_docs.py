@@ -169,12 +169,12 @@ def test_gmsh_reads_regions_of_the_cad_page_as_surfaces(tmp_path, monkeypatch):
     labels = sf.segment(part, 1, barriers=sf.sharp_edges(part, 30)).labels
     names = {"part": part, "labels": labels, "np": np, "sf": sf}
     exec(cad_block("gmsh"), names)
-    fine, written = names["fine"], meshio.read("part.msh")
+    written = meshio.read("part.msh")
     for name in "gmsh:geometrical", "gmsh:physical":
-        assert np.array_equal(written.cell_data[name][0], labels[fine.sources] + 1)
+        assert np.array_equal(written.cell_data[name][0], labels + 1)
     faces = written.cells_dict["triangle"]
-    assert np.array_equal(written.points[faces], fine.mesh.vertices[fine.mesh.faces])
-    edges = fine.mesh.n_faces * 3 // 2
+    assert np.array_equal(written.points[faces], part.vertices[part.faces])
+    edges = part.n_faces * 3 // 2
     assert len(written.points) - edges + len(faces) == whole.n_vertices - whole.n_faces // 2
     sides = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
     assert (np.unique(sides, axis=0, return_counts=True)[1] == 2).all()  # watertight

@@ -158,7 +158,7 @@ def evaluate_command(
             regions, *segments = (each.labels for each in given)
             print_note(
                 "labels are compared at the vertices, without metrics of borders and normals: for"
-                " these metrics, convert the labels with superfacets.face_labels"
+                " these metrics, give LABELS or a ground truth with one label per face"
             )
             return metrics.evaluate_vertices(cells, regions, segments)
         regions, *segments = (labels_of_cells(cells, each) for each in given)

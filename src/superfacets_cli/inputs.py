@@ -88,31 +88,28 @@ def labels_for(source: CellFile, cells: Cells, path: Path, name: str) -> Ints:
     return labels_of_cells(cells, given_labels(source, cells, path, name))
 
 
-def labels_beside(source: CellFile, labels: Path | None, cells: Cells, name: str) -> Ints | None:
-    """Read labels from the file `labels` or, if it is None, from the mesh file `source`.
-
-    Returns None if the mesh file has no labels. `name` is the name of the labels in files that also
-    contain other data.
-    """
-    if labels is None:
-        return source.labels(cells.n_cells, name)
-    return labels_for(source, cells, labels, name)
-
-
 def ranked_labels_beside(
     source: CellFile, labels: Path | None, cells: Cells, name: str
-) -> tuple[Ints, Array]:
-    """Return the same labels without gaps, and the number of each region in the file.
+) -> tuple[Ints, Array, Ints]:
+    """Read labels from the file `labels` or, if it is None, from the input `source`.
 
-    Raises a MeshError if there are no labels, or if all labels are -1.
+    Returns labels of cells without gaps, the number of each region in the file, and the labels
+    without gaps as they are in the file, of cells or of vertices. Raises a MeshError if there are
+    no labels, or if all labels are -1.
     """
-    given = labels_beside(source, labels, cells, name)
+    of_file = None if labels is None else given_labels(source, cells, labels, name)
+    given = (
+        source.labels(cells.n_cells, name) if of_file is None else labels_of_cells(cells, of_file)
+    )
     if given is None:
         raise MeshError(f"{source.name} has no labels: give a label file as LABELS")
     compact, names = kit.ranked_labels(given)
     if not len(names):
         raise MeshError(f"{labels or source.name}: no cell is in a region: all labels are -1")
-    return compact, names
+    if of_file is None or not of_file.are_of_vertices:
+        return compact, names, compact
+    found = np.where(np.isin(of_file.labels, names), of_file.labels, -1)
+    return compact, names, kit.ranked_labels(found)[0]
 
 
 def read_input(text: str, format: str | None = None) -> CellFile:
@@ -171,7 +168,8 @@ barrier_angle_option = option(
     "--barrier-angle DEG", Real(0.0, 180.0, min_open=True),
     "No region extends across an edge at which the surface bends by at least this angle, convex or"
     " concave (meshes only). With -n 1 and an angle of 30, each face of a CAD part becomes one"
-    " region, but faces that meet tangentially stay one region.",
+    " region, but faces that meet tangentially stay one: superfacets.cad_faces in Python divides"
+    " them.",
 )  # fmt: skip
 
 

@@ -208,7 +208,7 @@ def cut_command(mesh: Path, n_segments: int | None, labels: Path | None, **given
         job.outputs.check_fit(surface)
         has_labels = labels is not None or source.labels(surface.n_cells, name) is not None
         if n_segments is None and has_labels:
-            found, names = ranked_labels_beside(source, labels, surface, name)
+            found, names, _ = ranked_labels_beside(source, labels, surface, name)
         else:
             found = segment(surface, n_segments, n_threads=n_threads).labels
             names = np.arange(found.max() + 1)

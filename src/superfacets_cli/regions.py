@@ -39,7 +39,8 @@ from .outputs import Job, check_files, print_report
            " such as classification, in each region; may be given several times.", multiple=True),
     option("--mean NAME", None,
            "Add a column mean_NAME with the mean of this property of IN, such as intensity, over"
-           " the faces or points of each region; may be given several times.", multiple=True),
+           " the faces or points of each region, or its vertices if LABELS and NAME have one value"
+           " per vertex; may be given several times.", multiple=True),
     opts.viewpoint_option,
     opts.format_option("IN", of_stream=True),
     opts.labels_named_option,
@@ -66,18 +67,21 @@ def regions_command(
         source = read_input(cells, given["format"])
         whole: Any
         whole, attributes = source.cells_and_attributes(keep=bool(given["mean"]))
-        compact, names = ranked_labels_beside(source, labels, whole, given["labels_named"])
+        name = given["labels_named"]
+        compact, names, as_given = ranked_labels_beside(source, labels, whole, name)
         if borders is not None and not kit.kind_of(whole).has_faces:
             raise click.UsageError(f"--borders needs a mesh with faces: {cells} has none")
         integers = {name: source.integers(whole.n_cells, name) for name in given["majority"]}
         data = kit.CellData(whole, attributes)
-        reals = {name: _values_of(name, source.name, data) for name in given["mean"]}
+        at_vertices = as_given is not compact
+        reals = {name: _values_of(name, source.name, data, at_vertices) for name in given["mean"]}
         if viewpoint is not None:
             whole = kit.kind_of(whole).seen_from(whole, viewpoint)
         graph = region_graph(whole, compact)
         columns = graph.table() | {"region": names}
         columns |= {f"majority_{n}": pool(compact, x, how="majority") for n, x in integers.items()}
-        columns |= {f"mean_{name}": pool(compact, values) for name, values in reals.items()}
+        rows = {len(compact): compact, len(as_given): as_given}
+        columns |= {f"mean_{n}": pool(rows[len(x)], x) for n, x in reals.items()}
         lines = () if borders is None else (whole.vertices, border_lines(whole, compact), names)
         return graph, columns, lines
 
@@ -110,12 +114,9 @@ def _files_to_write(*outputs: tuple[Path | None, Sequence[str]]) -> tuple[Path, 
     return tuple(path for path, _ in given)
 
 
-def _values_of(name: str, file: str, data: kit.CellData) -> kit.Floats:
-    """Return the property `name`, one value per cell.
-
-    If it does not exist, a MeshError lists all properties.
-    """
-    values = data.values(name)
+def _values_of(name: str, file: str, data: kit.CellData, at_vertices: bool) -> kit.Floats:
+    """Return the property `name` as `CellData.values`; a MeshError lists all if it is missing."""
+    values = data.values(name, at_vertices=at_vertices)
     if values is None:
         kept = data.attributes
         stored = () if kept is None else (*kept.face, *kept.vertex)

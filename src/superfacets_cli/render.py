@@ -16,7 +16,7 @@ from superfacets_show import VIEW_NAMES, Clip, Up, checked_page_path
 
 from . import options as opts
 from .failures import print_note
-from .inputs import VALUE_ENDINGS, labels_beside, labels_for, read_input, read_values, up_axis
+from .inputs import VALUE_ENDINGS, labels_for, read_input, read_values, up_axis
 from .options import FILE, FLAG, option, options
 from .progress import Progress
 from .report import note_on_up
@@ -217,6 +217,7 @@ def view_command(
 
 def _levels_of(source: CellFile, path: Path | None, cells: Cells, name: str) -> Array | None:
     """Return labels of one level, shape (N,), or of all L levels in an .npz, shape (L, N)."""
-    if path is None or path.suffix.lower() != ".npz":
-        return labels_beside(source, path, cells, name)
-    return CellFile.levels_in(path)
+    if path is None:
+        return source.labels(cells.n_cells, name)
+    is_levels = path.suffix.lower() == ".npz"
+    return CellFile.levels_in(path) if is_levels else labels_for(source, cells, path, name)

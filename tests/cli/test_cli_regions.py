@@ -116,6 +116,18 @@ def test_a_mean_over_faces_needs_one_number_per_face(run, fold):
     assert "fold.ply has no property heat: it has no properties" in notes
 
 
+def test_labels_and_a_property_of_vertices_are_averaged_at_the_vertices(run, fold):
+    heights, labels = np.arange(FOLD.n_vertices), np.arange(FOLD.n_vertices) // 3
+    write_mesh(fold / "heat.ply", FOLD, attributes=MeshAttributes(vertex={"height": heights}))
+    np.save(fold / "of_vertices.npy", labels)
+    given = (fold / "heat.ply", fold / "of_vertices.npy", "--mean", "height")
+    rows = rows_of(run("regions", *given)[1])
+    assert rows
+    for row in rows:
+        members = labels == int(row["region"])
+        assert float(row["mean_height"]) == heights[members].mean()
+
+
 @pytest.mark.parametrize("ending", ["stl", "obj"])
 def test_parts_in_another_order_than_the_faces_are_refused(run, fold, ending):
     parts = fold / f"parts.{ending}"

@@ -62,7 +62,8 @@ def check_length(
     if len(given) == n:
         return
     hint = (
-        ". For one label per vertex, convert the labels to faces with"
+        ". For one label per vertex, use superfacets.metrics.evaluate_vertices instead of evaluate,"
+        " leave out mesh in superfacets.pool, and elsewhere convert the labels to faces with"
         " superfacets.face_labels(mesh, labels)"
     )
     raise error(

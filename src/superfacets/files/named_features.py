@@ -70,13 +70,14 @@ class CellData:
             return None
         return FeatureTable(np.concatenate(columns, axis=1), tuple(groups), tuple(of_columns))
 
-    def values(self, name: str) -> Floats | None:
+    def values(self, name: str, *, at_vertices: bool = False) -> Floats | None:
         """Return the values of a property in the file, (N,), or None if the file lacks it.
 
-        A property of the vertices of a mesh is averaged over the corners of each cell. Raises a
-        MeshError if the property has more than one number per cell or vertex.
+        A property of the vertices of a mesh is averaged over the corners of each cell, or returned
+        as it is, (V,), if `at_vertices`. Raises a MeshError if the property has more than one
+        number per cell or vertex.
         """
-        table = self._properties((name,))
+        table = self._properties((name,), at_vertices)
         if table is not None and table.shape[1] != 1:
             raise MeshError(f"{name} has {table.shape[1]} numbers per row, but one is needed")
         return None if table is None else table[:, 0]
@@ -125,14 +126,18 @@ class CellData:
             )
         return table
 
-    def _properties(self, names: Sequence[str]) -> Floats | None:
-        """Return properties of faces, or all of vertices, as one row per cell; None if missing."""
+    def _properties(self, names: Sequence[str], at_vertices: bool = False) -> Floats | None:
+        """Return properties of faces, or all of vertices, as one row per cell; None if missing.
+
+        If `at_vertices`, properties of vertices have one row per vertex.
+        """
         of_faces, of_vertices = self._stored
         for stored in (of_faces, of_vertices):
             if all(name in stored for name in names):
                 columns = [stored[name].reshape(len(stored[name]), -1) for name in names]
                 table = np.concatenate(columns, axis=1).astype(np.float64)
-                return table if stored is of_faces else _per_cell(table, self.cells)
+                is_ready = stored is of_faces or at_vertices
+                return table if is_ready else _per_cell(table, self.cells)
         return None
 
     @property
