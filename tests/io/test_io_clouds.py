@@ -101,6 +101,7 @@ def test_the_vertices_of_a_mesh_are_a_cloud_too(tmp_path):
     ("a.xyz", b"1 2\n3 4\n", "expected 3 or more numbers per point, got 2"),
     ("a.xyz", b"1 2 3\n4 5 6 7\n", "line 2 has 4 numbers, but the previous lines have 3"),
     ("a.xyz", b"x y z w\n4 5 6\n", "has 4 column names, but the next has 3 numbers"),
+    ("a.xyz", b"x\ry\rs\n4 5 6\n", "line must name columns x, y and z, or be numbers, got x, y, s"),
     ("a.xyz", b"p q s\n4 5 6\n", "line must name columns x, y and z, or be numbers, got p, q, s"),
     ("a.xyz", b"1 2 3\n4 five 6\n", "line 2: expected a number"),
     ("a.csv", b"1,2,3\n4,nan,6\n", r"a.csv: points\[1\] must be finite, got \[4.0, nan, 6.0\]"),

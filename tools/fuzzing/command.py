@@ -22,7 +22,7 @@ from typing import NamedTuple
 import numpy as np
 from pebble import ProcessPool
 
-from superfacets import BalanceWarning, IslandWarning, SliverWarning
+from superfacets import BalanceWarning, FeatureWarning, IslandWarning, SliverWarning
 
 from .batches import check_manifest
 from .cells import check_cells
@@ -190,7 +190,8 @@ def prepare(formats: tuple[str, ...] | None = None) -> None:
     """Turn warnings into errors, and make the files of formats before a case is timed."""
     faulthandler.enable()
     warnings.simplefilter("error")
-    for expected in (BalanceWarning, IslandWarning, SliverWarning):  # usual with random meshes
+    # These warnings are usual with random meshes.
+    for expected in (BalanceWarning, FeatureWarning, IslandWarning, SliverWarning):
         warnings.simplefilter("ignore", expected)
     if formats is not None:
         whole_files(formats)

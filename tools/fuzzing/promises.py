@@ -56,7 +56,7 @@ def check_result(result: Any, graph: Any) -> None:
     """Check the labels, the stop reason, and that each center is in its region."""
     check_labels(result, graph.n_cells, result.n_segments)
     assert np.array_equal(result.labels[result.centers], np.arange(result.n_segments))
-    assert result.stop_reason in ("converged", "settled", "max_num_iter")
+    assert result.stop_reason in ("converged", "settled", "enough", "max_num_iter")
 
 
 def check_number(result: Any, graph: Any, n_segments: int) -> None:

@@ -59,7 +59,7 @@ def _names_in(data: Content, lines: Lines) -> list[str] | None:
         return None
     begin = 3 * (data[:3] == b"\xef\xbb\xbf")  # of the text, after a byte order mark
     line = data[begin + int(lines.starts[0]) : begin + int(lines.ends[0])]
-    text = line[: 1 << 16].decode("latin-1").lower().strip("/ \r")
+    text = line[: 1 << 16].decode("latin-1").lower().replace("\r", " ").strip("/ ")
     mark = next((mark for mark in ",;\t" if mark in text), " ")
     words = next(csv.reader([text], delimiter=mark, skipinitialspace=True))
     names = [word.strip("\"' ") for word in words if mark != " " or word]
