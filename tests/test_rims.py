@@ -8,7 +8,7 @@ from shapes import subdivided
 import superfacets as sf
 from superfacets import _core
 from superfacets.graph.kinds import as_surface, kind_of
-from superfacets.graph.surface import arc_measures
+from superfacets.graph.surface import NO_NORMALS, arc_measures
 from superfacets.weights.formulas import MADE_FACTOR, WEIGHTS, WeightOptions, weights_of_kind
 
 pytestmark = pytest.mark.filterwarnings("ignore::superfacets.SliverWarning")
@@ -171,6 +171,18 @@ def test_neither_rounding_nor_units_nor_orientation_decide_what_is_a_made_thing(
     assert not is_made_thing(subdivided(bear, 2))  # most edges are flat
 
 
+def share_of_flat_sides(mesh):
+    """Return the share, computed from normals, and from angles."""
+    surface = as_surface(mesh, weld=True, n_threads=2)
+    first, second, third = mesh.vertices[mesh.faces].transpose(1, 0, 2)
+    vectors = np.cross(second - first, third - first)
+    normals = vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+    return [
+        _core.share_of_flat_sides(surface.handle, surface.measures, given, 2)
+        for given in (normals, NO_NORMALS)
+    ]
+
+
 @pytest.mark.parametrize("n_times", [0, 1, 3])
 def test_subdivision_does_not_change_the_share_of_flat_sides(n_times):
     """On a house with a pointed roof, only the roof consists of triangles."""
@@ -182,11 +194,12 @@ def test_subdivision_does_not_change_the_share_of_flat_sides(n_times):
     roof += [[a, b, tip] for a, b in zip(around, np.roll(around, -1), strict=True)]
     house = sf.Mesh(np.append(cube.vertices, [[0.5, 0.5, 2.0]], axis=0), roof)
     for mesh, share in ((cube, 1.0), (house, 5 / (5 + np.sqrt(5)))):
-        surface = as_surface(subdivided(mesh, n_times), weld=True, n_threads=2)
-        assert _core.share_of_flat_sides(surface.handle, 2) == pytest.approx(share)
+        assert share_of_flat_sides(subdivided(mesh, n_times)) == pytest.approx([share, share])
     open_cube = sf.Mesh(cube.vertices, roof[:-4])  # its sides have a boundary
-    surface = as_surface(subdivided(open_cube, n_times), weld=True, n_threads=2)
-    assert _core.share_of_flat_sides(surface.handle, 2) == pytest.approx(1.0)
+    assert share_of_flat_sides(subdivided(open_cube, n_times)) == pytest.approx([1.0, 1.0])
+    faces = np.where(np.arange(len(cube.faces))[:, None] % 3 == 0, cube.faces[:, ::-1], cube.faces)
+    turned_over = sf.Mesh(cube.vertices, faces)  # each third face
+    assert share_of_flat_sides(subdivided(turned_over, n_times)) == pytest.approx([1.0, 1.0])
 
 
 def test_regions_follow_the_fillets_of_a_block_without_sharp_edges():

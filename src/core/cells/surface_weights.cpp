@@ -101,13 +101,20 @@ EdgeSums surface_weights(const Surface& surface, const EdgeFactors& factors,
   return total;
 }
 
-double share_of_flat_sides(const Surface& surface, ThreadTeam& team) {
+double share_of_flat_sides(const Surface& surface, std::span<const double> areas_of_cells,
+                           std::span<const Point> normals, ThreadTeam& team) {
   const Arcs& arcs = surface.arcs();
   Buffer<char> is_flat(arcs.n_arcs());
+  Buffer<char> is_open(surface.n_cells());
   team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
     for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) {
+      is_open[cell] = static_cast<char>(surface.open_length(cell) > 0.0);
       for (const auto [arc, to] : arcs.steps(cell)) {
-        is_flat[arc] = static_cast<char>(std::abs(surface.angle(cell, arc)) < kFlatAngle);
+        // If one face is turned over, the cosine is near -1.
+        const double cosine = normals.empty() ? -1.0 : dot(normals[cell], normals[to]);
+        is_flat[arc] = static_cast<char>(
+            cosine > kFlatCosine ||
+            (cosine < -kFlatCosine && std::abs(surface.angle(cell, arc)) < kFlatAngle));
       }
     }
   });
@@ -126,10 +133,9 @@ double share_of_flat_sides(const Surface& surface, ThreadTeam& team) {
     for (const auto [arc, to] : arcs.steps(cell)) {
       if (patches.of[to] != patches.of[cell]) around.add(patches.of[to]);
     }
-    around.has_boundary |= surface.open_length(cell) > 0.0;
-    const double area = surface.measure(cell);
-    areas[patches.of[cell]] += area;
-    total += area;
+    around.has_boundary |= is_open[cell] != 0;
+    areas[patches.of[cell]] += areas_of_cells[cell];
+    total += areas_of_cells[cell];
   }
   double in_sides = 0.0;
   for (Cell patch = 0; patch < patches.n_components; ++patch) {

@@ -16,7 +16,9 @@ EdgeSums surface_weights(const Surface& surface, const EdgeFactors& factors,
 
 // Returns the share of the area that belongs to flat sides, as on a box. A flat side is a set of
 // faces connected across flat edges that has at least four neighbors; a boundary counts as one.
-// Subdivision of faces does not change the share: a subdivided triangle has three neighbors.
-double share_of_flat_sides(const Surface& surface, ThreadTeam& team);
+// Subdivision of faces does not change the share: a subdivided triangle has three neighbors. If
+// `normals` is empty, flat edges are found by angles.
+double share_of_flat_sides(const Surface& surface, std::span<const double> areas_of_cells,
+                           std::span<const Point> normals, ThreadTeam& team);
 
 }  // namespace superfacets

@@ -125,12 +125,12 @@ class EdgeSums(NamedTuple):
     bent: int  # turn of all edges, in which all are positive
     sharp: int  # turn of the edges with an angle of at least 40 degrees
 
-    def are_of_made_thing(self, surface: Surface) -> bool:
+    def are_of_made_thing(self, surface: Surface, arrays: CellArrays) -> bool:
         """Whether edges are mostly flat or sharp, as on a machine part; see `MIN_MADE`."""
         flat, sharp = self.n_flat / max(self.n_edges, 1), self.sharp / max(self.bent, 1)
         if flat < MIN_FLAT or flat + sharp < MIN_MADE:
             return False
-        flat = min(flat, _core.share_of_flat_sides(surface.handle, surface.n_threads))
+        flat = min(flat, _core.share_of_flat_sides(surface.handle, *arrays[1:], surface.n_threads))
         return flat >= MIN_FLAT and flat + sharp >= MIN_MADE
 
 
@@ -539,7 +539,7 @@ def _adapted_weights(surface: Surface, arrays: CellArrays, factors: EdgeFactors)
     is_closed = surface.volume > 0.0
     wants_sums = is_closed or factors.is_straight
     weights, sums = weights_and_sums(surface, arrays, factors, wants_sums=wants_sums)
-    of_made_thing = factors.is_straight and sums.are_of_made_thing(surface)
+    of_made_thing = factors.is_straight and sums.are_of_made_thing(surface, arrays)
     adapted = factors.of_made_thing() if of_made_thing else factors
     if is_closed and not of_made_thing:
         area = _core.sum_of(arrays[1], surface.n_threads)
