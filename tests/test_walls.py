@@ -12,6 +12,7 @@ from pathlib import Path
 
 import superfacets
 from superfacets import kit
+from superfacets.base.lazy import Table
 
 SOURCE = Path(superfacets.__file__).resolve().parents[1]
 
@@ -248,6 +249,12 @@ def test_another_package_adds_a_format_and_a_kind(tmp_path):
     assert lines[0] == "Mesh(3 vertices, 1 face) Dots 2"
     assert lines[1:] == ["no_package:read cannot be loaded: No module named 'no_package'"]
     assert (folder / "copy.abc").read_bytes() == b"abc 1"
+
+
+def test_a_folder_in_place_of_a_list_of_entry_points_is_skipped(tmp_path, monkeypatch):
+    (tmp_path / "other-info" / "entry_points.txt").mkdir(parents=True)
+    monkeypatch.syspath_prepend(tmp_path)
+    assert Table.added("superfacets.nothing") == {}
 
 
 def test_another_package_adds_a_command(tmp_path):

@@ -80,8 +80,8 @@ def regions_command(
         graph = region_graph(whole, compact)
         columns = graph.table() | {"region": names}
         columns |= {f"majority_{n}": pool(compact, x, how="majority") for n, x in integers.items()}
-        rows = {len(compact): compact, len(as_given): as_given}
-        columns |= {f"mean_{n}": pool(rows[len(x)], x) for n, x in reals.items()}
+        own = () if attributes is None else attributes.face
+        columns |= {f"mean_{n}": pool(compact if n in own else as_given, reals[n]) for n in reals}
         lines = () if borders is None else (whole.vertices, border_lines(whole, compact), names)
         return graph, columns, lines
 

@@ -128,6 +128,15 @@ def test_labels_and_a_property_of_vertices_are_averaged_at_the_vertices(run, fol
         assert float(row["mean_height"]) == heights[members].mean()
 
 
+def test_a_property_of_faces_is_averaged_over_faces_if_there_are_as_many_vertices(run, tmp_path):
+    tetrahedron = np.eye(4)[:, :3], [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
+    heat = MeshAttributes(face={"heat": np.arange(4)})
+    write_mesh(tmp_path / "heat.ply", tetrahedron, attributes=heat)
+    (tmp_path / "of_vertices.segs.json").write_text('{"segIndices": [0, 0, 0, 1]}')
+    given = (tmp_path / "heat.ply", tmp_path / "of_vertices.segs.json", "--mean", "heat")
+    assert [row["mean_heat"] for row in rows_of(run("regions", *given)[1])] == ["1.5"]
+
+
 @pytest.mark.parametrize("ending", ["stl", "obj"])
 def test_parts_in_another_order_than_the_faces_are_refused(run, fold, ending):
     parts = fold / f"parts.{ending}"

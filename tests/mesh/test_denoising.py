@@ -317,6 +317,14 @@ def test_soup_is_smoothed_as_the_mesh_it_is():
     assert np.array_equal(one, other)
 
 
+def test_noise_is_found_on_soup_whose_corners_almost_coincide():
+    mesh = noisy(sample_mesh(5_000), 0.2)
+    corners = mesh.vertices[mesh.faces].reshape(-1, 3)
+    corners += 1e-7 * np.random.default_rng(1).random(corners.shape)
+    soup = sf.prepare((corners, np.arange(len(corners)).reshape(-1, 3)), weld=1e-6)
+    assert segment(soup, 20).params["denoise"] == segment(mesh, 20).params["denoise"] > 5
+
+
 def test_polygons_are_smoothed():
     mesh = noisy(shapes.bumpy_sheet(24), 0.2)
     polygons = sf.PolygonMesh.of_faces(mesh.vertices, mesh.faces)

@@ -439,7 +439,7 @@ def checked_positions(positions: Any) -> Floats:
 
 
 def checked_nonnegative_array(value: Any, n: int, name: str, per: str, n_threads: int) -> Floats:
-    """Return `value`, one number >= 0 within `VALUE_RANGE` for each `per`, as (n,) float64."""
+    """Return n numbers >= 0, one per `per`, whose largest is 0 or in `VALUE_RANGE`."""
     refuse_mask(value, name)
     array = np.asarray(value)
     if array.dtype.kind not in "fiu":
@@ -509,7 +509,7 @@ def checked_region_centers(centers: npt.ArrayLike, labels: Ints, n_regions: int)
 def checked_partial_labels(
     labels: Any, n_cells: int, *, least: int = -1, n_vertices: int | None = None
 ) -> tuple[Ints, int]:
-    """Return checked labels, each of 0 to K - 1, as an (N,) int32 array, and the number K.
+    """Return labels, (N,) int32, after checking that all of 0 to K - 1 occur, and the number K.
 
     The label -1, for cells without a region, is allowed only if `least` is -1.
     """

@@ -42,7 +42,8 @@ class Table(dict[str, Any]):
     def added(cls, group: str) -> Table:
         """Return objects that packages in folders of `sys.path` add by entry points of a group."""
         files = (at for place in sys.path for at in Path(place).glob("*-info/entry_points.txt"))
-        if not any(group.encode() in at.read_bytes() for at in files if os.access(at, os.R_OK)):
+        texts = (at.read_bytes() for at in files if at.is_file() and os.access(at, os.R_OK))
+        if not any(group.encode() in text for text in texts):
             return cls()
         from importlib.metadata import entry_points  # slow to import
 

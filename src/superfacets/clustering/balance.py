@@ -130,7 +130,7 @@ class SizeRules:
             )
 
     def counts(self, found: Longs) -> Longs:
-        """Return the target number of regions of each component, in place of `found`.
+        """Return the target number of regions of each component; now there are `found`.
 
         Raises a MeshError if the maximum size requires more regions than there are.
         """

@@ -104,8 +104,8 @@ def suits(denoise: Denoise, n_steps: int | None) -> bool:
 def smoothed(mesh: FaceMesh, arcs: Any, n_steps: int, n_threads: int) -> FaceMesh:
     """Return a copy of the mesh, smoothed by `n_steps` steps of Taubin smoothing.
 
-    `arcs` are the `FaceArcs` of the mesh. Vertices at the same position stay together. Do not weld
-    the result again, because small components can shrink to a point, where welding would join
+    `arcs` are the `FaceArcs` of the mesh. Vertices that they weld stay together. Do not weld the
+    result again, because small components can shrink to a point, where welding would join
     unrelated faces.
     """
     lists, counts = corners_of(mesh).lists, arcs.edge_counts

@@ -32,7 +32,7 @@ from ..mesh.denoising import (
     smoothed,
     suits,
 )
-from ..mesh.faces import FaceMesh
+from ..mesh.faces import FaceMesh, corners_of, mesh_like
 from ..mesh.weld import checked_weld
 from ..weights.features import Features
 from .options import SegmentOptions
@@ -100,7 +100,11 @@ class Prepared:
         is_auto, slack = isinstance(denoise, str), 0.0
         n_steps = 0 if is_auto else int(denoise or 0)
         if is_auto or n_steps >= STEPS_WITH_SLACK:
-            roughness = Roughness.of_mesh(mesh, arcs, n_threads)
+            joined: Cells = mesh
+            if not isinstance(to_weld, bool):  # a tolerance joins vertices at several positions
+                lists = corners_of(mesh).lists
+                joined = mesh_like(mesh, mesh.vertices[arcs.lowest], *lists[:2], mesh.bounds)
+            roughness = Roughness.of_mesh(cast(FaceMesh, joined), arcs, n_threads)
             n_steps = roughness.n_steps if is_auto else n_steps
             n_steps = max(n_steps, SCAN_STEPS) if denoise == "scan" else n_steps
             slack = slack_of(n_steps, is_regular=roughness.is_regular)
