@@ -15,8 +15,9 @@ EdgeSums surface_weights(const Surface& surface, const EdgeFactors& factors,
                          const NetTurn* net_turn, ThreadTeam& team, std::span<double> weights);
 
 // Returns the share of the area that belongs to flat sides, as on a box. A flat side is a set of
-// faces connected across flat edges that has at least four neighbors; a boundary counts as one.
-// Subdivision of faces does not change the share: a subdivided triangle has three neighbors.
+// faces connected across flat edges that has at least four neighbors, where a boundary counts as
+// one, or at least 2 % of the area. Subdivision of faces does not change the share: a subdivided
+// triangle has three neighbors.
 double share_of_flat_sides(const Surface& surface, ThreadTeam& team);
 
 }  // namespace superfacets
