@@ -67,6 +67,10 @@ class SurfaceWeigher {
   EdgeSums sums_;
 };
 
+// Minimum share of the area of a flat patch that counts as a flat side whatever its neighbors, such
+// as a side of a gable roof. A triangle of an organic mesh has less, also if it is subdivided.
+constexpr double kLargeShare = 0.02;
+
 // Up to four different neighbors of a flat patch of faces.
 struct PatchNeighbors {
   std::array<Cell, 4> patches{kNoCell, kNoCell, kNoCell, kNoCell};
@@ -139,7 +143,8 @@ double share_of_flat_sides(const Surface& surface, std::span<const double> areas
   }
   double in_sides = 0.0;
   for (Cell patch = 0; patch < patches.n_components; ++patch) {
-    if (neighbors[patch].are_many()) in_sides += areas[patch];
+    const bool is_large = areas[patch] >= kLargeShare * total;
+    if (is_large || neighbors[patch].are_many()) in_sides += areas[patch];
   }
   return total > 0.0 ? in_sides / total : 0.0;
 }

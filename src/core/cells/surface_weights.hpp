@@ -15,9 +15,9 @@ EdgeSums surface_weights(const Surface& surface, const EdgeFactors& factors,
                          const NetTurn* net_turn, ThreadTeam& team, std::span<double> weights);
 
 // Returns the share of the area that belongs to flat sides, as on a box. A flat side is a set of
-// faces connected across flat edges that has at least four neighbors; a boundary counts as one.
-// Subdivision of faces does not change the share: a subdivided triangle has three neighbors. If
-// `normals` is empty, flat edges are found by angles.
+// faces connected across flat edges that has at least four neighbors, where a boundary counts as
+// one, or at least 2 % of the area. Subdivision of faces does not change the share: a subdivided
+// triangle has three neighbors. If `normals` is empty, flat edges are found by angles.
 double share_of_flat_sides(const Surface& surface, std::span<const double> areas_of_cells,
                            std::span<const Point> normals, ThreadTeam& team);
 
