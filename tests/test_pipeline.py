@@ -147,6 +147,16 @@ def test_tol_zero_runs_until_no_center_changes(sheet):
     assert {level.n_iter for level in loops.segment(sheet, 3, tol=1, relocates=False).levels} == {1}
 
 
+def test_none_stands_for_the_default_of_names():
+    bear = sf.sample_mesh(3_000)
+    usual = sf.segment(bear, 10).labels
+    assert np.array_equal(
+        sf.segment(bear, 10, weights=None, init=None, features=None).labels, usual
+    )
+    with pytest.raises(ValueError, match="weights"):
+        sf.segment(bear, 10, weights="")
+
+
 def test_a_radius_too_small_to_square_gives_one_region_a_face(sheet):
     with pytest.warns(sf.RadiusWarning):
         result = sf.segment(sheet, radius=1e-200, max_num_iter=1)

@@ -416,11 +416,11 @@ class WeightOptions:
 
     @classmethod
     def checked(
-        cls, weights: WeightName | Weights | ArcValues, alpha: float | None
+        cls, weights: WeightName | Weights | ArcValues | None, alpha: float | None
     ) -> WeightOptions:
         """Check the arguments of `segment`."""
-        if isinstance(weights, str):
-            weights = Weights(weights)
+        if weights is None or isinstance(weights, str):
+            weights = Weights("parts" if weights is None else weights)
         if not isinstance(weights, Weights):
             if alpha is not None:
                 raise ValueError("alpha does not change weights given as an array: leave it out")
