@@ -155,12 +155,15 @@ class Tab:
         return np.array(self.evaluate("studio.labels().map((_, cell) => studio.classOf(cell))"))
 
     def spots(self, n):
-        """Return (region, x, y), a place well inside each clearly visible region; None: all."""
+        """Return (region, x, y), a place well inside each clearly visible region; None: all.
+
+        Messages cover the lowest 60 pixels.
+        """
         found = self.evaluate(
             """n => {
                 const { clientWidth, clientHeight } = document.querySelector("#canvas");
                 const seen = new Map();
-                for (let y = 4; y < clientHeight; y += 8) {
+                for (let y = 4; y < clientHeight - 60; y += 8) {
                     for (let x = 4; x < clientWidth; x += 8) {
                         const region = studio.regionAt(x, y);
                         if (region < 0) continue;
