@@ -29,9 +29,8 @@ from ..mesh.faces import (
     measure_faces,
     mesh_like,
 )
+from ..mesh.meshes import Mesh, PolygonMesh
 from ..mesh.point_cloud import PointCloud
-from ..mesh.polygon_mesh import PolygonMesh
-from ..mesh.triangle_mesh import Mesh
 from .cell_graph import BaseGraph, CellGraph
 from .face_graph import FaceArcs, FaceGraph, FaceShapes, arcs_at_borders
 from .point_graph import PointGraph, find_point_graph, point_surface

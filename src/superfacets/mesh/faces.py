@@ -12,8 +12,7 @@ from .. import _core
 from ..base.checks import checked_threads, freeze
 from ..base.types import Array, Floats, Ints, Longs
 from .base import CellsOfVertices
-from .polygon_mesh import PolygonMesh
-from .triangle_mesh import Mesh
+from .meshes import Mesh, PolygonMesh
 
 if TYPE_CHECKING:
     from .. import TetMesh

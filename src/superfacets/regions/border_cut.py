@@ -15,7 +15,7 @@ from ..graph.face_graph import build_face_graph
 from ..graph.sums import sums_by_label
 from ..mesh.convert import MeshLike, as_mesh
 from ..mesh.faces import cut_into_triangles
-from ..mesh.triangle_mesh import Mesh
+from ..mesh.meshes import Mesh
 from ..mesh.weld import lowest_vertices
 
 _N_ROUNDS = 7

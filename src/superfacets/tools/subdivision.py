@@ -23,7 +23,7 @@ from ..base.types import Bytes, Floats, Ints, Longs
 from ..graph.sums import weighted_majority
 from ..mesh.convert import MeshLike, as_mesh
 from ..mesh.faces import FaceMesh, cut_into_triangles
-from ..mesh.triangle_mesh import Mesh
+from ..mesh.meshes import Mesh
 
 MAX_FACES = 10_000_000
 """Default maximum number of new faces. Ten million faces take about 600 MB of memory."""

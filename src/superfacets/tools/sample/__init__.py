@@ -14,7 +14,7 @@ import numpy as np
 from ...base.checks import checked_count
 from ...base.types import Array, Floats, Ints
 from ...files.readers.npy import npz_array
-from ...mesh.triangle_mesh import Mesh
+from ...mesh.meshes import Mesh
 
 __all__ = ["sample_mesh"]
 
