@@ -81,7 +81,6 @@ def transfer(
         Label of each point or cell of the target; -1 if the nearest cell is labeled -1 or farther
         away than `max_distance`. Of equally near cells, that with the lowest index is used; of
         labels with equal areas in a face, the lowest.
-        is used.
 
     Warns
     -----
