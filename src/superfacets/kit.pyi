@@ -30,6 +30,7 @@ from .files.guards import shortened as shortened
 from .base.errors import reason_of as reason_of
 from .base.errors import import_extra as import_extra
 from .base.lazy import Table as Table
+from .base.lazy import lazy_names as lazy_names
 from .base.checks import freeze as freeze
 
 # Meshes, clouds and their cells
@@ -38,7 +39,7 @@ from .mesh.convert import as_cells as as_cells
 from .graph.kinds import kind_of as kind_of
 from .graph.kinds import Kind as Kind
 from .graph.cell_graph import BaseGraph as BaseGraph
-from .graph.tet_cells import TetCells as TetCells
+from .mesh.meshes import TetCells as TetCells
 from .tools.texels import Texels as Texels
 from .mesh.faces import corners_of as corners_of
 from .mesh.faces import corner_triangles as corner_triangles
@@ -86,9 +87,6 @@ from .files.atomic import locked as locked
 from .files.writers.text import write_rows as write_rows
 from .files.writers.text import number_format as number_format
 from .files.writers.cells import FormatOptions as FormatOptions
-
-# Packages of apps
-from .base.lazy import lazy_names as lazy_names
 
 # Whole files
 from .tools.segment_file import FileOptions as FileOptions

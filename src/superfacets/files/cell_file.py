@@ -80,8 +80,7 @@ class CellFile:
     ) -> Bools:
         """Return the mask of the cells whose label is one of `values`, or not 0 if it is None.
 
-        Raises a MeshError if there are no such cells. Its message names the label file `path`, or
-        this file.
+        Raises a MeshError that names the label file `path`, or this file, if there are none.
         """
         return mask_of(labels, values, self.name if path is None else path, cells)
 

@@ -138,8 +138,7 @@ class KeptCells:
     def new_cells(self, seeds: npt.ArrayLike, order: Ints | None = None) -> Ints:
         """Convert seeds, indices of cells in the whole graph, to numbers of kept cells.
 
-        Raises a ValueError if a cell is not kept; its message has the index before sorting, see
-        `order`.
+        Raises a ValueError if a cell is not kept; the message has its index before sorting.
         """
         given = checked_seeds(seeds, self.n_whole, "init")
         found = np.minimum(np.searchsorted(self.cells, given), len(self.cells) - 1)

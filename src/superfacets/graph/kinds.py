@@ -21,14 +21,7 @@ from ..base.lazy import Table, load
 from ..base.types import ArcLists, Bools, Floats, Ints, Longs
 from ..mesh.base import Cells, CellsOfVertices
 from ..mesh.convert import MeshLike, as_cells
-from ..mesh.faces import (
-    Corners,
-    FaceMesh,
-    corners_of,
-    cut_into_triangles,
-    measure_faces,
-    mesh_like,
-)
+from ..mesh.faces import Corners, FaceMesh, corners_of, cut_into_triangles, measure_faces, mesh_like
 from ..mesh.meshes import Mesh, PolygonMesh
 from ..mesh.point_cloud import PointCloud
 from .cell_graph import BaseGraph, CellGraph
@@ -225,7 +218,8 @@ class Kind:
         return (graph.offsets, graph.neighbors), labels
 
 
-class _Faces(Kind):
+class _Polygons(Kind):
+    name = "polygons"
     noun = "face"
     plural = "faces"
     has_faces = True
@@ -273,15 +267,11 @@ class _Faces(Kind):
         return cells, None
 
 
-class _Triangles(_Faces):
+class _Triangles(_Polygons):
     name = "triangles"
 
     def border_arcs(self, cells: Mesh, labels: Ints, n_threads: int) -> tuple[ArcLists, Ints]:
         return arcs_at_borders(cells, labels, n_threads)
-
-
-class _Polygons(_Faces):
-    name = "polygons"
 
 
 class _Points(Kind):

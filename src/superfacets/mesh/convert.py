@@ -76,16 +76,9 @@ annotate parameters with it. Functions that need faces raise a MeshError for oth
 def as_cells(source: MeshLike) -> Cells:
     """Convert a parameter, any input of `segment`, to a mesh or a point cloud.
 
-    - A path is read by `CellFile`.
-    - A (vertices, faces) pair becomes a `Mesh` if all faces are triangles, and a `PolygonMesh`
-      otherwise. The faces are an (F, n) array, or lists of vertices that may differ in length.
-    - An (N, 3) array becomes a point cloud.
-    - Meshes and clouds of trimesh, PyVista (``PolyData``, and ``UnstructuredGrid`` of tetrahedra),
-      Open3D (legacy and tensor API) and meshio (see `cell_blocks`) are recognized by their
-      attributes. These libraries are not imported.
-
-    Raises a MeshError if the mesh or the cloud is not valid, and a TypeError if `source` is none of
-    the above.
+    Objects of other libraries, which are not imported, are recognized by their attributes: of
+    PyVista, ``PolyData``, and ``UnstructuredGrid`` of tetrahedra; of Open3D, both APIs. Raises a
+    MeshError if the mesh or the cloud is not valid, and a TypeError if `source` is not `MeshLike`.
     """
     if isinstance(source, Cells):
         return source
@@ -195,10 +188,7 @@ def _faces_of_any_length(flat: Array) -> list[Array]:
 
 
 def as_cloud(source: CloudLike) -> PointCloud:
-    """Convert `source`, a cloud that `segment` accepts, to a cloud with normals and colors.
-
-    Raises a MeshError if the cloud is not valid, and a TypeError if `source` is not a cloud.
-    """
+    """Convert a cloud that `segment` accepts, as `as_cells` does; a TypeError for other objects."""
     if isinstance(source, PointCloud):
         return source
     if isinstance(source, (str, os.PathLike)):

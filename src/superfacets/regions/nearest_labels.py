@@ -39,7 +39,6 @@ diagonal of the mesh."""
 _MAX_FAR = 0.1
 """`transfer` warns if more than this fraction of the points of the target are far from the mesh."""
 
-
 MAX_STEPS = 8
 """Maximum number of equal parts into which `sample_surface` divides each side of a triangle. Eight
 parts make 64 samples per triangle, which suffice for a label."""

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,9 +18,9 @@ from ..graph.kinds import kind_of
 from ..graph.point_graph import find_point_graph
 from ..graph.size import checked_n_segments, radius_of, sliver_share
 from ..graph.surface import is_inside_out
-from ..graph.tet_cells import TetCells
 from ..mesh.convert import CloudLike, MeshLike, as_cells, as_cloud
 from ..mesh.faces import FaceMesh, count_degenerate, cut_into_triangles
+from ..mesh.meshes import Mesh, PolygonMesh, TetCells
 
 if TYPE_CHECKING:
     from .. import TetInfo
@@ -124,10 +123,11 @@ def mesh_info(mesh: MeshLike, *, weld: float = True) -> MeshInfo | TetInfo:
     kind = kind_of(cells)
     if kind.are_points:
         raise MeshError("mesh_info needs a mesh, got a point cloud: use cloud_info instead")
-    if kind.name not in _FACTS:
-        raise MeshError(f"counts and sizes are not available for {kind.plural}")
-    found: MeshInfo | TetInfo = _FACTS[kind.name](cells, weld)
-    return found
+    if isinstance(cells, (Mesh, PolygonMesh)):
+        return _face_info(cells, weld)
+    if isinstance(cells, TetCells):
+        return _tet_info(cells, weld)
+    raise MeshError(f"counts and sizes are not available for {kind.plural}")
 
 
 def cloud_info(cloud: CloudLike) -> CloudInfo:
@@ -205,20 +205,13 @@ def _faces_down(mesh: FaceMesh, graph: FaceGraph, area: float) -> bool:
     return bool(shadow < -area / 2.0)
 
 
-def _tet_info(mesh: TetCells, weld: float) -> Any:
+def _tet_info(mesh: TetCells, weld: float) -> TetInfo:
     threads = checked_threads(None)
     graph, _ = kind_of(mesh).build_graph(mesh, weld, threads)
     counts = count_positions(mesh.vertices), count_components(graph)
     volume = _core.sum_of(graph.measures, threads)
-    return load("superfacets_formats.tet_info:tet_info")(mesh, graph, *counts, volume)
-
-
-_FACTS: dict[str, Callable[[Any, float], Any]] = {
-    "triangles": _face_info,
-    "polygons": _face_info,
-    "tetrahedra": _tet_info,
-}
-"""Functions that compute counts and sizes, keyed by `Kind.name`."""
+    info: TetInfo = load("superfacets_formats.tet_info:tet_info")(mesh, graph, *counts, volume)
+    return info
 
 
 def count_positions(points: Floats) -> int:
