@@ -117,7 +117,7 @@ GUARDS = {
     "superfacets_textures/ply_texture.py": {
         ("_pairs_of_faces", "arange"): "corners in memory",
         ("_pairs_of_faces", "repeat"): "sizes of faces in memory"},
-    "superfacets/files/other.py": {
+    "superfacets/files/readers/read.py": {
         ("_unpacked", "decompress"): "at most `most_bytes_of` the file"},
     "superfacets/files/readers/stl.py": {
         ("_stored", "frombuffer"): "the count must give the size of the file"},
@@ -136,7 +136,10 @@ GUARDS = {
         ("spread_indices", "arange"): "numbers of samples that the caller asks for"},
     "superfacets_scans/label_images.py": {
         ("_as_array", "zeros"): "at most the `MAX_PIXELS` of a camera"},
-    "superfacets/mesh/meshes.py": {("triangulate", "repeat"): "sizes of faces in memory"},
+    "superfacets/mesh/meshes.py": {
+        ("boundary_sides", "arange"): "tetrahedra in memory",
+        ("boundary_sides", "repeat"): "arcs of tetrahedra in memory",
+        ("triangulate", "repeat"): "sizes of faces in memory"},
     "superfacets_scans/lifting.py": {
         ("_by_image", "arange"): "images that were read",
         ("_objects_of_masks", "bincount"): "masks, of which each has a pixel",

@@ -176,7 +176,10 @@ def evaluate(
         rated = cuts
         if truth.segments.min() < 0:
             rated = Cuts.of(edges, np.where(truth.segments < 0, truth.segments, regions))
-        rows.append(_of_overlap(overlap) | _of_cuts(edges, rated, truth.cuts, tolerance))
+        recall, precision = boundary_agreement(edges, rated, truth.cuts, tolerance)
+        of_borders = {"boundary_recall": recall, "boundary_precision": precision}
+        of_borders["cut_discrepancy"] = cut_discrepancy(edges, rated, truth.cuts)
+        rows.append(_of_overlap(overlap) | of_borders)
     return values | _left_out([truth.segments for truth in prepared.truths]) | _means(rows)
 
 
@@ -321,13 +324,4 @@ def _of_overlap(overlap: Overlap) -> dict[str, float]:
         "rand_index": rand_index(overlap),
         "global_consistency_error": of_whole,
         "local_consistency_error": of_points,
-    }
-
-
-def _of_cuts(edges: MeshEdges, found: Cuts, true: Cuts, tolerance: float) -> dict[str, float]:
-    recall, precision = boundary_agreement(edges, found, true, tolerance)
-    return {
-        "boundary_recall": recall,
-        "boundary_precision": precision,
-        "cut_discrepancy": cut_discrepancy(edges, found, true),
     }
