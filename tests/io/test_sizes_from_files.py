@@ -137,7 +137,6 @@ GUARDS = {
     "superfacets_scans/label_images.py": {
         ("_as_array", "zeros"): "at most the `MAX_PIXELS` of a camera"},
     "superfacets/mesh/meshes.py": {
-        ("boundary_sides", "arange"): "tetrahedra in memory",
         ("boundary_sides", "repeat"): "arcs of tetrahedra in memory",
         ("triangulate", "repeat"): "sizes of faces in memory"},
     "superfacets_scans/lifting.py": {

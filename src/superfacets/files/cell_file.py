@@ -13,8 +13,7 @@ from ..base.checks import check_length
 from ..base.errors import MeshError
 from ..base.types import Array, Bools, Floats, Ints
 from ..graph.constraints import mask_of
-from ..graph.corner_labels import are_of_vertices
-from ..graph.kinds import kind_of
+from ..graph.kinds import are_of_vertices, kind_of
 from ..mesh.base import Cells
 from .atomic import StrPath
 from .formats import FORMATS

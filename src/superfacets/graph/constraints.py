@@ -27,9 +27,8 @@ from ..mesh.convert import MeshLike, as_mesh
 from ..mesh.faces import FaceMesh, corners_of
 from ..mesh.weld import lowest_vertices
 from .cell_graph import CellGraph, CsrArcs
-from .corner_labels import fit_vertices, of_cells
 from .face_graph import FaceGraph, build_face_graph
-from .kinds import kind_of
+from .kinds import fit_vertices, kind_of, of_cells
 from .surface import Surface, arc_measures
 
 ANY_GROUP = -1

@@ -10,8 +10,7 @@ from .. import _core
 from ..base.checks import check_extent, check_length, checked_classes
 from ..base.errors import MeshError
 from ..base.types import Array, Bools, Floats, Ints, Longs
-from ..graph.corner_labels import labels_of_corners
-from ..graph.kinds import kind_of
+from ..graph.kinds import kind_of, labels_of_corners
 from ..graph.point_graph import PointGraph, point_surface
 from ..graph.sums import Majority, weighted_majority
 from ..mesh.faces import AnyMesh, Corners, mean_normals, vertex_graph

@@ -22,8 +22,7 @@ from ..base.checks import (
 from ..base.errors import MeshError, MismatchWarning
 from ..base.types import Array, Floats, Ints
 from ..graph.cell_graph import CellGraph
-from ..graph.corner_labels import fit_vertices
-from ..graph.kinds import as_known, kind_of
+from ..graph.kinds import as_known, fit_vertices, kind_of
 from ..graph.sums import weighted_majority
 from ..mesh.convert import MeshLike
 from ..mesh.faces import FaceMesh, cut_into_triangles
