@@ -76,6 +76,7 @@ annotate parameters with it. Functions that need faces raise a MeshError for oth
 def as_cells(source: MeshLike) -> Cells:
     """Convert a parameter, any input of `segment`, to a mesh or a point cloud.
 
+    A (vertices, faces) pair becomes a `Mesh` if all faces are triangles, else a `PolygonMesh`.
     Objects of other libraries, which are not imported, are recognized by their attributes: of
     PyVista, ``PolyData``, and ``UnstructuredGrid`` of tetrahedra; of Open3D, both APIs. Raises a
     MeshError if the mesh or the cloud is not valid, and a TypeError if `source` is not `MeshLike`.
