@@ -39,7 +39,7 @@ from .mesh.convert import as_cells as as_cells
 from .graph.kinds import kind_of as kind_of
 from .graph.kinds import Kind as Kind
 from .graph.cell_graph import BaseGraph as BaseGraph
-from .mesh.meshes import TetCells as TetCells
+from .graph.tet_cells import TetCells as TetCells
 from .tools.texels import Texels as Texels
 from .mesh.faces import corners_of as corners_of
 from .mesh.faces import corner_triangles as corner_triangles

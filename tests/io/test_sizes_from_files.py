@@ -136,9 +136,7 @@ GUARDS = {
         ("spread_indices", "arange"): "numbers of samples that the caller asks for"},
     "superfacets_scans/label_images.py": {
         ("_as_array", "zeros"): "at most the `MAX_PIXELS` of a camera"},
-    "superfacets/mesh/meshes.py": {
-        ("boundary_sides", "repeat"): "arcs of tetrahedra in memory",
-        ("triangulate", "repeat"): "sizes of faces in memory"},
+    "superfacets/mesh/meshes.py": {("triangulate", "repeat"): "sizes of faces in memory"},
     "superfacets_scans/lifting.py": {
         ("_by_image", "arange"): "images that were read",
         ("_objects_of_masks", "bincount"): "masks, of which each has a pixel",

@@ -13,9 +13,9 @@ from ..base.checks import checked_classes, checked_threads, counted
 from ..base.types import Floats, Ints, Longs
 from ..mesh.convert import MeshLike, as_mesh
 from ..mesh.faces import FaceMesh, signed_volume
-from ..mesh.meshes import TetCells
 from .cell_graph import ArcMeasures, BaseGraph, CellGraph, CsrArcs
 from .face_graph import FaceGraph, core_surface
+from .tet_cells import TetCells
 
 NO_NORMALS = np.empty((0, 3))
 """Empty array in place of normals. If `_core` gets this array, it computes the normals of triangles

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,9 +18,9 @@ from ..graph.kinds import kind_of
 from ..graph.point_graph import find_point_graph
 from ..graph.size import checked_n_segments, radius_of, sliver_share
 from ..graph.surface import is_inside_out
+from ..graph.tet_cells import TetCells
 from ..mesh.convert import CloudLike, MeshLike, as_cells, as_cloud
 from ..mesh.faces import FaceMesh, count_degenerate, cut_into_triangles
-from ..mesh.meshes import Mesh, PolygonMesh, TetCells
 
 if TYPE_CHECKING:
     from .. import TetInfo
@@ -119,13 +119,13 @@ def mesh_info(mesh: MeshLike, *, weld: float = True) -> MeshInfo | TetInfo:
     >>> info.n_components, info.n_boundary_edges, info.area
     (1, 4, 1.0)
     """
-    cells = as_cells(mesh)
+    cells: Any = as_cells(mesh)
     kind = kind_of(cells)
     if kind.are_points:
         raise MeshError("mesh_info needs a mesh, got a point cloud: use cloud_info instead")
-    if isinstance(cells, (Mesh, PolygonMesh)):
+    if kind.name in ("triangles", "polygons"):
         return _face_info(cells, weld)
-    if isinstance(cells, TetCells):
+    if kind.name == "tetrahedra":
         return _tet_info(cells, weld)
     raise MeshError(f"counts and sizes are not available for {kind.plural}")
 
