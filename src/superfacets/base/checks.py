@@ -255,7 +255,7 @@ def _checked_corners(points: Floats, corners: Ints) -> tuple[int | None, Floats]
     box = np.array(bounds)
     if not is_in_range:
         return int(np.argmax((corners < 0) | (corners >= len(points)))), box
-    check_extent(*box)
+    check_extent(box)
     return None, box
 
 
@@ -306,12 +306,12 @@ def refuse_first(
         raise error(f"{name}[{index}] must be {must}, got {np.asarray(values)[index].tolist()}")
 
 
-def check_extent(low: Floats, high: Floats, things: str = "faces", whole: str = "mesh") -> None:
+def check_extent(box: Floats, things: str = "faces", whole: str = "mesh") -> None:
     """Raise a MeshError if a bounding box is a point, or if its size is not in `EXTENT_RANGE`."""
-    if np.array_equal(low, high):
+    if np.array_equal(*box):
         raise MeshError(f"all {things} lie at one point: the bounding box has no size")
     with np.errstate(over="ignore"):
-        side = float(np.max(high - low))
+        side = float(np.max(box[1] - box[0]))
     if not EXTENT_RANGE[0] <= side <= EXTENT_RANGE[1]:
         raise MeshError(
             f"the longest side of the bounding box must be {EXTENT_RANGE[0]:g} to"
@@ -344,7 +344,7 @@ def checked_points(points: Any) -> tuple[Floats, Floats]:
         refuse_infinite(array, "points")
     # Equal points are valid here. Functions that need distinct points also call `check_extent`.
     if not np.array_equal(*box):
-        check_extent(*box, "points", "cloud")
+        check_extent(box, "points", "cloud")
     return array, box
 
 

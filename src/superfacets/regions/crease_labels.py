@@ -81,7 +81,7 @@ class VertexEdges(NamedTuple):
         """
         check_length(areas, len(self.positions), "areas", "point")
         bounds = np.array([self.positions.min(axis=0), self.positions.max(axis=0)])
-        check_extent(*bounds, "points", "cloud")
+        check_extent(bounds, "points", "cloud")
         graph = PointGraph(
             self.positions, areas, self.normals, self.offsets, self.neighbors,
             np.arange(len(areas), dtype=np.int32), bounds,
