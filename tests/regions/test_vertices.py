@@ -166,7 +166,7 @@ def test_region_graph_of_labels_of_vertices_names_labels_of_faces():
     regions = sf.segment(mesh, 9).labels
     of_vertices = sf.vertex_labels(mesh, regions, method="creases", min_vertices=20)
     with pytest.raises(
-        ValueError, match=r"got 625 values. For one label per vertex, con"
+        ValueError, match=r"got 625 values. For one label per vertex, use superfacets.metrics"
     ) as caught:
         sf.region_graph(mesh, of_vertices)
     call = str(caught.value).rpartition(" with ")[2]
