@@ -17,7 +17,7 @@ from superfacets.base.errors import MeshError
 from superfacets.base.types import Ints
 from superfacets.files.readers.labels import read_labels
 from superfacets.files.readers.read import read_mesh
-from superfacets.mesh.triangle_mesh import Mesh
+from superfacets.mesh.meshes import Mesh
 
 from .checks import as_triangles
 

@@ -27,7 +27,7 @@ from superfacets.files.guards import known_ending
 from superfacets.files.readers.labels import read_labels
 from superfacets.graph.sums import weighted_majority
 from superfacets.mesh.faces import vertex_graph
-from superfacets.mesh.triangle_mesh import Mesh
+from superfacets.mesh.meshes import Mesh
 from superfacets.mesh.weld import lowest_vertices
 from superfacets.metrics.overlap import achievable_accuracy, achievable_iou, overlap_of
 from superfacets.pipeline import segment

@@ -127,8 +127,7 @@ LIMITS = {
     "bytes of a GLB file": ["superfacets_textures.glb.MAX_BYTES"],
     "wait for a request": ["superfacets_studio.web.server.SECONDS"],
     "rows written at once": [
-        "superfacets.files.writers.ply.ROWS_AT_ONCE", "superfacets.files.writers.obj.ROWS_AT_ONCE",
-        "superfacets.files.writers.text.ROWS_AT_ONCE",
+        f"superfacets.files.writers.{name}.ROWS_AT_ONCE" for name in ("ply", "text", "text_formats")
     ],
     "rows pooled at once": ["superfacets.regions.pooling._ROWS_AT_ONCE"],
     "ids in a GLB file": ["superfacets_textures.glb.MAX_IDS"],

@@ -9,7 +9,7 @@ ENGINE = ["base", "mesh", "graph", "weights", "cleanup", "clustering", "pipeline
 
 BUDGETS = [
     ("the engine", 10_500, [f"src/superfacets/{part}" for part in ENGINE]),
-    ("superfacets", 20_100, ["src/superfacets"]),
+    ("superfacets", 19_800, ["src/superfacets"]),
     ("superfacets_cli", 3_000, ["src/superfacets_cli"]),
     ("superfacets_show", 3_300, ["src/superfacets_show"]),
     ("superfacets_studio", 5_000, ["src/superfacets_studio"]),
@@ -17,7 +17,7 @@ BUDGETS = [
     ("superfacets_textures", 1_800, ["src/superfacets_textures"]),
     ("superfacets_scans", 2_300, ["src/superfacets_scans"]),
     ("superfacets_batch", 800, ["src/superfacets_batch"]),
-    ("all Python in the wheel", 39_200, ["src"]), ("C++", 20_600, ["src/core"]),
+    ("all Python in the wheel", 39_000, ["src"]), ("C++", 20_600, ["src/core"]),
     ("the front end", 9_000, ["frontend/src"]), ("the tests", 44_000, ["tests"]),
 ]  # fmt: skip
 """Name, maximum number of lines, and folders or files."""

@@ -15,7 +15,7 @@ from superfacets.clustering.result import Segmentation, StopReason
 from superfacets.graph.face_graph import FaceGraph, build_face_graph
 from superfacets.graph.size import checked_n_segments
 from superfacets.mesh.convert import MeshLike
-from superfacets.mesh.triangle_mesh import Mesh
+from superfacets.mesh.meshes import Mesh
 
 from ..checks import as_triangles, checked_generator, import_package
 

@@ -17,7 +17,7 @@ from superfacets.base.types import Bools, Floats, Ints
 from superfacets.clustering.result import Segmentation
 from superfacets.graph.face_graph import build_face_graph
 from superfacets.graph.surface import arc_measures
-from superfacets.mesh.triangle_mesh import Mesh
+from superfacets.mesh.meshes import Mesh
 from superfacets.pipeline import run, segment
 from superfacets.stages.options import SegmentOptions
 from superfacets.tools.sample import split_in_four

@@ -48,9 +48,9 @@ from .graph.constraints import sharp_edges as sharp_edges
 from .graph.face_graph import FaceGraph as FaceGraph
 from .graph.face_graph import build_face_graph as build_face_graph
 from .mesh.attach import attach_labels as attach_labels
+from .mesh.meshes import Mesh as Mesh
+from .mesh.meshes import PolygonMesh as PolygonMesh
 from .mesh.point_cloud import PointCloud as PointCloud
-from .mesh.polygon_mesh import PolygonMesh as PolygonMesh
-from .mesh.triangle_mesh import Mesh as Mesh
 from .pipeline import segment as segment
 from .regions.border_cut import BorderCut as BorderCut
 from .regions.border_cut import cut_borders as cut_borders

@@ -30,6 +30,7 @@ from .files.guards import shortened as shortened
 from .base.errors import reason_of as reason_of
 from .base.errors import import_extra as import_extra
 from .base.lazy import Table as Table
+from .base.lazy import lazy_names as lazy_names
 from .base.checks import freeze as freeze
 
 # Meshes, clouds and their cells
@@ -44,7 +45,7 @@ from .mesh.faces import corners_of as corners_of
 from .mesh.faces import corner_triangles as corner_triangles
 from .mesh.faces import cut_into_triangles as cut_into_triangles
 from .mesh.weld import lowest_vertices as lowest_vertices
-from .graph.corner_labels import labels_of_corners as labels_of_corners
+from .graph.kinds import labels_of_corners as labels_of_corners
 from .graph.sums import weighted_majority as weighted_majority
 from .graph.sums import sums_by_label as sums_by_label
 from .graph.surface import Surface as Surface
@@ -86,9 +87,6 @@ from .files.atomic import locked as locked
 from .files.writers.text import write_rows as write_rows
 from .files.writers.text import number_format as number_format
 from .files.writers.cells import FormatOptions as FormatOptions
-
-# Packages of apps
-from .base.lazy import lazy_names as lazy_names
 
 # Whole files
 from .tools.segment_file import FileOptions as FileOptions

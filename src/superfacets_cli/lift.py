@@ -23,12 +23,7 @@ from superfacets_scans import GROUPS, SEGMENTS, LiftedLabels, Overlap
 
 from . import options as opts
 from .failures import print_notes
-from .inputs import (
-    given_labels,
-    labels_of_cells,
-    ranked_labels_beside,
-    read_input,
-)
+from .inputs import given_labels, labels_of_cells, ranked_labels_beside, read_input
 from .interrupts import run_in_background
 from .outputs import Job, one_job, one_output_options
 

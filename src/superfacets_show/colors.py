@@ -11,12 +11,7 @@ import numpy.typing as npt
 
 from superfacets import CellGraph, kit
 from superfacets.kit import Array, Bytes, Cells, Floats, Ints, Longs, MeshLike
-from superfacets_textures import (
-    linear_of_oklab,
-    linear_of_srgb,
-    oklab_of_linear,
-    srgb_of_linear,
-)
+from superfacets_textures import linear_of_oklab, linear_of_srgb, oklab_of_linear, srgb_of_linear
 
 Vision = Literal["normal", "protanopia", "deuteranopia", "tritanopia"]
 VISIONS: tuple[Vision, ...] = get_args(Vision)

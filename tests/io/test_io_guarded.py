@@ -16,7 +16,7 @@ from superfacets import MeshError, read_cloud, read_mesh
 from superfacets.files import guarded as module
 from superfacets.files.cell_file import CellFile
 from superfacets.files.guarded import guarded
-from superfacets.files.other import as_declared
+from superfacets.files.readers.read import as_declared
 
 READERS = """
 import os, signal, sys, time

@@ -28,7 +28,7 @@ TEXTURES = (
     "textures", "writing",
 )  # fmt: skip
 PLACES = (
-    "superfacets/files", "superfacets/mesh/faces.py", "superfacets/mesh/polygon_mesh.py",
+    "superfacets/files", "superfacets/mesh/faces.py", "superfacets/mesh/meshes.py",
     "superfacets_formats",
     "superfacets_scans/label_images.py", "superfacets_scans/pinhole_camera.py",
     *(f"superfacets_textures/{name}.py" for name in TEXTURES),
@@ -42,7 +42,8 @@ GUARDS = {
         ("_table_of_ids", "bincount"): "labels are below 2**24, checked in `write_ids`",
         ("write_ids", "bincount"): "labels are below 2**24, checked before",
         ("write_ids", "zeros"): "labels are below 2**24, checked before"},
-    "superfacets/files/writers/obj.py": {("_lines_of", "repeat"): "sizes of faces in memory"},
+    "superfacets/files/writers/text_formats.py": {
+        ("_lines_of", "repeat"): "sizes of faces in memory"},
     "superfacets_formats/pcd_writer.py": {
         ("write_pcd", "empty"): "at most ROWS_AT_ONCE rows of points in memory"},
     "superfacets/files/writers/ply.py": {
@@ -116,7 +117,7 @@ GUARDS = {
     "superfacets_textures/ply_texture.py": {
         ("_pairs_of_faces", "arange"): "corners in memory",
         ("_pairs_of_faces", "repeat"): "sizes of faces in memory"},
-    "superfacets/files/other.py": {
+    "superfacets/files/readers/read.py": {
         ("_unpacked", "decompress"): "at most `most_bytes_of` the file"},
     "superfacets/files/readers/stl.py": {
         ("_stored", "frombuffer"): "the count must give the size of the file"},
@@ -135,7 +136,7 @@ GUARDS = {
         ("spread_indices", "arange"): "numbers of samples that the caller asks for"},
     "superfacets_scans/label_images.py": {
         ("_as_array", "zeros"): "at most the `MAX_PIXELS` of a camera"},
-    "superfacets/mesh/polygon_mesh.py": {("triangulate", "repeat"): "sizes of faces in memory"},
+    "superfacets/mesh/meshes.py": {("triangulate", "repeat"): "sizes of faces in memory"},
     "superfacets_scans/lifting.py": {
         ("_by_image", "arange"): "images that were read",
         ("_objects_of_masks", "bincount"): "masks, of which each has a pixel",

@@ -18,7 +18,7 @@ from superfacets.metrics import (
     evaluate_vertices,
     undersegmentation_error,
 )
-from superfacets.metrics.edges import MeshEdges
+from superfacets.metrics.borders import MeshEdges
 from superfacets.metrics.overlap import consistency_error, hamming_distance, rand_index
 
 # Regions 0 (area 4) and 1 (area 6) against segments 0 (area 7) and 1 (area 3):

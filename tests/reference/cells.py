@@ -13,8 +13,7 @@ import numpy.typing as npt
 from superfacets import TetMesh
 from superfacets.base.types import Floats, Ints, Longs
 from superfacets.mesh.faces import FaceMesh, corners_of
-from superfacets.mesh.polygon_mesh import PolygonMesh
-from superfacets.mesh.triangle_mesh import Mesh
+from superfacets.mesh.meshes import Mesh, PolygonMesh
 
 from .arithmetic import norm
 

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 from superfacets.base.types import Floats
 from superfacets.graph.face_graph import FaceGraph
-from superfacets.mesh.triangle_mesh import Mesh
+from superfacets.mesh.meshes import Mesh
 
 from .smooth import MovingRegions
 

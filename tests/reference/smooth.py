@@ -9,7 +9,7 @@ import numpy as np
 
 from superfacets.base.types import Floats
 from superfacets.graph.face_graph import FaceGraph
-from superfacets.mesh.triangle_mesh import Mesh
+from superfacets.mesh.meshes import Mesh
 
 from .arithmetic import exponential, norm
 

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from superfacets.base.types import Floats, Ints
-from superfacets.mesh.triangle_mesh import Mesh
+from superfacets.mesh.meshes import Mesh
 
 from .arithmetic import dot
 

@@ -9,7 +9,7 @@ from itertools import combinations
 import numpy as np
 
 from superfacets.base.types import Array, Bools, Floats, Ints
-from superfacets.mesh.triangle_mesh import Mesh
+from superfacets.mesh.meshes import Mesh
 from superfacets_scans.pinhole_camera import PinholeCamera
 
 from .arithmetic import dot

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from superfacets.base.types import Array, Floats
-from superfacets.mesh.triangle_mesh import Mesh
+from superfacets.mesh.meshes import Mesh
 
 from .arithmetic import dot
 from .cells import build_face_graph, measure_faces

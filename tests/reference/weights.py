@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from superfacets.base.types import Bools, Floats, Ints, Longs, Singles
-from superfacets.mesh.triangle_mesh import Mesh
+from superfacets.mesh.meshes import Mesh
 
 from .arithmetic import arctangent, dot, norm
 from .cells import Arc, measure_faces

@@ -6,9 +6,8 @@ import shapes
 from numpy.testing import assert_array_equal
 
 import superfacets as sf
-from superfacets.graph.corner_labels import MIN_IN_FILES
 from superfacets.graph.sums import weighted_majority
-from superfacets.regions.vertices import vertex_ids
+from superfacets.regions.vertices import MIN_IN_FILES, vertex_ids
 from superfacets_formats.tet_mesh import signed_volumes
 from superfacets_scans import project_labels
 

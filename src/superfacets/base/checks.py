@@ -42,7 +42,6 @@ MAX_THREADS_PER_CORE = 4
 """Maximum number of threads per usable core. On two cores, 1,024 threads take four times as long as
 two threads, because the threads wait for each other."""
 
-
 _PLURALS = {"category": "categories", "index": "indices", "vertex": "vertices"}
 
 
@@ -55,10 +54,7 @@ def check_length(
     given: Sized, n: int, name: str, noun: str = "cell", *, n_vertices: int | None = None,
     error: type[ValueError] = ValueError,
 ) -> None:  # fmt: skip
-    """Check a parameter: raise an error unless it has `n` values, one value for each `noun`.
-
-    If there is one value per vertex instead of one per cell, the message contains advice.
-    """
+    """Check a parameter: raise an error unless it has `n` values, one value for each `noun`."""
     if len(given) == n:
         return
     hint = (
@@ -259,7 +255,7 @@ def _checked_corners(points: Floats, corners: Ints) -> tuple[int | None, Floats]
     box = np.array(bounds)
     if not is_in_range:
         return int(np.argmax((corners < 0) | (corners >= len(points)))), box
-    check_extent(*box)
+    check_extent(box)
     return None, box
 
 
@@ -310,12 +306,12 @@ def refuse_first(
         raise error(f"{name}[{index}] must be {must}, got {np.asarray(values)[index].tolist()}")
 
 
-def check_extent(low: Floats, high: Floats, things: str = "faces", whole: str = "mesh") -> None:
+def check_extent(box: Floats, things: str = "faces", whole: str = "mesh") -> None:
     """Raise a MeshError if a bounding box is a point, or if its size is not in `EXTENT_RANGE`."""
-    if np.array_equal(low, high):
+    if np.array_equal(*box):
         raise MeshError(f"all {things} lie at one point: the bounding box has no size")
     with np.errstate(over="ignore"):
-        side = float(np.max(high - low))
+        side = float(np.max(box[1] - box[0]))
     if not EXTENT_RANGE[0] <= side <= EXTENT_RANGE[1]:
         raise MeshError(
             f"the longest side of the bounding box must be {EXTENT_RANGE[0]:g} to"
@@ -346,15 +342,10 @@ def checked_points(points: Any) -> tuple[Floats, Floats]:
     box = np.array([[axis.min() for axis in array.T], [axis.max() for axis in array.T]])
     if not np.isfinite(box).all():
         refuse_infinite(array, "points")
-    # Equal points are valid here. Functions that need distinct points also call `check_spread`.
+    # Equal points are valid here. Functions that need distinct points also call `check_extent`.
     if not np.array_equal(*box):
-        check_spread(box)
+        check_extent(box, "points", "cloud")
     return array, box
-
-
-def check_spread(bounds: Floats) -> None:
-    """Raise a MeshError if the box around a cloud is a point, or too small or too large."""
-    check_extent(bounds[0], bounds[1], "points", "cloud")
 
 
 def checked_normals(normals: Any, n_points: int, name: str = "normals") -> Floats:
@@ -509,10 +500,7 @@ def checked_region_centers(centers: npt.ArrayLike, labels: Ints, n_regions: int)
 def checked_partial_labels(
     labels: Any, n_cells: int, *, least: int = -1, n_vertices: int | None = None
 ) -> tuple[Ints, int]:
-    """Return labels, (N,) int32, after checking that all of 0 to K - 1 occur, and the number K.
-
-    The label -1, for cells without a region, is allowed only if `least` is -1.
-    """
+    """Return labels >= `least` as (N,) int32 after checking that 0 to K - 1 occur, and K."""
     given = _row_of_labels(labels, n_cells, "labels", n_vertices)
     must = f"{least} to {n_cells - 1} for {counted(n_cells, 'cell')}"
     refuse_first((given < least) | (given >= n_cells), "labels", given, must)

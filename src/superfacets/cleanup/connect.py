@@ -7,7 +7,6 @@ import numpy.typing as npt
 
 from .. import _core
 from ..base.checks import checked_region_centers
-from ..base.types import Floats, Ints
 from ..graph.cell_graph import CellGraph
 from ..graph.sums import sums_by_label
 from ..mesh.convert import MeshLike
@@ -76,7 +75,10 @@ def enforce_connectivity(
     region_of_piece[pieces] = part.labels
     areas = sums_by_label(pieces, surface.measures, n_pieces)
     if centers is None:
-        kept = _largest_pieces(region_of_piece, areas, n_regions)
+        # Sorted by area, so that the last assignment is the largest piece, of several the lowest.
+        order = np.lexsort((-np.arange(n_pieces), areas))
+        kept = np.empty(n_regions, np.int32)
+        kept[region_of_piece[order]] = order
     else:
         cells = checked_region_centers(centers, part.whole, n_regions)
         kept = pieces[part.numbers_of(cells)]
@@ -93,11 +95,3 @@ def enforce_connectivity(
         n_pieces - n_regions - len(islands),
         len(islands),
     )
-
-
-def _largest_pieces(region_of_piece: Ints, areas: Floats, n_regions: int) -> Ints:
-    """Return the piece with the largest area in each region; of equal pieces, the lowest index."""
-    order = np.lexsort((-np.arange(len(areas)), areas))
-    largest = np.empty(n_regions, np.int32)
-    largest[region_of_piece[order]] = order  # the last assignment is the largest piece
-    return largest

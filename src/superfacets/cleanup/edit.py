@@ -79,10 +79,7 @@ def read_labeled(
     cells: Cells | CellGraph, labels: npt.ArrayLike, weights: npt.ArrayLike | None, weld: float,
     n_threads: int,
 ) -> tuple[BaseGraph, BorderCosts, Ints, int]:  # fmt: skip
-    """Check labels and weights; return graph, border costs, labels, and the number of regions.
-
-    If `weights` is None, they are those of a `CellGraph`, or the result of `creases_of`.
-    """
+    """Check labels and weights; return graph, border costs, labels, and the number of regions."""
     array, n_regions = checked_regions(labels, cells.n_cells)
     graph, surface = graph_and_surface(cells, weld, n_threads, array >= 0)
     measures = surface.measures if array.min() >= 0 else surface.measures[array >= 0]

@@ -27,12 +27,10 @@ MAX_CHAIN = 8
 MAX_SWEEPS = 10
 """Maximum number of sweeps over all border faces. Most meshes need 4 sweeps."""
 
-
 ROUNDNESS = 0.13
 """Factor of the integral in the stiffness cost of `smooth_borders`, in units of 1 / r^2. With a
 factor of 0 and 150 regions, the undersegmentation error falls by 0.0006 and the compactness rises
 by 0.01, but regions on a square grid have a median elongation of 1.25 instead of 1.19."""
-
 
 BALANCED_STIFFNESS = 15.0
 """Stiffness of regions with target sizes, in units of 1 / r. It replaces `SmoothOptions.stiffness`.

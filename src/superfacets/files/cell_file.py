@@ -13,8 +13,7 @@ from ..base.checks import check_length
 from ..base.errors import MeshError
 from ..base.types import Array, Bools, Floats, Ints
 from ..graph.constraints import mask_of
-from ..graph.corner_labels import are_of_vertices
-from ..graph.kinds import kind_of
+from ..graph.kinds import are_of_vertices, kind_of
 from ..mesh.base import Cells
 from .atomic import StrPath
 from .formats import FORMATS
@@ -80,8 +79,7 @@ class CellFile:
     ) -> Bools:
         """Return the mask of the cells whose label is one of `values`, or not 0 if it is None.
 
-        Raises a MeshError if there are no such cells. Its message names the label file `path`, or
-        this file.
+        Raises a MeshError that names the label file `path`, or this file, if there are none.
         """
         return mask_of(labels, values, self.name if path is None else path, cells)
 

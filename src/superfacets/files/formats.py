@@ -79,19 +79,19 @@ _ROLES: dict[str, dict[str, str]] = {
     "write_polygons": {
         ".ply": f"{_WRITE}ply:write_ply",
         ".vtp": "superfacets_formats.vtk_writer:write_vtp",
-        ".obj": f"{_WRITE}obj:write_obj",
-        ".off": f"{_WRITE}obj:write_off",
+        ".obj": f"{_WRITE}text_formats:write_obj",
+        ".off": f"{_WRITE}text_formats:write_off",
         ".glb": "superfacets_textures.glb:write_glb",
         ".ids.png": "superfacets_textures.ids_image:write_ids",
     },
-    "write_triangles": {".stl": f"{_WRITE}stl:write_stl"},
+    "write_triangles": {".stl": f"{_WRITE}text_formats:write_stl"},
     "write_tetrahedra": {
         ".vtu": "superfacets_formats.vtk_writer:write_vtu",
         ".vtk": "superfacets_formats.vtk_writer:write_vtk",
     },
     "write_points": {
         ".ply": f"{_WRITE}ply:write_cloud_ply",
-        ".csv": f"{_WRITE}clouds:write_csv",
+        ".csv": f"{_WRITE}text_formats:write_csv",
         ".pcd": "superfacets_formats.pcd_writer:write_pcd",
         ".las": "superfacets_formats.las_writer:write_las",
         ".laz": "superfacets_formats.las_writer:write_las",

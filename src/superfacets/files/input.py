@@ -16,9 +16,8 @@ from ..base.lazy import load
 from ..base.types import Array, Bools, Floats
 from ..graph.kinds import kind_of
 from ..mesh.base import Cells
+from ..mesh.meshes import Mesh, PolygonMesh
 from ..mesh.point_cloud import PointCloud
-from ..mesh.polygon_mesh import PolygonMesh
-from ..mesh.triangle_mesh import Mesh
 from .attributes import COLORS, MeshAttributes, is_word
 from .guards import Content, Polygons, as_rows, checked_faces, narrowed
 

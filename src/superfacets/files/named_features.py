@@ -52,8 +52,7 @@ class CellData:
         If `is_kept` is given, (N,), missing normals of a cloud are estimated from the kept points
         only; the normals of the other points are 0.
 
-        Raises a MeshError if a feature is not available. For an unknown name, the message lists the
-        available names.
+        Raises a MeshError if a feature is not available.
         """
         columns, groups, of_columns = [], [], list[str]()
         for name in names:
@@ -184,8 +183,7 @@ def stored_colors(cells: Any, attributes: MeshAttributes | None) -> Bytes | None
     """Return red, green and blue to show for each cell or vertex, or None if there are no colors.
 
     Files of point clouds store black for missing colors, so None is also returned if all colors of
-    a cloud are black. The result ranges from 0 to 255; see `MeshAttributes.colors` for the range in
-    a file.
+    a cloud are black. For the range of colors in a file, see `MeshAttributes.colors`.
     """
     if not kind_of(cells).are_points or cells.colors is None:
         return None if attributes is None else attributes.colors

@@ -27,9 +27,8 @@ from ..mesh.convert import MeshLike, as_mesh
 from ..mesh.faces import FaceMesh, corners_of
 from ..mesh.weld import lowest_vertices
 from .cell_graph import CellGraph, CsrArcs
-from .corner_labels import fit_vertices, of_cells
 from .face_graph import FaceGraph, build_face_graph
-from .kinds import kind_of
+from .kinds import fit_vertices, kind_of, of_cells
 from .surface import Surface, arc_measures
 
 ANY_GROUP = -1
@@ -138,8 +137,7 @@ class KeptCells:
     def new_cells(self, seeds: npt.ArrayLike, order: Ints | None = None) -> Ints:
         """Convert seeds, indices of cells in the whole graph, to numbers of kept cells.
 
-        Raises a ValueError if a cell is not kept; its message has the index before sorting, see
-        `order`.
+        Raises a ValueError if a cell is not kept; the message has its index before sorting.
         """
         given = checked_seeds(seeds, self.n_whole, "init")
         found = np.minimum(np.searchsorted(self.cells, given), len(self.cells) - 1)
@@ -213,7 +211,7 @@ def sharp_edges(
     ([[0, 2]], [])
     """
     keys, _ = _sharp_sides(mesh, angle, weld, n_threads)
-    return _edges_of(np.unique(keys))
+    return edges_of_keys(np.unique(keys))
 
 
 def sharp_edges_inside(
@@ -221,11 +219,11 @@ def sharp_edges_inside(
 ) -> Floats:
     """Return the fraction of the length of all sharp edges between faces of each region, (K,)."""
     keys, faces = _sharp_sides(mesh, angle, True, n_threads)
-    n_regions, total = int(labels.max()) + 1, _lengths_of(mesh, np.unique(keys)).sum()
+    n_regions, total = int(labels.max()) + 1, edge_lengths(mesh, np.unique(keys)).sum()
     is_inside = (labels[faces[:, 0]] == labels[faces[:, 1]]) & (labels[faces[:, 0]] >= 0)
     inside, first = np.unique(keys[is_inside], return_index=True)
     regions = labels[faces[is_inside, 0][first]]
-    return np.bincount(regions, _lengths_of(mesh, inside), n_regions) / (total or 1.0)
+    return np.bincount(regions, edge_lengths(mesh, inside), n_regions) / (total or 1.0)
 
 
 def checked_angle(angle: Any) -> float:
@@ -239,7 +237,7 @@ def checked_angle(angle: Any) -> float:
 def _sharp_sides(
     mesh: MeshLike, angle: float, weld: float, n_threads: int | None
 ) -> tuple[Longs, Ints]:
-    """Return the key (see `_keys_of`) and both faces of each arc across a sharp edge."""
+    """Return the key (see `edge_keys`) and both faces of each arc across a sharp edge."""
     limit = np.radians(checked_angle(angle))
     source, threads = as_mesh(mesh), checked_threads(n_threads)
     graph = build_face_graph(source, weld=weld, n_threads=threads)
@@ -253,7 +251,7 @@ def _sharp_sides(
     lowest = lowest_vertices(source.vertices, weld, threads)
     ends = lowest[corners_of(source).ends_of_sides(sources[is_sharp], graph.sides[is_sharp])]
     faces = np.stack([sources[is_sharp], graph.neighbors[is_sharp]], axis=1)
-    return _keys_of(ends), faces
+    return edge_keys(ends), faces
 
 
 def in_order(values: Array, order: Ints | None) -> Array:
@@ -317,26 +315,26 @@ def _crossed_by(
     ends = lowest[corners.ends_of_sides(faces, sides)]
     # Sides whose two ends are ends of barriers. Sides that are not barriers are removed below.
     is_crossed: Bools = np.asarray(is_end[ends].all(axis=1))
-    keys, wanted_keys = _keys_of(ends[is_crossed]), _keys_of(wanted)
+    keys, wanted_keys = edge_keys(ends[is_crossed]), edge_keys(wanted)
     refuse_first(~np.isin(wanted_keys, keys), "barriers", given, "an edge of the mesh")
     is_crossed[is_crossed] = np.isin(keys, wanted_keys)
     return np.asarray(is_crossed[in_order(corners.starts[:-1], order)[sources] + graph.sides])
 
 
-def _keys_of(edges: Ints) -> Longs:
+def edge_keys(edges: Ints) -> Longs:
     """Return an integer key for each edge. It does not depend on the order of the two ends."""
     low, high = edges.min(axis=1).astype(np.int64), edges.max(axis=1)
     return np.asarray((low << 32) | high)
 
 
-def _edges_of(keys: Longs) -> Ints:
-    """Return the edges with these keys, (E, 2), with the lower vertex first; see `_keys_of`."""
+def edges_of_keys(keys: Longs) -> Ints:
+    """Return the edges with these keys, (E, 2), with the lower vertex first; see `edge_keys`."""
     return np.stack([keys >> 32, keys & 0xFFFFFFFF], axis=1).astype(np.int32)
 
 
-def _lengths_of(mesh: FaceMesh, keys: Longs) -> Floats:
-    """Return the length of each edge, (E,); see `_keys_of` for the keys of edges."""
-    starts, ends = mesh.vertices[_edges_of(keys).T]
+def edge_lengths(mesh: FaceMesh, keys: Longs) -> Floats:
+    """Return the length of each edge, (E,); see `edge_keys` for the keys of edges."""
+    starts, ends = mesh.vertices[edges_of_keys(keys).T]
     lengths: Floats = np.linalg.norm(ends - starts, axis=1)
     return lengths
 

@@ -14,7 +14,7 @@ from ..base.errors import MeshError
 from ..base.types import ArcLists, Array, Bytes, Floats, Ints, Longs
 from ..mesh.convert import MeshLike, as_mesh
 from ..mesh.faces import FaceMesh, corners_of, measure_shapes
-from ..mesh.triangle_mesh import Mesh
+from ..mesh.meshes import Mesh
 from ..mesh.weld import lowest_vertices
 from .cell_graph import BaseGraph, CellGraph
 

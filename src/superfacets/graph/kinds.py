@@ -8,35 +8,28 @@ point of the group ``superfacets.kinds``: its name is the class of the cells, fo
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Sized
 from dataclasses import replace
 from typing import Any, ClassVar, NamedTuple, TypeAlias, cast
 
 import numpy as np
 
 from .. import _core
-from ..base.checks import checked_threads
+from ..base.checks import checked_threads, counted
 from ..base.errors import MeshError
 from ..base.lazy import Table, load
-from ..base.types import ArcLists, Bools, Floats, Ints, Longs
+from ..base.types import ArcLists, Array, Bools, Floats, Ints, Longs
 from ..mesh.base import Cells, CellsOfVertices
 from ..mesh.convert import MeshLike, as_cells
-from ..mesh.faces import (
-    Corners,
-    FaceMesh,
-    corners_of,
-    cut_into_triangles,
-    measure_faces,
-    mesh_like,
-)
+from ..mesh.faces import Corners, FaceMesh, corners_of, cut_into_triangles, measure_faces, mesh_like
+from ..mesh.meshes import Mesh, PolygonMesh
 from ..mesh.point_cloud import PointCloud
-from ..mesh.polygon_mesh import PolygonMesh
-from ..mesh.triangle_mesh import Mesh
 from .cell_graph import BaseGraph, CellGraph
 from .face_graph import FaceArcs, FaceGraph, FaceShapes, arcs_at_borders
 from .point_graph import PointGraph, find_point_graph, point_surface
 from .size import sliver_share
 from .sorting import is_scattered, sorted_corners
+from .sums import weighted_majority
 from .surface import NO_NORMALS, Surface
 
 Nearest: TypeAlias = tuple[Ints, Floats]
@@ -226,7 +219,8 @@ class Kind:
         return (graph.offsets, graph.neighbors), labels
 
 
-class _Faces(Kind):
+class _Polygons(Kind):
+    name = "polygons"
     noun = "face"
     plural = "faces"
     has_faces = True
@@ -274,15 +268,11 @@ class _Faces(Kind):
         return cells, None
 
 
-class _Triangles(_Faces):
+class _Triangles(_Polygons):
     name = "triangles"
 
     def border_arcs(self, cells: Mesh, labels: Ints, n_threads: int) -> tuple[ArcLists, Ints]:
         return arcs_at_borders(cells, labels, n_threads)
-
-
-class _Polygons(_Faces):
-    name = "polygons"
 
 
 class _Points(Kind):
@@ -388,3 +378,42 @@ def graph_and_surface(
     kind = kind_of(cells)
     graph = kind.ordered(cells, weld, n_threads, may_sort=False, is_kept=is_kept).graph
     return graph, kind.surface(cells, graph, n_threads)
+
+
+def labels_of_corners(cells: Any, of_vertices: Array) -> Array:
+    """Return, for each cell, the most frequent label of its corners, of the same type.
+
+    If several labels are equally frequent, the lowest is used. `of_vertices` has one label per
+    vertex, or per point of a cloud. Apps use it for files with labels of vertices.
+    """
+    corners = kind_of(cells).corners(cells)
+    if corners is None:
+        return of_vertices
+    names, ranks = np.unique(of_vertices, return_inverse=True)
+    groups = np.repeat(np.arange(cells.n_cells), corners.sizes)
+    voters = ranks[corners.vertices].astype(np.int32)
+    winners = weighted_majority(groups, voters, np.ones(len(voters)), cells.n_cells).winners
+    return np.asarray(names[winners])
+
+
+def of_cells(values: Any, cells: Any) -> Any:
+    """Return one value per cell if there is one per vertex and not one per cell, else `values`."""
+    return labels_of_corners(cells, np.asarray(values)) if fit_vertices(values, cells) else values
+
+
+def fit_vertices(values: Any, cells: Any) -> bool:
+    """Return whether there is one value per vertex and not one per cell, as in `of_cells`."""
+    n_vertices = getattr(cells, "n_vertices", None)  # point clouds have no vertices
+    return bool(np.shape(values) == (n_vertices,) != (cells.n_cells,))
+
+
+def are_of_vertices(labels: Sized, cells: Any) -> bool:
+    """Return whether labels are of vertices and not of cells; a MeshError if of neither."""
+    n_vertices = getattr(cells, "n_vertices", None)  # point clouds have no vertices
+    if len(labels) in (cells.n_cells, n_vertices):
+        return len(labels) != int(cells.n_cells)
+    vertices = "" if n_vertices is None else f" or per vertex ({n_vertices})"
+    raise MeshError(
+        f"labels must have one value per {kind_of(cells).noun} ({cells.n_cells}){vertices},"
+        f" got {counted(len(labels), 'value')}"
+    )

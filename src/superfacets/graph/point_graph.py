@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..base.checks import check_spread, checked_normals
+from ..base.checks import check_extent, checked_normals
 from ..base.types import Bools, Floats, Ints, Longs, Viewpoint
 from ..mesh.point_cloud import PointCloud
 from .cell_graph import BaseGraph
@@ -61,7 +61,7 @@ def find_point_graph(
     sorted along a curve, those not kept last, which makes later stages two to three times as fast.
     """
     part, kept = _kept_part(cloud, is_kept)
-    check_spread(part.bounds)
+    check_extent(part.bounds, "points", "cloud")
     axes, has_normals = NO_NORMALS if part.axes is None else part.axes, part.normals is not None
     offsets, neighbors, measures, normals, order, positions = _core.build_point_graph(
         part.points, n_neighbors, max(n_neighbors, N_AROUND), cutoff, has_normals, axes, is_sorted,

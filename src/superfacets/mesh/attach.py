@@ -14,8 +14,7 @@ from ..base.checks import checked_choice, checked_classes
 from ..base.lazy import load
 from ..base.types import Array, Bytes, Ints
 from .base import Cells
-from .blocks import cell_blocks, has_blocks
-from .convert import as_cells
+from .convert import as_cells, cell_blocks, has_blocks
 from .point_cloud import PointCloud
 
 DEFAULT_NAME = "superfacets"

@@ -4,24 +4,36 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from typing import Any, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from ..base.checks import counted, refuse_order
+from ..base.checks import counted, polygon_arrays, refuse_order
 from ..base.errors import MeshError
 from ..base.lazy import load
 from ..base.types import Array
 from .base import Cells
-from .blocks import cell_blocks, has_blocks, mesh_of_blocks, tet_mesh
 from .faces import FaceMesh
+from .meshes import Mesh, PolygonMesh
 from .point_cloud import PointCloud
-from .polygon_mesh import PolygonMesh
-from .triangle_mesh import Mesh
+
+if TYPE_CHECKING:
+    from .. import TetMesh
 
 _VTK_TETRA = 10
 """Number that identifies tetrahedra among the cell types of VTK."""
+
+_TETS = ("tetra", "tetra10")
+"""Types of tetrahedra in meshio. The first four nodes of a tetrahedron are its corners; all other
+nodes are on its edges."""
+
+_FACES = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad9": 4, "polygon": None}
+"""Number of corners for each type of face in meshio, or None if faces of this type may have any
+number of corners. The corners are the first nodes of a face."""
+
+_SKIPPED = ("vertex", "line", "line3")
+"""Types of cells in meshio that are ignored."""
 
 
 class _Vertices(Protocol):  # a mesh of trimesh or of Open3D's legacy API
@@ -64,16 +76,10 @@ annotate parameters with it. Functions that need faces raise a MeshError for oth
 def as_cells(source: MeshLike) -> Cells:
     """Convert a parameter, any input of `segment`, to a mesh or a point cloud.
 
-    - A path is read by `CellFile`.
-    - A (vertices, faces) pair becomes a `Mesh` if all faces are triangles, and a `PolygonMesh`
-      otherwise. The faces are an (F, n) array, or lists of vertices that may differ in length.
-    - An (N, 3) array becomes a point cloud.
-    - Meshes and clouds of trimesh, PyVista (``PolyData``, and ``UnstructuredGrid`` of tetrahedra),
-      Open3D (legacy and tensor API) and meshio (see `cell_blocks`) are recognized by their
-      attributes. These libraries are not imported.
-
-    Raises a MeshError if the mesh or the cloud is not valid, and a TypeError if `source` is none of
-    the above.
+    A (vertices, faces) pair becomes a `Mesh` if all faces are triangles, else a `PolygonMesh`.
+    Objects of other libraries, which are not imported, are recognized by their attributes: of
+    PyVista, ``PolyData``, and ``UnstructuredGrid`` of tetrahedra; of Open3D, both APIs. Raises a
+    MeshError if the mesh or the cloud is not valid, and a TypeError if `source` is not `MeshLike`.
     """
     if isinstance(source, Cells):
         return source
@@ -183,10 +189,7 @@ def _faces_of_any_length(flat: Array) -> list[Array]:
 
 
 def as_cloud(source: CloudLike) -> PointCloud:
-    """Convert `source`, a cloud that `segment` accepts, to a cloud with normals and colors.
-
-    Raises a MeshError if the cloud is not valid, and a TypeError if `source` is not a cloud.
-    """
+    """Convert a cloud that `segment` accepts, as `as_cells` does; a TypeError for other objects."""
     if isinstance(source, PointCloud):
         return source
     if isinstance(source, (str, os.PathLike)):
@@ -228,3 +231,55 @@ def _cloud_of_foreign(source: Any) -> PointCloud | None:
         colors = np.asarray(getattr(source, "colors", ()))
         given = source.vertices, None, colors if colors.size else None
     return PointCloud(*given) if given else None
+
+
+def has_blocks(source: Any) -> bool:
+    """Return whether an object looks like a meshio mesh; its list of blocks may be empty."""
+    blocks = getattr(source, "cells", None)
+    if not isinstance(blocks, list) or not hasattr(source, "points"):
+        return False
+    return all(hasattr(block, "type") and hasattr(block, "data") for block in blocks)
+
+
+def cell_blocks(source: Any) -> list[int]:
+    """Return the indices of the blocks of a meshio mesh that contain the cells to segment.
+
+    These are tetrahedra, or faces, or none for a point cloud. Raises a MeshError if a block has
+    cells of any other type than vertices and lines, such as hexahedra.
+    """
+    filled = [i for i, block in enumerate(source.cells) if len(block.data)]
+    kinds = {i: source.cells[i].type for i in filled}
+    known = (*_TETS, *_FACES, *_SKIPPED)
+    others = sorted({kind for kind in kinds.values() if kind not in known})
+    if others:
+        raise MeshError(f"cells must be faces or tetrahedra, got {', '.join(others)}")
+    tets = [i for i in filled if kinds[i] in _TETS]
+    return tets or [i for i in filled if kinds[i] in _FACES]
+
+
+def tet_mesh(vertices: Any, tets: Any) -> TetMesh:
+    """Return a mesh of tetrahedra."""
+    mesh: TetMesh = load("superfacets_formats.tet_mesh:TetMesh")(vertices, tets)
+    return mesh
+
+
+def mesh_of_blocks(source: Any) -> FaceMesh | TetMesh:
+    """Return the cells in the blocks that `cell_blocks` finds, in the order of the blocks."""
+    blocks = [source.cells[i] for i in cell_blocks(source)]
+    if blocks[0].type in _TETS:
+        tets = np.concatenate([np.asarray(block.data)[:, :4] for block in blocks])
+        return tet_mesh(source.points, tets)
+    parts = [_faces_of(block) for block in blocks]
+    corners = np.concatenate([part[1] for part in parts])
+    if all(_FACES[block.type] == 3 for block in blocks):
+        return Mesh(source.points, corners.reshape(-1, 3))
+    sizes = np.concatenate([np.diff(offsets) for offsets, _ in parts])
+    return PolygonMesh(source.points, np.concatenate([[0], np.cumsum(sizes)]), corners)
+
+
+def _faces_of(block: Any) -> tuple[Array, Array]:
+    """Return CSR offsets and corners of the faces of a block; other nodes are left out."""
+    n_corners = _FACES[block.type]
+    if n_corners is None:
+        return polygon_arrays(block.data)
+    return polygon_arrays(np.asarray(block.data)[:, :n_corners])

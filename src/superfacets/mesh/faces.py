@@ -12,8 +12,7 @@ from .. import _core
 from ..base.checks import checked_threads, freeze
 from ..base.types import Array, Floats, Ints, Longs
 from .base import CellsOfVertices
-from .polygon_mesh import PolygonMesh
-from .triangle_mesh import Mesh
+from .meshes import Mesh, PolygonMesh
 
 if TYPE_CHECKING:
     from .. import TetMesh
@@ -119,10 +118,7 @@ def mesh_like(
 
 
 def cut_into_triangles(mesh: FaceMesh) -> tuple[Ints, Array | None]:
-    """Return triangles (T, 3) to draw or store faces, and the face of each triangle (T,).
-
-    For a triangle mesh, the second result is None, because the triangles are the faces.
-    """
+    """Return triangles (T, 3) to draw or store faces, and the face of each (None for a `Mesh`)."""
     if isinstance(mesh, Mesh):
         return mesh.faces, None
     triangulation = mesh.triangulate()

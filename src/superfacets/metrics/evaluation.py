@@ -21,8 +21,7 @@ from ..mesh.faces import AnyMesh, FaceMesh, is_same_mesh, vertex_graph
 from ..mesh.weld import lowest_vertices
 from ..regions.crease_labels import corners_in
 from ..regions.submeshes import part_of
-from .cuts import DEFAULT_TOLERANCE, Cuts, boundary_agreement, cut_discrepancy
-from .edges import MeshEdges
+from .borders import DEFAULT_TOLERANCE, Cuts, MeshEdges, boundary_agreement, cut_discrepancy
 from .overlap import (
     Overlap,
     achievable_accuracy,
@@ -59,10 +58,8 @@ class GroundTruths:
     truths : array of integers, shape (F,), or sequence of array_like of integers
         One ground truth, or a sequence of ground truths. A ground truth contains the true segment
         (>= 0) of each face, or -1 for an unannotated face.
-    weld : bool, default True
-        Whether vertices at exactly the same position are treated as one vertex.
-    n_threads : int, optional
-        Same as in `segment`.
+    weld, n_threads
+        Same as in `prepare`.
 
     Raises
     ------
@@ -119,10 +116,8 @@ def evaluate(
     tolerance : float, default 0.01
         Maximum distance between matching borders for ``boundary_recall`` and
         ``boundary_precision``, >= 0, as a fraction of the diagonal of the bounding box.
-    weld : bool, default True
-        Whether vertices at exactly the same position are treated as one vertex.
-    n_threads : int, optional
-        Same as in `segment`.
+    weld, n_threads
+        Same as in `prepare`.
 
     Returns
     -------
@@ -181,7 +176,10 @@ def evaluate(
         rated = cuts
         if truth.segments.min() < 0:
             rated = Cuts.of(edges, np.where(truth.segments < 0, truth.segments, regions))
-        rows.append(_of_overlap(overlap) | _of_cuts(edges, rated, truth.cuts, tolerance))
+        recall, precision = boundary_agreement(edges, rated, truth.cuts, tolerance)
+        of_borders = {"boundary_recall": recall, "boundary_precision": precision}
+        of_borders["cut_discrepancy"] = cut_discrepancy(edges, rated, truth.cuts)
+        rows.append(_of_overlap(overlap) | of_borders)
     return values | _left_out([truth.segments for truth in prepared.truths]) | _means(rows)
 
 
@@ -326,13 +324,4 @@ def _of_overlap(overlap: Overlap) -> dict[str, float]:
         "rand_index": rand_index(overlap),
         "global_consistency_error": of_whole,
         "local_consistency_error": of_points,
-    }
-
-
-def _of_cuts(edges: MeshEdges, found: Cuts, true: Cuts, tolerance: float) -> dict[str, float]:
-    recall, precision = boundary_agreement(edges, found, true, tolerance)
-    return {
-        "boundary_recall": recall,
-        "boundary_precision": precision,
-        "cut_discrepancy": cut_discrepancy(edges, found, true),
     }

@@ -166,8 +166,7 @@ def undersegmentation_error(
     mesh : Mesh, mesh-like or CellGraph; or Overlap
         The labeled cells, or an `Overlap`, which replaces `labels` and `truth`.
     labels, truth : array_like of integers, shape (F,)
-        Region (>= 0) and true segment (>= 0) of each face. In `truth`, -1 means that a face
-        is unannotated. Unannotated faces are ignored.
+        Same as in `area_overlap`.
     tolerance : float, default 0.05
         Fraction of the area of a region, from 0 to 1, that an overlap must exceed. It is called tau
         in the paper. Overlaps that equal this fraction up to rounding errors are ignored.

@@ -15,7 +15,7 @@ from ..graph.face_graph import build_face_graph
 from ..graph.sums import sums_by_label
 from ..mesh.convert import MeshLike, as_mesh
 from ..mesh.faces import cut_into_triangles
-from ..mesh.triangle_mesh import Mesh
+from ..mesh.meshes import Mesh
 from ..mesh.weld import lowest_vertices
 
 _N_ROUNDS = 7
@@ -210,20 +210,14 @@ class _RegionsToCut:
         new = Mesh(vertices, faces)
         areas = _core.measure_faces(new.vertices, new.faces, self.n_threads)[1]
         change = np.abs(sums_by_label(labels, areas, n) - self.areas)
-        limit = np.minimum(_MAX_CHANGE * self.areas, self._largest_change(change))
+        # The largest change, up to which all changes sum to at most `_MAX_TOTAL` of the total area.
+        ascending = np.sort(change)
+        n_small = np.searchsorted(np.cumsum(ascending), _MAX_TOTAL * self.areas.sum(), "right")
+        largest = np.inf if n_small == n else float(ascending[max(n_small - 1, 0)])
+        limit = np.minimum(_MAX_CHANGE * self.areas, largest)
         pieces = _count_pieces(new, labels, n, self.weld, self.n_threads)
         has_vanished = (pieces == 0) & (self.n_pieces > 0)
         return np.asarray(has_vanished | (pieces > self.n_pieces) | (change > limit))
-
-    def _largest_change(self, change: Floats) -> float:
-        """Return the largest area change of a region for which `_MAX_TOTAL` is not exceeded.
-
-        All changes up to it sum to at most this fraction of the total area; infinite if all changes
-        do.
-        """
-        ascending = np.sort(change)
-        n_small = np.searchsorted(np.cumsum(ascending), _MAX_TOTAL * self.areas.sum(), "right")
-        return np.inf if n_small == len(change) else float(ascending[max(n_small - 1, 0)])
 
     def with_neighbors(self, is_chosen: Bools) -> Bools:
         """Return whether each region is chosen, or has a common vertex with a chosen region."""
@@ -236,11 +230,7 @@ class _RegionsToCut:
 
 
 def _cut_until_sound(regions: _RegionsToCut) -> tuple[_Cut, Bools]:
-    """Cut faces until no region has a fault; return the cut, and the regions that keep their faces.
-
-    These are regions with faults and, in the second half of the attempts, their neighbors; finally
-    all.
-    """
+    """Cut faces until no region has a fault; return the cut, and regions that keep theirs."""
     is_kept = np.zeros(regions.n_regions + 1, dtype=bool)
     for trial in range(_MAX_TRIALS):
         cut = regions.cut(is_kept.view(np.uint8))

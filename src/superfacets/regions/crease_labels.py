@@ -7,11 +7,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .. import _core
-from ..base.checks import check_length, check_spread, checked_classes
+from ..base.checks import check_extent, check_length, checked_classes
 from ..base.errors import MeshError
 from ..base.types import Array, Bools, Floats, Ints, Longs
-from ..graph.corner_labels import labels_of_corners
-from ..graph.kinds import kind_of
+from ..graph.kinds import kind_of, labels_of_corners
 from ..graph.point_graph import PointGraph, point_surface
 from ..graph.sums import Majority, weighted_majority
 from ..mesh.faces import AnyMesh, Corners, mean_normals, vertex_graph
@@ -65,10 +64,7 @@ class VertexEdges(NamedTuple):
         return given[0] if least < 2 else _core.grow_small_regions(*self, *given, least)
 
     def merged(self, labels: Ints, counts: Ints, least: int) -> Ints:
-        """Return new labels like `grown`, after merging regions of fewer than `least` vertices.
-
-        A merged region gets the lower of the two labels.
-        """
+        """Return labels like `grown`, but merge small regions, which get the lower label."""
         given = self._checked(labels, counts)
         return given[0] if least < 2 else _core.merge_small_regions(*self, *given, least)
 
@@ -85,7 +81,7 @@ class VertexEdges(NamedTuple):
         """
         check_length(areas, len(self.positions), "areas", "point")
         bounds = np.array([self.positions.min(axis=0), self.positions.max(axis=0)])
-        check_spread(bounds)
+        check_extent(bounds, "points", "cloud")
         graph = PointGraph(
             self.positions, areas, self.normals, self.offsets, self.neighbors,
             np.arange(len(areas), dtype=np.int32), bounds,
@@ -105,10 +101,7 @@ class _Regions(NamedTuple):
 
 
 def own_corners(cells: Any, corners: Corners, groups: Ints | None) -> Bools:
-    """Return whether each corner has the most frequent group of its cell; all True without groups.
-
-    `groups`, (V,), is the group of each vertex.
-    """
+    """Return whether each corner has the most frequent of the `groups`, (V,), in its cell."""
     if groups is None:
         return np.ones(len(corners.vertices), bool)
     of_cells = labels_of_corners(cells, groups)

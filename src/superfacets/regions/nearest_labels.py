@@ -22,8 +22,7 @@ from ..base.checks import (
 from ..base.errors import MeshError, MismatchWarning
 from ..base.types import Array, Floats, Ints
 from ..graph.cell_graph import CellGraph
-from ..graph.corner_labels import fit_vertices
-from ..graph.kinds import as_known, kind_of
+from ..graph.kinds import as_known, fit_vertices, kind_of
 from ..graph.sums import weighted_majority
 from ..mesh.convert import MeshLike
 from ..mesh.faces import FaceMesh, cut_into_triangles
@@ -38,7 +37,6 @@ diagonal of the mesh."""
 
 _MAX_FAR = 0.1
 """`transfer` warns if more than this fraction of the points of the target are far from the mesh."""
-
 
 MAX_STEPS = 8
 """Maximum number of equal parts into which `sample_surface` divides each side of a triangle. Eight
@@ -81,7 +79,6 @@ def transfer(
         Label of each point or cell of the target; -1 if the nearest cell is labeled -1 or farther
         away than `max_distance`. Of equally near cells, that with the lowest index is used; of
         labels with equal areas in a face, the lowest.
-        is used.
 
     Warns
     -----

@@ -91,8 +91,13 @@ def pool(
     n_cells = int(np.size(labels)) if source is None else source.n_cells
     n_vertices = getattr(source, "n_vertices", None)
     array, n_regions = checked_partial_labels(labels, n_cells, n_vertices=n_vertices)
-    needs_weights = how not in ("max", "min")
-    weights = _weights_of(source, measures, len(array)) if needs_weights else None
+    weights = None
+    if how not in ("max", "min"):
+        threads = checked_threads(None)
+        if measures is not None:
+            weights = checked_nonnegative_array(measures, len(array), "measures", "cell", threads)
+        elif source is not None:
+            weights = kind_of(source).measures(source, threads)
     members = _members_of(table, array, n_regions, weights, source)
     columns = table[:, np.newaxis] if table.ndim == 1 else table
     shape = (n_regions, *table.shape[1:])
@@ -275,15 +280,6 @@ def _checked_values(values: npt.ArrayLike, how: str) -> Array:
     elif array.dtype.kind not in "biuf":
         raise TypeError(f"values must be numbers or bools, got {array.dtype}")
     return array
-
-
-def _weights_of(
-    source: Cells | CellGraph | None, measures: npt.ArrayLike | None, n_cells: int
-) -> Floats | None:
-    threads = checked_threads(None)
-    if measures is not None:
-        return checked_nonnegative_array(measures, n_cells, "measures", "cell", threads)
-    return None if source is None else kind_of(source).measures(source, threads)
 
 
 def _checked_fill(fill: Any, dtype: np.dtype[Any]) -> Array:

@@ -431,14 +431,14 @@ def region_graph_of(
     low, high, border_lengths, mean_angles, concavities, max_angles, edge_counts = (
         _core.region_arcs(handle, labels, n_threads)
     )
-    normals = _unit_normals(normal_sums, measures)
+    normals, normal_lengths = _normals_of(normal_sums, measures, surface)
     variances, axes = _principal_axes(squares, products)
     arrays: dict[str, Array] = {
         "labels": labels,
         "measures": measures,
         "centroids": centroids,
         "normals": normals,
-        "normal_lengths": _normal_lengths(normal_sums, measures, surface),
+        "normal_lengths": normal_lengths,
         "plane_normals": _plane_normals(variances, axes[:, 2], normals),
         "deviations": np.sqrt(variances),
         "bounds": np.stack([lows, highs], axis=1),
@@ -483,19 +483,13 @@ def _plane_normals(variances: Floats, axes: Floats, normals: Floats) -> Floats:
     return turned
 
 
-def _unit_normals(sums: Floats, measures: Floats) -> Floats:
-    """Scale sums of area vectors to unit length, and replace sums that are zero by NaN."""
+def _normals_of(sums: Floats, measures: Floats, surface: Surface) -> tuple[Floats, Floats]:
+    """Return unit vectors of sums of area vectors, and their lengths divided by areas, or NaN."""
     lengths = np.sqrt(np.einsum("ij,ij->i", sums, sums))
-    lengths[lengths <= _NO_NORMAL * measures] = np.nan
-    normals: Floats = sums / lengths[:, np.newaxis]
-    return normals
-
-
-def _normal_lengths(sums: Floats, measures: Floats, surface: Surface) -> Floats:
-    """Divide the lengths of sums of area vectors by areas; NaN where cells have no normals."""
+    units = sums / np.where(lengths <= _NO_NORMAL * measures, np.nan, lengths)[:, np.newaxis]
     if surface.mesh is None and not sums.any():  # only faces always have normals
-        return np.full(len(sums), np.nan)
-    return np.minimum(_ratio(np.sqrt(np.einsum("ij,ij->i", sums, sums)), measures), 1.0)
+        return units, np.full(len(sums), np.nan)
+    return units, np.minimum(_ratio(lengths, measures), 1.0)
 
 
 def _ratio(above: Floats, below: Floats) -> Floats:

@@ -15,11 +15,14 @@ from ..base.checks import (
     ranked_labels,
 )
 from ..base.types import Ints, Longs
-from ..graph.corner_labels import MIN_IN_FILES, labels_of_corners
-from ..graph.kinds import kind_of
+from ..graph.kinds import kind_of, labels_of_corners
 from ..graph.sums import weighted_majority
 from ..mesh.convert import MeshLike, as_cells
 from .crease_labels import corners_in, crease_labels, own_corners
+
+MIN_IN_FILES = 20
+"""Minimum number of vertices of a region in files for neural networks. The training data of these
+networks was made by ScanNet's Segmentator with the same minimum (its option segMinVerts)."""
 
 METHODS = ("creases", "majority")
 """Names of the methods of `vertex_labels`."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -120,14 +119,15 @@ def mesh_info(mesh: MeshLike, *, weld: float = True) -> MeshInfo | TetInfo:
     >>> info.n_components, info.n_boundary_edges, info.area
     (1, 4, 1.0)
     """
-    cells = as_cells(mesh)
+    cells: Any = as_cells(mesh)
     kind = kind_of(cells)
     if kind.are_points:
         raise MeshError("mesh_info needs a mesh, got a point cloud: use cloud_info instead")
-    if kind.name not in _FACTS:
-        raise MeshError(f"counts and sizes are not available for {kind.plural}")
-    found: MeshInfo | TetInfo = _FACTS[kind.name](cells, weld)
-    return found
+    if kind.name in ("triangles", "polygons"):
+        return _face_info(cells, weld)
+    if kind.name == "tetrahedra":
+        return _tet_info(cells, weld)
+    raise MeshError(f"counts and sizes are not available for {kind.plural}")
 
 
 def cloud_info(cloud: CloudLike) -> CloudInfo:
@@ -205,20 +205,13 @@ def _faces_down(mesh: FaceMesh, graph: FaceGraph, area: float) -> bool:
     return bool(shadow < -area / 2.0)
 
 
-def _tet_info(mesh: TetCells, weld: float) -> Any:
+def _tet_info(mesh: TetCells, weld: float) -> TetInfo:
     threads = checked_threads(None)
     graph, _ = kind_of(mesh).build_graph(mesh, weld, threads)
     counts = count_positions(mesh.vertices), count_components(graph)
     volume = _core.sum_of(graph.measures, threads)
-    return load("superfacets_formats.tet_info:tet_info")(mesh, graph, *counts, volume)
-
-
-_FACTS: dict[str, Callable[[Any, float], Any]] = {
-    "triangles": _face_info,
-    "polygons": _face_info,
-    "tetrahedra": _tet_info,
-}
-"""Functions that compute counts and sizes, keyed by `Kind.name`."""
+    info: TetInfo = load("superfacets_formats.tet_info:tet_info")(mesh, graph, *counts, volume)
+    return info
 
 
 def count_positions(points: Floats) -> int:

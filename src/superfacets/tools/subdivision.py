@@ -23,7 +23,7 @@ from ..base.types import Bytes, Floats, Ints, Longs
 from ..graph.sums import weighted_majority
 from ..mesh.convert import MeshLike, as_mesh
 from ..mesh.faces import FaceMesh, cut_into_triangles
-from ..mesh.triangle_mesh import Mesh
+from ..mesh.meshes import Mesh
 
 MAX_FACES = 10_000_000
 """Default maximum number of new faces. Ten million faces take about 600 MB of memory."""
@@ -173,7 +173,9 @@ def subdivide(
     >>> pieces
     Subdivision(2 faces into 18)
     """
-    length = _checked_length(max_edge)
+    length = math.inf
+    if not isinstance(max_edge, numbers.Real) or max_edge != math.inf:
+        length = checked_number(max_edge, "max_edge", zero=False)
     surface = as_mesh(mesh)
     if max_faces is None:
         most = min(max(MAX_FACES, MAX_GROWTH * surface.n_faces), MAX_CELLS)
@@ -195,13 +197,6 @@ def subdivide(
         return Subdivision(Mesh(vertices, faces), sources, depths)
     areas = _core.measure_faces(surface.vertices, triangles, threads)[1]
     return Subdivision(Mesh(vertices, faces), polygons[sources], depths, areas[sources])
-
-
-def _checked_length(max_edge: float) -> float:
-    is_real = isinstance(max_edge, numbers.Real) and not isinstance(max_edge, (bool, np.bool_))
-    if is_real and max_edge == math.inf:
-        return math.inf
-    return checked_number(max_edge, "max_edge", zero=False)
 
 
 def _check_resolution(mesh: FaceMesh, max_edge: float) -> None:

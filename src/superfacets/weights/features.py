@@ -23,7 +23,6 @@ FEATURE_WEIGHT = 5.0
 radius of a region. Larger weights hardly help: on three slightly smoothed color photographs, the
 borders of 200 regions contain 70 % of the image edges with a weight of 5, and 71 % with 20."""
 
-
 CONSTANT = 1e-12
 """Standard deviation, as a fraction of the largest value, up to which a feature is constant."""
 
@@ -79,10 +78,7 @@ class Features:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of features; empty if features are numbers or there are none.
-
-        Raises a TypeError if features contain both names and numbers.
-        """
+        """Names of features; empty if there are none; a TypeError for both names and numbers."""
         given = self.table
         if isinstance(given, (list, tuple)) and given and isinstance(given[0], str):
             if not all(isinstance(name, str) for name in given):

@@ -58,7 +58,6 @@ EQUAL = 1e-3
 """Maximum relative difference of eigenvalues that are treated as equal. Eigenvectors of equal
 eigenvalues are used together, because choosing some of them would be arbitrary."""
 
-
 MIN_BLOCKED, FULL_BLOCKED = 0.001, 0.03
 """Costs between parts, and of likely borders, are 0 if `ConductingGraph.blocked_fraction` is at
 most the first value, and have their full value if it is at least the second. In between, they
@@ -162,11 +161,8 @@ def _eigenvectors(level: ConductingGraph, n_vectors: int) -> Floats:
 def _end_of_group(values: Floats, n_vectors: int) -> int:
     """Return `n_vectors`, or more to include equal eigenvalues, unless all others are equal."""
     wanted = min(n_vectors, len(values))
-
-    def is_end(last: int) -> bool:
-        return bool(values[last] > (1 + EQUAL) * values[last - 1])
-
-    return next((last for last in range(wanted, len(values)) if is_end(last)), wanted)
+    lasts = range(wanted, len(values))
+    return next((last for last in lasts if values[last] > (1 + EQUAL) * values[last - 1]), wanted)
 
 
 def _prolonged(levels: list[ConductingGraph], values: Floats, n_threads: int) -> Singles:

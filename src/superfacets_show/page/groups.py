@@ -9,14 +9,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
-from superfacets.kit import (
-    Cells,
-    Floats,
-    Ints,
-    Longs,
-    compact_partial_labels,
-    refuse_mask,
-)
+from superfacets.kit import Cells, Floats, Ints, Longs, compact_partial_labels, refuse_mask
 
 from ..colors import checked_values, region_colors
 from .coding import Arrays

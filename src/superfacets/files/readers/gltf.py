@@ -123,9 +123,7 @@ class GltfScene(Gltf):
 
     def _copies(self, node: dict[str, Any], matrix: Floats) -> list[Floats]:
         """Return the matrix of each instance of a node, or the matrix of the node."""
-        extensions = node.get("extensions")
-        found = extensions.get(INSTANCES) if isinstance(extensions, dict) else None
-        attributes = found.get("attributes") if isinstance(found, dict) else None
+        attributes = (self.extension(node, INSTANCES) or {}).get("attributes")
         if not isinstance(attributes, dict):
             return [matrix]
         kinds = {"TRANSLATION": "VEC3", "ROTATION": "VEC4", "SCALE": "VEC3"}
@@ -232,9 +230,8 @@ class GltfScene(Gltf):
         primitives = self.items(self.item("meshes", index), "primitives")
         found = [each for each in primitives if self.whole(each, "mode", TRIANGLES) in _FACES]
         for primitive in found:
-            extensions = primitive.get("extensions")
-            packed = extensions.get(DRACO) if isinstance(extensions, dict) else None
-            if isinstance(packed, dict):
+            packed = self.extension(primitive, DRACO)
+            if packed is not None:
                 unpack = load("superfacets_formats.compression:unpack_draco")
                 unpack(self, primitive, packed, index)
         return found

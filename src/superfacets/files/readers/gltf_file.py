@@ -112,6 +112,13 @@ class Gltf:
         return values
 
     @staticmethod
+    def extension(item: dict[str, Any], *names: str) -> dict[str, Any] | None:
+        """Return the first of these extensions of an object that there is, or None."""
+        extensions = item.get("extensions")
+        named = extensions if isinstance(extensions, dict) else {}
+        return next((named[name] for name in names if isinstance(named.get(name), dict)), None)
+
+    @staticmethod
     def whole(item: dict[str, Any], key: str, default: int | None = None) -> int:
         """Return the integer >= 0 at `key`, or `default`; raise a MeshError for other values."""
         value = item.get(key, default)
@@ -207,7 +214,7 @@ class Gltf:
     def view(self, index: int) -> memoryview:
         """Return the bytes of a buffer view; decompress it if there is no uncompressed copy."""
         view = self.item("bufferViews", index)
-        packed = _meshopt_of(view)
+        packed = self.extension(view, *MESHOPT)
         self.item("buffers", view.get("buffer"))
         if packed is None or len(self.buffers[view["buffer"]]):
             return self._range(view)
@@ -262,13 +269,6 @@ def _split_chunks(data: Content) -> tuple[bytes, memoryview]:
     return data[20:json_end], binary
 
 
-def _meshopt_of(item: dict[str, Any]) -> dict[str, Any] | None:
-    """Return the meshopt extension of a buffer or buffer view, or None if it is missing."""
-    extensions = item.get("extensions")
-    named = extensions if isinstance(extensions, dict) else {}
-    return next((named[name] for name in MESHOPT if isinstance(named.get(name), dict)), None)
-
-
 def _read_buffers(
     document: dict[str, Any], binary: memoryview, folder: Path | None, files: dict[Path, memoryview]
 ) -> list[memoryview]:
@@ -276,7 +276,7 @@ def _read_buffers(
     contents: list[memoryview] = []
     for index, buffer in enumerate(Gltf.items(document, "buffers")):
         address = buffer.get("uri")
-        if address is None and (_meshopt_of(buffer) or {}).get("fallback") is True:
+        if address is None and (Gltf.extension(buffer, *MESHOPT) or {}).get("fallback") is True:
             contents.append(memoryview(b""))
             continue
         if address is None and index == 0:

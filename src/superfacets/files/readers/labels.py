@@ -19,8 +19,7 @@ from ..attributes import MeshAttributes
 from ..formats import FORMATS
 from ..guards import Content, known_ending, named_errors, parsed_json, read_content
 from ..input import Input
-from ..other import as_declared
-from .read import parse
+from .read import as_declared, parse
 from .text import Lines, as_integers, shown
 
 MAX_LABEL = 2**31 - 1

@@ -18,7 +18,6 @@ from .text import Lines, as_integers, runs, shown, table
 # data sets, such as ModelNet, have no space between the word and the counts.
 MAGIC = re.compile(rb"(?:ST)?C?N?OFF(?=[\s\d]|$)\s*")
 
-
 _FIELDS = {b"N": ("nx", "ny", "nz"), b"C": (*COLORS, "alpha"), b"ST": ("s", "t")}
 """Names of numbers after positions, keyed by the letters that declare them."""
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import zlib
 from dataclasses import replace
 from pathlib import Path
 from typing import cast
@@ -12,10 +13,9 @@ from ...base.errors import MeshError
 from ...graph.kinds import kind_of
 from ...mesh.faces import AnyMesh
 from ...mesh.point_cloud import PointCloud
-from .. import other
 from ..attributes import MeshAttributes
 from ..formats import FORMATS
-from ..guards import Content, known_ending, named_errors, read_content
+from ..guards import Content, known_ending, most_bytes_of, named_errors, read_content
 from ..input import Input, Read
 from .off import MAGIC as OFF_MAGIC
 
@@ -27,6 +27,37 @@ _BEGINS = {
 """Patterns that match the begin of files without white space and comments, keyed by ending."""
 
 _SKIPPED = rb"(?:\s*+#[^\n]*+\n)*+\s*+"
+
+_CAD = (
+    "{} is a CAD format, not a mesh: export STL from your CAD program, or run"
+    " gmsh part.step -2 -o part.stl"
+)
+_RASTER = (
+    "a raster file is not a mesh: convert its heights to a mesh (see Terrain in the documentation)"
+)
+_VECTOR = "a vector file is not a mesh: convert its triangles or points to .ply, .obj or .csv"
+_CAD_FORMATS = {".step": "STEP", ".stp": "STEP", ".iges": "IGES", ".igs": "IGES", ".brep": "BREP",
+                ".fcstd": "FCStd"}  # fmt: skip
+
+_OTHER_ENDINGS = {
+    **{ending: _CAD.format(name) for ending, name in _CAD_FORMATS.items()},
+    **dict.fromkeys((".tif", ".tiff", ".asc"), _RASTER), ".shp": _VECTOR, ".gpkg": _VECTOR,
+}  # fmt: skip
+"""Error messages for files that are neither meshes nor clouds, keyed by ending."""
+
+_OTHER_BEGINS = {
+    rb"version https://git-lfs": "the file is a pointer of Git LFS: run git lfs pull to get it",
+    rb"\s*<(?:!doctype html|html)": "the file is a web page, not a mesh: download the file itself",
+    rb"PK\x03\x04": "the file is a ZIP archive: unpack it first",
+    rb"(?:7z\xbc\xaf|Rar!|BZh|\xfd7zXZ)": "the file is a compressed archive: unpack it first",
+    rb"(?:II\*\0|MM\0\*)": _RASTER,
+    rb"(?:\x89PNG|\xff\xd8\xff|GIF8)": "the file is a picture, not a mesh",
+    rb"ISO-10303-21": _CAD.format("STEP"),
+    rb"%PDF": "the file is a PDF document, not a mesh",
+}
+"""Error messages for other content, keyed by a pattern that matches its begin."""
+
+_GZIP, _UTF_16 = b"\x1f\x8b", {b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be"}
 
 
 def read_mesh(path: str | os.PathLike[str]) -> AnyMesh:
@@ -182,8 +213,8 @@ def cell_ending(path: Path, endings: tuple[str, ...] = FORMATS.cells) -> str:
         return known_ending(path, endings)
     except MeshError as error:
         suffix = path.suffix.lower()
-        if suffix in other.ENDINGS:
-            raise MeshError(f"{path}: {other.ENDINGS[suffix]}") from None
+        if suffix in _OTHER_ENDINGS:
+            raise MeshError(f"{path}: {_OTHER_ENDINGS[suffix]}") from None
         advice = ": convert the file first" if suffix else ""
         if suffix in FORMATS["read_points"]:
             advice = ": the file contains points, use read_cloud"
@@ -193,7 +224,7 @@ def cell_ending(path: Path, endings: tuple[str, ...] = FORMATS.cells) -> str:
 def parse(source: Input) -> Read:
     """Parse the content of a mesh or point cloud file, in the format of its ending."""
     FORMATS.check_readers([source.ending])
-    source = replace(source, data=other.as_declared(source.data))
+    source = replace(source, data=as_declared(source.data))
     table = FORMATS["read" if source.ending in FORMATS["read"] else "read_points"]
     found: Read = table[source.ending](source)
     return found
@@ -205,3 +236,32 @@ def recognized_ending(data: Content) -> str | None:
     found = next((ending for ending in known if known[ending](data)), None)
     fitting = (ending for ending, begin in _BEGINS.items() if re.match(_SKIPPED + begin, data))
     return found or next(fitting, None)
+
+
+def as_declared(data: Content) -> Content:
+    """Return the content, unpacked and in UTF-8, or raise a MeshError if it is no mesh."""
+    if data[:2] == _GZIP:
+        data = _unpacked(data)
+    if data[:2] in _UTF_16:
+        try:
+            data = data[2:].decode(_UTF_16[data[:2]]).encode()
+        except UnicodeDecodeError:
+            raise MeshError("the file is neither text in UTF-16 nor a mesh") from None
+    begin = data[:200]
+    for pattern, message in _OTHER_BEGINS.items():
+        if re.match(pattern, begin, re.IGNORECASE):
+            raise MeshError(message)
+    return data
+
+
+def _unpacked(data: Content) -> bytes:
+    limit = most_bytes_of(len(data))
+    stream = zlib.decompressobj(wbits=31)
+    try:
+        content = stream.decompress(data[:], limit)
+    except zlib.error:
+        content = b""
+    if not stream.eof:
+        most = f"more than {limit >> 20} MB, or " if len(content) == limit else ""
+        raise MeshError(f"the gzip file has {most}no valid end: it may be truncated or damaged")
+    return content

@@ -48,11 +48,7 @@ class FormatOptions:
         scores: npt.ArrayLike | None = None,
         **others: Any,
     ) -> FormatOptions:
-        """Return the options; raise an error if one is invalid.
-
-        An error is also raised if an option other than `ascii` and `force` is given, but none of
-        the formats in `endings` uses this option.
-        """
+        """Return the options; raise an error if one is invalid, or has no effect on `endings`."""
         options = cls(**others)
         named = options.label_name
         if not isinstance(named, str) or not named or not named.isprintable():

@@ -15,11 +15,11 @@ from ...base.checks import refuse_order
 from ...base.errors import MeshError
 from ...base.lazy import load
 from ...base.types import Ints, Longs
-from ...graph.corner_labels import MIN_IN_FILES, fit_vertices, of_cells
-from ...graph.kinds import kind_of
+from ...graph.kinds import fit_vertices, kind_of, of_cells
 from ...mesh.base import Cells
 from ...mesh.convert import as_cells
 from ...regions.submeshes import Submesh, part_of
+from ...regions.vertices import MIN_IN_FILES
 from ..atomic import StrPath, atomic_outputs, checked_targets, output_folder
 from ..attributes import MeshAttributes, is_image
 from ..formats import FORMATS

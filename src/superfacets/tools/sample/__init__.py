@@ -14,7 +14,7 @@ import numpy as np
 from ...base.checks import checked_count
 from ...base.types import Array, Floats, Ints
 from ...files.readers.npy import npz_array
-from ...mesh.triangle_mesh import Mesh
+from ...mesh.meshes import Mesh
 
 __all__ = ["sample_mesh"]
 
@@ -55,23 +55,17 @@ def sample_mesh(n_faces: int = 60_000) -> Mesh:
     2
     """
     count = checked_count(n_faces, "n_faces", low=MIN_FACES)
-    name, n_splits = _nearest(count)
+    finest = round(max(0.0, math.log(count / _FINE[1], 4)))
+    made = [(_COARSE, 0), (_COARSE, 1), (_FINE, finest)]
+    (name, _), n_splits = min(
+        made, key=lambda choice: abs(math.log(choice[0][1] * 4 ** choice[1] / count))
+    )
     content = (_FOLDER / name).read_bytes()
     vertices = npz_array(content, "vertices").astype(np.float64)
     faces = np.cumsum(npz_array(content, "steps"), dtype=np.int32).reshape(-1, 3)
     for _ in range(n_splits):
         vertices, faces = split_in_four(vertices, faces)
     return Mesh(vertices, faces)
-
-
-def _nearest(count: int) -> tuple[str, int]:
-    """Return the file to read, and how often to split its faces, for about `count` faces."""
-    finest = round(max(0.0, math.log(count / _FINE[1], 4)))
-    made = [(_COARSE, 0), (_COARSE, 1), (_FINE, finest)]
-    (name, _), n_splits = min(
-        made, key=lambda choice: abs(math.log(choice[0][1] * 4 ** choice[1] / count))
-    )
-    return name, n_splits
 
 
 def split_in_four(vertices: Floats, faces: Array) -> tuple[Floats, Ints]:

@@ -1,4 +1,4 @@
-"""Write OBJ with one group per region or class, and OFF with one color per face."""
+"""Write OBJ, OFF, STL and CSV; the functions say where labels and colors are stored."""
 
 from __future__ import annotations
 
@@ -8,11 +8,15 @@ from typing import IO, TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from ...base.checks import checked_threads
 from ...base.lazy import load
 from ...base.types import Array, Ints, Longs
-from ...mesh.faces import FaceMesh, corners_of
+from ...mesh.faces import FaceMesh, area_vectors, corners_of
+from ..attributes import COLORS
+from ..input import NORMALS
+from ..readers.stl import HEADER_SIZE, TRIANGLE
 from .content import Output
-from .text import ROWS_AT_ONCE, coordinate_format, text_rows, write_rows
+from .text import ROWS_AT_ONCE, coordinate_format, fits_single, number_format, text_rows, write_rows
 
 if TYPE_CHECKING:
     from ... import Texture
@@ -127,3 +131,50 @@ def write_off(file: IO[bytes], content: Output) -> None:
     ends = () if colors is None else tuple(colors.T)
     for lines in _face_lines(mesh, np.arange(mesh.n_faces), "# ", 0, ends=ends):
         file.write(b"".join(lines))
+
+
+def write_stl(file: IO[bytes], content: Output) -> None:
+    """Write text with one solid per region, class or part, or binary data if there are none.
+
+    Binary data needs coordinates that float32 can represent. Undefined normals are 0.
+    """
+    mesh = content.cells
+    normals = area_vectors(mesh, checked_threads(None))
+    lengths = np.sqrt((normals * normals).sum(axis=1, keepdims=True))
+    normals /= np.where(lengths > 0, lengths, 1.0)
+    parts = content.parts()
+    if parts is None and not content.ascii and fits_single(mesh.vertices):
+        triangles = np.zeros(mesh.n_faces, TRIANGLE)
+        triangles["normal"], triangles["corners"] = normals, mesh.vertices[mesh.faces]
+        file.write(bytes(HEADER_SIZE) + mesh.n_faces.to_bytes(4, "little") + triangles.tobytes())
+        return
+    solids, listed = parts or (np.zeros(mesh.n_faces, np.intp), ["mesh"])
+    names = np.array(listed)
+    number = coordinate_format(mesh.vertices)
+    corner = " ".join(["      vertex", *[number] * 3]) + "\n"
+    facet = f"  facet normal %.9g %.9g %.9g\n    outer loop\n{3 * corner}    endloop\n  endfacet\n"
+    for name in dict.fromkeys(names[np.unique(solids)].tolist()):
+        faces = np.flatnonzero((names == name)[solids])
+        columns = [*normals[faces].T, *mesh.vertices[mesh.faces[faces]].reshape(-1, 9).T]
+        file.write(b"solid %s\n" % name.encode("utf-8"))
+        write_rows(file, facet, columns)
+        file.write(b"endsolid %s\n" % name.encode("utf-8"))
+
+
+def write_csv(file: IO[bytes], content: Output) -> None:
+    """Write points as CSV: a line with names, then one line per point with all its properties."""
+    cloud = content.cells
+    columns: dict[str, Array] = dict(zip("xyz", cloud.points.T, strict=True))
+    if content.labels is not None:
+        columns["label"] = content.labels
+    for name, values in content.properties("vertex", columns).items():
+        parts = {name: values} if values.ndim == 1 else {
+            f"{name}_{place}": part for place, part in enumerate(values.T)
+        }  # fmt: skip
+        columns |= parts
+    for names, table in ((NORMALS, cloud.normals), (COLORS, content.cloud_colors)):
+        if table is not None and not columns.keys() & {*names}:
+            columns |= zip(names, table.T, strict=True)
+    file.write(f"{','.join(columns)}\n".encode())
+    row = ",".join(number_format(np.asarray(values)) for values in columns.values()) + "\n"
+    write_rows(file, row, [*columns.values()])
