@@ -315,8 +315,8 @@ void bind_weights(nb::module_& module) {
            "is_straight"_a, "slack"_a);
   module.def("triangle_weights", threaded(&weights_of_triangles), "surface"_a, "centroids"_a,
              "areas"_a, "normals"_a, "factors"_a, "wants_turn"_a, "n_threads"_a);
-  module.def("share_of_flat_sides", threaded(&flat_share), "surface"_a, "areas"_a,
-             "normals"_a, "n_threads"_a);
+  module.def("share_of_flat_sides", threaded(&flat_share), "surface"_a, "areas"_a, "normals"_a,
+             "n_threads"_a);
   module.def("surface_weights", threaded(&weights_of_surface), "surface"_a, "factors"_a,
              "wants_turn"_a, "n_threads"_a);
   module.def("point_weights", threaded(&weights_of_points), "surface"_a, "factors"_a,
