@@ -57,6 +57,36 @@ class DisjointSets {
   Buffer<Cell> parents_;
 };
 
+// Unites cells with some of their neighbors. for_each_neighbor(cell, visit) must call
+// visit(neighbor) for these neighbors. Each thread first unites the cells within a block. Blocks
+// write to disjoint entries of the sets, because the root of a set is its lowest cell. Pairs of
+// cells in different blocks are united afterwards, on one thread.
+template <typename ForEach>
+Components unite_neighbors(std::int64_t n_cells, const ForEach& for_each_neighbor,
+                           ThreadTeam& team) {
+  constexpr std::int64_t kBlock = 1 << 14;
+  DisjointSets sets(n_cells);
+  std::vector<std::vector<std::pair<Cell, Cell>>> between((n_cells + kBlock - 1) / kBlock);
+  const auto unite_block = [&](std::int64_t begin, std::int64_t end) {
+    std::vector<std::pair<Cell, Cell>> leaving;
+    for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) {
+      for_each_neighbor(cell, [&](Cell neighbor) {
+        if (neighbor < begin || neighbor >= end) {
+          leaving.emplace_back(cell, neighbor);
+        } else if (!sets.share_parent(cell, neighbor)) {
+          sets.unite(cell, neighbor);
+        }
+      });
+    }
+    between[begin / kBlock] = std::move(leaving);
+  };
+  team.for_each_block(n_cells, unite_block, kBlock);
+  for (const auto& leaving : between) {
+    for (const auto& [cell, neighbor] : leaving) sets.unite(cell, neighbor);
+  }
+  return std::move(sets).number();
+}
+
 // Weakly connected components of the regions. Two cells are in one component if an undirected path
 // of arcs joins them through cells with the same label. If all labels are equal, the components are
 // the components of the graph. Labels can be any integers. The worst-case time is O((N + M) log N);

@@ -122,13 +122,12 @@ double share_of_flat_sides(const Surface& surface, std::span<const double> areas
       }
     }
   });
-  DisjointSets sets(surface.n_cells());
-  for (Cell cell = 0; cell < surface.n_cells(); ++cell) {
+  const auto for_each_flat = [&](Cell cell, const auto& visit) {
     for (const auto [arc, to] : arcs.steps(cell)) {
-      if (is_flat[arc] != 0 && !sets.share_parent(cell, to)) sets.unite(cell, to);
+      if (is_flat[arc] != 0) visit(to);
     }
-  }
-  const Components patches = std::move(sets).number();
+  };
+  const Components patches = unite_neighbors(surface.n_cells(), for_each_flat, team);
   std::vector<PatchNeighbors> neighbors(patches.n_components);
   std::vector<double> areas(patches.n_components, 0.0);
   double total = 0.0;

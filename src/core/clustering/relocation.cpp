@@ -14,8 +14,9 @@ constexpr double kGain = 0.5;
 constexpr double kGainWithCreaseLimit = 0.25;
 
 // Path lengths above this multiple of the mean path length count as this multiple. Few regular
-// regions have longer paths. Without a limit, expensive arcs around a few cells would attract
-// centers and hold them there, and regions below a tenth of the mean area would be twice as many.
+// regions have longer paths. Without a limit, expensive arcs around a few cells attract centers and
+// hold them there: on the benchmark models, there are 1.3 to 1.6 times as many regions below a
+// tenth of the mean area.
 // Graphs with a crease limit have no limit of lengths, because narrow sides need centers.
 constexpr double kMaxLength = 4.0;
 
