@@ -27,7 +27,8 @@ class Count(click.ParamType):  # type: ignore[type-arg]  # generic in new versio
         """Return the word or the number."""
         text = str(value)
         if not (text in self._words or (text.isdecimal() and int(text) >= self._least)):
-            self.fail(f"{text!r} is not a whole number of {self._least} or more", param, ctx)
+            words = "".join(f", or {word}" for word in self._words)
+            self.fail(f"{text!r} is not a whole number of {self._least} or more{words}", param, ctx)
         return text if text in self._words else int(text)
 
 

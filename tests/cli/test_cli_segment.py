@@ -250,6 +250,7 @@ def test_a_radius_larger_than_the_mesh_is_a_note(run, sheet, tmp_path):
         (["-n", 0], "for '-n' / '--n-segments': '0' is not a whole number of 1 or more"),
         (["-n", "abc"], "for '-n' / '--n-segments': 'abc' is not a whole number of 1 or more"),
         (["-n", 2.5], "'2.5' is not a whole number of 1 or more"),
+        (["--denoise", "foo"], "'foo' is not a whole number of 0 or more, or auto, or scan"),
         (["-n", 5, "-r", 0.1], "n_segments is 5 and radius is 0.1: give only one of them"),
         (["-n", 5, "--cells", 9], "--cells already sets the number of regions"),
         (["--cells", 9, "--bounds", "1,2"], "--cells already sets all sizes: leave bounds out"),
