@@ -104,7 +104,7 @@ def regions_command(
 
 
 def _files_to_write(*outputs: tuple[Path | None, Sequence[str]]) -> tuple[Path, ...]:
-    """Return the given paths; raise a UsageError if one has none of the endings beside it."""
+    """Return paths that are not None; raise a UsageError if the ending of one is not allowed."""
     given = [(path, endings) for path, endings in outputs if path is not None]
     try:
         for path, endings in given:
@@ -115,7 +115,7 @@ def _files_to_write(*outputs: tuple[Path | None, Sequence[str]]) -> tuple[Path, 
 
 
 def _values_of(name: str, file: str, data: kit.CellData, at_vertices: bool) -> kit.Floats:
-    """Return the property `name` as `CellData.values`; a MeshError lists all if it is missing."""
+    """Return `CellData.values` of property `name`; the MeshError for missing ones lists all."""
     values = data.values(name, at_vertices=at_vertices)
     if values is None:
         kept = data.attributes

@@ -69,7 +69,7 @@ class Grid:
         return cls(**arrays, point=data["point"], cell=data["cell"], names=names)
 
     def read(self, source: Input) -> Read:
-        """Return the tetrahedra, or faces, or points of a file; a MeshError for other volumes."""
+        """Return tetrahedra, or faces, or points of a file; raise a MeshError for other volumes."""
         self._check()
         kinds = np.unique(self.kinds).tolist()
         if others := [kind for kind in kinds if kind not in (*TETS, *_FLAT)]:

@@ -80,7 +80,7 @@ def write_las(file: IO[bytes], content: Output) -> None:
 def _add_columns(
     las: Any, stored: dict[str, Array], content: Output, frame: LasFrame
 ) -> None:  # fmt: skip
-    """Store each array in the field of its name, or as a dimension if the field would round it."""
+    """Store each array in the field of its name; in a new dimension if that would round it."""
     fields = {field.name: field for field in las.point_format.standard_dimensions}
     for name, values in stored.items():
         if name in fields and _fits(values, fields[name]):
@@ -135,7 +135,7 @@ def _add_dimension(
 
 
 def _frame_of(cloud: PointCloud, given: LasFrame | None) -> LasFrame:
-    """Return `given`, changed if its settings cannot represent the points, or new settings."""
+    """Return settings that represent the points: `given`, adapted if needed, or new for None."""
     low, high = cloud.bounds
     with np.errstate(divide="ignore"):  # steps are powers of ten, as is common in LAS
         scales = 10.0 ** np.maximum(np.ceil(np.log10((high - low) / _LAS_STEPS)), -6.0)

@@ -243,7 +243,7 @@ class _Groups:
         )
 
     def objects_of(self, segments: Ints, source: Path) -> Longs:
-        """Return the object of each vertex, or -1; a MeshError if a segment is missing."""
+        """Return the object of each vertex, or -1; raise a MeshError if a segment is missing."""
         ids, of_vertices = np.unique(segments, return_inverse=True)
         objects = np.full(len(ids), -1, np.int64)
         for i in range(len(self.entries) - 1, -1, -1):

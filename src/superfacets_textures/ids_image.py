@@ -48,7 +48,7 @@ def write_ids(file: IO[bytes], content: Output) -> None:
 
 
 def _layouts(texture: Texture) -> Iterator[tuple[Material, Bools, tuple[int, int]]]:
-    """Yield a material, a mask of its faces, and its size, for each image, or else one."""
+    """Yield material, mask of faces and size of each image; one blank layout if there are none."""
     if not texture.images:
         yield Material(), np.ones(len(texture.face_materials), np.bool_), PLAIN_SIZE
     for image in texture.images:

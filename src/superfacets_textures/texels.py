@@ -169,7 +169,7 @@ def _uv_areas(texture: Texture, triangles: Array) -> Floats:
 def _means_by_face(
     means: Floats, spreads: Floats, areas: Floats, faces: Ints, n_faces: int
 ) -> tuple[Floats, Floats, Bools]:
-    """Combine triangles to means and deviations of faces, by area, and whether they have any."""
+    """Average means and deviations of triangles per face; return also which faces have any."""
     if len(faces) == n_faces and np.array_equal(faces, np.arange(n_faces)):
         return means, spreads, np.ones(n_faces, np.bool_)
     totals = np.bincount(faces, areas, n_faces)
@@ -186,7 +186,7 @@ def ids_in_layout(
     mesh: FaceMesh, texture: Texture, labels: Ints, is_here: Bools, wrap: tuple[str, str],
     size: tuple[int, int],
 ) -> Ints:  # fmt: skip
-    """Draw the labels >= 0 of the faces in `is_here` into an image, (height, width); -1 elsewhere.
+    """Draw labels >= 0 of the faces `is_here` into an image (height, width) of -1.
 
     Labels extend beyond the drawn faces by `BLEED` texels.
     """

@@ -430,7 +430,7 @@ def checked_positions(positions: Any) -> Floats:
 
 
 def checked_nonnegative_array(value: Any, n: int, name: str, per: str, n_threads: int) -> Floats:
-    """Return n numbers >= 0, one per `per`, whose largest is 0 or in `VALUE_RANGE`."""
+    """Check n numbers >= 0, one for each `per`; the largest must be 0 or in `VALUE_RANGE`."""
     refuse_mask(value, name)
     array = np.asarray(value)
     if array.dtype.kind not in "fiu":

@@ -16,7 +16,7 @@ from .errors import MissingExtraError
 
 
 def load(target: str) -> Any:
-    """Return the object ``package.module:name``; an ImportError if the package is broken."""
+    """Return the object ``package.module:name``; raise an ImportError if the package is broken."""
     module, _, name = target.partition(":")
     try:
         return attrgetter(name)(import_module(module))

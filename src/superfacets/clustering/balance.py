@@ -130,7 +130,7 @@ class SizeRules:
             )
 
     def counts(self, found: Longs) -> Longs:
-        """Return the target number of regions of each component; now there are `found`.
+        """Return the target number of regions in each component; `found` are the present numbers.
 
         Raises a MeshError if the maximum size requires more regions than there are.
         """
@@ -213,7 +213,7 @@ def _within(goals: Floats, means: Floats, components: Ints, bounds: tuple[float,
 
 @dataclass(eq=False)
 class Balancer:
-    """Balances the sizes of regions on one level: 0 is all cells, 1 the finest coarse cells."""
+    """Balances sizes of regions on one level. Level 0 has all cells, level 1 the finest groups."""
 
     rules: SizeRules
     sizes: list[Floats]  # one array per level: size of each cell
@@ -241,7 +241,7 @@ class Balancer:
         return cls(rules, sizes, components, n_threads, islands, may_move_centers)
 
     def run(self, graph: OrderedGraph, clustering: Clustering, level: int) -> Clustering:
-        """Return the clustering on `level` with balanced regions; later calls change nothing."""
+        """Return a clustering on `level` with balanced regions; only the first call changes it."""
         if len(self.goals):
             return clustering
         cells = (self.sizes[level], self.components[level])
@@ -306,7 +306,7 @@ def with_counts(
     graph: OrderedGraph, clustering: Clustering, cells: tuple[Floats, Ints], targets: Longs,
     limits: tuple[int, _core.Islands],
 ) -> Clustering:  # fmt: skip
-    """Add and remove centers until components have `targets`; `cells` are sizes and components."""
+    """Add and remove centers until each component has its target; `cells`: sizes and components."""
     while True:
         found = _Regions.of(clustering, *cells)
         change = targets - np.bincount(found.components, minlength=len(targets))
@@ -368,7 +368,7 @@ class _Regions:
         return np.where(is_own, cells, self.centers)
 
     def matched(self, are_small: Bools, are_large: Bools) -> Longs:
-        """Return pairs of small and large regions of one component, (P, 2), the extremes first."""
+        """Return pairs (P, 2) of a small and a large region in one component; extremes first."""
         limits = np.maximum(1, (MAX_JUMPING * np.bincount(self.components)).astype(np.int64))
         small, large = np.flatnonzero(are_small), np.flatnonzero(are_large)
         small = small[np.lexsort((self.sizes[small], self.components[small]))]

@@ -155,7 +155,7 @@ def _labels_of(given: Array, n_cells: int) -> Ints:
 
 
 def _centers_of(labels: Ints, positions: Floats, measures: Floats, n_threads: int) -> Ints:
-    """Return the cell nearest to the centroid of each region, (K,); a ValueError if K is 0."""
+    """Return the cell nearest to the centroid of each region, (K,); raise ValueError if K is 0."""
     kept = np.flatnonzero(labels >= 0)
     if not len(kept):
         raise ValueError("init must have a label >= 0 for a cell inside the mask, got only -1")

@@ -202,7 +202,7 @@ def _checked(values: Any, name: str, owner: str) -> Array:
 
 
 def _stored_type(array: Array, what: str) -> npt.DTypeLike:
-    """Return the type in which PLY stores an array; a ValueError if integers are too large."""
+    """Return the type in which PLY stores an array; raise ValueError if integers are too large."""
     if array.dtype.str[1:] in PLY_TYPES:
         return array.dtype.newbyteorder("=")
     if array.dtype.kind == "b":

@@ -51,7 +51,7 @@ class Input:
     declared: dict[str, str] = field(default_factory=dict)
     """What became of each declared item; see `MeshAttributes.declared`."""
     _counts: defaultdict[str, int] = field(default_factory=lambda: defaultdict(lambda: 1))
-    """Highest number that was tried for each item that was declared more than once."""
+    """Highest suffix that was tried for each item that was declared more than once."""
 
     def declare(self, item: str, became: str = "") -> None:
         """Declare an item of the file, and what became of it: one of `TAKEN`, or a reason."""

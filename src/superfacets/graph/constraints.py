@@ -217,7 +217,7 @@ def sharp_edges(
 def sharp_edges_inside(
     mesh: FaceMesh, labels: Ints, angle: float, *, n_threads: int | None = None
 ) -> Floats:
-    """Return the fraction of the length of all sharp edges between faces of each region, (K,)."""
+    """Return, for each region, the share of all sharp edges, by length, that is inside it, (K,)."""
     keys, faces = _sharp_sides(mesh, angle, True, n_threads)
     n_regions, total = int(labels.max()) + 1, edge_lengths(mesh, np.unique(keys)).sum()
     is_inside = (labels[faces[:, 0]] == labels[faces[:, 1]]) & (labels[faces[:, 0]] >= 0)

@@ -408,7 +408,7 @@ def fit_vertices(values: Any, cells: Any) -> bool:
 
 
 def are_of_vertices(labels: Sized, cells: Any) -> bool:
-    """Return whether labels are of vertices and not of cells; a MeshError if of neither."""
+    """Return whether there is one label per vertex, not per cell; raise a MeshError if neither."""
     n_vertices = getattr(cells, "n_vertices", None)  # point clouds have no vertices
     if len(labels) in (cells.n_cells, n_vertices):
         return len(labels) != int(cells.n_cells)

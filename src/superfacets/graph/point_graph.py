@@ -84,7 +84,7 @@ def find_point_graph(
 
 
 def _kept_part(cloud: PointCloud, is_kept: Bools | None) -> tuple[PointCloud, Ints | None]:
-    """Return a cloud of the kept points and their indices; the cloud and None if they coincide."""
+    """Return a cloud of the kept points and their indices; if they coincide, `cloud` and None."""
     if is_kept is None or is_kept.all():
         return cloud, None
     kept = np.flatnonzero(is_kept).astype(np.int32)

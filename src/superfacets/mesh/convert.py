@@ -189,7 +189,7 @@ def _faces_of_any_length(flat: Array) -> list[Array]:
 
 
 def as_cloud(source: CloudLike) -> PointCloud:
-    """Convert a cloud that `segment` accepts, as `as_cells` does; a TypeError for other objects."""
+    """Convert a cloud that `segment` accepts, as `as_cells` does; raise TypeError for others."""
     if isinstance(source, PointCloud):
         return source
     if isinstance(source, (str, os.PathLike)):

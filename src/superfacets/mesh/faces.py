@@ -79,7 +79,7 @@ class Corners:
         return np.asarray(sums / np.diff(self.offsets)[:, np.newaxis])
 
     def ends_of_sides(self, faces: Array, sides: Array) -> Ints:
-        """Return start and end vertex, (n, 2), of `sides` of `faces`; side s starts at corner s."""
+        """Return both end vertices, (n, 2), of sides of faces; side s starts at corner s."""
         if self.offsets is None:
             size = self.size or 0
             table = self.vertices.reshape(-1, size)
@@ -218,7 +218,7 @@ def vertex_graph(mesh: AnyMesh, representative: Ints, n_threads: int) -> VertexG
 
 
 def mean_normals(mesh: AnyMesh, representative: Ints) -> Floats:
-    """Return the mean unit normal of the faces around each `representative`, (V, 3); else 0."""
+    """Return mean unit normals of the faces around vertices, (V, 3); 0 at welded duplicates."""
     if mesh.sides is not None:
         return np.zeros_like(mesh.vertices)
     return _core.mean_normals(mesh.vertices, *corners_of(mesh).lists, representative)

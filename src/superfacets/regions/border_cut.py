@@ -230,7 +230,7 @@ class _RegionsToCut:
 
 
 def _cut_until_sound(regions: _RegionsToCut) -> tuple[_Cut, Bools]:
-    """Cut faces until no region has a fault; return the cut, and regions that keep theirs."""
+    """Cut faces until no region has a fault; return the cut, and which regions stay uncut."""
     is_kept = np.zeros(regions.n_regions + 1, dtype=bool)
     for trial in range(_MAX_TRIALS):
         cut = regions.cut(is_kept.view(np.uint8))

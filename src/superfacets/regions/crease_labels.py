@@ -64,7 +64,7 @@ class VertexEdges(NamedTuple):
         return given[0] if least < 2 else _core.grow_small_regions(*self, *given, least)
 
     def merged(self, labels: Ints, counts: Ints, least: int) -> Ints:
-        """Return labels like `grown`, but merge small regions, which get the lower label."""
+        """Merge small regions with neighbors, where `grown` enlarges them; keep the lower label."""
         given = self._checked(labels, counts)
         return given[0] if least < 2 else _core.merge_small_regions(*self, *given, least)
 
@@ -101,7 +101,7 @@ class _Regions(NamedTuple):
 
 
 def own_corners(cells: Any, corners: Corners, groups: Ints | None) -> Bools:
-    """Return whether each corner has the most frequent of the `groups`, (V,), in its cell."""
+    """Return whether the group of each corner, from `groups` (V,), is the majority in its cell."""
     if groups is None:
         return np.ones(len(corners.vertices), bool)
     of_cells = labels_of_corners(cells, groups)
@@ -208,7 +208,7 @@ def _in_stray_pieces(edges: VertexEdges, regions: _Regions, found: Ints, n_threa
 def _part_of_piece(
     regions: _Regions, is_divided: Array, found: Ints, pieces: Ints, n_threads: int
 ) -> Ints:
-    """Return the connected part of cells, from 0, of each piece; -1 if its region has one piece."""
+    """Number the connected parts of cells; return that of each piece, or -1 if not divided."""
     kind = kind_of(regions.cells)
     chosen = np.flatnonzero(is_divided[regions.labels])
     labels = regions.labels[chosen]

@@ -231,7 +231,7 @@ def _continues(segments: _Segments, ends: Longs, n_vertices: int) -> Bools:
 
 
 def _partners_of(at: Longs, regions: Ints, continues: Bools) -> Longs:
-    """Return the end of another segment that continues the line at each end, (2 S,), or -1.
+    """Return, for each end of a segment, the end that continues its line, (2 S,); -1 if none does.
 
     Ends 2 i and 2 i + 1 belong to segment i. `at` is the vertex of each end.
     """

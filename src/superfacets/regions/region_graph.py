@@ -470,7 +470,7 @@ def _principal_axes(squares: Floats, products: Floats) -> tuple[Floats, Floats]:
 
 
 def _plane_normals(variances: Floats, axes: Floats, normals: Floats) -> Floats:
-    """Turn `axes`, (K, 3), to the sides of `normals` or, where NaN, of their largest component.
+    """Flip `axes`, (K, 3), toward `normals`, or where these are NaN, toward positive numbers.
 
     Axes become NaN where the two smaller `variances` are equal.
     """
@@ -484,7 +484,7 @@ def _plane_normals(variances: Floats, axes: Floats, normals: Floats) -> Floats:
 
 
 def _normals_of(sums: Floats, measures: Floats, surface: Surface) -> tuple[Floats, Floats]:
-    """Return unit vectors of sums of area vectors, and their lengths divided by areas, or NaN."""
+    """Return directions of sums of area vectors, and lengths per area; NaN if undefined."""
     lengths = np.sqrt(np.einsum("ij,ij->i", sums, sums))
     units = sums / np.where(lengths <= _NO_NORMAL * measures, np.nan, lengths)[:, np.newaxis]
     if surface.mesh is None and not sums.any():  # only faces always have normals

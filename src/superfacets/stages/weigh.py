@@ -78,7 +78,7 @@ def weigh(
 def add_features(
     weights: npt.ArrayLike, weighed: Weighed, prepared: Prepared, clock: Clock
 ) -> tuple[npt.ArrayLike, FeatureCosts | None]:
-    """Add the cost of feature differences to weights; also return its object, or None."""
+    """Return weights plus costs of features, and the `FeatureCosts`, or None without features."""
     surface, measures = weighed.surface, prepared.graph.measures
     with clock.timed("weights", begins=False):
         costs = weighed.options.features.costs(

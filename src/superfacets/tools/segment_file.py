@@ -140,7 +140,7 @@ class FileOptions:
             object.__setattr__(self, name, value)
 
     def form(self, endings: Sequence[str]) -> FormatOptions:
-        """Return options for output formats; raise an error if one has no effect on `endings`."""
+        """Return options for output formats; raise an error if one has no effect on any ending."""
         return FormatOptions.checked(
             endings, ascii=self.ascii, label_name=self.label_name,
             vertex_labels=self.vertex_labels, force=self.force,
@@ -294,7 +294,7 @@ def _as_json(value: Any) -> Any:
 
 
 def _are_opaque(attributes: MeshAttributes | None, least: float) -> Bools:
-    """Return whether the opacity of each splat is at least `least`; a MeshError if none is."""
+    """Return whether the opacity of each splat is at least `least`; raise MeshError if none is."""
     stored = {} if attributes is None else attributes.vertex
     if "opacity" not in stored:
         raise MeshError("min_opacity needs Gaussian splats, but the file has no property opacity")

@@ -78,7 +78,7 @@ class Features:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of features; empty if there are none; a TypeError for both names and numbers."""
+        """Names of features, or an empty tuple for numbers; raise a TypeError for a mixture."""
         given = self.table
         if isinstance(given, (list, tuple)) and given and isinstance(given[0], str):
             if not all(isinstance(name, str) for name in given):
@@ -175,7 +175,7 @@ def _warn_if_constant(table: Floats, names: tuple[str, ...]) -> None:
 
 
 def _scales(table: Floats, measures: Floats, groups: tuple[tuple[int, float], ...]) -> Floats:
-    """Return the scale factor of each column, 1 / the deviation of its group; 0 if it is constant.
+    """Return the scale factor of each column: 1 / deviation of its group, or 0 if that is 0.
 
     The deviation of a group is the root mean square of its columns, weighted by area, or its lower
     bound in `groups` if this is larger.

@@ -37,7 +37,7 @@ CURVATURE_BITS = 31
 
 
 def convex_share_of(curvature: int, volume: float, area: float, diagonal: float) -> float:
-    """Return the relative cost of smooth convex edges: s in `crease_weights`."""
+    """Return s of `crease_weights`, the relative cost of smooth convex edges."""
     if not volume or not area:
         return 0.0
     unit = math.ldexp(1.0, math.frexp(diagonal)[1] - 1 - CURVATURE_BITS)

@@ -99,7 +99,7 @@ def strength_of_parts(level: ConductingGraph) -> float:
 
 
 def scale(level: ConductingGraph, vectors: Singles, n_threads: int) -> float:
-    """Return the length of all arcs without crease costs, over that in the embedding, or 0."""
+    """Return the length of all arcs divided by their length in the embedding; 0 if that is 0."""
     zeros, table = np.zeros(len(level.steps)), vectors.astype(np.float64)
     distances = _core.add_feature_steps(*level.arcs, zeros, table, 1.0, n_threads)
     total = _core.sum_of(distances, n_threads)
@@ -166,7 +166,7 @@ def _end_of_group(values: Floats, n_vectors: int) -> int:
 
 
 def _prolonged(levels: list[ConductingGraph], values: Floats, n_threads: int) -> Singles:
-    """Interpolate `values` from the last to the first level by copies that relaxation smooths."""
+    """Copy `values` from the last to the first level, and smooth the copies by relaxation."""
     rows = values.astype(np.float32)
     for level in reversed(levels[:-1] if rows.size else ()):
         assert level.coarse_of is not None

@@ -272,7 +272,7 @@ def _split_chunks(data: Content) -> tuple[bytes, memoryview]:
 def _read_buffers(
     document: dict[str, Any], binary: memoryview, folder: Path | None, files: dict[Path, memoryview]
 ) -> list[memoryview]:
-    """Return the bytes of each buffer; none for the fallback of one with meshopt compression."""
+    """Return the bytes of each buffer; no bytes for the fallback of a buffer packed by meshopt."""
     contents: list[memoryview] = []
     for index, buffer in enumerate(Gltf.items(document, "buffers")):
         address = buffer.get("uri")

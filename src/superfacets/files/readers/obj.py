@@ -80,7 +80,7 @@ def _read_arrays(
 def _read_blocks(
     data: Content, words: tuple[bytes, ...]
 ) -> Iterator[tuple[Floats, Ints, Array, Ints, Array]]:
-    """Yield numbers and counts of vertices, corners and counts of faces, and first words."""
+    """Yield per block: values and counts of vertices, corners and counts of faces, first words."""
     n_vertices = 0
     for lines in Lines.blocks(data, comment=b"#"):
         keywords = lines.keywords(words)

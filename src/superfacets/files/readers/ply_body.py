@@ -104,7 +104,7 @@ def _read_uniform(
 
 
 def _walk(element: Element, n_rows: int, data: Content, begin: int) -> tuple[Longs, Longs, int]:
-    """Return byte offset and number of values of each property in each row, and the end."""
+    """Return, per row and property, byte offset and number of values; also the end of all rows."""
     counts = [np.dtype(stored.count_dtype or "u1") for stored in element.properties]
     starts, lengths, end, n_whole = _core.walk_rows(
         np.frombuffer(data, dtype=np.uint8),

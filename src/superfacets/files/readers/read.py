@@ -239,7 +239,7 @@ def recognized_ending(data: Content) -> str | None:
 
 
 def as_declared(data: Content) -> Content:
-    """Return the content, unpacked and in UTF-8, or raise a MeshError if it is no mesh."""
+    """Return the content after decompression, in UTF-8; raise a MeshError if it is not a mesh."""
     if data[:2] == _GZIP:
         data = _unpacked(data)
     if data[:2] in _UTF_16:

@@ -48,7 +48,7 @@ class FormatOptions:
         scores: npt.ArrayLike | None = None,
         **others: Any,
     ) -> FormatOptions:
-        """Return the options; raise an error if one is invalid, or has no effect on `endings`."""
+        """Return options; raise an error if one is invalid, or has no effect on any ending."""
         options = cls(**others)
         named = options.label_name
         if not isinstance(named, str) or not named or not named.isprintable():
@@ -139,7 +139,7 @@ class CellWriter:
 
     @cached_property
     def _colors(self) -> Bytes | None:
-        """Given colors, or colors of the labels, unless a cloud has its own; None if missing."""
+        """Return given colors, or colors of labels; None without labels, or for colored clouds."""
         if self.given_colors is not None or self.labels is None:
             return self.given_colors  # type: ignore[no-any-return]  # see `checked`
         stored = {} if self.attributes is None else self.attributes.vertex

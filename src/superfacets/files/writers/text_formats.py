@@ -75,7 +75,7 @@ def _face_lines(
     mesh: FaceMesh, faces: npt.NDArray[np.intp], begin: str, first: int, *,
     ends: tuple[Array, ...] = (), texture: Texture | None = None,
 ) -> Iterator[list[bytes]]:  # fmt: skip
-    """Yield lists of at most `ROWS_AT_ONCE` lines, one per face: `begin`, corners, `ends`.
+    """Yield lists of at most `ROWS_AT_ONCE` lines: `begin`, corners of a face, and `ends`.
 
     A ``#`` in `begin` is replaced by the number of corners. Vertices are numbered from `first`.
     """

@@ -340,7 +340,7 @@ class OutputFiles:
         self, file: IO[bytes], path: Path, cells: Cells, labels: Ints,
         attributes: MeshAttributes | None = None,
     ) -> list[str]:  # fmt: skip
-        """Write one labeling of cells to an open file as `path` says; return lost attributes."""
+        """Write one labeling in the format of `path`, and return the names of lost attributes."""
         ending = _ending_of(path)
         return _writer_of(cells, labels, ending, self.options, attributes).write(file, ending, path)
 
