@@ -9,8 +9,9 @@ namespace superfacets {
 namespace {
 
 SortedMesh mesh_in_curve_order(Points vertices, Integers representative, Integers corners,
-                               Offsets offsets, std::int64_t size, ThreadTeam& team) {
-  return sort_mesh(vertices, representative, {corners, offsets, size}, team);
+                               Offsets offsets, std::int64_t size, bool are_faces,
+                               ThreadTeam& team) {
+  return sort_mesh(vertices, representative, {corners, offsets, size}, are_faces, team);
 }
 
 // `numbers` has one row per view: the 12 numbers of the projection, followed by the product of the
@@ -40,7 +41,7 @@ constexpr std::int64_t kMinSearched = 1 << 10;
 
 void bind_spatial(nb::module_& module) {
   module.def("sort_mesh", threaded(&mesh_in_curve_order), "vertices"_a, "representative"_a,
-             "corners"_a, "offsets"_a, "size"_a, "n_threads"_a);
+             "corners"_a, "offsets"_a, "size"_a, "are_faces"_a, "n_threads"_a);
   module.def("nearest_triangles", threaded<kMinSearched>(&nearest_triangles), "vertices"_a,
              "faces"_a, "queries"_a, "max_distance"_a, "n_threads"_a);
   module.def("nearest_tets", threaded<kMinSearched>(&nearest_tets), "vertices"_a, "tets"_a,

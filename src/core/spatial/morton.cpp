@@ -103,9 +103,13 @@ Buffer<Cell> order_of(Codes codes, ThreadTeam& team) {
 // also ends if cells coincide.
 void order_by_halves(std::span<const Point> positions, std::span<Cell> cells,
                      std::size_t n_together) {
-  // Small parts are sorted by index, because the order after nth_element depends on the standard
-  // library.
-  if (cells.size() <= n_together) return std::sort(cells.begin(), cells.end());
+  // Small parts are sorted, because the order after nth_element depends on the standard library.
+  if (cells.size() <= n_together) {
+    std::ranges::sort(cells, [&](Cell a, Cell b) {
+      return std::tie(positions[a], a) < std::tie(positions[b], b);
+    });
+    return;
+  }
   Box box;
   for (const Cell cell : cells) box.include(positions[cell]);
   const Point extent = box.high - box.low;
@@ -114,33 +118,11 @@ void order_by_halves(std::span<const Point> positions, std::span<Cell> cells,
   if (extent.z > extent.*axis) axis = &Point::z;
   const auto middle = cells.begin() + static_cast<std::ptrdiff_t>(cells.size() / 2);
   std::nth_element(cells.begin(), middle, cells.end(), [&](Cell a, Cell b) {
-    return std::pair(positions[a].*axis, a) < std::pair(positions[b].*axis, b);
+    return std::tie(positions[a].*axis, positions[a], a) <
+           std::tie(positions[b].*axis, positions[b], b);
   });
   order_by_halves(positions, {cells.begin(), middle}, n_together);
   order_by_halves(positions, {middle, cells.end()}, n_together);
-}
-
-// Finds the ranges of more than n_together consecutive cells with the same code.
-std::vector<std::pair<std::int64_t, std::int64_t>> long_runs(std::span<const std::uint32_t> codes,
-                                                             std::size_t n_together) {
-  std::vector<std::pair<std::int64_t, std::int64_t>> runs;
-  std::size_t first = 0;
-  for (std::size_t place = 1; place <= codes.size(); ++place) {
-    if (place < codes.size() && codes[place] == codes[first]) continue;
-    if (place - first > n_together) runs.emplace_back(first, place);
-    first = place;
-  }
-  return runs;
-}
-
-// Orders the cells of long ranges with order_by_halves. codes[i] is the code of cell order[i].
-void refine(std::span<const Point> positions, std::span<const std::uint32_t> codes,
-            std::size_t n_together, std::span<Cell> order, ThreadTeam& team) {
-  const auto runs = long_runs(codes, n_together);
-  team.for_each(std::ssize(runs), [&](std::int64_t run, int) {
-    const auto [first, last] = runs[run];
-    order_by_halves(positions, order.subspan(first, last - first), n_together);
-  });
 }
 
 }  // namespace
@@ -169,7 +151,12 @@ Buffer<Cell> refined_morton_order(std::span<const Point> positions, std::size_t 
   Buffer<std::uint32_t> sorted(codes.size());  // codes in the sorted order of cells
   team.for_each_index(std::ssize(positions),
                       [&](std::int64_t place) { sorted[place] = codes[order[place]]; });
-  refine(positions, sorted.span(), n_together, order.span(), team);
+  for_each_run(
+      std::ssize(positions), [&](std::int64_t place) { return sorted[place]; },
+      [&](std::int64_t first, std::int64_t last) {
+        order_by_halves(positions, order.span().subspan(first, last - first), n_together);
+      },
+      team);
   return order;
 }
 

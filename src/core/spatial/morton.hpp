@@ -12,9 +12,11 @@ namespace superfacets {
 // including the result, or 20 if nearly all cells are within a tenth of the box along each axis.
 Buffer<Cell> morton_order(std::span<const Point> positions, const Box& bounds, ThreadTeam& team);
 
-// Like morton_order, but if more than n_together cells have the same code, they are ordered by
-// recursive splits at the median along the longest axis of their box. So consecutive cells are near
-// in space even if the density of cells varies widely. Takes O(N log N) time at most.
+// Like morton_order, but cells with equal codes are sorted by position, then by index. If there are
+// more than n_together of them, they are first split recursively at the median along the longest
+// axis of their box. So consecutive cells are near in space even if the density of cells varies
+// widely, and the order of different positions does not depend on indices. Takes O(N log N) time at
+// most.
 Buffer<Cell> refined_morton_order(std::span<const Point> positions, std::size_t n_together,
                                   ThreadTeam& team);
 
@@ -46,6 +48,19 @@ inline constexpr int kCodeBits = 30;
 // Sorts cells by their code of kCodeBits bits, then by index. Time O(N). Uses as much memory as
 // morton_order.
 Buffer<Cell> order_of_codes(std::span<const std::uint32_t> codes, ThreadTeam& team);
+
+// Calls visit(first, last) for each range of two or more consecutive places with the same code. In
+// different ranges, calls are made on any thread.
+template <typename CodeOf, typename Visit>
+void for_each_run(std::int64_t n, const CodeOf& code_of, const Visit& visit, ThreadTeam& team) {
+  team.for_each_slow(n, [&](std::int64_t first) {
+    const auto code = code_of(first);
+    if (first > 0 && code_of(first - 1) == code) return;
+    std::int64_t last = first + 1;
+    while (last < n && code_of(last) == code) ++last;
+    if (last > first + 1) visit(first, last);
+  });
+}
 
 // Bounding box of all positions.
 Box bounds_of(std::span<const Point> positions, ThreadTeam& team);

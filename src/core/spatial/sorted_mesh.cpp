@@ -53,26 +53,68 @@ SortedVertices sort_vertices(std::span<const Point> vertices,
   return sorted;
 }
 
-Buffer<Vertex> renumbered(std::span<const Vertex> corners, const Buffer<Place>& place_of,
+// Start of the rotation of a list that is the first in lexicographic order. Time O(n).
+std::size_t least_rotation(std::span<const Vertex> list) {
+  const std::size_t n = list.size();
+  std::size_t best = 0;
+  std::size_t other = 1;
+  std::size_t n_equal = 0;  // number of equal vertices from both starts on
+  while (best < n && other < n && n_equal < n) {
+    const Vertex a = list[(best + n_equal) % n];
+    const Vertex b = list[(other + n_equal) % n];
+    if (a == b) {
+      ++n_equal;
+      continue;
+    }
+    (a > b ? best : other) += n_equal + 1;
+    if (best == other) ++other;
+    n_equal = 0;
+  }
+  return std::min(best, other);
+}
+
+// Renumbers corners, and turns each face so that its lowest vertex comes first. Corners of cells
+// that are not faces are sorted.
+Buffer<Vertex> renumbered(const CornerLists& cells, const Buffer<Place>& place_of, bool are_faces,
                           ThreadTeam& team) {
-  Buffer<Vertex> places(corners.size());
-  team.for_each_index(std::ssize(corners),
-                      [&](std::int64_t corner) { places[corner] = place_of[corners[corner]]; });
+  Buffer<Vertex> places(cells.corners.size());
+  team.for_each_index(cells.n_cells(), [&](std::int64_t cell) {
+    const auto corners = cells[cell];
+    const auto list = places.span().subspan(cells.begin_of(cell), corners.size());
+    std::ranges::transform(corners, list.begin(), [&](Vertex v) { return place_of[v]; });
+    if (are_faces) {
+      std::ranges::rotate(list, list.begin() + static_cast<std::ptrdiff_t>(least_rotation(list)));
+    } else {
+      std::ranges::sort(list);
+    }
+  });
   return places;
 }
 
-// Returns the cells sorted by the smallest vertex index of their corners, then by cell index.
-Buffer<Cell> order_by_lowest(const CornerLists& cells, std::size_t n_vertices, ThreadTeam& team) {
+// Returns the cells sorted by their corners, which begin with the lowest, then by cell index.
+Buffer<Cell> order_by_corners(const CornerLists& cells, std::size_t n_vertices, ThreadTeam& team) {
   // Codes are shifted to use all bits, because the sort divides its work among threads by the
   // highest digit. With 2^30 vertices or more, the lowest bit of the corner is lost.
   const int spare_bits = kCodeBits - static_cast<int>(std::bit_width(n_vertices));
+  const auto code_of = [&](Cell cell) {
+    const auto lowest = static_cast<std::uint32_t>(cells[cell].front());
+    return spare_bits < 0 ? lowest >> -spare_bits : lowest << spare_bits;
+  };
   Buffer<std::uint32_t> codes(cells.n_cells());
-  team.for_each_index(cells.n_cells(), [&](std::int64_t cell) {
-    const auto corners = cells[cell];
-    const auto lowest = static_cast<std::uint32_t>(*std::ranges::min_element(corners));
-    codes[cell] = spare_bits < 0 ? lowest >> -spare_bits : lowest << spare_bits;
-  });
-  return order_of_codes(codes.span(), team);
+  team.for_each_index(cells.n_cells(), [&](Cell cell) { codes[cell] = code_of(cell); });
+  Buffer<Cell> order = order_of_codes(codes.span(), team);
+  const auto is_before = [&](Cell a, Cell b) {
+    const auto order_of_corners = std::lexicographical_compare_three_way(
+        cells[a].begin(), cells[a].end(), cells[b].begin(), cells[b].end());
+    return order_of_corners != 0 ? order_of_corners < 0 : a < b;
+  };
+  for_each_run(
+      std::ssize(order), [&](std::int64_t place) { return codes[order[place]]; },
+      [&](std::int64_t first, std::int64_t last) {
+        std::ranges::sort(order.span().subspan(first, last - first), is_before);
+      },
+      team);
+  return order;
 }
 
 // Offsets of the sorted cells in their list of corners; empty if the input has no offsets.
@@ -89,17 +131,17 @@ Buffer<std::int64_t> sorted_offsets(const CornerLists& cells, std::span<const Ce
 }  // namespace
 
 SortedMesh sort_mesh(std::span<const Point> vertices, std::span<const Vertex> representative,
-                     const CornerLists& cells, ThreadTeam& team) {
+                     const CornerLists& cells, bool are_faces, ThreadTeam& team) {
   SUPERFACETS_ASSERT(representative.size() == vertices.size());
   SortedVertices by_place = sort_vertices(vertices, representative, team);
   const Buffer<Vertex> places =
-      renumbered(cells.corners, std::exchange(by_place.place_of, {}), team);
+      renumbered(cells, std::exchange(by_place.place_of, {}), are_faces, team);
   const CornerLists placed{places.span(), cells.offsets, cells.size};
   const std::size_t n_vertices = by_place.positions.size();
   SortedMesh sorted{std::move(by_place.positions),
                     Buffer<Vertex>(places.size()),
                     {},
-                    order_by_lowest(placed, n_vertices, team)};
+                    order_by_corners(placed, n_vertices, team)};
   sorted.offsets = sorted_offsets(placed, sorted.order.span());
   const CornerLists rows{{}, sorted.offsets.span(), cells.size};
   const auto n_cells = std::ssize(sorted.order);

@@ -14,11 +14,13 @@ struct SortedMesh {
   Buffer<Cell> order;            // (N,) index of each sorted cell in the input
 };
 
-// Sorts vertices along a Morton curve, and cells by the first of their vertices on the curve, then
-// by index. Vertices are welded: `representative` is the result of weld_vertices. Unused vertices
-// are kept, and corners keep their order within a cell. Takes O(V log V + C) time
-// at most. Uses at most 4 bytes per corner, 8 per vertex and 16 per cell in addition to the result.
+// Sorts vertices along a Morton curve, and cells by their corners, beginning with the first on the
+// curve. Faces are rotated, so that this corner comes first; corners of other cells are sorted. So
+// the result, except for `order`, does not depend on the order of the input, unless vertices that
+// are not welded have the same position. Equal cells are sorted by index. Vertices are welded:
+// `representative` is the result of weld_vertices. Unused vertices are kept. Takes
+// O((V + C) log(V + C)) time at most. Uses at most 4 bytes per corner, 8 per vertex and 16 per cell in addition to the result.
 SortedMesh sort_mesh(std::span<const Point> vertices, std::span<const Vertex> representative,
-                     const CornerLists& cells, ThreadTeam& team);
+                     const CornerLists& cells, bool are_faces, ThreadTeam& team);
 
 }  // namespace superfacets

@@ -28,7 +28,7 @@ from .cell_graph import BaseGraph, CellGraph
 from .face_graph import FaceArcs, FaceGraph, FaceShapes, arcs_at_borders
 from .point_graph import PointGraph, find_point_graph, point_surface
 from .size import sliver_share
-from .sorting import is_scattered, sorted_corners
+from .sorting import sorted_corners
 from .sums import weighted_majority
 from .surface import NO_NORMALS, Surface
 
@@ -97,9 +97,11 @@ class Kind:
         Returns the cells, how to weld them later, and `OrderedCells.input_index`.
         """
         corners = self.corners(cells) if may_sort else None
-        if corners is None or not is_scattered(cells.vertices, corners):
+        if corners is None:
             return cells, weld, None
-        found = sorted_corners(cells.vertices, corners, weld, n_threads)
+        found = sorted_corners(
+            cells.vertices, corners, weld, n_threads, are_faces=self.has_faces
+        )
         ordered = self.with_corners(
             cells, found.vertices, found.corners, found.offsets, cells.bounds
         )
