@@ -215,8 +215,7 @@ PointGraph build_point_graph(std::span<const Point> positions, const PointGraphO
   cut_off(search, options, found, team);
   const NeighborRows rows{found.rows.span(), options.n_neighbors};
   if (!options.has_normals) {
-    turn_consistently(rows, search.positions(), found.areas.span(), search.points(),
-                      found.normals.span());
+    turn_consistently(rows, search.positions(), found.areas.span(), found.normals.span());
   }
   const Copies copies = find_copies(search, representative.span());
   PointGraph graph;

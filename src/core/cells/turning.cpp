@@ -42,10 +42,8 @@ class TurnedSets {
 // Two neighbors whose normals differ by more than 10 degrees, even if one of them is flipped.
 struct NormalPair {
   double cost;       // 1 - |n_i . n_j|
-  Cell lower;        // the lower of the two input indices
-  Cell higher;       // the higher of the two input indices
-  Place from;        // sorted index of one point
-  Place to;          // sorted index of the other point
+  Place from;        // one point
+  Place to;          // the other point
   bool is_opposite;  // whether the dot product of the normals is negative
 };
 
@@ -76,9 +74,8 @@ void TurnedSets::unite(Place a, Place b, bool is_opposite) {
 }
 
 // Joins neighbors along a minimum spanning tree (Kruskal). Pairs of similar normals come first.
-TurnedSets join_neighbors(const NeighborRows& neighbors, std::span<const Cell> points,
-                          std::span<const Point> normals) {
-  TurnedSets sets(static_cast<Place>(points.size()));
+TurnedSets join_neighbors(const NeighborRows& neighbors, std::span<const Point> normals) {
+  TurnedSets sets(static_cast<Place>(normals.size()));
   for_each_cosine(neighbors, normals, [&](Place from, Place to, double cosine) {
     if (std::abs(cosine) >= kSameDirection) sets.unite(from, to, cosine < 0.0);
   });
@@ -86,11 +83,11 @@ TurnedSets join_neighbors(const NeighborRows& neighbors, std::span<const Cell> p
   for_each_cosine(neighbors, normals, [&](Place from, Place to, double cosine) {
     if (std::abs(cosine) >= kSameDirection) return;
     if (sets.root(from).first == sets.root(to).first) return;
-    const auto [lower, higher] = std::minmax(points[from], points[to]);
-    pairs.push_back({1.0 - std::abs(cosine), lower, higher, from, to, cosine < 0.0});
+    pairs.push_back({1.0 - std::abs(cosine), from, to, cosine < 0.0});
   });
   std::ranges::sort(pairs, {}, [](const NormalPair& pair) {
-    return std::tuple(pair.cost, pair.lower, pair.higher);
+    const auto [lower, higher] = std::minmax(pair.from, pair.to);
+    return std::tuple(pair.cost, lower, higher);
   });
   for (const NormalPair& pair : pairs) sets.unite(pair.from, pair.to, pair.is_opposite);
   return sets;
@@ -99,18 +96,16 @@ TurnedSets join_neighbors(const NeighborRows& neighbors, std::span<const Cell> p
 }  // namespace
 
 void turn_consistently(const NeighborRows& neighbors, std::span<const Point> positions,
-                       std::span<const double> areas, std::span<const Cell> points,
-                       std::span<Point> normals) {
-  const auto n_places = static_cast<Place>(points.size());
-  SUPERFACETS_ASSERT(positions.size() == points.size() && areas.size() == points.size());
-  SUPERFACETS_ASSERT(normals.size() == points.size());
-  TurnedSets sets = join_neighbors(neighbors, points, normals);
+                       std::span<const double> areas, std::span<Point> normals) {
+  const auto n_places = static_cast<Place>(normals.size());
+  SUPERFACETS_ASSERT(positions.size() == normals.size() && areas.size() == normals.size());
+  TurnedSets sets = join_neighbors(neighbors, normals);
   struct Sums {
     double area = 0.0;
     Point moment{0.0, 0.0, 0.0};  // sum of area times position
     double volume = 0.0;          // three times the enclosed volume
   };
-  std::vector<Sums> sums(points.size());  // sums of each set, stored at the index of its root
+  std::vector<Sums> sums(normals.size());  // sums of each set, stored at the index of its root
   for (Place place = 0; place < n_places; ++place) {
     const auto [root, is_turned] = sets.root(place);
     if (is_turned) normals[place] = -1.0 * normals[place];

@@ -228,10 +228,10 @@ const NearestFinder::Block& NearestFinder::block_of(Nearby& near) {
 void NearestFinder::rank_candidates() {
   std::array<std::int64_t, kMaxRanked> ranks;
   run_version(instructions_, RankLoop{}, squared_.data(), n_candidates_, ranks.data());
-  list_.assign(std::min(n_nearest_, n_candidates_), Neighbor{-1.0, kNoCell, kNoPlace});
+  list_.assign(std::min(n_nearest_, n_candidates_), Neighbor{-1.0, kNoPlace});
   for (std::size_t i = 0; i < n_candidates_; ++i) {
     if (std::cmp_greater_equal(ranks[i], list_.size())) continue;
-    Neighbor neighbor{squared_[i], search_.point_at(places_[i]), places_[i]};
+    Neighbor neighbor{squared_[i], places_[i]};
     // Equally near points have the same rank. These points fill the list from this rank onwards, in
     // ascending order of index.
     for (auto slot = static_cast<std::size_t>(ranks[i]); slot < list_.size(); ++slot) {
@@ -245,7 +245,7 @@ void NearestFinder::rank_candidates() {
 void NearestFinder::sort_candidates() {
   list_.clear();
   for (std::size_t i = 0; i < n_candidates_; ++i) {
-    list_.push_back({squared_[i], search_.point_at(places_[i]), places_[i]});
+    list_.push_back({squared_[i], places_[i]});
   }
   const auto n = static_cast<std::ptrdiff_t>(std::min(n_nearest_, n_candidates_));
   std::partial_sort(list_.begin(), list_.begin() + n, list_.end());
@@ -264,8 +264,7 @@ void NearestFinder::search_tree(Place place, double squared_bound) {
   tree.visit_nearest(squared_distance, squared_bound, [&](std::size_t begin, std::size_t end) {
     for (auto at = static_cast<Place>(begin); std::cmp_less(at, end); ++at) {
       if (at == place) continue;
-      insert({squared_norm(search_.position_at(at) - center), search_.point_at(at), at}, list_,
-             size);
+      insert({squared_norm(search_.position_at(at) - center), at}, list_, size);
     }
     squared_bound = std::min(squared_bound, squared_reach(list_, size));
   });

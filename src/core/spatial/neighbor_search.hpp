@@ -10,14 +10,10 @@ namespace superfacets {
 // A neighbor of a point.
 struct Neighbor {
   double squared;  // squared distance from the point
-  Cell point;      // input index of the neighbor
   Place place;     // sorted index of the neighbor
-};
 
-// Orders neighbors by distance, then by index.
-inline bool operator<(const Neighbor& a, const Neighbor& b) {
-  return a.squared < b.squared || (a.squared == b.squared && a.point < b.point);
-}
+  auto operator<=>(const Neighbor&) const = default;  // by distance, then by sorted index
+};
 
 // Points sorted along a space-filling curve, with a box tree. If a cloud has a far outlier, many
 // points have the same Morton code. These points are ordered by recursive splits at the median (see
