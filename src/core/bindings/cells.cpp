@@ -2,6 +2,8 @@
 // The functions are documented in the headers of cells/. Their preconditions are checked by
 // superfacets/base/checks.py.
 
+#include <numeric>
+
 #include "bindings/bindings.hpp"
 #include "cells/components.hpp"
 #include "cells/far_arcs.hpp"
@@ -92,16 +94,17 @@ auto arc_measures(const Surface& surface, ThreadTeam& team) {
                     std::move(sides), std::move(open_lengths));
 }
 
-void make_placed_cells(PlacedCells* self, Points positions, Doubles measures, int n_threads) {
+void make_placed_cells(PlacedCells* self, Points positions, Doubles measures, int n_threads,
+                       bool is_sorted) {
   on_team(positions.size(), n_threads,
-          [&](ThreadTeam& team) { new (self) PlacedCells(positions, measures, team); });
+          [&](ThreadTeam& team) { new (self) PlacedCells(positions, measures, is_sorted, team); });
 }
 
 // Measures of the cells in the order of the input. The graph stores them in its sorted order.
 std::vector<double> measures_of(const OrderedGraph& graph) {
   std::vector<double> measures(graph.n_cells());
   for (Cell cell = 0; cell < graph.n_cells(); ++cell) {
-    measures[cell] = graph.measures[graph.place_of[cell]];
+    measures[cell] = graph.measures[graph.place_of(cell)];
   }
   return measures;
 }
@@ -274,7 +277,8 @@ void bind_surfaces(nb::module_& module) {
 
 void bind_graphs(nb::module_& module) {
   nb::class_<PlacedCells>(module, "PlacedCells")
-      .def("__init__", &make_placed_cells, "positions"_a, "measures"_a, "n_threads"_a);
+      .def("__init__", &make_placed_cells, "positions"_a, "measures"_a, "n_threads"_a,
+           "is_sorted"_a = false);
   nb::class_<OrderedGraph, PlacedCells>(module, "OrderedGraph")
       .def("__init__", &make_ordered_graph, "cells"_a, "offsets"_a, "neighbors"_a, "lengths"_a,
            "n_threads"_a, "is_symmetric"_a = false, "straight_unit"_a = 0.0,
@@ -289,7 +293,9 @@ void bind_graphs(nb::module_& module) {
       .def("add_far_arcs", &add_far_arcs_to, "n_threads"_a, "most_steps"_a = kFarSteps)
       .def("measures", serial(&measures_of))
       .def("order", serial([](const OrderedGraph& graph) {
-             return std::vector(graph.cells.begin(), graph.cells.end());
+             std::vector<Place> places(graph.n_cells());
+             std::iota(places.begin(), places.end(), 0);
+             return graph.cells_at(places);
            }))
       .def("positions_of", serial(&positions_of), "cells"_a);
   module.def("build_triangle_graph", threaded(&build_triangle_graph), "faces"_a, "representative"_a,

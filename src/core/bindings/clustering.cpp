@@ -14,7 +14,7 @@ std::vector<Cell> centers_of(const OrderedGraph& graph, Integers labels, Label n
                              ThreadTeam& team) {
   Buffer<Label> by_place(labels.size());
   for (std::size_t place = 0; place < labels.size(); ++place) {
-    by_place[place] = labels[graph.cells[place]];
+    by_place[place] = labels[graph.cell_at(place)];
   }
   return graph.cells_at(update_centers(graph, by_place.span(), n_regions, team));
 }

@@ -25,7 +25,7 @@ Components find_components(const OrderedGraph& graph, std::span<const Label> lab
   // renumbers them in the order of their lowest cells.
   std::vector<Cell> ranks(components.n_components, kNoCell);
   Cell n_ranked = 0;
-  for (const Place place : graph.place_of) {
+  for (const Place place : graph.in_input_order()) {
     Cell& rank = ranks[components.of[place]];
     if (rank == kNoCell) rank = n_ranked++;
   }

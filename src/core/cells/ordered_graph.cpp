@@ -38,22 +38,24 @@ bool are_quantized(std::span<const float> lengths) {
 }  // namespace
 
 PlacedCells::PlacedCells(std::span<const Point> input, std::span<const double> input_measures,
-                         ThreadTeam& team)
+                         bool is_sorted, ThreadTeam& team)
     : bounds(bounds_of(input, team)),
       total_measure(sum_of(input_measures, team)),
-      cells(morton_order(input, bounds, team)),
-      place_of(input.size()),
       positions(input.size()),
       measures(input.size()) {
   SUPERFACETS_ASSERT(input_measures.size() == input.size());
+  if (!is_sorted) {
+    cells = morton_order(input, bounds, team);
+    places = Buffer<Place>(input.size());
+    team.for_each_index(n_cells(), [&](Place place) { places[cells[place]] = place; });
+  }
   team.for_each_index(n_cells(), [&](std::int64_t place) {
     if (place + kAhead < n_cells()) {
-      const Cell later = cells[place + kAhead];
+      const Cell later = cell_at(static_cast<Place>(place + kAhead));
       prefetch(&input[later]);
       prefetch(&input_measures[later]);
     }
-    const Cell cell = cells[place];
-    place_of[cell] = static_cast<Place>(place);
+    const Cell cell = cell_at(static_cast<Place>(place));
     positions[place] = input[cell];
     measures[place] = input_measures[cell];
   });
@@ -63,14 +65,9 @@ PlacedCells::PlacedCells(std::span<const Point> input, std::span<const double> i
 PlacedCells::PlacedCells(Buffer<Point> input, Buffer<double> input_measures, ThreadTeam& team)
     : bounds(bounds_of(input.span(), team)),
       total_measure(sum_of(input_measures.span(), team)),
-      cells(input.size()),
-      place_of(input.size()),
       positions(std::move(input)),
       measures(std::move(input_measures)),
-      tree(positions.span(), team) {
-  std::iota(cells.begin(), cells.end(), 0);
-  std::iota(place_of.begin(), place_of.end(), 0);
-}
+      tree(positions.span(), team) {}
 
 OrderedGraph::OrderedGraph(PlacedCells&& placed, Buffer<std::int64_t> all_offsets,
                            Buffer<Arc> all_arcs, double unit)
@@ -109,7 +106,7 @@ bool OrderedGraph::all_lead_back(ThreadTeam& team) const {
 }
 
 void OrderedGraph::copy_rows(const WeightedArcs& input, ThreadTeam& team) {
-  arcs = Buffer<Arc>(std::size_t{kRow} * cells.size());
+  arcs = Buffer<Arc>(std::size_t{kRow} * n_cells());
   team.for_each_index(n_cells(), [&](Place place) {
     prefetch_arcs(input, place);
     const std::size_t row = std::size_t{kRow} * place;
@@ -119,10 +116,10 @@ void OrderedGraph::copy_rows(const WeightedArcs& input, ThreadTeam& team) {
 }
 
 void OrderedGraph::copy_lists(const WeightedArcs& input, ThreadTeam& team) {
-  offsets = Buffer<std::int64_t>(cells.size() + 1);
+  offsets = Buffer<std::int64_t>(positions.size() + 1);
   offsets[0] = 0;
-  for (std::size_t place = 0; place < cells.size(); ++place) {
-    offsets[place + 1] = offsets[place] + std::ssize(input.arcs.neighbors(cells[place]));
+  for (Place place = 0; place < n_cells(); ++place) {
+    offsets[place + 1] = offsets[place] + std::ssize(input.arcs.neighbors(cell_at(place)));
   }
   arcs = Buffer<Arc>(n_arcs);
   team.for_each_index(n_cells(), [&](Place place) {
@@ -135,8 +132,8 @@ void OrderedGraph::copy_lists(const WeightedArcs& input, ThreadTeam& team) {
 // Prefetches the data that copy_arcs will read for later cells.
 void OrderedGraph::prefetch_arcs(const WeightedArcs& input, std::int64_t place) const {
   if (place + kFarAhead >= n_cells()) return;
-  prefetch(&input.arcs.offsets[cells[place + kFarAhead]]);
-  const std::int64_t first = input.arcs.offsets[cells[place + kAhead]];
+  prefetch(&input.arcs.offsets[cell_at(place + kFarAhead)]);
+  const std::int64_t first = input.arcs.offsets[cell_at(place + kAhead)];
   // Computes an address instead of indexing, because the index `first` may be out of range if the
   // cell has no arc.
   prefetch(input.arcs.targets.data() + first);
@@ -147,19 +144,19 @@ void OrderedGraph::prefetch_arcs(const WeightedArcs& input, std::int64_t place) 
 // Returns the number of copied arcs.
 std::size_t OrderedGraph::copy_arcs(const WeightedArcs& input, Place place, std::size_t first) {
   std::size_t next = first;
-  for (const auto [arc, neighbor] : input.arcs.steps(cells[place])) {
-    arcs[next++] = {place_of[neighbor], input.lengths[arc]};
+  for (const auto [arc, neighbor] : input.arcs.steps(cell_at(place))) {
+    arcs[next++] = {place_of(neighbor), input.lengths[arc]};
   }
   return next - first;
 }
 
 void OrderedGraph::add_part_costs(const PartVectors& vectors, double factor, ThreadTeam& team) {
-  SUPERFACETS_ASSERT(vectors.groups.empty() || vectors.groups.size() == cells.size());
+  SUPERFACETS_ASSERT(vectors.groups.empty() || vectors.groups.size() == positions.size());
   SUPERFACETS_ASSERT(!vectors.groups.empty() ||
-                     vectors.rows.size() == vectors.width * cells.size());
-  Buffer<Cell> groups(cells.size());  // group of each cell, in sorted order
+                     vectors.rows.size() == vectors.width * positions.size());
+  Buffer<Cell> groups(positions.size());  // group of each cell, in sorted order
   team.for_each_index(n_cells(),
-                      [&](Place place) { groups[place] = vectors.group_of(cells[place]); });
+                      [&](Place place) { groups[place] = vectors.group_of(cell_at(place)); });
   team.for_each_slow(n_cells(), [&](Place place) {
     const Cell here = groups[place];
     for (Arc& arc : arcs.span().subspan(first_arc(place), arcs_of(place).size())) {
@@ -171,16 +168,16 @@ void OrderedGraph::add_part_costs(const PartVectors& vectors, double factor, Thr
 }
 
 std::vector<Place> OrderedGraph::places_of(std::span<const Cell> some_cells) const {
-  std::vector<Place> places;
-  places.reserve(some_cells.size());
-  for (const Cell cell : some_cells) places.push_back(place_of[cell]);
-  return places;
+  std::vector<Place> found;
+  found.reserve(some_cells.size());
+  for (const Cell cell : some_cells) found.push_back(place_of(cell));
+  return found;
 }
 
-std::vector<Cell> OrderedGraph::cells_at(std::span<const Place> places) const {
+std::vector<Cell> OrderedGraph::cells_at(std::span<const Place> some_places) const {
   std::vector<Cell> some_cells;
-  some_cells.reserve(places.size());
-  for (const Place place : places) some_cells.push_back(cells[place]);
+  some_cells.reserve(some_places.size());
+  for (const Place place : some_places) some_cells.push_back(cell_at(place));
   return some_cells;
 }
 

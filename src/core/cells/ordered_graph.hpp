@@ -1,6 +1,8 @@
 // A cell graph with a cache-friendly layout: the input of stages 3 and 4.
 #pragma once
 
+#include <ranges>
+
 #include "base/prefetch.hpp"
 #include "cells/part_costs.hpp"
 #include "spatial/box_tree.hpp"
@@ -37,22 +39,32 @@ struct WeightedArcs {
 };
 
 // Cells sorted along a space-filling curve, so that neighbors are near in memory for any order of
-// the input. The place of a cell is its index in the sorted order. All arrays except place_of are
-// in the sorted order. This object is built before the graph, so that the positions and measures of
+// the input. The place of a cell is its index in the sorted order. All arrays except places are in
+// the sorted order. This object is built before the graph, so that the positions and measures of
 // the input can be freed before arcs are copied.
 struct PlacedCells {
   PlacedCells() = default;  // creates an object without cells
-  PlacedCells(std::span<const Point> positions, std::span<const double> measures, ThreadTeam& team);
+  // If `is_sorted`, the cells are in a spatial order already, which is kept.
+  PlacedCells(std::span<const Point> positions, std::span<const double> measures, bool is_sorted,
+              ThreadTeam& team);
 
   // This constructor keeps the order of the cells, which must already be a spatial order.
   PlacedCells(Buffer<Point> positions, Buffer<double> measures, ThreadTeam& team);
 
-  Cell n_cells() const { return static_cast<Cell>(cells.size()); }
+  Cell n_cells() const { return static_cast<Cell>(positions.size()); }
+  // Input index of a sorted cell, and the inverse.
+  Cell cell_at(Place place) const { return cells.size() == 0 ? place : cells[place]; }
+  Place place_of(Cell cell) const { return places.size() == 0 ? cell : places[cell]; }
+  // Index of each input cell in the sorted order.
+  auto in_input_order() const {
+    return std::views::iota(Cell{0}, n_cells()) |
+           std::views::transform([this](Cell cell) { return place_of(cell); });
+  }
 
   Box bounds;                // bounding box of the positions
   double total_measure = 0;  // sum of `measures`, the same for any number of threads
-  Buffer<Cell> cells;        // (N,) input index of each sorted cell
-  Buffer<Place> place_of;    // (N,) index of each input cell in the sorted order
+  Buffer<Cell> cells;        // (N,) values of cell_at; empty if the input was sorted
+  Buffer<Place> places;      // (N,) values of place_of; empty if the input was sorted
   Buffer<Point> positions;   // (N,) position of each sorted cell
   Buffer<double> measures;   // (N,) area or volume of each sorted cell
   BoxTree tree;              // hierarchy of bounding boxes of the sorted cells
@@ -91,7 +103,7 @@ class OrderedGraph : public PlacedCells {
   void add_part_costs(const PartVectors& vectors, double factor, ThreadTeam& team);
 
   std::vector<Place> places_of(std::span<const Cell> some_cells) const;
-  std::vector<Cell> cells_at(std::span<const Place> places) const;
+  std::vector<Cell> cells_at(std::span<const Place> some_places) const;
 
   Buffer<std::int64_t> offsets;  // (N + 1,) start of each cell in `arcs`; empty if arcs are in rows
   Buffer<Arc> arcs;
@@ -158,7 +170,7 @@ class NearestPlace {
  private:
   bool is_nearer(Place place, double squared) const {
     return squared < squared_ ||
-           (squared == squared_ && graph_->cells[place] < graph_->cells[place_]);
+           (squared == squared_ && graph_->cell_at(place) < graph_->cell_at(place_));
   }
   void set(Place place, double squared) {
     place_ = place;

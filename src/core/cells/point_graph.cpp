@@ -88,9 +88,9 @@ void cut_off(const NeighborSearch& search, const PointGraphOptions& options, Fou
 }
 
 // Duplicates: points at the same position as a point with a lower index. In the sorted order, all
-// duplicates follow after all representatives.
+// duplicates follow after all representatives, in the same order, then by index.
 struct Copies {
-  std::vector<Cell> points;   // input index of each duplicate, ascending
+  std::vector<Cell> points;   // input index of each duplicate
   std::vector<Place> places;  // sorted index of the representative of each duplicate
 };
 
@@ -102,10 +102,11 @@ Copies find_copies(const NeighborSearch& search, std::span<const Vertex> represe
     place_of[search.point_at(place)] = place;
   }
   for (Cell point = 0; std::cmp_less(point, representative.size()); ++point) {
-    if (representative[point] == point) continue;
-    copies.points.push_back(point);
-    copies.places.push_back(place_of[representative[point]]);
+    if (representative[point] != point) copies.points.push_back(point);
   }
+  const auto place_at = [&](Cell point) { return place_of[representative[point]]; };
+  std::ranges::stable_sort(copies.points, {}, place_at);
+  std::ranges::transform(copies.points, std::back_inserter(copies.places), place_at);
   return copies;
 }
 

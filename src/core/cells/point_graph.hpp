@@ -32,7 +32,7 @@ struct PointGraph {
 
 // Sorts points along a space-filling curve, so that neighbors are near in memory in all later
 // stages. Joins each point to its nearest neighbors by arcs in both directions. If several
-// neighbors are equally near, the neighbors with the lowest indices are chosen. The lowest point at
+// neighbors are equally near, those that come first along the curve are chosen. The lowest point at
 // a position is the representative, and all other points there are duplicates. Duplicates are
 // joined to their representative only, and share its area.
 //

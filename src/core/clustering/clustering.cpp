@@ -42,7 +42,7 @@ std::vector<Cell> Clustering::relocate(std::int64_t n_moves, ThreadTeam& team) {
 Buffer<Label> Clustering::labels() {
   Buffer<Label> labels(graph_.n_cells());
   team_.for_each_index(graph_.n_cells(), [&](std::int64_t cell) {
-    labels[cell] = classification_.path(graph_.place_of[cell]).label;
+    labels[cell] = classification_.path(graph_.place_of(cell)).label;
   });
   return labels;
 }
@@ -50,7 +50,7 @@ Buffer<Label> Clustering::labels() {
 Buffer<PathLength> Clustering::lengths() {
   Buffer<PathLength> lengths(graph_.n_cells());
   team_.for_each_index(graph_.n_cells(), [&](std::int64_t cell) {
-    lengths[cell] = classification_.path(graph_.place_of[cell]).length;
+    lengths[cell] = classification_.path(graph_.place_of(cell)).length;
   });
   return lengths;
 }

@@ -119,7 +119,7 @@ OrderedGraph CoarseGraph::joined(std::span<const Part> parts, Buffer<Point> posi
 Buffer<Cell> CoarseGraph::coarse_cells(ThreadTeam& team) const {
   Buffer<Cell> coarse(fine_.n_cells());
   team.for_each_index(fine_.n_cells(),
-                      [&](std::int64_t cell) { coarse[cell] = coarse_of(fine_.place_of[cell]); });
+                      [&](std::int64_t cell) { coarse[cell] = coarse_of(fine_.place_of(cell)); });
   return coarse;
 }
 
@@ -134,7 +134,7 @@ Buffer<float> CoarseGraph::means_of(const PartVectors& vectors, ThreadTeam& team
       const Cell cell = coarse_of(place) - first;
       const double weight = std::max(fine_.measures[place], kMinMeasure);
       weights[cell] += weight;
-      const float* row = vectors.rows.data() + width * vectors.group_of(fine_.cells[place]);
+      const float* row = vectors.rows.data() + width * vectors.group_of(fine_.cell_at(place));
       for (std::size_t i = 0; i < width; ++i) sums[width * cell + i] += weight * double{row[i]};
     }
     for (Cell cell = first; cell < last; ++cell) {
@@ -170,13 +170,13 @@ SpreadPaths CoarseGraph::spread(std::span<const PathLength> lengths, std::span<c
   if (needs_lengths) {
     paths.lengths = Buffer<PathLength>(fine_.n_cells());
     team.for_each_index(fine_.n_cells(), [&](Cell cell) {
-      paths.lengths[cell] = expansion.path(fine_.place_of[cell]).length;
+      paths.lengths[cell] = expansion.path(fine_.place_of(cell)).length;
     });
   }
   const Buffer<Label> by_place = std::move(expansion).take_paths().labels;
   paths.labels = Buffer<Label>(fine_.n_cells());
   team.for_each_index(fine_.n_cells(),
-                      [&](Cell cell) { paths.labels[cell] = by_place[fine_.place_of[cell]]; });
+                      [&](Cell cell) { paths.labels[cell] = by_place[fine_.place_of(cell)]; });
   return paths;
 }
 

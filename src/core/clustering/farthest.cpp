@@ -102,7 +102,7 @@ void FarthestPoints::update_leaf(std::size_t leaf, Point center) {
 bool FarthestPoints::is_farther(const Summary& a, const Summary& b) const {
   return a.farthest_squared > b.farthest_squared ||
          (a.farthest_squared == b.farthest_squared &&
-          graph_.cells[a.farthest] < graph_.cells[b.farthest]);
+          graph_.cell_at(a.farthest) < graph_.cell_at(b.farthest));
 }
 
 void FarthestPoints::summarize_leaf(std::size_t leaf) {

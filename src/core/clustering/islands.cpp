@@ -30,10 +30,10 @@ class LabeledCells {
                std::span<const Label> groups, ThreadTeam& team) {
     for (Place place = 0; place < graph.n_cells(); ++place) {
       if (labels[place] == kNoLabel) continue;
-      if (!groups.empty()) groups_.push_back(groups[graph.cells[place]]);
+      if (!groups.empty()) groups_.push_back(groups[graph.cell_at(place)]);
       places_.push_back(place);
       positions_.push_back(graph.positions[place]);
-      cells_.push_back(graph.cells[place]);
+      cells_.push_back(graph.cell_at(place));
       labels_.push_back(labels[place]);
     }
     tree_ = BoxTree(positions_, team);
@@ -119,7 +119,7 @@ std::vector<Candidate> nearest_of(const OrderedGraph& graph, const LabeledCells&
   auto search_range = [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t i = begin; i < end;) {
       const Cell piece = pieces.of[places[i]];
-      const Label group = groups.empty() ? kAnyGroup : groups[graph.cells[places[i]]];
+      const Label group = groups.empty() ? kAnyGroup : groups[graph.cell_at(places[i])];
       Candidate best;  // best candidate for the cells of the island in this block
       for (; i < end && pieces.of[places[i]] == piece; ++i) {
         labeled.search(graph.positions[places[i]], places[i], group, best);
@@ -138,7 +138,7 @@ void name_islands(const OrderedGraph& graph, const Components& pieces, JoinedIsl
   std::vector<Label> names(pieces.n_components, kNoLabel);
   for (Cell cell = 0; cell < graph.n_cells(); ++cell) {
     if (joined.labels[cell] != kNoLabel) continue;
-    Label& name = names[pieces.of[graph.place_of[cell]]];
+    Label& name = names[pieces.of[graph.place_of(cell)]];
     if (name == kNoLabel) {
       name = next++;
       joined.new_centers.push_back(cell);
@@ -154,13 +154,13 @@ JoinedIslands join_islands(const OrderedGraph& graph, std::span<const Label> lab
   JoinedIslands joined{copy_of(labels), 0, {}};
   if (std::ranges::find(labels, kNoLabel) == labels.end()) return joined;
   Buffer<Label> by_place(labels.size());
-  for (Cell cell = 0; cell < graph.n_cells(); ++cell) by_place[graph.place_of[cell]] = labels[cell];
+  for (Cell cell = 0; cell < graph.n_cells(); ++cell) by_place[graph.place_of(cell)] = labels[cell];
   const Components pieces = find_components(graph, by_place.span(), team);
   const std::vector<Place> places = unlabeled_places(by_place.span(), pieces);
   const LabeledCells labeled(graph, by_place.span(), groups, team);
   const auto nearest = nearest_of(graph, labeled, places, pieces, groups, team);
   for (const Place place : places) {
-    joined.labels[graph.cells[place]] = nearest[pieces.of[place]].label;
+    joined.labels[graph.cell_at(place)] = nearest[pieces.of[place]].label;
   }
   joined.n_joined = static_cast<Cell>(std::ranges::count_if(
       nearest, [](const Candidate& candidate) { return candidate.label != kNoLabel; }));

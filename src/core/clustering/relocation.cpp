@@ -59,7 +59,7 @@ Need need_of(const OrderedGraph& graph, std::span<const Path> nearest,
       need.removal_cost += measure * (second - first) * (second + first);
     }
     const PathLength longest = nearest[need.farthest].length;
-    const bool is_lower = graph.cells[place] < graph.cells[need.farthest];
+    const bool is_lower = graph.cell_at(place) < graph.cell_at(need.farthest);
     if (length > longest || (length == longest && is_lower)) need.farthest = place;
   }
   return need;

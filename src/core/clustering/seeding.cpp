@@ -64,7 +64,7 @@ struct Size {
 
 std::vector<Size> sizes_of(const OrderedGraph& graph, const Components& components) {
   std::vector<Size> sizes(components.n_components);
-  for (const Place place : graph.place_of) {  // visits cells in the order of the input
+  for (const Place place : graph.in_input_order()) {  // visits cells in the order of the input
     sizes[components.of[place]].measure += graph.measures[place];
     ++sizes[components.of[place]].n_cells;
   }
@@ -74,7 +74,7 @@ std::vector<Size> sizes_of(const OrderedGraph& graph, const Components& componen
 // Returns half the mean measure of a region. A component with a smaller measure is an island.
 double least_measure(const OrderedGraph& graph, Cell n_seeds) {
   double total = 0.0;
-  for (const Place place : graph.place_of) total += graph.measures[place];
+  for (const Place place : graph.in_input_order()) total += graph.measures[place];
   return 0.5 * total / n_seeds;
 }
 
@@ -227,7 +227,7 @@ std::vector<Place> flood_starts(const OrderedGraph& graph, const SeededComponent
   std::vector<Place> starts{first};
   std::vector<bool> is_started(components.n_components(), false);
   is_started[components.component(first)] = true;
-  for (const Place place : graph.place_of) {
+  for (const Place place : graph.in_input_order()) {
     if (is_started[components.component(place)]) continue;
     is_started[components.component(place)] = true;
     starts.push_back(place);
@@ -249,7 +249,7 @@ std::vector<Place> visiting_order(const OrderedGraph& graph, const SeededCompone
   std::vector<std::tuple<Cell, PathLength, Cell, Place>> keys(graph.n_cells());
   for (Place place = 0; place < graph.n_cells(); ++place) {
     keys[place] = {ranks[components.component(place)], from_starts.path(place).length,
-                   graph.cells[place], place};
+                   graph.cell_at(place), place};
   }
   std::ranges::sort(keys);
   std::vector<Place> order;
@@ -264,7 +264,7 @@ std::vector<Place> visiting_order(const OrderedGraph& graph, const SeededCompone
 void place_unreached(const OrderedGraph& graph, const SeededComponents& components, Cell n_seeds,
                      LongestPaths& paths, std::vector<Place>& seeds) {
   if (graph.is_symmetric) return;
-  for (const Place place : graph.place_of) {
+  for (const Place place : graph.in_input_order()) {
     if (std::cmp_equal(seeds.size(), n_seeds)) return;
     if (!components.is_seeded(place) || paths.reaches(place)) continue;
     seeds.push_back(place);
@@ -299,7 +299,7 @@ struct CubeHash {
 Cell central_cell(const OrderedGraph& graph, ThreadTeam& team) {
   NearestPlace nearest(graph, weighted_mean(graph, team), 0);
   nearest.search([](Place) { return true; }, std::numeric_limits<std::int64_t>::max());
-  return graph.cells[nearest.place()];
+  return graph.cell_at(nearest.place());
 }
 
 std::int64_t n_cells_of_large_components(const OrderedGraph& graph, Cell n_seeds,
@@ -315,7 +315,7 @@ std::int64_t n_cells_of_large_components(const OrderedGraph& graph, Cell n_seeds
 std::vector<Cell> farthest_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds,
                                  Islands islands, ThreadTeam& team) {
   FarthestPoints points(graph, team);
-  std::vector<Place> seeds{graph.place_of[first]};
+  std::vector<Place> seeds{graph.place_of(first)};
   if (islands == Islands::kNearest) {
     const SeededComponents components(graph, seeds.front(), n_seeds, team);
     seeds = components.central_places();
@@ -328,7 +328,7 @@ std::vector<Cell> farthest_seeds(const OrderedGraph& graph, Cell first, Cell n_s
 
 SeedsAndPaths geodesic_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds,
                              ThreadTeam& team) {
-  std::vector<Place> seeds{graph.place_of[first]};
+  std::vector<Place> seeds{graph.place_of(first)};
   std::optional<LongestPaths> paths(std::in_place, graph, team);
   paths->place(seeds.front());
   if (!paths->reach_all()) {
@@ -344,7 +344,7 @@ SeedsAndPaths geodesic_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds
 }
 
 SeedsAndPaths curve_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds, ThreadTeam& team) {
-  const SeededComponents components(graph, graph.place_of[first], n_seeds, team);
+  const SeededComponents components(graph, graph.place_of(first), n_seeds, team);
   const auto n_along = static_cast<Cell>(std::ceil(kCurveFraction * n_seeds));
   std::vector<Place> seeds = components.places_along_curve(n_along);
   LongestPaths paths(graph, team);
@@ -356,7 +356,7 @@ SeedsAndPaths curve_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds, T
 
 std::vector<Cell> flood_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds, double reach,
                               Islands islands, ThreadTeam& team) {
-  const Place start = graph.place_of[first];
+  const Place start = graph.place_of(first);
   const SeededComponents components(graph, start, n_seeds, team);
   const auto starts = flood_starts(graph, components, start);
   Flood flood(graph, reach);
@@ -374,7 +374,7 @@ std::vector<Cell> grid_seeds(const OrderedGraph& graph, Point corner, double sid
                              ThreadTeam& team) {
   std::unordered_map<Cube, Label, CubeHash> label_of;
   Buffer<Label> labels(graph.n_cells());
-  for (const Place place : graph.place_of) {
+  for (const Place place : graph.in_input_order()) {
     const Point offset = graph.positions[place] - corner;
     // Adding 0.0 turns the -0.0 that floor may return into 0.0, so that both zeros have the same
     // hash.

@@ -70,7 +70,7 @@ std::vector<Point> RegionMeans::means_of(std::span<const Label> regions) const {
   const bool any_small = std::ranges::any_of(
       regions, [&](Label label) { return FixedPoint::is_too_small(sums_[label]); });
   for (Cell cell = 0; any_small && cell < graph_.n_cells(); ++cell) {
-    const Place place = graph_.place_of[cell];
+    const Place place = graph_.place_of(cell);
     if (labels_[place] == kNoLabel || !FixedPoint::is_too_small(sums_[labels_[place]])) continue;
     small[labels_[place]].add(graph_.positions[place], graph_.measures[place]);
   }
@@ -98,7 +98,7 @@ Point weighted_mean(const OrderedGraph& graph, ThreadTeam& team) {
     return fixed.mean(total);
   }
   WeightedSum sums;
-  for (const Place place : graph.place_of) sums.add(graph.positions[place], 0.0);
+  for (const Place place : graph.in_input_order()) sums.add(graph.positions[place], 0.0);
   return sums.mean();
 }
 

@@ -41,7 +41,7 @@ Place LongestPaths::farthest() {
     std::pop_heap(bounds_.begin(), bounds_.end());
     Bound& bound = bounds_.back();
     const auto [length, place] = farthest_in(bound.block);
-    const Cell cell = graph_.cells[place];
+    const Cell cell = graph_.cell_at(place);
     const bool is_exact = bound.longest == length && bound.cell == cell;
     bound = {length, cell, bound.block};
     std::push_heap(bounds_.begin(), bounds_.end());
@@ -59,7 +59,7 @@ LongestPaths::Farthest LongestPaths::farthest_in(std::int64_t block) const {
   for (Place place = begin; place < end; ++place) {
     const PathLength length = paths_.path(place).length;
     if (length == kUnreached || length < farthest.length) continue;
-    if (length == farthest.length && graph_.cells[place] > graph_.cells[farthest.place]) continue;
+    if (length == farthest.length && graph_.cell_at(place) > graph_.cell_at(farthest.place)) continue;
     farthest = {length, place};
   }
   return farthest;

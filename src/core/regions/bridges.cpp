@@ -13,7 +13,9 @@ class BridgeSearch {
  public:
   BridgeSearch(const PlacedCells& cells, std::span<const Cell> ranks, Cell n_components)
       : cells_(cells), bridges_(n_components) {
-    for (const Cell cell : cells.cells) ranks_.push_back(ranks[cell]);
+    for (Place place = 0; place < cells.n_cells(); ++place) {
+      ranks_.push_back(ranks[cells.cell_at(place)]);
+    }
     lowest_ranks_ = cells.tree.summarize<Cell>(
         ranks_, n_components, [](Cell& lowest, Cell rank) { lowest = std::min(lowest, rank); });
   }
@@ -50,7 +52,7 @@ class BridgeSearch {
 
   void compare(Place from, Place to) {
     const double squared = squared_norm(cells_.positions[to] - cells_.positions[from]);
-    const Bridge bridge{cells_.cells[from], cells_.cells[to], squared};
+    const Bridge bridge{cells_.cell_at(from), cells_.cell_at(to), squared};
     Bridge& best = bridges_[ranks_[from]];
     if (is_better(bridge, best)) best = bridge;
   }

@@ -90,7 +90,7 @@ ConductingArcs conducting_arcs(const OrderedGraph& graph, double crease_unit, do
   found.offsets = Buffer<std::int64_t>(graph.n_cells() + 1);
   found.offsets[0] = 0;
   for (Cell cell = 0; cell < graph.n_cells(); ++cell) {
-    const Place place = graph.place_of[cell];
+    const Place place = graph.place_of(cell);
     const auto arcs = graph.arcs_of(place);
     const auto n =
         // padding arcs, which lead to the cell itself, are not counted
@@ -103,7 +103,7 @@ ConductingArcs conducting_arcs(const OrderedGraph& graph, double crease_unit, do
   const double blocked = sum_over(
       graph.n_cells(),
       [&](Cell cell) {
-        const Place place = graph.place_of[cell];
+        const Place place = graph.place_of(cell);
         std::int64_t next = found.offsets[cell];
         double sum = 0.0;
         for (const Arc& arc : graph.arcs_of(place)) {
@@ -112,7 +112,7 @@ ConductingArcs conducting_arcs(const OrderedGraph& graph, double crease_unit, do
               crease_unit > 0.0 ? graph.crease_cost(place, arc) / crease_unit : 0.0;
           const double width = width_of(graph, place, arc);
           const double open = width * exponential(-steepness * kappa);
-          found.neighbors[next] = graph.cells[arc.to];
+          found.neighbors[next] = graph.cell_at(arc.to);
           found.steps[next] = straight_step(graph, place, arc);
           found.conductances[next] = open / found.steps[next] + kMinConductance;
           sum += width - open;
@@ -124,7 +124,7 @@ ConductingArcs conducting_arcs(const OrderedGraph& graph, double crease_unit, do
   const double all = sum_over(
       graph.n_cells(),
       [&](Cell cell) {
-        const Place place = graph.place_of[cell];
+        const Place place = graph.place_of(cell);
         double sum = 0.0;
         for (const Arc& arc : graph.arcs_of(place)) {
           if (arc.to != place) sum += width_of(graph, place, arc);
@@ -178,10 +178,10 @@ Smoother::Smoother(const OrderedGraph& graph, const Arcs& arcs, std::span<const 
   const double sum = sum_over(
       arcs.n_cells(),
       [&](Cell cell) {
-        const Place place = graph.place_of[cell];
+        const Place place = graph.place_of(cell);
         double sum = 0.0;
         for (const auto [arc, to] : arcs.steps(cell)) {
-          const Arc step{graph.place_of[to], 1.0F};
+          const Arc step{graph.place_of(to), 1.0F};
           steps_[arc] = straight_step(graph, place, step);
           widths_[arc] = widths.empty() ? width_of(graph, place, step) : widths[arc];
           sum += widths_[arc] * steps_[arc];

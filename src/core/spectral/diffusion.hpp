@@ -68,10 +68,10 @@ class Smoother {
 
   double width(std::int64_t arc) const { return widths_[arc]; }
   double step(std::int64_t arc) const { return steps_[arc]; }
-  Point position(Cell cell) const { return graph_.positions[graph_.place_of[cell]]; }
+  Point position(Cell cell) const { return graph_.positions[graph_.place_of(cell)]; }
 
  private:
-  double area(Cell cell) const { return graph_.measures[graph_.place_of[cell]]; }
+  double area(Cell cell) const { return graph_.measures[graph_.place_of(cell)]; }
 
   const OrderedGraph& graph_;
   const Arcs& arcs_;

@@ -35,6 +35,7 @@ class Plan:
     init: AnyInit | Seeds | None
     """Name of the seeding method, initial centers (the same as `count_options.seeds`), or None for
     the default method."""
+    is_sorted: bool = False  # whether the cells of the graph are sorted along a curve
 
     @classmethod
     def of(
@@ -56,7 +57,7 @@ class Plan:
             init = seeds = inside.new_cells(seeds, order)
         count_options = replace(count_options, seeds=seeds)
         size = region_size(count_options, measures, n_threads, dimension, plural)
-        return cls(inside, size, count_options, init)
+        return cls(inside, size, count_options, init, order is not None)
 
     @property
     def has_seeds(self) -> bool:
@@ -89,10 +90,12 @@ class Plan:
         """Return the cells inside the mask, sorted along a curve, and their arcs with `lengths`."""
         inside = self.inside
         if inside is None:
-            placed = _core.PlacedCells(graph.positions, graph.measures, n_threads)
+            placed = _core.PlacedCells(
+                graph.positions, graph.measures, n_threads, self.is_sorted
+            )
             return placed, (graph.offsets, graph.neighbors, lengths)
         cells = (graph.positions[inside.cells], graph.measures[inside.cells])
-        return _core.PlacedCells(*cells, n_threads), (
+        return _core.PlacedCells(*cells, n_threads, self.is_sorted), (
             inside.offsets,
             inside.neighbors,
             lengths[inside.arcs],
