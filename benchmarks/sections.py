@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import superfacets as sf
-from superfacets.graph.sorting import MIN_CELLS
 
 from . import memory, passes, processes, races, runs
 from .checks import Expected, check_against_reference, hash_labels, require
@@ -17,6 +16,9 @@ from .meshes import Arrays, build, file_of
 from .plan import N_SEGMENTS, BenchmarkPlan
 
 SECTIONS = ("stages", "scaling", "passes", "orders", "rivals", "memory", "processes")
+
+LARGE = 1 << 17
+"""Minimum number of faces of meshes that are measured in several orders of their faces."""
 
 MEMORABLE_FACES = 50_000
 """Minimum number of faces of meshes for which memory is measured. A run on a smaller mesh may use
@@ -64,7 +66,7 @@ def _measure_mesh(
         results["runs"] += runs.measure(arrays, cases, repeats, expected)
     if "passes" in sections:
         results["passes"] += _measure_passes(plan, mesh, arrays)
-    if "orders" in sections and plan.meshes[mesh] >= MIN_CELLS:
+    if "orders" in sections and plan.meshes[mesh] >= LARGE:
         results["orders"] += runs.measure_orders(mesh, arrays, N_SEGMENTS[0], repeats)
     if "memory" in sections and plan.meshes[mesh] >= MEMORABLE_FACES:
         results["memory"].append(_measure_memory(mesh, arrays))

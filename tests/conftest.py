@@ -115,7 +115,6 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
 
 LIMITS = {
     "block of text": ["superfacets.files.readers.text.BLOCK"],
-    "cells that are sorted": ["superfacets.graph.sorting.MIN_CELLS"],
     "cells that are grouped": [
         "superfacets.weights.parts.MIN_GROUPED", "superfacets.clustering.loop.MIN_GROUPED",
     ],

@@ -145,16 +145,11 @@ def test_labels_do_not_depend_on_the_order_of_vertices(mesh, options):
     )
 
 
-@pytest.mark.parametrize("options", MODES[:-1])
+@pytest.mark.parametrize("options", MODES)
 def test_regions_do_not_depend_on_the_order_of_faces(mesh, options):
-    """This is before smoothing, which follows borders in the order of faces.
-
-    Weights by parts are left out: rounding in sums over faces depends on their order.
-    """
-    rough = options if "paper" in options else {"weights": "creases", **options, "smooth": False}
     order = np.random.default_rng(5).permutation(mesh.n_faces)
-    permuted = loops.segment(Mesh(mesh.vertices, mesh.faces[order]), 90, **rough).labels
-    assert same_regions(permuted, loops.segment(mesh, 90, **rough).labels[order])
+    permuted = loops.segment(Mesh(mesh.vertices, mesh.faces[order]), 90, **options).labels
+    assert same_regions(permuted, loops.segment(mesh, 90, **options).labels[order])
 
 
 def test_soup_gives_the_labels_of_the_mesh_it_came_from(mesh):

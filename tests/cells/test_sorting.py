@@ -1,8 +1,8 @@
-"""Meshes in a bad order are sorted before segmentation, which changes only the time."""
+"""Cells are sorted before segmentation, so that regions do not depend on the order of the input."""
 
 import warnings
+from itertools import pairwise
 
-import loops
 import numpy as np
 import pytest
 import shapes
@@ -14,24 +14,33 @@ from superfacets.graph.kinds import kind_of
 from superfacets.mesh.faces import corners_of
 
 
-@pytest.fixture(autouse=True)
-def few_cells_are_enough(limit):
-    limit("cells that are sorted", 1_000)
+def reordered(cells, seed=0):
+    """Return vertices and cells in random order, with faces rotated, and the order of the cells."""
+    rng = np.random.default_rng(seed)
+    order = rng.permutation(cells.n_cells).astype(np.int32)
+    corners = corners_of(cells) if not isinstance(cells, sf.PointCloud) else None
+    if corners is None:
+        return cells.taken(order), order
+    new_vertices = rng.permutation(cells.n_vertices)
+    place = np.argsort(new_vertices).astype(np.int32)
+    lists, offsets = corners.of(order)
+    for begin, end in pairwise(offsets):
+        turn = rng.permutation if isinstance(cells, sf.TetMesh) else np.roll
+        turns = () if isinstance(cells, sf.TetMesh) else (rng.integers(end - begin),)
+        lists[begin:end] = turn(lists[begin:end], *turns)
+    vertices = cells.vertices[new_vertices]
+    return kind_of(cells).with_corners(cells, vertices, place[lists], offsets), order
 
 
 def shuffled(mesh, seed=0):
-    """Return the mesh with vertices and cells in random order."""
-    rng = np.random.default_rng(seed)
-    corners = corners_of(mesh)
-    new_vertices, order = rng.permutation(mesh.n_vertices), rng.permutation(corners.n_cells)
-    place = np.argsort(new_vertices).astype(np.int32)
-    lists, offsets = corners.of(order)
-    return kind_of(mesh).with_corners(mesh, mesh.vertices[new_vertices], place[lists], offsets)
+    return reordered(mesh, seed)[0]
 
 
 def in_curve_order(mesh, weld=True):
     """Return the sorted mesh that is segmented instead, and the original index of each cell."""
-    found = sorting.sorted_corners(mesh.vertices, corners_of(mesh), weld, 1)
+    found = sorting.sorted_corners(
+        mesh.vertices, corners_of(mesh), weld, 1, are_faces=kind_of(mesh).has_faces
+    )
     make = kind_of(mesh).with_corners
     return make(mesh, found.vertices, found.corners, found.offsets), found.order
 
@@ -56,26 +65,33 @@ def test_sorted_cells_are_those_of_the_input_in_another_order(name, weld):
     mesh = MESHES[name]
     placed, order = in_curve_order(mesh, weld)
     assert np.array_equal(np.sort(order), np.arange(mesh.n_cells))
-    before, _ = corners_of(mesh).of(order)
-    assert np.array_equal(placed.vertices[corners_of(placed).vertices], mesh.vertices[before])
+    before, offsets = corners_of(mesh).of(order)
+    after = placed.vertices[corners_of(placed).vertices]
+    for begin, end in list(pairwise(offsets))[:500]:
+        rows, turned = mesh.vertices[before[begin:end]].tolist(), after[begin:end].tolist()
+        if name == "tets":
+            assert sorted(rows) == sorted(turned)
+        else:
+            assert turned in [rows[i:] + rows[:i] for i in range(len(rows))]
     assert np.array_equal(placed.bounds, mesh.bounds)
 
 
 def test_vertices_are_sorted_by_code_and_cells_by_their_lowest_vertex():
-    found = sorting.sorted_corners(BEAR.vertices, corners_of(BEAR), True, 1)
+    found = sorting.sorted_corners(BEAR.vertices, corners_of(BEAR), True, 1, are_faces=True)
     low, high = BEAR.bounds
     steps = np.minimum(1023, (found.vertices - low) * (1024 / (high - low).max())).astype(int)
     bits = steps[:, :, None] >> np.arange(10) & 1
     codes = (bits << 3 * np.arange(10) << np.arange(3)[:, None]).sum(axis=(1, 2))
     assert np.all(np.diff(codes) >= 0)
     lowest = found.corners.reshape(-1, 3).min(axis=1)
-    assert np.array_equal(np.lexsort([found.order, lowest]), np.arange(BEAR.n_faces))
+    assert np.all(np.diff(lowest) >= 0)
+    assert np.array_equal(found.corners[::3], lowest)
 
 
 def test_nothing_depends_on_the_number_of_threads():
     large = shuffled(sf.sample_mesh(60_000))
     one, many = (
-        sorting.sorted_corners(large.vertices, corners_of(large), True, n_threads)
+        sorting.sorted_corners(large.vertices, corners_of(large), True, n_threads, are_faces=True)
         for n_threads in (1, 7)
     )
     assert all(np.array_equal(a, b) for a, b in zip(one, many, strict=True))
@@ -95,47 +111,9 @@ def test_vertices_on_one_step_of_the_curve_are_apart_in_space():
     """Because of one distant vertex, all other vertices share a few steps of the curve."""
     bear = shuffled(sf.sample_mesh(60_000))
     far = sf.Mesh(np.append(bear.vertices, [[1e9, 0, 0]], axis=0), bear.faces)
-    found = sorting.sorted_corners(far.vertices, corners_of(far), True, 1)
-    assert sorting.far_steps(lambda some: found.vertices[some], far.n_vertices - 1) < 0.2
-
-
-def test_far_steps_are_none_along_a_line_and_most_at_random():
-    line = np.arange(30_000.0)[:, np.newaxis] * [1, 2, 3]
-    anyhow = np.random.default_rng(0).permutation(line)
-    in_pairs = np.random.default_rng(0).permutation(line.reshape(-1, 6)).reshape(-1, 3)
-    shares = [sorting.far_steps(lambda i, p=p: p[i], 30_000) for p in (line, anyhow, in_pairs)]
-    assert shares[0] == 0
-    assert shares[1] > 0.85
-    assert shares[2] == pytest.approx(shares[1] / 2, abs=0.07)
-
-
-def test_cells_at_one_place_are_not_scattered():
-    assert sorting.far_steps(lambda i: np.zeros((len(i), 3)), 5_000) == 0
-
-
-@pytest.mark.parametrize("name", MESHES)
-def test_a_bad_order_is_known_by_cells_or_by_vertices(name):
-    mesh = MESHES[name]
-    placed, _ = in_curve_order(mesh)
-    corners = corners_of(placed)
-    assert sorting.is_scattered(mesh.vertices, corners_of(mesh))
-    assert not sorting.is_scattered(placed.vertices, corners)
-    order = np.random.default_rng(1).permutation(placed.n_vertices)
-    place = np.argsort(order).astype(np.int32)
-    vertices_alone = type(corners)(place[corners.vertices], corners.size, corners.offsets)
-    assert sorting.is_scattered(placed.vertices[order], vertices_alone)
-
-
-def test_small_meshes_are_left_in_any_order(limit):
-    limit("cells that are sorted", BEAR.n_faces + 1)
-    assert not sorting.is_scattered(BEAR.vertices, corners_of(BEAR))
-
-
-def test_the_order_of_the_samples_and_of_subdivided_meshes_is_good():
-    bear = sf.sample_mesh(60_000)
-    diagonal = np.linalg.norm(np.ptp(bear.bounds, axis=0))
-    for mesh in (bear, sf.subdivide(bear, max_edge=diagonal / 500).mesh):
-        assert not sorting.is_scattered(mesh.vertices, corners_of(mesh))
+    found = sorting.sorted_corners(far.vertices, corners_of(far), True, 1, are_faces=True)
+    steps = np.linalg.norm(np.diff(found.vertices[:-1], axis=0), axis=1)
+    assert np.median(steps) < 0.03 * np.linalg.norm(np.ptp(bear.vertices, axis=0))
 
 
 def numbers_of(mesh, placed):
@@ -229,25 +207,38 @@ def test_regions_and_levels_are_those_of_the_input():
     assert len(np.unique(nested.levels[1])) == 9
 
 
-def test_regions_are_as_good_as_in_the_order_of_the_input(limit):
-    by_place = sf.segment(BEAR, 80).labels
-    limit("cells that are sorted", 1 << 30)
-    plain = sf.segment(BEAR, 80).labels
-    scores = [sf.metrics.compactness(BEAR, labels) for labels in (by_place, plain)]
-    assert scores[0] == pytest.approx(scores[1], rel=0.03)
+SQUARE = np.stack(np.meshgrid(np.arange(40.0), np.arange(40.0), [0.0]), -1).reshape(-1, 3)
+POINTS = np.random.default_rng(2).normal(size=(3_000, 3))
+ANY_CELLS = {
+    **MESHES, "grid": shapes.squares(30), "points": sf.PointCloud(POINTS),
+    "points on a grid": sf.PointCloud(SQUARE),
+    "points twice": sf.PointCloud(np.repeat(POINTS[:1_500], 2, axis=0)),
+    "noise": sf.Mesh(BEAR.vertices + 0.01 * POINTS[: BEAR.n_vertices], BEAR.faces),
+}  # fmt: skip
 
 
-@pytest.mark.parametrize("options", [{"paper": True}, {"radius_factor": 2.0}, {"weights": "given"}])
-def test_the_halted_mode_and_given_weights_keep_the_order_of_the_input(limit, options):
-    if options.get("weights") == "given":
-        graph = sf.build_face_graph(BEAR)
-        options = {"weights": sf.crease_weights(BEAR, graph, 0.1)}
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", sf.IslandWarning)
-        found = loops.segment(BEAR, 40, **options)
-        limit("cells that are sorted", 1 << 30)
-        expected = loops.segment(BEAR, 40, **options)
-    assert np.array_equal(found.labels, expected.labels)
+@pytest.mark.parametrize("options", [{}, {"weights": "creases", "denoise": "auto"}], ids=str)
+@pytest.mark.parametrize("name", ANY_CELLS)
+def test_the_partition_does_not_depend_on_the_order_of_the_input(name, options):
+    cells = ANY_CELLS[name]
+    expected = sf.segment(cells, 40, **options).labels
+    for seed in range(2):
+        again, order = reordered(cells, seed + 1)
+        labels = sf.segment(again, 40, **options).labels
+        pairs = np.unique(np.stack([labels, expected[order]]), axis=1)
+        assert pairs.shape[1] == len(np.unique(labels)) == len(np.unique(expected))
+
+
+@pytest.mark.parametrize("corners", [[4, 9, 4, 2], [5, 5, 5], [3, 1, 1], [1, 2, 1, 1, 2], [7]])
+def test_a_polygon_begins_with_its_least_rotation(corners):
+    rotations = [corners[i:] + corners[:i] for i in range(len(corners))]
+    places = np.arange(10.0)[:, np.newaxis] * [1, 0, 0]
+    for turned in rotations:
+        found = _core.sort_mesh(
+            places, np.arange(10, dtype=np.int32), np.array(turned, np.int32),
+            np.array([0, len(turned)]), 0, True, 1,
+        )  # fmt: skip
+        assert found[1].tolist() == min(rotations)
 
 
 def test_errors_tell_numbers_of_the_input():

@@ -91,7 +91,8 @@ void Classification::adopt_orphans() {
     if (exact_.path(place).label == kNoLabel) found.push_back(place);
   };
   Buffer<Place> orphans = gather<Place>(graph_.n_cells(), add_orphan, team_);
-  std::ranges::sort(orphans, [&](Place a, Place b) { return graph_.cell_at(a) < graph_.cell_at(b); });
+  std::ranges::sort(orphans,
+                    [&](Place a, Place b) { return graph_.cell_at(a) < graph_.cell_at(b); });
   for (const Place orphan : orphans) {
     if (exact_.path(orphan).label != kNoLabel) continue;
     exact_.start(orphan, static_cast<Label>(centers_.size()));

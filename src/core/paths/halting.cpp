@@ -132,7 +132,8 @@ void HaltedPaths::adopt_orphans(const Expansion& exact, std::vector<Place>& cent
   for (const Doubt& doubt : doubts_) {
     if (doubt.path.label == kNoLabel) orphans.push_back(doubt.place);
   }
-  std::ranges::sort(orphans, [&](Place a, Place b) { return graph_.cell_at(a) < graph_.cell_at(b); });
+  std::ranges::sort(orphans,
+                    [&](Place a, Place b) { return graph_.cell_at(a) < graph_.cell_at(b); });
   for (const Place orphan : orphans) {
     if (doubts_[doubt_of_[orphan]].path.label != kNoLabel) continue;
     const auto label = static_cast<Label>(centers.size());

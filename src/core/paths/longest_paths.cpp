@@ -59,7 +59,8 @@ LongestPaths::Farthest LongestPaths::farthest_in(std::int64_t block) const {
   for (Place place = begin; place < end; ++place) {
     const PathLength length = paths_.path(place).length;
     if (length == kUnreached || length < farthest.length) continue;
-    if (length == farthest.length && graph_.cell_at(place) > graph_.cell_at(farthest.place)) continue;
+    if (length == farthest.length && graph_.cell_at(place) > graph_.cell_at(farthest.place))
+      continue;
     farthest = {length, place};
   }
   return farthest;

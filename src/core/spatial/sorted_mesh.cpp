@@ -134,14 +134,14 @@ SortedMesh sort_mesh(std::span<const Point> vertices, std::span<const Vertex> re
                      const CornerLists& cells, bool are_faces, ThreadTeam& team) {
   SUPERFACETS_ASSERT(representative.size() == vertices.size());
   SortedVertices by_place = sort_vertices(vertices, representative, team);
-  const Buffer<Vertex> places =
-      renumbered(cells, std::exchange(by_place.place_of, {}), are_faces, team);
+  const Buffer<Vertex> places = renumbered(cells, by_place.place_of, are_faces, team);
   const CornerLists placed{places.span(), cells.offsets, cells.size};
   const std::size_t n_vertices = by_place.positions.size();
   SortedMesh sorted{std::move(by_place.positions),
                     Buffer<Vertex>(places.size()),
                     {},
-                    order_by_corners(placed, n_vertices, team)};
+                    order_by_corners(placed, n_vertices, team),
+                    std::move(by_place.place_of)};
   sorted.offsets = sorted_offsets(placed, sorted.order.span());
   const CornerLists rows{{}, sorted.offsets.span(), cells.size};
   const auto n_cells = std::ssize(sorted.order);

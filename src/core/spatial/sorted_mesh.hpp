@@ -12,6 +12,7 @@ struct SortedMesh {
   Buffer<Vertex> corners;        // (C,) corners of the sorted cells, as indices into `vertices`
   Buffer<std::int64_t> offsets;  // (N + 1,) start of each sorted cell in `corners`; may be empty
   Buffer<Cell> order;            // (N,) index of each sorted cell in the input
+  Buffer<Place> places;          // (V,) index in `vertices` of each vertex of the input
 };
 
 // Sorts vertices along a Morton curve, and cells by their corners, beginning with the first on the
@@ -19,7 +20,8 @@ struct SortedMesh {
 // the result, except for `order`, does not depend on the order of the input, unless vertices that
 // are not welded have the same position. Equal cells are sorted by index. Vertices are welded:
 // `representative` is the result of weld_vertices. Unused vertices are kept. Takes
-// O((V + C) log(V + C)) time at most. Uses at most 4 bytes per corner, 8 per vertex and 16 per cell in addition to the result.
+// O((V + C) log(V + C)) time at most. Uses at most 4 bytes per corner, 8 per vertex and 16 per cell
+// in addition to the result.
 SortedMesh sort_mesh(std::span<const Point> vertices, std::span<const Vertex> representative,
                      const CornerLists& cells, bool are_faces, ThreadTeam& team);
 

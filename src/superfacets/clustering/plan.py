@@ -90,9 +90,7 @@ class Plan:
         """Return the cells inside the mask, sorted along a curve, and their arcs with `lengths`."""
         inside = self.inside
         if inside is None:
-            placed = _core.PlacedCells(
-                graph.positions, graph.measures, n_threads, self.is_sorted
-            )
+            placed = _core.PlacedCells(graph.positions, graph.measures, n_threads, self.is_sorted)
             return placed, (graph.offsets, graph.neighbors, lengths)
         cells = (graph.positions[inside.cells], graph.measures[inside.cells])
         return _core.PlacedCells(*cells, n_threads, self.is_sorted), (

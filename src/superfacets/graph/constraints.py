@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -29,6 +29,7 @@ from ..mesh.weld import lowest_vertices
 from .cell_graph import CellGraph, CsrArcs
 from .face_graph import FaceGraph, build_face_graph
 from .kinds import fit_vertices, kind_of, of_cells
+from .sorting import sorted_corners
 from .surface import Surface, arc_measures
 
 ANY_GROUP = -1
@@ -94,7 +95,9 @@ class ConstraintOptions:
         if barriers is not None:
             refuse_mask(self.barriers, "barriers")
             if np.ndim(barriers) == 2:
-                crosses = _crossed_by(barriers, source, (graph, sources), weld, n_threads, order)
+                crosses = _crossed_by(
+                    barriers, source, (graph, sources), weld, n_threads, order is not None
+                )
                 groups = _groups_apart(graph, keeps_arc, keeps_arc & ~crosses, sources)
             else:
                 groups = in_order(_checked_groups(of_cells(barriers, source), n_cells), order)
@@ -295,9 +298,12 @@ def _checked_edges(barriers: Any, n_vertices: int) -> Ints:
 
 def _crossed_by(
     barriers: Any, source: Any, arcs: tuple[CsrArcs, Ints], weld: float, n_threads: int,
-    order: Ints | None,
+    is_sorted: bool,
 ) -> Bools:  # fmt: skip
-    """Return whether each arc crosses an edge in `barriers`; `arcs` are a graph and its sources."""
+    """Return whether each arc crosses an edge in `barriers`.
+
+    `arcs` are the graph of the faces of `source`, which `is_sorted` or not, and its sources.
+    """
     graph, sources = arcs
     if not isinstance(graph, FaceGraph):
         raise ValueError(
@@ -305,20 +311,25 @@ def _crossed_by(
             " cell"
         )
     given = _checked_edges(barriers, source.n_vertices)
-    lowest = lowest_vertices(source.vertices, weld, n_threads)
-    wanted = lowest[given]
+    corners = corners_of(source)
+    if is_sorted:
+        found = sorted_corners(source.vertices, corners, weld, n_threads, are_faces=True)
+        corners, places = found.lists_like(corners), found.places
+    else:
+        places = lowest_vertices(source.vertices, weld, n_threads)
+        corners = replace(corners, vertices=places[corners.vertices])
+    wanted = places[given]
     is_end = np.zeros(source.n_vertices, bool)
     is_end[wanted] = True
-    corners = corners_of(source)
     faces = np.repeat(np.arange(source.n_faces), corners.sizes)
     sides = np.arange(len(faces)) - corners.starts[faces]
-    ends = lowest[corners.ends_of_sides(faces, sides)]
+    ends = corners.ends_of_sides(faces, sides)
     # Sides whose two ends are ends of barriers. Sides that are not barriers are removed below.
     is_crossed: Bools = np.asarray(is_end[ends].all(axis=1))
     keys, wanted_keys = edge_keys(ends[is_crossed]), edge_keys(wanted)
     refuse_first(~np.isin(wanted_keys, keys), "barriers", given, "an edge of the mesh")
     is_crossed[is_crossed] = np.isin(keys, wanted_keys)
-    return np.asarray(is_crossed[in_order(corners.starts[:-1], order)[sources] + graph.sides])
+    return np.asarray(is_crossed[corners.starts[sources] + graph.sides])
 
 
 def edge_keys(edges: Ints) -> Longs:

@@ -82,7 +82,7 @@ class Kind:
         self, cells: Any, weld: float, n_threads: int, *, may_sort: bool,
         is_kept: Bools | None = None,
     ) -> OrderedCells:  # fmt: skip
-        """Build the graph of the cells; sort them first if `may_sort` and sorting saves time.
+        """Build the graph of the cells, which are sorted first if `may_sort`.
 
         If `is_kept` is given, (N,), points of a cloud that are not kept have no neighbors.
         """
@@ -99,9 +99,7 @@ class Kind:
         corners = self.corners(cells) if may_sort else None
         if corners is None:
             return cells, weld, None
-        found = sorted_corners(
-            cells.vertices, corners, weld, n_threads, are_faces=self.has_faces
-        )
+        found = sorted_corners(cells.vertices, corners, weld, n_threads, are_faces=self.has_faces)
         ordered = self.with_corners(
             cells, found.vertices, found.corners, found.offsets, cells.bounds
         )

@@ -1,4 +1,4 @@
-"""Sort cells along a space-filling curve, so that neighbors are close together in memory."""
+"""Sort cells along a space-filling curve, so that results do not depend on their order."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from ..base.types import Floats, Ints, Longs
 from ..mesh.faces import Corners
 from ..mesh.weld import lowest_vertices
 
+
 class SortedCorners(NamedTuple):
     """Vertices and cells of a mesh, both sorted along a space-filling curve."""
 
@@ -16,6 +17,11 @@ class SortedCorners(NamedTuple):
     corners: Ints  # (C,) vertex at each corner, as an index in `vertices`, grouped by sorted cell
     offsets: Longs  # (N + 1,) first corner of each sorted cell; empty if `Corners.size` is not None
     order: Ints  # (N,) index in the input of each sorted cell
+    places: Ints  # (V,) index in `vertices` of each vertex of the input
+
+    def lists_like(self, given: Corners) -> Corners:
+        """Return the sorted corners in the form of the corners of the input."""
+        return Corners(self.corners, given.size, None if given.offsets is None else self.offsets)
 
 
 def sorted_corners(

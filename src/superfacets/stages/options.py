@@ -72,7 +72,7 @@ class SegmentOptions:
         return replace(self, denoise=n_steps, weights=weights, weld=weld)
 
     def needs_order(self, kind: Kind) -> bool:
-        """Return whether cells must keep their input order, even if sorted cells would be faster.
+        """Return whether cells must keep their input order.
 
         Given weights are in this order. If paths between faces have a limit, the lowest face that
         no center reaches becomes a center.

@@ -83,8 +83,8 @@ class Prepared:
     ) -> Prepared:  # fmt: skip
         """Smooth a mesh as `denoise` requires, and build the graph of the mesh or cloud.
 
-        Cells are sorted if `may_sort` is true and this saves time. Raises a ValueError if `denoise`
-        is a number of steps > 0 and the cells are not faces.
+        Cells are sorted if `may_sort` is true. Raises a ValueError if `denoise` is a number of
+        steps > 0 and the cells are not faces.
         """
         kind = kind_of(source)
         if not kind.has_faces:
