@@ -4,7 +4,8 @@ A name consists of a base and, optionally, of the factor by which subdivision mu
 of faces: ``bunny``, ``hand-x64``, ``bear60k-x4``, ``sphere-x65536``. A base is the name, without
 its ending, of a file in the folder ``meshes`` of the data folder; or ``bear5k`` or ``bear60k``
 (`superfacets.sample_mesh`); or ``sphere``, an icosahedron whose subdivisions are projected onto a
-sphere.
+sphere. The endings ``-noisy`` and ``-holes``, as in ``hand-x64-noisy``, stand for a mesh as from a
+scanner: with noise, or with holes.
 """
 
 from __future__ import annotations
@@ -26,6 +27,12 @@ from superfacets.tools.sample import split_in_four
 NOISE = 0.001
 """Maximum shift of a vertex along an axis, in mean edge lengths. Neighboring triangles are then not
 coplanar, and no triangle folds over."""
+
+SCAN_NOISE = 0.05
+"""Standard deviation of the noise of scans, along each axis, in mean edge lengths."""
+
+HOLES, HOLE_RADIUS = 60, 0.04
+"""Number of holes of a scan, and their radius as a fraction of the diagonal of the bounding box."""
 
 SEED = 0
 
@@ -55,10 +62,10 @@ def split_name(name: str) -> tuple[str, int]:
 
     Examples
     --------
-    >>> split_name("hand-x64"), split_name("bunny")
+    >>> split_name("hand-x64"), split_name("bunny-noisy")
     (('hand', 3), ('bunny', 0))
     """
-    match = re.fullmatch(r"(\w+?)(?:-x(\d+))?", name)
+    match = re.fullmatch(r"(\w+?)(?:-x(\d+))?(?:-noisy|-holes)?", name)
     factor = int(match[2] or 1) if match else 0
     levels = factor.bit_length() // 2
     if match is None or factor != 4**levels:
@@ -81,11 +88,14 @@ def build(name: str, data: Path | None) -> Arrays:
         arrays = subdivide(arrays)
         if base == "sphere":
             arrays = arrays._replace(vertices=_on_unit_sphere(arrays.vertices))
-    return perturb(arrays) if levels else arrays
+    arrays = perturb(arrays) if levels else arrays
+    if name.endswith("-noisy"):
+        return with_noise(arrays)
+    return with_holes(arrays) if name.endswith("-holes") else arrays
 
 
 def count_faces(name: str, data: Path | None) -> int:
-    """Return the number of faces of the mesh with this name, without building the mesh."""
+    """Return the number of faces, without holes, of the mesh with this name; does not build it."""
     base, levels = split_name(name)
     return len(_base(base, data).faces) * int(4**levels)
 
@@ -118,11 +128,33 @@ def perturb(arrays: Arrays) -> Arrays:
     which numpy adds numbers.
     """
     vertices, faces = arrays
-    starts, ends = vertices[faces], vertices[np.roll(faces, -1, axis=1)]
-    mean_edge = float(np.sqrt(((starts - ends) ** 2).sum(axis=2)).mean())
-    reach = NOISE * 2.0 ** round(math.log2(mean_edge))
+    reach = NOISE * 2.0 ** round(math.log2(_mean_edge(arrays)))
     shifts = np.random.default_rng(SEED).random(vertices.shape)
     return Arrays(vertices + reach * (2.0 * shifts - 1.0), faces)
+
+
+def with_noise(arrays: Arrays) -> Arrays:
+    """Add normally distributed noise of `SCAN_NOISE` mean edge lengths to each coordinate."""
+    scale = SCAN_NOISE * _mean_edge(arrays)
+    shifts = np.random.default_rng(SEED).normal(0.0, scale, arrays.vertices.shape)
+    return Arrays(arrays.vertices + shifts, arrays.faces)
+
+
+def with_holes(arrays: Arrays) -> Arrays:
+    """Remove the faces with a corner within `HOLE_RADIUS` of one of `HOLES` random vertices."""
+    vertices, faces = arrays
+    centers = np.random.default_rng(SEED).choice(vertices, HOLES)
+    reach = HOLE_RADIUS * float(np.linalg.norm(np.ptp(vertices, axis=0)))
+    is_removed = np.zeros(len(vertices), bool)
+    for center in centers:
+        is_removed |= ((vertices - center) ** 2).sum(axis=1) < reach * reach
+    return Arrays(vertices, faces[~is_removed[faces].any(axis=1)])
+
+
+def _mean_edge(arrays: Arrays) -> float:
+    vertices, faces = arrays
+    starts, ends = vertices[faces], vertices[np.roll(faces, -1, axis=1)]
+    return float(np.sqrt(((starts - ends) ** 2).sum(axis=2)).mean())
 
 
 def shuffle(arrays: Arrays, *, vertices: bool) -> Arrays:

@@ -8,6 +8,9 @@ from typing import Any
 
 from research.table_writer import EMPTY, markdown_table
 
+IDLE_LOAD = 0.5
+"""Maximum load of a machine on which only the benchmark runs."""
+
 Results = dict[str, Any]
 Row = dict[str, Any]
 Column = tuple[str, Callable[[Row], str]]
@@ -107,7 +110,7 @@ def _rival_ratios(results: Results) -> str:
     return markdown_table(
         ["faces", "k", *(f"{who}: {settings}" for who, settings in names)],
         (
-            [f"{n_faces:,}", f"{k:,}", *(_number(ratios.get((mesh, k, *name))) for name in names)]
+            [f"{n_faces:,}{', noisy' * mesh.endswith('-noisy')}", f"{k:,}", *(_number(ratios.get((mesh, k, *name))) for name in names)]
             for mesh, n_faces, k in races
         ),
     )
@@ -155,8 +158,10 @@ def _processes(results: Results) -> str:
 def _machine(results: Results) -> str:
     machine = results["machine"]
     versions = ", ".join(f"{name} {version}" for name, version in machine["versions"].items())
+    load = machine["load"]
+    was_busy = ", so other programs were running" if load and load > IDLE_LOAD else ""
     return (
-        f"{machine['processor']}, {machine['cores']} cores (load before: {machine['load']}),"
+        f"{machine['processor']}, {machine['cores']} cores (load before: {load}{was_busy}),"
         f" {machine['memory_gib']} GiB,"
         f" {machine['system']} on {machine['machine']}, {machine['c_library']};"
         f" built by {machine['compiler']}; Python {machine['python']}, {versions}"
