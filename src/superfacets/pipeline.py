@@ -170,17 +170,18 @@ def run(mesh: MeshLike | Prepared, options: SegmentOptions) -> Segmentation:
         weights, feature_costs = add_features(weights, weighed, prepared, clock)  # 2 weights
         graph, source, input_index = prepared.graph, prepared.source, prepared.input_index
         lengths = round_weights(weights, graph, weighed, clock)  # 2 weights
-        lengths = add_borders(lengths, prepared, weighed, clock)  # 2 weights
-        del mesh, prepared, weights
         placed = place(graph, lengths, weighed, clock)  # order
-        del graph
         ordered = ordered_graph(placed, lengths.unit, weighed, clock)  # order
+        arcs, lengths = add_borders(  # 2 weights
+            ordered, placed.arcs, lengths, prepared, weighed, clock
+        )
+        del mesh, prepared, weights, graph, placed
         loop = weighed.options.loop
         coarsening = coarsened(ordered, weighed.plan, loop, clock.timings)  # coarsen
         part_costs = add_parts(ordered, coarsening, weighed, clock)  # 2 weights
         clustered = cluster(  # 3 seeding, 4a classify, 4b update, balance
-            ordered, coarsening, placed.arcs, weighed, planned, part_costs
+            ordered, coarsening, arcs, weighed, planned, part_costs
         )
-        del ordered, coarsening, placed
+        del ordered, coarsening, arcs
         result = clean(clustered, lengths, feature_costs, weighed, clock)  # 5 regions
         return finish(result, source, input_index, weighed, planned, clock)  # not timed

@@ -116,6 +116,12 @@ void make_ordered_graph(OrderedGraph* self, PlacedCells& cells, Offsets offsets,
           [&](ThreadTeam& team) { new (self) OrderedGraph(std::move(cells), arcs, team); });
 }
 
+void set_lengths_of(OrderedGraph& graph, Offsets offsets, Integers neighbors, Floats lengths,
+                    int n_threads) {
+  const WeightedArcs arcs{{offsets, neighbors}, lengths};
+  on_team(graph.n_cells(), n_threads, [&](ThreadTeam& team) { graph.set_lengths(arcs, team); });
+}
+
 auto positions_of(const OrderedGraph& graph, Integers cells) {
   std::vector<Point> positions;
   for (const Place place : graph.places_of(cells)) positions.push_back(graph.positions[place]);
@@ -276,14 +282,15 @@ void bind_surfaces(nb::module_& module) {
 }
 
 void bind_graphs(nb::module_& module) {
-  nb::class_<PlacedCells>(module, "PlacedCells")
-      .def("__init__", &make_placed_cells, "positions"_a, "measures"_a, "n_threads"_a,
+  nb::class_<PlacedCells> placed(module, "PlacedCells");
+  def_view(placed, &make_placed_cells, "positions"_a, "measures"_a, "n_threads"_a,
            "is_sorted"_a = false);
   nb::class_<OrderedGraph, PlacedCells>(module, "OrderedGraph")
       .def("__init__", &make_ordered_graph, "cells"_a, "offsets"_a, "neighbors"_a, "lengths"_a,
-           "n_threads"_a, "is_symmetric"_a = false, "straight_unit"_a = 0.0,
+           "n_threads"_a, "is_symmetric"_a = false, "straight_unit"_a = 0.0, nb::keep_alive<1, 2>(),
            "Build a graph from sorted cells. The arrays of `cells` are moved, so `cells` is empty "
            "afterwards.")
+      .def("set_lengths", &set_lengths_of, "offsets"_a, "neighbors"_a, "lengths"_a, "n_threads"_a)
       .def_prop_ro("n_cells", &OrderedGraph::n_cells)
       .def_ro("is_symmetric", &OrderedGraph::is_symmetric)
       .def_ro("straight_unit", &OrderedGraph::straight_unit)

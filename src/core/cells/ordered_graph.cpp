@@ -41,37 +41,46 @@ PlacedCells::PlacedCells(std::span<const Point> input, std::span<const double> i
                          bool is_sorted, ThreadTeam& team)
     : bounds(bounds_of(input, team)),
       total_measure(sum_of(input_measures, team)),
-      positions(input.size()),
-      measures(input.size()) {
+      positions(input),
+      measures(input_measures) {
   SUPERFACETS_ASSERT(input_measures.size() == input.size());
-  if (!is_sorted) {
-    cells = morton_order(input, bounds, team);
-    places = Buffer<Place>(input.size());
-    team.for_each_index(n_cells(), [&](Place place) { places[cells[place]] = place; });
-  }
-  team.for_each_index(n_cells(), [&](std::int64_t place) {
-    if (place + kAhead < n_cells()) {
-      const Cell later = cell_at(static_cast<Place>(place + kAhead));
-      prefetch(&input[later]);
-      prefetch(&input_measures[later]);
-    }
-    const Cell cell = cell_at(static_cast<Place>(place));
-    positions[place] = input[cell];
-    measures[place] = input_measures[cell];
-  });
-  tree = BoxTree(positions.span(), team);
+  if (!is_sorted) sort(team);
+  tree = BoxTree(positions, team);
 }
 
 PlacedCells::PlacedCells(Buffer<Point> input, Buffer<double> input_measures, ThreadTeam& team)
     : bounds(bounds_of(input.span(), team)),
       total_measure(sum_of(input_measures.span(), team)),
-      positions(std::move(input)),
-      measures(std::move(input_measures)),
-      tree(positions.span(), team) {}
+      positions(input.span()),
+      measures(input_measures.span()),
+      tree(positions, team),
+      own_positions_(std::move(input)),
+      own_measures_(std::move(input_measures)) {}
+
+// Sorts the cells along the curve. Positions and measures are copied.
+void PlacedCells::sort(ThreadTeam& team) {
+  cells = morton_order(positions, bounds, team);
+  places = Buffer<Place>(cells.size());
+  own_positions_ = Buffer<Point>(cells.size());
+  own_measures_ = Buffer<double>(cells.size());
+  team.for_each_index(n_cells(), [&](std::int64_t place) {
+    if (place + kAhead < n_cells()) {
+      const Cell later = cells[place + kAhead];
+      prefetch(&positions[later]);
+      prefetch(&measures[later]);
+    }
+    const Cell cell = cells[place];
+    places[cell] = static_cast<Place>(place);
+    own_positions_[place] = positions[cell];
+    own_measures_[place] = measures[cell];
+  });
+  positions = own_positions_.span();
+  measures = own_measures_.span();
+}
 
 OrderedGraph::OrderedGraph(PlacedCells&& placed, Buffer<std::int64_t> all_offsets,
                            Buffer<Arc> all_arcs, double unit)
-    : PlacedCells(std::move(placed)),
+    : PlacedCells(std::exchange(placed, {})),
       offsets(std::move(all_offsets)),
       arcs(std::move(all_arcs)),
       n_arcs(static_cast<std::int64_t>(arcs.size())),
@@ -81,16 +90,21 @@ OrderedGraph::OrderedGraph(PlacedCells&& placed, Buffer<std::int64_t> all_offset
 }
 
 OrderedGraph::OrderedGraph(PlacedCells&& placed, const WeightedArcs& input, ThreadTeam& team)
-    : PlacedCells(std::move(placed)),
+    : PlacedCells(std::exchange(placed, {})),
       n_arcs(input.arcs.n_arcs()),
       straight_unit(input.straight_unit) {
   SUPERFACETS_ASSERT(input.arcs.are_valid() && input.arcs.n_cells() == n_cells());
-  SUPERFACETS_ASSERT(std::ssize(input.lengths) == n_arcs && are_quantized(input.lengths));
   if (fits_rows(input, team)) {
-    copy_rows(input, team);
+    arcs = Buffer<Arc>(std::size_t{kRow} * n_cells());
   } else {
-    copy_lists(input, team);
+    arcs = Buffer<Arc>(n_arcs);
+    offsets = Buffer<std::int64_t>(positions.size() + 1);
+    offsets[0] = 0;
+    for (Place place = 0; place < n_cells(); ++place) {
+      offsets[place + 1] = offsets[place] + std::ssize(input.arcs.neighbors(cell_at(place)));
+    }
   }
+  set_lengths(input, team);
   SUPERFACETS_ASSERT(!input.is_known_symmetric || all_lead_back(team));
   is_symmetric = input.is_known_symmetric || all_lead_back(team);
 }
@@ -105,8 +119,12 @@ bool OrderedGraph::all_lead_back(ThreadTeam& team) const {
   return all;
 }
 
+void OrderedGraph::set_lengths(const WeightedArcs& input, ThreadTeam& team) {
+  SUPERFACETS_ASSERT(std::ssize(input.lengths) == n_arcs && are_quantized(input.lengths));
+  has_rows() ? copy_rows(input, team) : copy_lists(input, team);
+}
+
 void OrderedGraph::copy_rows(const WeightedArcs& input, ThreadTeam& team) {
-  arcs = Buffer<Arc>(std::size_t{kRow} * n_cells());
   team.for_each_index(n_cells(), [&](Place place) {
     prefetch_arcs(input, place);
     const std::size_t row = std::size_t{kRow} * place;
@@ -116,12 +134,6 @@ void OrderedGraph::copy_rows(const WeightedArcs& input, ThreadTeam& team) {
 }
 
 void OrderedGraph::copy_lists(const WeightedArcs& input, ThreadTeam& team) {
-  offsets = Buffer<std::int64_t>(positions.size() + 1);
-  offsets[0] = 0;
-  for (Place place = 0; place < n_cells(); ++place) {
-    offsets[place + 1] = offsets[place] + std::ssize(input.arcs.neighbors(cell_at(place)));
-  }
-  arcs = Buffer<Arc>(n_arcs);
   team.for_each_index(n_cells(), [&](Place place) {
     const std::size_t n_copied = copy_arcs(input, place, offsets[place]);
     Arc* list = arcs.data() + offsets[place];

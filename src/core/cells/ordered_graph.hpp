@@ -44,7 +44,8 @@ struct WeightedArcs {
 // the input can be freed before arcs are copied.
 struct PlacedCells {
   PlacedCells() = default;  // creates an object without cells
-  // If `is_sorted`, the cells are in a spatial order already, which is kept.
+  // If `is_sorted`, the cells are in a spatial order already, which is kept. Positions and measures
+  // are then not copied: the object refers to the arrays of the caller.
   PlacedCells(std::span<const Point> positions, std::span<const double> measures, bool is_sorted,
               ThreadTeam& team);
 
@@ -65,9 +66,15 @@ struct PlacedCells {
   double total_measure = 0;  // sum of `measures`, the same for any number of threads
   Buffer<Cell> cells;        // (N,) values of cell_at; empty if the input was sorted
   Buffer<Place> places;      // (N,) values of place_of; empty if the input was sorted
-  Buffer<Point> positions;   // (N,) position of each sorted cell
-  Buffer<double> measures;   // (N,) area or volume of each sorted cell
-  BoxTree tree;              // hierarchy of bounding boxes of the sorted cells
+  std::span<const Point> positions;  // (N,) position of each sorted cell
+  std::span<const double> measures;  // (N,) area or volume of each sorted cell
+  BoxTree tree;                      // hierarchy of bounding boxes of the sorted cells
+
+ private:
+  void sort(ThreadTeam& team);
+
+  Buffer<Point> own_positions_;  // memory of `positions`, unless they are those of the caller
+  Buffer<double> own_measures_;  // memory of `measures`, likewise
 };
 
 // Sorted cells with the arcs between them. Uses 66 bytes per cell if cells have three arcs.
@@ -97,6 +104,9 @@ class OrderedGraph : public PlacedCells {
     const double straight = norm(positions[arc.to] - positions[from]) / straight_unit;
     return std::max(0.0, static_cast<double>(arc.length) - straight);
   }
+
+  // Replaces the lengths of arcs. `input` has the arcs from which the graph was built.
+  void set_lengths(const WeightedArcs& input, ThreadTeam& team);
 
   // Adds factor |psi_i - psi_j| to the length of each arc from cell i to cell j, where psi_i is the
   // vector of cell i in `vectors` (see part_costs.hpp).

@@ -35,27 +35,6 @@ std::uint32_t digit_of(std::uint32_t code, int digit) {
   return code >> (digit * kDigitBits) & (kDigits - 1);
 }
 
-// Computes the Morton codes of points in a box.
-class Curve {
- public:
-  explicit Curve(const Box& bounds) : bounds_(bounds) {
-    const Point extent = bounds.high - bounds.low;
-    const double longest = std::max({extent.x, extent.y, extent.z});
-    scale_ = longest > 0.0 ? (1 << kBitsPerAxis) / longest : 0.0;
-  }
-
-  std::uint32_t code_of(const Point& p) const {
-    SUPERFACETS_ASSERT(bounds_.squared_distance(p) == 0.0);
-    const Point& low = bounds_.low;
-    return spread(step_of(p.x, low.x, scale_)) | spread(step_of(p.y, low.y, scale_)) << 1 |
-           spread(step_of(p.z, low.z, scale_)) << 2;
-  }
-
- private:
-  const Box bounds_;
-  double scale_;
-};
-
 // Sorts entries by the two lower digits of their codes (radix sort), and writes the sorted cells.
 void sort_by_low_digits(std::span<const Entry> entries, std::vector<Entry>& sorted, Cell* cells) {
   if (entries.empty()) return;
@@ -126,6 +105,19 @@ void order_by_halves(std::span<const Point> positions, std::span<Cell> cells,
 }
 
 }  // namespace
+
+Curve::Curve(const Box& bounds) : bounds_(bounds) {
+  const Point extent = bounds.high - bounds.low;
+  const double longest = std::max({extent.x, extent.y, extent.z});
+  scale_ = longest > 0.0 ? (1 << kBitsPerAxis) / longest : 0.0;
+}
+
+std::uint32_t Curve::code_of(const Point& p) const {
+  SUPERFACETS_ASSERT(bounds_.squared_distance(p) == 0.0);
+  const Point& low = bounds_.low;
+  return spread(step_of(p.x, low.x, scale_)) | spread(step_of(p.y, low.y, scale_)) << 1 |
+         spread(step_of(p.z, low.z, scale_)) << 2;
+}
 
 Buffer<Cell> morton_order(std::span<const Point> positions, const Box& bounds, ThreadTeam& team) {
   return order_of(morton_codes(positions, bounds, team), team);

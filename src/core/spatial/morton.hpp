@@ -7,6 +7,19 @@
 
 namespace superfacets {
 
+// A Morton curve with 2^10 steps per axis in a box.
+class Curve {
+ public:
+  explicit Curve(const Box& bounds);
+
+  // Code of kCodeBits bits of a point in the box.
+  std::uint32_t code_of(const Point& p) const;
+
+ private:
+  const Box bounds_;
+  double scale_;  // steps per length
+};
+
 // Sorts cells along a Morton curve with 2^10 steps per axis in `bounds`, the bounding box of all
 // positions. Cells with equal codes are sorted by index. Time O(N). Uses 12 bytes per cell
 // including the result, or 20 if nearly all cells are within a tenth of the box along each axis.

@@ -1,7 +1,5 @@
 #include "spatial/sorted_mesh.hpp"
 
-#include <bit>
-
 #include "base/prefetch.hpp"
 #include "mesh/weld.hpp"
 #include "spatial/morton.hpp"
@@ -91,14 +89,16 @@ Buffer<Vertex> renumbered(const CornerLists& cells, const Buffer<Place>& place_o
   return places;
 }
 
-// Returns the cells sorted by their corners, which begin with the lowest, then by cell index.
-Buffer<Cell> order_by_corners(const CornerLists& cells, std::size_t n_vertices, ThreadTeam& team) {
-  // Codes are shifted to use all bits, because the sort divides its work among threads by the
-  // highest digit. With 2^30 vertices or more, the lowest bit of the corner is lost.
-  const int spare_bits = kCodeBits - static_cast<int>(std::bit_width(n_vertices));
+// Returns the cells sorted along the curve by the mean of their corners, then by their corners, then
+// by cell index.
+Buffer<Cell> order_of_cells(const CornerLists& cells, std::span<const Point> vertices,
+                            ThreadTeam& team) {
+  const Curve curve(bounds_of(vertices, team));
   const auto code_of = [&](Cell cell) {
-    const auto lowest = static_cast<std::uint32_t>(cells[cell].front());
-    return spare_bits < 0 ? lowest >> -spare_bits : lowest << spare_bits;
+    const auto corners = cells[cell];
+    Point sum{0.0, 0.0, 0.0};
+    for (const Vertex corner : corners) sum = sum + vertices[corner];
+    return curve.code_of((1.0 / static_cast<double>(corners.size())) * sum);
   };
   Buffer<std::uint32_t> codes(cells.n_cells());
   team.for_each_index(cells.n_cells(), [&](Cell cell) { codes[cell] = code_of(cell); });
@@ -136,11 +136,11 @@ SortedMesh sort_mesh(std::span<const Point> vertices, std::span<const Vertex> re
   SortedVertices by_place = sort_vertices(vertices, representative, team);
   const Buffer<Vertex> places = renumbered(cells, by_place.place_of, are_faces, team);
   const CornerLists placed{places.span(), cells.offsets, cells.size};
-  const std::size_t n_vertices = by_place.positions.size();
+  Buffer<Cell> order = order_of_cells(placed, by_place.positions.span(), team);
   SortedMesh sorted{std::move(by_place.positions),
                     Buffer<Vertex>(places.size()),
                     {},
-                    order_by_corners(placed, n_vertices, team),
+                    std::move(order),
                     std::move(by_place.place_of)};
   sorted.offsets = sorted_offsets(placed, sorted.order.span());
   const CornerLists rows{{}, sorted.offsets.span(), cells.size};

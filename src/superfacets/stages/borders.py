@@ -7,6 +7,7 @@ import numpy as np
 from .. import _core
 from ..base.timing import Clock
 from ..base.types import Ints
+from ..clustering.plan import ArcLengths
 from ..weights.parts import BORDER_COEFFICIENTS, conducting_graph, embedding, strength_of_parts
 from .prepare import Prepared
 from .weigh import Lengths, Weighed
@@ -24,18 +25,22 @@ at k = 300 is 0.0009 higher."""
 NO_GROUPS: Ints = np.empty(0, np.int32)
 
 
-def add_borders(lengths: Lengths, prepared: Prepared, weighed: Weighed, clock: Clock) -> Lengths:
-    """Add a cost to arcs across which people probably draw borders, except on made things."""
+def add_borders(
+    ordered: _core.OrderedGraph, arcs: ArcLengths, lengths: Lengths, prepared: Prepared,
+    weighed: Weighed, clock: Clock,
+) -> tuple[ArcLengths, Lengths]:  # fmt: skip
+    """Add a cost to arcs across which people probably draw borders, except on made things.
+
+    `ordered` gets the new lengths of `arcs`, which are inside the mask. Returns these arcs, and the
+    lengths of all arcs.
+    """
     if not weighed.has_part_costs or weighed.of_made_thing:
-        return lengths
-    plan, surface = weighed.plan, weighed.surface
+        return arcs, lengths
+    plan, surface, graph = weighed.plan, weighed.surface, ordered
     inside, n_threads = plan.inside, surface.n_threads
     with clock.timed("weights", begins=False):
         normals = prepared.kind.normals(surface, prepared.graph, prepared.shapes)
         widths = np.empty(0)  # of arcs between groups: `_core` estimates them
-        placed, arcs = plan.placed_cells(prepared.graph, lengths.values, n_threads)
-        unit = lengths.unit * surface.weight_unit
-        graph = _core.OrderedGraph(placed, *arcs, n_threads, True, unit)
         rows = (normals if inside is None else normals[inside.cells]).astype(np.float32)
         if graph.n_cells >= MIN_GROUPED:
             groups = _core.CoarseGraph(graph, graph.n_cells // N_GROUPS, n_threads)
@@ -52,11 +57,13 @@ def add_borders(lengths: Lengths, prepared: Prepared, weighed: Weighed, clock: C
         rates = _core.border_rates(
             graph, *between, widths, rows, vectors, BORDER_COEFFICIENTS, n_threads
         )
-        cost = strength_of_parts(base) * BORDER_FACTOR * plan.size.radius / unit
+        cost = strength_of_parts(base) * BORDER_FACTOR * plan.size.radius / graph.straight_unit
         values = _core.add_group_costs(
             *arcs, group_of, *between, np.float32(cost) * rates, n_threads
         )
+        arcs = (*arcs[:2], values)
+        ordered.set_lengths(*arcs, n_threads)
         if inside is not None:
-            values, part = lengths.values.copy(), values
-            values[inside.arcs] = part
-        return lengths._replace(values=values)
+            values = lengths.values.copy()
+            values[inside.arcs] = arcs[2]
+        return arcs, lengths._replace(values=values)
