@@ -110,7 +110,11 @@ def _rival_ratios(results: Results) -> str:
     return markdown_table(
         ["faces", "k", *(f"{who}: {settings}" for who, settings in names)],
         (
-            [f"{n_faces:,}{', noisy' * mesh.endswith('-noisy')}", f"{k:,}", *(_number(ratios.get((mesh, k, *name))) for name in names)]
+            [
+                f"{n_faces:,}{', noisy' * mesh.endswith('-noisy')}",
+                f"{k:,}",
+                *(_number(ratios.get((mesh, k, *name))) for name in names),
+            ]
             for mesh, n_faces, k in races
         ),
     )

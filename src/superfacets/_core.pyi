@@ -102,6 +102,8 @@ class OrderedGraph(PlacedCells):
         Build a graph from sorted cells. The arrays of `cells` are moved, so `cells` is empty afterwards.
         """
 
+    def set_lengths(self, offsets: Annotated[NDArray[numpy.int64], dict(shape=(None,), order='C', device='cpu', writable=False)], neighbors: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)], lengths: Annotated[NDArray[numpy.float32], dict(shape=(None,), order='C', device='cpu', writable=False)], n_threads: int) -> None: ...
+
     @property
     def n_cells(self) -> int: ...
 

@@ -22,7 +22,9 @@ def test_slivers_are_those_beside_150_regions():
     assert mesh_info(shapes.cube()).sliver_share == 0
     block = shapes.drilled_block(256)
     with pytest.warns(SliverWarning):
-        assert mesh_info(block).sliver_share == segment(block, 150).sliver_share > 0.3
+        share = segment(block, 150).sliver_share
+    assert share > 0.3
+    assert mesh_info(block).sliver_share == pytest.approx(share)
 
 
 def test_soup_has_more_vertices_than_positions_and_boundaries_where_not_welded():

@@ -76,16 +76,20 @@ def test_sorted_cells_are_those_of_the_input_in_another_order(name, weld):
     assert np.array_equal(placed.bounds, mesh.bounds)
 
 
-def test_vertices_are_sorted_by_code_and_cells_by_their_lowest_vertex():
-    found = sorting.sorted_corners(BEAR.vertices, corners_of(BEAR), True, 1, are_faces=True)
-    low, high = BEAR.bounds
-    steps = np.minimum(1023, (found.vertices - low) * (1024 / (high - low).max())).astype(int)
+def codes_of(points):
+    low, high = points.min(axis=0), points.max(axis=0)
+    steps = np.minimum(1023, (points - low) * (1024 / (high - low).max())).astype(int)
     bits = steps[:, :, None] >> np.arange(10) & 1
-    codes = (bits << 3 * np.arange(10) << np.arange(3)[:, None]).sum(axis=(1, 2))
-    assert np.all(np.diff(codes) >= 0)
-    lowest = found.corners.reshape(-1, 3).min(axis=1)
-    assert np.all(np.diff(lowest) >= 0)
-    assert np.array_equal(found.corners[::3], lowest)
+    return (bits << 3 * np.arange(10) << np.arange(3)[:, None]).sum(axis=(1, 2))
+
+
+def test_vertices_and_faces_are_sorted_by_code_and_faces_begin_with_the_lowest():
+    found = sorting.sorted_corners(BEAR.vertices, corners_of(BEAR), True, 1, are_faces=True)
+    faces = found.corners.reshape(-1, 3)
+    centers = found.vertices[faces].sum(axis=1) / 3
+    for points in (found.vertices, centers):
+        assert np.all(np.diff(codes_of(points)) >= 0)
+    assert np.array_equal(faces[:, 0], faces.min(axis=1))
 
 
 def test_nothing_depends_on_the_number_of_threads():

@@ -230,7 +230,7 @@ def test_weights_of_ones_own():
 
 
 def test_a_graph_of_tetrahedra_is_clustered_as_the_mesh():
-    body = ball(500)
+    body = sf.prepare(ball(500)).cells  # in the order of `segment`
     cells = build_tet_graph(body).with_weights()
     assert cells.dimension == 3
     expected = sf.segment(body, 10, smooth=False)

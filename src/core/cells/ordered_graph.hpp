@@ -62,10 +62,10 @@ struct PlacedCells {
            std::views::transform([this](Cell cell) { return place_of(cell); });
   }
 
-  Box bounds;                // bounding box of the positions
-  double total_measure = 0;  // sum of `measures`, the same for any number of threads
-  Buffer<Cell> cells;        // (N,) values of cell_at; empty if the input was sorted
-  Buffer<Place> places;      // (N,) values of place_of; empty if the input was sorted
+  Box bounds;                        // bounding box of the positions
+  double total_measure = 0;          // sum of `measures`, the same for any number of threads
+  Buffer<Cell> cells;                // (N,) values of cell_at; empty if the input was sorted
+  Buffer<Place> places;              // (N,) values of place_of; empty if the input was sorted
   std::span<const Point> positions;  // (N,) position of each sorted cell
   std::span<const double> measures;  // (N,) area or volume of each sorted cell
   BoxTree tree;                      // hierarchy of bounding boxes of the sorted cells

@@ -171,16 +171,4 @@ std::vector<Place> octant_ranges(std::span<const std::uint32_t> codes, std::size
   return starts;
 }
 
-Box bounds_of(std::span<const Point> positions, ThreadTeam& team) {
-  Box bounds;
-  std::mutex mutex;
-  team.for_each_block(std::ssize(positions), [&](std::int64_t begin, std::int64_t end) {
-    Box box;
-    for (const Point& p : positions.subspan(begin, end - begin)) box.include(p);
-    const std::scoped_lock lock(mutex);
-    bounds.include(box);
-  });
-  return bounds;
-}
-
 }  // namespace superfacets

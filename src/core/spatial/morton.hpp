@@ -75,7 +75,23 @@ void for_each_run(std::int64_t n, const CodeOf& code_of, const Visit& visit, Thr
   });
 }
 
+// Bounding box of position_of(0), ..., position_of(n - 1).
+template <typename PositionOf>
+Box bounds_of(std::int64_t n, const PositionOf& position_of, ThreadTeam& team) {
+  Box bounds;
+  std::mutex mutex;
+  team.for_each_block(n, [&](std::int64_t begin, std::int64_t end) {
+    Box box;
+    for (std::int64_t i = begin; i < end; ++i) box.include(position_of(i));
+    const std::scoped_lock lock(mutex);
+    bounds.include(box);
+  });
+  return bounds;
+}
+
 // Bounding box of all positions.
-Box bounds_of(std::span<const Point> positions, ThreadTeam& team);
+inline Box bounds_of(std::span<const Point> positions, ThreadTeam& team) {
+  return bounds_of(std::ssize(positions), [&](std::int64_t i) { return positions[i]; }, team);
+}
 
 }  // namespace superfacets

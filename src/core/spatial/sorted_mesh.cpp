@@ -89,19 +89,21 @@ Buffer<Vertex> renumbered(const CornerLists& cells, const Buffer<Place>& place_o
   return places;
 }
 
-// Returns the cells sorted along the curve by the mean of their corners, then by their corners, then
-// by cell index.
+// Returns the cells sorted along the curve by the mean of their corners, then by their corners,
+// then by cell index.
 Buffer<Cell> order_of_cells(const CornerLists& cells, std::span<const Point> vertices,
                             ThreadTeam& team) {
-  const Curve curve(bounds_of(vertices, team));
-  const auto code_of = [&](Cell cell) {
+  const auto center_of = [&](std::int64_t cell) {
     const auto corners = cells[cell];
     Point sum{0.0, 0.0, 0.0};
     for (const Vertex corner : corners) sum = sum + vertices[corner];
-    return curve.code_of((1.0 / static_cast<double>(corners.size())) * sum);
+    const auto n = static_cast<double>(corners.size());
+    return Point{sum.x / n, sum.y / n, sum.z / n};
   };
+  const Curve curve(bounds_of(cells.n_cells(), center_of, team));
   Buffer<std::uint32_t> codes(cells.n_cells());
-  team.for_each_index(cells.n_cells(), [&](Cell cell) { codes[cell] = code_of(cell); });
+  team.for_each_index(cells.n_cells(),
+                      [&](Cell cell) { codes[cell] = curve.code_of(center_of(cell)); });
   Buffer<Cell> order = order_of_codes(codes.span(), team);
   const auto is_before = [&](Cell a, Cell b) {
     const auto order_of_corners = std::lexicographical_compare_three_way(

@@ -186,17 +186,19 @@ def prepared_for(
         options = replace(options, features=features)
     with clock.timed("face_graph"):
         kind, is_kept = kind_of(source), constraints.kept_points(source)
-        needs_order = options.needs_order(kind)
+        needs_order, denoise = options.needs_order(kind), options.denoise
         prepared = given
         if (
             prepared is None
             or is_kept is not None  # the mask changes the neighbors of points
             or (needs_order and prepared.input_index is not None)
-            or not suits(options.denoise, prepared.n_steps)
+            or not suits(denoise, prepared.n_steps)
         ):
+            if prepared is not None and suits(denoise, prepared.n_steps):
+                denoise = prepared.n_steps
             prepared = Prepared.of(
                 source, weld=True if given is None else given.weld, n_threads=n_threads,
-                may_sort=not needs_order, denoise=options.denoise, is_kept=is_kept,
+                may_sort=not needs_order, denoise=denoise, is_kept=is_kept,
             )  # fmt: skip
     return prepared, options.prepared(prepared.n_steps, prepared.angle_slack, prepared.weld)
 
