@@ -74,16 +74,12 @@ GUARDS = {
         ("_viewpoints_of", "repeat"): "lengths of points in memory",
         ("read_e57", "E57"): "reads only the XML, which is in the file"},
     "superfacets/files/readers/gltf.py": {
-        ("_colors", "ones"): "rows of an accessor in memory",
         ("_labels", "frombuffer"): "a view of a buffer in memory",
-        ("_read_mesh", "ones"): "rows of an accessor in memory",
-        ("_shades", "ones"): "vertices in memory",
         ("_triangles_of", "arange"): "corners of an accessor in memory",
         ("corners", "arange"): "vertices of an accessor in memory"},
     "superfacets/files/readers/gltf_file.py": {
-        ("_rows_at", "empty"): "only with 0 rows",
         ("_rows_at", "ndarray"): "the end of the rows is compared with the view",
-        ("_sparse_rows", "zeros"): "`Gltf.take` limits the sum of sizes"},
+        ("rows", "zeros"): "`Gltf.take` limits the sum of sizes"},
     "superfacets_formats/grids.py": {
         ("_corners_of", "arange"): "corners in memory",
         ("_corners_of", "repeat"): "corners in memory"},
