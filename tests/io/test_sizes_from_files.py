@@ -103,13 +103,11 @@ GUARDS = {
         ("unpacked", "repeat"): "rows of the element chunk in memory"},
     "superfacets/files/readers/clouds.py": {("_names_in", "reader"): "a line of text"},
     "superfacets/files/readers/ply_body.py": {
-        ("_gather", "arange"): "rows that `_walk` has found in the file",
         ("_gather", "copy_runs"): "rows that `_walk` has found in the file",
         ("_gather", "frombuffer"): "a view of the whole file",
-        ("_list_column", "arange"): "`_check_tokens` compares lengths with the lines",
         ("_read_uniform", "frombuffer"): "the size of all rows is compared with the file",
         ("_walk", "frombuffer"): "a view of the whole file",
-        ("_walk", "walk_rows"): "`_least_size` compares the rows with the file"},
+        ("_walk", "walk_rows"): "the rows were compared with the file"},
     "superfacets_textures/ply_texture.py": {
         ("_pairs_of_faces", "arange"): "corners in memory",
         ("_pairs_of_faces", "repeat"): "sizes of faces in memory"},

@@ -25,6 +25,9 @@ PLY_TYPES = {"i1": "char", "u1": "uchar", "i2": "short", "u2": "ushort", "i4": "
 COLORS = ("red", "green", "blue")
 """Names of the properties that are colors."""
 
+INDEX_NAMES = ("vertex_indices", "vertex_index")
+"""Possible names in PLY of the list with the corners of a face."""
+
 TAKEN = ("cells", "attributes", "texture")
 """Values of `MeshAttributes.declared` for what is not left out."""
 

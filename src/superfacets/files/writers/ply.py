@@ -12,9 +12,8 @@ import numpy as np
 from ...base.lazy import load
 from ...base.types import Array, Bytes, Floats, Ints, Longs
 from ...mesh.faces import FaceMesh, corners_of
-from ..attributes import COLORS, NAMES_COMMENT, PLY_TYPES, is_image
+from ..attributes import COLORS, INDEX_NAMES, NAMES_COMMENT, PLY_TYPES, is_image
 from ..input import NORMALS
-from ..readers.ply_header import INDEX_NAMES
 from .content import Output
 from .text import ROWS_AT_ONCE, fits_single, text_rows
 
