@@ -19,9 +19,8 @@ from ...base.types import Bytes, Ints
 from ...graph.kinds import Kind, kind_of
 from ...mesh.base import Cells
 from ...regions.vertices import vertex_labels
-from ..attributes import MeshAttributes, have_region_colors
+from ..attributes import MeshAttributes, have_region_colors, stored_colors
 from ..formats import FORMATS
-from ..named_features import stored_colors
 from .content import Output
 
 _COLORLESS = (".obj", ".stl", ".csv", ".ids.png", *FORMATS["write_tetrahedra"])
