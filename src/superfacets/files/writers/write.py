@@ -179,7 +179,9 @@ def write_labels(path: StrPath, labels: npt.ArrayLike, *, force: bool = False) -
     path = Path(path)
     _check_truth_stays([path], force)
     are_levels = ending == LEVELS and np.ndim(labels) == 2
-    levels = [checked_labels(each) for each in ([*np.asarray(labels)] if are_levels else ()) or [labels]]
+    levels = [
+        checked_labels(each) for each in ([*np.asarray(labels)] if are_levels else ()) or [labels]
+    ]
     writer = IdWriter(None, levels[0], FormatOptions(), of_vertices=levels[0], coarser=levels[1:])
     writer.checked([ending])
     with atomic_outputs([path]) as (temporary,), temporary.open("wb") as file:
