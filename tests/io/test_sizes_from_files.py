@@ -114,7 +114,7 @@ GUARDS = {
     "superfacets/files/readers/read.py": {
         ("_unpacked", "decompress"): "at most `most_bytes_of` the file"},
     "superfacets/files/readers/stl.py": {
-        ("_stored", "frombuffer"): "the count must give the size of the file"},
+        ("_triangles_in", "frombuffer"): "the count must give the size of the file"},
     "superfacets/files/readers/text.py": {
         ("_as_text", "frombuffer"): "a view of the whole file",
         ("runs", "arange"): "callers compare lengths with the file",
