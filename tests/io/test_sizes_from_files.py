@@ -47,8 +47,8 @@ GUARDS = {
     "superfacets_formats/pcd_writer.py": {
         ("write_pcd", "empty"): "at most ROWS_AT_ONCE rows of points in memory"},
     "superfacets/files/writers/ply.py": {
-        ("_fill_rows", "empty"): "rows of cells in memory",
-        ("of", "arange"): "the size of faces in memory"},
+        ("_rows", "arange"): "the size of faces in memory",
+        ("_write_elements", "arange"): "rows of cells in memory"},
     "superfacets_formats/vtk_writer.py": {
         ("write_vtk", "full"): "one entry per tetrahedron in memory"},
     "superfacets/files/guards.py": {
@@ -116,7 +116,7 @@ GUARDS = {
     "superfacets/files/readers/stl.py": {
         ("_triangles_in", "frombuffer"): "the count must give the size of the file"},
     "superfacets/files/readers/text.py": {
-        ("_as_text", "frombuffer"): "a view of the whole file",
+        ("_between", "frombuffer"): "a view of the whole file",
         ("runs", "arange"): "callers compare lengths with the file",
         ("runs", "repeat"): "callers compare lengths with the file",
         ("table", "arange"): "the width is a constant, or compared with the lines"},

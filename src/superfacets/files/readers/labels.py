@@ -100,25 +100,18 @@ def parse_labels(source: Input, n_cells: int | None, name: str) -> Ints:
             return checked_labels(found, n_cells)
     if source.ending not in FORMATS.cells:
         raise MeshError(f"expected a format that can store labels, got {source.ending}")
-    return checked_labels(property_of(*parse(replace(source, keep=True)), name), n_cells)
-
-
-def property_of(cells: Cells, attributes: MeshAttributes | None, name: str) -> Array:
-    """Return the integer property `name` of cells; ``label`` may be the named parts of the mesh."""
-    kind = kind_of(cells)
+    cells, attributes = parse(replace(source, keep=True))
     found = find_property(cells, attributes, name)
     if found is None and attributes is not None and name == "label" and attributes.names:
-        found = attributes.face[next(iter(attributes.names))]
-    if found is not None and found.ndim == 1 and found.dtype.kind in "iu":
-        return found
+        found = attributes.face[next(iter(attributes.names))]  # the named parts of the mesh
     if found is not None and found.ndim == 1:
-        return as_integers(found, "labels")
+        return checked_labels(as_integers(found, "labels"), n_cells)
     stored = _stored_of(cells, attributes)
     others = [
         key for key, values in stored.items() if values.dtype.kind in "iu" and values.ndim == 1
     ]
     hint = f": the integer properties are {', '.join(others)}" if others else ""
-    raise MeshError(f"the {kind.plural} have no property {name}{hint}")
+    raise MeshError(f"the {kind_of(cells).plural} have no property {name}{hint}")
 
 
 def find_property(cells: Cells, attributes: MeshAttributes | None, name: str) -> Array | None:
