@@ -62,14 +62,9 @@ def read_labels(
 
     Raises
     ------
-    MeshError
-        If the file is empty, truncated or damaged, if a label is not an integer or is below -1, if
-        the number of labels is not `n_faces`, or if the ending is unknown. The message is one line
-        that begins with the path.
-    MissingExtraError
-        If the format needs a package that is not installed.
-    OSError
-        If the file does not exist or cannot be read.
+    MeshError, MissingExtraError, OSError
+        For the same reasons as in `read_mesh`; if a label is not an integer or is below -1; or if
+        the number of labels is not `n_faces`.
 
     Examples
     --------

@@ -159,14 +159,9 @@ def write_labels(path: StrPath, labels: npt.ArrayLike, *, force: bool = False) -
 
     Raises
     ------
-    ValueError
-        If the ending, shape or dtype is wrong, if the format does not allow a label below 0, if
-        levels are not nested, or if a label is 2**24 or greater in ``.segs.json``,
-        ``.aggregation.json``, ``.label.gii`` or ``.annot``.
-    MissingExtraError
-        If the ending is ``.pth``, but torch is not installed.
-    OSError
-        If the file cannot be written. The error is a FileExistsError if `force` is needed.
+    ValueError, MissingExtraError, OSError
+        For the same reasons as in `write_mesh`; if levels are not nested; or if a label is 2**24 or
+        greater in ``.segs.json``, ``.aggregation.json``, ``.label.gii`` or ``.annot``.
 
     Examples
     --------
