@@ -9,7 +9,6 @@ from numpy.testing import assert_array_equal
 
 from superfacets import Mesh, MeshError
 from superfacets.files.cell_file import CellFile
-from superfacets.files.formats import FORMATS
 from superfacets.files.readers.labels import read_labels
 from superfacets.files.writers.write import write_labels, write_mesh
 
@@ -213,18 +212,6 @@ def test_ply_without_labels_is_refused(refuse, data, message):
     refuse("a.ply", data, message)
 
 
-@pytest.mark.parametrize("name", ["a.npy", "a.seg", "a.txt", "a.ply"])
-def test_an_empty_file_is_refused(refuse, name):
-    refuse(name, b"", "the file is empty")
-
-
-@pytest.mark.parametrize(("name", "ending"), [("a.json", ".json"), ("a", "none")])
-def test_an_unknown_ending_is_refused(refuse, name, ending):
-    endings = ", ".join(FORMATS.labels)
-    refuse(name, b"1\n", f"expected the ending {endings}, got {ending}")
-    assert {".npy", ".seg", ".ply", ".stl", ".vtu", ".las", ".segs.json"} <= {*FORMATS.labels}
-
-
 def test_labels_of_another_name_are_read(tmp_path):
     path = tmp_path / "a.ply"
     path.write_bytes(ply_with_labels().replace(b"int label", b"int Part"))
@@ -269,11 +256,6 @@ def test_named_parts_are_numbered_in_their_order(tmp_path):
 def test_files_without_parts_are_refused(refuse):
     refuse("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "the faces have no property label")
     refuse("a.stl", stl_binary(), "the faces have no property label")
-
-
-def test_a_missing_file_is_an_os_error(tmp_path):
-    with pytest.raises(FileNotFoundError, match=r"a\.seg: no such file"):
-        read_labels(tmp_path / "a.seg")
 
 
 def test_a_real_segmentation(data_dir):
