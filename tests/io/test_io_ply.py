@@ -226,7 +226,11 @@ def test_ascii_indices_must_be_integers(refuse):
 @pytest.mark.parametrize("row", ["3 0 1", "3 0 1 2 3", "2 0", "99999999999999999999 0 1 2"])
 def test_ascii_rows_of_another_length_than_declared_are_refused(refuse, row):
     data = ply_text().replace(b"3 0 1 2\n", row.encode() + b"\n")
-    refuse("a.ply", data, "cannot be a row of the element that the PLY header declares")
+    refuse(
+        "a.ply",
+        data,
+        "expected as many numbers as the PLY header and the lengths of lists declare, got",
+    )
 
 
 def test_words_in_an_ascii_body_are_refused_with_their_line(refuse):

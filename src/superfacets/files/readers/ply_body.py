@@ -11,7 +11,7 @@ import numpy as np
 from ... import _core
 from ...base.checks import checked_threads, counted
 from ...base.errors import MeshError
-from ...base.types import Array, Bools, Longs
+from ...base.types import Array, Longs
 from ..guards import Content
 from .ply_header import Element, Header, Property
 from .text import Lines, as_integers
@@ -174,33 +174,25 @@ def _walk_text(element: Element, values: Array, lines: Lines) -> tuple[Longs, Lo
     ends = np.cumsum(lines.counts, dtype=np.int64)
     places = ends - lines.counts
     starts, lengths = [], []
+    expected = "expected as many numbers as the PLY header and the lengths of lists declare"
     for stored in element.properties:
         sizes = np.ones(len(lines), np.int64)
         if stored.count_dtype:
-            _check_tokens(lines, places < ends)
+            lines.refuse(places >= ends, expected)
             sizes = as_integers(values[places], "lengths of lists").astype(np.int64)
             _check_lengths(sizes)
             places = places + 1
-        _check_tokens(lines, sizes <= ends - places)
+        lines.refuse(sizes > ends - places, expected)
         starts.append(places * values.itemsize)
         lengths.append(sizes)
         places = places + sizes
-    _check_tokens(lines, places == ends)
+    lines.refuse(places < ends, expected)
     return np.column_stack(starts), np.column_stack(lengths), values.nbytes
 
 
 def _check_lengths(lengths: Array) -> None:
     if lengths.min(initial=0) < 0:
         raise MeshError(f"lengths of lists in the PLY file must be >= 0, got {lengths.min()}")
-
-
-def _check_tokens(lines: Lines, is_right: Bools) -> None:
-    if not is_right.all():
-        line = int(np.argmin(is_right))
-        raise MeshError(
-            f"line {lines.number(line)}: {counted(int(lines.counts[line]), 'number')} cannot be a"
-            " row of the element that the PLY header declares"
-        )
 
 
 def _gather(stored: Property, data: Any, starts: Longs, lengths: Longs) -> Column:

@@ -14,7 +14,7 @@ from ...mesh.faces import Corners, corners_of
 from ..attributes import COLORS, INDEX_NAMES, NAMES_COMMENT, PLY_TYPES, is_image
 from ..input import NORMALS
 from .content import Output
-from .text import ROWS_AT_ONCE, fits_single, text_rows
+from .text import ROWS_AT_ONCE, fits_single, number_format, text_rows
 
 Columns = dict[str, Any]
 """Properties of an element: one number, (N,), or one list, (N, n), per row. The corners of faces
@@ -160,7 +160,6 @@ def _filled(columns: Columns, rows: slice | Longs, corners: Array | None = None)
 def _as_text(rows: Array) -> bytes:
     """Format rows as text, with enough digits to restore all numbers exactly."""
     columns = [rows[name].reshape(len(rows), -1) for name in rows.dtype.names or ()]
-    formats = {"f4": "%.9g", "f8": "%.17g"}
-    words = [formats.get(column.dtype.str[1:], "%d") for column in columns for _ in column.T]
+    words = [number_format(column) for column in columns for _ in column.T]
     row = " ".join(words) + "\n"
     return text_rows(row, [axis for column in columns for axis in column.T])
