@@ -43,7 +43,7 @@ GUARDS = {
         ("write_ids", "bincount"): "labels are below 2**24, checked before",
         ("write_ids", "zeros"): "labels are below 2**24, checked before"},
     "superfacets/files/writers/text_formats.py": {
-        ("_lines_of", "repeat"): "sizes of faces in memory"},
+        ("_face_lines", "arange"): "sizes of faces in memory"},
     "superfacets_formats/pcd_writer.py": {
         ("write_pcd", "empty"): "at most ROWS_AT_ONCE rows of points in memory"},
     "superfacets/files/writers/ply.py": {
