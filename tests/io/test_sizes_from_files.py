@@ -102,7 +102,7 @@ GUARDS = {
         ("between", "repeat"): "rows of the element chunk in memory",
         ("unpacked", "repeat"): "rows of the element chunk in memory"},
     "superfacets/files/readers/clouds.py": {("_names_in", "reader"): "a line of text"},
-    "superfacets/files/readers/ply_body.py": {
+    "superfacets/files/readers/ply_tables.py": {
         ("_gather", "copy_runs"): "rows that `_walk` has found in the file",
         ("_gather", "frombuffer"): "a view of the whole file",
         ("_read_uniform", "frombuffer"): "the size of all rows is compared with the file",

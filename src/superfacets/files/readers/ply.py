@@ -14,8 +14,7 @@ from ...base.types import Array, Longs
 from ..attributes import INDEX_NAMES, NAMES_COMMENT, images_in
 from ..guards import Polygons, as_rows, checked_faces, contiguous_rows, parsed_json
 from ..input import Input, Read
-from .ply_body import Column, Table, read_tables
-from .ply_header import Header, parse_header
+from .ply_tables import Column, Header, Table, parse_header, read_tables
 from .text import as_integers
 
 STRIPS = "tristrips"
