@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import reprlib
+from collections.abc import Iterable
 from functools import partial
 from typing import Any, NamedTuple, NoReturn
 
@@ -213,13 +214,11 @@ def _read_element(
     if not element.n_rows or not element.properties:
         return [Column(stored, np.empty(0), np.empty(0)) for stored in element.properties], begin
     walk = partial(_walk, element, data, begin, lines)
-    columns, end = _read_uniform(element, walk(1)[1][0].tolist(), data, begin)
+    columns, end = _read_uniform(element, [int(each[0]) for each in walk(1)[1]], data, begin)
     if columns is None or (lines is not None and np.any(lines.counts != lines.counts[0])):
-        starts, lengths, end = walk(element.n_rows)
-        columns = [
-            _gather(stored, data, starts[:, i], lengths[:, i])
-            for i, stored in enumerate(element.properties)
-        ]
+        *places, end = walk(element.n_rows)
+        found = zip(element.properties, *places, strict=True)
+        columns = [_gather(stored, data, starts, lengths) for stored, starts, lengths in found]
     return columns, end
 
 
@@ -247,8 +246,8 @@ def _read_uniform(
 
 def _walk(
     element: Element, data: Any, begin: int, lines: Lines | None, n_rows: int
-) -> tuple[Longs, Longs, int]:
-    """Return, per row and property, byte offset and number of values; also the end of all rows."""
+) -> tuple[Iterable[Longs], Iterable[Longs], int]:
+    """Return, per property and row, byte offset and number of values; also the end of all rows."""
     if lines is not None:
         return _walk_text(element, data, lines[:n_rows])
     counts = [np.dtype(stored.count_dtype or "V0") for stored in element.properties]
@@ -262,10 +261,12 @@ def _walk(
         _raise_cut(element, f"in row {n_whole}")
     _check_lengths(lengths)
     shape = (n_rows, len(counts))
-    return starts.reshape(shape), lengths.reshape(shape), end
+    return starts.reshape(shape).T, lengths.reshape(shape).T, end
 
 
-def _walk_text(element: Element, values: Array, lines: Lines) -> tuple[Longs, Longs, int]:
+def _walk_text(
+    element: Element, values: Array, lines: Lines
+) -> tuple[Iterable[Longs], Iterable[Longs], int]:
     """Return the same as `_walk`; check the number of tokens in each line."""
     ends = np.cumsum(lines.counts, dtype=np.int64)
     places = ends - lines.counts
@@ -283,7 +284,7 @@ def _walk_text(element: Element, values: Array, lines: Lines) -> tuple[Longs, Lo
         lengths.append(sizes)
         places = places + sizes
     lines.refuse(places < ends, expected)
-    return np.column_stack(starts), np.column_stack(lengths), values.nbytes
+    return starts, lengths, values.nbytes
 
 
 def _check_lengths(lengths: Array) -> None:
