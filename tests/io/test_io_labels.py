@@ -114,9 +114,9 @@ def test_another_number_of_faces_is_refused(refuse, name, data):
 @pytest.mark.parametrize(("array", "message"), [
     (np.array([[1, 2]]), "labels must be one-dimensional, got shape"),
     (np.array(1), "labels must be one-dimensional, got shape"),
-    (np.array([1.0, 2.0]), "labels must be integers, got float64"),
-    (np.array([True]), "labels must be integers, got bool"),
-    (np.array(["a"]), "labels must be integers, got <U1"),
+    (np.array([1.0, 2.0]), "labels must contain integers, got float64"),
+    (np.array([True]), "labels must contain integers, got bool"),
+    (np.array(["a"]), "labels must contain integers, got <U1"),
     (np.array([(1, 2)], dtype="i4,i4"),
      "descr must be a type such as '<i4', got [['f0', '<i4'], ['f1', '<i4']]"),
     (np.array([1, -2]), "labels[1] must be -1 to 2147483647, got -2"),

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ...base.checks import check_length, refuse_first, refuse_mask, refuse_order
+from ...base.checks import checked_classes, integer_array, refuse_order
 from ...base.errors import MeshError
 from ...base.types import Array, Ints
 from ...graph.kinds import kind_of
@@ -21,12 +21,6 @@ from ..guards import Content, known_ending, named_errors, parsed_json, read_cont
 from ..input import Input
 from .read import as_declared, parse
 from .text import Lines, as_integers, shown
-
-MAX_LABEL = 2**31 - 1
-"""Largest allowed label, because labels are int32."""
-
-NO_REGION = -1
-"""Label of cells that are in no region."""
 
 
 def read_labels(
@@ -122,21 +116,16 @@ def _stored_of(cells: Cells, attributes: MeshAttributes | None) -> Mapping[str, 
 
 def checked_labels(labels: Any, n_faces: int | None = None, n_vertices: int | None = None) -> Ints:
     """Return labels as an int32 array, or raise a MeshError if they are not integers >= -1."""
-    refuse_mask(labels, "labels", MeshError)
     refuse_order(labels, "labels")
-    array = np.asarray(labels)
-    if array.ndim != 1:
-        raise MeshError(f"labels must be one-dimensional, got shape {array.shape}")
-    if not len(array):
+    try:
+        given = integer_array(labels, "labels")
+        n = len(given) if n_faces is None else n_faces
+        checked = checked_classes(given, n, "labels", n_vertices=n_vertices)
+    except (TypeError, ValueError) as error:
+        raise MeshError(str(error)) from None
+    if not len(checked):
         raise MeshError("labels must have at least one value, got an empty array")
-    if array.dtype.kind not in "iu":
-        raise MeshError(f"labels must be integers, got {array.dtype}")
-    if n_faces is not None:
-        check_length(array, n_faces, "labels", n_vertices=n_vertices, error=MeshError)
-    is_wrong = (array < NO_REGION) | (array > MAX_LABEL)
-    must = f"{NO_REGION} to {MAX_LABEL}"
-    refuse_first(is_wrong, "labels", array, must, MeshError)
-    return np.ascontiguousarray(array, dtype=np.int32)
+    return checked
 
 
 def read_text_labels(data: Content) -> Array:
