@@ -147,20 +147,6 @@ def test_a_point_cloud_is_refused(refuse):
     refuse("a.obj", SQUARE.encode(), "the file contains points, but no faces: use read_cloud")
 
 
-@pytest.mark.parametrize(
-    ("name", "n_polygons", "n_triangles"), [("beast", 32240, 124), ("suzanne", 468, 32)]
-)
-def test_real_polygons_are_read_as_lagrange_reads_them(data_dir, name, n_polygons, n_triangles):
-    lagrange = pytest.importorskip("lagrange")
-    path = data_dir / "meshes" / f"{name}.obj"
-    mesh = read_mesh(path)
-    assert np.count_nonzero(mesh.sizes == 3) == n_triangles
-    assert np.count_nonzero(mesh.sizes > 3) == n_polygons
-    other = lagrange.io.load_mesh(path, quiet=True, stitch_vertices=True)
-    for face in range(0, mesh.n_faces, 97):
-        assert mesh.face(face).tolist() == other.get_facet_vertices(face).tolist()
-
-
 @pytest.mark.parametrize("name", ["spot", "cow", "fandisk"])
 def test_real_files_are_read_as_lagrange_reads_them(data_dir, name):
     lagrange = pytest.importorskip("lagrange")

@@ -119,13 +119,12 @@ def checked_labels(labels: Any, n_faces: int | None = None, n_vertices: int | No
     refuse_order(labels, "labels")
     try:
         given = integer_array(labels, "labels")
+        if not len(given):
+            raise MeshError("labels must have at least one value, got an empty array")
         n = len(given) if n_faces is None else n_faces
-        checked = checked_classes(given, n, "labels", n_vertices=n_vertices)
+        return checked_classes(given, n, "labels", n_vertices=n_vertices)
     except (TypeError, ValueError) as error:
         raise MeshError(str(error)) from None
-    if not len(checked):
-        raise MeshError("labels must have at least one value, got an empty array")
-    return checked
 
 
 def read_text_labels(data: Content) -> Array:
