@@ -79,7 +79,7 @@ from .tools.named_features import CellData as CellData
 from .files.cell_file import CellFile as CellFile
 
 # Writing files
-from .files.writers.content import Output as Output
+from .files.writers.cells import Output as Output
 from .files.atomic import atomic_outputs as atomic_outputs
 from .files.atomic import checked_targets as checked_targets
 from .files.atomic import output_folder as output_folder

@@ -17,7 +17,7 @@ from ...mesh.faces import FaceMesh, area_vectors, corners_of
 from ..attributes import COLORS
 from ..input import NORMALS
 from ..readers.stl import HEADER_SIZE, TRIANGLE
-from .content import Output
+from .cells import Output
 from .text import ROWS_AT_ONCE, coordinate_format, fits_single, number_format, text_rows, write_rows
 
 if TYPE_CHECKING:
