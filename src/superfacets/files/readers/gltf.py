@@ -300,7 +300,8 @@ class GltfScene(Gltf):
                 shares = self.doubles(attributes["WEIGHTS_0"], "VEC4")
                 of_joints = self._joints(visit.node["skin"])
                 are_short = not len(joints) == len(shares) == len(positions)
-                if are_short or (len(joints) and joints.max() >= len(of_joints)):
+                are_wrong = joints.dtype.kind != "u" or joints.max(initial=0) >= len(of_joints)
+                if are_short or (len(joints) and are_wrong):
                     raise MeshError("broken glTF: the joints of a mesh do not match its skin")
                 blends = shares[:, :, None, None] * of_joints[joints.astype(np.int64)]
                 matrices = blends.sum(axis=1)
