@@ -130,7 +130,6 @@ LIMITS = {
     ],
     "rows pooled at once": ["superfacets.regions.pooling._ROWS_AT_ONCE"],
     "ids in a GLB file": ["superfacets_textures.glb.MAX_IDS"],
-    "cells of a scene": ["superfacets.files.readers.gltf.MAX_CELLS"],
     "pairs of regions in masks": ["superfacets_scans.lifting.MAX_PAIRS"],
     "many regions": ["superfacets.clustering.coarsening.MANY_REGIONS"],
     "faces that show what is up": ["superfacets_show.scene._MAX_SAMPLES"],

@@ -74,12 +74,12 @@ from .files.guards import most_bytes_of as most_bytes_of
 from .files.guards import rotation_of as rotation_of
 from .files.guarded import guarded as guarded
 from .files.readers.npy import npy_array as npy_array
-from .files.named_features import stored_colors as stored_colors
-from .files.named_features import CellData as CellData
+from .files.attributes import stored_colors as stored_colors
+from .tools.named_features import CellData as CellData
 from .files.cell_file import CellFile as CellFile
 
 # Writing files
-from .files.writers.content import Output as Output
+from .files.writers.cells import Output as Output
 from .files.atomic import atomic_outputs as atomic_outputs
 from .files.atomic import checked_targets as checked_targets
 from .files.atomic import output_folder as output_folder

@@ -7,7 +7,7 @@ from textured_meshes import checkered_ball, facade, grid, save_png
 
 import superfacets as sf
 from superfacets import Mesh, MeshAttributes, PolygonMesh, Texture, kit
-from superfacets.files.named_features import CellData
+from superfacets.tools.named_features import CellData
 from superfacets.weights.features import Features, FeatureTable
 from superfacets_textures import Material, TextureImage, texture_colors
 from superfacets_textures.textures import WRAPS

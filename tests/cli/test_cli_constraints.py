@@ -144,7 +144,7 @@ def test_values_that_no_cell_has_are_named(run, sheet, halves, command):
         (np.ones(3, bool),
          "m.npy: labels must have one value per face (1152) or per vertex (625), got 3 values"),
         (np.ones((1152, 1), bool), "m.npy: labels must be one-dimensional"),
-        (np.ones(1152), "m.npy: labels must be integers, got float64"),
+        (np.ones(1152), "m.npy: labels must contain integers, got float64"),
     ],
 )  # fmt: skip
 def test_masks_that_do_not_fit_are_one_line(run, sheet, tmp_path, mask, message):

@@ -338,22 +338,6 @@ def test_trimesh_reads_what_was_carried_over(rich, tmp_path):
     assert_array_equal(np.ravel(raw["face"]["data"]["material"]), FACE["material"])
 
 
-def test_lagrange_reads_what_was_carried_over(rich, tmp_path):
-    lagrange = pytest.importorskip("lagrange")
-    path = tmp_path / "out.ply"
-    write_mesh(path, read_mesh(rich), [1, 0], attributes=read_attributes(rich))
-    loaded = lagrange.io.load_mesh(path)
-    assert_array_equal(loaded.vertices, VERTICES)
-    names = {
-        loaded.get_attribute_name(place): place for place in loaded.get_matching_attribute_ids()
-    }
-    for name, values in [("Vertex_Normal", VERTEX["n"]), ("Vertex_Color", VERTEX["rgba"]),
-                         ("Vertex_UV", np.stack([VERTEX["s"], VERTEX["t"]], axis=1)),
-                         ("height", VERTEX["height"]), ("material", FACE["material"]),
-                         ("texcoord", FACE["uv"]), ("quality", [1, 0])]:  # fmt: skip
-        assert_array_equal(loaded.attribute(names[name]).data, values, err_msg=name)
-
-
 def test_attributes_are_copies_that_cannot_be_written():
     heat = np.arange(3.0)
     attributes = MeshAttributes(vertex={"heat": heat})

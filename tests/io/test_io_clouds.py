@@ -99,7 +99,7 @@ def test_the_vertices_of_a_mesh_are_a_cloud_too(tmp_path):
     ("a.xyz", b"\n", "the file has no points"),
     ("a.xyz", b"x y z\n", "the file has no points"),
     ("a.xyz", b"1 2\n3 4\n", "expected 3 or more numbers per point, got 2"),
-    ("a.xyz", b"1 2 3\n4 5 6 7\n", "line 2 has 4 numbers, but the previous lines have 3"),
+    ("a.xyz", b"1 2 3\n4 5 6 7\n", "line 2: expected 3 numbers as in the previous lines, got 4"),
     ("a.xyz", b"x y z w\n4 5 6\n", "has 4 column names, but the next has 3 numbers"),
     ("a.xyz", b"x\ry\rs\n4 5 6\n", "line must name columns x, y and z, or be numbers, got x, y, s"),
     ("a.xyz", b"p q s\n4 5 6\n", "line must name columns x, y and z, or be numbers, got p, q, s"),

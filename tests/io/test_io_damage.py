@@ -5,7 +5,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import mesh_files
 import numpy as np
 import pytest
 from mesh_files import whole_files
@@ -37,14 +36,6 @@ def test_a_file_cut_at_any_byte_is_refused_or_complete(read, tmp_path, name):
         "ascii.ply": 1, "square.obj": 3, "square.off": 1, "square.tri": 1,
         "ascii.stl": 14,  # or after a facet
     }.get(name, 0)  # fmt: skip
-
-
-@pytest.mark.parametrize("make", [mesh_files.ply_text, mesh_files.off, mesh_files.tri])
-@pytest.mark.parametrize("n_lines", [1, 2])
-def test_a_text_that_lacks_its_last_lines_is_refused(refuse, make, n_lines):
-    ending = {"ply_text": ".ply", "off": ".off", "tri": ".tri"}[make.__name__]
-    lines = make().splitlines(keepends=True)
-    refuse(f"a{ending}", b"".join(lines[:-n_lines]), "truncated")
 
 
 def test_randomly_damaged_files_are_read_or_refused():

@@ -1,13 +1,12 @@
 """E57: scans with poses, colors and invalid points as one cloud; damaged files are refused."""
 
 import os
-import sys
 
 import numpy as np
 import pytest
 import shapes
 
-from superfacets import MeshError, MissingExtraError, read_cloud, segment
+from superfacets import MeshError, read_cloud, segment
 from superfacets.files.cell_file import CellFile
 from superfacets.files.writers.write import OutputFiles
 from superfacets.kit import Input
@@ -350,10 +349,3 @@ def test_xml_that_e57_does_not_know_is_refused(write, tmp_path, old, new):
     (tmp_path / "b.e57").write_bytes(content.replace(old, new))
     with pytest.raises(MeshError, match="its XML must be UTF-8 without a DOCTYPE"):
         read_cloud(tmp_path / "b.e57")
-
-
-def test_without_pye57_the_extra_is_named(tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "pye57", None)
-    (tmp_path / "a.e57").write_bytes(b"ASTM-E57")
-    with pytest.raises(MissingExtraError, match=r"superfacets\[e57\]"):
-        read_cloud(tmp_path / "a.e57")

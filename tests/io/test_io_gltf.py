@@ -322,7 +322,7 @@ def test_a_file_that_many_buffers_name_is_read_once(read, tmp_path, monkeypatch)
         calls.append(path)
         return read_content(path)
 
-    monkeypatch.setattr("superfacets.files.readers.gltf_file.read_content", counting)
+    monkeypatch.setattr("superfacets.files.guards.read_content", counting)
     names = ["a.bin", "./a.bin", "%61.bin"] * 100
     document = gltf_document(buffers=[{"byteLength": 72, "uri": name} for name in names])
     assert read("a.gltf", json.dumps(document).encode()).n_faces == 2
@@ -342,7 +342,9 @@ def test_a_scene_that_repeats_its_meshes_without_end_is_refused(refuse, limit, r
         limit("growth of a scene", 0)
     else:
         limit("bytes of a small scene", 1000)
-    refuse("a.glb", glb(document), "with all copies of meshes, the scene has")
+    refuse(
+        "a.glb", glb(document), "with all copies of meshes, the arrays of the scene have more than"
+    )
 
 
 def test_a_bomb_is_refused_before_it_takes_memory(refuse):
@@ -353,15 +355,10 @@ def test_a_bomb_is_refused_before_it_takes_memory(refuse):
     document["bufferViews"][1]["byteLength"] = corners.nbytes
     document["buffers"][0]["byteLength"] = len(buffer)
     tracemalloc.start()
-    refuse(
-        "a.glb",
-        glb(document, buffer),
-        "with all copies of meshes, the scene has 78400000 faces, which need 4875"
-        " times the size of the files; at most 100 times is allowed",
-    )
+    refuse("a.glb", glb(document, buffer), "more than 100 times the size of the files")
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    assert peak < 50e6
+    assert peak < 200e6  # of 1.9 GB
 
 
 def test_a_small_scene_may_repeat_a_part_a_thousand_times(read):
@@ -376,39 +373,20 @@ def test_indices_out_of_range_are_refused(refuse):
     refuse("a.glb", glb(buffer=gltf_buffer(faces=faces)), message)
 
 
-@pytest.mark.parametrize("value", [np.nan, np.inf])
-def test_coordinates_that_are_not_finite_are_refused(refuse, value):
-    vertices = VERTICES.copy()
-    vertices[3, 0] = value
-    refuse(
-        "a.glb",
-        glb(buffer=gltf_buffer(vertices)),
-        f"vertices[3] must be finite, got [{value}, 1.0, 0.5]",
-    )
-
-
-def test_more_faces_than_labels_can_count_are_refused_before_they_are_made(refuse, limit):
-    limit("cells of a scene", 9)
-    document = gltf_document([{"mesh": 0}, {"mesh": 0}])
-    refuse("a.glb", glb(document), "the scene has 4 faces and 10 vertices; at most 9 are supported")
-
-
 @pytest.mark.parametrize(("data", "message"), [
     (b"hello", "the glTF file is not valid JSON"),
     (b"\xff\xd8\xff\xe0\0\x10JFIF\0" * 20, "the file is a picture, not a mesh"),
     (b"[" * 200_000, "the glTF file is nested too deeply"),
     (b'{"asset": NaN}', "the glTF file has the number NaN, which"),
     (b"[]", "not a glTF file: the JSON has no asset"),
-    (b"glTF", "the GLB file is truncated: it has only 4 bytes"),
+    (b"glTF", "the file ends after 4 bytes, but 8 more are declared at byte 4"),
     (glb()[:-1], "bytes but has"),
     (glb() + b"\0", "bytes but has"),
     (b"glTF\1" + glb()[5:], "the GLB version must be 2, got 1"),
-    (glb()[:12] + b"\xff\xff\xff\x7f" + glb()[16:],
-     "the first chunk must be a complete JSON chunk"),
-    (glb()[:16] + b"NOSJ" + glb()[20:], "the first chunk must be a complete JSON chunk"),
+    (glb()[:12] + b"\xff\xff\xff\x7f" + glb()[16:], "2147483647 more are declared at byte 20"),
+    (glb()[:16] + b"NOSJ" + glb()[20:], "there is no JSON chunk"),
     (glb().replace(b"BIN\0", b"BOX\0"), "buffers[0] declares 72 bytes but has 0"),
-    (glb().replace(b"\x48\0\0\0BIN\0", b"\x49\0\0\0BIN\0"),
-     "second chunk extends past the end of the file"),
+    (glb().replace(b"\x48\0\0\0BIN\0", b"\x49\0\0\0BIN\0"), "73 more are declared at byte"),
 ])  # fmt: skip
 def test_containers_that_are_wrong_are_refused(refuse, data, message):
     refuse("a.glb", data, message)
@@ -416,7 +394,11 @@ def test_containers_that_are_wrong_are_refused(refuse, data, message):
 
 def test_the_header_of_the_second_chunk_may_not_be_cut(refuse):
     end = glb().index(b"BIN\0")
-    refuse("a.glb", glb()[:8] + struct.pack("<I", end) + glb()[12:end], "second chunk is truncated")
+    refuse(
+        "a.glb",
+        glb()[:8] + struct.pack("<I", end) + glb()[12:end],
+        f"8 more are declared at byte {end - 4}",
+    )
 
 
 def test_a_glb_without_a_second_chunk(read, tmp_path):
@@ -443,19 +425,3 @@ def test_a_scene_that_trimesh_wrote_is_read_in_the_order_of_its_meshes(tmp_path)
     vertices = np.concatenate([part.vertices for part in parts])
     assert_allclose(mesh.vertices, vertices, atol=1e-6)
     assert_array_equal(mesh.faces, np.concatenate([ball.faces, box.faces + len(ball.vertices)]))
-
-
-def test_a_scene_of_lagrange_is_read_as_lagrange_reads_it(tmp_path):
-    lagrange = pytest.importorskip("lagrange")
-    path = tmp_path / "square.glb"
-    path.write_bytes(glb(gltf_document([{"mesh": 0, "translation": [1, 2, 3]}, {"mesh": 0}])))
-    mesh = read_mesh(path)
-    other = lagrange.io.load_mesh(path, quiet=True)
-    assert_array_equal(mesh.vertices, other.vertices)
-    assert_array_equal(mesh.faces, other.facets)
-
-
-def test_a_missing_document_is_no_mesh_error(tmp_path):
-    with pytest.raises(FileNotFoundError) as caught:
-        read_mesh(tmp_path / "a.glb")
-    assert not isinstance(caught.value, MeshError)

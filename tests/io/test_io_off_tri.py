@@ -1,6 +1,5 @@
 """Reading OFF and .tri."""
 
-import numpy as np
 import pytest
 from mesh_files import FACES, VERTICES, off, tri
 from numpy.testing import assert_array_equal
@@ -8,18 +7,6 @@ from numpy.testing import assert_array_equal
 from superfacets.files.readers.read import read_mesh
 
 V4 = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n"
-
-
-@pytest.mark.parametrize(("name", "data"), [("a.off", off()), ("a.tri", tri())])
-@pytest.mark.parametrize("newline", [b"\r\n", b"\r", b"\n\n\n"])
-def test_line_ends_and_blank_lines(read, name, data, newline):
-    assert_array_equal(read(name, data.replace(b"\n", newline)).faces, FACES)
-
-
-@pytest.mark.parametrize(("name", "make"), [("a.off", off), ("a.tri", tri)])
-def test_decimals_are_rounded_to_the_nearest_double(read, name, make):
-    vertices = np.random.default_rng(5).normal(size=(100, 3))
-    assert_array_equal(read(name, make(vertices)).vertices, vertices)
 
 
 @pytest.mark.parametrize(("name", "data"), [("a.off", off()), ("a.tri", tri())])
@@ -153,11 +140,6 @@ def test_tri_files_that_end_early_are_refused(refuse):
     refuse("a.tri", b" \n", "expected a vertex count at the end of the file")
     refuse("a.tri", f"4\n{V4}".encode(), "expected a triangle count at the end of the file")
     refuse("a.tri", f"4\n{V4}0\n".encode(), "no faces: use read_cloud")
-
-
-@pytest.mark.parametrize("name", ["a.off", "a.tri"])
-def test_a_picture_is_refused(refuse, name):
-    refuse(name, b"\xff\xd8\xff\xe0\0\x10JFIF\0" * 20, "the file is a picture, not a mesh")
 
 
 def test_a_benchmark_model_is_read_exactly(data_dir):

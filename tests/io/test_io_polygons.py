@@ -1,10 +1,7 @@
 """Polygons, written and read again in each format that supports them."""
 
-from functools import partial
-
 import numpy as np
 import pytest
-from mesh_files import obj, off, ply_binary, ply_text
 
 import superfacets as sf
 from superfacets import MeshAttributes, MeshError, PolygonMesh
@@ -22,21 +19,6 @@ def mesh(request):
 
 def faces_of(mesh):
     return [mesh.face(i).tolist() for i in range(mesh.n_faces)]
-
-
-@pytest.mark.parametrize(
-    ("name", "make"),
-    [
-        ("a.ply", ply_text),
-        ("b.ply", ply_binary),
-        ("c.ply", partial(ply_binary, "binary_big_endian")),
-        ("a.obj", obj),
-        ("a.off", off),
-    ],
-)
-def test_every_reader_keeps_the_order(tmp_path, mesh, name, make):
-    (tmp_path / name).write_bytes(make(vertices=mesh.vertices, faces=faces_of(mesh)))
-    assert faces_of(sf.read_mesh(tmp_path / name)) == faces_of(mesh)
 
 
 @pytest.mark.parametrize("ascii", [False, True])

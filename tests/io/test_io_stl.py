@@ -62,14 +62,6 @@ def test_no_faces_are_refused(refuse):
     refuse("a.stl", b"solid\nendsolid\n", "the mesh has no faces")
 
 
-@pytest.mark.parametrize("make", [stl_binary, stl_text])
-@pytest.mark.parametrize("value", [np.nan, np.inf])
-def test_coordinates_that_are_not_finite_are_refused(refuse, make, value):
-    corners = CORNERS.copy()
-    corners[4, 2] = value
-    refuse("a.stl", make(corners), f"vertices[4] must be finite, got {corners[4].tolist()}")
-
-
 @pytest.mark.parametrize(("old", "new", "message"), [
     ("vertex 1.0 0.0 0.0", "vertex 1.0 0.0", "line 5: a vertex needs 3 coordinates, got 2"),
     ("vertex 1.0 0.0 0.0", "vertex", "line 5: a vertex needs 3 coordinates, got 0"),

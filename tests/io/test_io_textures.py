@@ -26,7 +26,7 @@ from superfacets import (
     read_mesh,
     write_mesh,
 )
-from superfacets.files.named_features import CellData
+from superfacets.tools.named_features import CellData
 from superfacets_textures import Material, TextureImage, texture_colors
 
 pygltflib = pytest.importorskip("pygltflib")

@@ -130,8 +130,8 @@ def test_label_files_hold_what_the_documentation_says(tmp_path):
 @pytest.mark.parametrize(("labels", "message"), [
     ([1], r"labels must have one value per cell \(2\), got 1 value"),
     ([[1, 2]], "labels must be one-dimensional, got shape"),
-    ([1.0, 2.0], "labels must be integers, got float64"),
-    ([True, False], "labels must be integers, got bool"),
+    ([1.0, 2.0], "labels must contain integers, got float64"),
+    ([True, False], "labels must contain integers, got bool"),
     ([0, -2], r"labels\[1\] must be -1 to 2147483647, got -2"),
     ([0, 2**31], r"labels\[1\] must be -1 to 2147483647, got 2147483648"),
     ([], "labels must have at least one value, got an empty array"),

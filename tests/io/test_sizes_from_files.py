@@ -43,12 +43,12 @@ GUARDS = {
         ("write_ids", "bincount"): "labels are below 2**24, checked before",
         ("write_ids", "zeros"): "labels are below 2**24, checked before"},
     "superfacets/files/writers/text_formats.py": {
-        ("_lines_of", "repeat"): "sizes of faces in memory"},
+        ("_face_lines", "arange"): "sizes of faces in memory"},
     "superfacets_formats/pcd_writer.py": {
         ("write_pcd", "empty"): "at most ROWS_AT_ONCE rows of points in memory"},
     "superfacets/files/writers/ply.py": {
-        ("_fill_rows", "empty"): "rows of cells in memory",
-        ("of", "arange"): "the size of faces in memory"},
+        ("_rows", "arange"): "the size of faces in memory",
+        ("_write_elements", "arange"): "rows of cells in memory"},
     "superfacets_formats/vtk_writer.py": {
         ("write_vtk", "full"): "one entry per tetrahedron in memory"},
     "superfacets/files/guards.py": {
@@ -74,16 +74,12 @@ GUARDS = {
         ("_viewpoints_of", "repeat"): "lengths of points in memory",
         ("read_e57", "E57"): "reads only the XML, which is in the file"},
     "superfacets/files/readers/gltf.py": {
-        ("_colors", "ones"): "rows of an accessor in memory",
         ("_labels", "frombuffer"): "a view of a buffer in memory",
-        ("_read_mesh", "ones"): "rows of an accessor in memory",
-        ("_shades", "ones"): "vertices in memory",
         ("_triangles_of", "arange"): "corners of an accessor in memory",
         ("corners", "arange"): "vertices of an accessor in memory"},
     "superfacets/files/readers/gltf_file.py": {
-        ("_rows_at", "empty"): "only with 0 rows",
         ("_rows_at", "ndarray"): "the end of the rows is compared with the view",
-        ("_sparse_rows", "zeros"): "`Gltf.take` limits the sum of sizes"},
+        ("rows", "zeros"): "`Gltf.take` limits the sum of sizes"},
     "superfacets_formats/grids.py": {
         ("_corners_of", "arange"): "corners in memory",
         ("_corners_of", "repeat"): "corners in memory"},
@@ -106,23 +102,21 @@ GUARDS = {
         ("between", "repeat"): "rows of the element chunk in memory",
         ("unpacked", "repeat"): "rows of the element chunk in memory"},
     "superfacets/files/readers/clouds.py": {("_names_in", "reader"): "a line of text"},
-    "superfacets/files/readers/ply_body.py": {
-        ("_gather", "arange"): "rows that `_walk` has found in the file",
+    "superfacets/files/readers/ply_tables.py": {
         ("_gather", "copy_runs"): "rows that `_walk` has found in the file",
         ("_gather", "frombuffer"): "a view of the whole file",
-        ("_list_column", "arange"): "`_check_tokens` compares lengths with the lines",
         ("_read_uniform", "frombuffer"): "the size of all rows is compared with the file",
         ("_walk", "frombuffer"): "a view of the whole file",
-        ("_walk", "walk_rows"): "`_least_size` compares the rows with the file"},
+        ("_walk", "walk_rows"): "the rows were compared with the file"},
     "superfacets_textures/ply_texture.py": {
         ("_pairs_of_faces", "arange"): "corners in memory",
         ("_pairs_of_faces", "repeat"): "sizes of faces in memory"},
     "superfacets/files/readers/read.py": {
         ("_unpacked", "decompress"): "at most `most_bytes_of` the file"},
     "superfacets/files/readers/stl.py": {
-        ("_stored", "frombuffer"): "the count must give the size of the file"},
+        ("_triangles_in", "frombuffer"): "the count must give the size of the file"},
     "superfacets/files/readers/text.py": {
-        ("_as_text", "frombuffer"): "a view of the whole file",
+        ("_between", "frombuffer"): "a view of the whole file",
         ("runs", "arange"): "callers compare lengths with the file",
         ("runs", "repeat"): "callers compare lengths with the file",
         ("table", "arange"): "the width is a constant, or compared with the lines"},

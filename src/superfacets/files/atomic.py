@@ -72,15 +72,13 @@ def remove_leftovers(targets: Iterable[Path], *, older_than: float = OLD) -> Non
         stems.setdefault(target.parent, set()).add(target.name[:STEM_SIZE])
     newest = time.time() - older_than
     for folder, wanted in stems.items():
-        with contextlib.suppress(OSError), os.scandir(folder) as entries:
-            for entry in entries:
-                name = _TEMPORARY.fullmatch(entry.name)
-                if name is None or name[1] not in wanted:
-                    continue
-                with contextlib.suppress(OSError):  # another process may have removed the file
-                    found = entry.stat(follow_symlinks=False)
-                    if stat.S_ISREG(found.st_mode) and found.st_mtime <= newest:
-                        Path(entry.path).unlink()
+        for path in folder.glob(".*.tmp"):
+            name = _TEMPORARY.fullmatch(path.name)
+            with contextlib.suppress(OSError):  # another process may have removed the file
+                found = path.lstat()
+                is_old = stat.S_ISREG(found.st_mode) and found.st_mtime <= newest
+                if is_old and name is not None and name[1] in wanted:
+                    path.unlink()
 
 
 def checked_targets(paths: Sequence[StrPath]) -> list[Path]:

@@ -14,6 +14,7 @@ import numpy.typing as npt
 from ..base.checks import counted, owned, refuse_mask
 from ..base.lazy import load
 from ..base.types import Array, Bools, Bytes
+from ..graph.kinds import kind_of
 
 if TYPE_CHECKING:
     from .. import Texture
@@ -24,6 +25,9 @@ PLY_TYPES = {"i1": "char", "u1": "uchar", "i2": "short", "u2": "ushort", "i4": "
 
 COLORS = ("red", "green", "blue")
 """Names of the properties that are colors."""
+
+INDEX_NAMES = ("vertex_indices", "vertex_index")
+"""Possible names in PLY of the list with the corners of a face."""
 
 TAKEN = ("cells", "attributes", "texture")
 """Values of `MeshAttributes.declared` for what is not left out."""
@@ -166,6 +170,17 @@ class MeshAttributes:
         texture = "" if self.texture is None else f"; {self.texture}"
         comments = counted(len(self.comments), "comment")
         return f"MeshAttributes(vertex: {vertex}; face: {face}; {comments}{texture})"
+
+
+def stored_colors(cells: Any, attributes: MeshAttributes | None) -> Bytes | None:
+    """Return red, green and blue to show for each cell or vertex, or None if there are no colors.
+
+    Files of point clouds store black for missing colors, so None is also returned if all colors of
+    a cloud are black. For the range of colors in a file, see `MeshAttributes.colors`.
+    """
+    if not kind_of(cells).are_points or cells.colors is None:
+        return None if attributes is None else attributes.colors
+    return np.asarray(np.rint(cells.colors * 255), np.uint8) if cells.colors.any() else None
 
 
 def have_region_colors(stored: Mapping[str, Array]) -> bool:

@@ -106,7 +106,7 @@ class CellFile:
                 return labels, True
             labels = self._of_points(labels, cells)
             of_vertices = are_of_vertices(labels, cells)
-        if ending in FORMATS.placed_labels:
+        if ending in FORMATS.cells and ending not in FORMATS["labels"]:
             self._check_same_order(cells, labeled, are_of_vertices=of_vertices)
         return labels, of_vertices
 

@@ -123,9 +123,7 @@ class Formats(dict[str, Table]):
         """Extra of superfacets that reading needs, by ending."""
         self.z_up = (".las", ".laz", ".e57", ".gii", *_SURFACES)
         """Files in which z points up. glTF defines y, but many files do not follow this."""
-        self.placed_labels = tuple(ending for ending in self.cells if ending not in self["labels"])
-        """Label files that also contain the labeled cells, and therefore their positions."""
-        self.labels = _distinct(self["labels"], self.placed_labels, self["vertex_labels"])
+        self.labels = _distinct(self["labels"], self.cells, self["vertex_labels"])
         """Files with labels."""
         self.vertex_values = (*_GIFTI_VALUES, *_CURVES)
         """Files with a number per vertex. Whole numbers may be labels."""
@@ -168,9 +166,8 @@ class Formats(dict[str, Table]):
         cells, even if labels of vertices are given."""
         self.id_outputs = (*ids, ".sstk.json", ".aggregation.json")
         """Label files that `write_mesh` derives from a mesh and its labels."""
-        self.derived_outputs = (*self.id_outputs, *self.graph_outputs)
-        """Files with data derived from a mesh and its labels, such as labels of vertices."""
-        self.outputs = (*self.cell_outputs, *self.label_outputs, *self.derived_outputs)
+        listed = (self.label_outputs, self.id_outputs, self.graph_outputs)
+        self.outputs = (*self.cell_outputs, *chain.from_iterable(listed))
         """All output files."""
         self.ending_of = {ending.lstrip("._"): ending for ending in self.outputs}
         """Maps names of output formats, such as ``ply`` or ``sp_label.npy``, to endings."""

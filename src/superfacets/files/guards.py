@@ -242,39 +242,40 @@ def check_corner_counts(corner_counts: Array) -> None:
 class BinaryReader:
     """Cursor that reads numbers and texts from bytes; sizes are checked before memory is used.
 
-    Readers of binary formats use it. `order` is the byte order, and `begin` the first offset.
+    Readers of binary formats use it. `order` is the byte order, `begin` the first offset, and `at`
+    the next offset.
     """
 
     def __init__(self, data: Content, order: Literal["<", ">"] = "<", begin: int = 0) -> None:
-        self._data, self._order, self._at = data, order, begin
+        self._data, self._order, self.at = data, order, begin
 
     def take(self, form: str) -> tuple[Any, ...]:
         """Return the next numbers; `form` is a format string of `struct`."""
-        start = self._at
+        start = self.at
         self.skip(struct.calcsize(self._order + form))
         return struct.unpack_from(self._order + form, self._data, start)
 
     def numbers(self, n: int, dtype: str) -> Array:
         """Return the next `n` numbers as an array."""
-        start, stored = self._at, np.dtype(dtype)
+        start, stored = self.at, np.dtype(dtype)
         self.skip(n * stored.itemsize)
         found = np.frombuffer(self._data, stored.newbyteorder(self._order), n, start)
         return found.astype(stored)
 
     def text(self, end: bytes = b"\0") -> str:
         """Return the next text, without the byte `end` that terminates it."""
-        start, place = self._at, self._data.find(end, self._at)
+        start, place = self.at, self._data.find(end, self.at)
         self.skip((place if place >= 0 else len(self._data)) + 1 - start)
         return self._data[start:place].decode("utf-8", "replace")
 
     def skip(self, n_bytes: int) -> None:
         """Skip bytes; raise a MeshError if their number is negative, or if fewer bytes are left."""
-        if not 0 <= n_bytes <= len(self._data) - self._at:
+        if not 0 <= n_bytes <= len(self._data) - self.at:
             raise MeshError(
                 f"the file ends after {counted(len(self._data), 'byte')}, but {n_bytes} more are"
-                f" declared at byte {self._at}: it may be truncated or damaged"
+                f" declared at byte {self.at}: it may be truncated or damaged"
             )
-        self._at += n_bytes
+        self.at += n_bytes
 
 
 def most_bytes_of(n_bytes: int) -> int:

@@ -38,8 +38,8 @@ from ..weights.features import Features
 from .options import SegmentOptions
 
 _FILE = "superfacets.files.cell_file:CellFile"
-_ATTRIBUTES = "superfacets.files.named_features:attributes_of"
-_DATA = "superfacets.files.named_features:CellData"
+_ATTRIBUTES = "superfacets.tools.named_features:attributes_of"
+_DATA = "superfacets.tools.named_features:CellData"
 
 
 @dataclass(frozen=True, eq=False)

@@ -29,7 +29,6 @@ from ..files.attributes import MeshAttributes
 from ..files.formats import FORMATS
 from ..files.guards import Content, read_content
 from ..files.input import Input
-from ..files.named_features import CellData
 from ..files.readers.labels import parse_labels
 from ..files.readers.read import cell_ending, parse
 from ..files.writers.cells import FormatOptions
@@ -47,6 +46,7 @@ from ..stages.prepare import Prepared, prepare
 from ..stages.presets import OTHER_NAMES
 from ..weights.features import FEATURE_WEIGHT, Features
 from ..weights.formulas import Weights
+from .named_features import CellData
 from .subdivision import Subdivision, subdivide
 
 Load = Callable[[bool], tuple[Cells, MeshAttributes | None, dict[str, Array]]]

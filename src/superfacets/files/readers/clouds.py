@@ -38,13 +38,8 @@ def read_text_cloud(source: Input) -> Read:
     if not len(lines):
         raise MeshError("the file has no points")
     n_columns = int(lines.counts[0])
-    odd = np.flatnonzero(lines.counts != n_columns)
-    if len(odd):
-        line = int(odd[0])
-        raise MeshError(
-            f"line {lines.number(line)} has {counted(int(lines.counts[line]), 'number')}, but the"
-            f" previous lines have {n_columns}"
-        )
+    expected = counted(n_columns, "number")
+    lines.refuse(lines.counts != n_columns, f"expected {expected} as in the previous lines")
     if names is not None and len(names) != n_columns:
         raise MeshError(
             f"the first line has {counted(len(names), 'column name')}, but the next has"

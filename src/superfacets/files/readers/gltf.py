@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Mapping, Sequence
 from functools import cached_property
+from itertools import chain
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,10 +23,10 @@ DRACO = "KHR_draco_mesh_compression"
 
 INSTANCES = "EXT_mesh_gpu_instancing"
 
-POINTS, TRIANGLES, TRIANGLE_STRIP, TRIANGLE_FAN = 0, 4, 5, 6
-_FACES = (TRIANGLES, TRIANGLE_STRIP, TRIANGLE_FAN)
-_MODES = {0: "points", 1: "lines", 2: "line loops", 3: "line strips", 4: "triangles",
-          5: "triangle strips", 6: "triangle fans"}  # fmt: skip
+POINTS, TRIANGLES, TRIANGLE_FAN = 0, 4, 6
+_MODES = ("points", "lines", "line loops", "line strips", "triangles", "triangle strips",
+          "triangle fans")  # fmt: skip
+_FACES = range(TRIANGLES, TRIANGLE_FAN + 1)
 
 _DERIVED = ("label", "area", "normal")
 """Columns of property tables that `write_glb` writes, and that are read or computed again."""
@@ -63,15 +64,6 @@ class Visit(NamedTuple):
             return float((np.cross(axes[0], axes[1]) * axes[2]).sum()) < 0
 
 
-class _Mesh(NamedTuple):
-    """Vertices of the primitives of a mesh, which share vertices with the same positions."""
-
-    positions: Floats
-    faces: Array
-    colors: Floats | None  # (V, 4) in linear light
-    ids: Floats | None  # (V,) feature ids
-
-
 class GltfScene(Gltf):
     """A glTF document, and the meshes of its default scene.
 
@@ -89,18 +81,16 @@ class GltfScene(Gltf):
         scenes = self.items(self.document, "scenes")
         if not scenes:
             nodes = self.items(self.document, "nodes")
-            below = {_whole(child) for node in nodes for child in _indices(node, "children")}
+            below = {child for node in nodes for child in self.items(node, "children", int)}
             visits = self._visits_of([i for i in range(len(nodes)) if i not in below])
             n_meshes = 0 if visits else len(self.items(self.document, "meshes"))
             return visits or [Visit(index, np.eye(4), {}) for index in range(n_meshes)]
         default = self.item("scenes", self.document.get("scene", 0))
-        visits = self._visits_of(_indices(default, "nodes"))
-        if not visits:
-            roots = [root for scene in scenes for root in _indices(scene, "nodes")]
-            visits = self._visits_of([*dict.fromkeys(map(_whole, roots))])
-        return visits
+        roots = [root for scene in scenes for root in self.items(scene, "nodes", int)]
+        visits = self._visits_of(self.items(default, "nodes", int))
+        return visits or self._visits_of([*dict.fromkeys(roots)])
 
-    def _visits_of(self, roots: list[Any]) -> list[Visit]:
+    def _visits_of(self, roots: list[int]) -> list[Visit]:
         stack = [(root, np.eye(4)) for root in reversed(roots)]
         visits = []
         self._matrices: dict[int, Floats] = {}  # global matrix of each node, by index
@@ -114,11 +104,10 @@ class GltfScene(Gltf):
             matrix = self._matrices[index] = _product(above, _local_matrix(node))
             if "mesh" in node:
                 self.item("meshes", node["mesh"])
-                if "skin" in node:
-                    visits.append(Visit(node["mesh"], np.eye(4), node))
-                else:
-                    visits += [Visit(node["mesh"], one, node) for one in self._copies(node, matrix)]
-            stack.extend((child, matrix) for child in reversed(_indices(node, "children")))
+                copies = [np.eye(4)] if "skin" in node else self._copies(node, matrix)
+                visits += [Visit(node["mesh"], one, node) for one in copies]
+            children = self.items(node, "children", int)
+            stack.extend((child, matrix) for child in reversed(children))
         return sorted(visits, key=lambda visit: visit.mesh)
 
     def _copies(self, node: dict[str, Any], matrix: Floats) -> list[Floats]:
@@ -154,19 +143,17 @@ class GltfScene(Gltf):
         for name in self._table.get("properties", {}):
             if name not in _DERIVED:
                 source.declare(f"column {name} of the table of regions")
-        meshes = {index for index, *_ in self.visits}
+        meshes = {visit.mesh for visit in self.visits}
         if n_hidden := len(self.items(self.document, "meshes")) - len(meshes):
             source.declare(counted(n_hidden, "mesh"), "which no node of the scene shows")
-        for index in meshes:
-            for primitive in self.items(self.item("meshes", index), "primitives"):
-                mode = self.whole(primitive, "mode", TRIANGLES)
-                source.declared.setdefault(
-                    _MODES.get(mode, f"primitives of mode {mode}"),
-                    "cells" if mode in shown else "",
-                )
-                attributes = primitive.get("attributes")
-                listed = attributes if isinstance(attributes, dict) else ()
-                for name in [name for name in listed if name != "TEXCOORD_0"]:  # of the texture
+        listed = (self.items(self.item("meshes", index), "primitives") for index in meshes)
+        for primitive in chain.from_iterable(listed):
+            mode = self.whole(primitive, "mode", TRIANGLES)
+            name = _MODES[mode] if mode < len(_MODES) else f"primitives of mode {mode}"
+            source.declared.setdefault(name, "cells" if mode in shown else "")
+            attributes = primitive.get("attributes")
+            for name in attributes if isinstance(attributes, dict) else ():
+                if name != "TEXCOORD_0":  # of the texture
                     source.declared.setdefault(f"vertex attribute {name}", fates.get(name, ""))
 
     def read(self) -> tuple[Floats, Array, list[tuple[str, Array]], list[tuple[str, Array]]]:
@@ -175,45 +162,56 @@ class GltfScene(Gltf):
         Meshes are in the order of the file, each for every node. Primitives of one mesh that use
         the same positions share vertices. Without triangles, all points of the scene are vertices.
         """
-        visits = self.visits
-        if not visits:
+        if not self.visits:
             raise MeshError("no scene of the glTF file has a mesh")
-        sizes = {index: self._mesh_size(index) for index in {index for index, *_ in visits}}
-        self._check_size([sizes[visit.mesh] for visit in visits])
-        plain: dict[int, _Mesh] = {}
-        parts = []
-        for visit in visits:
-            is_moved = "skin" in visit.node or self._morph_weights(visit)
-            if is_moved:
-                mesh = self._read_mesh(visit)
-            else:
-                if visit.mesh not in plain:
-                    plain[visit.mesh] = self._read_mesh(visit)
-                mesh = plain[visit.mesh]
-            positions, faces = _place(mesh.positions, mesh.faces, visit)
-            parts.append(mesh._replace(positions=positions, faces=faces))
-        ends = np.cumsum([len(part.positions) for part in parts]).tolist()
-        faces = _concatenated([
-            _shifted(part.faces, first) for part, first in zip(parts, [0, *ends], strict=False)
-        ])  # fmt: skip
-        vertices = _concatenated([part.positions for part in parts])
-        face = self._labels([(part.ids, part.faces) for part in parts])
-        vertex = _shades([(part.colors, len(part.positions)) for part in parts])
+        meshes = {visit.mesh for visit in self.visits}
+        has_faces = any(self.primitives(index) for index in meshes)
+        vertices, colors, ids, faces = [], [], [], []
+        n_vertices = n_faces = 0
+        for visit in self.visits:
+            firsts: dict[int, int] = {}  # index of the first vertex, by the accessor of positions
+            for primitive in self.primitives(visit.mesh, _FACES if has_faces else (POINTS,)):
+                accessor = self.positions_of(primitive, visit.mesh)
+                n_own = len(self.rows(accessor, "VEC3"))
+                if accessor not in firsts:
+                    firsts[accessor], n_vertices = n_vertices, n_vertices + n_own
+                    vertices.append(self._positions(primitive, accessor, visit))
+                    colors.append(self._colors(primitive, n_own))
+                    ids.append(self._ids(primitive, n_own))
+                if has_faces:
+                    corners = self.corners(primitive, n_own).reshape(-1, 3)
+                    corners = corners[:, [0, 2, 1]] if visit.is_mirrored else corners
+                    first = firsts[accessor]
+                    faces.append(corners + np.int64(first) if first else corners)
+                    n_faces += len(corners)
+                self._check_size(n_vertices, n_faces)
+        joined = _joined(faces)
+        face = self._labels(ids, joined)
         is_own = self.document["asset"].get("generator") == "superfacets"  # as in `write_glb`
-        return vertices, faces, [] if is_own and face else vertex, face
+        vertex = [] if is_own and face else _shades(colors, vertices)
+        return _joined(vertices), joined, vertex, face
 
-    def _labels(self, parts: list[tuple[Floats | None, Array]]) -> list[tuple[str, Array]]:
+    def _check_size(self, n_vertices: int, n_faces: int) -> None:
+        """Raise a MeshError if arrays of the scene are too large for the size of the files."""
+        n_bytes = BYTES_PER_VERTEX * n_vertices + BYTES_PER_FACE * n_faces
+        if n_bytes > most_bytes_of(self.n_bytes):
+            raise MeshError(
+                "with all copies of meshes, the arrays of the scene have more than"
+                f" {MAX_GROWTH} times the size of the files: save the scene without copies"
+            )
+
+    def _labels(self, ids: list[Floats | None], faces: Array) -> list[tuple[str, Array]]:
         """Return the region of each face: the id of its vertices, or its label in a table."""
-        if not parts or any(ids is None for ids, _ in parts):
+        whole = [each for each in ids if each is not None]
+        if not len(faces) or len(whole) < len(ids):
             return []
-        found = [ids[faces[:, 0]] for ids, faces in parts if ids is not None]
-        ids = np.rint(_concatenated(found)).astype(np.int64)
+        of_faces = np.rint(_joined(whole)[faces[:, 0]]).astype(np.int64)
         table = self._table
         with contextlib.suppress(MeshError, KeyError, TypeError):
             view = self.view(table["properties"]["label"]["values"])
             names = np.append(np.frombuffer(view, "<i4", self.whole(table, "count")), np.int32(-1))
-            return [("label", names[np.clip(ids, 0, len(names) - 1)])]
-        return [("feature_id", ids)]
+            return [("label", names[np.clip(of_faces, 0, len(names) - 1)])]
+        return [("feature_id", of_faces)]
 
     @cached_property
     def _table(self) -> dict[str, Any]:
@@ -225,13 +223,13 @@ class GltfScene(Gltf):
                 return dict(table)
         return {}
 
-    def primitives(self, index: int) -> list[dict[str, Any]]:
-        """Return the primitives of a mesh that have triangles, strips or fans."""
+    def primitives(self, index: int, modes: Sequence[int] = _FACES) -> list[dict[str, Any]]:
+        """Return the primitives of a mesh that have these modes: triangles, strips or fans."""
         primitives = self.items(self.item("meshes", index), "primitives")
-        found = [each for each in primitives if self.whole(each, "mode", TRIANGLES) in _FACES]
+        found = [each for each in primitives if self.whole(each, "mode", TRIANGLES) in modes]
         for primitive in found:
             packed = self.extension(primitive, DRACO)
-            if packed is not None:
+            if packed is not None and modes is _FACES:
                 unpack = load("superfacets_formats.compression:unpack_draco")
                 unpack(self, primitive, packed, index)
         return found
@@ -267,73 +265,6 @@ class GltfScene(Gltf):
             raise MeshError(f"broken glTF: meshes[{index}] has a primitive without positions")
         return accessor
 
-    def _mesh_size(self, index: int) -> tuple[int, int]:
-        """Return the numbers of vertices and faces of a mesh, without copying arrays."""
-        n_vertices = {}  # keyed by the accessor of the positions
-        n_corners = 0
-        for primitive in self.primitives(index):
-            accessor = self.positions_of(primitive, index)
-            n_vertices[accessor] = n_own = len(self.rows(accessor, "VEC3"))
-            indices = primitive.get("indices")
-            has_indices = "indices" in primitive
-            n_own = len(self.rows(indices, "SCALAR")) if has_indices else n_own
-            is_strip = self.whole(primitive, "mode", TRIANGLES) != TRIANGLES
-            n_corners += 3 * max(n_own - 2, 0) if is_strip else n_own
-        return sum(n_vertices.values()), -(-n_corners // 3)
-
-    def _check_size(self, sizes: list[tuple[int, int]]) -> None:
-        """Raise a MeshError if there are no triangles, too many, or too many for the file size."""
-        n_vertices, n_faces = (sum(size[i] for size in sizes) for i in range(2))
-        if max(n_faces, n_vertices) > MAX_CELLS:
-            raise MeshError(
-                f"the scene has {n_faces} faces and {n_vertices} vertices;"
-                f" at most {MAX_CELLS} are supported"
-            )
-        n_bytes = BYTES_PER_VERTEX * n_vertices + BYTES_PER_FACE * n_faces
-        if n_bytes > most_bytes_of(self.n_bytes):
-            raise MeshError(
-                f"with all copies of meshes, the scene has {n_faces} faces, which need"
-                f" {n_bytes // self.n_bytes} times the size of the files; at most {MAX_GROWTH}"
-                " times is allowed: save the scene without copies"
-            )
-
-    def _read_mesh(self, visit: Visit) -> _Mesh:
-        """Read a mesh; a skin or morph weights of the node place its vertices."""
-        primitives = self.primitives(visit.mesh)
-        has_faces = bool(primitives) or self._has_faces
-        if not has_faces:  # only points
-            listed = self.items(self.item("meshes", visit.mesh), "primitives")
-            primitives = [each for each in listed if self.whole(each, "mode", TRIANGLES) == POINTS]
-        first_vertices: dict[int, int] = {}  # keyed by the accessor of the positions
-        rows: dict[str, list[Any]] = {"positions": [], "colors": [], "ids": []}
-        faces: list[Array] = []
-        n_vertices = 0
-        for primitive in primitives:
-            accessor = self.positions_of(primitive, visit.mesh)
-            n_own = len(self.rows(accessor, "VEC3"))
-            if accessor not in first_vertices:
-                first_vertices[accessor] = n_vertices
-                rows["positions"].append(self._positions(primitive, accessor, visit))
-                rows["colors"].append((self._colors(primitive, n_own), n_own))
-                rows["ids"].append(self._ids(primitive, n_own))
-                n_vertices += n_own
-            if has_faces:
-                corners = self.corners(primitive, n_own).reshape(-1, 3)
-                faces.append(_shifted(corners, first_vertices[accessor]))
-        none = np.empty((0, 3), np.int64)
-        colors = [np.ones((n, 4)) if each is None else each for each, n in rows["colors"]]
-        has_colors = any(each is not None for each, _ in rows["colors"])
-        has_ids = bool(rows["ids"]) and all(each is not None for each in rows["ids"])
-        return _Mesh(
-            _concatenated(rows["positions"] or [np.empty((0, 3))]), _concatenated(faces or [none]),
-            _concatenated(colors) if has_colors else None,
-            _concatenated(rows["ids"]) if has_ids else None,
-        )  # fmt: skip
-
-    @cached_property
-    def _has_faces(self) -> bool:
-        return any(self.primitives(index) for index in {index for index, *_ in self.visits})
-
     def _colors(self, primitive: dict[str, Any], n_rows: int) -> Floats | None:
         index = primitive["attributes"].get("COLOR_0")
         if index is None:
@@ -342,56 +273,55 @@ class GltfScene(Gltf):
         shades = self.doubles(index, "VEC4" if kind == "VEC4" else "VEC3")
         if len(shades) != n_rows:
             raise MeshError(f"broken glTF: accessors[{index}] must have {n_rows} colors")
-        return np.column_stack([shades[:, :3], np.ones(n_rows)])
+        return shades[:, :3]
 
     def _ids(self, primitive: dict[str, Any], n_rows: int) -> Floats | None:
         index = primitive["attributes"].get("_FEATURE_ID_0")
         ids = None if index is None else self.doubles(index, "SCALAR")
         return ids if ids is not None and len(ids) == n_rows and np.isfinite(ids).all() else None
 
-    def _morph_weights(self, visit: Visit) -> list[float]:
-        mesh = self.item("meshes", visit.mesh)
-        weights = visit.node.get("weights", mesh.get("weights", []))
-        are_numbers = isinstance(weights, list) and all(
-            type(weight) in (int, float) for weight in weights
-        )
-        return weights if are_numbers and any(weights) else []
-
     def _positions(self, primitive: dict[str, Any], accessor: int, visit: Visit) -> Floats:
-        positions = self.doubles(accessor, "VEC3")
+        """Return positions, moved by morph weights, and by the node or the joints of its skin."""
+        positions, matrices = self.doubles(accessor, "VEC3"), visit.matrix
+        weights = visit.node.get("weights", self.item("meshes", visit.mesh).get("weights"))
         targets = self.items(primitive, "targets")
-        for target, weight in zip(targets, self._morph_weights(visit), strict=False):
-            if "POSITION" in target:
+        for target, weight in zip(
+            targets, weights if isinstance(weights, list) else (), strict=False
+        ):
+            if "POSITION" in target and type(weight) in (int, float) and weight:
                 moves = self.doubles(target["POSITION"], "VEC3")
                 if len(moves) != len(positions):
                     raise MeshError("broken glTF: a morph target has another number of positions")
                 positions = positions + weight * moves
         attributes = primitive["attributes"]
-        if "skin" not in visit.node or not {"JOINTS_0", "WEIGHTS_0"} <= attributes.keys():
-            return positions
-        joints, shares = self.rows(attributes["JOINTS_0"], "VEC4"), attributes["WEIGHTS_0"]
-        weights, matrices = self.doubles(shares, "VEC4"), self._joints(visit.node["skin"])
-        if not len(joints) == len(weights) == len(positions) or (
-            len(joints) and joints.max() >= len(matrices)
-        ):
-            raise MeshError("broken glTF: the joints of a mesh do not match its skin")
-        with np.errstate(all="ignore"):
-            blended = (weights[:, :, None, None] * matrices[joints.astype(np.int64)]).sum(axis=1)
-            return _moved(positions, blended)
+        with np.errstate(all="ignore"):  # `Mesh` refuses infinite coordinates
+            if "skin" in visit.node and {"JOINTS_0", "WEIGHTS_0"} <= attributes.keys():
+                joints = self.rows(attributes["JOINTS_0"], "VEC4")
+                shares = self.doubles(attributes["WEIGHTS_0"], "VEC4")
+                of_joints = self._joints(visit.node["skin"])
+                are_short = not len(joints) == len(shares) == len(positions)
+                are_wrong = joints.dtype.kind != "u" or joints.max(initial=0) >= len(of_joints)
+                if are_short or (len(joints) and are_wrong):
+                    raise MeshError("broken glTF: the joints of a mesh do not match its skin")
+                blends = shares[:, :, None, None] * of_joints[joints.astype(np.int64)]
+                matrices = blends.sum(axis=1)
+            elif np.array_equal(matrices, np.eye(4)):
+                return positions
+            moved: Floats = (positions[:, np.newaxis, :] * matrices[..., :3, :3]).sum(axis=2)
+            return moved + matrices[..., :3, 3]
 
     def _joints(self, index: object) -> Floats:
         """Return the matrix of each joint of a skin, (J, 4, 4), for positions in the bind pose."""
         skin = self.item("skins", index)
-        nodes = _indices(skin, "joints")
-        found = [self._matrices.get(node) for node in map(_whole, nodes)]
-        matrices = np.array([np.eye(4) if one is None else one for one in found]).reshape(-1, 4, 4)
+        nodes = self.items(skin, "joints", int)
+        found = [self._matrices.get(node, np.eye(4)) for node in nodes]
+        matrices = np.array(found).reshape(-1, 4, 4)
         if "inverseBindMatrices" not in skin:
             return matrices
         binds = self.doubles(skin["inverseBindMatrices"], "MAT4").reshape(-1, 4, 4)
         if len(binds) != len(matrices):
             raise MeshError(f"broken glTF: skins[{index}] needs an inverse matrix for each joint")
-        pairs = zip(matrices, binds, strict=True)
-        return np.array([_product(one, bind.T) for one, bind in pairs]).reshape(-1, 4, 4)
+        return _product(matrices, binds.swapaxes(1, 2))
 
     def keep_rows(
         self, index: int, view: int, rows: Array | None, *, of_any_type: bool = False
@@ -412,20 +342,9 @@ class GltfScene(Gltf):
         self.unpacked[index] = view, rows
 
 
-def _shifted(faces: Array, first_vertex: int) -> Array:
-    return faces + np.int64(first_vertex) if first_vertex else faces
-
-
-def _concatenated(parts: list[Array]) -> Array:
-    """Concatenate arrays; a single array is not copied."""
-    return parts[0] if len(parts) == 1 else np.concatenate(parts)
-
-
-def _indices(item: dict[str, Any], key: str) -> list[Any]:
-    values = item.get(key, [])
-    if not isinstance(values, list):
-        raise MeshError(f"broken glTF: {key} is not a list")
-    return values
+def _joined(parts: list[Array]) -> Array:
+    """Concatenate arrays of three columns; a single array is not copied."""
+    return parts[0] if len(parts) == 1 else np.concatenate(parts or [np.empty((0, 3), np.int64)])
 
 
 def _local_matrix(node: dict[str, Any]) -> Floats:
@@ -442,16 +361,10 @@ def _local_matrix(node: dict[str, Any]) -> Floats:
     return matrix
 
 
-def _whole(value: object) -> int:
-    if type(value) is not int:
-        raise MeshError(f"broken glTF: expected the index of a node, got {value!r:.40}")
-    return value
-
-
 def _product(above: Floats, matrix: Floats) -> Floats:
-    """Return the product of two matrices; unlike `@`, it adds in one order on all machines."""
+    """Return the products of matrices; unlike `@`, it adds in one order on all machines."""
     with np.errstate(over="ignore", invalid="ignore"):  # `Mesh` refuses infinite coordinates
-        product: Floats = (above[:, :, np.newaxis] * matrix).sum(axis=1)
+        product: Floats = (above[..., np.newaxis] * matrix[..., np.newaxis, :, :]).sum(axis=-2)
     return product
 
 
@@ -466,26 +379,12 @@ def _triangles_of(corners: Array, *, is_fan: bool) -> Array:
     return np.stack([corners[:n], corners[places + 1 + odd], corners[places + 2 - odd]], 1).ravel()
 
 
-def _moved(positions: Floats, matrices: Floats) -> Floats:
-    """Apply a matrix, (4, 4), or one per position, (n, 4, 4)."""
-    moved: Floats = (positions[:, np.newaxis, :] * matrices[..., :3, :3]).sum(axis=2)
-    return moved + matrices[..., :3, 3]
-
-
-def _place(positions: Floats, faces: Array, visit: Visit) -> tuple[Floats, Array]:
-    """Transform a mesh. After a reflection, reverse faces, so that they are not inside out."""
-    if np.array_equal(visit.matrix, np.eye(4)):
-        return positions, faces
-    with np.errstate(over="ignore", invalid="ignore"):  # `Mesh` refuses infinite coordinates
-        moved = _moved(positions, visit.matrix)
-    return moved, faces[:, [0, 2, 1]] if visit.is_mirrored else faces
-
-
-def _shades(parts: list[tuple[Floats | None, int]]) -> list[tuple[str, Array]]:
+def _shades(colors: list[Floats | None], vertices: list[Floats]) -> list[tuple[str, Array]]:
     """Return red, green and blue of all vertices as sRGB bytes; white where a part has no color."""
-    if all(colors is None for colors, _ in parts):
+    if all(each is None for each in colors):
         return []
-    whole = _concatenated([np.ones((n, 4)) if one is None else one for one, n in parts])[:, :3]
+    pairs = zip(colors, vertices, strict=True)
+    whole = _joined([np.ones(rows.shape) if each is None else each for each, rows in pairs])
     linear = np.clip(np.nan_to_num(whole), 0.0, 1.0)
     srgb = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
     return [*zip(COLORS, np.rint(255 * srgb).astype(np.uint8).T, strict=True)]

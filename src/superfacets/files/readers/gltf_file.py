@@ -9,7 +9,6 @@ from __future__ import annotations
 import base64
 import re
 import reprlib
-import struct
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Self
@@ -17,20 +16,11 @@ from urllib.parse import unquote
 
 import numpy as np
 
-from ...base.checks import counted
 from ...base.errors import MeshError
 from ...base.lazy import load
 from ...base.types import Array, Floats
-from ..guards import (
-    MAX_GROWTH,
-    Content,
-    as_doubles,
-    file_beside,
-    most_bytes_of,
-    named_errors,
-    parsed_json,
-    read_content,
-)
+from .. import guards
+from ..guards import Content
 
 COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 
@@ -68,21 +58,23 @@ class Gltf:
     def open(cls, data: Content, folder: Path | None) -> Self:
         """Parse a .glb or .gltf file, and read its buffers."""
         text, binary = _split_chunks(data) if data[:4] == b"glTF" else (data[:], memoryview(b""))
-        document = parsed_json(text, "the glTF file")
+        document = guards.parsed_json(text, "the glTF file")
         if not isinstance(document, dict) or not isinstance(document.get("asset"), dict):
             raise MeshError("not a glTF file: the JSON has no asset")
         version = document["asset"].get("version")
         if not isinstance(version, str) or not version.startswith("2."):
             raise MeshError(f"the glTF version must be 2.0, got {reprlib.repr(version)}")
         required = document.get("extensionsRequired", [])
-        names = [str(name) for name in required] if isinstance(required, list) else []
-        used = [name for name in names if name not in SUPPORTED and GEOMETRY.search(name)]
-        if used:
-            raise MeshError(
-                f"the glTF extension {used[0]} is not supported: save the file without it"
-            )
+        for name in map(str, required if isinstance(required, list) else []):
+            if name not in SUPPORTED and GEOMETRY.search(name):
+                raise MeshError(
+                    f"the glTF extension {name} is not supported: save the file without it"
+                )
         files: dict[Path, memoryview] = {}
-        buffers = _read_buffers(document, binary, folder, files)
+        buffers = [
+            _content_of(buffer, index, binary, folder, files)
+            for index, buffer in enumerate(cls.items(document, "buffers"))
+        ]
         return cls(document, buffers, len(data) + sum(map(len, files.values())))
 
     def item(self, kind: str, index: object) -> dict[str, Any]:
@@ -97,18 +89,19 @@ class Gltf:
     def take(self, n_bytes: int, name: str) -> None:
         """Count decompressed bytes, and raise a MeshError if their sum exceeds the limit."""
         self.n_unpacked += n_bytes
-        if self.n_unpacked > most_bytes_of(self.n_bytes):
+        if self.n_unpacked > guards.most_bytes_of(self.n_bytes):
             raise MeshError(
-                f"decompressed arrays, including {name}, have more than {MAX_GROWTH} times the size"
-                " of the files: save the file uncompressed"
+                f"decompressed arrays, including {name}, have more than {guards.MAX_GROWTH} times"
+                " the size of the files: save the file uncompressed"
             )
 
     @staticmethod
-    def items(item: dict[str, Any], key: str) -> list[dict[str, Any]]:
-        """Return the list of objects at `key`, or an empty list if the key is missing."""
+    def items(item: dict[str, Any], key: str, kind: type = dict) -> list[Any]:
+        """Return the list of objects of a class at `key`; an empty list if the key is missing."""
         values = item.get(key, [])
-        if not isinstance(values, list) or not all(isinstance(value, dict) for value in values):
-            raise MeshError(f"broken glTF: {key} is not a list of objects")
+        if not isinstance(values, list) or not all(type(value) is kind for value in values):
+            noun = "objects" if kind is dict else "indices"
+            raise MeshError(f"broken glTF: {key} is not a list of {noun}")
         return values
 
     @staticmethod
@@ -148,48 +141,43 @@ class Gltf:
 
     def rows(self, index: object, kind: str) -> Array:
         """Return the array of an accessor of type `kind`, of shape (n,), (n, 2) or (n, 3)."""
-        accessor = self.item("accessors", index)
-        where = f"accessors[{index}]"
-        if accessor.get("type") != kind or self.whole(accessor, "componentType") not in COMPONENTS:
+        accessor, where = self.item("accessors", index), f"accessors[{index}]"
+        component = self.whole(accessor, "componentType")
+        if accessor.get("type") != kind or component not in COMPONENTS:
             raise MeshError(f"broken glTF: {where} must have the type {kind}")
         if type(index) is int and index in self.unpacked:
             return self.unpacked[index][1]
-        if "sparse" in accessor or "bufferView" not in accessor:
-            return self._sparse_rows(accessor, where, kind)
-        return self._rows_at(accessor, accessor["componentType"], kind, where)
-
-    def _sparse_rows(self, accessor: dict[str, Any], where: str, kind: str) -> Array:
-        """Return rows of which some replace the rows of a buffer view, or else zeros."""
-        n_rows, component = self.whole(accessor, "count"), accessor["componentType"]
-        self.take(n_rows * WIDTHS[kind] * np.dtype(COMPONENTS[component]).itemsize, where)
+        sparse = accessor.get("sparse")
+        if sparse is None and "bufferView" in accessor:
+            return self._rows_at(accessor, where)
+        n_rows, dtype = self.whole(accessor, "count"), np.dtype(COMPONENTS[component])
+        self.take(n_rows * WIDTHS[kind] * dtype.itemsize, where)
+        rows = np.zeros((n_rows,) if kind == "SCALAR" else (n_rows, WIDTHS[kind]), dtype)
         if "bufferView" in accessor:
-            rows = self._rows_at(accessor, component, kind, where).copy()
-        else:
-            shape = (n_rows,) if kind == "SCALAR" else (n_rows, WIDTHS[kind])
-            rows = np.zeros(shape, COMPONENTS[component])
-        sparse = accessor.get("sparse", {"count": 0})
-        if not isinstance(sparse, dict) or self.whole(sparse, "count") == 0:
-            return rows
-        places, values = sparse.get("indices"), sparse.get("values")
-        if not isinstance(places, dict) or not isinstance(values, dict):
-            raise MeshError(f"broken glTF: {where} has no indices or values of sparse rows")
-        n_own = {"count": sparse["count"]}
-        at = self._rows_at(places | n_own, places.get("componentType"), "SCALAR", where)
-        if len(at) and at.max() >= n_rows:
-            raise MeshError(f"broken glTF: {where} has a sparse row beyond its end")
-        rows[at] = self._rows_at(values | n_own, component, kind, where)
+            rows = self._rows_at(accessor, where).copy()
+        if isinstance(sparse, dict) and self.whole(sparse, "count"):
+            places, values = sparse.get("indices"), sparse.get("values")
+            if not isinstance(places, dict) or not isinstance(values, dict):
+                raise MeshError(f"broken glTF: {where} has no indices or values of sparse rows")
+            form = {"componentType": component, "count": sparse["count"], "type": kind}
+            at = self._rows_at(
+                {**form, **places, "count": sparse["count"], "type": "SCALAR"}, where
+            )
+            if len(at) and (at.dtype.kind != "u" or at.max() >= n_rows):
+                raise MeshError(f"broken glTF: {where} has a sparse row beyond its end")
+            rows[at] = self._rows_at(values | form, where)
         return rows
 
-    def _rows_at(self, place: dict[str, Any], component: object, kind: str, where: str) -> Array:
-        """Return `count` rows at a place in a buffer view."""
+    def _rows_at(self, accessor: dict[str, Any], where: str) -> Array:
+        """Return the rows of an accessor in its buffer view."""
+        component = self.whole(accessor, "componentType")
         if component not in COMPONENTS:
             raise MeshError(f"broken glTF: {where} has an unknown type of numbers")
-        dtype = np.dtype(COMPONENTS[component])
-        n_rows = self.whole(place, "count")
-        view = self.item("bufferViews", place.get("bufferView"))
-        content = self.view(place["bufferView"])
-        begin = self.whole(place, "byteOffset", 0)
-        row_size = dtype.itemsize * WIDTHS[kind]
+        dtype, width = np.dtype(COMPONENTS[component]), WIDTHS[accessor["type"]]
+        n_rows, row_size = self.whole(accessor, "count"), dtype.itemsize * width
+        view = self.item("bufferViews", accessor.get("bufferView"))
+        content = self.view(accessor["bufferView"])
+        begin = self.whole(accessor, "byteOffset", 0)
         stride = self.whole(view, "byteStride", row_size)
         if stride < row_size:
             raise MeshError(f"broken glTF: the rows of {where} overlap")
@@ -197,16 +185,14 @@ class Gltf:
             raise MeshError(
                 f"broken glTF: {where} is longer than its buffer view: the file may be truncated"
             )
-        shape = (n_rows,) if kind == "SCALAR" else (n_rows, WIDTHS[kind])
-        strides = (stride,) if kind == "SCALAR" else (stride, dtype.itemsize)
-        if not n_rows:
-            return np.empty(shape, dtype=dtype)
-        return np.ndarray(shape, dtype=dtype, buffer=content, offset=begin, strides=strides)
+        strides = (stride, dtype.itemsize)
+        rows = np.ndarray((n_rows, width), dtype, content, begin if n_rows else 0, strides)
+        return rows[:, 0] if accessor["type"] == "SCALAR" else rows
 
     def doubles(self, index: object, kind: str) -> Floats:
         """Return the same as `rows`, as float64; normalized integers become 0 to 1 or -1 to 1."""
         stored = self.rows(index, kind)
-        values = as_doubles(stored)
+        values = guards.as_doubles(stored)
         if stored.dtype.kind == "f" or self.item("accessors", index).get("normalized") is not True:
             return values
         return np.maximum(values / np.iinfo(stored.dtype).max, -1.0)
@@ -227,7 +213,7 @@ class Gltf:
                     f"broken glTF: bufferViews[{index}] has an unknown compression mode"
                 )
             content = self._range(packed)
-            with named_errors(f"bufferViews[{index}]"):
+            with guards.named_errors(f"bufferViews[{index}]"):
                 unpack = load("superfacets_formats.compression:decode_meshopt")
                 self.unpacked_views[index] = unpack(content, n_rows, row_size, mode, filter)
         return self.unpacked_views[index]
@@ -245,67 +231,53 @@ class Gltf:
 
 
 def _split_chunks(data: Content) -> tuple[bytes, memoryview]:
-    if len(data) < 20:
-        raise MeshError(f"the GLB file is truncated: it has only {counted(len(data), 'byte')}")
-    version, size, json_size, kind = struct.unpack_from("<4I", data, 4)
+    """Return the JSON text of a GLB file, and its binary chunk, which may be missing."""
+    reader, chunks = guards.BinaryReader(data, begin=4), dict[int, memoryview]()
+    version, size = reader.take("2I")
     if version != 2:
         raise MeshError(f"the GLB version must be 2, got {version}")
     if size != len(data):
+        raise MeshError(f"the GLB declares {size} bytes but has {len(data)}: it may be damaged")
+    while reader.at < size and len(chunks) < 2:
+        chunk_size, kind = reader.take("2I")
+        reader.skip(chunk_size)
+        chunks[kind] = memoryview(data)[reader.at - chunk_size : reader.at]
+    if CHUNK_JSON not in chunks:
+        raise MeshError("broken GLB: there is no JSON chunk")
+    return bytes(chunks[CHUNK_JSON]), chunks.get(CHUNK_BINARY, memoryview(b""))
+
+
+def _content_of(
+    buffer: dict[str, Any], index: int, binary: memoryview, folder: Path | None,
+    files: dict[Path, memoryview],
+) -> memoryview:  # fmt: skip
+    """Return the bytes of a buffer: of a data URI, the binary chunk, or one of `files`, a cache.
+
+    The fallback of a buffer packed by meshopt has no bytes.
+    """
+    address, shown = buffer.get("uri"), reprlib.repr(buffer.get("uri"))
+    if address is None and (Gltf.extension(buffer, *MESHOPT) or {}).get("fallback") is True:
+        return memoryview(b"")
+    if not isinstance(address, str) and (address is not None or index > 0):
+        raise MeshError(f"broken glTF: buffers[{index}] must have a uri")
+    if address is None:
+        content = binary
+    elif address.startswith("data:"):
+        content = memoryview(Gltf.decoded(address))
+    else:
+        try:
+            path = guards.file_beside(unquote(address, errors="strict"), folder)
+            if path is None:
+                raise MeshError(f"the buffer {shown} is not in the folder of the glTF file")
+            if path not in files:
+                files[path] = memoryview(guards.read_content(path))
+        except (OSError, UnicodeError):
+            raise MeshError(f"the buffer file {shown} of the glTF file cannot be read") from None
+        content = files[path]
+    declared = Gltf.whole(buffer, "byteLength")
+    if declared > len(content):
         raise MeshError(
-            f"the GLB declares {counted(size, 'byte')} but has {len(data)}: it may be damaged"
+            f"buffers[{index}] declares {reprlib.repr(declared)} bytes but has {len(content)}:"
+            " the file may be truncated"
         )
-    json_end = 20 + json_size
-    if kind != CHUNK_JSON or json_end > len(data):
-        raise MeshError("broken GLB: the first chunk must be a complete JSON chunk")
-    binary = memoryview(b"")
-    if json_end < len(data):
-        if json_end + 8 > len(data):
-            raise MeshError("broken GLB: the header of the second chunk is truncated")
-        binary_size, kind = struct.unpack_from("<2I", data, json_end)
-        if json_end + 8 + binary_size > len(data):
-            raise MeshError("broken GLB: the second chunk extends past the end of the file")
-        if kind == CHUNK_BINARY:
-            binary = memoryview(data)[json_end + 8 : json_end + 8 + binary_size]
-    return data[20:json_end], binary
-
-
-def _read_buffers(
-    document: dict[str, Any], binary: memoryview, folder: Path | None, files: dict[Path, memoryview]
-) -> list[memoryview]:
-    """Return the bytes of each buffer; no bytes for the fallback of a buffer packed by meshopt."""
-    contents: list[memoryview] = []
-    for index, buffer in enumerate(Gltf.items(document, "buffers")):
-        address = buffer.get("uri")
-        if address is None and (Gltf.extension(buffer, *MESHOPT) or {}).get("fallback") is True:
-            contents.append(memoryview(b""))
-            continue
-        if address is None and index == 0:
-            content = binary
-        elif isinstance(address, str):
-            content = _fetch(address, folder, files)
-        else:
-            raise MeshError(f"broken glTF: buffers[{index}] must have a uri")
-        declared = Gltf.whole(buffer, "byteLength")
-        if declared > len(content):
-            raise MeshError(
-                f"buffers[{index}] declares {reprlib.repr(declared)} bytes but has {len(content)}:"
-                " the file may be truncated"
-            )
-        contents.append(content)
-    return contents
-
-
-def _fetch(address: str, folder: Path | None, files: dict[Path, memoryview]) -> memoryview:
-    """Read a data URI, or a file in the folder of the document; `files` caches files by path."""
-    shown = reprlib.repr(address)
-    if address.startswith("data:"):
-        return memoryview(Gltf.decoded(address))
-    try:
-        path = file_beside(unquote(address, errors="strict"), folder)
-        if path is None:
-            raise MeshError(f"the buffer {shown} is not in the folder of the glTF file")
-        if path not in files:
-            files[path] = memoryview(read_content(path))
-    except (OSError, UnicodeError):
-        raise MeshError(f"the buffer file {shown} of the glTF file cannot be read") from None
-    return files[path]
+    return content

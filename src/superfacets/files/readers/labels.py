@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ...base.checks import check_length, refuse_first, refuse_mask, refuse_order
+from ...base.checks import checked_classes, integer_array, refuse_order
 from ...base.errors import MeshError
 from ...base.types import Array, Ints
 from ...graph.kinds import kind_of
@@ -21,12 +21,6 @@ from ..guards import Content, known_ending, named_errors, parsed_json, read_cont
 from ..input import Input
 from .read import as_declared, parse
 from .text import Lines, as_integers, shown
-
-MAX_LABEL = 2**31 - 1
-"""Largest allowed label, because labels are int32."""
-
-NO_REGION = -1
-"""Label of cells that are in no region."""
 
 
 def read_labels(
@@ -62,14 +56,9 @@ def read_labels(
 
     Raises
     ------
-    MeshError
-        If the file is empty, truncated or damaged, if a label is not an integer or is below -1, if
-        the number of labels is not `n_faces`, or if the ending is unknown. The message is one line
-        that begins with the path.
-    MissingExtraError
-        If the format needs a package that is not installed.
-    OSError
-        If the file does not exist or cannot be read.
+    MeshError, MissingExtraError, OSError
+        For the same reasons as in `read_mesh`; if a label is not an integer or is below -1; or if
+        the number of labels is not `n_faces`.
 
     Examples
     --------
@@ -100,25 +89,18 @@ def parse_labels(source: Input, n_cells: int | None, name: str) -> Ints:
             return checked_labels(found, n_cells)
     if source.ending not in FORMATS.cells:
         raise MeshError(f"expected a format that can store labels, got {source.ending}")
-    return checked_labels(property_of(*parse(replace(source, keep=True)), name), n_cells)
-
-
-def property_of(cells: Cells, attributes: MeshAttributes | None, name: str) -> Array:
-    """Return the integer property `name` of cells; ``label`` may be the named parts of the mesh."""
-    kind = kind_of(cells)
+    cells, attributes = parse(replace(source, keep=True))
     found = find_property(cells, attributes, name)
     if found is None and attributes is not None and name == "label" and attributes.names:
-        found = attributes.face[next(iter(attributes.names))]
-    if found is not None and found.ndim == 1 and found.dtype.kind in "iu":
-        return found
+        found = attributes.face[next(iter(attributes.names))]  # the named parts of the mesh
     if found is not None and found.ndim == 1:
-        return as_integers(found, "labels")
+        return checked_labels(as_integers(found, "labels"), n_cells)
     stored = _stored_of(cells, attributes)
     others = [
         key for key, values in stored.items() if values.dtype.kind in "iu" and values.ndim == 1
     ]
     hint = f": the integer properties are {', '.join(others)}" if others else ""
-    raise MeshError(f"the {kind.plural} have no property {name}{hint}")
+    raise MeshError(f"the {kind_of(cells).plural} have no property {name}{hint}")
 
 
 def find_property(cells: Cells, attributes: MeshAttributes | None, name: str) -> Array | None:
@@ -134,21 +116,15 @@ def _stored_of(cells: Cells, attributes: MeshAttributes | None) -> Mapping[str, 
 
 def checked_labels(labels: Any, n_faces: int | None = None, n_vertices: int | None = None) -> Ints:
     """Return labels as an int32 array, or raise a MeshError if they are not integers >= -1."""
-    refuse_mask(labels, "labels", MeshError)
     refuse_order(labels, "labels")
-    array = np.asarray(labels)
-    if array.ndim != 1:
-        raise MeshError(f"labels must be one-dimensional, got shape {array.shape}")
-    if not len(array):
-        raise MeshError("labels must have at least one value, got an empty array")
-    if array.dtype.kind not in "iu":
-        raise MeshError(f"labels must be integers, got {array.dtype}")
-    if n_faces is not None:
-        check_length(array, n_faces, "labels", n_vertices=n_vertices, error=MeshError)
-    is_wrong = (array < NO_REGION) | (array > MAX_LABEL)
-    must = f"{NO_REGION} to {MAX_LABEL}"
-    refuse_first(is_wrong, "labels", array, must, MeshError)
-    return np.ascontiguousarray(array, dtype=np.int32)
+    try:
+        given = integer_array(labels, "labels")
+        if not len(given):
+            raise MeshError("labels must have at least one value, got an empty array")
+        n = len(given) if n_faces is None else n_faces
+        return checked_classes(given, n, "labels", n_vertices=n_vertices)
+    except (TypeError, ValueError) as error:
+        raise MeshError(str(error)) from None
 
 
 def read_text_labels(data: Content) -> Array:

@@ -14,13 +14,13 @@ import numpy as np
 from ...base.checks import counted
 from ...base.errors import MeshError
 from ...base.types import Array
-from ..guards import Content, most_bytes_of, shortened
+from ..guards import BinaryReader, Content, most_bytes_of, shortened
 
 MAX_NPY_HEADER = 10_000
 """Maximum length of the header text in bytes, the same as in NumPy. The usual length is 60."""
 
-_SIZES = {b"\1\0": 2, b"\2\0": 4, b"\3\0": 4}
-"""Size of the length field of the header in bytes, for each version of the format."""
+_SIZES = {b"\1\0": "H", b"\2\0": "I", b"\3\0": "I"}
+"""Type of the length of the header, for each version of the format."""
 
 _AS_JSON = {ord("'"): '"', ord("("): "[", ord(")"): "]"}
 _NOT_JSON = re.compile(r"(?<=\d)L|,(?=\s*[\]}])")
@@ -60,17 +60,15 @@ def npz_array(data: Content, name: str) -> Array:
 
 def npy_header(data: Content) -> tuple[tuple[int, ...], np.dtype[Any], bool, int]:
     """Return shape, dtype, whether the array is in Fortran order, and the offset of its data."""
+    reader = BinaryReader(data, begin=8)
     try:
-        if bytes(data[:6]) != b"\x93NUMPY" or bytes(data[6:8]) not in _SIZES:
+        if data[:6] != b"\x93NUMPY" or data[6:8] not in _SIZES:
             raise ValueError("expected the magic bytes \\x93NUMPY and version 1.0, 2.0 or 3.0")
-        begin = 8 + _SIZES[bytes(data[6:8])]
-        end = begin + int.from_bytes(data[8:begin], "little")
-        size, left = end - begin, len(data) - begin
+        (size,) = reader.take(_SIZES[data[6:8]])
         if size > MAX_NPY_HEADER:
             raise ValueError(f"its length must be at most {MAX_NPY_HEADER} bytes, got {size}")
-        if size > left:
-            raise ValueError(f"its length is {size} bytes, but only {left} bytes follow")
-        return *_parsed(bytes(data[begin:end]).decode("latin-1")), end
+        (text,) = reader.take(f"{size}s")
+        return *_parsed(text.decode("latin-1")), reader.at
     except (ValueError, TypeError, RecursionError, SyntaxError) as error:
         why = shortened(str(error))
         raise MeshError(f"the header of the .npy file cannot be read: {why}") from None

@@ -104,15 +104,9 @@ def _raise_index_error(data: Content, lengths: Array, corners: Array, n_vertices
     place = int(np.argmax((corners < 0) | (corners >= n_vertices)))
     ends = np.cumsum(lengths, dtype=np.int64)
     face = int(np.searchsorted(ends, place, side="right"))
-    corner = place - int(ends[face] - lengths[face])
-    row = face
-    for lines in Lines.blocks(data, comment=b"#"):
-        found = lines[lines.keywords(KEYWORDS) == FACE]
-        if row < len(found):
-            break
-        row -= len(found)
-    written = found.after_keyword(np.arange(len(found)) == row, b"f").parse_corners()[corner]
+    lines = Lines.of(data, comment=b"#")
+    faces = lines.after_keyword(lines.keywords(KEYWORDS) == FACE, b"f")
     raise MeshError(
-        f"line {found.number(row)}: the face refers to vertex {written},"
+        f"line {faces.number(face)}: the face refers to vertex {faces.parse_corners()[place]},"
         f" but the vertices have the numbers 1 to {n_vertices}"
     )

@@ -106,10 +106,11 @@ def _read_header(lines: Lines) -> tuple[int, int, int]:
 def _read_faces(lines: Lines, source: Input) -> tuple[Array | Polygons, Columns]:
     """Return the faces, and their colors."""
     values = lines.parse_integers_or_floats()  # colors may be floats
-    n_corners = as_integers(table(values, lines.counts, 1)[:, 0], "corner counts")
-    short = np.flatnonzero(lines.counts - 1 < n_corners)
-    if len(short):
-        line = short[0]
+    firsts = np.cumsum(lines.counts, dtype=np.int64) - lines.counts
+    n_corners = as_integers(values[firsts], "corner counts")
+    n_more = lines.counts - 1 - n_corners
+    if n_more.min(initial=0) < 0:
+        line = int(np.argmax(n_more < 0))
         n = int(n_corners[line])
         raise MeshError(
             f"line {lines.number(line)}: a face with {counted(n, 'corner')} must have"
@@ -119,14 +120,11 @@ def _read_faces(lines: Lines, source: Input) -> tuple[Array | Polygons, Columns]
     if len(n_corners) and n_corners.min() == n_corners.max():
         corners = contiguous_rows(table(values, lines.counts, 1 + int(n_corners[0]))[:, 1:])
     else:
-        firsts = np.cumsum(lines.counts, dtype=np.int64) - lines.counts + 1
-        corners = values[runs(firsts, n_corners)]
+        corners = values[runs(firsts + 1, n_corners)]
     colors: Columns = []
-    n_more = lines.counts - 1 - n_corners
     if source.keep and n_more.any():
         if n_more.min() == n_more.max() and n_more[0] in (3, 4):
-            begins = np.cumsum(lines.counts, dtype=np.int64) - n_more
-            shades = values[runs(begins, n_more)].reshape(-1, int(n_more[0]))
+            shades = values[runs(firsts + 1 + n_corners, n_more)].reshape(-1, int(n_more[0]))
             colors = [*zip(_FIELDS[b"C"], _bytes_of(shades).T, strict=False)]
         else:
             source.declare("numbers after the corners of faces")

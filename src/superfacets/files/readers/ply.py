@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import partial
 
 import numpy as np
@@ -11,12 +11,14 @@ import numpy as np
 from ...base.errors import MeshError
 from ...base.lazy import load
 from ...base.types import Array, Longs
-from ..attributes import NAMES_COMMENT, images_in
+from ..attributes import INDEX_NAMES, NAMES_COMMENT, images_in
 from ..guards import Polygons, as_rows, checked_faces, contiguous_rows, parsed_json
 from ..input import Input, Read
-from .ply_body import Column, read_tables
-from .ply_header import INDEX_NAMES, STRIPS, Header, Property, parse_header
+from .ply_tables import Column, Header, Table, parse_header, read_tables
 from .text import as_integers
+
+STRIPS = "tristrips"
+"""Name of the element with triangle strips; each row is a list of vertices."""
 
 RESTART = -1
 """Value in a list of vertex indices after which a new triangle strip begins."""
@@ -24,36 +26,37 @@ RESTART = -1
 
 def read_ply(source: Input) -> Read:
     """Read a PLY file, ASCII or binary; without faces, the vertices are a point cloud."""
-    data = source.data
-    header = parse_header(data)
-    place = header.find("vertex")  # SuperSplat compresses Gaussian splats
-    is_packed = place is not None and header.elements[place].find("packed_position") is not None
-    positions_at = [] if is_packed else _find_positions(header)
-    corners_at = _find_corners(header)
-    tables = read_tables(header, data)
-    for place, element in enumerate(header.elements):
-        is_read = element.name in ("vertex", "face", "chunk" if is_packed else "face")
-        if element.n_rows and not is_read and place != header.faces:
-            source.declare(f"element {element.name}")
-    if is_packed:
-        unpacked = load("superfacets_formats.splats:unpacked")
-        owners = (dict(_columns(header, tables, owner)) for owner in ("vertex", "chunk"))
-        return source.cloud(unpacked(*owners), comments=_comments_of(header)[0])
-    positions = [_present(tables[place][column].values) for place, column in positions_at]
-    vertices = as_rows(positions, np.float64)
+    header = parse_header(source.data)
+    tables = read_tables(header, source.data)
+    found = {table.name: table for table in reversed(tables)}
+    vertex, faces = found.get("vertex"), found.get("face")
+    if vertex is None:
+        raise MeshError("the PLY file has no element vertex")
+    if faces is None or not faces.n_rows:
+        faces = found.get(STRIPS)
+    is_packed = vertex.find("packed_position") is not None  # SuperSplat compresses Gaussian splats
+    used = {"vertex", "face", *["chunk"] * is_packed}
+    for table in tables:
+        if table.n_rows and table.name not in used and table is not faces:
+            source.declare(f"element {table.name}")
     comments, names = _comments_of(header)
-    vertex = _columns(header, tables, "vertex")
-    if corners_at is None:
-        return source.mesh(vertices, None, vertex=vertex, comments=comments, names=names)
-    faces = _faces_of(tables[corners_at[0]][corners_at[1]], header)
-    face = _columns(header, tables, "face")
+    if is_packed:
+        unpacked, chunk = load("superfacets_formats.splats:unpacked"), found.get("chunk")
+        limits = {} if chunk is None else dict(_columns(chunk))
+        return source.cloud(unpacked(dict(_columns(vertex)), limits), comments=comments)
+    vertices = as_rows([_position(vertex, axis) for axis in "xyz"], np.float64)
+    of_vertices = _columns(vertex, *"xyz")
+    if faces is None or not faces.n_rows:
+        return source.mesh(vertices, None, vertex=of_vertices, comments=comments, names=names)
+    corners = _faces_of(faces)
+    of_faces = _columns(faces, INDEX_NAMES) if faces.name == "face" else ()
     cells, attributes = source.mesh(
-        vertices, faces, vertex=vertex, face=face, comments=comments, names=names
+        vertices, corners, vertex=of_vertices, face=of_faces, comments=comments, names=names
     )
     if attributes is not None and (images := images_in(comments)):
         with_texture = load("superfacets_textures.ply_texture:with_texture")
-        lists = partial(_lists_of_faces, header, tables)
-        attributes = with_texture(attributes, images, faces, lists, source.folder)
+        lists = partial(_lists_of_faces, faces)
+        attributes = with_texture(attributes, images, corners, lists, source.folder)
     return cells, attributes
 
 
@@ -74,60 +77,33 @@ def _comments_of(header: Header) -> tuple[tuple[str, ...], dict[str, tuple[str, 
     return tuple(comments), names
 
 
-def _lists_of_faces(
-    header: Header, tables: list[list[Column]], name: str
-) -> tuple[Array, Array] | None:
-    """Return the values, flat, and the lengths of the lists `name` of faces, or None."""
-    place = header.find("face")
-    column = None if place is None else header.elements[place].find(name)
-    if place is None or column is None or place != header.faces:
-        return None
-    found = tables[place][column]
-    if found.lengths is None:
-        return None
-    values = found.ragged if found.values is None else found.values.ravel()
-    return _present(values), np.asarray(found.lengths, np.int64)
+def _position(vertex: Table, axis: str) -> Array:
+    column = vertex.find(axis)
+    if column is None or column.lengths is not None:
+        raise MeshError(f"the PLY element vertex has no property {axis}")
+    return column.values
 
 
-def _find_positions(header: Header) -> list[tuple[int, int]]:
-    """Return the indices of the element vertex, and of its properties x, y and z."""
-    place = header.find("vertex")
-    if place is None:
-        raise MeshError("the PLY file has no element vertex")
-    element, found = header.elements[place], []
-    for name in "xyz":
-        column = element.find(name)
-        if column is None or element.properties[column].is_list:
-            raise MeshError(f"the PLY element vertex has no property {name}")
-        found.append((place, column))
-    return found
-
-
-def _find_corners(header: Header) -> tuple[int, int] | None:
-    """Return the indices of the element with faces and of the list of corners, or None."""
-    if header.faces is None:
-        return None
-    faces = header.elements[header.faces]
-    column = faces.find(*INDEX_NAMES)
-    if column is None or not faces.properties[column].is_list:
+def _faces_of(faces: Table) -> Array | Polygons:
+    column, name = faces.find(*INDEX_NAMES), INDEX_NAMES[0]
+    if column is None or column.lengths is None:
         what = "faces" if faces.name == "face" else "triangle strips"
-        raise MeshError(f"the PLY {what} have no list {INDEX_NAMES[0]}")
-    if not faces.properties[column].is_integer:
-        raise MeshError(f"the type of the PLY list {INDEX_NAMES[0]} must be an integer type")
-    return header.faces, column
+        raise MeshError(f"the PLY {what} have no list {name}")
+    if not column.stored.is_integer:
+        raise MeshError(f"the type of the PLY list {name} must be an integer type")
+    flat = column.values if column.is_ragged else contiguous_rows(column.values).ravel()
+    corners = as_integers(flat, "vertex indices")
+    return (_triangles_of_strips if faces.name == STRIPS else checked_faces)(
+        column.lengths, corners
+    )
 
 
-def _faces_of(indices: Column, header: Header) -> Array | Polygons:
-    listed = indices.values
-    flat = _present(indices.ragged) if listed is None else contiguous_rows(listed).ravel()
-    corners, lengths = as_integers(flat, "vertex indices"), _present(indices.lengths)
-    are_strips = header.faces is not None and header.elements[header.faces].name == STRIPS
-    return (_triangles_of_strips if are_strips else checked_faces)(lengths, corners)
-
-
-def _present(values: Array | None) -> Array:
-    assert values is not None
-    return values
+def _lists_of_faces(faces: Table, name: str) -> tuple[Array, Array] | None:
+    """Return the values, flat, and the lengths of the lists `name` of faces, or None."""
+    column = faces.find(name)
+    if column is None or column.lengths is None or faces.name == STRIPS:
+        return None
+    return column.values.ravel(), np.asarray(column.lengths, np.int64)
 
 
 def _triangles_of_strips(lengths: Array, corners: Array) -> Longs:
@@ -151,26 +127,18 @@ def _triangles_of_strips(lengths: Array, corners: Array) -> Longs:
     return triangles.astype(np.int64)
 
 
-def _columns(
-    header: Header, tables: list[list[Column]], owner: str
-) -> Iterator[tuple[str, Array | str]]:  # fmt: skip
-    """Yield copies of the other properties of an element, so that the content can be freed."""
-    place = header.find(owner)
-    if place is None:
-        return
-    element = header.elements[place]
-    own = [element.find(axis) for axis in "xyz"] if owner == "vertex" else [
-        element.find(*INDEX_NAMES)
-    ]  # fmt: skip
-    for column, stored in enumerate(element.properties):
-        if column not in own:
-            values = tables[place][column].values
+def _columns(table: Table, *own: Sequence[str]) -> Iterator[tuple[str, Array | str]]:
+    """Yield copies of columns, so that the content can be freed, except for columns named `own`."""
+    used = [table.find(*names) for names in own]
+    for column in table.columns:
+        if not any(column is one for one in used):
             why = "whose lists differ in length"
-            yield stored.name, why if values is None else _as_stored(values, stored)
+            yield column.stored.name, why if column.is_ragged else _as_stored(column)
 
 
-def _as_stored(values: Array, stored: Property) -> Array:
+def _as_stored(column: Column) -> Array:
     """Copy values with the declared type, or as float64 if this type cannot store them."""
+    values, stored = column.values, column.stored
     declared = np.dtype(stored.dtype).newbyteorder("=")
     with np.errstate(invalid="ignore", over="ignore"):
         copy = np.array(values, dtype=declared, order="C")

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from ...base.checks import MAX_CELLS, counted
 from ...base.errors import MeshError
-from ...base.types import Array, Floats, Singles
+from ...base.types import Array, Floats
 from ..guards import Content, as_doubles, contiguous_rows
 from ..input import Input, Read
 from .parts import Parts, parts_of
@@ -30,25 +30,26 @@ TRIANGLE_LINES = np.array([FACET, OUTER, VERTEX, VERTEX, VERTEX, ENDLOOP, ENDFAC
 
 def read_stl(source: Input) -> Read:
     """Read an STL file: three vertices per face, and names of solids in a text file."""
-    data = source.data
-    is_binary = is_binary_stl(data)
-    try:
-        corners = _read_binary(data) if is_binary else _read_ascii(data, source)
-    except MeshError:
-        if is_binary or not _SPACED.search(data):
-            raise
-        data = _SPACED.sub(rb"\1\2", data)
-        corners = _read_ascii(data, source)
+    data, parts = source.data, Parts([], {})
+    if is_binary_stl(data):
+        triangles = _triangles_in(data)
+        corners: Array = contiguous_rows(triangles["corners"].reshape(-1, 9))
+        if source.keep and triangles["attribute"].any():
+            parts = Parts([("attribute", triangles["attribute"])], {})
+    else:
+        try:
+            corners = _read_ascii(data, source)
+        except MeshError:
+            if not _SPACED.search(data):
+                raise
+            data = _SPACED.sub(rb"\1\2", data)
+            corners = _read_ascii(data, source)
+        if source.keep:
+            parts = parts_of(data, (b"facet", b"solid"), "solid", any_case=True)
+    source.declare("normals of triangles", "cells")
     vertices = as_doubles(corners).reshape(-1, 3)
     index_type = np.int32 if len(vertices) <= MAX_CELLS else np.int64
     faces = np.arange(len(vertices), dtype=index_type).reshape(-1, 3)
-    parts = Parts([], {})
-    if source.keep:
-        source.declare("normals of triangles", "cells")
-        if not is_binary:
-            parts = parts_of(data, (b"facet", b"solid"), "solid", any_case=True)
-        elif _stored(data)["attribute"].any():
-            parts = Parts([("attribute", _stored(data)["attribute"])], {})
     return source.mesh(vertices, faces, face=parts.columns, names=parts.names)
 
 
@@ -72,23 +73,18 @@ def is_binary_stl(data: Content) -> bool:
     )
 
 
-def _read_binary(data: Content) -> Singles:
+def _triangles_in(data: Content) -> Array:
+    """Return the triangles of a binary file, or raise a MeshError if it has another size."""
+    n_faces, size = _declared(data)
     if len(data) < HEADER_SIZE + 4:
         raise MeshError(
             f"not an STL file: it has only {counted(len(data), 'byte')} and no word solid"
         )
-    n_faces, size = _declared(data)
     if size > len(data) or data[size:].strip(b"\0 \r\n\t"):
         raise MeshError(
             f"not an STL file, or damaged: the size must be {size} bytes for"
             f" {counted(n_faces, 'declared triangle')}, got {len(data)}"
         )
-    return contiguous_rows(_stored(data)["corners"].reshape(n_faces, 9))
-
-
-def _stored(data: Content) -> Array:
-    """Return the triangles of a binary file whose size was checked."""
-    n_faces, _ = _declared(data)
     return np.frombuffer(data, dtype=TRIANGLE, count=n_faces, offset=HEADER_SIZE + 4)
 
 

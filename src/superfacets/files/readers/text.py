@@ -9,6 +9,7 @@ import re
 import reprlib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
@@ -48,14 +49,23 @@ class Lines:
         Lines end at ``\n``, or at ``\r`` in old files without ``\n``. The character `comment`
         begins a comment, which ends with the line and is skipped.
         """
-        return _scan(_as_text(data), begin, None, comment)
+        return cls._between(_plain(data), begin, len(data), comment)
 
     @classmethod
     def blocks(cls, data: Content, *, comment: bytes = b"") -> Iterator[Lines]:
         """Yield the same lines as `of`, in blocks, to save memory."""
-        text = _as_text(data)
-        for begin in range(0, max(1, len(text)), BLOCK):
-            yield _scan(text, _next_line(text, begin), begin + BLOCK, comment)
+        data = _plain(data)
+        for end in range(BLOCK, len(data) + BLOCK, BLOCK) or [0]:
+            begin = (data.find(b"\n", end - BLOCK - 1) + 1 or len(data)) if end > BLOCK else 0
+            yield cls._between(data, begin, end, comment)
+
+    @classmethod
+    def _between(cls, data: Content, begin: int, end: int, comment: bytes) -> Lines:
+        """Find the lines that begin at bytes `begin` to `end` - 1."""
+        text, character = np.frombuffer(data, dtype=np.uint8), ord(comment) if comment else 0
+        stop = min(end, len(text))
+        found = _core.scan_lines(text, min(begin, stop), stop, character, checked_threads(None))
+        return cls(text, *found)
 
     def __len__(self) -> int:
         return len(self.starts)
@@ -117,8 +127,9 @@ class Lines:
 
     def parse_second_indices(self) -> Array:
         """Return the second index of each corner: 2 for ``7/2`` and ``7/2/3``; 0 if missing."""
+        read_token = partial(_read_corner, place=1)
         return self._parse(
-            [_core.parse_second_indices, _core.parse_long_second_indices], _read_second_index
+            [_core.parse_second_indices, _core.parse_long_second_indices], read_token
         )
 
     def parse_integers_or_floats(self) -> Array:
@@ -163,20 +174,12 @@ def _read_integer(token: bytes) -> int:
     return -min(size, 2**63) if token.startswith(b"-") else min(size, 2**63 - 1)
 
 
-def _read_corner(token: bytes) -> int:
+def _read_corner(token: bytes, place: int = 0) -> int:
     index, *others = token.split(b"/")
     if not index:
         raise ValueError("a corner has no vertex index")
-    for other in others:
-        if other:
-            _read_integer(other)
-    return _read_integer(index)
-
-
-def _read_second_index(token: bytes) -> int:
-    _read_corner(token)
-    _, *others = token.split(b"/")
-    return _read_integer(others[0]) if others and others[0] else 0
+    indices = [_read_integer(index), *(_read_integer(other) if other else 0 for other in others)]
+    return indices[place] if place < len(indices) else 0
 
 
 def shown(token: bytes | str) -> str:
@@ -184,34 +187,13 @@ def shown(token: bytes | str) -> str:
     return reprlib.repr(token.decode("latin-1") if isinstance(token, bytes) else token)
 
 
-def _as_text(data: Content) -> Bytes:
-    """Return the bytes of a text without byte order mark and padding; lines end in newlines."""
+def _plain(data: Content) -> Content:
+    """Return a text without byte order mark and padding, whose lines end in newlines."""
     if data[:3] == b"\xef\xbb\xbf":
         data = data[3:]
     if data[-1:] == b"\0":  # some archives pad files with zeros
         data = data[:].rstrip(b"\0")
-    if data.find(b"\n") < 0:
-        data = data[:].replace(b"\r", b"\n")
-    return np.frombuffer(data, dtype=np.uint8)
-
-
-def _next_line(text: Bytes, place: int) -> int:
-    """Return the offset of the first line that begins at or after `place`, or the text length."""
-    begin = place - 1
-    while 0 <= begin < len(text):
-        newlines = np.flatnonzero(text[begin : begin + 4096] == ord("\n"))
-        if len(newlines):
-            return begin + int(newlines[0]) + 1
-        begin += 4096
-    return 0 if place == 0 else len(text)
-
-
-def _scan(text: Bytes, begin: int, end: int | None, comment: bytes) -> Lines:
-    """Find the lines that begin at bytes `begin` to `end` - 1; None means the end of the text."""
-    stop = len(text) if end is None else min(end, len(text))
-    character = ord(comment) if comment else 0
-    found = _core.scan_lines(text, min(begin, stop), stop, character, checked_threads(None))
-    return Lines(text, *found)
+    return data if data.find(b"\n") >= 0 else data[:].replace(b"\r", b"\n")
 
 
 def table(values: Array, counts: Ints, width: int) -> Array:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
+from itertools import chain
 from typing import IO, TYPE_CHECKING
 
 import numpy as np
@@ -10,12 +12,12 @@ import numpy.typing as npt
 
 from ...base.checks import checked_threads
 from ...base.lazy import load
-from ...base.types import Array, Ints, Longs
+from ...base.types import Array
 from ...mesh.faces import FaceMesh, area_vectors, corners_of
 from ..attributes import COLORS
 from ..input import NORMALS
 from ..readers.stl import HEADER_SIZE, TRIANGLE
-from .content import Output
+from .cells import Output
 from .text import ROWS_AT_ONCE, coordinate_format, fits_single, number_format, text_rows, write_rows
 
 if TYPE_CHECKING:
@@ -79,46 +81,31 @@ def _face_lines(
 
     A ``#`` in `begin` is replaced by the number of corners. Vertices are numbered from `first`.
     """
-    offsets = corners_of(mesh).offsets
-    firsts = 3 * np.arange(mesh.n_faces) if offsets is None else offsets[:-1]
-    pairs = None if texture is None else (texture.corners, firsts)
+    of_mesh = corners_of(mesh)
+    of_texture = None if texture is None else replace(of_mesh, vertices=texture.corners)
     for place in range(0, len(faces), ROWS_AT_ONCE):
-        yield _lines_of(mesh, faces[place : place + ROWS_AT_ONCE], begin, first, ends, pairs)
-
-
-def _lines_of(
-    mesh: FaceMesh, faces: npt.NDArray[np.integer], begin: str, first: int,
-    ends: tuple[Array, ...], pairs: tuple[Ints, Longs] | None,
-) -> list[bytes]:  # fmt: skip
-    """Return one line per face, with texture coordinates if `pairs` is given.
-
-    `pairs` are the row of each corner in `Texture.coordinates`, and the first corner of each face.
-    """
-    lines = np.empty(len(faces), dtype=object)
-    corners, offsets = corners_of(mesh).of(faces)
-    sizes = np.diff(offsets)
-    kinds = sizes
-    if pairs is not None:
-        shifts = np.repeat(pairs[1][faces] - offsets[:-1], sizes)
-        of_corners = pairs[0][shifts + np.arange(len(corners))]
-        is_whole = np.minimum.reduceat(of_corners, offsets[:-1]) >= 0
-        # Faces with equal entries in `kinds` have the same format. The entry is the number of
-        # corners, negated if a corner has no texture coordinates.
-        kinds = np.where(is_whole, sizes, -sizes)
-    for kind in np.unique(kinds).tolist():
-        alike = np.flatnonzero(kinds == kind)
-        places = [offsets[alike] + place for place in range(abs(kind))]
-        columns = [corners[place] + first for place in places]
-        words = ["%d"] * len(columns)
-        if pairs is not None and kind > 0:
-            words = ["%d/%d"] * len(columns)
-            columns = [column for place, vertex in zip(places, columns, strict=True)
-                       for column in (vertex, of_corners[place] + first)]  # fmt: skip
-        columns += [values[faces[alike]] for values in ends]
-        words += ["%d"] * len(ends)
-        row = begin.replace("#", str(abs(kind))) + " ".join(words) + "\n"
-        lines[alike] = text_rows(row, columns).splitlines(keepends=True)
-    return lines.tolist()
+        some = faces[place : place + ROWS_AT_ONCE]
+        lines = np.empty(len(some), dtype=object)
+        corners, offsets = of_mesh.of(some)
+        kinds = np.diff(offsets)
+        if of_texture is not None:
+            pairs, _ = of_texture.of(some)
+            is_whole = np.minimum.reduceat(pairs, offsets[:-1]) >= 0
+            # Faces with equal entries in `kinds` have the same format. The entry is the number of
+            # corners, negated if a corner has no texture coordinates.
+            kinds = np.where(is_whole, kinds, -kinds)
+        for kind in np.unique(kinds).tolist():
+            alike = np.flatnonzero(kinds == kind)
+            places = offsets[alike, np.newaxis] + np.arange(abs(kind))
+            words, columns = ["%d"] * abs(kind), [*(corners[places] + first).T]
+            if of_texture is not None and kind > 0:
+                of_pairs = zip(columns, (pairs[places] + first).T, strict=True)
+                words, columns = ["%d/%d"] * kind, [*chain.from_iterable(of_pairs)]
+            columns += [values[some[alike]] for values in ends]
+            words += ["%d"] * len(ends)
+            row = begin.replace("#", str(abs(kind))) + " ".join(words) + "\n"
+            lines[alike] = text_rows(row, columns).splitlines(keepends=True)
+        yield lines.tolist()
 
 
 def write_off(file: IO[bytes], content: Output) -> None:

@@ -26,7 +26,7 @@ from ..formats import FORMATS
 from ..guards import known_ending
 from ..readers.labels import checked_labels
 from .cells import CellWriter, FormatOptions
-from .ids import SEGMENTS, IdWriter, Segments, checked_levels, write_levels
+from .ids import LEVELS, SEGMENTS, IdWriter
 
 
 def write_mesh(
@@ -114,7 +114,9 @@ def write_mesh(
     >>> print(Path("square.ply").read_text().splitlines()[-1])
     3 0 2 3 0 0 255 255
     """
-    ending = known_ending(path, (*FORMATS.cell_outputs, *FORMATS.derived_outputs))
+    ending = known_ending(
+        path, (*FORMATS.cell_outputs, *FORMATS.id_outputs, *FORMATS.graph_outputs)
+    )
     options = FormatOptions.checked(
         [ending], ascii=ascii, label_name=label_name, vertex_labels=vertex_labels,
         classes=classes, scores=scores, force=force,
@@ -159,14 +161,9 @@ def write_labels(path: StrPath, labels: npt.ArrayLike, *, force: bool = False) -
 
     Raises
     ------
-    ValueError
-        If the ending, shape or dtype is wrong, if the format does not allow a label below 0, if
-        levels are not nested, or if a label is 2**24 or greater in ``.segs.json``,
-        ``.aggregation.json``, ``.label.gii`` or ``.annot``.
-    MissingExtraError
-        If the ending is ``.pth``, but torch is not installed.
-    OSError
-        If the file cannot be written. The error is a FileExistsError if `force` is needed.
+    ValueError, MissingExtraError, OSError
+        For the same reasons as in `write_mesh`; if levels are not nested; or if a label is 2**24 or
+        greater in ``.segs.json``, ``.aggregation.json``, ``.label.gii`` or ``.annot``.
 
     Examples
     --------
@@ -178,9 +175,14 @@ def write_labels(path: StrPath, labels: npt.ArrayLike, *, force: bool = False) -
     ending = known_ending(path, (*FORMATS.label_outputs, *FORMATS.id_outputs))
     path = Path(path)
     _check_truth_stays([path], force)
-    levels = checked_levels(labels, ending)
+    are_levels = ending == LEVELS and np.ndim(labels) == 2
+    levels = [
+        checked_labels(each) for each in ([*np.asarray(labels)] if are_levels else ()) or [labels]
+    ]
+    writer = IdWriter(None, levels[0], FormatOptions(), of_vertices=levels[0], coarser=levels[1:])
+    writer.checked([ending])
     with atomic_outputs([path]) as (temporary,), temporary.open("wb") as file:
-        write_levels(file, ending, path, levels)
+        writer.write(file, ending, path)
 
 
 def write_regions(
@@ -361,8 +363,8 @@ class OutputFiles:
         Files with one label per cell get one per record of the input (`MeshAttributes.records`), -1
         for records without a position; or `listed`, labels of `listed_mesh`, such as the mesh
         before subdivision. Formats with one label per vertex store `of_vertices` if it is given,
-        and otherwise labels of vertices computed from labels of cells. If `segments` are given, the
-        fields of `Segments`, formats in `Formats.vertex_outputs` get them, and
+        and otherwise labels of vertices computed from labels of cells. If `segments` are given, as
+        in `IdWriter`, formats in `Formats.vertex_outputs` get them, and
         ``.aggregation.json`` gets groups of them, which name the ``.segs.json`` file in `files`, if
         there is one.
 
@@ -378,8 +380,7 @@ class OutputFiles:
             labels = of_cells(of_vertices, cells)
         cell_labels = None if labels is None else _labels_of(cells, labels)
         file = next((path for path in paths if _ending_of(path) == SEGMENTS), None)
-        given = None if segments is None else Segments(*segments)
-        ids = IdWriter(cells, cell_labels, options, of_vertices, given, file, attributes)
+        ids = IdWriter(cells, cell_labels, options, attributes, of_vertices, segments, file)
         if listed is not None:
             of_listed = cells if listed_mesh is None else as_cells(listed_mesh)
             ids = IdWriter(of_listed, checked_labels(listed), options, segments_file=file)

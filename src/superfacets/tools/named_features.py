@@ -12,12 +12,12 @@ import numpy as np
 from ..base.errors import MeshError
 from ..base.lazy import load
 from ..base.types import Array, Bools, Bytes, Floats
+from ..files.attributes import COLORS, MeshAttributes, is_word, stored_colors
+from ..files.guards import named_errors, narrowed
 from ..graph.kinds import kind_of
 from ..graph.point_graph import find_point_graph
 from ..mesh.faces import area_vectors
 from ..weights.features import FeatureTable
-from .attributes import COLORS, MeshAttributes, is_word
-from .guards import named_errors, narrowed
 
 JUST_VISIBLE = 0.02
 """Just noticeable difference of colors in OKLab. Texture colors are divided by their standard
@@ -177,17 +177,6 @@ def attributes_of(mesh: Any, cells: Any) -> MeshAttributes:
                         found[owner] |= zip(COLORS, values.T, strict=False)
     words = {owner: {k: v for k, v in data.items() if is_word(k)} for owner, data in found.items()}
     return MeshAttributes(words["vertex"], words["face"])
-
-
-def stored_colors(cells: Any, attributes: MeshAttributes | None) -> Bytes | None:
-    """Return red, green and blue to show for each cell or vertex, or None if there are no colors.
-
-    Files of point clouds store black for missing colors, so None is also returned if all colors of
-    a cloud are black. For the range of colors in a file, see `MeshAttributes.colors`.
-    """
-    if not kind_of(cells).are_points or cells.colors is None:
-        return None if attributes is None else attributes.colors
-    return np.asarray(np.rint(cells.colors * 255), np.uint8) if cells.colors.any() else None
 
 
 def _normals_of(cells: Any, n_threads: int, is_kept: Bools | None) -> Floats:
