@@ -4,6 +4,7 @@ import { PlaceKeeper } from "../src/studio/session/place";
 import { Session } from "../src/studio/session/session";
 import { Workbench } from "../src/studio/workbench";
 import { paintOf } from "../src/studio/data/labeling";
+import type { Views } from "../src/studio/panels/views";
 import type { Modes } from "../src/studio/input/modes";
 import { fakeDrawing, fakeFile, fakeStorage } from "./fake";
 
@@ -22,7 +23,7 @@ function openPage(): void {
   session = new Session(new Api("token"));
   const drawing = fakeDrawing();
   camera = { place: HOME };
-  Object.assign(drawing, { camera });
+  Object.assign(drawing, { camera, hidesBacks: false });
   workbench = new Workbench(session, drawing);
   const choose = (name: string): void => {
     modes.current = name;
@@ -30,10 +31,17 @@ function openPage(): void {
   };
   modes = { current: "paint", choose, onChoose: [] };
   session.events.on("file", () => {
+    workbench.drawing.hidesBacks = false;
     move(HOME);
     choose("paint");
   });
-  new PlaceKeeper(workbench, modes as unknown as Modes);
+  const views = {
+    hideBacks: (on: boolean) => {
+      workbench.drawing.hidesBacks = on;
+      move(camera.place); // the view is another one
+    },
+  };
+  new PlaceKeeper(workbench, modes as unknown as Modes, views as unknown as Views);
 }
 
 function move(place: number[]): void {
@@ -49,7 +57,7 @@ function open(name: string): void {
   session.events.emit("classes", session.state.classes);
 }
 
-const place = (): unknown[] => [camera.place, modes.current, workbench.currentPaint];
+const place = (): unknown[] => [camera.place, workbench.drawing.hidesBacks, modes.current, workbench.currentPaint];
 
 beforeEach(() => {
   vi.useFakeTimers({ toFake: ["setInterval"] });
@@ -59,19 +67,20 @@ beforeEach(() => {
 });
 
 test("view, tool, class and object of each file survive a reload and other files", () => {
+  workbench.drawing.hidesBacks = true;
   move([1, 2, 3, 4, 5, 6]);
   modes.choose("brush");
   workbench.choose(2, 7);
   open("b.jsonl");
-  expect(place()).toEqual([HOME, "paint", paintOf(2, 1)]);
+  expect(place()).toEqual([HOME, false, "paint", paintOf(2, 1)]);
   workbench.choose(0);
   open("a.jsonl");
-  expect(place()).toEqual([[1, 2, 3, 4, 5, 6], "brush", paintOf(2, 7)]);
+  expect(place()).toEqual([[1, 2, 3, 4, 5, 6], true, "brush", paintOf(2, 7)]);
   openPage();
   open("a.jsonl");
-  expect(place()).toEqual([[1, 2, 3, 4, 5, 6], "brush", paintOf(2, 7)]);
+  expect(place()).toEqual([[1, 2, 3, 4, 5, 6], true, "brush", paintOf(2, 7)]);
   open("b.jsonl");
-  expect(place()).toEqual([HOME, "paint", 0]);
+  expect(place()).toEqual([HOME, false, "paint", 0]);
 });
 
 test("a class that was deleted in the meantime is not chosen", () => {

@@ -42,8 +42,8 @@ async function start(): Promise<void> {
     const modes = new Modes(workbench);
     const files = new FilesPanel(session);
     new Pointer(workbench, modes);
-    new PlaceKeeper(workbench, modes);
     const views = new Views(workbench);
+    new PlaceKeeper(workbench, modes, views);
     const classes = new ClassesPanel(workbench);
     new Keys(workbench, {
       modes, views, palette: new Palette(workbench, (name, isStuff) => classes.add(isStuff, name)), clip: new ClipBox(workbench), comparison: new Comparison(workbench),

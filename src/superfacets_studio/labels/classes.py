@@ -38,9 +38,9 @@ _NO_CLASS = ("unlabeled", "unannotated", "void", "background", "ignore", "none",
 _ANSWERS = {"0": False, "no": False, "false": False, "1": True, "yes": True, "true": True}
 
 _CODES = """
-    e69f00 56b4e9 009e73 f0e442 0072b2 d55e00 cc79a7 00eedd a1140f aadd99 2b3fb0 554466 8c6bb1
-    8c510a 1b9e9e c51b8a 66a61e 5a5a00 00ff00 ff00ff eecc99 ff8877 ff0000 771133 7700bb ff1155
-    225533 eeccff 998855 996666 9999ff 005566 aaeeff ffcccc 227700 5566ff cc9977 88bbaa bbaa33
+    e69f00 56b4e9 009e73 f0e442 0072b2 d55e00 cc79a7 2b3fb0 aadd99 5a5a00 ffcccc 225533 8c6bb1
+    8c510a 1b9e9e c51b8a 66a61e a1140f 00ff00 ff00ff eecc99 ff8877 ff0000 771133 7700bb ff1155
+    eeccff 00eedd 998855 996666 554466 9999ff 005566 aaeeff 227700 5566ff cc9977 88bbaa bbaa33
     007766 00ffaa aa33ff cc88ee bb1144 99aa77 00cc55 bbccff 00ccdd bb7700 cc9999 aadd33 668855
     774433 ff8822 885577 3388ff 881177 ff2299 556699 ffaacc bbeedd cc6655 0088aa 00cc99 dddd99
     888800 ff7799 886600 bb5577 5533ff aa99cc aa4411 9944aa aa7755 ffcc44 ffbb99 7788bb ff88dd

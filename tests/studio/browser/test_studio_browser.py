@@ -228,7 +228,7 @@ def test_the_next_unlabeled_region_is_smaller_and_the_last_one_leads_to_the_firs
 
 def test_the_mesh_has_the_focus_after_a_class_or_an_object_was_chosen(studio):
     _, tab = studio
-    for control in ("#classes kbd >> nth=1", "#new-object", "[name=object] >> nth=0"):
+    for control in ("#classes output >> nth=1", "#new-object", "[name=object] >> nth=0"):
         tab.locator(control).click()
         assert tab.evaluate("document.activeElement.id") == "canvas", control
     for key in "10":

@@ -175,7 +175,7 @@ export class ClassesPanel {
 
   private button(text: string, label: string, run: () => void): HTMLButtonElement {
     const made = button(text, label, run);
-    made.ariaLabel = label;
+    made.ariaLabel = label.toLowerCase().includes(text.toLowerCase()) ? label : `${text}: ${label}`; // speech control finds a button by its text
     return made;
   }
 

@@ -2,7 +2,7 @@
 
 import { classesFor, hasNamed } from "../data/classkeys";
 import { classOf } from "../data/labeling";
-import { element, make } from "../../shared/dom";
+import { element, make, onClick } from "../../shared/dom";
 import type { Workbench } from "../workbench";
 
 interface Choice {
@@ -21,6 +21,7 @@ export class Palette {
 
   /** `add` makes a class and chooses it. */
   constructor(private readonly workbench: Workbench, private readonly add: (name: string, isStuff: boolean) => Promise<void>) {
+    onClick("find-class", () => this.open());
     this.field.addEventListener("input", () => this.fill());
     this.field.addEventListener("keydown", (event) => this.pressed(event));
     this.dialog.addEventListener("click", ({ target }) => target === this.dialog && this.dialog.close()); // a click beside the list

@@ -3,10 +3,12 @@
 import { remember, remembered } from "./remembered";
 import { classOf, objectOf } from "../data/labeling";
 import type { ModeName, Modes } from "../input/modes";
+import type { Views } from "../panels/views";
 import type { Workbench } from "../workbench";
 
 interface Place {
   camera: number[]; // see `Camera.place`
+  hidesBacks: boolean; // whether surfaces seen from behind are hidden
   mode: ModeName;
   paint: number; // class and object as one number
 }
@@ -15,7 +17,7 @@ export class PlaceKeeper {
   private kept = ""; // name of the stored place of the open file; empty until that place is shown again
   private wanted: Place | null = null; // the stored place of the file that is being opened
 
-  constructor(private readonly workbench: Workbench, private readonly modes: Modes) {
+  constructor(private readonly workbench: Workbench, private readonly modes: Modes, private readonly views: Views) {
     const { session, drawing } = workbench;
     session.events.on("file", () => this.comeBack());
     session.events.on("classes", () => this.choosePaint());
@@ -35,6 +37,7 @@ export class PlaceKeeper {
     this.wanted = stored === null ? null : (JSON.parse(stored) as Place);
     if (!this.wanted) return;
     this.workbench.drawing.camera.place = this.wanted.camera;
+    this.views.hideBacks(this.wanted.hidesBacks);
     this.modes.choose(this.wanted.mode);
   }
 
@@ -51,7 +54,7 @@ export class PlaceKeeper {
   private keep(): void {
     const { session, drawing, currentPaint } = this.workbench;
     if (!session.state || this.kept !== this.name) return; // another file is being opened
-    const place: Place = { camera: drawing.camera.place, mode: this.modes.current, paint: currentPaint };
+    const place: Place = { camera: drawing.camera.place, hidesBacks: drawing.hidesBacks, mode: this.modes.current, paint: currentPaint };
     remember(this.kept, JSON.stringify(place));
   }
 }
