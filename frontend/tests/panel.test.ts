@@ -121,3 +121,11 @@ test("sections stay folded or open, and all are open in a high window", () => {
   watchFolds();
   expect(opened()).toEqual([true, true, true, true]);
 });
+
+test("the list scrolls to a newly chosen class and object, and to nothing when cells are painted", () => {
+  const scroll = vi.spyOn(Element.prototype, "scrollIntoView").mockImplementation(() => undefined);
+  workbench.choose(12, 3);
+  expect(scroll.mock.contexts.map((one) => (one as Element).className)).toEqual(["class", "object"]);
+  session.events.emit("painted", new Uint32Array(1));
+  expect(scroll).toHaveBeenCalledTimes(2);
+});

@@ -14,6 +14,7 @@ export class ClassesPanel {
   private readonly keyBoxes = new Map<number, HTMLButtonElement>(); // buttons that assign a key, by class id
   private readonly lists = new Map<number, HTMLElement>(); // lists of objects by class id
   private shown = ""; // JSON of the objects that are listed
+  private inView = -1; // the chosen class and object when the list was last scrolled to them
   private isOld = false; // whether the classes have changed since the list was built
   private nPending = 0; // number of edits that the server has not answered yet
 
@@ -305,8 +306,11 @@ export class ClassesPanel {
     const { currentPaint } = this.workbench;
     const radio = this.box.querySelector<HTMLInputElement>(`input[name="class"][value="${classOf(currentPaint)}"]`);
     if (!radio) return;
-    if (!radio.checked) radio.closest(".class")!.scrollIntoView({ block: "nearest" });
     radio.checked = true;
+    if (currentPaint === this.inView) return; // the user may have scrolled the list
+    this.inView = currentPaint;
+    const object = this.box.querySelector("[name=object]:checked");
+    for (const one of [radio, object]) one?.closest(".class, .object")?.scrollIntoView({ block: "nearest" });
   }
 
   private showShares(): void {
