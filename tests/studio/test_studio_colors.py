@@ -64,7 +64,3 @@ def test_work_files_keep_the_colors_that_they_have(sheet):
     again = Document.open(sheet)
     assert [entry["color"] for entry in again.class_list] == ["#e7298a", "#0000ff"]
     again.close()
-
-
-def test_colors_repeat_after_a_hundred_classes():
-    assert new_class(N_COLORS + 1, "a")["color"] == new_class(1, "a")["color"]
