@@ -683,6 +683,9 @@ def test_errors_are_one_line_and_the_page_goes_on(studio):
     tab.settled()
     assert server.classes().any()
 
+
+def test_a_wrong_token_shows_no_mesh(serve, bear, browser):
+    server = serve(bear, 40)
     page = browser.new_page()
     try:
         answer = page.goto(server.address.replace("token=", "token=x"))
