@@ -84,7 +84,8 @@ def _serve(files: Files, port: int | None, *, is_shown: bool) -> None:
         if files.folder is None:
             with files.document(0) as document:
                 print_notes(document.notes)
-                if files.classes and document.class_list != files.classes:
+                own = {one["id"]: one["name"] for one in document.class_list}
+                if any(own.get(one["id"]) != one["name"] for one in files.classes):
                     print_note("the work has other classes than --classes, which is for new work")
         serve(files, opened, address, show)
 

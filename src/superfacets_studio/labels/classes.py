@@ -293,16 +293,21 @@ def read_classes(path: Path) -> ClassList:
 def new_classes(file: Path | None, folder: Path) -> ClassList:
     """Return the classes in a file for new work, or no classes if `file` is None.
 
-    Raises a ValueError if `folder` stores other classes, or if the file contains no list.
+    If `folder` stores these numbers and names, its list is returned, which may have more classes,
+    other colors, and keys. Raises a ValueError if it stores other classes, or if the file contains
+    no list.
     """
     if file is None:
         return ()
     given, stored = read_classes(file), folder / CLASSES_FILE
-    if stored.is_file() and read_classes(stored) != given:
+    if not stored.is_file():
+        return given
+    known = read_classes(stored)
+    if names_of(given).items() - names_of(known).items():
         raise ValueError(
             f"{stored} stores other classes than {file}: omit --classes, or edit the stored classes"
         )
-    return given
+    return known
 
 
 def _listed(content: Any) -> list[Any]:
