@@ -5,7 +5,7 @@ import type { ClassEntry } from "../src/studio/data/contract";
 const NAMES = ["wall", "floor", "cabinet", "bed", "office chair", "sofa", "table", "Tür", "window", "desk", "desk lamp"];
 const classes: ClassEntry[] = NAMES.map((name, i) => ({ id: i + 1, name, color: "#102030", key: "" }));
 
-function keysOf(list: ClassEntry[], stored: string | null = null): ClassKeys {
+function keysOf(list: ClassEntry[], stored: [string, number][] | null = null): ClassKeys {
   const keys = new ClassKeys(stored);
   keys.take(list);
   return keys;

@@ -90,3 +90,11 @@ test("a class that was deleted in the meantime is not chosen", () => {
   open("a.jsonl");
   expect(workbench.currentPaint).toBe(paintOf(1, 1));
 });
+
+test("a damaged place is left out", () => {
+  const [name] = Object.keys(localStorage).filter((key) => key.includes("place"));
+  localStorage.setItem(name, "{");
+  openPage();
+  open("a.jsonl");
+  expect(place()).toEqual([HOME, false, "paint", paintOf(1, 1)]);
+});

@@ -12,7 +12,7 @@ import type { Drawing } from "./view/drawing";
 import { Events } from "./session/events";
 import { classNameIn, paintNameIn } from "./data/names";
 import { Picker } from "./view/picker";
-import { remember, remembered } from "./session/remembered";
+import { remember, rememberedValue } from "./session/remembered";
 import type { Session } from "./session/session";
 
 const MAX_OBJECT = 999; // highest object number of a class
@@ -73,7 +73,7 @@ export class Workbench {
     const { mesh } = this.session;
     this.lastObjects.clear();
     this.isFresh = true;
-    this.classKeys = new ClassKeys(remembered(this.keysName));
+    this.classKeys = new ClassKeys(rememberedValue(this.keysName));
     this.drawing.setMesh(mesh);
     if (mesh.textureProblem) this.say(`The texture is not shown: ${mesh.textureProblem}.`);
     this.picker = new Picker(this.drawing, mesh);
@@ -107,7 +107,7 @@ export class Workbench {
     this.currentPaint = paintOf(id, this.isStuff(id) ? 0 : object);
     this.lastObjects.set(id, object);
     this.classKeys.use(id);
-    remember(this.keysName, this.classKeys.stored);
+    remember(this.keysName, JSON.stringify(this.classKeys.stored));
     this.events.emit("current-paint", this.currentPaint);
   }
 

@@ -10,12 +10,12 @@ export class ClassKeys {
   private held: Map<string, number>; // class id by key, for keys that are not assigned; the least recently used class first
 
   /** `stored` is an earlier result of `stored`, or null. */
-  constructor(stored: string | null) {
-    this.held = new Map(stored ? (JSON.parse(stored) as [string, number][]) : []);
+  constructor(stored: [string, number][] | null) {
+    this.held = new Map(stored ?? []);
   }
 
-  get stored(): string {
-    return JSON.stringify([...this.held]);
+  get stored(): [string, number][] {
+    return [...this.held];
   }
 
   /** Take a new list of classes. Free keys get the first classes that have no key. */

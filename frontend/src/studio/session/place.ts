@@ -1,6 +1,6 @@
 // The place where the user works in each file: view, tool, class and object. It survives a reload of the page.
 
-import { remember, remembered } from "./remembered";
+import { remember, rememberedValue } from "./remembered";
 import { classOf, objectOf } from "../data/labeling";
 import type { ModeName, Modes } from "../input/modes";
 import type { Views } from "../panels/views";
@@ -33,8 +33,7 @@ export class PlaceKeeper {
 
   private comeBack(): void {
     this.kept = "";
-    const stored = remembered(this.name);
-    this.wanted = stored === null ? null : (JSON.parse(stored) as Place);
+    this.wanted = rememberedValue<Place>(this.name);
     if (!this.wanted) return;
     this.workbench.drawing.camera.place = this.wanted.camera;
     this.views.hideBacks(this.wanted.hidesBacks);
