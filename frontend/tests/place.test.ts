@@ -1,6 +1,6 @@
 import { beforeEach, expect, test, vi } from "vitest";
 import { Api } from "../src/studio/session/api";
-import { PlaceKeeper } from "../src/studio/session/place";
+import { PlaceKeeper } from "../src/studio/input/place";
 import { Session } from "../src/studio/session/session";
 import { Workbench } from "../src/studio/workbench";
 import { paintOf } from "../src/studio/data/labeling";

@@ -21,7 +21,7 @@ import { Palette } from "./panels/palette";
 import { ParametersPanel } from "./panels/parameters";
 import { Suggestions } from "./panels/suggestions";
 import { Pointer } from "./input/pointer";
-import { PlaceKeeper } from "./session/place";
+import { PlaceKeeper } from "./input/place";
 import { remember, remembered } from "./session/remembered";
 import { Session } from "./session/session";
 import { Views } from "./panels/views";

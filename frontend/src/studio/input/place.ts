@@ -1,8 +1,8 @@
 // The place where the user works in each file: view, tool, class and object. It survives a reload of the page.
 
-import { remember, rememberedValue } from "./remembered";
+import { remember, rememberedValue } from "../session/remembered";
 import { classOf, objectOf } from "../data/labeling";
-import type { ModeName, Modes } from "../input/modes";
+import type { ModeName, Modes } from "./modes";
 import type { Views } from "../panels/views";
 import type { Workbench } from "../workbench";
 
