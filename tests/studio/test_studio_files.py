@@ -232,7 +232,7 @@ def test_classes_of_a_csv_file_keep_their_numbers(serve, sheet, tmp_path, text):
 
 
 @pytest.mark.parametrize(("name", "content", "message"), [
-    ("a.txt", b"\n", "no line has a name"),
+    ("a.txt", b"\n", "no line has a class"),
     ("a.json", b"{", "it is not valid JSON: Expecting property name"),
     ("a.json", b"[" * 100_000, "it is nested too deeply"),
     ("a.csv", b"id,name", "no line has a class"),

@@ -215,11 +215,7 @@ def _checked(entry: Any, index: int) -> dict[str, Any]:
     if not isinstance(entry, dict):
         raise ValueError(f"classes[{index}] must have an id, a name and a color")
     class_id, name, color, key = (entry.get(part) for part in ("id", "name", "color", "key"))
-    if (
-        isinstance(class_id, bool)
-        or not isinstance(class_id, int)
-        or not 1 <= class_id <= MAX_CLASS
-    ):
+    if type(class_id) is not int or not 1 <= class_id <= MAX_CLASS:
         raise ValueError(f"classes[{index}]: id must be a whole number from 1 to {MAX_CLASS}")
     if not isinstance(name, str) or not name.strip() or len(name) > _MAX_NAME:
         raise ValueError(
@@ -280,12 +276,11 @@ def read_classes(path: Path) -> ClassList:
         text = path.read_text(encoding="utf-8-sig")
         if path.suffix.lower() == ".json":
             return checked_class_list(_listed(parsed_json(text)))
-        if path.suffix.lower() == ".csv":
-            return checked_class_list(_tabled(text))
         names = [line.strip() for line in text.splitlines() if line.strip()]
-        if not names:
-            raise ValueError("no line has a name")
-        return default_classes(names)
+        classes = _tabled(text) if path.suffix.lower() == ".csv" else default_classes(names)
+        if not names or not classes:
+            raise ValueError("no line has a class")
+        return checked_class_list(classes)
     except ValueError as error:
         raise ValueError(f"{path}: not a list of classes: {error}") from None
 
@@ -349,11 +344,9 @@ def _of_category(entry: Any) -> Any:
 
 def _tabled(text: str) -> list[dict[str, Any]]:
     """Return the classes in the content of a CSV file; commas, semicolons or tabs divide it."""
-    lines = text.splitlines()
-    mark = max(",;\t", key=lambda one: sum(line.count(one) for line in lines))
-    table = csv.reader(lines, delimiter=mark, skipinitialspace=True)
-    rows = [(table.line_num, [cell.strip() for cell in row]) for row in table]
-    rows = [(number, row) for number, row in rows if any(row)]
+    mark = max(",;\t", key=text.count)
+    table = csv.reader(text.splitlines(), delimiter=mark, skipinitialspace=True)
+    rows = [(table.line_num, [cell.strip() for cell in row]) for row in table if any(row)]
     header = [name.casefold().replace("_", "") for name in rows[0][1]] if rows else []
     columns = header if "name" in header else _COLUMNS
     classes = []
@@ -362,8 +355,6 @@ def _tabled(text: str) -> list[dict[str, Any]]:
             classes += _of_row(dict(zip(columns, row, strict=False)))
         except ValueError as error:
             raise ValueError(f"line {number}: {error}") from None
-    if not classes:
-        raise ValueError("no line has a class")
     return classes
 
 
