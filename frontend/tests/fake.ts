@@ -5,6 +5,7 @@ import { toBase64 } from "../src/shared/arrays";
 import { Mesh } from "../src/studio/data/mesh";
 import { Paints, Regions } from "../src/studio/data/labeling";
 import type { State } from "../src/studio/data/contract";
+import type { Drawing } from "../src/studio/view/drawing";
 
 export interface Request {
   path: string; // without "/api"
@@ -117,6 +118,13 @@ export function fakeFile(nCells: number): { mesh: Mesh; regions: Regions; paints
   const classes = [1, 2].map((id) => ({ id, name: `class ${id}`, color: "#102030", key: String(id) }));
   const state = { seq: 0, revision: 0, classes, object_names: [], work: "a.jsonl", n_suggestions: 0, input: { name: "a", n_cells: nCells } };
   return { mesh, regions, paints: new Paints(new Uint32Array(nCells), areas), state: state as unknown as State };
+}
+
+/** A drawing that draws nothing. */
+export function fakeDrawing(canvas?: HTMLCanvasElement): Drawing {
+  const cells = { setPaint: vi.fn(), isHidden: () => false };
+  const drawing = { canvas, onView: [], afterView: [], cells, mark: vi.fn(), redraw: vi.fn(), select: vi.fn(), setShades: vi.fn(), setLabels: vi.fn() };
+  return drawing as unknown as Drawing;
 }
 
 export const base64 = (...cells: number[]): string => toBase64(Uint32Array.from(cells));

@@ -2,22 +2,14 @@ import { afterEach, beforeEach, expect, test, vi } from "vitest";
 import { Api } from "../src/studio/session/api";
 import { Saver } from "../src/studio/session/saver";
 import { Session } from "../src/studio/session/session";
-import type { Drawing } from "../src/studio/view/drawing";
 import { Workbench } from "../src/studio/workbench";
 import { paintOf } from "../src/studio/data/labeling";
-import { FakeServer, fakeFile } from "./fake";
+import { FakeServer, fakeDrawing, fakeFile } from "./fake";
 
 let server: FakeServer;
 let session: Session;
 let workbench: Workbench;
 let said: string[];
-
-/** A drawing that draws nothing. */
-function fakeDrawing(): Drawing {
-  const cells = { setPaint: vi.fn(), isHidden: () => false };
-  const drawing = { onView: [], afterView: [], cells, mark: vi.fn(), redraw: vi.fn(), select: vi.fn(), setShades: vi.fn(), setLabels: vi.fn() };
-  return drawing as unknown as Drawing;
-}
 
 /** Open a file of the fake server without its geometry. */
 function open(fileId: number): void {
@@ -107,4 +99,31 @@ test("no class stays chosen when the list of classes is loaded again", () => {
   workbench.choose(0);
   session.events.emit("classes", session.state.classes);
   expect(workbench.currentPaint).toBe(0);
+});
+
+test("a new object takes the lowest number that no cell and no name has", () => {
+  const objects = (): number => {
+    workbench.newObject();
+    return workbench.currentPaint >>> 16;
+  };
+  [1, 2, 3, 5].forEach((object, cell) => session.paints.set(cell, paintOf(1, object)));
+  expect(objects()).toBe(4);
+  session.paints.set(1, 0); // object 2 is deleted
+  expect(objects()).toBe(2);
+  session.state.object_names = [{ class: 1, object: 2, name: "throne" }];
+  expect(objects()).toBe(4);
+});
+
+test("a late message of another file names that file", async () => {
+  session.files = ["a.ply", "b.ply"].map((name, id) => ({ id, name, done: 0 }));
+  server.mode = "wait";
+  const exported = session.exportTo("npy", "cells");
+  await vi.waitFor(() => expect(server.sent("export")).toHaveLength(1));
+  open(1);
+  server.answer();
+  await exported;
+  expect(said).toEqual(["a.ply: Written: undefined"]);
+  session.tell("Written: /x/b.ply", 1);
+  session.report(new Error("/x/a.ply is damaged"), 0);
+  expect(said.slice(1)).toEqual(["Written: /x/b.ply", "/x/a.ply is damaged"]);
 });

@@ -27,9 +27,9 @@ if TYPE_CHECKING:
     option("--work FILE", FILE,
            "File in which the work is saved.  [default: IN.studio.jsonl, beside IN]"),
     option("--classes FILE", FILE,
-           "Classes for new work: a .txt file with one class name per line, a .json list of"
-           " classes, or an .objects.json file exported by the studio. All files of a folder share"
-           " them."),
+           "Classes for new work: a .txt file with one class name per line, a .csv file with the"
+           " columns id, name, color and stuff, a .json list of classes, or an .objects.json file"
+           " exported by the studio. All files of a folder share them."),
     option("--port", click.IntRange(1, 65_535),
            "Port that the server listens on.  [default: a free port]"),
     option("--list is_list", FLAG, "Print the labeled percentage of each file, and exit."),
@@ -84,7 +84,8 @@ def _serve(files: Files, port: int | None, *, is_shown: bool) -> None:
         if files.folder is None:
             with files.document(0) as document:
                 print_notes(document.notes)
-                if files.classes and document.class_list != files.classes:
+                own = {one["id"]: one["name"] for one in document.class_list}
+                if any(own.get(one["id"]) != one["name"] for one in files.classes):
                     print_note("the work has other classes than --classes, which is for new work")
         serve(files, opened, address, show)
 

@@ -1,5 +1,6 @@
 """The command `studio`."""
 
+import json
 import os
 import socket
 import sys
@@ -154,9 +155,11 @@ def test_classes_other_than_the_stored_ones_are_refused(run, sheet, served, tmp_
     with served[0][0].document(0):
         pass
     stored = scans / "superfacets-classes.json"
+    own = {"id": 9, "name": "door", "color": "#112233", "key": "1"}  # added in the studio
+    stored.write_text(json.dumps([*json.loads(stored.read_text()), own]))
     content = stored.read_bytes()
     assert run(*arguments, "--list")[::2] == (0, "")
-    names.write_text("roof\n")
+    names.write_text("roof\ndoor\n")
     status, out, err = run(*arguments, "--no-browser")
     assert (status, out) == (2, "")
     assert f"error: {stored} stores other classes than {names}: omit --classes" in err

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from ciede2000 import ciede2000, lab
 
+from superfacets_show.colors import VISIONS, from_oklab, seen_as
 from superfacets_studio.documents.document import Document
 from superfacets_studio.labels.classes import default_classes, new_class
 
@@ -11,9 +12,14 @@ N_COLORS = 100
 
 
 @pytest.fixture(scope="module")
-def palette():
+def colors():
     classes = default_classes([str(i) for i in range(N_COLORS)])
-    return lab([[*bytes.fromhex(entry["color"][1:])] for entry in classes])
+    return np.array([[*bytes.fromhex(entry["color"][1:])] for entry in classes])
+
+
+@pytest.fixture(scope="module")
+def palette(colors):
+    return lab(colors)
 
 
 @pytest.mark.parametrize(
@@ -34,8 +40,16 @@ def test_differences_are_those_of_the_paper(one, other, difference):
 
 @pytest.mark.parametrize(("n", "least"), [(7, 15), (40, 12), (N_COLORS, 6)])
 def test_any_two_of_the_first_colors_differ(palette, n, least):
-    differences = ciede2000(palette[:n, None], palette[:n])
-    assert differences[np.triu_indices(n, 1)].min() >= least
+    assert smallest_difference(palette[:n]) >= least
+
+
+def smallest_difference(colors):
+    return ciede2000(colors[:, None], colors)[np.triu_indices(len(colors), 1)].min()
+
+
+@pytest.mark.parametrize("vision", VISIONS)
+def test_color_blind_people_distinguish_the_first_twelve_colors(colors, vision):
+    assert smallest_difference(lab(from_oklab(seen_as(colors[:12], vision)))) >= 8
 
 
 def test_no_color_looks_like_an_unlabeled_cell(palette):
@@ -50,7 +64,3 @@ def test_work_files_keep_the_colors_that_they_have(sheet):
     again = Document.open(sheet)
     assert [entry["color"] for entry in again.class_list] == ["#e7298a", "#0000ff"]
     again.close()
-
-
-def test_colors_repeat_after_a_hundred_classes():
-    assert new_class(N_COLORS + 1, "a")["color"] == new_class(1, "a")["color"]

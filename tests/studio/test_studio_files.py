@@ -1,5 +1,6 @@
 """A folder of meshes in the studio."""
 
+import base64
 import json
 import os
 import random
@@ -206,13 +207,39 @@ def test_one_bad_work_file_is_told_and_hides_no_other(serve, folder, work, messa
 def test_a_list_of_names_is_a_list_of_classes(tmp_path):
     (tmp_path / "names.txt").write_text("roof\n\n wall \n")
     classes = read_classes(tmp_path / "names.txt")
-    assert [(c["id"], c["name"], c["key"]) for c in classes] == [(1, "roof", "1"), (2, "wall", "2")]
+    assert [(c["id"], c["name"], c["key"]) for c in classes] == [(1, "roof", ""), (2, "wall", "")]
+
+
+@pytest.mark.parametrize("text", [
+    "1,wall,#aec7e8\n\n40, other prop ,,1,x",
+    "\ufeffName;ID;trainId;Color;key;isThing\nwall;1;7;174 199 232;;\nother prop;40;;;w;0",
+    'name\tid\thasInstances\tcolor\nvoid\t0\nwall\t1\tNo\t"(174, 199,232)"\nother prop\t40\tno',
+])  # fmt: skip
+def test_classes_of_a_csv_file_keep_their_numbers(serve, sheet, tmp_path, text):
+    (tmp_path / "nyu40.csv").write_text(text, encoding="utf-8")
+    classes = read_classes(tmp_path / "nyu40.csv")
+    found = [(entry["id"], entry["name"], entry.get("stuff")) for entry in classes]
+    assert found == [(1, "wall", True), (40, "other prop", True)]
+    assert classes[0]["color"] == "#aec7e8"
+    client = serve(sheet, n_segments=20, classes=classes)
+    client.paint_regions(40, 0)
+    objects = client.get("export", what="objects", format="json").content
+    other = serve(sheet, work=tmp_path / "other.jsonl", n_segments=20)
+    files = [{"name": "a.objects.json", "data": base64.b64encode(objects).decode()}]
+    other.done("import", files=files)
+    np.testing.assert_array_equal(other.classes(), client.classes())
+    assert other.state()["classes"][-1]["name"] == "other prop"
 
 
 @pytest.mark.parametrize(("name", "content", "message"), [
-    ("a.txt", b"\n", "no line has a name"),
+    ("a.txt", b"\n", "no line has a class"),
     ("a.json", b"{", "it is not valid JSON: Expecting property name"),
     ("a.json", b"[" * 100_000, "it is nested too deeply"),
+    ("a.csv", b"id,name", "no line has a class"),
+    ("a.csv", b"7,a\nx,b", 'line 2: expected a whole number as id, found "x"'),
+    ("a.csv", b"0,road", "line 1: the id of road is 0, which means no class: count from 1"),
+    ("a.csv", b"id,name,stuff\n1,a,?", r"line 2: stuff must be 0 or 1, found \?"),
+    ("a.csv", b"1,a\n1,b", "two classes have the same id: 1"),
     ("a.txt", b"\xff", "'utf-8' codec can't decode byte 0xff in position 0: invalid start byte"),
 ])  # fmt: skip
 def test_a_file_that_is_no_list_of_classes_is_named(tmp_path, name, content, message):
@@ -230,8 +257,8 @@ def test_classes_are_read_from_lists_of_names_and_from_exported_objects(tmp_path
     ]
     path.write_text(json.dumps({"images": [], "categories": categories}))
     assert read_classes(path)[0]["color"] == "#010203"
-    found = [(c["id"], c["name"], c["key"], "stuff" in c) for c in read_classes(path)]
-    assert found == [(2, "Slab", "2", True), (12, "wall", "", False), (3, "floor", "3", False)]
+    found = [(c["id"], c["name"], "stuff" in c) for c in read_classes(path)]
+    assert found == [(2, "Slab", True), (12, "wall", False), (3, "floor", False)]
     path.write_text('["roof", {"id": 2, "name": "wall", "stuff": true}]')
     found = [(c["id"], c["name"], "stuff" in c) for c in read_classes(path)]
     assert found == [(1, "roof", False), (2, "wall", True)]

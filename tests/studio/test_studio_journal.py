@@ -291,7 +291,7 @@ def test_a_work_file_with_any_value_exchanged_is_read_or_refused_with_its_name(t
     document.paint(whole, 1, "stroke")
     document.paint(np.arange(4, dtype=np.uint32), np.array([1, 2, 1, 2]))
     document.split(0, document.revision.number, whole[:1], whole[-1:])
-    document.set_classes([{"id": 1, "name": "one"}, {"id": 2, "name": "two"}])
+    document.set_classes([{"id": 1, "name": "one"}, {"id": 2, "name": "new"}])
     document.close()
     work = document.journal.path
     lines = [json.loads(line) for line in work.read_text().splitlines()]

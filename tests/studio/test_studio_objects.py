@@ -17,7 +17,7 @@ from superfacets_studio.documents.document import Document, merged_work, work_fi
 from superfacets_studio.documents.files import Files
 from superfacets_studio.documents.journal import JournalError, _coded
 from superfacets_studio.export.write import export_bytes, write_export
-from superfacets_studio.labels.classes import default_classes
+from superfacets_studio.labels.classes import default_classes, names_of
 from superfacets_studio.labels.coding import base64_of
 from superfacets_studio.labels.imports import read_import
 
@@ -113,13 +113,15 @@ def test_pieces_of_an_object_become_objects(furnished):
     assert new == [3]
     sizes = [furnished.areas[furnished.instances == number].sum() for number in (1001, 1003)]
     assert sizes[0] >= sizes[1] > 0
+    furnished.paint(furnished.revision.cells_of(apart), 1, objects=1)  # number 3 is free again
+    assert furnished.split_object(1, 1) == [3]
     assert furnished.split_object(1, 0) == [4]  # cells without an object
     with pytest.raises(ValueError, match="chair 1 has only one piece"):
         furnished.split_object(1, 1)
     with pytest.raises(ValueError, match="there is no object 9 of class 1"):
         furnished.split_object(1, 9)
-    furnished.undo()
-    furnished.undo()
+    for _ in range(4):
+        furnished.undo()
     assert set(furnished.instances.tolist()) == {0, 1000, 1001, 1002, 2001, 3000}
 
 
@@ -455,23 +457,24 @@ def test_two_works_are_merged_by_the_command(two, tmp_path, prefer):
     assert isinstance(again.exception, FileExistsError)
 
 
-def test_shared_classes_of_two_folders_are_matched_by_name(tmp_path):
+def test_shared_classes_of_two_folders_are_matched_by_name_and_keep_free_numbers(tmp_path):
     works = []
-    for name, names in (("A", ["wall", "floor"]), ("B", ["floor", "wall"])):
+    for name, names in (("A", ["wall", "floor"]), ("B", ["floor", "wall", "door", "lamp"])):
         folder = tmp_path / name / "scans"
         folder.mkdir(parents=True)
         write_mesh(folder / "grid.ply", shapes.flat(8))
         files = Files.of(tmp_path / name, None, 8, default_classes(names))
         with files.document(0) as document:
             document.paint(_range(0, 64), 1 + names.index("floor"))
+            document.paint(_range(64, 80), 4 if "lamp" in names else 0)
         files.close()
         works.append(work_file_of(folder / "grid.ply"))
     merged = tmp_path / "merged.studio.jsonl"
     found = merged_work(tmp_path / "A" / "scans" / "grid.ply", *works, merged)
     assert found["share"] == 1.0
-    assert [row["name"] for row in found["classes"]] == ["floor"]
+    assert [row["name"] for row in found["classes"]] == ["floor", "lamp"]
     document = Document.read(tmp_path / "A" / "scans" / "grid.ply", merged)
-    assert [entry["name"] for entry in document.state.class_list] == ["wall", "floor"]
+    assert names_of(document.state.class_list) == {1: "wall", 2: "floor", 4: "lamp"}
     document.close()
 
 

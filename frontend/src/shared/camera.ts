@@ -77,6 +77,18 @@ export class Camera {
     return this.azimuth === azimuth && this.elevation === elevation;
   }
 
+  /** Angles in radians, distance from the eye to the target, and target. */
+  get place(): number[] {
+    return [this.azimuth, this.elevation, this.distance, ...this.target];
+  }
+
+  set place([azimuth, elevation, distance, ...target]: number[]) {
+    const { distance: _ } = this; // computes `fitted` from the initial angles
+    this.target = target as Vector;
+    this.setDistance(distance);
+    this.turnTo(azimuth, elevation);
+  }
+
   /** Distance from the eye to the target. */
   get distance(): number {
     if (!this.fitted && this.positions) this.fit(this.positions);

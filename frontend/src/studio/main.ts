@@ -15,10 +15,13 @@ import type { Place } from "../shared/picking";
 import { ClassesPanel } from "./panels/classes";
 import { Comparison } from "./panels/comparison";
 import { ExchangePanel } from "./panels/exchange";
+import { watchFolds } from "./panels/folds";
 import { FilesPanel } from "./panels/files";
+import { Palette } from "./panels/palette";
 import { ParametersPanel } from "./panels/parameters";
 import { Suggestions } from "./panels/suggestions";
 import { Pointer } from "./input/pointer";
+import { PlaceKeeper } from "./input/place";
 import { remember, remembered } from "./session/remembered";
 import { Session } from "./session/session";
 import { Views } from "./panels/views";
@@ -40,14 +43,16 @@ async function start(): Promise<void> {
     const files = new FilesPanel(session);
     new Pointer(workbench, modes);
     const views = new Views(workbench);
+    new PlaceKeeper(workbench, modes, views);
+    const classes = new ClassesPanel(workbench);
     new Keys(workbench, {
-      modes, views, clip: new ClipBox(workbench), comparison: new Comparison(workbench),
+      modes, views, palette: new Palette(workbench, (name, isStuff) => classes.add(isStuff, name)), clip: new ClipBox(workbench), comparison: new Comparison(workbench),
       suggestions: new Suggestions(workbench), goToFile: (steps) => files.go(steps),
     });
-    new ClassesPanel(workbench);
     new ParametersPanel(session);
     new ExchangePanel(session);
     watchTools(workbench);
+    watchFolds();
     welcome();
     window.studio = makeHook(workbench, modes, () => element("loading").hidden === true);
     await session.loadFiles();

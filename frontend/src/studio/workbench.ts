@@ -5,12 +5,14 @@ import { counted, element } from "../shared/dom";
 import { lengthOf, minus, plus, scaled, type Vector } from "../shared/vectors";
 import { MARK_HIDDEN } from "./view/celltable";
 import { cssColor, type Rgb, regionColors, shadesOfClasses, shadesOfObjects, usualShade } from "./data/colors";
+import { ClassKeys } from "./data/classkeys";
 import type { ClassEntry } from "./data/contract";
 import { addTo, classOf, objectOf, paintOf } from "./data/labeling";
 import type { Drawing } from "./view/drawing";
 import { Events } from "./session/events";
 import { classNameIn, paintNameIn } from "./data/names";
 import { Picker } from "./view/picker";
+import { remember, rememberedValue } from "./session/remembered";
 import type { Session } from "./session/session";
 
 const MAX_OBJECT = 999; // highest object number of a class
@@ -31,6 +33,7 @@ export class Workbench {
   readonly events = new Events<Kinds>();
   picker!: Picker;
   currentPaint = 0;
+  classKeys = new ClassKeys(null);
   private shades: ReadonlyMap<number, Rgb[]> = new Map(); // colors of the objects of each class
   private objectShades: ReadonlyMap<number, number> = new Map(); // result of `shadesOfObjects`
   private stuff: ReadonlySet<number> = new Set(); // ids of classes without separate objects
@@ -70,6 +73,7 @@ export class Workbench {
     const { mesh } = this.session;
     this.lastObjects.clear();
     this.isFresh = true;
+    this.classKeys = new ClassKeys(rememberedValue(this.keysName));
     this.drawing.setMesh(mesh);
     if (mesh.textureProblem) this.say(`The texture is not shown: ${mesh.textureProblem}.`);
     this.picker = new Picker(this.drawing, mesh);
@@ -87,6 +91,7 @@ export class Workbench {
   }
 
   private takeClasses(classes: ClassEntry[]): void {
+    this.classKeys.take(classes);
     this.shades = shadesOfClasses(classes);
     this.drawing.setShades(this.shades);
     this.stuff = new Set(classes.filter((one) => one.stuff).map(({ id }) => id));
@@ -101,7 +106,14 @@ export class Workbench {
   choose(id: number, object = this.usualObject(id)): void {
     this.currentPaint = paintOf(id, this.isStuff(id) ? 0 : object);
     this.lastObjects.set(id, object);
+    this.classKeys.use(id);
+    remember(this.keysName, JSON.stringify(this.classKeys.stored));
     this.events.emit("current-paint", this.currentPaint);
+  }
+
+  /** Name under which the browser stores the classes of keys: files of one folder share it. */
+  private get keysName(): string {
+    return `superfacets keys ${this.session.state.work.replace(/[^/\\]*$/, "")}`;
   }
 
   isStuff(id: number): boolean {
@@ -116,7 +128,11 @@ export class Workbench {
   newObject(): void {
     const id = classOf(this.currentPaint);
     if (this.isStuff(id)) return this.say(id ? `${this.className(id)} has no objects.` : "Choose a class first.");
-    const object = (this.session.paints.objectsOf(id).pop() ?? 0) + 1;
+    const { paints, state } = this.session;
+    const named = state.object_names.filter((one) => one.class === id).map((one) => one.object);
+    const used = new Set([...paints.objectsOf(id), ...named]); // a deleted object keeps its name, because an undo can bring it back
+    let object = 1;
+    while (used.has(object)) object++;
     if (object > MAX_OBJECT) return this.say(`A class has at most ${MAX_OBJECT} objects.`);
     this.choose(id, object);
     this.say(`${this.paintName(this.currentPaint)} is a new object. Strokes now paint this object.`);
@@ -368,7 +384,7 @@ export class Workbench {
   /** Paint the active region, and all similar unlabeled regions that are connected to it through such regions. */
   async fillSimilar(): Promise<void> {
     const { session, activeRegion, currentPaint, tolerance } = this;
-    const { regions, isLocked } = session;
+    const { regions, isLocked, fileId } = session;
     if (activeRegion < 0) return this.say("No region is under the pointer or chosen.");
     const mainPaint = (region: number): number => session.paints.mainPaint(regions.cellsOf(region));
     const isBare = (region: number): boolean => mainPaint(region) === 0;
@@ -376,7 +392,7 @@ export class Workbench {
     const like = await session.similar(activeRegion, tolerance);
     if (!like.length) return; // the request failed, and an error message is shown
     if (session.regions !== regions || mainPaint(activeRegion) !== own) {
-      return this.say("The region was changed before the server answered, so nothing was painted. Press F again.");
+      return session.tell("The region was changed before the server answered, so nothing was painted. Press F again.", fileId);
     }
     const similar = new Set(like.filter(isBare));
     const filled = new Set<number>();

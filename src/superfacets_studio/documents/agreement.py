@@ -66,7 +66,8 @@ def _matched_classes(theirs: State, known: ClassList) -> tuple[Longs, ClassList]
     numbers = np.zeros(1 + max(1, int(theirs.classes.max(initial=0))), np.int64)
     names = names_of(theirs.class_list)
     for class_id in np.unique(theirs.classes[theirs.classes > 0]).tolist():
-        numbers[class_id], known = with_named(known, names.get(class_id, f"class {class_id}"))
+        name = names.get(class_id, f"class {class_id}")
+        numbers[class_id], known = with_named(known, name, class_id)
     return numbers, known
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import tempfile
 import threading
 from collections.abc import Callable, Collection, Iterator, Mapping
@@ -238,8 +239,7 @@ class Document:
             if object_id and len(ids) == 1:
                 raise ValueError(f"{self.name_of(class_id, object_id)} has only one piece")
             kept = [object_id] if object_id else []  # the largest component keeps the number
-            first = self.free_object(class_id)
-            new = list(range(first, first + len(ids) - len(kept)))
+            new = list(itertools.islice(self.free_objects(class_id), len(ids) - len(kept)))
             if new[-1] > MAX_OBJECT:
                 raise ValueError(
                     f"{len(ids)} pieces are too many: object numbers must be at most {MAX_OBJECT}"
@@ -250,10 +250,11 @@ class Document:
             self.paint(cells.astype(np.uint32), class_id, objects=numbers[ranks])
             return new
 
-    def free_object(self, class_id: int) -> int:
-        """Return the next object number of a class: the highest number of its cells, plus 1."""
-        of_class = self.state.objects[self.state.classes == class_id]
-        return int(of_class.max(initial=0)) + 1
+    def free_objects(self, class_id: int) -> Iterator[int]:
+        """Return the object numbers of a class that no cell and no name has, in ascending order."""
+        used = {*np.unique(self.state.objects[self.state.classes == class_id]).tolist()}
+        used |= {one["object"] for one in self.state.object_names if one["class"] == class_id}
+        return (number for number in itertools.count(1) if number not in used)
 
     def name_object(self, class_id: int, object_id: int, name: object) -> None:
         """Name an object, or remove its name if `name` is empty.
@@ -376,7 +377,8 @@ class Document:
     def _paint_suggestions(self, accepted: Mapping[int, int], stroke: str) -> None:
         stuff = stuff_of(self.class_list)
         paint = np.zeros(self.n_cells, np.uint32)
-        next_object = {class_id: self.free_object(class_id) for class_id in {*accepted.values()}}
+        free = {class_id: self.free_objects(class_id) for class_id in {*accepted.values()}}
+        next_object = {class_id: next(numbers) for class_id, numbers in free.items()}
         for one in self.state.suggestions:
             if one.id not in accepted:
                 continue
@@ -389,7 +391,8 @@ class Document:
             if not class_id:
                 raise ValueError(f"suggestion {one.id} needs a class")
             paint[unlabeled] = paint_of(class_id, object_id)
-            next_object[class_id] += bool(len(unlabeled))
+            if len(unlabeled):
+                next_object[class_id] = next(free[class_id])
         painted = np.flatnonzero(paint).astype(np.uint32)
         found = paint[painted]
         self.paint(painted, class_of(found), stroke, objects=object_of(found))

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import contextlib
+import csv
 import json
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
 
-from superfacets.kit import atomic_outputs, parsed_json
+from superfacets.kit import atomic_outputs, parsed_json, shortened
 from superfacets_show import color_distances
 
 CLASSES_FILE = "superfacets-classes.json"  # file in a folder that lists the classes of its meshes
@@ -28,10 +29,18 @@ _EXPECTED = 'expected a JSON list of classes, or an object with a list "categori
 _STUFF = ("wall", "floor", "ceiling", "ground", "sky", "water")
 """Names of classes that have no objects by default."""
 
+_COLUMNS = ("id", "name", "color", "stuff")
+"""Columns of a CSV file without a header."""
+
+_NO_CLASS = ("unlabeled", "unannotated", "void", "background", "ignore", "none", "no class")
+"""Names that number 0 may have in a CSV file."""
+
+_ANSWERS = {"0": False, "no": False, "false": False, "1": True, "yes": True, "true": True}
+
 _CODES = """
-    e69f00 56b4e9 009e73 f0e442 0072b2 d55e00 cc79a7 8c6bb1 8c510a 1b9e9e c51b8a 66a61e 2b3fb0
-    a1140f 5a5a00 00ff00 ff00ff eecc99 ff8877 ff0000 771133 7700bb ff1155 aadd99 225533 eeccff
-    00eedd 998855 996666 554466 9999ff 005566 aaeeff ffcccc 227700 5566ff cc9977 88bbaa bbaa33
+    e69f00 56b4e9 009e73 f0e442 0072b2 d55e00 cc79a7 2b3fb0 aadd99 5a5a00 ffcccc 225533 8c6bb1
+    8c510a 1b9e9e c51b8a 66a61e a1140f 00ff00 ff00ff eecc99 ff8877 ff0000 771133 7700bb ff1155
+    eeccff 00eedd 998855 996666 554466 9999ff 005566 aaeeff 227700 5566ff cc9977 88bbaa bbaa33
     007766 00ffaa aa33ff cc88ee bb1144 99aa77 00cc55 bbccff 00ccdd bb7700 cc9999 aadd33 668855
     774433 ff8822 885577 3388ff 881177 ff2299 556699 ffaacc bbeedd cc6655 0088aa 00cc99 dddd99
     888800 ff7799 886600 bb5577 5533ff aa99cc aa4411 9944aa aa7755 ffcc44 ffbb99 7788bb ff88dd
@@ -41,9 +50,10 @@ _CODES = """
 
 _COLORS = tuple(f"#{code}" for code in _CODES.split())
 """Default colors of classes 1, 2, 3 and so on. The first seven are the palette of Okabe and Ito,
-which color-blind people can distinguish. Each of the others has a large distance (CIEDE2000) from
-all before it, and from gray, because unlabeled cells are gray: at least 13 up to color 40, and at
-least 9 up to the last. A difference of 6 is clear on two separate surfaces."""
+which color-blind people can distinguish; the first twelve differ by at least 10 (CIEDE2000), also
+for color-blind people. Each of the others has a large distance from all before it, and from gray,
+because unlabeled cells are gray: at least 13 up to color 40, and at least 9 up to the last. A
+difference of 6 is clear on two separate surfaces."""
 
 _MIN_DISTANCE = 0.046
 """Minimum OKLab distance of a new color to the colors in use: the minimum between two `_COLORS`."""
@@ -53,8 +63,9 @@ _N_DEFAULT = 6
 _COLOR = re.compile(r"#[0-9a-f]{6}")
 
 ClassList = tuple[dict[str, Any], ...]
-"""List of classes, as dicts with ``id``, ``name``, ``color`` and ``key``. The key is a shortcut, or
-empty. A class without objects, such as walls, also has ``stuff``, which is True."""
+"""List of classes, as dicts with ``id``, ``name``, ``color`` and ``key``. The key is a shortcut
+that the user has assigned, or empty. A class without objects, such as walls, also has ``stuff``,
+which is True."""
 
 Colors = tuple[str, ...]
 """Colors like "#e69f00"."""
@@ -89,30 +100,24 @@ def object_of(paint: Paint) -> npt.NDArray[np.uint16]:
 
 
 def new_class(class_id: int, name: str | None = None, color: str | None = None) -> dict[str, Any]:
-    """Return a new class with a default color and, for numbers 1 to 9, a shortcut key.
-
-    `color` replaces the default color of this number.
-    """
+    """Return a new class; `color` replaces the default color of this number."""
     entry = {
         "id": class_id,
         "name": f"class {class_id}" if name is None else name,
         "color": color or _COLORS[_index_of_color(class_id)],
-        "key": str(class_id) if class_id < 10 else "",
+        "key": "",
     }
     is_stuff = str(entry["name"]).strip().casefold() in _STUFF
     return {**entry, "stuff": True} if is_stuff else entry
 
 
 def with_new(classes: ClassList, names: Mapping[int, str | None]) -> ClassList:
-    """Return the list extended by new classes, which have no shortcut key if it is in use.
+    """Return the list extended by new classes.
 
     `names` maps the numbers of the new classes to their names; None means a name like "class 7".
     """
     colors = _free_colors(names, colors_of(classes))
-    keys = {entry["key"] for entry in classes}
-    new = [new_class(*named, color) for named, color in zip(names.items(), colors, strict=True)]
-    for entry in new:
-        entry["key"] = "" if entry["key"] in keys else entry["key"]
+    new = (new_class(*named, color) for named, color in zip(names.items(), colors, strict=True))
     return (*classes, *new)
 
 
@@ -142,15 +147,18 @@ def _free_colors(class_ids: Collection[int], used: Colors) -> list[str]:
     return colors
 
 
-def with_named(classes: ClassList, name: str) -> tuple[int, ClassList]:
+def with_named(classes: ClassList, name: str, wanted: object = 0) -> tuple[int, ClassList]:
     """Return the number of the class with this name, ignoring case, and the list of classes.
 
-    If there is no such class, a new class is added to the list.
+    If there is no such class, a new class is added to the list. It gets the number `wanted` if that
+    is a free class number, and otherwise the number after the highest in use.
     """
     for entry in classes:
         if entry["name"].casefold() == name.casefold():
             return int(entry["id"]), classes
-    class_id = max((entry["id"] for entry in classes), default=0) + 1
+    used = names_of(classes)
+    is_free = type(wanted) is int and 1 <= wanted <= MAX_CLASS and wanted not in used
+    class_id = cast(int, wanted) if is_free else max(used, default=0) + 1
     return class_id, with_new(classes, {class_id: name})
 
 
@@ -179,8 +187,7 @@ def default_classes(names: Sequence[str] = ()) -> ClassList:
 def with_missing(classes: ClassList, used: Iterable[int]) -> ClassList:
     """Return the list, extended by new classes for numbers in `used` (except 0) that it lacks."""
     lacking = sorted({*used} - {0, *names_of(classes)})
-    new = with_new(classes, dict.fromkeys(lacking))[len(classes) :]
-    return (*classes, *({**entry, "key": ""} for entry in new))
+    return with_new(classes, dict.fromkeys(lacking))
 
 
 def checked_class_list(value: object) -> ClassList:
@@ -208,11 +215,7 @@ def _checked(entry: Any, index: int) -> dict[str, Any]:
     if not isinstance(entry, dict):
         raise ValueError(f"classes[{index}] must have an id, a name and a color")
     class_id, name, color, key = (entry.get(part) for part in ("id", "name", "color", "key"))
-    if (
-        isinstance(class_id, bool)
-        or not isinstance(class_id, int)
-        or not 1 <= class_id <= MAX_CLASS
-    ):
+    if type(class_id) is not int or not 1 <= class_id <= MAX_CLASS:
         raise ValueError(f"classes[{index}]: id must be a whole number from 1 to {MAX_CLASS}")
     if not isinstance(name, str) or not name.strip() or len(name) > _MAX_NAME:
         raise ValueError(
@@ -261,21 +264,23 @@ def checked_object(value: object) -> int:
 
 
 def read_classes(path: Path) -> ClassList:
-    """Read classes from a JSON file, or from a text file with one name per line.
+    """Read classes from a JSON or CSV file, or from a text file with one name per line.
 
     A JSON file contains a list of classes, as written by `write_classes`, a list of names, or COCO
-    categories, as in an exported ``.objects.json`` file.
+    categories, as in an exported ``.objects.json`` file. A CSV file has the columns id, name, color
+    and stuff, of which the last two are optional, or a header with the names of its columns.
 
     Raises ValueError if the file contains no list of classes, and OSError if it cannot be read.
     """
     try:
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")
         if path.suffix.lower() == ".json":
             return checked_class_list(_listed(parsed_json(text)))
         names = [line.strip() for line in text.splitlines() if line.strip()]
-        if not names:
-            raise ValueError("no line has a name")
-        return default_classes(names)
+        classes = _tabled(text) if path.suffix.lower() == ".csv" else default_classes(names)
+        if not names or not classes:
+            raise ValueError("no line has a class")
+        return checked_class_list(classes)
     except ValueError as error:
         raise ValueError(f"{path}: not a list of classes: {error}") from None
 
@@ -283,16 +288,21 @@ def read_classes(path: Path) -> ClassList:
 def new_classes(file: Path | None, folder: Path) -> ClassList:
     """Return the classes in a file for new work, or no classes if `file` is None.
 
-    Raises a ValueError if `folder` stores other classes, or if the file contains no list.
+    If `folder` stores these numbers and names, its list is returned, which may have more classes,
+    other colors, and keys. Raises a ValueError if it stores other classes, or if the file contains
+    no list.
     """
     if file is None:
         return ()
     given, stored = read_classes(file), folder / CLASSES_FILE
-    if stored.is_file() and read_classes(stored) != given:
+    if not stored.is_file():
+        return given
+    known = read_classes(stored)
+    if names_of(given).items() - names_of(known).items():
         raise ValueError(
             f"{stored} stores other classes than {file}: omit --classes, or edit the stored classes"
         )
-    return given
+    return known
 
 
 def _listed(content: Any) -> list[Any]:
@@ -321,16 +331,56 @@ def _of_category(entry: Any) -> Any:
     """
     if not isinstance(entry, dict):
         return entry
-    key, color = str(entry.get("id")), entry.get("color")
+    color = entry.get("color")
     with contextlib.suppress(TypeError, ValueError):  # an invalid color is reported by `_checked`
         color = "#" + bytes(color).hex() if isinstance(color, list) else color
     return {
         "id": entry.get("id"),
         "name": entry.get("name"),
         "color": color,
-        "key": key if len(key) == 1 else "",
         "stuff": not entry.get("isthing", True),
     }
+
+
+def _tabled(text: str) -> list[dict[str, Any]]:
+    """Return the classes in the content of a CSV file; commas, semicolons or tabs divide it."""
+    mark = max(",;\t", key=text.count)
+    table = csv.reader(text.splitlines(), delimiter=mark, skipinitialspace=True)
+    rows = [(table.line_num, [cell.strip() for cell in row]) for row in table if any(row)]
+    header = [name.casefold().replace("_", "") for name in rows[0][1]] if rows else []
+    columns = header if "name" in header else _COLUMNS
+    classes = []
+    for number, row in rows[columns is header :]:
+        try:
+            classes += _of_row(dict(zip(columns, row, strict=False)))
+        except ValueError as error:
+            raise ValueError(f"line {number}: {error}") from None
+    return classes
+
+
+def _of_row(row: Mapping[str, str]) -> list[dict[str, Any]]:
+    """Convert a row to a class; the result is empty for number 0, which means no class.
+
+    The columns ``isthing`` and ``hasinstances`` are the opposite of ``stuff``. A row without an
+    answer is stuff if its name is one of `_STUFF`.
+    """
+    number, name, color = (row.get(part, "") for part in ("id", "name", "color"))
+    if not re.fullmatch(r"-?\d{1,9}", number):
+        raise ValueError(f'expected a whole number as id, found "{shortened(number)}"')
+    if int(number) == 0:
+        if name.casefold() in _NO_CLASS:
+            return []
+        raise ValueError(f"the id of {shortened(name)} is 0, which means no class: count from 1")
+    values = [int(value) for value in re.findall(r"\b\d{1,3}\b", color)]
+    if len(values) == 3 and max(values) < 256:  # red, green and blue
+        color = bytes(values).hex()
+    entry = {**new_class(int(number), name), "color": f"#{color.lstrip('#')}" if color else None}
+    for column, is_stuff in (("stuff", True), ("isthing", False), ("hasinstances", False)):
+        answer = row.get(column, "").casefold()
+        if answer and answer not in _ANSWERS:
+            raise ValueError(f"{column} must be 0 or 1, found {shortened(answer)}")
+        entry |= {"stuff": _ANSWERS[answer] == is_stuff} if answer else {}
+    return [{**entry, "key": row.get("key", "")}]
 
 
 def write_classes(path: Path, classes: ClassList) -> None:

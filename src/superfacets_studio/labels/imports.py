@@ -219,12 +219,13 @@ class _Gathered:
     def add(self, name: str, is_in: Bools, entry: Any, wanted: object = None) -> None:
         """Give the cells in the mask `is_in` the class `name`, and make them an object.
 
-        An unknown class is added to the list. The object gets the number `wanted` if it is free,
+        An unknown class is added to the list, with the number that it has in the file if that is
+        free. The object gets the number `wanted` if it is free,
         and otherwise the number after the highest in use. If `wanted` is 0, or if the class has no
         objects, the cells are in no object. `entry` is the entry in the file, which may contain the
         name and score of the object.
         """
-        class_id, self._known = with_named(self._known, name)
+        class_id, self._known = with_named(self._known, name, entry.get("category_id"))
         self._classes[is_in], self._objects[is_in] = class_id, 0
         if wanted == 0 or class_id in stuff_of(self._known):
             self._keep_score(class_id, 0, entry)

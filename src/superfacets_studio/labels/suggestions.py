@@ -28,12 +28,8 @@ class Suggestion:
 
     def line(self) -> dict[str, Any]:
         """Return the suggestion as an entry of a journal line."""
-        return {
-            "id": self.id,
-            "cells": base64_of(self.cells),
-            "class": self.class_id,
-            "score": self.score,
-        }
+        entry = {"id": self.id, "cells": base64_of(self.cells), "class": self.class_id}
+        return {**entry, "score": self.score}
 
     @classmethod
     def of_line(cls, entry: Any, n_cells: int) -> Suggestion:

@@ -106,6 +106,7 @@ class Tab:
         self.until(READY)
         if self.locator("#welcome").is_visible():
             self.locator("#welcome-close").click()
+        self.evaluate("for (const one of document.querySelectorAll('details')) one.open = true")
         # Antialiased pictures cost most of the time without a graphics card.
         self.evaluate("studio.workbench.drawing.refine = () => {}")
         return self

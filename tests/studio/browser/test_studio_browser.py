@@ -228,7 +228,7 @@ def test_the_next_unlabeled_region_is_smaller_and_the_last_one_leads_to_the_firs
 
 def test_the_mesh_has_the_focus_after_a_class_or_an_object_was_chosen(studio):
     _, tab = studio
-    for control in ("#classes kbd >> nth=1", "#new-object", "[name=object] >> nth=0"):
+    for control in ("#classes output >> nth=1", "#new-object", "[name=object] >> nth=0"):
         tab.locator(control).click()
         assert tab.evaluate("document.activeElement.id") == "canvas", control
     for key in "10":
@@ -682,41 +682,6 @@ def test_errors_are_one_line_and_the_page_goes_on(studio):
     tab.press("n", "1", "Enter")
     tab.settled()
     assert server.classes().any()
-
-
-# Each visible text, with its color and its background color.
-TEXTS = """() => [...document.querySelectorAll("body *")].flatMap(e => {
-    if (!e.checkVisibility() || e.closest("svg")) return [];
-    if (![...e.childNodes].some(n => n.nodeType === 3 && n.data.trim())) return [];
-    const ground = at => getComputedStyle(at).backgroundColor;
-    let at = e;
-    while (ground(at) === "rgba(0, 0, 0, 0)") at = at.parentElement;
-    return [[e.textContent, getComputedStyle(e).color, ground(at)]];
-})"""
-
-
-def _luminance(color):
-    parts = np.array([float(part) for part in color.removeprefix("rgb(").rstrip(")").split(",")])
-    shares = parts / 255
-    linear = np.where(shares <= 0.04045, shares / 12.92, ((shares + 0.055) / 1.055) ** 2.4)
-    return linear @ [0.2126, 0.7152, 0.0722]
-
-
-def test_controls_have_names_and_texts_contrast(studio):
-    _, tab = studio
-    nameless = tab.evaluate(
-        """() => [...document.querySelectorAll("button, input, select, a, canvas")].filter(e =>
-            !(e.ariaLabel || e.textContent.trim() || (e.labels && e.labels.length))
-        ).map(e => e.outerHTML)"""
-    )
-    assert nameless == []
-    for scheme in ("light", "dark"):
-        tab.page.emulate_media(color_scheme=scheme)
-        texts = tab.evaluate(TEXTS)
-        assert len(texts) > 20
-        for text, *colors in texts:
-            low, high = sorted(map(_luminance, colors))
-            assert (high + 0.05) / (low + 0.05) >= 4.5, (scheme, text)
 
 
 def test_a_wrong_token_shows_no_mesh(serve, bear, browser):

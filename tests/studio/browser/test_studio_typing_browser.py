@@ -42,7 +42,7 @@ def test_names_are_typed_over_one_after_the_other_and_enter_paints_nothing(desk)
     tab.settled()
     assert names(server)[:3] == ["floor", "chair", "desk"]
     focused = "document.activeElement.ariaLabel"  # also after the list is rebuilt
-    tab.until(f"{focused}?.startsWith('Make desk a surface')")
+    tab.until(f"{focused}?.startsWith('stuff: Make desk')")
     assert not server.classes().any()
 
     tab.evaluate("studio.workbench.session.savedAt = null")

@@ -3,6 +3,7 @@
 import type { Workbench } from "../workbench";
 import type { ClipBox } from "./clip";
 import type { Modes } from "./modes";
+import type { Palette } from "../panels/palette";
 import type { Comparison } from "../panels/comparison";
 import type { Suggestions } from "../panels/suggestions";
 import { savedText } from "../panels/notices";
@@ -29,6 +30,7 @@ interface Parts {
   views: Views;
   clip: ClipBox;
   comparison: Comparison;
+  palette: Palette;
   suggestions: Suggestions;
   goToFile: (steps: number) => void;
 }
@@ -41,10 +43,10 @@ export class Keys {
 
   private readonly modes: Modes;
 
-  constructor(private readonly workbench: Workbench, { modes, views, clip, comparison, suggestions, goToFile }: Parts) {
+  constructor(private readonly workbench: Workbench, { modes, views, clip, comparison, palette, suggestions, goToFile }: Parts) {
     this.modes = modes;
     this.groups = {
-      Labeling: this.labeling(),
+      Labeling: this.labeling(palette),
       Objects: this.objects(),
       Regions: this.regions(),
       Modes: this.modeKeys(),
@@ -76,9 +78,10 @@ export class Keys {
     returnFocus(workbench.drawing.canvas);
   }
 
-  private labeling(): Key[] {
+  private labeling(palette: Palette): Key[] {
     const { workbench, modes } = this;
     return [
+      { names: ["/"], what: "find a class by its name, or make a new one", run: () => palette.open() },
       ...Array.from({ length: 9 }, (_, i) => this.classKey(String(i + 1))),
       {
         names: ["0"], what: "choose no class, so that strokes erase",
@@ -126,11 +129,11 @@ export class Keys {
     return {
       names: [key],
       shown: key === "1" ? "1 … 9" : "",
-      what: "choose a class",
+      what: "choose a class; its key’s box assigns a key, and other keys have the classes that were used last",
       run: () => {
-        const entry = this.workbench.session.state.classes.find((one) => one.key === key);
-        if (!entry) return this.workbench.say(`No class has the key ${key}.`);
-        this.workbench.choose(entry.id);
+        const id = this.workbench.classKeys.classOf(key);
+        if (!id) return this.workbench.say(`No class has the key ${key}.`);
+        this.workbench.choose(id);
         this.workbench.drawing.canvas.focus();
         this.workbench.say(`${this.workbench.paintName(this.workbench.currentPaint)} is chosen.`);
       },
@@ -195,7 +198,7 @@ export class Keys {
 
   private pressed(event: KeyboardEvent): void {
     const target = event.target as Element;
-    if (this.help.open || !this.workbench.session.paints || target.closest(FIELDS)) return;
+    if (document.querySelector("dialog[open]") || !this.workbench.session.paints || target.closest(FIELDS)) return;
     const isBlender = this.scheme.value === "blender";
     // The other keys of the number pad must not choose classes, because Blender uses them to change the view.
     if (isBlender && /^Numpad\d$/.test(event.code) && !(event.code in NUMPAD)) return;

@@ -6,7 +6,7 @@ import { classOf } from "../data/labeling";
 import { button, element } from "../../shared/dom";
 import { CellBrush, Lasso, RegionBrush, Splitter, type Tool } from "./tools";
 
-type ModeName = "paint" | "brush" | "lasso" | "lasso-cells" | "split";
+export type ModeName = "paint" | "brush" | "lasso" | "lasso-cells" | "split";
 
 const BUTTONS: [ModeName, string, string][] = [
   ["paint", "Paint", "Paint whole regions (V)"],
@@ -20,6 +20,7 @@ export class Modes {
   private readonly tools: Record<ModeName, Tool>;
   private readonly buttons = new Map<ModeName, HTMLButtonElement>();
   current: ModeName = "paint";
+  readonly onChoose: (() => void)[] = []; // callbacks that run when a tool is chosen
 
   constructor(private readonly workbench: Workbench) {
     const line = element<SVGPolygonElement>("lasso-line");
@@ -49,6 +50,7 @@ export class Modes {
     this.current = name;
     if (this.workbench.session.mesh) this.tool.enter();
     this.show();
+    for (const run of this.onChoose) run();
   }
 
   /** Switch between the lasso for regions and the lasso for single cells. */

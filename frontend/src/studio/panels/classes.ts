@@ -1,19 +1,20 @@
 // Panel with the classes and their objects: names, colors, percentage of the area, and the choice of what to paint.
 
+import { withKey } from "../data/classkeys";
 import type { ClassEntry } from "../data/contract";
 import type { Workbench } from "../workbench";
 import { classOf, objectOf, paintOf } from "../data/labeling";
 import type { ClassDraft } from "../session/session";
 import { allow, button, element, make, onClick, percent } from "../../shared/dom";
 
-const KEYS = ["1", "2", "3", "4", "5", "6", "7", "8", "9"];
-
 export class ClassesPanel {
   private readonly box = element("classes");
   private readonly shares = new Map<number, HTMLOutputElement>(); // elements that show the area percentage of each class or object; the key is class and object as one number
   private readonly removers = new Map<number, HTMLButtonElement>(); // delete buttons by class id
+  private readonly keyBoxes = new Map<number, HTMLButtonElement>(); // buttons that assign a key, by class id
   private readonly lists = new Map<number, HTMLElement>(); // lists of objects by class id
   private shown = ""; // JSON of the objects that are listed
+  private inView = -1; // the chosen class and object when the list was last scrolled to them
   private isOld = false; // whether the classes have changed since the list was built
   private nPending = 0; // number of edits that the server has not answered yet
 
@@ -27,7 +28,8 @@ export class ClassesPanel {
     session.events.on("state", () => this.show());
     session.events.on("painted", () => this.show());
     workbench.events.on("current-paint", () => this.show());
-    onClick("add-class", () => void this.add());
+    onClick("add-class", () => void this.add(false));
+    onClick("add-stuff", () => void this.add(true));
     onClick("new-object", () => workbench.newObject());
     onClick("undo", () => void session.undo());
     onClick("redo", () => void session.redo());
@@ -67,7 +69,7 @@ export class ClassesPanel {
   }
 
   private fill(classes: ClassEntry[]): void {
-    for (const map of [this.shares, this.removers, this.lists]) map.clear();
+    for (const map of [this.shares, this.removers, this.keyBoxes, this.lists]) map.clear();
     this.shown = "";
     const none: ClassEntry = { id: 0, name: "No class (erases)", color: "", key: "0" };
     this.box.replaceChildren(...[...classes, none].flatMap((entry) => this.rows(entry)));
@@ -75,13 +77,13 @@ export class ClassesPanel {
   }
 
   private rows(entry: ClassEntry): HTMLElement[] {
-    const { id, name, key } = entry;
+    const { id, name } = entry;
     const radio = this.radio(id, `Paint ${name}`, () => this.workbench.choose(id));
     const share = this.share(id);
-    const row = make("div", { class: "class" }, radio, make("kbd", { title: key ? `Key ${key}` : "No key" }, key || "\u00a0"));
-    if (id === 0) row.append(make("span", { class: "none" }, name), share, this.hider(entry));
+    const row = make("div", { class: "class" }, radio);
+    if (id === 0) row.append(make("kbd", { title: "Key 0" }, "0"), make("span", { class: "none" }, name), share, this.hider(entry));
     else {
-      row.append(this.colorField(entry), this.nameField(name, `Name of ${name}`, (text) => this.change(id, { name: text })));
+      row.append(this.keyBox(entry), this.colorField(entry), this.nameField(name, `Name of ${name}`, (text) => this.change(id, { name: text })));
       row.append(share, this.stuffButton(entry), this.hider(entry), this.remover(entry));
     }
     row.addEventListener("click", (event) => {
@@ -102,6 +104,47 @@ export class ClassesPanel {
     const share = make("output", { title: "Percentage of the area" });
     this.shares.set(paint, share);
     return share;
+  }
+
+  /** Button that shows the key of a class; after a click, it waits for another key. */
+  private keyBox({ id, name }: ClassEntry): HTMLElement {
+    const box = this.button("", "", () => {
+      box.classList.add("asking");
+      box.textContent = "…";
+      this.workbench.say(`Press 1 to 9 for ${name}, or Delete for no key of its own. Escape changes nothing.`);
+    });
+    box.className = "key";
+    const end = (): void => {
+      box.classList.remove("asking");
+      this.showKeys();
+    };
+    box.addEventListener("blur", end);
+    box.addEventListener("keydown", (event) => {
+      if (!box.classList.contains("asking") || event.key === "Tab") return;
+      event.stopPropagation(); // the key would choose a class
+      event.preventDefault();
+      const isNone = event.key === "Delete" || event.key === "Backspace";
+      if (isNone || /^[1-9]$/.test(event.key)) void this.edit((classes) => withKey(classes, id, isNone ? "" : event.key));
+      else if (event.key !== "Escape") return;
+      end();
+      this.workbench.say("");
+      this.workbench.drawing.canvas.focus();
+    });
+    this.keyBoxes.set(id, box);
+    return box;
+  }
+
+  private showKeys(): void {
+    const { classKeys } = this.workbench;
+    for (const [id, box] of this.keyBoxes) {
+      if (box.classList.contains("asking")) continue;
+      const [name, key] = [this.workbench.className(id), classKeys.keyOf(id)];
+      const isAssigned = classKeys.isAssigned(key);
+      box.textContent = key || "\u00a0";
+      box.classList.toggle("assigned", isAssigned);
+      box.title = key ? `Key ${key} of ${name}${isAssigned ? "" : ", until other classes are used"}: click to assign a key` : `${name} has no key: click to assign one`;
+      box.ariaLabel = box.title;
+    }
   }
 
   private colorField({ id, name, color }: ClassEntry): HTMLElement {
@@ -133,7 +176,7 @@ export class ClassesPanel {
 
   private button(text: string, label: string, run: () => void): HTMLButtonElement {
     const made = button(text, label, run);
-    made.ariaLabel = label;
+    made.ariaLabel = label.toLowerCase().includes(text.toLowerCase()) ? label : `${text}: ${label}`; // speech control finds a button by its text
     return made;
   }
 
@@ -167,22 +210,22 @@ export class ClassesPanel {
     return this.during(this.workbench.session.setClasses(edit));
   }
 
-  /** Add a class, and start editing its name. */
-  private async add(): Promise<void> {
-    const adder = element<HTMLButtonElement>("add-class");
+  /** Add a class and choose it. If no name is given, start editing the name. */
+  async add(isStuff: boolean, name?: string): Promise<void> {
+    const adder = element<HTMLButtonElement>(isStuff ? "add-stuff" : "add-class");
     adder.disabled = true; // pressing Enter again would add another class
     const { currentPaint } = this.workbench;
     let id = 0;
     await this.edit((classes) => {
       id = Math.max(0, ...classes.map((entry) => entry.id)) + 1;
-      const key = KEYS.find((one) => !classes.some((entry) => entry.key === one)) ?? "";
-      return [...classes, { id, name: `class ${id}`, key }];
+      return [...classes, { id, name: name ?? `class ${id}`, key: "", stuff: isStuff }];
     });
     adder.disabled = false;
     const radio = this.box.querySelector(`input[name="class"][value="${id}"]`);
     if (!id || !radio) return; // the server rejected the new class
     if (this.workbench.currentPaint !== currentPaint) return; // the user has chosen another class in the meantime
     this.workbench.choose(id);
+    if (name !== undefined) return this.workbench.say(`${name} is a new class, and is chosen.`);
     radio.closest(".class")!.querySelector<HTMLInputElement>("[type=text]")!.focus();
   }
 
@@ -205,6 +248,7 @@ export class ClassesPanel {
       this.shown = shown;
     }
     this.check();
+    this.showKeys();
     this.showShares();
   }
 
@@ -261,7 +305,12 @@ export class ClassesPanel {
   private check(): void {
     const { currentPaint } = this.workbench;
     const radio = this.box.querySelector<HTMLInputElement>(`input[name="class"][value="${classOf(currentPaint)}"]`);
-    if (radio) radio.checked = true;
+    if (!radio) return;
+    radio.checked = true;
+    if (currentPaint === this.inView) return; // the user may have scrolled the list
+    this.inView = currentPaint;
+    const object = this.box.querySelector("[name=object]:checked");
+    for (const one of [radio, object]) one?.closest(".class, .object")?.scrollIntoView({ block: "nearest" });
   }
 
   private showShares(): void {

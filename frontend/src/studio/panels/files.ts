@@ -83,7 +83,7 @@ export class FilesPanel {
   private open(id: number): void {
     this.asked = id;
     element("loading").hidden = false;
-    this.session.open(id).catch((error: unknown) => this.session.report(error))
+    this.session.open(id).catch((error: unknown) => this.session.report(error, id))
       .finally(() => (element("loading").hidden = true));
   }
 }

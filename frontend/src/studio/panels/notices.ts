@@ -33,7 +33,7 @@ export function showNotices(session: Session): void {
     element("file-name").textContent = session.state.input.name;
     document.title = `${session.state.input.name} – Superfacets studio`;
     element("file-facts").textContent = counted(mesh.nCells, mesh.oneCell, mesh.cellName);
-    if (session.state.notes.length) events.emit("message", session.state.notes.join(" "));
+    events.emit("message", session.state.notes.join(" ")); // replaces messages about the file that was open before
   });
   window.addEventListener("beforeunload", (event) => {
     if (session.nWaiting) event.preventDefault();

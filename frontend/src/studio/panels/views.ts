@@ -41,7 +41,7 @@ export class Views {
   }
 
   /** Hide or show triangles and points that are seen from behind. */
-  private hideBacks(on: boolean): void {
+  hideBacks(on: boolean): void {
     this.workbench.drawing.hidesBacks = on;
     element("inside").ariaPressed = String(on);
     this.workbench.drawing.changeView();

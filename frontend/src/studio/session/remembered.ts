@@ -8,6 +8,15 @@ export function remembered(key: string): string | null {
   }
 }
 
+/** A value that was stored as JSON; null if there is none, or if it is damaged. */
+export function rememberedValue<T>(key: string): T | null {
+  try {
+    return JSON.parse(remembered(key) ?? "null") as T | null;
+  } catch {
+    return null;
+  }
+}
+
 /** Keys of stored texts that begin with a prefix, in alphabetical order. */
 export function rememberedKeys(prefix: string): string[] {
   try {

@@ -152,14 +152,21 @@ export class Session {
     return done;
   }
 
+  /** Show a message about a file. If another file is open meanwhile, the message says which file it is about. */
+  tell(line: string, fileId: number, kind: "message" | "error" = "message"): void {
+    const name = this.files.find(({ id }) => id === fileId)?.name ?? "";
+    this.events.emit(kind, fileId === this.fileId || line.includes(name) ? line : `${name}: ${line}`);
+  }
+
   /** Like `alone`, but shows errors to the user. Returns false if an error occurred. */
   private async attempt(work: () => Promise<void>): Promise<boolean> {
+    const { fileId } = this;
     try {
       if (!this.online) throw this.outage; // waiting for the server could take long
       await this.alone(work);
       return true;
     } catch (error) {
-      this.report(error);
+      this.report(error, fileId);
       return false;
     }
   }
@@ -176,10 +183,10 @@ export class Session {
 
   /** Send strokes that an earlier page could not send, and load the labels, which may have changed since. */
   private async sendKept(): Promise<void> {
-    const count = this.nWaiting;
+    const { nWaiting: count, fileId } = this;
     if (!count) return;
     const isDone = await this.attempt(() => this.reloadAll());
-    if (isDone) this.events.emit("message", `${counted(count, "stroke")} that could not be saved before the page was closed: now saved.`);
+    if (isDone) this.tell(`${counted(count, "stroke")} that could not be saved before the page was closed: now saved.`, fileId);
   }
 
   private async openNow(fileId: number): Promise<void> {
@@ -286,6 +293,7 @@ export class Session {
   }
 
   private async step(what: "undo" | "redo", done: string): Promise<void> {
+    const { fileId } = this;
     try {
       if (!this.online) throw new ServerGone();
       await this.alone(async () => {
@@ -298,11 +306,11 @@ export class Session {
         this.events.emit("message", `${done}: ${name}.`);
       });
     } catch (error) {
-      if (error instanceof ServerError && error.status === 409) this.events.emit("message", `Nothing to ${what}.`);
+      if (error instanceof ServerError && error.status === 409) this.tell(`Nothing to ${what}.`, fileId);
       else if (error instanceof ServerGone) {
         this.lose(error);
         this.events.emit("message", `The server does not answer, so ${what} has to wait. All strokes are kept; press the key again later.`);
-      } else this.report(error);
+      } else this.report(error, fileId);
     }
   }
 
@@ -367,7 +375,7 @@ export class Session {
         await this.saver.flush();
         await this.segmentOnce(wanted, signal);
       } catch (error) {
-        if (!signal.aborted) this.report(error);
+        if (!signal.aborted) this.report(error, wanted.fileId);
       }
       this.segmentation = null;
     }
@@ -424,12 +432,13 @@ export class Session {
 
   /** Write a file to the folder of the input. An existing file is replaced only if the user agrees. */
   async exportTo(format: string, what: string, replace = false): Promise<void> {
+    const { fileId } = this;
     try {
       const { path } = await this.alone(() => this.post<{ path: string }>("export", { format, what, replace }));
-      this.events.emit("message", `Written: ${path}`);
+      this.tell(`Written: ${path}`, fileId);
     } catch (error) {
       const isThere = error instanceof ServerError && error.status === 409 && !replace;
-      if (!isThere) this.report(error);
+      if (!isThere || fileId !== this.fileId) this.report(error, fileId);
       else if (confirm(`${error.message}\nReplace it?`)) await this.exportTo(format, what, true);
     }
   }
@@ -443,9 +452,10 @@ export class Session {
   }
 
   async importFrom(files: { name: string; data: string }[], asSuggestions: boolean): Promise<void> {
+    const { fileId } = this;
     if (!(await this.change("import", { files, as_suggestions: asSuggestions }))) return;
     const count = this.suggested.entries.length;
-    this.events.emit("message", asSuggestions ? `Imported: ${count} suggested objects. J goes to the first one.` : "Imported and painted.");
+    this.tell(asSuggestions ? `Imported: ${count} suggested objects. J goes to the first one.` : "Imported and painted.", fileId);
   }
 
   /**
@@ -491,13 +501,13 @@ export class Session {
     return this.api.post<T>(`${this.path}/${what}`, body);
   }
 
-  /** Show the message of an error to the user. */
-  report(error: unknown): void {
+  /** Show the message of an error of a file to the user. */
+  report(error: unknown, fileId = this.fileId): void {
     if (error instanceof Dropped) return this.events.emit("message", error.message);
     if (error instanceof ServerGone) this.lose(error);
     const line = error instanceof Error ? error.message : String(error);
     const isWord = /^[a-z]+[ ,]/.test(line); // and not a file name, such as scan.ply
-    this.events.emit("error", isWord ? `${line[0].toUpperCase()}${line.slice(1)}` : line);
+    this.tell(isWord ? `${line[0].toUpperCase()}${line.slice(1)}` : line, fileId, "error");
   }
 
   /** Handle a stroke that the server rejected: show the error, and load the labels from the server. */

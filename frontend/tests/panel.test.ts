@@ -1,0 +1,131 @@
+// @vitest-environment happy-dom
+
+import { beforeEach, expect, test, vi } from "vitest";
+import page from "../index.html?raw";
+import { ClassesPanel } from "../src/studio/panels/classes";
+import { watchFolds } from "../src/studio/panels/folds";
+import { Palette } from "../src/studio/panels/palette";
+import { Api } from "../src/studio/session/api";
+import { Session } from "../src/studio/session/session";
+import { Workbench } from "../src/studio/workbench";
+import type { ClassEntry } from "../src/studio/data/contract";
+import type { ClassDraft } from "../src/studio/session/session";
+import { fakeDrawing, fakeFile, fakeStorage } from "./fake";
+
+const NAMES = ["wall", "floor", "cabinet", "bed", "chair", "sofa", "table", "door", "window", "bookshelf", "desk", "desk lamp"];
+
+let session: Session;
+let workbench: Workbench;
+let palette: Palette;
+
+/** A session whose server takes each list of classes. */
+beforeEach(() => {
+  vi.useFakeTimers({ toFake: ["setInterval"] });
+  vi.stubGlobal("localStorage", fakeStorage());
+  document.body.innerHTML = /<body>(.*)<\/body>/s.exec(page)![1];
+  session = new Session(new Api("token"));
+  vi.spyOn(session, "setClasses").mockImplementation((edit) => {
+    const list = edit(session.state.classes) as (ClassDraft & ClassEntry)[];
+    session.state.classes = list.map((entry) => ({ ...entry, color: entry.color ?? "#102030" }));
+    session.events.emit("classes", session.state.classes);
+    return Promise.resolve();
+  });
+  workbench = new Workbench(session, fakeDrawing(document.querySelector("canvas")!));
+  const panel = new ClassesPanel(workbench);
+  palette = new Palette(workbench, (name, isStuff) => panel.add(isStuff, name));
+  Object.assign(session, { fileId: 0, ...fakeFile(8) });
+  session.state.classes = NAMES.map((name, i) => ({ id: i + 1, name, color: "#102030", key: "" }));
+  session.events.emit("regions", session.regions);
+  session.events.emit("classes", session.state.classes);
+});
+
+const key = (target: Element, name: string): boolean => target.dispatchEvent(new KeyboardEvent("keydown", { key: name, bubbles: true, cancelable: true }));
+const dialog = (): HTMLDialogElement => document.querySelector("#palette")!;
+const options = (): string[] => [...document.querySelectorAll("#palette-list span")].map((one) => one.textContent);
+const keyBox = (id: number): HTMLButtonElement => document.querySelector(`[name=class][value="${id}"]`)!.closest(".class")!.querySelector(".key")!;
+
+function type(text: string): HTMLInputElement {
+  palette.open();
+  const field = document.querySelector<HTMLInputElement>("#palette-text")!;
+  field.value = text;
+  field.dispatchEvent(new Event("input"));
+  return field;
+}
+
+test("the palette finds a class by typing; arrows move, and Enter chooses", () => {
+  const field = type("des");
+  expect(options().slice(0, 2)).toEqual(["desk", "desk lamp"]);
+  key(field, "ArrowDown");
+  expect(document.querySelector("[aria-selected=true] span")!.textContent).toBe("desk lamp");
+  key(field, "Enter");
+  expect(workbench.currentPaint & 0xffff).toBe(12);
+  expect(dialog().open).toBe(false);
+  expect(keyBox(12).textContent).toBe("9"); // instead of the window, which was not used
+  expect(keyBox(9).textContent.trim()).toBe("");
+});
+
+test("the palette makes a class with or without separate objects from an unknown name, and from no known name", async () => {
+  expect(type("Desk") && options()).toEqual(["desk", "desk lamp"]);
+  dialog().close();
+  const field = type("ceiling");
+  expect(options()).toEqual(["New class “ceiling”", expect.stringContaining("stuff")]);
+  key(field, "ArrowUp"); // the last one
+  key(field, "Enter");
+  await vi.waitFor(() => expect(workbench.currentPaint).toBe(13));
+  expect(session.state.classes[12]).toMatchObject({ name: "ceiling", stuff: true });
+});
+
+test("a class is stuff from the start with its own button", async () => {
+  document.querySelector<HTMLElement>("#add-stuff")!.click();
+  await vi.waitFor(() => expect(session.state.classes).toHaveLength(13));
+  expect(session.state.classes[12].stuff).toBe(true);
+});
+
+test("a click on the box of a class assigns the next key, which then stays", () => {
+  keyBox(12).click();
+  key(keyBox(12), "3");
+  expect(session.state.classes.map((entry) => entry.key).join("")).toBe("3");
+  expect(keyBox(12).textContent).toBe("3");
+  expect(keyBox(12).classList.contains("assigned")).toBe(true);
+  for (const { id } of session.state.classes) workbench.choose(id);
+  expect(workbench.classKeys.classOf("3")).toBe(12);
+  keyBox(12).click();
+  key(keyBox(12), "Escape");
+  expect(keyBox(12).textContent).toBe("3");
+  keyBox(12).click();
+  key(keyBox(12), "Delete");
+  expect(session.state.classes[11].key).toBe("");
+});
+
+test("keys of the box choose no class, and other keys are not taken", () => {
+  const pressed = vi.fn();
+  window.addEventListener("keydown", pressed);
+  keyBox(5).click();
+  key(keyBox(5), "7");
+  expect(pressed).not.toHaveBeenCalled();
+  key(keyBox(5), "7");
+  expect(pressed).toHaveBeenCalledOnce();
+});
+
+test("sections stay folded or open, and all are open in a high window", () => {
+  const opened = (): boolean[] => [...document.querySelectorAll("details")].map((one) => one.open);
+  vi.stubGlobal("innerHeight", 700);
+  watchFolds();
+  expect(opened()).toEqual([false, true, false, false]); // files, regions, import, export
+  document.querySelector<HTMLElement>("#export-fold summary")!.click();
+  document.querySelectorAll("details").forEach((one) => (one.open = false));
+  watchFolds();
+  expect(opened()).toEqual([false, false, false, true]);
+  vi.stubGlobal("localStorage", fakeStorage());
+  vi.stubGlobal("innerHeight", 1000);
+  watchFolds();
+  expect(opened()).toEqual([true, true, true, true]);
+});
+
+test("the list scrolls to a newly chosen class and object, and to nothing when cells are painted", () => {
+  const scroll = vi.spyOn(Element.prototype, "scrollIntoView").mockImplementation(() => undefined);
+  workbench.choose(12, 3);
+  expect(scroll.mock.contexts.map((one) => (one as Element).className)).toEqual(["class", "object"]);
+  session.events.emit("painted", new Uint32Array(1));
+  expect(scroll).toHaveBeenCalledTimes(2);
+});
