@@ -108,3 +108,45 @@ test("no class stays chosen when the list of classes is loaded again", () => {
   session.events.emit("classes", session.state.classes);
   expect(workbench.currentPaint).toBe(0);
 });
+
+/** Camera poses whose pictures show `counts` pixels of any target. */
+function fakeViews(counts: number[]): { flyTo: ReturnType<typeof vi.fn>; setFocus: ReturnType<typeof vi.fn> } {
+  const poses = counts.map((_, k) => ({ azimuth: k }));
+  const camera = { size: 1, zoom: 1, distance: 9, posesAround: () => poses, flyTo: vi.fn() };
+  const setFocus = vi.fn();
+  Object.assign(workbench.drawing, { camera, setFocus, countSeen: () => counts });
+  return { flyTo: camera.flyTo, setFocus };
+}
+
+test("the camera flies to the side from which most of a region is seen", () => {
+  const { flyTo, setFocus } = fakeViews([3, 90, 70]);
+  workbench.fly(Uint32Array.of(2, 3));
+  expect(flyTo).toHaveBeenCalledWith({ azimuth: 1 });
+  expect(setFocus.mock.lastCall?.[1]).toBeNull();
+});
+
+test("what hides a region from all sides is left out", () => {
+  const { flyTo, setFocus } = fakeViews([0, 2]);
+  workbench.fly(Uint32Array.of(2, 3));
+  expect(flyTo).toHaveBeenCalledWith({ azimuth: 0 });
+  expect(setFocus.mock.lastCall?.[0]).toEqual(Uint32Array.of(2, 3));
+  expect(setFocus.mock.lastCall?.[1]).toMatchObject({ middle: [0, 0, 0] });
+});
+
+test("everything labeled can be hidden, and everything else blinks", () => {
+  const [blink, mark] = [vi.fn(), vi.fn()];
+  Object.assign(workbench.drawing.cells, { mark });
+  Object.assign(workbench.drawing, { blink, changeView: vi.fn() });
+  workbench.hideLabeled();
+  expect(said.pop()).toContain("No cell has a class");
+  workbench.paintCells(Uint32Array.of(1, 4), ONE);
+  workbench.hideLabeled();
+  expect(mark).toHaveBeenCalledWith(Uint32Array.of(1, 4), 4, true);
+  workbench.blinkBare();
+  expect(blink).toHaveBeenCalledOnce();
+  expect(said.pop()).toContain("6 points");
+  workbench.paintCells(Uint32Array.from({ length: 8 }, (_, i) => i), ONE);
+  workbench.blinkBare();
+  expect(said.pop()).toContain("Every cell");
+  expect(blink).toHaveBeenCalledOnce();
+});

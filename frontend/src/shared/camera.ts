@@ -10,6 +10,7 @@ const NEAREST = 1e-3; // smallest distance from the eye to the target, relative 
 const FARTHEST = 50; // largest distance from the eye to the target, relative to the size of the mesh
 const MIN_NEAR = 0.02; // smallest distance of the near plane, relative to the distance of the target
 const STEEP = 1.2; // largest elevation to which an animation turns the camera, in radians
+const LOOKS = [0.35, 0.8]; // elevations from which `posesAround` looks at a place from other sides, in radians
 const FLIGHT_MS = 300; // duration of a camera animation in milliseconds
 
 /** Camera angles in degrees, and a zoom factor; zoom 1 shows the whole mesh. */
@@ -17,6 +18,14 @@ export interface View {
   azimuth: number;
   elevation: number;
   zoom: number;
+}
+
+/** Position of the camera: angles in radians, target, and distance from the eye to the target. */
+export interface Pose {
+  azimuth: number;
+  elevation: number;
+  distance: number;
+  target: Vector;
 }
 
 /** Camera uniforms; each field has the name of its uniform in the shaders. */
@@ -33,8 +42,8 @@ export class Camera {
   size = 1; // largest distance of a vertex from the origin
   zoom = 1;
   private aspect = 1;
-  private azimuth = 0;
-  private elevation = 0;
+  azimuth = 0;
+  elevation = 0;
   private facts: ShapeFacts | null = null;
   private positions: Positions | null = null;
   private fitted = 0; // distance from the eye to the target at zoom 1; 0 until `fit` has computed it
@@ -105,23 +114,28 @@ export class Camera {
   }
 
   /** Unit vectors that point right, up, and toward the viewer, in mesh coordinates. */
-  directions(): [Vector, Vector, Vector] {
+  directions({ azimuth, elevation }: Pick<Pose, "azimuth" | "elevation"> = this): [Vector, Vector, Vector] {
     const [right, up, front] = this.facts!.axes;
-    const [s, c] = [Math.sin(this.azimuth), Math.cos(this.azimuth)];
-    const [t, d] = [Math.sin(this.elevation), Math.cos(this.elevation)];
+    const [s, c] = [Math.sin(azimuth), Math.cos(azimuth)];
+    const [t, d] = [Math.sin(elevation), Math.cos(elevation)];
     const mix = (x: number, y: number, z: number): Vector =>
       [0, 1, 2].map((k) => x * right[k] + y * up[k] + z * front[k]) as Vector;
     return [mix(c, 0, -s), mix(-s * t, d, -c * t), mix(s * d, t, c * d)];
   }
 
   get eye(): Eye {
-    const { distance, target, aspect } = this;
+    return this.eyeOf(this);
+  }
+
+  eyeOf(pose: Pose): Eye {
+    const { distance, target } = pose;
+    const { aspect } = this;
     const reach = 1.1 * this.size + lengthOf(target);
     const far = distance + reach;
     const near = Math.max(distance - reach, MIN_NEAR * distance);
     const depth = (far + near) / (near - far);
     const shift = (2 * far * near) / (near - far);
-    const [right, up, toward] = this.directions();
+    const [right, up, toward] = this.directions(pose);
     return {
       rotation: [0, 1, 2].flatMap((k) => [right[k], up[k], toward[k]]),
       target,
@@ -196,11 +210,23 @@ export class Camera {
    * Animate the camera until it faces a surface point with this normal from the given distance. If the
    * normal is zero, azimuth and elevation do not change.
    */
-  fly(place: Vector, normal: Vector, distance: number): void {
-    const from = [this.azimuth, this.elevation, this.distance, ...this.target];
+  fly(target: Vector, normal: Vector, distance: number): void {
     const [azimuth, elevation] = this.anglesToward(normal);
+    this.flyTo({ azimuth, elevation, distance, target });
+  }
+
+  /** Eight poses that look at a surface point from different sides. The first pose is that of `fly`. */
+  posesAround(target: Vector, normal: Vector, distance: number): Pose[] {
+    const [azimuth, elevation] = this.anglesToward(normal);
+    return Array.from({ length: 8 }, (_, k) =>
+      ({ azimuth: azimuth + (k * Math.PI) / 4, elevation: k ? LOOKS[k % 2] : elevation, distance, target }));
+  }
+
+  /** Animate the camera to a pose. */
+  flyTo({ azimuth, elevation, distance, target }: Pose): void {
+    const from = [this.azimuth, this.elevation, this.distance, ...this.target];
     const turn = Math.atan2(Math.sin(azimuth - from[0]), Math.cos(azimuth - from[0]));
-    const to = [from[0] + turn, elevation, distance, ...place];
+    const to = [from[0] + turn, elevation, distance, ...target];
     const number = ++this.flight;
     const isCalm = matchMedia("(prefers-reduced-motion: reduce)").matches;
     const start = performance.now();

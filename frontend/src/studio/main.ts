@@ -70,6 +70,9 @@ function watchTools(workbench: Workbench): void {
   tolerance.value = String(workbench.tolerance);
   tolerance.addEventListener("input", show);
   show();
+  const parts = element<HTMLInputElement>("parts");
+  parts.value = String(workbench.nParts);
+  parts.addEventListener("change", () => (workbench.nParts = Math.max(2, Number(parts.value) || 2)));
   const borders = element<HTMLInputElement>("borders");
   borders.addEventListener("change", () => workbench.drawing.setBorders(borders.checked));
 }

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from superfacets import Texture
+from superfacets import Texture, kit
 from superfacets.kit import Bytes, CellFile, Cells, kind_of, read_content, stored_colors
 
 
@@ -25,6 +25,7 @@ class Source:
     digest: str  # SHA-256 hash of the file
     _seen: tuple[int, int] | None  # time and size from `_stamp` when the file was read
     texture: Texture | None = None
+    data: kit.CellData | None = None  # cells and the attributes of the file
     colors: Bytes | None = None  # red, green and blue of each cell or each vertex
 
     @classmethod
@@ -36,7 +37,18 @@ class Source:
         texture = None if attributes is None else attributes.texture
         colors = stored_colors(cells, attributes)
         digest = hashlib.sha256(file.data).hexdigest()
-        return cls(path, cells, len(file.data), digest, seen, texture, colors)
+        data = kit.CellData(cells, attributes)
+        return cls(path, cells, len(file.data), digest, seen, texture, data, colors)
+
+    @property
+    def has_colors(self) -> bool:
+        """Whether the file has colors or a texture."""
+        return self.colors is not None or self.texture is not None
+
+    def color_features(self) -> Any:
+        """Return the color of each cell as a feature of `segment`; MeshError if there is none."""
+        assert self.data is not None
+        return self.data.features(("color",), kit.checked_threads(None))
 
     @property
     def n_cells(self) -> int:

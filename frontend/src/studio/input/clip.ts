@@ -90,7 +90,7 @@ export class ClipBox {
 
   /** Move the side of the clip box that was moved most recently, by a number of steps along its axis. */
   nudge(steps: number): void {
-    if (!this.workbench.drawing.clip) return this.workbench.say("There is no section to move. Shift+X, Shift+Y and Shift+Z cut the mesh; C shows a clip box.");
+    if (!this.workbench.drawing.clip) return this.workbench.say("There is no section to move. Alt+X, Alt+Y and Alt+Z cut the mesh; C shows a clip box.");
     const { axis, side } = this.last;
     this.move(this.last, this.box[side][axis] + steps * STEP * this.extent(axis));
   }

@@ -113,7 +113,7 @@ export class Keys {
   private sections(clip: ClipBox): Key[] {
     return [
       ...["x", "y", "z"].map((name, axis) => ({
-        names: [`Shift+${name}`], shown: axis ? "" : "Shift+X, Y, Z", what: "show one half of the mesh; again: the other half; again: the whole mesh",
+        names: [`Alt+${name}`], shown: axis ? "" : "Alt+X, Y, Z", what: "show one half of the mesh; again: the other half; again: the whole mesh",
         run: () => clip.cycle(axis),
       })),
       { names: ["c"], what: "show or remove the clip box", run: () => clip.toggle() },
@@ -143,6 +143,8 @@ export class Keys {
       { names: ["n"], what: "next region that is not hidden", run: () => workbench.moveCursor(1) },
       { names: ["p"], what: "previous region", run: () => workbench.moveCursor(-1) },
       { names: ["s"], what: "next unlabeled region that is not hidden, in order of decreasing area", run: () => workbench.showNextBare() },
+      { names: ["Shift+s"], what: "let everything unlabeled blink", run: () => workbench.blinkBare() },
+      { names: ["Shift+u"], what: "hide everything labeled", run: () => workbench.hideLabeled() },
       { names: ["+", "=", "]"], shown: "+ or ]", what: "grow the selected or painted area by a ring of regions; with the brush: larger radius", run: () => modes.tool.resize(true) },
       { names: ["-", "["], shown: "- or [", what: "shrink the selected or painted area by a ring of regions; with the brush: smaller radius", run: () => modes.tool.resize(false) },
       { names: ["h"], what: "hide the region", run: () => workbench.hideActive() },
@@ -159,6 +161,7 @@ export class Keys {
       { names: [], shown: "B, then arrows", what: "go from cell to cell; Enter paints the cell, Delete removes its class", run: () => undefined },
       { names: ["l"], what: "lasso for regions; again: lasso for single cells", run: () => modes.nextLasso() },
       { names: ["x"], what: "split a region by strokes", run: () => modes.choose("split") },
+      { names: ["Shift+x"], what: "divide the region into parts; the field “Parts” sets how many", run: () => void this.workbench.refineActive() },
       { names: ["?"], what: "this help", run: () => this.openHelp() },
     ];
   }
@@ -255,7 +258,8 @@ function nameOf(event: KeyboardEvent): string {
   if (event.ctrlKey || event.metaKey) parts.push("Ctrl");
   if (event.altKey) parts.push("Alt");
   if (event.shiftKey && !isSign) parts.push("Shift");
-  const digit = event.altKey ? /^Digit(\d)$/.exec(event.code)?.[1] : undefined; // on macOS, Alt changes the character that a key produces
-  parts.push(digit ?? (event.key.length === 1 ? event.key.toLowerCase() : event.key));
+  const isOdd = event.altKey && !/^[a-z]$/i.test(event.key); // on macOS, Alt changes the character that a key produces
+  const letter = isOdd ? /^(?:Digit|Key)(\w)$/.exec(event.code)?.[1].toLowerCase() : undefined;
+  parts.push(letter ?? (event.key.length === 1 ? event.key.toLowerCase() : event.key));
   return parts.join("+");
 }
