@@ -150,3 +150,12 @@ test("everything labeled can be hidden, and everything else blinks", () => {
   expect(said.pop()).toContain("Every cell");
   expect(blink).toHaveBeenCalledOnce();
 });
+
+test("a stroke that would replace a label is announced, unless labels are protected", () => {
+  workbench.paintCells(Uint32Array.of(3), paintOf(2, 1));
+  workbench.choose(1);
+  expect(workbench.harmAt(3)).toContain("K protects");
+  expect([workbench.harmAt(2), workbench.harmAt(3, paintOf(2, 1)), workbench.harmAt(-1)]).toEqual(["", "", ""]);
+  session.isLocked = true;
+  expect(workbench.harmAt(3)).toBe("");
+});

@@ -324,6 +324,14 @@ export class Workbench {
     }
   }
 
+  /** Warning that a stroke with this paint would replace the label of a cell; empty if it would not. */
+  harmAt(cell: number, paint = this.currentPaint): string {
+    const { paints, isLocked } = this.session;
+    const old = cell < 0 ? 0 : paints.of[cell];
+    if (!old || old === paint || isLocked) return "";
+    return paint ? `${this.paintName(paint)} would replace ${this.paintName(old)} (K protects labels).` : `A stroke would remove ${this.paintName(old)}.`;
+  }
+
   /** Announce the new class and object of regions or cells, and the classes and objects that are replaced. */
   sayPainted(what: readonly number[] | string, paint: number, replaced: ReadonlyMap<number, number> = new Map()): void {
     const name = typeof what === "string" ? what : nameOf(what);

@@ -157,9 +157,10 @@ export class Keys {
     const { modes } = this;
     return [
       { names: ["v", "Escape"], shown: "V or Esc", what: "paint regions; clear the selection", run: () => this.leave() },
-      { names: ["b"], what: "brush single cells", run: () => modes.choose("brush") },
+      { names: ["b"], what: "brush single cells; again: all cells in a ball", run: () => modes.nextBrush() },
       { names: [], shown: "B, then arrows", what: "go from cell to cell; Enter paints the cell, Delete removes its class", run: () => undefined },
-      { names: ["l"], what: "lasso for regions; again: lasso for single cells", run: () => modes.nextLasso() },
+      { names: ["l"], what: "lasso for regions; again: lasso for single cells; with Alt: only the front piece", run: () => modes.nextLasso() },
+      { names: ["Shift+l"], what: "lasso; again: rectangle; again: polygon", run: () => modes.nextOutline() },
       { names: ["x"], what: "split a region by strokes", run: () => modes.choose("split") },
       { names: ["Shift+x"], what: "divide the region into parts; the field “Parts” sets how many", run: () => void this.workbench.refineActive() },
       { names: ["?"], what: "this help", run: () => this.openHelp() },

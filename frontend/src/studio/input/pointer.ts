@@ -14,10 +14,12 @@ interface Scheme {
   name: string;
   hint: string; // text of the toolbar: how to rotate, move and zoom
   rows: [how: string, what: string][]; // input and effect, for each row of the help dialog
-  drag: (event: PointerEvent) => Drag;
+  drag: (event: Press) => Drag;
 }
 
-const isControl = (event: PointerEvent): boolean => event.ctrlKey || event.metaKey;
+type Press = Pick<PointerEvent, "button" | "altKey" | "ctrlKey" | "metaKey" | "shiftKey">;
+
+const isControl = (event: Press): boolean => event.ctrlKey || event.metaKey;
 
 const [PAINT, REMOVE, PICK] = ["paint the regions under the pointer", "remove the class of these regions", "pick the class and object under the pointer"];
 
@@ -124,13 +126,15 @@ export class Pointer {
     this.canvas.setPointerCapture(event.pointerId);
     this.last = placeOf(this.canvas, event);
     if (event.button === 1) event.preventDefault();
-    this.drag = this.scheme.drag(event);
     this.tool = this.modes.tool;
+    const isFront = event.altKey && this.tool.takesAlt;
+    const { button, ctrlKey, metaKey, shiftKey } = event;
+    this.drag = this.scheme.drag(isFront ? { button, ctrlKey, metaKey, shiftKey, altKey: false } : event);
     if (this.drag === "pick") this.pickPaint();
     if (this.drag !== "tool") return;
     if (this.tool.turnsBeside && this.workbench.picker.cellAt(this.last) < 0) this.drag = "orbit";
     else if (event.pointerType === "touch") this.started = this.last; // painting waits, because a second finger may follow
-    else this.tool.begin(this.last, event.shiftKey);
+    else this.tool.begin(this.last, event.shiftKey, isFront);
   }
 
   private beginFingers(): void {
@@ -247,6 +251,8 @@ export class Pointer {
     const other = theirs?.paints.of[cell];
     if (theirs) lines.push(`Mine: ${mine}`, `Theirs: ${other ? this.workbench.theirName(other) : "No class"}`);
     else lines.push(mine);
+    const harm = this.drag || this.modes.current === "split" ? "" : this.workbench.harmAt(cell);
+    if (harm) lines.push(harm);
     const suggestion = paint ? undefined : suggested.entries[suggested.owners[cell] - 1];
     if (suggestion) lines.push(`Suggested: ${suggestion.class ? this.workbench.className(suggestion.class) : "no class yet"} (A accepts, R rejects)`);
     this.tip.textContent = lines.join("\n");
