@@ -5,6 +5,7 @@ import type { Positions, ShapeFacts } from "./shape";
 import { dot, lengthOf, minus, normalized, plus, type Vector } from "./vectors";
 
 const SLOPE = Math.tan((10 * Math.PI) / 180); // half the visible height at distance 1 (vertical field of view: 20 degrees)
+const WIDE = Math.tan((30 * Math.PI) / 180); // the same with a wide view (vertical field of view: 60 degrees)
 const MARGIN = 0.94; // fraction of the canvas that the mesh fills at zoom 1
 const NEAREST = 1e-3; // smallest distance from the eye to the target, relative to the size of the mesh
 const FARTHEST = 50; // largest distance from the eye to the target, relative to the size of the mesh
@@ -41,6 +42,7 @@ export class Camera {
   target: Vector = [0, 0, 0];
   size = 1; // largest distance of a vertex from the origin
   zoom = 1;
+  private slope = SLOPE;
   private aspect = 1;
   azimuth = 0;
   elevation = 0;
@@ -97,7 +99,7 @@ export class Camera {
     const directions = this.directions();
     const [right, up, toward] = directions.map((row) => row.map((value, k) => value * step[k]));
     const offsets = directions.map((row) => dot(row, low));
-    const reach = 1 / (SLOPE * MARGIN);
+    const reach = 1 / (this.slope * MARGIN);
     let farthest = 1e-6;
     let size = 1e-12;
     for (let i = 0; i < values.length; i += 3) {
@@ -140,15 +142,46 @@ export class Camera {
       rotation: [0, 1, 2].flatMap((k) => [right[k], up[k], toward[k]]),
       target,
       distance_: distance,
-      projection: [1 / (SLOPE * aspect), 0, 0, 0, 0, 1 / SLOPE, 0, 0, 0, 0, depth, -1, 0, 0, shift, 0],
+      projection: [1 / (this.slope * aspect), 0, 0, 0, 0, 1 / this.slope, 0, 0, 0, 0, depth, -1, 0, 0, shift, 0],
       near_far: [near, far],
     };
   }
 
+  /** Whether the view is wide, as in a room: `orbit` then turns the camera around the eye instead of the target. */
+  get isWide(): boolean {
+    return this.slope === WIDE;
+  }
+
+  /** Ratio of distances at which the usual and the current view show the same height. */
+  get closeness(): number {
+    return SLOPE / this.slope;
+  }
+
+  /** Choose a wide or the usual view. What is at the target keeps its size on the screen. */
+  widen(isWide: boolean): void {
+    this.flight++;
+    const height = this.distance * this.slope;
+    this.slope = isWide ? WIDE : SLOPE;
+    this.fitted = 0;
+    this.setDistance(height / this.slope);
+    this.changed();
+  }
+
+  /** Move the camera to the right, up and forward, by distances relative to the size of the mesh. */
+  walk(right: number, up: number, forward: number): void {
+    this.flight++;
+    const steps = [right, up, -forward];
+    this.target = this.directions().reduce((place, way, k) => plus(place, way, steps[k] * this.size), this.target);
+    this.changed();
+  }
+
   orbit(x: number, y: number): void {
     this.flight++;
+    const { distance } = this;
+    const eye = plus(this.target, this.directions()[2], distance);
     this.azimuth -= x;
     this.elevation = Math.max(-Math.PI / 2, Math.min(Math.PI / 2, this.elevation + y));
+    if (this.isWide) this.target = plus(eye, this.directions()[2], -distance);
     this.changed();
   }
 
@@ -156,7 +189,7 @@ export class Camera {
   pan(x: number, y: number): void {
     this.flight++;
     const [right, up] = this.directions();
-    const height = 2 * SLOPE * this.distance;
+    const height = 2 * this.slope * this.distance;
     this.target = plus(plus(this.target, right, -x * height), up, y * height);
     this.changed();
   }
@@ -178,7 +211,7 @@ export class Camera {
 
   /** Size in pixels of a segment of length 1 at distance 1, for a canvas of this height in pixels. */
   pixelsOf(height: number): number {
-    return height / (2 * SLOPE);
+    return height / (2 * this.slope);
   }
 
   /** Distance from a point to the eye. */
@@ -201,7 +234,7 @@ export class Camera {
     const [right, up, toward] = this.directions();
     const from = minus(place, this.target);
     const depth = this.distance - dot(from, toward);
-    const height = 2 * SLOPE * depth;
+    const height = 2 * this.slope * depth;
     const [x, y] = [0.5 + dot(from, right) / (height * this.aspect), 0.5 - dot(from, up) / height];
     return depth > 0 && x >= 0 && x <= 1 && y >= 0 && y <= 1 ? [x, y] : null;
   }

@@ -18,6 +18,7 @@ import { ExchangePanel } from "./panels/exchange";
 import { FilesPanel } from "./panels/files";
 import { ParametersPanel } from "./panels/parameters";
 import { Suggestions } from "./panels/suggestions";
+import { Walk } from "./input/walk";
 import { Pointer } from "./input/pointer";
 import { remember, remembered } from "./session/remembered";
 import { Session } from "./session/session";
@@ -42,7 +43,7 @@ async function start(): Promise<void> {
     const views = new Views(workbench);
     new Keys(workbench, {
       modes, views, clip: new ClipBox(workbench), comparison: new Comparison(workbench),
-      suggestions: new Suggestions(workbench), goToFile: (steps) => files.go(steps),
+      suggestions: new Suggestions(workbench), walk: new Walk(workbench), goToFile: (steps) => files.go(steps),
     });
     new ClassesPanel(workbench);
     new ParametersPanel(session);

@@ -284,7 +284,7 @@ export class Workbench {
     const place = scaled(sum, 1 / middles.length);
     const reach = middles.reduce((most, middle) => Math.max(most, lengthOf(minus(middle, place))), 0);
     const { drawing, drawing: { camera } } = this;
-    const distance = Math.max(12 * reach, 0.3 * camera.size);
+    const distance = camera.closeness * Math.max(12 * reach, 0.3 * camera.size);
     drawing.setFocus(cells, null);
     if (keepsAngles) {
       camera.fly(place, [0, 0, 0], distance);
@@ -440,6 +440,13 @@ export class Workbench {
     const cells = activeRegion >= 0 ? session.regions.cellsOf(activeRegion)
       : session.paints.cellsOf(classOf(currentPaint), objectOf(currentPaint));
     if (!cells.length || !this.fly(cells, true)) this.say("No region is under the pointer, and the chosen object has no cells.");
+  }
+
+  /** Move the camera to half the distance from a cell, and turn it around the cell from now on. */
+  approach(cell: number): void {
+    const { camera } = this.drawing;
+    const middle = this.session.mesh.middleOf(cell);
+    if (middle) camera.fly(middle, [0, 0, 0], Math.max(camera.distanceTo(middle) / 2, 0.1 * camera.closeness * camera.size));
   }
 
   hideActive(): void {

@@ -5,6 +5,7 @@ import type { ClipBox } from "./clip";
 import type { Modes } from "./modes";
 import type { Comparison } from "../panels/comparison";
 import type { Suggestions } from "../panels/suggestions";
+import type { Walk } from "./walk";
 import { savedText } from "../panels/notices";
 import { SCHEMES } from "./pointer";
 import type { Views } from "../panels/views";
@@ -30,6 +31,7 @@ interface Parts {
   clip: ClipBox;
   comparison: Comparison;
   suggestions: Suggestions;
+  walk: Walk;
   goToFile: (steps: number) => void;
 }
 
@@ -40,9 +42,11 @@ export class Keys {
   private readonly scheme = element<HTMLSelectElement>("scheme");
 
   private readonly modes: Modes;
+  private readonly walk: Walk;
 
-  constructor(private readonly workbench: Workbench, { modes, views, clip, comparison, suggestions, goToFile }: Parts) {
+  constructor(private readonly workbench: Workbench, { modes, views, clip, comparison, suggestions, walk, goToFile }: Parts) {
     this.modes = modes;
+    this.walk = walk;
     this.groups = {
       Labeling: this.labeling(),
       Objects: this.objects(),
@@ -180,6 +184,7 @@ export class Keys {
       { names: ["i"], what: "zoom in", run: () => camera.zoomBy(1.25) },
       { names: ["Shift+i"], what: "zoom out", run: () => camera.zoomBy(0.8) },
       ...views.keys(),
+      { names: ["q"], what: "walk inside: W, A, S and D move the eye, turning looks around; again: end", run: () => this.walk.toggle() },
     ];
   }
 
@@ -200,6 +205,7 @@ export class Keys {
   private pressed(event: KeyboardEvent): void {
     const target = event.target as Element;
     if (this.help.open || !this.workbench.session.paints || target.closest(FIELDS)) return;
+    if (this.walk.press(event)) return event.preventDefault();
     const isBlender = this.scheme.value === "blender";
     // The other keys of the number pad must not choose classes, because Blender uses them to change the view.
     if (isBlender && /^Numpad\d$/.test(event.code) && !(event.code in NUMPAD)) return;

@@ -30,6 +30,7 @@ export const SCHEMES: Record<string, Scheme> = {
     rows: [
       ["Left drag", PAINT], ["Shift + left drag", REMOVE], ["Ctrl + click", PICK],
       ["Right drag", "turn the view, as does dragging outside the mesh"], ["Middle drag", "move the view, as does Alt + left drag"],
+      ["Right double click", "go closer to the place"],
     ],
     drag: (event) => {
       if (event.button === 2) return "orbit";
@@ -43,6 +44,7 @@ export const SCHEMES: Record<string, Scheme> = {
     rows: [
       ["Left drag", PAINT], ["Shift + left drag", REMOVE], ["Right click", PICK],
       ["Middle drag", "turn the view, as does dragging outside the mesh"], ["Shift + middle drag", "move the view"], ["Ctrl + middle drag", "zoom"],
+      ["Middle double click", "go closer to the place"],
       ["Numpad 1 3 7 .", "front, side, top, frame"],
     ],
     drag: (event) => {
@@ -56,7 +58,7 @@ export const SCHEMES: Record<string, Scheme> = {
     hint: "Turn: left drag · Move: Ctrl + left or middle drag · Zoom: wheel · Paint: right drag",
     rows: [
       ["Right drag", PAINT], ["Shift + right drag", REMOVE], ["Ctrl + right click", PICK],
-      ["Left drag", "turn the view"], ["Middle drag", "move the view, as does Ctrl + left drag"], ["Shift + left drag", "zoom"],
+      ["Left drag", "turn the view"], ["Left double click", "go closer to the place"], ["Middle drag", "move the view, as does Ctrl + left drag"], ["Shift + left drag", "zoom"],
     ],
     drag: (event) => {
       if (event.button === 2) return isControl(event) ? "pick" : "tool";
@@ -67,6 +69,7 @@ export const SCHEMES: Record<string, Scheme> = {
 };
 
 const SCHEME_KEY = "superfacets mouse";
+const DOUBLE_MS = 400; // longest time between the two presses of a double click, in milliseconds
 const TAP = 8; // largest movement of a finger during a tap, in pixels
 
 export class Pointer {
@@ -77,6 +80,7 @@ export class Pointer {
   private readonly fingers = new Map<number, Place>();
   private readonly canvas: HTMLCanvasElement;
   private readonly tip = element("tip");
+  private turned = { at: -Infinity, place: { x: 0, y: 0 } }; // time and place of the last press that turned or moved the view
   private waiting: PointerEvent | null = null;
   private scheme = SCHEMES.studio;
 
@@ -131,6 +135,7 @@ export class Pointer {
     const { button, ctrlKey, metaKey, shiftKey } = event;
     this.drag = this.scheme.drag(isFront ? { button, ctrlKey, metaKey, shiftKey, altKey: false } : event);
     if (this.drag === "pick") this.pickPaint();
+    if (this.drag === "orbit" || this.drag === "pan") this.pressToTurn(event.timeStamp);
     if (this.drag !== "tool") return;
     if (this.tool.turnsBeside && this.workbench.picker.cellAt(this.last) < 0) this.drag = "orbit";
     else if (event.pointerType === "touch") this.started = this.last; // painting waits, because a second finger may follow
@@ -141,6 +146,15 @@ export class Pointer {
     if (this.drag === "tool" && !this.started) this.tool.end();
     this.started = null;
     this.drag = "fingers";
+  }
+
+  /** Go closer to the cell under the pointer if this is the second press of a double click. */
+  private pressToTurn(at: number): void {
+    const { turned, last, workbench } = this;
+    const isDouble = at - turned.at < DOUBLE_MS && Math.hypot(last.x - turned.place.x, last.y - turned.place.y) < TAP;
+    this.turned = { at: isDouble ? -Infinity : at, place: last };
+    const cell = isDouble ? workbench.picker.cellAt(last) : -1;
+    if (cell >= 0) workbench.approach(cell);
   }
 
   private pickPaint(): void {
@@ -196,7 +210,8 @@ export class Pointer {
     this.last = place;
     this.moveCircle(place);
     const { camera } = this.workbench.drawing;
-    if (this.drag === "orbit") camera.orbit((4 * dx) / height, (4 * dy) / height);
+    const speed = (camera.isWide ? 1.2 : 4) / height;
+    if (this.drag === "orbit") camera.orbit(speed * dx, speed * dy);
     else if (this.drag === "pan") camera.pan(dx / height, dy / height);
     else if (this.drag === "zoom") camera.zoomBy(Math.exp((-4 * dy) / height));
     else if (this.drag === "tool") this.tool.move(place);

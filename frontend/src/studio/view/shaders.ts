@@ -6,7 +6,7 @@ import { N_SHADES } from "../data/colors";
 import { OWN_COLORS, TINTED } from "../../shared/owncolors";
 import { CODE, EYE, HEAD, LIGHT } from "../../shared/shaders";
 
-// With "See inside", no border is drawn between neighboring pixels if their distances to the eye differ by more than this fraction.
+// With "See inside", and in clouds, no border is drawn between neighboring pixels if their distances to the eye differ by more than this fraction.
 const GAP = 0.01;
 
 export const CELLS = `${HEAD}${LIGHT}${CODE}${EYE}${OWN_COLORS}
@@ -162,8 +162,8 @@ vec3 shade(ivec2 p, ivec2 limit) {
     uint other = regionOf(neighbor);
     if (other == region) continue;
     if (other < NONE - 1u || !is_cloud) is_edge = is_edge || is_active;
-    // Hidden noisy walls leave specks, which would be black dots if they had outlines.
-    bool is_gap = hides_backs && abs(distanceAt(q) / distanceAt(p) - 1.0) > ${GAP};
+    // Hidden noisy walls, and points seen through gaps, are specks, which would be black dots if they had outlines.
+    bool is_gap = (hides_backs || is_cloud) && abs(distanceAt(q) / distanceAt(p) - 1.0) > ${GAP};
     if (other < NONE - 1u && region < NONE - 1u && !is_gap) is_border = true;
   }
   if (is_edge) return accent;
