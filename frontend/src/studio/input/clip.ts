@@ -4,7 +4,7 @@ import { element, onClick } from "../../shared/dom";
 import { placeOf } from "../../shared/picking";
 import type { Vector } from "../../shared/vectors";
 import type { Workbench } from "../workbench";
-import type { Box } from "../view/drawing";
+import type { Box } from "../../shared/shape";
 import { putCircle } from "../view/picker";
 
 const NAMES = ["x", "y", "z"];

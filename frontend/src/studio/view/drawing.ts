@@ -6,19 +6,13 @@ import { element } from "../../shared/dom";
 import { Blend, hasOwnColors, OwnColors } from "../../shared/owncolors";
 import { cellsIn } from "../../shared/picking";
 import { SURFACE } from "../../shared/shaders";
-import { NONE } from "../../shared/shape";
+import { type Box, NONE } from "../../shared/shape";
 import { Surface } from "../../shared/surface";
 import type { Vector } from "../../shared/vectors";
 import { CellTable } from "./celltable";
 import { N_SHADES, parseColor, type Rgb } from "../data/colors";
 import type { Mesh } from "../data/mesh";
 import { CELLS, IMAGE, WHOLE } from "./shaders";
-
-/** A box with sides parallel to the coordinate axes. */
-export interface Box {
-  low: Vector;
-  high: Vector;
-}
 
 const REFINE_MS = 160; // time in milliseconds after the last change until the canvas is drawn antialiased
 const MAX_FINE_PIXELS = 9_000_000; // largest size of an antialiased framebuffer in pixels

@@ -4,18 +4,14 @@
 
 import { N_SHADES } from "../data/colors";
 import { OWN_COLORS, TINTED } from "../../shared/owncolors";
-import { CODE, EYE, HEAD, LIGHT } from "../../shared/shaders";
+import { CODE, EYE, HEAD, LEFT_OUT, LIGHT } from "../../shared/shaders";
 
 // With "See inside", and in clouds, no border is drawn between neighboring pixels if their distances to the eye differ by more than this fraction.
 const GAP = 0.01;
 
-export const CELLS = `${HEAD}${LIGHT}${CODE}${EYE}${OWN_COLORS}
+export const CELLS = `${HEAD}${LIGHT}${CODE}${EYE}${LEFT_OUT}${OWN_COLORS}
 uniform usampler2D cells;
 uniform bool has_hidden;
-uniform bool hides_backs;
-uniform bool is_clipped;
-uniform vec3 clip_low;
-uniform vec3 clip_high;
 uniform bool has_focus;  // whether cells in front of the focused cells are left out
 uniform usampler2D focused;  // 1 for each focused cell
 uniform vec3 focus;  // middle of the focused cells
@@ -25,11 +21,7 @@ layout(location = 1) out vec4 brightness;  // r: brightness; g, b, a: own color
 void main() {
   vec3 own_color = has_own_colors ? ownColor() : vec3(0.0);  // must be computed before any discard, because derivatives need neighboring pixels
   if (has_hidden && (texelFetch(cells, place(cell), 0).b & 4u) != 0u) discard;
-  if (hides_backs && (is_cloud ? dot(normal, at) > 0.0 : !gl_FrontFacing)) discard;
-  if (is_clipped) {
-    vec3 here = transpose(rotation) * (at + vec3(0.0, 0.0, distance_)) + target;
-    if (any(lessThan(here, clip_low)) || any(greaterThan(here, clip_high))) discard;
-  }
+  if (isLeftOut()) discard;
   if (has_focus && texelFetch(focused, place(cell), 0).r == 0u) {
     vec3 middle = rotation * (focus - target) - vec3(0.0, 0.0, distance_);
     float share = dot(at, middle) / dot(middle, middle);  // 0 at the eye, 1 at the depth of the focused cells
