@@ -266,7 +266,7 @@ export class Pointer {
     const other = theirs?.paints.of[cell];
     if (theirs) lines.push(`Mine: ${mine}`, `Theirs: ${other ? this.workbench.theirName(other) : "No class"}`);
     else lines.push(mine);
-    const harm = this.drag || this.modes.current === "split" ? "" : this.workbench.harmAt(cell);
+    const harm = theirs || this.drag || this.modes.current === "split" ? "" : this.workbench.harmAt(cell);
     if (harm) lines.push(harm);
     const suggestion = paint ? undefined : suggested.entries[suggested.owners[cell] - 1];
     if (suggestion) lines.push(`Suggested: ${suggestion.class ? this.workbench.className(suggestion.class) : "no class yet"} (A accepts, R rejects)`);

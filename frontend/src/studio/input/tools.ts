@@ -127,7 +127,7 @@ export class RegionBrush extends Brush {
 export class CellBrush extends Brush {
   readonly name: string;
   readonly hint =
-    "Drag paints · Shift removes · [ and ] change the radius · B: surface or ball · Arrows go from cell to cell, Enter paints · Esc leaves";
+    "Drag paints · Shift removes · [ and ]: radius · B: surface or ball · Arrows, then Enter: single cells · Esc leaves";
   radius = 16;
 
   constructor(workbench: Workbench, private readonly circle: SVGCircleElement, private readonly cursor: CellCursor, private readonly isBall: boolean) {
@@ -216,8 +216,8 @@ export class Lasso extends Tool {
   }
 
   get hint(): string {
-    const how = { Lasso: "Draw an outline around the part to paint", Rectangle: "Drag a rectangle", Polygon: "Click on corners; Enter or a double click closes" };
-    return `${how[this.outline]} · Alt: only the front piece · Shift removes · L: regions or cells · Shift+L: other outline · Esc leaves`;
+    const how = { Lasso: "Draw around the part", Rectangle: "Drag a rectangle", Polygon: "Click on corners; Enter closes" };
+    return `${how[this.outline]} · Alt: front piece · Shift removes · L: regions or cells · Shift+L: outline`;
   }
 
   begin(place: Place, isOther: boolean, isFront = false): void {
