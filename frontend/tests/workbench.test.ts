@@ -159,3 +159,10 @@ test("a stroke that would replace a label is announced, unless labels are protec
   session.isLocked = true;
   expect(workbench.harmAt(3)).toBe("");
 });
+
+test("a double click goes half the way to a cell, and turns the view around it", () => {
+  const fly = vi.fn();
+  Object.assign(workbench.drawing, { camera: { size: 1, closeness: 1, distanceTo: () => 4, fly } });
+  workbench.approach(2);
+  expect(fly).toHaveBeenCalledWith([0, 0, 0], [0, 0, 0], 2);
+});

@@ -28,7 +28,12 @@ def test_a_moved_slider_changes_the_labels_and_undo_brings_them_back(studio):
     tab.locator("#coarser").click()
     tab.settled()
     assert tab.evaluate("studio.nRegions") < wanted
-    for _ in range(6):
+    tab.locator("#radius").fill("0.4")
+    tab.locator("#radius").press("Enter")
+    tab.settled()
+    area = sf.build_face_graph(sample_mesh(5_000)).measures.sum()
+    assert tab.evaluate("studio.nRegions") == round(area / (np.pi * 0.4**2))
+    for _ in range(7):
         if tab.locator("#undo").is_disabled():
             break
         tab.locator("#undo").click()
