@@ -97,8 +97,8 @@ class Document:
         source = Source.read(path)
         own = None if share_classes else list(classes or default_classes())
         checked = first_parameters(source.cells, n_segments, **(parameters or {}))
-        if checked["color"]:
-            source.color_features()  # raises an error if there are no colors
+        if checked["color"] and source.color_features is None:
+            raise ValueError(f"{path.name} has no colors and no texture")
         header = {**source.facts, "parameters": checked, "classes": own}
         journal = Journal.open(work.resolve() if work else work_file_of(path), header)
         try:
@@ -125,8 +125,7 @@ class Document:
     def _of(cls, source: Source, journal: Journal, classes: ClassList | None) -> Document:
         journal.check_source(source.path, source.digest, source.n_cells)
         history = History.replayed(journal, source.n_cells, classes)
-        colors = source.color_features if source.has_colors else None
-        segmenter = Segmenter(source.cells, colors)
+        segmenter = Segmenter(source.cells, source.color_features)
         base = segmenter.base(history.state.partition.parameters)
         return cls(source, journal, history, segmenter, base)
 

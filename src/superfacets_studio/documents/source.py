@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +27,7 @@ class Source:
     digest: str  # SHA-256 hash of the file
     _seen: tuple[int, int] | None  # time and size from `_stamp` when the file was read
     texture: Texture | None = None
-    data: kit.CellData | None = None  # cells and the attributes of the file
+    color_features: Callable[[], Any] | None = None  # returns colors as features of `segment`
     colors: Bytes | None = None  # red, green and blue of each cell or each vertex
 
     @classmethod
@@ -37,18 +39,10 @@ class Source:
         texture = None if attributes is None else attributes.texture
         colors = stored_colors(cells, attributes)
         digest = hashlib.sha256(file.data).hexdigest()
-        data = kit.CellData(cells, attributes)
-        return cls(path, cells, len(file.data), digest, seen, texture, data, colors)
-
-    @property
-    def has_colors(self) -> bool:
-        """Whether the file has colors or a texture."""
-        return self.colors is not None or self.texture is not None
-
-    def color_features(self) -> Any:
-        """Return the color of each cell as a feature of `segment`; MeshError if there is none."""
-        assert self.data is not None
-        return self.data.features(("color",), kit.checked_threads(None))
+        data, names = kit.CellData(cells, attributes), ("color",)
+        has_colors = colors is not None or texture is not None
+        features = partial(data.features, names, kit.checked_threads(None)) if has_colors else None
+        return cls(path, cells, len(file.data), digest, seen, texture, features, colors)
 
     @property
     def n_cells(self) -> int:

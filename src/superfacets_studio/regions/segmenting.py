@@ -57,10 +57,8 @@ def first_parameters(
             raise ValueError("n_segments and radius exclude each other: give one of them")
         kind = kit.kind_of(cells)
         size = np.pi * (radius**2 if kind.dimension < 3 else 4 / 3 * radius**3)
-        total = float(kind.measures(cells, kit.checked_threads(None)).sum())
-        n_segments = max(1, round(total / size))
-    usual = default_parameters(cells.n_cells, n_segments)
-    return checked_parameters(given, usual, cells.n_cells)
+        n_segments = max(1, round(float(kind.measures(cells, 1).sum()) / size))
+    return checked_parameters(given, default_parameters(cells.n_cells, n_segments), cells.n_cells)
 
 
 def ranges(n_cells: int) -> dict[str, list[float]]:

@@ -38,7 +38,7 @@ def _state(document: Document, query: Body) -> Body:
     return {
         "parameters": parameters,
         "ranges": ranges(document.n_cells),
-        "has_colors": document.source.has_colors,
+        "has_colors": document.source.color_features is not None,
         "revision": document.revision.number,
         "n_regions": document.revision.n_regions,
         "classes": list(document.class_list),

@@ -62,10 +62,9 @@ def test_strokes_and_lassos_over_a_closed_wall_paint_no_point_of_the_chair_behin
 def test_points_seen_through_gaps_of_a_wall_have_no_borders(wall):
     _, tab = wall
     pictures = """n => [true, false].map((on) => {
-        const { drawing, drawing: { gpu } } = studio.workbench;
+        const { drawing, drawing: { gpu, canvas: { width, height } } } = studio.workbench;
         drawing.setBorders(on);
         drawing.draw(1);
-        const { width, height } = drawing.canvas;
         gpu.gl.bindFramebuffer(gpu.gl.FRAMEBUFFER, null);
         const colors = new Uint32Array(gpu.read(0, 0, width, height).buffer);
         const { cells } = drawing.cellsSeen();
