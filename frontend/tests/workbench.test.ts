@@ -127,3 +127,61 @@ test("a late message of another file names that file", async () => {
   session.report(new Error("/x/a.ply is damaged"), 0);
   expect(said.slice(1)).toEqual(["Written: /x/b.ply", "/x/a.ply is damaged"]);
 });
+
+/** Camera poses whose pictures show `counts` pixels of any target. */
+function fakeViews(counts: number[]): { flyTo: ReturnType<typeof vi.fn>; setFocus: ReturnType<typeof vi.fn> } {
+  const poses = counts.map((_, k) => ({ azimuth: k }));
+  const camera = { size: 1, zoom: 1, distance: 9, closeness: 1, posesAround: () => poses, flyTo: vi.fn() };
+  const setFocus = vi.fn();
+  Object.assign(workbench.drawing, { camera, setFocus, countSeen: () => counts });
+  return { flyTo: camera.flyTo, setFocus };
+}
+
+test("the camera flies to the side from which most of a region is seen", () => {
+  const { flyTo, setFocus } = fakeViews([3, 90, 70]);
+  workbench.fly(Uint32Array.of(2, 3));
+  expect(flyTo).toHaveBeenCalledWith({ azimuth: 1 });
+  expect(setFocus.mock.lastCall?.[1]).toBeNull();
+});
+
+test("what hides a region from all sides is left out", () => {
+  const { flyTo, setFocus } = fakeViews([0, 2]);
+  workbench.fly(Uint32Array.of(2, 3));
+  expect(flyTo).toHaveBeenCalledWith({ azimuth: 0 });
+  expect(setFocus.mock.lastCall?.[0]).toEqual(Uint32Array.of(2, 3));
+  expect(setFocus.mock.lastCall?.[1]).toMatchObject({ middle: [0, 0, 0] });
+});
+
+test("everything labeled can be hidden, and everything else blinks", () => {
+  const [blink, mark] = [vi.fn(), vi.fn()];
+  Object.assign(workbench.drawing.cells, { mark });
+  Object.assign(workbench.drawing, { blink, changeView: vi.fn() });
+  workbench.hideLabeled();
+  expect(said.pop()).toContain("No cell has a class");
+  workbench.paintCells(Uint32Array.of(1, 4), ONE);
+  workbench.hideLabeled();
+  expect(mark).toHaveBeenCalledWith(Uint32Array.of(1, 4), 4, true);
+  workbench.blinkBare();
+  expect(blink).toHaveBeenCalledOnce();
+  expect(said.pop()).toContain("6 points");
+  workbench.paintCells(Uint32Array.from({ length: 8 }, (_, i) => i), ONE);
+  workbench.blinkBare();
+  expect(said.pop()).toContain("Every cell");
+  expect(blink).toHaveBeenCalledOnce();
+});
+
+test("a stroke that would replace a label is announced, unless labels are protected", () => {
+  workbench.paintCells(Uint32Array.of(3), paintOf(2, 1));
+  workbench.choose(1);
+  expect(workbench.harmAt(3)).toContain("K protects");
+  expect([workbench.harmAt(2), workbench.harmAt(3, paintOf(2, 1)), workbench.harmAt(-1)]).toEqual(["", "", ""]);
+  session.isLocked = true;
+  expect(workbench.harmAt(3)).toBe("");
+});
+
+test("a double click goes half the way to a cell, and turns the view around it", () => {
+  const fly = vi.fn();
+  Object.assign(workbench.drawing, { camera: { size: 1, closeness: 1, distanceTo: () => 4, fly } });
+  workbench.approach(2);
+  expect(fly).toHaveBeenCalledWith([0, 0, 0], [0, 0, 0], 2);
+});

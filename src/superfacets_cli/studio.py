@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import json
-import sys
 import webbrowser
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,7 +13,7 @@ import click
 from superfacets.kit import import_extra
 
 from .failures import for_each, print_note, print_notes
-from .options import COUNT, FILE, FLAG, FOLDER, json_option, option, options
+from .options import COUNT, FILE, FLAG, FOLDER, POSITIVE, json_option, option, options
 
 if TYPE_CHECKING:
     from superfacets_studio import Files
@@ -24,6 +23,9 @@ if TYPE_CHECKING:
 @click.argument("path", metavar="IN|FOLDER", type=click.Path(path_type=Path, exists=True))
 @options(
     option("-n --n-segments", COUNT, "Number of regions for new work.  [default: 150]"),
+    option("-r --radius", POSITIVE, "Radius of a region for new work, instead of -n."),
+    option("--scans", FLAG, "For new work on fused scans of rooms, as in `superfacets segment`."),
+    option("--features", ("color",), "Data that borders of new work follow, too."),
     option("--work FILE", FILE,
            "File in which the work is saved.  [default: IN.studio.jsonl, beside IN]"),
     option("--classes FILE", FILE,
@@ -41,8 +43,9 @@ if TYPE_CHECKING:
     option("--no-browser", FLAG, "Print the address without opening a browser."),
 )  # fmt: skip
 def studio_command(
-    path: Path, n_segments: int | None, work: Path | None, classes: Path | None, port: int | None,
-    is_list: bool, exports: tuple[str, ...], output: Path | None, no_browser: bool,
+    path: Path, n_segments: int | None, radius: float | None, scans: bool, features: str | None,
+    work: Path | None, classes: Path | None, port: int | None, is_list: bool,
+    exports: tuple[str, ...], output: Path | None, no_browser: bool,
 ) -> None:  # fmt: skip
     """Label a mesh, a cloud or all files of a folder in a browser.
 
@@ -56,6 +59,7 @@ def studio_command(
     if output is not None and not exports:
         raise click.UsageError("-o is the folder of exports: say what to export with --export")
     files = Files.of(path, work, n_segments, new_classes(classes, path))
+    files.parameters = {"radius": radius, "scans": scans, "color": features is not None}
     if exports:
         _export(files, exports, output)
     elif is_list:
@@ -76,7 +80,6 @@ def _serve(files: Files, port: int | None, *, is_shown: bool) -> None:
 
         def show(page: str) -> None:
             click.echo(f"superfacets studio: {page} (press Ctrl-C to stop)")
-            sys.stdout.flush()
             if is_shown:
                 with contextlib.suppress(OSError):  # the user can still open the printed address
                     webbrowser.open(stack.enter_context(redirection(page)))

@@ -118,6 +118,28 @@ def test_pointer_colors_levels_and_values(opened, bear, levels):
     assert value <= heights[levels.levels[0] == label].max() * 1.01
 
 
+def test_sections_cut_and_the_search_goes_to_a_region(opened, bear, levels):
+    def drawn():
+        return np.count_nonzero(pixels(tab)[..., 3])
+
+    tab = opened(sf.view(bear, levels.levels[0]))
+    whole = drawn()
+    halves = [tab.locator("#section").select_option(name) and drawn() for name in ("-x", "+x")]
+    assert max(halves) < 0.8 * whole
+    assert sum(halves) > 0.97 * whole
+    tab.locator("#section").select_option("-z")
+    cut = drawn()
+    tab.locator("#inside").check()
+    assert drawn() < 0.8 * cut  # the back of the bear is seen from inside
+    tab.locator("#section").select_option("")
+    tab.locator("#find").fill("7")
+    tab.locator("#find").press("Enter")
+    tab.wait_for_timeout(600)  # the flight
+    assert tip(tab)[0] == "region 7"
+    assert tab.locator("#status").text_content().startswith("region 7, ")
+    assert tab.locator("#list li").count() == 40
+
+
 def test_regions_have_the_colors_of_pictures_and_take_others(opened, bear):
     """With a single region, all drawn pixels have its color, until the color changes."""
     tab = opened(sf.view(bear, np.zeros(bear.n_faces, int)))

@@ -81,6 +81,35 @@ def test_all_kinds_of_cells_are_shown_painted_and_split(serve, tmp_path, make, n
     assert regions["arcs"].max() == 2
 
 
+def test_a_region_is_divided_into_parts_in_one_step(client, serve, sheet):
+    before, revision = client.labels(), client.state()["revision"]
+    found = client.done("refine", region=7, revision=revision, parts=3)
+    assert (found["seq"], found["n_regions"]) == (1, 22)
+    after = client.labels()
+    assert set(after[before == 7]) == {7, 20, 21}
+    np.testing.assert_array_equal(after[before != 7], before[before != 7])
+    answer = client.post("refine", region=7, revision=client.state()["revision"], parts=9999)
+    assert "parts must be at most" in answer.json()["error"]
+    client.files.close()
+    assert np.array_equal(client.labels(), after)
+    client.done("undo")
+    assert np.array_equal(client.labels(), before)
+
+
+def test_new_work_has_the_parameters_of_the_command(serve, tmp_path):
+    mesh = shapes.bumpy_sheet(24)
+    red = mesh.vertices[mesh.faces[:, 0], 0] > 0.5
+    colors = np.where(red[:, None], [255, 0, 0], [0, 0, 255])
+    write_mesh(tmp_path / "red.ply", mesh, colors=colors.astype(np.uint8))
+    client = serve(tmp_path / "red.ply", n_segments=None)
+    client.files.parameters = {"radius": 0.2, "scans": True, "color": True}
+    found = client.state()["parameters"]
+    count = round(client.document().areas.sum() / (np.pi * 0.2**2))
+    assert (found["n_segments"], found["alpha"]) == (count, superfacets.SCANS["alpha"])
+    labels = client.labels()
+    assert not set(labels[red]) & set(labels[~red])
+
+
 def test_neighboring_regions_are_joined_by_arcs(client):
     state = client.state()
     header, arrays = unpacked(client.get("regions", revision=state["revision"]).content)

@@ -65,7 +65,7 @@ GUARDS = {
     "studio.regions.revisions._by_region": OWN, "studio.regions.revisions._shapes": OWN,
     "studio.regions.revisions.is_reached": OWN, "studio.regions.splitting._cut": OWN,
     "studio.regions.splitting._region_graph": OWN, "studio.regions.splitting._without_stroke": OWN,
-    "studio.web.operations._suggestion_packet": OWN,
+    "studio.regions.segmenting.divided": OWN, "studio.web.operations._suggestion_packet": OWN,
 }  # fmt: skip
 """What bounds the sizes in each function that calls one of `SIZED`."""
 
@@ -197,10 +197,10 @@ BODIES = {
     "settle": {"accept": [[1, 1]], "reject": [2]},
     "export": {"what": "cells", "format": "npy", "replace": False},
     "import": {"files": [{"name": "a.txt", "data": FIRST}], "as_suggestions": False},
-    "undo": {"x": 1},
-    "redo": {"x": 1},
+    "refine": {"region": 0, "revision": 0, "parts": 2},
+    "undo": {"x": 1}, "redo": {"x": 1},
     "segment": {"n_segments": 3, "alpha": 1.0, "ridges": 0.5, "smooth": True, "level": None},
-}
+}  # fmt: skip
 
 
 def test_each_operation_is_tried():

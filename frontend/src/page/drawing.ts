@@ -3,18 +3,19 @@
 // when the first cell is picked.
 
 import type { Arrays, Numbers } from "../shared/arrays";
-import { Camera } from "../shared/camera";
-import { Frame, Gpu, opaque, Program, Table } from "../shared/gl";
+import { Camera, type Pose } from "../shared/camera";
+import { Frame, Gpu, opaque, Program, Table, type Values } from "../shared/gl";
 import { OwnColors } from "../shared/owncolors";
 import { cellsIn, type Place } from "../shared/picking";
 import { SURFACE } from "../shared/shaders";
-import { NONE, type Shape } from "../shared/shape";
+import { type Box, NONE, type Shape } from "../shared/shape";
 import { Surface } from "../shared/surface";
 import { BORDER, CELLS, INK, SHADE } from "./shaders";
 
 const SAMPLES = 4; // samples per pixel, for antialiasing
 const SLOW_MS = 40; // frame time in milliseconds above which a moving view is drawn at low resolution
 const COARSE = 0.5; // low resolution as a fraction of the screen resolution
+const LOOK = 240; // width of the pictures in which `bestPose` counts pixels
 const REST_MS = 150; // time in milliseconds after the last movement until the view is drawn at full resolution
 
 export type Rgb = readonly [number, number, number];
@@ -31,6 +32,8 @@ export class Drawing {
   readonly stats = { frames: 0, picks: 0, calls: 0, sentBytes: 0, scriptMs: 0 };
   marked = NONE;
   borders = true;
+  hidesBacks = false; // whether surfaces seen from behind are left out
+  clip: Box | null = null; // box outside of which nothing is drawn; null for no clipping
   opacity: () => number = () => 0; // of the mesh's own colors or texture
   readonly ownColors: OwnColors;
   readonly nEdges: number;
@@ -150,18 +153,24 @@ export class Drawing {
     else this.samples.begin(size.width, size.height);
     gl.viewport(0, 0, size.width, size.height);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
-    this.drawSurface(this.shade, size);
+    this.drawSurface(this.shade, size.height);
     if (this.borders && this.nEdges) this.drawBorders(size);
     if (!this.isCoarse) this.samples.show();
     this.stats.frames++;
     this.stats.scriptMs += performance.now() - start;
   }
 
-  private drawSurface(program: Program, { height }: Size): void {
+  /** Uniforms that leave out a part of the mesh. */
+  private get leftOut(): Values {
+    const { clip, hidesBacks } = this;
+    return { hides_backs: hidesBacks, is_clipped: clip !== null, clip_low: clip?.low ?? [0, 0, 0], clip_high: clip?.high ?? [0, 0, 0] };
+  }
+
+  private drawSurface(program: Program, height: number, eye = this.camera.eye): void {
     const { camera, groups, regions, colors, marked } = this;
     this.stats.calls++;
-    this.surface.draw(program, camera.eye, camera.pixelsOf(height), {
-      ...this.ownColors.values, blend: this.opacity(),
+    this.surface.draw(program, eye, camera.pixelsOf(height), {
+      ...this.ownColors.values, ...this.leftOut, blend: this.opacity(),
       groups, regions, colors, marked, missing: this.missing.map((value) => value / 255),
     });
   }
@@ -172,19 +181,31 @@ export class Drawing {
     const line = this.lineWidth(pixels / ratio, height / ratio) * ratio;
     this.stats.calls++;
     this.border.use({
-      ...this.surface.placing(camera.eye), edges, regions, frame: [width, height], line_width: line,
+      ...this.surface.placing(camera.eye), ...this.leftOut, edges, regions, frame: [width, height], line_width: line,
     });
     this.gpu.drawNumbers(6 * this.nEdges);
   }
 
   /** Draw the cell number of each pixel to `cellsFrame`, unless `cellsFrame` already shows this view. */
   private drawCells(size: Size): void {
-    const view = [size.width, size.height, ...Object.values(this.camera.eye)].join();
+    const view = [size.width, size.height, ...Object.values({ ...this.camera.eye, ...this.leftOut })].join();
     if (view === this.cellsView) return;
     this.cellsFrame.begin(size.width, size.height);
-    this.drawSurface(this.cellsProgram, size);
+    this.drawSurface(this.cellsProgram, size.height);
     this.stats.picks++;
     this.cellsView = view;
+  }
+
+  /** The pose of the camera from which most of a region is visible. */
+  bestPose(poses: readonly Pose[], labels: Numbers, region: number): Pose {
+    const height = Math.ceil((LOOK * this.canvas.height) / this.canvas.width);
+    this.cellsView = "";
+    const counts = poses.map((pose) => {
+      this.cellsFrame.begin(LOOK, height);
+      this.drawSurface(this.cellsProgram, height, this.camera.eyeOf(pose));
+      return cellsIn(this.gpu, this.cellsFrame, 0, 0, LOOK, height).reduce((sum, cell) => sum + Number(labels[cell] === region), 0);
+    });
+    return poses[counts.indexOf(Math.max(...counts))];
   }
 
   /** The cell drawn at a position of the canvas, or NONE. */

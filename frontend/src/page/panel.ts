@@ -1,13 +1,16 @@
 // Controls, legend and tooltip of the page.
 
 import type { Arrays, Numbers } from "../shared/arrays";
-import { counted, element, onClick } from "../shared/dom";
+import { counted, element, make, onClick, percent } from "../shared/dom";
 import { Blend, hasOwnColors } from "../shared/owncolors";
 import { type Place, putTip } from "../shared/picking";
 import { NONE, shapeOf } from "../shared/shape";
 import { type Coloring, Content, type Facts, type Labeling } from "./content";
 import { Drawing, type Rgb } from "./drawing";
+import { Places } from "./places";
 
+const MAX_LISTED = 40; // largest number of regions in the legend
+const SECTIONS = ["", "-x", "+x", "-y", "+y", "-z", "+z"];
 const PLAIN: Rgb = [205, 197, 184];
 const GRAY: Rgb = [150, 150, 150];
 // Arrays that only the GPU needs, and that are deleted after upload to free memory.
@@ -29,6 +32,10 @@ export class Panel {
   level = 0;
   private readonly list = element<HTMLSelectElement>("coloring");
   private readonly slider = element<HTMLInputElement>("level");
+  private readonly places: Places;
+  private readonly section = element<HTMLSelectElement>("section");
+  private readonly share = element<HTMLInputElement>("share");
+  private readonly inside = element<HTMLInputElement>("inside");
   private readonly checkbox = element<HTMLInputElement>("borders");
   readonly blend = new Blend(element("texture-row"), element<HTMLInputElement>("texture"), () => this.drawing.request());
   private readonly tip = element("tip");
@@ -39,6 +46,7 @@ export class Panel {
     const shape = shapeOf(facts, arrays);
     this.drawing = new Drawing(canvas, shape, arrays.edges);
     this.colored = this.drawing.setOwnColors(shape, arrays);
+    this.places = new Places(shape, facts.n_cells);
     const hasColors = hasOwnColors(facts, arrays);
     for (const name of UPLOADED) delete arrays[name];
     this.drawing.lineWidth = (pixels, height) => this.lineWidth(pixels, height);
@@ -72,6 +80,12 @@ export class Panel {
     element("level-row").hidden = content.levels.length < 2;
     element("borders-row").hidden = !this.drawing.nEdges;
     checkbox.addEventListener("change", () => this.setBorders(checkbox.checked));
+    for (const name of SECTIONS) this.section.add(new Option(name ? `${name[1]}, ${name[0] === "-" ? "low" : "high"} side` : "none", name));
+    this.section.addEventListener("change", () => this.setSection(this.section.value));
+    this.share.addEventListener("input", () => this.setSection(this.section.value));
+    this.inside.addEventListener("change", () => this.seeInside(this.inside.checked));
+    const find = element<HTMLInputElement>("find");
+    find.addEventListener("change", () => find.value && this.find(Number(find.value)));
     this.drawing.opacity = () => this.blend.opacity;
     onClick("reset", () => this.drawing.camera.home());
     onClick("theme", () => {
@@ -101,6 +115,64 @@ export class Panel {
   setBorders(shown: boolean): void {
     this.drawing.borders = this.checkbox.checked = shown;
     this.drawing.request();
+  }
+
+  /** Show only one side of a section; "" shows the whole mesh. */
+  setSection(name: string): void {
+    this.section.value = name;
+    this.share.hidden = !name;
+    this.drawing.clip = this.places.section(name, Number(this.share.value));
+    this.drawing.request();
+  }
+
+  /** Show the low side of the section along an axis, then the high side, then the whole mesh. */
+  nextSection(axis: string): void {
+    const { value } = this.section;
+    this.setSection(value === `-${axis}` ? `+${axis}` : value === `+${axis}` ? "" : `-${axis}`);
+  }
+
+  /** Hide or show surfaces that are seen from behind. */
+  seeInside(on: boolean): void {
+    this.drawing.hidesBacks = this.inside.checked = on;
+    this.drawing.request();
+  }
+
+  /** Go to the region with this number in the input. */
+  private find(number: number): void {
+    const { labeling } = this;
+    const region = labeling?.ids ? labeling.ids.indexOf(number) : number;
+    if (labeling && labeling.counts[region]) this.goTo(region);
+    else element("status").textContent = `there is no region ${number}`;
+  }
+
+  /** Move the camera to a region of the current level, and highlight it. */
+  goTo(region: number): void {
+    const { drawing, drawing: { camera } } = this;
+    const labels = this.content.labelsOf(this.labeling!);
+    const sphere = this.places.sphereOf(region, labels);
+    const facts = this.factsOf(labels.indexOf(region)).join(", ");
+    element("status").textContent = sphere ? facts : `${facts} (inside the body)`;
+    if (!sphere) return;
+    const distance = Math.min(camera.distance * camera.zoom, Math.max(12 * sphere.radius, 0.3 * camera.size));
+    camera.flyTo(drawing.bestPose(camera.posesAround(sphere.middle, sphere.middle, distance), labels, region));
+    drawing.marked = region;
+  }
+
+  /** List the largest regions in the legend, unless cells are colored by a feature. */
+  private listRegions(labeling: Labeling | null): void {
+    const sizes = [...(labeling?.sizes ?? [])];
+    const total = sizes.reduce((sum, size) => sum + size, 0);
+    const largest = [...sizes.keys()].sort((a, b) => sizes[b] - sizes[a]).slice(0, MAX_LISTED);
+    const rows = largest.map((region) => {
+      const swatch = make("i");
+      swatch.style.background = cssColor(labeling!.colors, region);
+      const name = `${labeling!.name === "truth" ? "part" : "region"} ${labeling!.ids?.[region] ?? region}`;
+      const row = make("button", { type: "button" }, swatch, make("span", {}, name), percent(sizes[region] / total));
+      row.addEventListener("click", () => this.goTo(region));
+      return make("li", {}, row);
+    });
+    element("list").replaceChildren(...rows);
+    element("list-row").hidden = element("find-row").hidden = !rows.length;
   }
 
   /** Draw the selected coloring and level, and update the legend. */
@@ -142,6 +214,7 @@ export class Panel {
     element("gray-text").textContent = feature
       ? `${counted(nGray, feature.of === "cell" ? facts.noun : "region")} without a value`
       : `${counted(nGray, facts.noun)} in no region`;
+    this.listRegions(feature ? null : labeling);
     element("regions").hidden = !!feature || !labeling;
     const noun = coloring.kind === "truth" ? "part" : "region";
     element("regions").querySelectorAll("i").forEach((swatch, i) => {

@@ -5,11 +5,13 @@ import type { Positions, ShapeFacts } from "./shape";
 import { dot, lengthOf, minus, normalized, plus, type Vector } from "./vectors";
 
 const SLOPE = Math.tan((10 * Math.PI) / 180); // half the visible height at distance 1 (vertical field of view: 20 degrees)
+const WIDE = Math.tan((30 * Math.PI) / 180); // the same with a wide view (vertical field of view: 60 degrees)
 const MARGIN = 0.94; // fraction of the canvas that the mesh fills at zoom 1
 const NEAREST = 1e-3; // smallest distance from the eye to the target, relative to the size of the mesh
 const FARTHEST = 50; // largest distance from the eye to the target, relative to the size of the mesh
 const MIN_NEAR = 0.02; // smallest distance of the near plane, relative to the distance of the target
 const STEEP = 1.2; // largest elevation to which an animation turns the camera, in radians
+const LOOKS = [0.35, 0.8]; // elevations from which `posesAround` looks at a place from other sides, in radians
 const FLIGHT_MS = 300; // duration of a camera animation in milliseconds
 
 /** Camera angles in degrees, and a zoom factor; zoom 1 shows the whole mesh. */
@@ -17,6 +19,14 @@ export interface View {
   azimuth: number;
   elevation: number;
   zoom: number;
+}
+
+/** Position of the camera: angles in radians, target, and distance from the eye to the target. */
+export interface Pose {
+  azimuth: number;
+  elevation: number;
+  distance: number;
+  target: Vector;
 }
 
 /** Camera uniforms; each field has the name of its uniform in the shaders. */
@@ -32,9 +42,10 @@ export class Camera {
   target: Vector = [0, 0, 0];
   size = 1; // largest distance of a vertex from the origin
   zoom = 1;
+  private slope = SLOPE;
   private aspect = 1;
-  private azimuth = 0;
-  private elevation = 0;
+  azimuth = 0;
+  elevation = 0;
   private facts: ShapeFacts | null = null;
   private positions: Positions | null = null;
   private fitted = 0; // distance from the eye to the target at zoom 1; 0 until `fit` has computed it
@@ -100,7 +111,7 @@ export class Camera {
     const directions = this.directions();
     const [right, up, toward] = directions.map((row) => row.map((value, k) => value * step[k]));
     const offsets = directions.map((row) => dot(row, low));
-    const reach = 1 / (SLOPE * MARGIN);
+    const reach = 1 / (this.slope * MARGIN);
     let farthest = 1e-6;
     let size = 1e-12;
     for (let i = 0; i < values.length; i += 3) {
@@ -117,36 +128,72 @@ export class Camera {
   }
 
   /** Unit vectors that point right, up, and toward the viewer, in mesh coordinates. */
-  directions(): [Vector, Vector, Vector] {
+  directions({ azimuth, elevation }: Pick<Pose, "azimuth" | "elevation"> = this): [Vector, Vector, Vector] {
     const [right, up, front] = this.facts!.axes;
-    const [s, c] = [Math.sin(this.azimuth), Math.cos(this.azimuth)];
-    const [t, d] = [Math.sin(this.elevation), Math.cos(this.elevation)];
+    const [s, c] = [Math.sin(azimuth), Math.cos(azimuth)];
+    const [t, d] = [Math.sin(elevation), Math.cos(elevation)];
     const mix = (x: number, y: number, z: number): Vector =>
       [0, 1, 2].map((k) => x * right[k] + y * up[k] + z * front[k]) as Vector;
     return [mix(c, 0, -s), mix(-s * t, d, -c * t), mix(s * d, t, c * d)];
   }
 
   get eye(): Eye {
-    const { distance, target, aspect } = this;
+    return this.eyeOf(this);
+  }
+
+  eyeOf(pose: Pose): Eye {
+    const { distance, target } = pose;
+    const { aspect } = this;
     const reach = 1.1 * this.size + lengthOf(target);
     const far = distance + reach;
     const near = Math.max(distance - reach, MIN_NEAR * distance);
     const depth = (far + near) / (near - far);
     const shift = (2 * far * near) / (near - far);
-    const [right, up, toward] = this.directions();
+    const [right, up, toward] = this.directions(pose);
     return {
       rotation: [0, 1, 2].flatMap((k) => [right[k], up[k], toward[k]]),
       target,
       distance_: distance,
-      projection: [1 / (SLOPE * aspect), 0, 0, 0, 0, 1 / SLOPE, 0, 0, 0, 0, depth, -1, 0, 0, shift, 0],
+      projection: [1 / (this.slope * aspect), 0, 0, 0, 0, 1 / this.slope, 0, 0, 0, 0, depth, -1, 0, 0, shift, 0],
       near_far: [near, far],
     };
   }
 
+  /** Whether the view is wide, as in a room: `orbit` then turns the camera around the eye instead of the target. */
+  get isWide(): boolean {
+    return this.slope === WIDE;
+  }
+
+  /** Ratio of distances at which the usual and the current view show the same height. */
+  get closeness(): number {
+    return SLOPE / this.slope;
+  }
+
+  /** Choose a wide or the usual view. What is at the target keeps its size on the screen. */
+  widen(isWide: boolean): void {
+    this.flight++;
+    const height = this.distance * this.slope;
+    this.slope = isWide ? WIDE : SLOPE;
+    this.fitted = 0;
+    this.setDistance(height / this.slope);
+    this.changed();
+  }
+
+  /** Move the camera to the right, up and forward, by distances relative to the size of the mesh. */
+  walk(right: number, up: number, forward: number): void {
+    this.flight++;
+    const steps = [right, up, -forward];
+    this.target = this.directions().reduce((place, way, k) => plus(place, way, steps[k] * this.size), this.target);
+    this.changed();
+  }
+
   orbit(x: number, y: number): void {
     this.flight++;
+    const { distance } = this;
+    const eye = plus(this.target, this.directions()[2], distance);
     this.azimuth -= x;
     this.elevation = Math.max(-Math.PI / 2, Math.min(Math.PI / 2, this.elevation + y));
+    if (this.isWide) this.target = plus(eye, this.directions()[2], -distance);
     this.changed();
   }
 
@@ -154,7 +201,7 @@ export class Camera {
   pan(x: number, y: number): void {
     this.flight++;
     const [right, up] = this.directions();
-    const height = 2 * SLOPE * this.distance;
+    const height = 2 * this.slope * this.distance;
     this.target = plus(plus(this.target, right, -x * height), up, y * height);
     this.changed();
   }
@@ -176,7 +223,7 @@ export class Camera {
 
   /** Size in pixels of a segment of length 1 at distance 1, for a canvas of this height in pixels. */
   pixelsOf(height: number): number {
-    return height / (2 * SLOPE);
+    return height / (2 * this.slope);
   }
 
   /** Distance from a point to the eye. */
@@ -199,7 +246,7 @@ export class Camera {
     const [right, up, toward] = this.directions();
     const from = minus(place, this.target);
     const depth = this.distance - dot(from, toward);
-    const height = 2 * SLOPE * depth;
+    const height = 2 * this.slope * depth;
     const [x, y] = [0.5 + dot(from, right) / (height * this.aspect), 0.5 - dot(from, up) / height];
     return depth > 0 && x >= 0 && x <= 1 && y >= 0 && y <= 1 ? [x, y] : null;
   }
@@ -208,11 +255,23 @@ export class Camera {
    * Animate the camera until it faces a surface point with this normal from the given distance. If the
    * normal is zero, azimuth and elevation do not change.
    */
-  fly(place: Vector, normal: Vector, distance: number): void {
-    const from = [this.azimuth, this.elevation, this.distance, ...this.target];
+  fly(target: Vector, normal: Vector, distance: number): void {
     const [azimuth, elevation] = this.anglesToward(normal);
+    this.flyTo({ azimuth, elevation, distance, target });
+  }
+
+  /** Eight poses that look at a surface point from different sides. The first pose is that of `fly`. */
+  posesAround(target: Vector, normal: Vector, distance: number): Pose[] {
+    const [azimuth, elevation] = this.anglesToward(normal);
+    return Array.from({ length: 8 }, (_, k) =>
+      ({ azimuth: azimuth + (k * Math.PI) / 4, elevation: k ? LOOKS[k % 2] : elevation, distance, target }));
+  }
+
+  /** Animate the camera to a pose. */
+  flyTo({ azimuth, elevation, distance, target }: Pose): void {
+    const from = [this.azimuth, this.elevation, this.distance, ...this.target];
     const turn = Math.atan2(Math.sin(azimuth - from[0]), Math.cos(azimuth - from[0]));
-    const to = [from[0] + turn, elevation, distance, ...place];
+    const to = [from[0] + turn, elevation, distance, ...target];
     const number = ++this.flight;
     const isCalm = matchMedia("(prefers-reduced-motion: reduce)").matches;
     const start = performance.now();

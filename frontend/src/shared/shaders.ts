@@ -28,8 +28,19 @@ vec3 seen(uvec4 texel) {
 }
 `;
 
+const NORMALS = `
+vec3 unpacked(uint bits) {
+  vec2 xy = vec2(bits & 255u, bits >> 8) / 127.0 - 1.0;
+  vec3 v = vec3(xy, 1.0 - abs(xy.x) - abs(xy.y));
+  if (v.z < 0.0) v.xy = (1.0 - abs(v.yx)) * vec2(v.x < 0.0 ? -1.0 : 1.0, v.y < 0.0 ? -1.0 : 1.0);
+  return normalize(v);
+}
+// Normal in eye coordinates of a texel of the table of vertices; (0, 0, 0) for NO_NORMAL.
+vec3 normalOf(uvec4 texel) { return texel.w == ${NO_NORMAL}u ? vec3(0.0) : rotation * unpacked(texel.w); }
+`;
+
 /** Vertex shader for triangles and for points. */
-export const SURFACE = `${HEAD}${EYE}
+export const SURFACE = `${HEAD}${EYE}${NORMALS}
 in uvec2 vertex;  // x: index of the vertex; y: triangle that has this vertex as first corner
 uniform usampler2D sources;  // cell of each triangle, if has_sources; otherwise triangle i is cell i
 uniform bool has_sources;
@@ -43,21 +54,14 @@ out vec3 at;
 out vec3 normal;  // normal in eye coordinates; (0, 0, 0) for NO_NORMAL
 out float smoothness;  // 1 for a vertex with a normal, 0 for a vertex on a crease
 out vec3 tint;
-vec3 unpacked(uint bits) {
-  vec2 xy = vec2(bits & 255u, bits >> 8) / 127.0 - 1.0;
-  vec3 v = vec3(xy, 1.0 - abs(xy.x) - abs(xy.y));
-  if (v.z < 0.0) v.xy = (1.0 - abs(v.yx)) * vec2(v.x < 0.0 ? -1.0 : 1.0, v.y < 0.0 ? -1.0 : 1.0);
-  return normalize(v);
-}
 void main() {
   uint piece = is_cloud ? vertex.x : vertex.y;
   triangle = piece;
   cell = has_sources ? texelFetch(sources, place(piece), 0).r : piece;
   uvec4 texel = texelFetch(vertices, place(vertex.x), 0);
   at = seen(texel);
-  bool has_normal = texel.w != ${NO_NORMAL}u;
-  normal = has_normal ? rotation * unpacked(texel.w) : vec3(0.0);
-  smoothness = has_normal ? 1.0 : 0.0;
+  normal = normalOf(texel);
+  smoothness = texel.w == ${NO_NORMAL}u ? 0.0 : 1.0;
   tint = are_of_vertices ? texelFetch(own_colors, place(vertex.x), 0).rgb : vec3(0.0);
   gl_Position = projection * vec4(at, 1.0);
   gl_PointSize = max(1.0, point_size / -at.z);
@@ -81,6 +85,28 @@ float light() {
   return 0.42 + 0.48 * key + 0.16 * max(0.0, dot(shading, toward));
 }
 `;
+
+/** Function `isOutside()`: whether a point of the mesh is outside the clip box. Needs EYE. */
+const CLIP = `
+uniform bool is_clipped;
+uniform vec3 clip_low;
+uniform vec3 clip_high;
+bool isOutside(vec3 at) {
+  vec3 here = transpose(rotation) * (at + vec3(0.0, 0.0, distance_)) + target;
+  return is_clipped && (any(lessThan(here, clip_low)) || any(greaterThan(here, clip_high)));
+}
+`;
+
+/** Function `isLeftOut()`: whether the current pixel is outside the clip box, or seen from behind. Needs LIGHT and EYE. */
+export const LEFT_OUT = `${CLIP}
+uniform bool hides_backs;
+bool isLeftOut() {
+  return isOutside(at) || (hides_backs && (is_cloud ? dot(normal, at) > 0.0 : !gl_FrontFacing));
+}
+`;
+
+/** Vertex shader and fragment shader helpers of lines on the surface, which are left out together with the surface. */
+export const LINES = { vertex: NORMALS, fragment: CLIP };
 
 /** Function `codeOf()`: encodes a cell number as a color, which `cellsIn` decodes. */
 export const CODE = `

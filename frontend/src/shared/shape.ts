@@ -32,6 +32,27 @@ export interface Shape {
   normals: Uint16Array | null; // encoded normal of each point of a cloud; null for a mesh
 }
 
+/** A box with sides parallel to the coordinate axes. */
+export interface Box {
+  low: Vector;
+  high: Vector;
+}
+
+/** Position of a vertex or point. */
+export const pointOf = ({ values, low, step }: Positions, i: number): Vector =>
+  [0, 1, 2].map((k) => low[k] + step[k] * values[3 * i + k]) as Vector;
+
+/** Bounding box of all positions. */
+export function boundsOf({ values, low, step }: Positions): Box {
+  const box: Box = { low: [Infinity, Infinity, Infinity], high: [-Infinity, -Infinity, -Infinity] };
+  for (let i = 0; i < values.length; i++) {
+    const value = low[i % 3] + step[i % 3] * values[i];
+    box.low[i % 3] = Math.min(box.low[i % 3], value);
+    box.high[i % 3] = Math.max(box.high[i % 3], value);
+  }
+  return box;
+}
+
 export function shapeOf(facts: ShapeFacts, arrays: Arrays): Shape {
   return {
     facts,

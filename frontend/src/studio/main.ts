@@ -20,6 +20,7 @@ import { FilesPanel } from "./panels/files";
 import { Palette } from "./panels/palette";
 import { ParametersPanel } from "./panels/parameters";
 import { Suggestions } from "./panels/suggestions";
+import { Walk } from "./input/walk";
 import { Pointer } from "./input/pointer";
 import { PlaceKeeper } from "./input/place";
 import { remember, remembered } from "./session/remembered";
@@ -47,7 +48,7 @@ async function start(): Promise<void> {
     const classes = new ClassesPanel(workbench);
     new Keys(workbench, {
       modes, views, palette: new Palette(workbench, (name, isStuff) => classes.add(isStuff, name)), clip: new ClipBox(workbench), comparison: new Comparison(workbench),
-      suggestions: new Suggestions(workbench), goToFile: (steps) => files.go(steps),
+      suggestions: new Suggestions(workbench), walk: new Walk(workbench), goToFile: (steps) => files.go(steps),
     });
     new ParametersPanel(session);
     new ExchangePanel(session);
@@ -75,6 +76,9 @@ function watchTools(workbench: Workbench): void {
   tolerance.value = String(workbench.tolerance);
   tolerance.addEventListener("input", show);
   show();
+  const parts = element<HTMLInputElement>("parts");
+  parts.value = String(workbench.nParts);
+  parts.addEventListener("change", () => (workbench.nParts = Math.max(2, Number(parts.value) || 2)));
   const borders = element<HTMLInputElement>("borders");
   borders.addEventListener("change", () => workbench.drawing.setBorders(borders.checked));
 }

@@ -16,6 +16,7 @@ import { remember, rememberedValue } from "./session/remembered";
 import type { Session } from "./session/session";
 
 const MAX_OBJECT = 999; // highest object number of a class
+const MIN_SEEN = 8; // if fewer pixels of cells are visible from every side, `fly` leaves out what hides them
 const MAX_NAMED = 3; // largest number of classes and objects that a message lists by name
 export const SHOWING = "U shows hidden cells, and C removes the clip box.";
 const EMPTY = "No cell is in view. Home shows the whole mesh.";
@@ -40,6 +41,7 @@ export class Workbench {
   cursor = -1; // region selected by keyboard; -1 if there is none
   hoveredCell = -1;
   tolerance = 0.05; // `tolerance` of the Python function `similar_regions` for `fillSimilar`, 0 to 1
+  nParts = 2; // number of parts into which `refineActive` divides a region
   readonly selection = new Set<number>();
   private readonly lastObjects = new Map<number, number>(); // last chosen object of each class
   private isFresh = true; // whether no class of this file was chosen yet
@@ -236,6 +238,7 @@ export class Workbench {
   clearSelection(): void {
     this.cursor = -1;
     this.drawing.mark({ cursor: -1 });
+    this.drawing.setFocus(new Uint32Array(0), null);
     this.select([], false);
   }
 
@@ -269,7 +272,8 @@ export class Workbench {
     this.hover(-1);
     this.select([region], false);
     this.drawing.mark({ cursor: region });
-    const where = this.fly(this.session.regions.cellsOf(region)) ? "" : " (inside the body)";
+    const isOutside = this.fly(this.session.regions.cellsOf(region));
+    const where = !isOutside ? " (inside the body)" : this.drawing.hasFocus ? " (what hides it is left out; Esc shows it)" : "";
     const { regions, paints, mesh } = this.session;
     const share = (100 * regions.areas[region]) / paints.totalArea;
     const name = this.paintName(paints.mainPaint(regions.cellsOf(region)));
@@ -277,8 +281,9 @@ export class Workbench {
   }
 
   /**
-   * Move the camera to cells. Unless `keepsAngles` is set, the camera also turns to face the cells. Returns false if
-   * all cells are inside a tetrahedral mesh, where they cannot be seen.
+   * Move the camera to cells. Unless `keepsAngles` is set, the camera also turns to the side from which most of the
+   * cells is visible; if they are hidden from all sides, what hides them is left out. Returns false if all cells are
+   * inside a tetrahedral mesh, where they cannot be seen.
    */
   fly(cells: Uint32Array, keepsAngles = false): boolean {
     const { mesh } = this.session;
@@ -294,9 +299,18 @@ export class Workbench {
     if (!middles.length) return false;
     const place = scaled(sum, 1 / middles.length);
     const reach = middles.reduce((most, middle) => Math.max(most, lengthOf(minus(middle, place))), 0);
-    const { camera } = this.drawing;
-    const distance = Math.max(12 * reach, 0.3 * camera.size);
-    camera.fly(place, keepsAngles ? [0, 0, 0] : normal, keepsAngles ? distance : Math.min(camera.distance, distance));
+    const { drawing, drawing: { camera } } = this;
+    const distance = camera.closeness * Math.max(12 * reach, 0.3 * camera.size);
+    drawing.setFocus(cells, null);
+    if (keepsAngles) {
+      camera.fly(place, [0, 0, 0], distance);
+      return true;
+    }
+    const poses = camera.posesAround(place, normal, Math.min(camera.distance * camera.zoom, distance)); // at most as far as zoom 1
+    const counts = drawing.countSeen(poses, cells);
+    const most = Math.max(...counts);
+    if (most < MIN_SEEN) drawing.setFocus(cells, { middle: place, radius: Math.max(1.2 * reach, 0.02 * camera.size) });
+    camera.flyTo(poses[most < MIN_SEEN ? 0 : counts.indexOf(most)]);
     return true;
   }
 
@@ -324,6 +338,14 @@ export class Workbench {
       const old = paints.mainPaint(all.cellsOf(region), [0, paint]);
       if (old) addTo(replaced, old, 1);
     }
+  }
+
+  /** Warning that a stroke with this paint would replace the label of a cell; empty if it would not. */
+  harmAt(cell: number, paint = this.currentPaint): string {
+    const { paints, isLocked } = this.session;
+    const old = cell < 0 ? 0 : paints.of[cell];
+    if (!old || old === paint || isLocked) return "";
+    return paint ? `${this.paintName(paint)} would replace ${this.paintName(old)} (K protects labels).` : `A stroke would remove ${this.paintName(old)}.`;
   }
 
   /** Announce the new class and object of regions or cells, and the classes and objects that are replaced. */
@@ -410,6 +432,14 @@ export class Workbench {
     this.say(`${done}${why}${tolerance < 1 ? ` For more, raise “Similar shapes” (now ${tolerance}).` : ""}`);
   }
 
+  /** Divide the active region into `nParts` parts. */
+  async refineActive(): Promise<void> {
+    const { activeRegion: region, session, nParts } = this;
+    if (region < 0) return this.say("No region is under the pointer or chosen.");
+    const before = session.regions.count;
+    if (await session.refine(region, nParts)) this.say(`Region ${region} is divided into ${session.regions.count - before + 1} parts (Ctrl+Z undoes).`);
+  }
+
   private isRegionHidden(region: number): boolean {
     return this.session.regions.cellsOf(region).every((cell) => this.isHidden(cell));
   }
@@ -426,6 +456,13 @@ export class Workbench {
     const cells = activeRegion >= 0 ? session.regions.cellsOf(activeRegion)
       : session.paints.cellsOf(classOf(currentPaint), objectOf(currentPaint));
     if (!cells.length || !this.fly(cells, true)) this.say("No region is under the pointer, and the chosen object has no cells.");
+  }
+
+  /** Move the camera to half the distance from a cell, and turn it around the cell from now on. */
+  approach(cell: number): void {
+    const { camera } = this.drawing;
+    const middle = this.session.mesh.middleOf(cell);
+    if (middle) camera.fly(middle, [0, 0, 0], Math.max(camera.distanceTo(middle) / 2, 0.1 * camera.closeness * camera.size));
   }
 
   hideActive(): void {
@@ -460,6 +497,24 @@ export class Workbench {
   /** Hide all cells of a class; id 0 hides the cells without a class. */
   hideClass(id: number): void {
     this.hide(this.session.paints.cellsOf(id), id ? this.className(id) : "Everything unlabeled");
+  }
+
+  /** Hide all cells that have a class, so that only what is left to label is shown. */
+  hideLabeled(): void {
+    const { mesh, paints } = this.session;
+    const labeled = Uint32Array.from(paints.of.keys()).filter((cell) => paints.of[cell]);
+    const nLeft = mesh.nCells - labeled.length;
+    if (!nLeft || !labeled.length) return this.say(nLeft ? "No cell has a class yet." : "Every cell has a class.");
+    this.hide(labeled, `Everything labeled (all but ${nLeft.toLocaleString("en")} ${mesh.cellName})`);
+  }
+
+  /** Let the cells without a class blink. */
+  blinkBare(): void {
+    const { mesh, paints } = this.session;
+    const nLeft = paints.countOf.get(0) ?? 0;
+    if (!nLeft) return this.say("Every cell has a class.");
+    this.drawing.blink();
+    this.say(`${nLeft.toLocaleString("en")} ${mesh.cellName} without a class blink, if they are in view.`);
   }
 
   /** Set whether strokes that paint a class skip cells that already have one. */

@@ -37,7 +37,7 @@ from ..labels.coding import CellNumbers, pack_cells, unpack_cells
 from ..labels.imports import Imported
 from ..labels.suggestions import suggestions_of
 from ..regions.revisions import GoneError, Partition, Revision, Revisions
-from ..regions.segmenting import Segmenter, UnsplitRegions, default_parameters
+from ..regions.segmenting import Segmenter, UnsplitRegions, first_parameters
 from ..regions.splitting import split_cells
 from .agreement import Side, Theirs, agreement, read_theirs
 from .changes import Change, State, settling
@@ -82,12 +82,14 @@ class Document:
     def open(
         cls, path: Path, work: Path | None = None, n_segments: int | None = None,
         classes: ClassList = (), share_classes: Callable[[ClassList], object] | None = None,
+        *, parameters: Mapping[str, Any] | None = None,
     ) -> Document:  # fmt: skip
         """Read an input file and its work file, and compute the regions.
 
         By default, the work file is in the folder of the input. A new work file starts with
-        `n_segments` regions and with `classes`. If a folder is open, all its meshes use the same
-        list `classes`, and the function `share_classes` stores a changed list for all meshes.
+        `n_segments` regions, with other `parameters`, and with `classes`. The parameter "radius" is
+        the radius of a region, instead of `n_segments`. If a folder is open, all its meshes use the
+        same list `classes`, and the function `share_classes` stores a changed list for all meshes.
 
         Raises MeshError if the input is invalid, OSError if the input or the work file cannot be
         read or written, and JournalError if the work file cannot be used or belongs to another
@@ -95,8 +97,10 @@ class Document:
         """
         source = Source.read(path)
         own = None if share_classes else list(classes or default_classes())
-        parameters = default_parameters(source.n_cells, n_segments)
-        header = {**source.facts, "parameters": parameters, "classes": own}
+        checked = first_parameters(source.cells, n_segments, **(parameters or {}))
+        if checked["color"] and source.color_features is None:
+            raise ValueError(f"{path.name} has no colors and no texture")
+        header = {**source.facts, "parameters": checked, "classes": own}
         journal = Journal.open(work.resolve() if work else work_file_of(path), header)
         try:
             document = cls._of(source, journal, classes if share_classes else None)
@@ -122,7 +126,7 @@ class Document:
     def _of(cls, source: Source, journal: Journal, classes: ClassList | None) -> Document:
         journal.check_source(source.path, source.digest, source.n_cells)
         history = History.replayed(journal, source.n_cells, classes)
-        segmenter = Segmenter(source.cells)
+        segmenter = Segmenter(source.cells, source.color_features)
         base = segmenter.base(history.state.partition.parameters)
         return cls(source, journal, history, segmenter, base)
 
@@ -298,18 +302,39 @@ class Document:
         the region, or if the strokes cross.
         """
         with self._operation():
-            if self.revisions.get(number) is not self.revision:
-                raise GoneError("the regions have changed: request the state and labels again")
-            whole = self.revision.cells_of(region)
+            whole = self._cells_of(region, number)
             cells = split_cells(self.segmenter.surface, whole, red, blue)
-            self._adopt_base()
+            self._divide([cells])
+            return cells
+
+    def refine(self, region: int, number: object, n_parts: int) -> None:
+        """Divide a region into parts by `segment`, which a single undo reverts.
+
+        The first part keeps the label of the region. Raises the same errors as `split`.
+        """
+        with self._operation():
+            whole = self._cells_of(region, number)
+            parts = self.segmenter.divided(self.state.partition.parameters, whole, n_parts)
+            self._divide([whole[parts == part] for part in range(1, int(parts.max()) + 1)])
+
+    def _cells_of(self, region: int, number: object) -> CellNumbers:
+        """Return the cells of a region, if `number` is the number of the current revision."""
+        if self.revisions.get(number) is not self.revision:
+            raise GoneError("the regions have changed: request the state and labels again")
+        return self.revision.cells_of(region)
+
+    def _divide(self, regions: list[CellNumbers]) -> None:
+        """Make each list of cells a new region."""
+        self._adopt_base()
+        stroke = f"split {self.history.seq + 1}" if len(regions) > 1 else None
+        labels, n_regions = self.revision.labels.copy(), self.revision.n_regions
+        for cells in regions:
             before = self.state.partition
             after = before.with_split(pack_cells(cells), self.base.digest)
-            self._commit(Change("split", before, after))
-            labels = self.revision.labels.copy()
-            labels[cells] = self.revision.n_regions
-            self.revision = self.revisions.add(after, labels, self.revision.n_regions + 1)
-            return cells
+            self._commit(Change("split", before, after, stroke))
+            labels[cells] = n_regions
+            n_regions += 1
+        self.revision = self.revisions.add(self.state.partition, labels, n_regions)
 
     def apply_import(self, imported: Imported) -> Change | None:
         """Apply imported labels, classes and names of objects.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import threading
 from collections import Counter, OrderedDict
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -30,6 +30,7 @@ class Files:
     n_segments: int | None = None  # number of regions in a new work file
     classes: ClassList = ()  # classes for a new work file, or for all files of a folder
     folder: Path | None = None
+    parameters: Mapping[str, Any] | None = None  # other parameters for a new work file
     _must_store: bool = False  # whether `classes` must be stored when the first document is opened
     # Open documents by index in `paths`, least recently used first, and the number of `with` blocks
     # that use each document.
@@ -130,8 +131,9 @@ class Files:
         if self._must_store:  # later runs then have the same classes without --classes
             self._share(self.classes)
         document = self._open[number] = Document.open(
-            self.path(number), self.work, self.n_segments, self.classes, share
-        )
+            self.path(number), self.work, self.n_segments, self.classes, share,
+            parameters=self.parameters,
+        )  # fmt: skip
         return document
 
     def _close_surplus(self) -> None:

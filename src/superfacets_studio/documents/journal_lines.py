@@ -132,7 +132,8 @@ def _read_segment(line: Line, state: State) -> Change:
 def _read_split(line: Line, state: State) -> Change:
     packed = bytes_from(line["cells"], "cells")
     unpack_cells(packed, len(state.paint))  # raises a ValueError if the cells are damaged
-    return Change("split", state.partition, state.partition.with_split(packed, str(line["digest"])))
+    after = state.partition.with_split(packed, str(line["digest"]))
+    return Change("split", state.partition, after, line.get("stroke"))
 
 
 def _read_objects(line: Line, state: State) -> Change:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from superfacets import Texture
+from superfacets import Texture, kit
 from superfacets.kit import Bytes, CellFile, Cells, kind_of, read_content, stored_colors
 
 
@@ -25,6 +27,7 @@ class Source:
     digest: str  # SHA-256 hash of the file
     _seen: tuple[int, int] | None  # time and size from `_stamp` when the file was read
     texture: Texture | None = None
+    color_features: Callable[[], Any] | None = None  # returns colors as features of `segment`
     colors: Bytes | None = None  # red, green and blue of each cell or each vertex
 
     @classmethod
@@ -36,7 +39,10 @@ class Source:
         texture = None if attributes is None else attributes.texture
         colors = stored_colors(cells, attributes)
         digest = hashlib.sha256(file.data).hexdigest()
-        return cls(path, cells, len(file.data), digest, seen, texture, colors)
+        data, names = kit.CellData(cells, attributes), ("color",)
+        has_colors = colors is not None or texture is not None
+        features = partial(data.features, names, kit.checked_threads(None)) if has_colors else None
+        return cls(path, cells, len(file.data), digest, seen, texture, features, colors)
 
     @property
     def n_cells(self) -> int:

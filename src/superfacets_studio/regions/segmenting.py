@@ -12,7 +12,10 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+
 from superfacets import (
+    SCANS,
     Hierarchy,
     IslandWarning,
     Segmentation,
@@ -23,7 +26,9 @@ from superfacets import (
     prepare,
     segment,
 )
-from superfacets.kit import WEIGHTS, Cells, Ints, Surface
+from superfacets.kit import WEIGHTS, Bools, Cells, Ints, Surface
+
+from ..labels.coding import CellNumbers
 
 MAX_KEPT = 4  # number of cached segmentations, and of cached merge trees
 LEVEL_STEP = 2  # ratio of the numbers of regions of two successive levels
@@ -39,7 +44,21 @@ def default_parameters(n_cells: int, n_segments: int | None = None) -> Parameter
     """Return default parameters, with `n_segments` regions if given, but at most `n_cells`."""
     n = USUAL_REGIONS if n_segments is None else n_segments
     weights = {name: WEIGHTS["parts"].defaults[name] for name in ("alpha", "ridges")}
-    return {"n_segments": min(n, n_cells), **weights, "smooth": True, "level": None}
+    switches = {"smooth": True, "scans": False, "color": False}
+    return {"n_segments": min(n, n_cells), **weights, **switches, "level": None}
+
+
+def first_parameters(
+    cells: Cells, n_segments: int | None, *, radius: float | None = None, **given: Any
+) -> Parameters:
+    """Return the parameters of new work; `radius` is the radius of a region."""
+    if radius is not None:
+        if n_segments is not None:
+            raise ValueError("n_segments and radius exclude each other: give one of them")
+        kind = kit.kind_of(cells)
+        size = np.pi * (radius**2 if kind.dimension < 3 else 4 / 3 * radius**3)
+        n_segments = max(1, round(float(kind.measures(cells, 1).sum()) / size))
+    return checked_parameters(given, default_parameters(cells.n_cells, n_segments), cells.n_cells)
 
 
 def ranges(n_cells: int) -> dict[str, list[float]]:
@@ -62,6 +81,8 @@ def checked_parameters(given: Mapping[str, Any], usual: Parameters, n_cells: int
     if unknown:
         raise ValueError(f"unknown parameter {unknown[0]}")
     merged = {**usual, **given}
+    if "alpha" not in given and merged["scans"] != usual["scans"]:
+        merged["alpha"] = SCANS["alpha"] if merged["scans"] else WEIGHTS["parts"].defaults["alpha"]
     if "level" not in given and given.get("n_segments") not in (None, usual["n_segments"]):
         merged["level"] = None  # the level in `usual` is for another number of regions
     n_segments = kit.checked_count(merged["n_segments"], "n_segments", n_cells, "cells")
@@ -72,7 +93,7 @@ def checked_parameters(given: Mapping[str, Any], usual: Parameters, n_cells: int
         "n_segments": n_segments,
         "alpha": kit.checked_number(merged["alpha"], "alpha", zero=True),
         "ridges": kit.checked_number(merged["ridges"], "ridges", zero=True),
-        "smooth": kit.checked_flag(merged["smooth"], "smooth"),
+        **{name: kit.checked_flag(merged[name], name) for name in ("smooth", "scans", "color")},
         "level": None if level == n_segments else level,
     }
 
@@ -130,6 +151,7 @@ class Segmenter:
     """
 
     source: Cells
+    colors: Callable[[], Any] | None = None  # returns the colors of cells; None if there are none
     _kept: OrderedDict[tuple[Any, ...], UnsplitRegions] = field(default_factory=OrderedDict)
     _trees: OrderedDict[tuple[Any, ...], Hierarchy] = field(default_factory=OrderedDict)
     _worker: ThreadPoolExecutor = field(
@@ -166,6 +188,15 @@ class Segmenter:
         """Segment like `run`, but without cancelling a call of `run` or being cancelled by it."""
         return self._worker.submit(self._base, parameters, SegmentationTask()).result()
 
+    def divided(self, parameters: Parameters, cells: CellNumbers, n_parts: int) -> Ints:
+        """Return the part of each of the given cells, which `segment` divides into `n_parts`."""
+        kit.checked_count(n_parts, "parts", len(cells), "cells in the region")
+        mask = np.zeros(self.source.n_cells, bool)
+        mask[cells] = True
+        task = SegmentationTask()
+        found = self._worker.submit(self._segment, parameters, n_parts, task, mask)
+        return found.result().labels[cells]
+
     def close(self) -> None:
         """Cancel the current segmentation, and end the thread."""
         if self._latest is not None:
@@ -190,18 +221,26 @@ class Segmenter:
         if key in self._kept:
             self._kept.move_to_end(key)
             return self._kept[key]
-        weights = Weights("parts", alpha=parameters["alpha"], ridges=parameters["ridges"])
-        if "prepared" not in self.__dict__:
-            task.report("face_graph")
         with warnings.catch_warnings(record=True) as found:
             warnings.simplefilter("always")
-            result = segment(
-                self.prepared, parameters["n_segments"], weights=weights,
-                smooth=parameters["smooth"], callback=task.report,
-            )  # fmt: skip
+            result = self._segment(parameters, parameters["n_segments"], task)
         self._kept[key] = base = _base_of(result.labels, _notes_of(found, result))
         _trim(self._kept)
         return base
+
+    def _segment(
+        self, parameters: Parameters, n_segments: int, task: SegmentationTask,
+        mask: Bools | None = None,
+    ) -> Segmentation:  # fmt: skip
+        weights = Weights("parts", alpha=parameters["alpha"], ridges=parameters["ridges"])
+        is_scan = parameters["scans"] and kit.kind_of(self.source).has_faces
+        if "prepared" not in self.__dict__:
+            task.report("face_graph")
+        return segment(
+            self.prepared, n_segments, weights=weights, mask=mask, smooth=parameters["smooth"],
+            features=self.colors() if self.colors and parameters["color"] else None,
+            denoise=SCANS["denoise"] if is_scan else "auto", callback=task.report,
+        )  # fmt: skip
 
     def _tree(
         self, parameters: Parameters, finest: UnsplitRegions, task: SegmentationTask

@@ -38,6 +38,7 @@ def _state(document: Document, query: Body) -> Body:
     return {
         "parameters": parameters,
         "ranges": ranges(document.n_cells),
+        "has_colors": document.source.color_features is not None,
         "revision": document.revision.number,
         "n_regions": document.revision.n_regions,
         "classes": list(document.class_list),
@@ -269,9 +270,19 @@ def _split(document: Document, body: Body) -> Body:
         strokes.append(given.astype(np.uint32))
     region = _whole(body.get("region"), "region")
     cells = document.split(region, body.get("revision"), *strokes)
+    return {**_regions_of(document), "cells": base64_of(cells)}
+
+
+def _refine(document: Document, body: Body) -> Body:
+    region, n_parts = _whole(body.get("region"), "region"), _whole(body.get("parts"), "parts")
+    document.refine(region, body.get("revision"), n_parts)
+    return _regions_of(document)
+
+
+def _regions_of(document: Document) -> Body:
     revision = document.revision
     found = {"revision": revision.number, "n_regions": revision.n_regions}
-    return {**found, "cells": base64_of(cells), **progress_of(document)}
+    return {**found, **progress_of(document)}
 
 
 def _export(document: Document, body: Body) -> Body:
@@ -315,6 +326,7 @@ OPERATIONS: dict[str, Operation] = {
     "similar": _similar,
     "classes": _set_classes,
     "split": _split,
+    "refine": _refine,
     "split-object": _split_object,
     "name-object": _name_object,
     "compare": _compare,

@@ -64,8 +64,9 @@ class Server:
 class Command(Server):
     """The command, in another process. It can be restarted at the same address."""
 
-    def __init__(self, path, n_segments):
-        self.arguments = ["studio", str(path), "--no-browser", "-n", str(n_segments)]
+    def __init__(self, path, n_segments, *options):
+        given = [str(option) for option in (path, "--no-browser", "-n", n_segments, *options)]
+        self.arguments = ["studio", *given]
         self.start()
 
     def start(self):

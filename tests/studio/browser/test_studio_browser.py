@@ -1,6 +1,7 @@
 """The studio in a real browser: actions are shown, saved, and survive crashes and reloads."""
 
 import numpy as np
+import shapes
 from scipy import spatial
 from studio_page import Tab, hue
 
@@ -27,7 +28,12 @@ def test_a_moved_slider_changes_the_labels_and_undo_brings_them_back(studio):
     tab.locator("#coarser").click()
     tab.settled()
     assert tab.evaluate("studio.nRegions") < wanted
-    for _ in range(6):
+    tab.locator("#radius").fill("0.4")
+    tab.locator("#radius").press("Enter")
+    tab.settled()
+    area = sf.build_face_graph(sample_mesh(5_000)).measures.sum()
+    assert tab.evaluate("studio.nRegions") == round(area / (np.pi * 0.4**2))
+    for _ in range(7):
         if tab.locator("#undo").is_disabled():
             break
         tab.locator("#undo").click()
@@ -117,6 +123,22 @@ def test_a_region_is_split_between_red_and_blue(studio):
     tab.settled()
     assert tab.evaluate("studio.nRegions") == 40
     np.testing.assert_array_equal(tab.labels(), before)
+
+
+def test_what_hides_a_region_from_all_sides_is_left_out(serve, open_tab, tmp_path):
+    small = shapes.cube()
+    mesh = shapes.together([small, Mesh(4 * small.vertices - 1.5, small.faces)])
+    write_mesh(tmp_path / "nested.ply", mesh)
+    tab = open_tab(serve(tmp_path / "nested.ply", 1).address)
+    inner, outer = tab.labels()[[0, -1]].tolist()
+    assert {region for region, *_ in tab.spots(None)} == {outer}
+    tab.evaluate("region => studio.workbench.setCursor(region)", inner)
+    assert "what hides it is left out" in tab.status
+    assert {region for region, *_ in tab.spots(None)} == {inner, outer}
+    tab.press("Escape", "Shift+S")
+    spots = tab.spots(None)
+    assert {region for region, *_ in spots} == {outer}
+    np.testing.assert_allclose(tab.hue_at(*spots[0][1:]), hue("#ff00bf"), atol=0.02)
 
 
 def test_a_stroke_in_another_region_is_refused(studio):

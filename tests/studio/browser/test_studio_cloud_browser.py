@@ -59,6 +59,22 @@ def test_strokes_and_lassos_over_a_closed_wall_paint_no_point_of_the_chair_behin
     assert painted(server, tab)[1] == 0
 
 
+def test_points_seen_through_gaps_of_a_wall_have_no_borders(wall):
+    _, tab = wall
+    pictures = """n => [true, false].map((on) => {
+        const { drawing, drawing: { gpu, canvas: { width, height } } } = studio.workbench;
+        drawing.setBorders(on);
+        drawing.draw(1);
+        gpu.gl.bindFramebuffer(gpu.gl.FRAMEBUFFER, null);
+        const colors = new Uint32Array(gpu.read(0, 0, width, height).buffer);
+        const { cells } = drawing.cellsSeen();
+        return [...colors].filter((_, i) => cells[i] >= n && cells[i] < 2 ** 32 - 1);
+    })"""
+    lined, plain = np.array(tab.evaluate(pictures, N_WALL))
+    assert len(lined) > 200
+    assert np.mean(lined != plain) < 0.05
+
+
 def test_a_chair_in_front_of_a_wall_and_the_wall_beside_it_are_both_picked(wall):
     _, tab = wall
     tab.evaluate("""() => {

@@ -195,9 +195,9 @@ def test_sections_locks_and_schemes(studio):
     assert set(classes[labels == second]) == {2}
     tab.press("k")
     n_seen = len(seen(tab))
-    tab.press("Shift+X")
+    tab.press("Alt+X")
     low = seen(tab)
-    tab.press("Shift+X")
+    tab.press("Alt+X")
     high = seen(tab)
     assert max(len(low), len(high)) < n_seen
     tab.press(".", ".")

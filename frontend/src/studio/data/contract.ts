@@ -5,6 +5,8 @@ export interface Parameters {
   alpha: number;
   ridges: number;
   smooth: boolean;
+  scans: boolean; // whether noise is smoothed more before creases are measured
+  color: boolean; // whether borders follow colors, too
   level: number | null;
 }
 
@@ -38,6 +40,7 @@ export interface Progress {
 export interface State extends Progress {
   parameters: Parameters;
   ranges: Record<string, Range>;
+  has_colors: boolean;
   revision: number;
   n_regions: number;
   classes: ClassEntry[];

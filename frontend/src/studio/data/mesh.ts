@@ -1,6 +1,6 @@
 // The mesh sent by the server, and the geometry of its cells.
 
-import { type Shape, type ShapeFacts, shapeOf } from "../../shared/shape";
+import { type Box, boundsOf, type Shape, type ShapeFacts, shapeOf } from "../../shared/shape";
 import { cross, minus, plus, scaled, type Vector } from "../../shared/vectors";
 import type { Arrays } from "../../shared/arrays";
 import { readPacket } from "./packet";
@@ -63,15 +63,8 @@ export class Mesh {
   }
 
   /** Bounding box of all vertices. */
-  get bounds(): { low: Vector; high: Vector } {
-    const { values } = this.shape.positions;
-    const low: Vector = [Infinity, Infinity, Infinity];
-    const high: Vector = [-Infinity, -Infinity, -Infinity];
-    for (let i = 0; i < values.length; i++) {
-      low[i % 3] = Math.min(low[i % 3], values[i]);
-      high[i % 3] = Math.max(high[i % 3], values[i]);
-    }
-    return { low, high };
+  get bounds(): Box {
+    return boundsOf(this.shape.positions);
   }
 
   corner(vertex: number): Vector {

@@ -4,7 +4,7 @@ import { element, onClick } from "../../shared/dom";
 import { placeOf } from "../../shared/picking";
 import type { Vector } from "../../shared/vectors";
 import type { Workbench } from "../workbench";
-import type { Box } from "../view/drawing";
+import type { Box } from "../../shared/shape";
 import { putCircle } from "../view/picker";
 
 const NAMES = ["x", "y", "z"];
@@ -90,7 +90,7 @@ export class ClipBox {
 
   /** Move the side of the clip box that was moved most recently, by a number of steps along its axis. */
   nudge(steps: number): void {
-    if (!this.workbench.drawing.clip) return this.workbench.say("There is no section to move. Shift+X, Shift+Y and Shift+Z cut the mesh; C shows a clip box.");
+    if (!this.workbench.drawing.clip) return this.workbench.say("There is no section to move. Alt+X, Alt+Y and Alt+Z cut the mesh; C shows a clip box.");
     const { axis, side } = this.last;
     this.move(this.last, this.box[side][axis] + steps * STEP * this.extent(axis));
   }

@@ -6,6 +6,7 @@ import type { Modes } from "./modes";
 import type { Palette } from "../panels/palette";
 import type { Comparison } from "../panels/comparison";
 import type { Suggestions } from "../panels/suggestions";
+import type { Walk } from "./walk";
 import { savedText } from "../panels/notices";
 import { SCHEMES } from "./pointer";
 import type { Views } from "../panels/views";
@@ -32,6 +33,7 @@ interface Parts {
   comparison: Comparison;
   palette: Palette;
   suggestions: Suggestions;
+  walk: Walk;
   goToFile: (steps: number) => void;
 }
 
@@ -42,9 +44,11 @@ export class Keys {
   private readonly scheme = element<HTMLSelectElement>("scheme");
 
   private readonly modes: Modes;
+  private readonly walk: Walk;
 
-  constructor(private readonly workbench: Workbench, { modes, views, clip, comparison, palette, suggestions, goToFile }: Parts) {
+  constructor(private readonly workbench: Workbench, { modes, views, clip, comparison, palette, suggestions, walk, goToFile }: Parts) {
     this.modes = modes;
+    this.walk = walk;
     this.groups = {
       Labeling: this.labeling(palette),
       Objects: this.objects(),
@@ -116,7 +120,7 @@ export class Keys {
   private sections(clip: ClipBox): Key[] {
     return [
       ...["x", "y", "z"].map((name, axis) => ({
-        names: [`Shift+${name}`], shown: axis ? "" : "Shift+X, Y, Z", what: "show one half of the mesh; again: the other half; again: the whole mesh",
+        names: [`Alt+${name}`], shown: axis ? "" : "Alt+X, Y, Z", what: "show one half of the mesh; again: the other half; again: the whole mesh",
         run: () => clip.cycle(axis),
       })),
       { names: ["c"], what: "show or remove the clip box", run: () => clip.toggle() },
@@ -146,6 +150,8 @@ export class Keys {
       { names: ["n"], what: "next region that is not hidden", run: () => workbench.moveCursor(1) },
       { names: ["p"], what: "previous region", run: () => workbench.moveCursor(-1) },
       { names: ["s"], what: "next unlabeled region that is not hidden, in order of decreasing area", run: () => workbench.showNextBare() },
+      { names: ["Shift+s"], what: "let everything unlabeled blink", run: () => workbench.blinkBare() },
+      { names: ["Shift+u"], what: "hide everything labeled", run: () => workbench.hideLabeled() },
       { names: ["+", "=", "]"], shown: "+ or ]", what: "grow the selected or painted area by a ring of regions; with the brush: larger radius", run: () => modes.tool.resize(true) },
       { names: ["-", "["], shown: "- or [", what: "shrink the selected or painted area by a ring of regions; with the brush: smaller radius", run: () => modes.tool.resize(false) },
       { names: ["h"], what: "hide the region", run: () => workbench.hideActive() },
@@ -158,10 +164,12 @@ export class Keys {
     const { modes } = this;
     return [
       { names: ["v", "Escape"], shown: "V or Esc", what: "paint regions; clear the selection", run: () => this.leave() },
-      { names: ["b"], what: "brush single cells", run: () => modes.choose("brush") },
+      { names: ["b"], what: "brush single cells; again: all cells in a ball", run: () => modes.nextBrush() },
       { names: [], shown: "B, then arrows", what: "go from cell to cell; Enter paints the cell, Delete removes its class", run: () => undefined },
-      { names: ["l"], what: "lasso for regions; again: lasso for single cells", run: () => modes.nextLasso() },
+      { names: ["l"], what: "lasso for regions; again: lasso for single cells; with Alt: only the front piece", run: () => modes.nextLasso() },
+      { names: ["Shift+l"], what: "lasso; again: rectangle; again: polygon", run: () => modes.nextOutline() },
       { names: ["x"], what: "split a region by strokes", run: () => modes.choose("split") },
+      { names: ["Shift+x"], what: "divide the region into parts; the field “Parts” sets how many", run: () => void this.workbench.refineActive() },
       { names: ["?"], what: "this help", run: () => this.openHelp() },
     ];
   }
@@ -179,6 +187,7 @@ export class Keys {
       { names: ["i"], what: "zoom in", run: () => camera.zoomBy(1.25) },
       { names: ["Shift+i"], what: "zoom out", run: () => camera.zoomBy(0.8) },
       ...views.keys(),
+      { names: ["q"], what: "walk inside: W, A, S and D move the eye, turning looks around; again: end", run: () => this.walk.toggle() },
     ];
   }
 
@@ -199,6 +208,7 @@ export class Keys {
   private pressed(event: KeyboardEvent): void {
     const target = event.target as Element;
     if (document.querySelector("dialog[open]") || !this.workbench.session.paints || target.closest(FIELDS)) return;
+    if (this.walk.press(event)) return event.preventDefault();
     const isBlender = this.scheme.value === "blender";
     // The other keys of the number pad must not choose classes, because Blender uses them to change the view.
     if (isBlender && /^Numpad\d$/.test(event.code) && !(event.code in NUMPAD)) return;
@@ -258,7 +268,8 @@ function nameOf(event: KeyboardEvent): string {
   if (event.ctrlKey || event.metaKey) parts.push("Ctrl");
   if (event.altKey) parts.push("Alt");
   if (event.shiftKey && !isSign) parts.push("Shift");
-  const digit = event.altKey ? /^Digit(\d)$/.exec(event.code)?.[1] : undefined; // on macOS, Alt changes the character that a key produces
-  parts.push(digit ?? (event.key.length === 1 ? event.key.toLowerCase() : event.key));
+  const isOdd = event.altKey && !/^[a-z]$/i.test(event.key); // on macOS, Alt changes the character that a key produces
+  const letter = isOdd ? /^(?:Digit|Key)(\w)$/.exec(event.code)?.[1].toLowerCase() : undefined;
+  parts.push(letter ?? (event.key.length === 1 ? event.key.toLowerCase() : event.key));
   return parts.join("+");
 }

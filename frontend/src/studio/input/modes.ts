@@ -4,20 +4,21 @@ import { CellCursor } from "./cellcursor";
 import type { Workbench } from "../workbench";
 import { classOf } from "../data/labeling";
 import { button, element } from "../../shared/dom";
-import { CellBrush, Lasso, RegionBrush, Splitter, type Tool } from "./tools";
+import { CellBrush, Lasso, OUTLINES, RegionBrush, Splitter, type Tool } from "./tools";
 
-export type ModeName = "paint" | "brush" | "lasso" | "lasso-cells" | "split";
+export type ModeName = "paint" | "brush" | "ball" | "lasso" | "lasso-cells" | "split";
 
 const BUTTONS: [ModeName, string, string][] = [
   ["paint", "Paint", "Paint whole regions (V)"],
-  ["brush", "Brush", "Paint single cells (B)"],
-  ["lasso", "Lasso", "Paint the regions inside a drawn outline (L; L again: single cells)"],
+  ["brush", "Brush", "Paint single cells (B; B again: all cells in a ball)"],
+  ["lasso", "Lasso", "Paint the regions inside a drawn outline (L; L again: single cells). Click again: rectangle, polygon (Shift+L)"],
   ["split", "Split", "Cut a region in two (X)"],
 ];
 
 export class Modes {
   readonly cellCursor: CellCursor;
   private readonly tools: Record<ModeName, Tool>;
+  private readonly lassos: [Lasso, Lasso];
   private readonly buttons = new Map<ModeName, HTMLButtonElement>();
   current: ModeName = "paint";
   readonly onChoose: (() => void)[] = []; // callbacks that run when a tool is chosen
@@ -25,14 +26,17 @@ export class Modes {
   constructor(private readonly workbench: Workbench) {
     const line = element<SVGPolygonElement>("lasso-line");
     this.cellCursor = new CellCursor(workbench, element<SVGCircleElement>("cell-ring"));
+    const brush = (isBall: boolean): Tool => new CellBrush(workbench, element<SVGCircleElement>("brush-circle"), this.cellCursor, isBall);
+    this.lassos = [new Lasso(workbench, line, false), new Lasso(workbench, line, true)];
     this.tools = {
       paint: new RegionBrush(workbench),
-      brush: new CellBrush(workbench, element<SVGCircleElement>("brush-circle"), this.cellCursor),
-      lasso: new Lasso(workbench, line, false),
-      "lasso-cells": new Lasso(workbench, line, true),
+      brush: brush(false),
+      ball: brush(true),
+      lasso: this.lassos[0],
+      "lasso-cells": this.lassos[1],
       split: new Splitter(workbench),
     };
-    for (const [name, text, tip] of BUTTONS) this.buttons.set(name, button(text, tip, () => this.choose(name)));
+    for (const [name, text, tip] of BUTTONS) this.buttons.set(name, button(text, tip, () => this.press(name)));
     element("modes").append(...this.buttons.values());
     workbench.events.on("current-paint", () => this.showPaint());
     workbench.session.events.on("state", () => this.showPaint());
@@ -58,12 +62,32 @@ export class Modes {
     this.choose(this.current === "lasso" ? "lasso-cells" : "lasso");
   }
 
+  /** Switch between the brush on the surface and the ball. */
+  nextBrush(): void {
+    this.choose(this.current === "brush" ? "ball" : "brush");
+  }
+
+  /** Choose a lasso; if one is chosen already, switch to the next kind of outline. */
+  nextOutline(): void {
+    const isLasso = this.tool instanceof Lasso;
+    const [{ outline }] = this.lassos;
+    const next = isLasso ? OUTLINES[(OUTLINES.indexOf(outline) + 1) % OUTLINES.length] : outline;
+    for (const one of this.lassos) one.outline = next;
+    this.choose(isLasso ? this.current : "lasso");
+  }
+
+  private press(name: ModeName): void {
+    if (name === "lasso") this.nextOutline();
+    else this.choose(name);
+  }
+
   private show(): void {
+    this.buttons.get("lasso")!.textContent = this.lassos[0].outline;
     element("mode").textContent = this.tool.name;
     const nSuggested = this.workbench.session.suggested.entries.length;
     const ofSuggestions = "A accepts a suggestion, R rejects it, J goes to the next · ";
     element("hint").textContent = `${nSuggested ? ofSuggestions : ""}${this.tool.hint}`;
-    const shown = this.current === "lasso-cells" ? "lasso" : this.current;
+    const shown = this.current === "lasso-cells" ? "lasso" : this.current === "ball" ? "brush" : this.current;
     for (const [name, one] of this.buttons) one.ariaPressed = String(name === shown);
   }
 

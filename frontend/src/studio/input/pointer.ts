@@ -14,10 +14,12 @@ interface Scheme {
   name: string;
   hint: string; // text of the toolbar: how to rotate, move and zoom
   rows: [how: string, what: string][]; // input and effect, for each row of the help dialog
-  drag: (event: PointerEvent) => Drag;
+  drag: (event: Press) => Drag;
 }
 
-const isControl = (event: PointerEvent): boolean => event.ctrlKey || event.metaKey;
+type Press = Pick<PointerEvent, "button" | "altKey" | "ctrlKey" | "metaKey" | "shiftKey">;
+
+const isControl = (event: Press): boolean => event.ctrlKey || event.metaKey;
 
 const [PAINT, REMOVE, PICK] = ["paint the regions under the pointer", "remove the class of these regions", "pick the class and object under the pointer"];
 
@@ -28,6 +30,7 @@ export const SCHEMES: Record<string, Scheme> = {
     rows: [
       ["Left drag", PAINT], ["Shift + left drag", REMOVE], ["Ctrl + click", PICK],
       ["Right drag", "turn the view, as does dragging outside the mesh"], ["Middle drag", "move the view, as does Alt + left drag"],
+      ["Right double click", "go closer to the place"],
     ],
     drag: (event) => {
       if (event.button === 2) return "orbit";
@@ -41,6 +44,7 @@ export const SCHEMES: Record<string, Scheme> = {
     rows: [
       ["Left drag", PAINT], ["Shift + left drag", REMOVE], ["Right click", PICK],
       ["Middle drag", "turn the view, as does dragging outside the mesh"], ["Shift + middle drag", "move the view"], ["Ctrl + middle drag", "zoom"],
+      ["Middle double click", "go closer to the place"],
       ["Numpad 1 3 7 .", "front, side, top, frame"],
     ],
     drag: (event) => {
@@ -54,7 +58,7 @@ export const SCHEMES: Record<string, Scheme> = {
     hint: "Turn: left drag · Move: Ctrl + left or middle drag · Zoom: wheel · Paint: right drag",
     rows: [
       ["Right drag", PAINT], ["Shift + right drag", REMOVE], ["Ctrl + right click", PICK],
-      ["Left drag", "turn the view"], ["Middle drag", "move the view, as does Ctrl + left drag"], ["Shift + left drag", "zoom"],
+      ["Left drag", "turn the view"], ["Left double click", "go closer to the place"], ["Middle drag", "move the view, as does Ctrl + left drag"], ["Shift + left drag", "zoom"],
     ],
     drag: (event) => {
       if (event.button === 2) return isControl(event) ? "pick" : "tool";
@@ -65,6 +69,7 @@ export const SCHEMES: Record<string, Scheme> = {
 };
 
 const SCHEME_KEY = "superfacets mouse";
+const DOUBLE_MS = 400; // longest time between the two presses of a double click, in milliseconds
 const TAP = 8; // largest movement of a finger during a tap, in pixels
 
 export class Pointer {
@@ -75,6 +80,7 @@ export class Pointer {
   private readonly fingers = new Map<number, Place>();
   private readonly canvas: HTMLCanvasElement;
   private readonly tip = element("tip");
+  private turned = { at: -Infinity, place: { x: 0, y: 0 } }; // time and place of the last press that turned or moved the view
   private waiting: PointerEvent | null = null;
   private scheme = SCHEMES.studio;
 
@@ -124,19 +130,31 @@ export class Pointer {
     this.canvas.setPointerCapture(event.pointerId);
     this.last = placeOf(this.canvas, event);
     if (event.button === 1) event.preventDefault();
-    this.drag = this.scheme.drag(event);
     this.tool = this.modes.tool;
+    const isFront = event.altKey && this.tool.takesAlt;
+    const { button, ctrlKey, metaKey, shiftKey } = event;
+    this.drag = this.scheme.drag(isFront ? { button, ctrlKey, metaKey, shiftKey, altKey: false } : event);
     if (this.drag === "pick") this.pickPaint();
+    if (this.drag === "orbit" || this.drag === "pan") this.pressToTurn(event.timeStamp);
     if (this.drag !== "tool") return;
     if (this.tool.turnsBeside && this.workbench.picker.cellAt(this.last) < 0) this.drag = "orbit";
     else if (event.pointerType === "touch") this.started = this.last; // painting waits, because a second finger may follow
-    else this.tool.begin(this.last, event.shiftKey);
+    else this.tool.begin(this.last, event.shiftKey, isFront);
   }
 
   private beginFingers(): void {
     if (this.drag === "tool" && !this.started) this.tool.end();
     this.started = null;
     this.drag = "fingers";
+  }
+
+  /** Go closer to the cell under the pointer if this is the second press of a double click. */
+  private pressToTurn(at: number): void {
+    const { turned, last, workbench } = this;
+    const isDouble = at - turned.at < DOUBLE_MS && Math.hypot(last.x - turned.place.x, last.y - turned.place.y) < TAP;
+    this.turned = { at: isDouble ? -Infinity : at, place: last };
+    const cell = isDouble ? workbench.picker.cellAt(last) : -1;
+    if (cell >= 0) workbench.approach(cell);
   }
 
   private pickPaint(): void {
@@ -192,7 +210,8 @@ export class Pointer {
     this.last = place;
     this.moveCircle(place);
     const { camera } = this.workbench.drawing;
-    if (this.drag === "orbit") camera.orbit((4 * dx) / height, (4 * dy) / height);
+    const speed = (camera.isWide ? 1.2 : 4) / height;
+    if (this.drag === "orbit") camera.orbit(speed * dx, speed * dy);
     else if (this.drag === "pan") camera.pan(dx / height, dy / height);
     else if (this.drag === "zoom") camera.zoomBy(Math.exp((-4 * dy) / height));
     else if (this.drag === "tool") this.tool.move(place);
@@ -247,6 +266,8 @@ export class Pointer {
     const other = theirs?.paints.of[cell];
     if (theirs) lines.push(`Mine: ${mine}`, `Theirs: ${other ? this.workbench.theirName(other) : "No class"}`);
     else lines.push(mine);
+    const harm = theirs || this.drag || this.modes.current === "split" ? "" : this.workbench.harmAt(cell);
+    if (harm) lines.push(harm);
     const suggestion = paint ? undefined : suggested.entries[suggested.owners[cell] - 1];
     if (suggestion) lines.push(`Suggested: ${suggestion.class ? this.workbench.className(suggestion.class) : "no class yet"} (A accepts, R rejects)`);
     this.tip.textContent = lines.join("\n");

@@ -19,8 +19,13 @@ export abstract class Tool {
 
   constructor(protected readonly workbench: Workbench) {}
 
-  /** Begin a stroke. If Shift is held, `isOther` is true: the stroke erases or, in split mode, is blue. */
-  abstract begin(place: Place, isOther: boolean): void;
+  readonly takesAlt: boolean = false; // whether a stroke with Alt is a stroke of this tool instead of a movement of the view
+
+  /**
+   * Begin a stroke. If Shift is held, `isOther` is true: the stroke erases or, in split mode, is blue. If Alt is held and
+   * the tool takes it, `isFront` is true.
+   */
+  abstract begin(place: Place, isOther: boolean, isFront?: boolean): void;
   abstract move(place: Place): void;
   abstract end(): void;
   enter(): void {}
@@ -115,15 +120,19 @@ export class RegionBrush extends Brush {
   }
 }
 
-/** Paints the single cells inside a circle around the pointer. */
+/**
+ * Paints the single cells inside a circle around the pointer. With `isBall`, paints all cells inside a ball around the cell
+ * under the pointer, also those that are not visible.
+ */
 export class CellBrush extends Brush {
-  readonly name = "Brush single cells";
+  readonly name: string;
   readonly hint =
-    "Drag paints · Shift removes · [ and ] change the radius · Arrows go from cell to cell, Enter paints · Esc leaves";
+    "Drag paints · Shift removes · [ and ]: radius · B: surface or ball · Arrows, then Enter: single cells · Esc leaves";
   radius = 16;
 
-  constructor(workbench: Workbench, private readonly circle: SVGCircleElement, private readonly cursor: CellCursor) {
+  constructor(workbench: Workbench, private readonly circle: SVGCircleElement, private readonly cursor: CellCursor, private readonly isBall: boolean) {
     super(workbench);
+    this.name = isBall ? "Brush (ball)" : "Brush single cells";
   }
 
   override enter(): void {
@@ -165,7 +174,7 @@ export class CellBrush extends Brush {
 
   protected touch(place: Place): void {
     const { workbench } = this;
-    const around = workbench.picker.cellsAround(place, this.radius);
+    const around = workbench.picker.cellsAround(place, this.radius, this.isBall);
     const fresh = around.filter((cell) => !this.touched.has(cell));
     for (const cell of fresh) this.touched.add(cell);
     workbench.paintCells(Uint32Array.from(fresh), this.paint, this.strokeId);
@@ -178,41 +187,93 @@ export class CellBrush extends Brush {
   }
 }
 
+export const OUTLINES = ["Lasso", "Rectangle", "Polygon"] as const;
+const CLOSE = 10; // a click this close to the first or the last corner closes a polygon, in pixels
+const MIN_PIECE = 0.05; // smallest piece that can be the front piece, as a fraction of the pixels inside the outline
+const NEAR = 4; // largest distance between the middles of neighboring cells of a piece, in multiples of their sizes
+
 /**
  * Paints each region of which at least a quarter is visible, if at least half of the visible part is inside a drawn
- * outline. With `ofCells`, paints the visible cells inside the outline instead.
+ * outline. With `ofCells`, paints the visible cells inside the outline instead. With Alt, only the connected piece of the
+ * surface that is nearest to the eye counts.
  */
 export class Lasso extends Tool {
-  readonly name: string;
   override readonly turnsBeside = false;
-  readonly hint = "Draw an outline around the part to paint · Shift removes · L: regions or cells · Esc leaves";
+  override readonly takesAlt = true;
+  outline: (typeof OUTLINES)[number] = "Lasso";
   private places: Place[] = [];
   private paint = 0;
+  private isFront = false;
+  private isWarned = false; // whether the user was warned that the current outline replaces labels
 
   constructor(workbench: Workbench, private readonly line: SVGPolygonElement, private readonly ofCells: boolean) {
     super(workbench);
-    this.name = ofCells ? "Lasso (single cells)" : "Lasso (regions)";
+    workbench.drawing.onView.push(() => this.places.length && this.leave()); // other cells are inside the outline now
   }
 
-  begin(place: Place, isOther: boolean): void {
+  get name(): string {
+    return `${this.outline} (${this.ofCells ? "single cells" : "regions"})`;
+  }
+
+  get hint(): string {
+    const how = { Lasso: "Draw around the part", Rectangle: "Drag a rectangle", Polygon: "Click on corners; Enter closes" };
+    return `${how[this.outline]} · Alt: front piece · Shift removes · L: regions or cells · Shift+L: outline`;
+  }
+
+  begin(place: Place, isOther: boolean, isFront = false): void {
+    const { places } = this;
+    if (this.outline === "Polygon" && places.length) {
+      const isClosed = [places[0], places[places.length - 1]].some(({ x, y }) => Math.hypot(x - place.x, y - place.y) < CLOSE);
+      if (isClosed) this.confirm();
+      else this.add(place);
+      return;
+    }
     this.paint = isOther ? 0 : this.workbench.currentPaint;
+    [this.isFront, this.isWarned] = [isFront, false];
     this.places = [place];
   }
 
   move(place: Place): void {
-    this.places.push(place);
+    if (this.outline !== "Polygon") this.add(place);
+  }
+
+  private add(place: Place): void {
+    const [{ x, y }] = this.places;
+    if (this.outline === "Rectangle") this.places = [{ x, y }, { x: place.x, y }, place, { x, y: place.y }];
+    else this.places.push(place);
+    this.draw();
+    const warning = this.isWarned ? "" : this.workbench.harmAt(this.workbench.picker.cellAt(place), this.paint);
+    if (warning) this.workbench.say(`The outline: ${warning}`);
+    this.isWarned ||= warning !== "";
+  }
+
+  private draw(): void {
     this.line.setAttribute("points", this.places.map(({ x, y }) => `${x},${y}`).join(" "));
   }
 
   override leave(): void {
-    this.line.setAttribute("points", "");
+    this.places = [];
+    this.draw();
+  }
+
+  /** Close a polygon; otherwise, do what Enter does for all tools. */
+  override confirm(): void {
+    if (this.outline === "Polygon" && this.places.length > 2) this.close();
+    else super.confirm();
   }
 
   end(): void {
-    this.line.setAttribute("points", "");
-    if (this.places.length < 3) return;
+    if (this.outline !== "Polygon") this.close();
+    else this.draw();
+  }
+
+  private close(): void {
+    const isArea = this.places.length > 2;
     const seen = this.workbench.picker.cellsSeen();
-    const inside = this.countInside(seen);
+    const all = this.countInside(seen);
+    this.leave();
+    if (!isArea) return;
+    const inside = this.isFront ? this.frontPiece(all, seen) : all;
     if (this.ofCells) this.paintCells(inside);
     else this.paintRegions(inside, seen);
   }
@@ -233,6 +294,35 @@ export class Lasso extends Tool {
       }
     }
     return counts;
+  }
+
+  /** Of the cells inside the outline, the connected piece nearest to the eye, except small pieces. */
+  private frontPiece(inside: Map<number, number>, { cells, width }: Seen): Map<number, number> {
+    const { drawing: { camera, canvas }, session: { mesh } } = this.workbench;
+    const pixel = camera.distance / camera.pixelsOf(canvas.clientHeight);
+    const sizeOf = (cell: number): number => pixel + (mesh.isCloud ? mesh.shape.facts.point_size : Math.sqrt(mesh.areas[cell]));
+    const pieces = new Pieces(inside.keys());
+    const join = (cell: number, other: number): void => {
+      if (cell === other || !inside.has(cell) || !inside.has(other) || pieces.of(cell) === pieces.of(other)) return;
+      const step = lengthOf(minus(mesh.middleOf(cell)!, mesh.middleOf(other)!));
+      if (step <= NEAR * (sizeOf(cell) + sizeOf(other))) pieces.join(cell, other);
+    };
+    cells.forEach((cell, i) => {
+      if ((i + 1) % width) join(cell, cells[i + 1]);
+      if (i >= width) join(cell, cells[i - width]);
+    });
+    const [counts, depths] = [new Map<number, number>(), new Map<number, number>()];
+    const depthOf = camera.depths;
+    let total = 0;
+    for (const [cell, count] of inside) {
+      const piece = pieces.of(cell);
+      addTo(counts, piece, count);
+      depths.set(piece, Math.min(depths.get(piece) ?? Infinity, depthOf(mesh.middleOf(cell)!)));
+      total += count;
+    }
+    const large = [...counts.keys()].filter((piece) => counts.get(piece)! >= MIN_PIECE * total);
+    const front = large.reduce((best, piece) => (depths.get(piece)! < depths.get(best)! ? piece : best), large[0]);
+    return new Map([...inside].filter(([cell]) => pieces.of(cell) === front));
   }
 
   private paintCells(inside: Map<number, number>): void {
@@ -279,6 +369,27 @@ export class Lasso extends Tool {
       }
       return 4 * visible >= all;
     };
+  }
+}
+
+/** Cells grouped into pieces: a union-find structure. */
+class Pieces {
+  private readonly parents: Map<number, number>;
+
+  constructor(cells: Iterable<number>) {
+    this.parents = new Map([...cells].map((cell) => [cell, cell]));
+  }
+
+  /** The cell that identifies the piece of a cell. */
+  of(cell: number): number {
+    let root = cell;
+    while (this.parents.get(root) !== root) root = this.parents.get(root)!;
+    this.parents.set(cell, root);
+    return root;
+  }
+
+  join(cell: number, other: number): void {
+    this.parents.set(this.of(cell), this.of(other));
   }
 }
 

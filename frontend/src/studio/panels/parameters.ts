@@ -35,6 +35,12 @@ const SLIDERS: Slider[] = [
     position: (value, [min, max]) => (value - min) / (max - min),
   },
 ];
+type Switch = "smooth" | "scans" | "color";
+const SWITCHES: [Switch, string, string][] = [
+  ["smooth", "Smooth borders", "Straighten borders of regions as the last step"],
+  ["scans", "Fused scan", "For scans of rooms: smooth noise before creases are measured, and set the weight of creases"],
+  ["color", "Borders follow colors", "Regions have similar colors, too; only if the file has colors or a texture"],
+];
 const STEPS = 1000; // number of slider steps
 const TIPS: Record<Name, string> = {
   n_segments: "Number of regions; classes and objects do not change",
@@ -45,15 +51,17 @@ const TIPS: Record<Name, string> = {
 export class ParametersPanel {
   private readonly fields = new Map<Name, HTMLInputElement>();
   private readonly outputs = new Map<Name, HTMLOutputElement>();
-  private readonly smooth = make("input", { type: "checkbox", id: "smooth" });
+  private readonly switches = new Map<Switch, HTMLInputElement>();
+  private readonly radius = make("input", { type: "number", id: "radius", min: "0", step: "any" });
   private ranges: Record<string, Range> = {};
   private readonly moved = new Set<Slider>(); // sliders moved since the last request that was not a preview
 
   constructor(private readonly session: Session) {
     for (const slider of SLIDERS) this.addSlider(slider);
-    element("sliders").append(make("label", { class: "check" }, this.smooth, " Smooth borders"));
-    this.smooth.title = "Straighten borders of regions as the last step";
-    this.smooth.addEventListener("change", () => this.send(false));
+    for (const one of SWITCHES) this.addSwitch(one);
+    const label = make("label", { class: "slider", title: "Radius of a region in the unit of the file; sets the number of regions" }, "Radius of regions ", this.radius);
+    this.radius.addEventListener("change", () => this.sendRadius());
+    element("sliders").append(label);
     onClick("coarser", () => this.step(1));
     onClick("finer", () => this.step(-1));
     onClick("cancel", () => session.cancelSegmentation());
@@ -77,6 +85,27 @@ export class ParametersPanel {
     element("sliders").append(make("label", { class: "slider", for: name }, text, output), field);
   }
 
+  private addSwitch([name, text, title]: (typeof SWITCHES)[number]): void {
+    const field = make("input", { type: "checkbox", id: name, title });
+    field.addEventListener("change", () => this.send(false, name));
+    this.switches.set(name, field);
+    element("sliders").append(make("label", { class: "check", title }, field, ` ${text}`));
+  }
+
+  /** Number of regions whose area is that of a disk with this radius (or volume of a ball), and the inverse function. */
+  private get byRadius(): { count: (radius: number) => number; radius: (count: number) => number } {
+    const { mesh: { measure }, paints: { totalArea } } = this.session;
+    const [factor, power] = measure === "volume" ? [(4 / 3) * Math.PI, 3] : [Math.PI, 2];
+    const unit = totalArea / factor;
+    return { count: (radius) => unit / radius ** power, radius: (count) => (unit / count) ** (1 / power) };
+  }
+
+  private sendRadius(): void {
+    const [min, max] = this.ranges.n_segments;
+    const count = Math.round(this.byRadius.count(Number(this.radius.value)));
+    this.session.segment({ n_segments: Math.max(min, Math.min(max, count || min)) }, false);
+  }
+
   private valueOf({ name, value }: Slider): number {
     return value(Number(this.fields.get(name)!.value) / STEPS, this.ranges[name]);
   }
@@ -96,15 +125,15 @@ export class ParametersPanel {
   }
 
   /** Send values only of moved sliders. The values of other sliders are rounded to slider positions. */
-  private send(preview: boolean): void {
-    const parameters: Partial<Parameters> = { smooth: this.smooth.checked };
+  private send(preview: boolean, changed?: Switch): void {
+    const parameters: Partial<Parameters> = changed ? { [changed]: this.switches.get(changed)!.checked } : {};
     for (const slider of this.moved) parameters[slider.name] = this.valueOf(slider);
     if (!preview) this.moved.clear();
     this.session.segment(parameters, preview);
   }
 
   private show(): void {
-    const { parameters, ranges, levels, n_regions } = this.session.state;
+    const { parameters, ranges, levels, n_regions, has_colors } = this.session.state;
     this.ranges = ranges;
     for (const slider of SLIDERS) {
       const tip = TIPS[slider.name];
@@ -112,7 +141,10 @@ export class ParametersPanel {
       const isFree = ranges[slider.name] && !this.moved.has(slider);
       if (isFree) this.setValue(slider, parameters[slider.name]);
     }
-    this.smooth.checked = parameters.smooth;
+    for (const [name, field] of this.switches) field.checked = parameters[name];
+    this.switches.get("color")!.disabled = !has_colors;
+    this.switches.get("scans")!.disabled = this.session.mesh?.isCloud ?? false;
+    if (this.session.paints) this.radius.value = this.byRadius.radius(parameters.n_segments).toPrecision(3);
     const count = this.session.regions?.count ?? n_regions;
     element("level").textContent = counted(count, "region");
     const at = this.levelIndex();

@@ -400,9 +400,18 @@ export class Session {
   }
 
   split(region: number, red: number[], blue: number[]): Promise<boolean> {
+    return this.divide("split", { region, red, blue });
+  }
+
+  /** Divide a region into parts. */
+  refine(region: number, parts: number): Promise<boolean> {
+    return this.divide("refine", { region, parts });
+  }
+
+  private divide(what: string, body: object): Promise<boolean> {
     const { revision } = this.regions;
     return this.attempt(async () => {
-      const reply = await this.post<SplitReply>("split", { region, revision, red, blue });
+      const reply = await this.post<SplitReply>(what, { ...body, revision });
       await this.loadRegions(reply.revision);
       this.mergeState(await this.api.get<State>(`${this.path}/state`));
     });

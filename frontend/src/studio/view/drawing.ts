@@ -1,24 +1,18 @@
 // Draws the canvas in two passes, which shaders.ts describes.
 
-import { Camera } from "../../shared/camera";
+import { Camera, type Eye, type Pose } from "../../shared/camera";
 import { Frame, Gpu, Program, Table } from "../../shared/gl";
 import { element } from "../../shared/dom";
 import { Blend, hasOwnColors, OwnColors } from "../../shared/owncolors";
 import { cellsIn } from "../../shared/picking";
 import { SURFACE } from "../../shared/shaders";
-import { NONE } from "../../shared/shape";
+import { type Box, NONE } from "../../shared/shape";
 import { Surface } from "../../shared/surface";
 import type { Vector } from "../../shared/vectors";
 import { CellTable } from "./celltable";
 import { N_SHADES, parseColor, type Rgb } from "../data/colors";
 import type { Mesh } from "../data/mesh";
 import { CELLS, IMAGE, WHOLE } from "./shaders";
-
-/** A box with sides parallel to the coordinate axes. */
-export interface Box {
-  low: Vector;
-  high: Vector;
-}
 
 const REFINE_MS = 160; // time in milliseconds after the last change until the canvas is drawn antialiased
 const MAX_FINE_PIXELS = 9_000_000; // largest size of an antialiased framebuffer in pixels
@@ -29,6 +23,9 @@ const MAX_CLASSES = 65536;
 // Diameter of the points that cover the gaps of surfaces, in diameters of drawn points. If points are spread at random,
 // a drawn point is as wide as twice their mean distance, and gaps can be twice as wide.
 export const COVER = 4;
+const LOOK = 320; // width of the pictures in which `countSeen` counts pixels
+const BLINK_MS = 350; // duration of each phase of `blink` in milliseconds
+const N_BLINKS = 8; // number of phases
 const BANDS = 16; // number of horizontal bands in which the framebuffer is searched for cells
 
 export class Drawing {
@@ -52,6 +49,10 @@ export class Drawing {
   private readonly suggestions: Table; // 1-based index of the suggestion of each cell; 0 if the cell has none
   private readonly suggestionColors: Table; // color of each suggestion; alpha is 255 for the chosen suggestion
   private hasSuggestions = false;
+  private readonly focused: Table; // 1 for each cell that must not be hidden by others
+  private focus: { middle: Vector; radius: number } | null = null; // middle and radius of these cells; null if there are none
+  private nBlinks = 0; // number of phases left of `blink`
+  private blinking = 0; // timer of the next phase
   private readonly frames: [Frame, Frame]; // framebuffers of the first pass for stride 1 and 2
   private readonly coverFrame: Frame; // framebuffer of `coversSeen`
   private covers: Seen | null = null; // result of `coversSeen` for this view; null if not computed yet
@@ -73,8 +74,8 @@ export class Drawing {
     this.surface = new Surface(gpu);
     this.ownColors = new OwnColors(gpu);
     this.cells = new CellTable(gpu);
-    [this.regions, this.regionColors, this.classColors, this.suggestions, this.suggestionColors] =
-      Array.from({ length: 5 }, () => new Table(gpu));
+    [this.regions, this.regionColors, this.classColors, this.suggestions, this.suggestionColors, this.focused] =
+      Array.from({ length: 6 }, () => new Table(gpu));
     this.frames = [new Frame(gpu, 2), new Frame(gpu, 2)];
     this.coverFrame = new Frame(gpu, 1);
     this.cellsProgram = new Program(gpu, SURFACE, CELLS);
@@ -132,6 +133,7 @@ export class Drawing {
   setMesh(mesh: Mesh): void {
     this.mesh = mesh;
     this.viewMs = 0;
+    this.focus = null;
     this.surface.show(mesh.shape);
     void this.showOwnColors(mesh);
     this.cells.reset(mesh.nCells);
@@ -285,7 +287,7 @@ export class Drawing {
       ...this.theme, regions, cells: cells.table, region_colors: regionColors, class_colors: classColors,
       suggestions: this.suggestions, suggestion_colors: this.suggestionColors, has_suggestions: this.hasSuggestions,
       ids: frame.colors[0], lights: frame.colors[1], depths: frame.depth, near_far: this.camera.eye.near_far,
-      stride, samples: Math.min(samples, stride), hovered, cursor, has_borders: this.hasBorders, has_labels: this.hasClasses,
+      blinks: this.nBlinks % 2 === 1, stride, samples: Math.min(samples, stride), hovered, cursor, has_borders: this.hasBorders, has_labels: this.hasClasses,
       line: Math.max(1, Math.round(1.1 * stride * window.devicePixelRatio)),
       blend: this.ownColors.isShown ? this.blend.opacity : 0,
       is_cloud: this.mesh.isCloud, hides_backs: this.hidesBacks, height: this.canvas.height,
@@ -298,17 +300,18 @@ export class Drawing {
 
   private drawCells(): Frame {
     this.frame = this.frames[this.stride - 1];
-    this.drawInto(this.frame, this.stride, 1);
+    this.drawInto(this.frame, this.stride * this.canvas.width, this.stride * this.canvas.height, 1);
     this.isStale = false;
     return this.frame;
   }
 
-  /** Draw the cells with `stride` pixels per canvas pixel in each direction. The size of points is multiplied by `factor`. */
-  private drawInto(frame: Frame, stride: number, factor: number): void {
-    const { canvas, camera, cells } = this;
-    frame.begin(stride * canvas.width, stride * canvas.height);
-    this.surface.draw(this.cellsProgram, camera.eye, factor * camera.pixelsOf(frame.height), {
+  /** Draw the cells to a framebuffer with this size. The size of points is multiplied by `factor`. */
+  private drawInto(frame: Frame, width: number, height: number, factor: number, eye: Eye = this.camera.eye): void {
+    const { camera, cells, focus } = this;
+    frame.begin(width, height);
+    this.surface.draw(this.cellsProgram, eye, factor * camera.pixelsOf(height), {
       ...this.ownColors.values, cells: cells.table, has_hidden: cells.hasHidden, hides_backs: this.hidesBacks, is_clipped: this.clip !== null,
+      has_focus: focus !== null, focused: this.focused, focus: focus?.middle ?? [0, 0, 0], focus_radius: focus?.radius ?? 1,
       clip_low: this.clip?.low ?? [0, 0, 0], clip_high: this.clip?.high ?? [0, 0, 0],
     });
   }
@@ -316,7 +319,7 @@ export class Drawing {
   /** Returns what `cellsSeen` returns for the whole canvas, if points had `COVER` times their diameter. */
   coversSeen(): Seen {
     if (this.covers) return this.covers;
-    this.drawInto(this.coverFrame, 1, COVER);
+    this.drawInto(this.coverFrame, this.canvas.width, this.canvas.height, COVER);
     const { width, height } = this.coverFrame;
     const cells = cellsIn(this.gpu, this.coverFrame, 0, 0, width, height);
     return (this.covers = { cells, width, height, scale: width / this.canvas.clientWidth });
@@ -335,6 +338,43 @@ export class Drawing {
     const bottom = this.frame!.height - Math.floor(top * scale) - h;
     const cells = cellsIn(this.gpu, this.frame!, Math.floor(left * scale), bottom, w, h);
     return { cells, width: w, height: h, scale };
+  }
+
+  /** Returns, for each pose of the camera, in how many pixels of a small picture one of the given cells would be visible. */
+  countSeen(poses: readonly Pose[], cells: Uint32Array): number[] {
+    if (!this.hasSize || !this.mesh) return poses.map(() => 0);
+    this.cells.table.send();
+    this.covers = null; // it was drawn to the same framebuffer
+    const isWanted = new Uint8Array(this.mesh.nCells);
+    for (const cell of cells) isWanted[cell] = 1;
+    const height = Math.ceil((LOOK * this.canvas.height) / this.canvas.width);
+    return poses.map((pose) => {
+      this.drawInto(this.coverFrame, LOOK, height, 1, this.camera.eyeOf(pose));
+      return cellsIn(this.gpu, this.coverFrame, 0, 0, LOOK, height).reduce((sum, cell) => sum + (isWanted[cell] ?? 0), 0);
+    });
+  }
+
+  /** Leave out what hides these cells, which are inside a sphere; null leaves out nothing. */
+  setFocus(cells: Uint32Array, sphere: { middle: Vector; radius: number } | null): void {
+    if (!sphere && !this.focus) return;
+    this.focus = sphere;
+    const focused = new Uint32Array(sphere ? this.mesh!.nCells : 1);
+    for (const cell of cells) focused[cell] = 1;
+    this.focused.fill("r32", focused);
+    this.changeView();
+  }
+
+  get hasFocus(): boolean {
+    return this.focus !== null;
+  }
+
+  /** Let unlabeled cells blink for some seconds. If the user prefers no motion, highlight them constantly instead. */
+  blink(nLeft = N_BLINKS): void {
+    const isCalm = matchMedia("(prefers-reduced-motion: reduce)").matches;
+    this.nBlinks = isCalm && nLeft ? 1 : nLeft - 1;
+    clearTimeout(this.blinking);
+    if (nLeft > 0) this.blinking = window.setTimeout(() => this.blink(isCalm ? 0 : nLeft - 1), isCalm ? N_BLINKS * BLINK_MS : BLINK_MS);
+    this.redraw();
   }
 
   /** Color of the canvas at a position in CSS pixels: red, green and blue from 0 to 255. */

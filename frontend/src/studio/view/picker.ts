@@ -70,10 +70,11 @@ export class Picker {
   }
 
   /**
-   * Cells within a distance in pixels of the cell at a canvas position. Hidden cells, clipped cells, and cells whose
-   * normals differ by more than 90 degrees from the normal of the cell at the position are excluded.
+   * Cells within a distance in pixels of the cell at a canvas position. Hidden cells and clipped cells are excluded.
+   * Unless `isBall` is set, cells seen through gaps, and cells whose normals differ by more than 90 degrees from the
+   * normal of the cell at the position, are excluded, too.
    */
-  cellsAround(place: Place, pixels: number): number[] {
+  cellsAround(place: Place, pixels: number, isBall = false): number[] {
     const { mesh, drawing } = this;
     const cell = this.cellAt(place);
     const middle = cell < 0 ? null : mesh.middleOf(cell);
@@ -83,12 +84,12 @@ export class Picker {
     const facing = mesh.normalOf(cell);
     const found = [...this.surroundings.within(middle, radius).add(cell)];
     const front = this.frontOf();
-    const isSeen = (other: number): boolean => {
+    const isShown = (other: number): boolean => !drawing.cells.isHidden(other) && !drawing.isCut(mesh.middleOf(other) ?? middle);
+    const isInFront = (other: number): boolean => {
       const at = this.placeOf(other);
-      const isInFront = !at || front(other, at.x, at.y) === other;
-      return isInFront && !drawing.cells.isHidden(other) && !drawing.isCut(mesh.middleOf(other) ?? middle);
+      return !at || front(other, at.x, at.y) === other;
     };
-    return found.filter((other) => isSeen(other) && dot(mesh.normalOf(other), facing) >= 0);
+    return found.filter((other) => isShown(other) && (isBall || (isInFront(other) && dot(mesh.normalOf(other), facing) >= 0)));
   }
 
   /** Canvas position of a cell; null if the cell is outside the view, or inside a tetrahedral mesh. */

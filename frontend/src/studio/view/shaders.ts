@@ -4,27 +4,28 @@
 
 import { N_SHADES } from "../data/colors";
 import { OWN_COLORS, TINTED } from "../../shared/owncolors";
-import { CODE, EYE, HEAD, LIGHT } from "../../shared/shaders";
+import { CODE, EYE, HEAD, LEFT_OUT, LIGHT } from "../../shared/shaders";
 
-// With "See inside", no border is drawn between neighboring pixels if their distances to the eye differ by more than this fraction.
+// With "See inside", and in clouds, no border is drawn between neighboring pixels if their distances to the eye differ by more than this fraction.
 const GAP = 0.01;
 
-export const CELLS = `${HEAD}${LIGHT}${CODE}${EYE}${OWN_COLORS}
+export const CELLS = `${HEAD}${LIGHT}${CODE}${EYE}${LEFT_OUT}${OWN_COLORS}
 uniform usampler2D cells;
 uniform bool has_hidden;
-uniform bool hides_backs;
-uniform bool is_clipped;
-uniform vec3 clip_low;
-uniform vec3 clip_high;
+uniform bool has_focus;  // whether cells in front of the focused cells are left out
+uniform usampler2D focused;  // 1 for each focused cell
+uniform vec3 focus;  // middle of the focused cells
+uniform float focus_radius;
 layout(location = 0) out vec4 code;
 layout(location = 1) out vec4 brightness;  // r: brightness; g, b, a: own color
 void main() {
   vec3 own_color = has_own_colors ? ownColor() : vec3(0.0);  // must be computed before any discard, because derivatives need neighboring pixels
   if (has_hidden && (texelFetch(cells, place(cell), 0).b & 4u) != 0u) discard;
-  if (hides_backs && (is_cloud ? dot(normal, at) > 0.0 : !gl_FrontFacing)) discard;
-  if (is_clipped) {
-    vec3 here = transpose(rotation) * (at + vec3(0.0, 0.0, distance_)) + target;
-    if (any(lessThan(here, clip_low)) || any(greaterThan(here, clip_high))) discard;
+  if (isLeftOut()) discard;
+  if (has_focus && texelFetch(focused, place(cell), 0).r == 0u) {
+    vec3 middle = rotation * (focus - target) - vec3(0.0, 0.0, distance_);
+    float share = dot(at, middle) / dot(middle, middle);  // 0 at the eye, 1 at the depth of the focused cells
+    if (share < 1.0 && length(at - share * middle) < share * focus_radius) discard;
   }
   vec2 off = gl_PointCoord - 0.5;
   if (is_cloud && dot(off, off) > 0.25) discard;
@@ -55,6 +56,7 @@ uniform int line;  // width of borders in first-pass pixels
 uniform uint hovered;  // region under the pointer, or NONE
 uniform uint cursor;  // region selected by keyboard, or NONE
 uniform bool has_borders;
+uniform bool blinks;  // whether unlabeled cells are highlighted
 uniform bool has_labels;  // whether any cell has a class
 uniform float blend;  // opacity of the mesh's own colors or texture, 0 to 1
 uniform bool is_cloud;
@@ -73,12 +75,19 @@ uint cellAt(ivec2 p) {
 uint paintOf(uvec4 state) { return state.r | state.g << 8 | state.a << 16; }
 uint suggestionOf(uint cell) { return has_suggestions && cell != NONE ? texelFetch(suggestions, place(cell), 0).r : 0u; }
 uint regionOf(uint cell) { return cell == NONE ? NONE - 1u : texelFetch(regions, place(cell), 0).r; }
+bool isBare(ivec2 p) {
+  uint cell = cellAt(p);
+  return cell != NONE && (texelFetch(cells, place(cell), 0).rg & 255u) == uvec2(0);
+}
 float distanceAt(ivec2 p) {
   float z = 2.0 * texelFetch(depths, p, 0).r - 1.0;
   return 2.0 * near_far.x * near_far.y / (near_far.y + near_far.x - z * (near_far.y - near_far.x));
 }
 vec3 shade(ivec2 p, ivec2 limit) {
   uint cell = cellAt(p);
+  for (int k = 0; blinks && k < 9; k++) {  // a single cell can be as small as a pixel, so pixels near it blink, too
+    if (isBare(clamp(p + 3 * line * ivec2(k % 3 - 1, k / 3 - 1), ivec2(0), limit))) return vec3(1.0, 0.0, 0.75);
+  }
   if (cell == NONE) return mix(low, high, gl_FragCoord.y / height);
   uint region = regionOf(cell);
   uvec4 state = texelFetch(cells, place(cell), 0);
@@ -145,8 +154,8 @@ vec3 shade(ivec2 p, ivec2 limit) {
     uint other = regionOf(neighbor);
     if (other == region) continue;
     if (other < NONE - 1u || !is_cloud) is_edge = is_edge || is_active;
-    // Hidden noisy walls leave specks, which would be black dots if they had outlines.
-    bool is_gap = hides_backs && abs(distanceAt(q) / distanceAt(p) - 1.0) > ${GAP};
+    // Hidden noisy walls, and points seen through gaps, are specks, which would be black dots if they had outlines.
+    bool is_gap = (hides_backs || is_cloud) && abs(distanceAt(q) / distanceAt(p) - 1.0) > ${GAP};
     if (other < NONE - 1u && region < NONE - 1u && !is_gap) is_border = true;
   }
   if (is_edge) return accent;

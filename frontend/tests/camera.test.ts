@@ -1,0 +1,54 @@
+import { beforeEach, expect, test, vi } from "vitest";
+import { Camera } from "../src/shared/camera";
+import { lengthOf, minus, plus, type Vector } from "../src/shared/vectors";
+import { Walk } from "../src/studio/input/walk";
+import type { Workbench } from "../src/studio/workbench";
+
+let camera: Camera;
+
+const eye = (): Vector => plus(camera.target, camera.directions()[2], camera.distance);
+
+beforeEach(() => {
+  camera = new Camera(() => undefined);
+  const values = Float32Array.of(-1, -1, -1, 1, 1, 1);
+  const facts = { low: [0, 0, 0], step: [1, 1, 1], axes: [[1, 0, 0], [0, 1, 0], [0, 0, 1]], view: { azimuth: 0, elevation: 0, zoom: 1 }, point_size: 1 };
+  camera.show(facts as never, { values, low: [0, 0, 0], step: [1, 1, 1] });
+  expect(camera.distance).toBeGreaterThan(1);
+});
+
+test("a wide view shows the target as large as before, and turning keeps the eye in place", () => {
+  const place: Vector = [0.3, 0.2, 0];
+  const before = camera.placeOf(place)!;
+  camera.widen(true);
+  expect(camera.placeOf(place)!.map((value) => value.toFixed(3))).toEqual(before.map((value) => value.toFixed(3)));
+  const from = eye();
+  camera.orbit(0.5, 0.2);
+  expect(lengthOf(minus(eye(), from))).toBeLessThan(1e-9);
+  camera.widen(false);
+  const { target } = camera;
+  camera.orbit(0.5, 0.2);
+  expect(camera.target).toBe(target);
+});
+
+test("eight poses look at a place from eight sides, and the first faces it", () => {
+  const poses = camera.posesAround([0, 0, 0], [1, 0, 0], 2);
+  expect(new Set(poses.map(({ azimuth }) => (azimuth * 180) / Math.PI % 360)).size).toBe(8);
+  expect(camera.directions(poses[0])[2].map(Math.round)).toEqual([1, 0, 0]);
+});
+
+test("held keys move the eye forward and sideways, but only while walking", () => {
+  vi.stubGlobal("window", { addEventListener: vi.fn() });
+  vi.stubGlobal("requestAnimationFrame", vi.fn());
+  const button = { addEventListener: vi.fn(), ariaPressed: "" };
+  vi.stubGlobal("document", { getElementById: () => button });
+  const walk = new Walk({ drawing: { camera }, say: vi.fn() } as unknown as Workbench);
+  const press = (key: string): boolean => walk.press({ key, ctrlKey: false } as KeyboardEvent);
+  expect(press("w")).toBe(false);
+  walk.toggle();
+  const from = eye();
+  expect([press("w"), press("x")]).toEqual([true, false]);
+  const [x, y, z] = minus(eye(), from);
+  expect([x, y]).toEqual([0, 0]);
+  expect(z).toBeLessThan(0);
+  vi.unstubAllGlobals();
+});
