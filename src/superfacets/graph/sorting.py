@@ -39,7 +39,7 @@ def sorted_corners(
 
 
 def _representatives(vertices: Floats, weld: float, n_threads: int) -> Ints:
-    """Return the vertex that replaces each vertex, (V,): with a tolerance, at the lowest position."""
+    """Return the vertex that stands for each vertex, (V,); of several positions, the lowest."""
     if isinstance(weld, bool):
         return lowest_vertices(vertices, weld, n_threads)
     order = np.lexsort(vertices.T).astype(np.int32)
