@@ -16,7 +16,7 @@ from .clustering.plan import Start
 from .clustering.result import Segmentation
 from .mesh.convert import MeshLike
 from .mesh.denoising import Denoise
-from .stages.borders import add_borders
+from .stages.borders import add_borders, normals_at_borders
 from .stages.cluster import clean, cluster, finish
 from .stages.options import SegmentOptions
 from .stages.part_costs import add_parts
@@ -170,12 +170,15 @@ def run(mesh: MeshLike | Prepared, options: SegmentOptions) -> Segmentation:
         weights, feature_costs = add_features(weights, weighed, prepared, clock)  # 2 weights
         graph, source, input_index = prepared.graph, prepared.source, prepared.input_index
         lengths = round_weights(weights, graph, weighed, clock)  # 2 weights
+        del mesh, weights
+        normals = normals_at_borders(prepared, weighed, clock)  # 2 weights
+        del prepared
         placed = place(graph, lengths, weighed, clock)  # order
         ordered = ordered_graph(placed, lengths.unit, weighed, clock)  # order
         arcs, lengths = add_borders(  # 2 weights
-            ordered, placed.arcs, lengths, prepared, weighed, clock
+            ordered, placed.arcs, lengths, normals, weighed, clock
         )
-        del mesh, prepared, weights, graph, placed
+        del graph, normals, placed
         loop = weighed.options.loop
         coarsening = coarsened(ordered, weighed.plan, loop, clock.timings)  # coarsen
         part_costs = add_parts(ordered, coarsening, weighed, clock)  # 2 weights

@@ -6,7 +6,7 @@ import numpy as np
 
 from .. import _core
 from ..base.timing import Clock
-from ..base.types import Ints
+from ..base.types import Ints, Singles
 from ..clustering.plan import ArcLengths
 from ..weights.parts import BORDER_COEFFICIENTS, conducting_graph, embedding, strength_of_parts
 from .prepare import Prepared
@@ -25,27 +25,35 @@ at k = 300 is 0.0009 higher."""
 NO_GROUPS: Ints = np.empty(0, np.int32)
 
 
+def normals_at_borders(prepared: Prepared, weighed: Weighed, clock: Clock) -> Singles | None:
+    """Return normals of cells inside the mask for `add_borders`, (n, 3), or None without costs."""
+    if not weighed.has_part_costs or weighed.of_made_thing:
+        return None
+    with clock.timed("weights", begins=False):
+        normals = prepared.kind.normals(weighed.surface, prepared.graph, prepared.shapes)
+        inside = weighed.plan.inside
+        return (normals if inside is None else normals[inside.cells]).astype(np.float32)
+
+
 def add_borders(
-    ordered: _core.OrderedGraph, arcs: ArcLengths, lengths: Lengths, prepared: Prepared,
+    ordered: _core.OrderedGraph, arcs: ArcLengths, lengths: Lengths, normals: Singles | None,
     weighed: Weighed, clock: Clock,
 ) -> tuple[ArcLengths, Lengths]:  # fmt: skip
     """Add a cost to arcs across which people probably draw borders, except on made things.
 
-    `ordered` gets the new lengths of `arcs`, which are inside the mask. Returns these arcs, and the
-    lengths of all arcs.
+    `normals` are those of `normals_at_borders`. `ordered` gets the new lengths of `arcs`, which are
+    inside the mask. Returns these arcs, and the lengths of all arcs.
     """
-    if not weighed.has_part_costs or weighed.of_made_thing:
+    if normals is None:
         return arcs, lengths
     plan, surface, graph = weighed.plan, weighed.surface, ordered
     inside, n_threads = plan.inside, surface.n_threads
     with clock.timed("weights", begins=False):
-        normals = prepared.kind.normals(surface, prepared.graph, prepared.shapes)
         widths = np.empty(0)  # of arcs between groups: `_core` estimates them
-        rows = (normals if inside is None else normals[inside.cells]).astype(np.float32)
         if graph.n_cells >= MIN_GROUPED:
             groups = _core.CoarseGraph(graph, graph.n_cells // N_GROUPS, n_threads)
             group_of, graph = groups.coarse_cells(n_threads), groups.graph
-            rows = groups.means_of(rows, NO_GROUPS, n_threads).reshape(-1, 3)
+            normals = groups.means_of(normals, NO_GROUPS, n_threads).reshape(-1, 3)
             between = groups.arcs()[:2]
         else:
             group_of, between = NO_GROUPS, arcs[:2]
@@ -55,7 +63,7 @@ def add_borders(
         base = conducting_graph(graph, crease_cost, n_threads)
         vectors = embedding(base, graph, n_threads)
         rates = _core.border_rates(
-            graph, *between, widths, rows, vectors, BORDER_COEFFICIENTS, n_threads
+            graph, *between, widths, normals, vectors, BORDER_COEFFICIENTS, n_threads
         )
         cost = strength_of_parts(base) * BORDER_FACTOR * plan.size.radius / graph.straight_unit
         values = _core.add_group_costs(
