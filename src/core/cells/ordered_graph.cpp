@@ -2,6 +2,7 @@
 
 #include <numeric>
 #include <tuple>
+#include <utility>
 
 #include "cells/quantization.hpp"
 #include "spatial/morton.hpp"
@@ -122,6 +123,7 @@ bool OrderedGraph::all_lead_back(ThreadTeam& team) const {
 void OrderedGraph::set_lengths(const WeightedArcs& input, ThreadTeam& team) {
   SUPERFACETS_ASSERT(std::ssize(input.lengths) == n_arcs && are_quantized(input.lengths));
   has_rows() ? copy_rows(input, team) : copy_lists(input, team);
+  SUPERFACETS_ASSERT(!is_symmetric || all_lead_back(team));
 }
 
 void OrderedGraph::copy_rows(const WeightedArcs& input, ThreadTeam& team) {

@@ -40,8 +40,7 @@ struct WeightedArcs {
 
 // Cells sorted along a space-filling curve, so that neighbors are near in memory for any order of
 // the input. The place of a cell is its index in the sorted order. All arrays except places are in
-// the sorted order. This object is built before the graph, so that the positions and measures of
-// the input can be freed before arcs are copied.
+// the sorted order.
 struct PlacedCells {
   PlacedCells() = default;  // creates an object without cells
   // If `is_sorted`, the cells are in a spatial order already, which is kept. Positions and measures
@@ -77,7 +76,8 @@ struct PlacedCells {
   Buffer<double> own_measures_;  // memory of `measures`, likewise
 };
 
-// Sorted cells with the arcs between them. Uses 66 bytes per cell if cells have three arcs.
+// Sorted cells with the arcs between them. Uses 66 bytes per cell if cells have three arcs, or 26
+// if the input was sorted.
 class OrderedGraph : public PlacedCells {
  public:
   OrderedGraph() = default;  // creates a graph without cells
@@ -105,7 +105,8 @@ class OrderedGraph : public PlacedCells {
     return std::max(0.0, static_cast<double>(arc.length) - straight);
   }
 
-  // Replaces the lengths of arcs. `input` has the arcs from which the graph was built.
+  // Replaces the lengths of arcs. `input` has the arcs from which the graph was built. If
+  // is_symmetric, reverse arcs must again have equal lengths.
   void set_lengths(const WeightedArcs& input, ThreadTeam& team);
 
   // Adds factor |psi_i - psi_j| to the length of each arc from cell i to cell j, where psi_i is the

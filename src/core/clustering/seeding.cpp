@@ -64,7 +64,7 @@ struct Size {
 
 std::vector<Size> sizes_of(const OrderedGraph& graph, const Components& components) {
   std::vector<Size> sizes(components.n_components);
-  for (const Place place : graph.in_input_order()) {  // visits cells in the order of the input
+  for (const Place place : graph.in_input_order()) {
     sizes[components.of[place]].measure += graph.measures[place];
     ++sizes[components.of[place]].n_cells;
   }

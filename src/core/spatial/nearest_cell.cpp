@@ -14,7 +14,7 @@ constexpr std::size_t kShapesPerLeaf = 2;
 // previous query, which is usually near.
 constexpr std::int64_t kQueriesPerTask = 1 << 11;
 
-// Maximum number of queries with the same Morton code that keep their input order.
+// Maximum number of queries with the same Morton code that are sorted by position only.
 constexpr std::size_t kQueriesTogether = 64;
 
 // The best result so far. Of two cells at the same distance, the lower one is better. Initially,

@@ -233,7 +233,7 @@ void NearestFinder::rank_candidates() {
     if (std::cmp_greater_equal(ranks[i], list_.size())) continue;
     Neighbor neighbor{squared_[i], places_[i]};
     // Equally near points have the same rank. These points fill the list from this rank onwards, in
-    // ascending order of index.
+    // sorted order.
     for (auto slot = static_cast<std::size_t>(ranks[i]); slot < list_.size(); ++slot) {
       const bool is_free = list_[slot].place == kNoPlace;
       if (is_free || neighbor < list_[slot]) std::swap(neighbor, list_[slot]);

@@ -7,7 +7,7 @@
 namespace superfacets {
 namespace {
 
-// Maximum number of vertices with the same Morton code that are sorted by index only.
+// Maximum number of vertices with the same Morton code that are sorted by position only.
 constexpr std::size_t kTogether = 32;
 
 // Prefetch distance: random reads of the input are prefetched this number of vertices or cells in

@@ -19,9 +19,9 @@ struct SortedMesh {
 // rotated, so that the first of their vertices on the curve comes first; corners of other cells are
 // sorted. So the result, except for `order`, does not depend on the order of the input, unless
 // vertices that are not welded have the same position. Equal cells are sorted by index. Vertices
-// are welded: `representative` is the result of weld_vertices. Unused vertices are kept. Takes O((V
-// + C) log(V + C)) time at most. Uses at most 4 bytes per corner, 8 per vertex and 16 per cell in
-// addition to the result.
+// are welded: `representative` contains the vertex that stands for each vertex, and for itself.
+// Unused vertices are kept. Takes O((V + C) log(V + C)) time at most. Uses at most 4 bytes per
+// corner, 8 per vertex and 16 per cell in addition to the result.
 SortedMesh sort_mesh(std::span<const Point> vertices, std::span<const Vertex> representative,
                      const CornerLists& cells, bool are_faces, ThreadTeam& team);
 

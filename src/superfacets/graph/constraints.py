@@ -302,7 +302,7 @@ def _crossed_by(
 ) -> Bools:  # fmt: skip
     """Return whether each arc crosses an edge in `barriers`.
 
-    `arcs` are the graph of the faces of `source`, which `is_sorted` or not, and its sources.
+    `arcs` are the graph of the faces of `source`, which may have been sorted, and its sources.
     """
     graph, sources = arcs
     if not isinstance(graph, FaceGraph):

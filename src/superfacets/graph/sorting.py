@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+
 from .. import _core
 from ..base.types import Floats, Ints, Longs
 from ..mesh.faces import Corners
@@ -32,6 +34,15 @@ def sorted_corners(
     The result does not depend on the order of the input, except for `order` and for vertices that
     are at the same position, but not welded. Corners of cells that are not faces are sorted.
     """
-    lowest = lowest_vertices(vertices, weld, n_threads)
-    found = _core.sort_mesh(vertices, lowest, *corners.lists, are_faces, n_threads)
-    return SortedCorners(*found)
+    chosen = _representatives(vertices, weld, n_threads)
+    return SortedCorners(*_core.sort_mesh(vertices, chosen, *corners.lists, are_faces, n_threads))
+
+
+def _representatives(vertices: Floats, weld: float, n_threads: int) -> Ints:
+    """Return the vertex that stands for each vertex, (V,); of several positions, the lowest."""
+    if isinstance(weld, bool):
+        return lowest_vertices(vertices, weld, n_threads)
+    order = np.lexsort(vertices.T).astype(np.int32)
+    chosen = np.empty_like(order)
+    chosen[order] = order[lowest_vertices(vertices[order], weld, n_threads)]
+    return chosen
