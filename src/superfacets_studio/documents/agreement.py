@@ -32,10 +32,6 @@ class Theirs:
     class_list: ClassList  # my classes, followed by classes that only they use
     objects: dict[int, int]  # from each value in `paint` to the object number in their file
 
-    def differs(self, mine: Paint) -> Bools:
-        """Return a mask of cells that both people have labeled, but with different labels."""
-        return np.asarray((self.paint != mine) & (self.paint > 0) & (mine > 0))
-
 
 def read_theirs(name: str, data: bytes, source: Source, mine: State, areas: Floats) -> Theirs:
     """Read another person's work file, and convert its labels to my class and object numbers.

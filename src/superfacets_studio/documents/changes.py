@@ -106,6 +106,11 @@ class Change:
         old, new = (Painted.of(packed, values[differs]) for values in (before, after))
         return cls("paint", old, new, stroke, part)
 
+    @classmethod
+    def replacing(cls, state: State, kind: Any, after: Any, stroke: str | None = None) -> Change:
+        """Return the change that replaces a field of a state; `kind` is a key of `_FIELDS`."""
+        return cls(kind, getattr(state, _FIELDS[kind]), after, stroke)
+
     def do(self, state: State) -> None:
         """Apply the change to a state, in place."""
         if self.kind == "paint":
@@ -126,12 +131,11 @@ class Change:
         return replace(self, before=self.after, after=self.before)
 
 
-def settling(state: State, ids: set[int], stroke: str | None) -> Change:
-    """Return a change that removes suggestions by id; raise a ValueError if one does not exist."""
+def unsettled(state: State, ids: set[int]) -> Suggestions:
+    """Return the suggestions without those in `ids`; raise a ValueError if one does not exist."""
     if lacking := ids - {one.id for one in state.suggestions}:
         raise ValueError(f"suggestion {min(lacking)} does not exist")
-    left = tuple(one for one in state.suggestions if one.id not in ids)
-    return Change("settle", state.suggestions, left, stroke)
+    return tuple(one for one in state.suggestions if one.id not in ids)
 
 
 _FIELDS = {

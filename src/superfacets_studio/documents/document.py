@@ -8,7 +8,7 @@ import tempfile
 import threading
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partialmethod
 from pathlib import Path
 from typing import Any
 
@@ -40,10 +40,9 @@ from ..regions.revisions import GoneError, Partition, Revision, Revisions
 from ..regions.segmenting import Segmenter, UnsplitRegions, first_parameters
 from ..regions.splitting import split_cells
 from .agreement import Side, Theirs, agreement, read_theirs
-from .changes import Change, State, settling
-from .history import History, Recorder
+from .changes import Change, State, unsettled
+from .history import History
 from .journal import Journal, JournalError, Line, parsed_work, with_header
-from .journal_lines import line_of
 from .source import Source
 
 
@@ -210,11 +209,13 @@ class Document:
         `cells` are indices in ascending order. The number 0 means no class or no object. Returns
         the change, or None if no cell changes. A client that got no reply sends a `part` of a
         stroke again: a part that is in the journal, also if it was undone, changes nothing. Parts
-        of a stroke have ascending numbers. Raises ValueError if a class does not exist,
-        JournalError if the change could not be written, and ChangedError if the input file has
-        changed.
+        of a stroke have ascending numbers. Raises ValueError if a class does not exist or if an
+        object number exceeds `MAX_OBJECT`, JournalError if the change could not be written, and
+        ChangedError if the input file has changed.
         """
         with self.lock:
+            if np.max(objects, initial=0) > MAX_OBJECT:
+                raise ValueError(f"a class has at most {MAX_OBJECT} objects")
             values = np.unique(np.asarray(classes))
             if unknown := {*values.tolist()} - {0, *names_of(self.class_list)}:
                 raise ValueError(f"there is no class {min(unknown)}")
@@ -244,10 +245,6 @@ class Document:
                 raise ValueError(f"{self.name_of(class_id, object_id)} has only one piece")
             kept = [object_id] if object_id else []  # the largest component keeps the number
             new = list(itertools.islice(self.free_objects(class_id), len(ids) - len(kept)))
-            if new[-1] > MAX_OBJECT:
-                raise ValueError(
-                    f"{len(ids)} pieces are too many: object numbers must be at most {MAX_OBJECT}"
-                )
             numbers = np.zeros(len(ids), np.int64)
             areas = np.bincount(ranks, self.areas[cells])
             numbers[np.argsort(-areas, kind="stable")] = kept + new
@@ -268,16 +265,15 @@ class Document:
         with self.lock:
             if not object_id or object_id not in self.state.objects[self.state.classes == class_id]:
                 raise ValueError(f"there is no object {object_id} of class {class_id}")
-            before = self.state.object_names
-            after = with_object_name(before, class_id, object_id, name)
-            if after != before:
-                self._commit(Change("objects", before, after))
+            names = with_object_name(self.state.object_names, class_id, object_id, name)
+            if names != self.state.object_names:
+                self._replace("objects", names)
 
     def review(self, is_reviewed: bool) -> None:
         """Mark the document as reviewed or not reviewed, and as unchanged since the review."""
         with self.lock:
             if is_reviewed != self.state.is_reviewed or self.state.is_changed:
-                self._commit(Change("review", self.state.is_reviewed, is_reviewed))
+                self._replace("review", is_reviewed)
 
     def set_base(self, parameters: dict[str, Any], base: UnsplitRegions) -> Revision:
         """Replace the current regions by `base`, and return the new current revision.
@@ -285,10 +281,10 @@ class Document:
         `parameters` are the parameters with which `base` was computed.
         """
         with self._operation():
-            before, partition = self.state.partition, Partition(parameters, base.digest)
+            before = self.state.partition
             is_new = before.digest not in ("", base.digest) or bool(before.splits)
             if is_new or before.parameters != parameters:
-                self._commit(Change("segment", before, partition))
+                self._replace("segment", Partition(parameters, base.digest))
             return self._show(base)
 
     def split(
@@ -352,8 +348,6 @@ class Document:
             np.maximum.at(highest, self.state.classes[is_left], self.state.objects[is_left])
             objects = imported.objects.astype(np.int64)
             objects += np.where(objects > 0, highest[imported.classes], 0)
-            if objects.max(initial=0) > MAX_OBJECT:
-                raise ValueError(f"a class has at most {MAX_OBJECT} objects")
             self.set_classes(list(imported.class_list), stroke)
             change = self.paint(imported.cells, imported.classes, stroke, objects=objects)
             names = self.state.object_names
@@ -361,7 +355,7 @@ class Document:
                 shifted = object_id + int(highest[class_id])
                 names = with_object_name(names, class_id, shifted, name)
             if names != self.state.object_names:
-                self._commit(Change("objects", self.state.object_names, names, stroke))
+                self._replace("objects", names, stroke)
             return change
 
     def suggest(self, imported: Imported) -> int:
@@ -376,7 +370,7 @@ class Document:
                 raise ValueError("the files suggest no object: no cell has a label above 0")
             stroke = f"suggest {self.history.seq + 1}"
             self.set_classes(list(classes), stroke)
-            self._commit(Change("suggest", self.state.suggestions, suggestions, stroke))
+            self._replace("suggest", suggestions, stroke)
             return len(suggestions)
 
     def settle(self, accepted: Mapping[int, int], rejected: Collection[int] = ()) -> list[Change]:
@@ -394,9 +388,9 @@ class Document:
             raise ValueError("no suggestion to accept or reject was given")
         with self._operation() as changes:
             stroke = f"settle {self.history.seq + 1}"
-            settled = settling(self.state, {*accepted, *rejected}, stroke)
+            left = unsettled(self.state, {*accepted, *rejected})
             self._paint_suggestions(accepted, stroke)
-            self._commit(settled)
+            self._replace("settle", left, stroke)
             return changes
 
     def _paint_suggestions(self, accepted: Mapping[int, int], stroke: str) -> None:
@@ -411,8 +405,6 @@ class Document:
             cells = unpack_cells(one.cells, self.n_cells)
             unlabeled = cells[self.state.paint[cells] == 0]
             object_id = 0 if class_id in stuff else next_object[class_id]
-            if object_id > MAX_OBJECT:
-                raise ValueError(f"a class has at most {MAX_OBJECT} objects")
             if not class_id:
                 raise ValueError(f"suggestion {one.id} needs a class")
             paint[unlabeled] = paint_of(class_id, object_id)
@@ -442,7 +434,8 @@ class Document:
     def differing(self) -> CellNumbers:
         """Return the indices of cells that are labeled in both work files, but differently."""
         with self.lock:
-            return np.flatnonzero(self._compared().differs(self.state.paint)).astype(np.uint32)
+            mine, theirs = self.state.paint, self._compared().paint
+            return np.flatnonzero((mine != theirs) & (mine > 0) & (theirs > 0)).astype(np.uint32)
 
     def accept(self, cells: CellNumbers, side: Side) -> Change | None:
         """Resolve differences in `cells`: use the labels of the second work file, or keep mine.
@@ -495,7 +488,7 @@ class Document:
                 self.state.class_list = classes
                 self.history.on_failure(self._share_again, before, classes)
             elif classes != self.state.class_list:
-                self._commit(Change("classes", self.state.class_list, classes, stroke))
+                self._replace("classes", classes, stroke)
 
     def _share_again(self, before: ClassList, failed: ClassList) -> None:
         """Restore the shared list after an error, unless it changed again or the disk is full."""
@@ -504,26 +497,22 @@ class Document:
                 self.share_classes(before)
                 self.state.class_list = before
 
-    def undo(self) -> list[Change]:
-        """Undo the last operation or stroke, and return its changes.
-
-        Raises NothingError if there is nothing to undo.
-        """
-        return self._move("undo")
-
-    def redo(self) -> list[Change]:
-        """Redo the operation or stroke that was undone last, and return its changes.
-
-        Raises NothingError if there is nothing to redo.
-        """
-        return self._move("redo")
-
     def _move(self, name: str) -> list[Change]:
+        """Undo the last operation or stroke, or redo the last undone one; return its changes.
+
+        `name` is "undo" or "redo". Raises NothingError if there is nothing to undo or redo.
+        """
         self.source.check()
-        with self._step(self.history.moving(name, self._recorder({"op": name}))) as changes:
+        with self._step(self.history.moving(name, self._write)) as changes:
             if changes[-1].kind in ("segment", "split"):
                 self._show(self.segmenter.base(self.state.partition.parameters))
             return changes
+
+    undo = partialmethod(_move, "undo")
+    redo = partialmethod(_move, "redo")
+
+    def _replace(self, kind: str, value: Any, stroke: str | None = None) -> None:
+        self._commit(Change.replacing(self.state, kind, value, stroke))
 
     def _commit(self, change: Change) -> None:
         """Make a change as a part of the current operation, or as an operation of its own."""
@@ -535,7 +524,7 @@ class Document:
 
         The operation is one line of the journal, which is written when the block ends.
         """
-        return self._step(self.history.operation(self._recorder()))
+        return self._step(self.history.operation(self._write))
 
     @contextlib.contextmanager
     def _step(
@@ -551,13 +540,9 @@ class Document:
                 self.base, self.revision = shown
                 raise
 
-    def _recorder(self, line: Line | None = None) -> Recorder:
-        return lambda seq, changes: self._write(seq, line or line_of(changes))
-
-    def _write(self, seq: int, line: Line) -> None:
+    def _write(self, line: Line) -> None:
         self.source.check()
-        done = round(self.progress, 6)
-        self.journal.append({"seq": seq, **line, "done": done, **self.state.review_marks})
+        self.journal.append({**line, "done": round(self.progress, 6), **self.state.review_marks})
 
     def _is_foreign(self) -> bool:
         """Return whether the regions in the work file, before splits, differ from `base`.

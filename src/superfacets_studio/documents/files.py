@@ -53,11 +53,9 @@ class Files:
         paths = [file for file in found if EXPORTED not in file.suffixes]
         if not paths:
             raise FileNotFoundError(f"{path}: contains only exported files, no mesh to label")
-        if classes:
-            return cls(paths, None, n_segments, classes, path, _must_store=True)
         shared = path / CLASSES_FILE
-        classes = read_classes(shared) if shared.is_file() else default_classes()
-        return cls(paths, None, n_segments, classes, path)
+        known = classes or (read_classes(shared) if shared.is_file() else default_classes())
+        return cls(paths, None, n_segments, known, path, _must_store=bool(classes))
 
     @property
     def home(self) -> Path:

@@ -15,7 +15,7 @@ from superfacets.kit import CellFile, Ints, shortened
 from ..labels.classes import ClassList
 from .changes import Change, State
 from .journal import Journal, JournalError, Line, parsed_work
-from .journal_lines import SEVERAL, change_of, first_state
+from .journal_lines import SEVERAL, change_of, first_state, line_of
 
 
 class NothingError(LookupError):
@@ -32,11 +32,8 @@ def last_stroke(changes: list[Change]) -> list[Change]:
     return found
 
 
-Recorder = Callable[[int, list[Change]], object]
-
-
-def _nothing(seq: int, changes: list[Change]) -> None:
-    """Do nothing instead of recording a step: replayed steps are in the journal already."""
+Recorder = Callable[[Line], object]
+"""Function that writes a step to the journal. Replayed steps are there already, and have none."""
 
 
 @dataclass
@@ -44,8 +41,8 @@ class History:
     """State of a document, and stacks of changes that can be undone and redone.
 
     Each step (operation, undo or redo) is done whole or not at all. It ends with a call of a
-    function `record`, which gets the number of the step and its changes, and writes them to the
-    journal. If the step or `record` raises an error, the state is the same as before the step.
+    function `record`, which writes its line to the journal. If the step or `record` raises an
+    error, the state is the same as before the step.
     """
 
     state: State
@@ -106,7 +103,7 @@ class History:
         self._reverting.callback(action, *arguments)
 
     @contextlib.contextmanager
-    def operation(self, record: Recorder = _nothing) -> Iterator[list[Change]]:
+    def operation(self, record: Recorder | None = None) -> Iterator[list[Change]]:
         """Make all changes of a `with` block one operation, and yield the list of its changes.
 
         Operations that were undone before can then no longer be redone. An operation inside of an
@@ -115,7 +112,7 @@ class History:
         if self._reverting is not None:
             yield self._made
             return
-        with self._whole(record, is_undo=False):
+        with self._whole(record):
             yield self._made
         self.undo_stack.extend(self._made)
         for one in self._made:
@@ -125,7 +122,7 @@ class History:
             self.redo_stack.clear()
 
     @contextlib.contextmanager
-    def moving(self, name: str, record: Recorder = _nothing) -> Iterator[list[Change]]:
+    def moving(self, name: str, record: Recorder | None = None) -> Iterator[list[Change]]:
         """Undo or redo the last operation or stroke, and yield its changes to the `with` block.
 
         `name` is "undo" or "redo". Raises NothingError if there is nothing to undo or redo.
@@ -136,7 +133,7 @@ class History:
         changes = last_stroke(source)
         if not changes:
             raise NothingError(f"there is nothing to {name}")
-        with self._whole(record, is_undo=is_undo):
+        with self._whole(record, name):
             for change in changes:
                 self.make(change.inverse() if is_undo else change)
             yield changes
@@ -144,8 +141,11 @@ class History:
         target.extend(changes)
 
     @contextlib.contextmanager
-    def _whole(self, record: Recorder, *, is_undo: bool) -> Iterator[None]:
-        """Record the changes of the `with` block when it ends; after an error, revert them."""
+    def _whole(self, record: Recorder | None, name: str | None = None) -> Iterator[None]:
+        """Record the changes of the `with` block when it ends; after an error, revert them.
+
+        `name` is "undo" or "redo", and None for an operation.
+        """
         self._made = []
         was_changed = self.state.is_changed
         try:
@@ -153,8 +153,10 @@ class History:
                 yield
                 if self._made:
                     self._reverting.callback(setattr, self.state, "is_changed", was_changed)
-                    self.state.is_changed = self._is_changed(is_undo)
-                    record(self.seq + 1, self._made)
+                    self.state.is_changed = self._is_changed(name == "undo")
+                    if record is not None:
+                        line = {"op": name} if name else line_of(self._made)
+                        record({"seq": self.seq + 1, **line})
                     self.seq += 1
                 self._reverting.pop_all()
         finally:

@@ -79,10 +79,8 @@ class Journal:
                 journal.header = {"format": FORMAT, "version": VERSION, **header}
                 journal.append(journal.header)
                 _sync_folder(path.parent)
-        except BaseException as error:
+        except BaseException:
             os.close(file)
-            if isinstance(error, ValueError) and not isinstance(error, JournalError):
-                raise JournalError(str(error)) from None
             raise
         return journal
 

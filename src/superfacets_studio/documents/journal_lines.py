@@ -23,10 +23,10 @@ from ..labels.classes import (
     with_object_name,
 )
 from ..labels.coding import base64_of, bytes_from, inflated, unpack_cells
-from ..labels.suggestions import Suggestion
+from ..labels.suggestions import Suggestion, Suggestions
 from ..regions.revisions import Partition
 from ..regions.segmenting import checked_parameters, default_parameters
-from .changes import Change, Numbers, State, settling
+from .changes import Change, Numbers, State, unsettled
 from .journal import Line
 
 SEVERAL = "several"
@@ -61,10 +61,12 @@ def change_of(line: Line, state: State) -> Change:
 
     Raises ValueError, TypeError or KeyError if the line is invalid.
     """
-    name = str(line["op"])
+    name, stroke = str(line["op"]), line.get("stroke")
+    if name == "paint":
+        return _read_paint(line, state)
     if name not in _READERS:
         raise ValueError(f"unknown operation {name}")
-    return _READERS[name](line, state)
+    return Change.replacing(state, name, _READERS[name](line, state), stroke)
 
 
 def _class_list(value: Any) -> ClassList:
@@ -73,8 +75,8 @@ def _class_list(value: Any) -> ClassList:
     return checked_class_list(json.loads(text))
 
 
-# For each kind of change, one function converts a change to the entries of a line, and another
-# function converts a line to a change.
+# For each kind of change, one function converts a change to the entries of a line. Another function
+# converts a line to the new value of the field that the change replaces.
 
 
 def _write_paint(change: Change) -> Line:
@@ -123,31 +125,27 @@ def _read_numbers(line: Line, name: str, plural: str, highest: int, n_cells: int
     return value
 
 
-def _read_segment(line: Line, state: State) -> Change:
-    before, n_cells = state.partition, len(state.paint)
-    parameters = checked_parameters(line["parameters"], before.parameters, n_cells)
-    return Change("segment", before, Partition(parameters, str(line["digest"])))
+def _read_segment(line: Line, state: State) -> Partition:
+    usual, n_cells = state.partition.parameters, len(state.paint)
+    return Partition(checked_parameters(line["parameters"], usual, n_cells), str(line["digest"]))
 
 
-def _read_split(line: Line, state: State) -> Change:
+def _read_split(line: Line, state: State) -> Partition:
     packed = bytes_from(line["cells"], "cells")
     unpack_cells(packed, len(state.paint))  # raises a ValueError if the cells are damaged
-    after = state.partition.with_split(packed, str(line["digest"]))
-    return Change("split", state.partition, after, line.get("stroke"))
+    return state.partition.with_split(packed, str(line["digest"]))
 
 
-def _read_objects(line: Line, state: State) -> Change:
+def _read_objects(line: Line, state: State) -> ObjectNames:
     names: ObjectNames = ()
     for entry in line["names"]:
         object_id = checked_object(entry["object"])
         names = with_object_name(names, int(entry["class"]), object_id, entry["name"])
-    return Change("objects", state.object_names, names, line.get("stroke"))
+    return names
 
 
-def _read_suggest(line: Line, state: State) -> Change:
-    n_cells = len(state.paint)
-    found = tuple(Suggestion.of_line(entry, n_cells) for entry in line["suggestions"])
-    return Change("suggest", state.suggestions, found, line.get("stroke"))
+def _read_suggest(line: Line, state: State) -> Suggestions:
+    return tuple(Suggestion.of_line(entry, len(state.paint)) for entry in line["suggestions"])
 
 
 def _write_settle(change: Change) -> Line:
@@ -170,15 +168,12 @@ _WRITERS: dict[str, Callable[[Change], Line]] = {
     "settle": _write_settle,
 }  # fmt: skip
 
-_READERS: dict[str, Callable[[Line, State], Change]] = {
-    "paint": _read_paint,
+_READERS: dict[str, Callable[[Line, State], Any]] = {
     "segment": _read_segment,
     "split": _read_split,
-    "classes": lambda line, state: Change(
-        "classes", state.class_list, _class_list(line["classes"]), line.get("stroke")
-    ),
+    "classes": lambda line, _: _class_list(line["classes"]),
     "objects": _read_objects,
-    "review": lambda line, state: Change("review", state.is_reviewed, bool(line["reviewed"])),
+    "review": lambda line, _: bool(line["reviewed"]),
     "suggest": _read_suggest,
-    "settle": lambda line, state: settling(state, {*map(int, line["settled"])}, line.get("stroke")),
+    "settle": lambda line, state: unsettled(state, {*map(int, line["settled"])}),
 }

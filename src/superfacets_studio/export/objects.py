@@ -6,10 +6,9 @@ import json
 import re
 import tempfile
 import zipfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -181,22 +180,13 @@ def _write_meshes(document: Document, temporary: Path, path: Path) -> None:
     ranks = np.searchsorted([one.instance for one in objects], instances)
     labels = np.where(instances > 0, ranks, -1).astype(np.int32)
     with zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED) as archive:
-        for one, part in zip(objects, _parts(document, labels, len(objects)), strict=True):
+        parts = split_regions(document.cells, labels) if objects else ()
+        for one, part in zip(objects, parts, strict=True):
             with tempfile.TemporaryDirectory(prefix="superfacets-") as folder:
                 file = Path(folder, f"object{ending}")
-                write_mesh(file, part)
-                archive.write(file, f"{one.instance}-{_safe(one.name)}{ending}")
-
-
-def _parts(document: Document, labels: Ints, n_objects: int) -> Iterator[Any]:
-    if n_objects:
-        for part in split_regions(document.cells, labels):
-            yield part.mesh
-
-
-def _safe(name: str) -> str:
-    """Replace all characters except ASCII letters, digits, ``_`` and ``-`` by hyphens."""
-    return re.sub(r"[^\w-]+", "-", name, flags=re.ASCII).strip("-")
+                write_mesh(file, part.mesh)
+                safe_name = re.sub(r"[^\w-]+", "-", one.name, flags=re.ASCII).strip("-")
+                archive.write(file, f"{one.instance}-{safe_name}{ending}")
 
 
 _WRITERS: dict[str, Callable[[Document, Path, Path], None]] = {

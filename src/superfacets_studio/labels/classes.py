@@ -67,9 +67,6 @@ ClassList = tuple[dict[str, Any], ...]
 that the user has assigned, or empty. A class without objects, such as walls, also has ``stuff``,
 which is True."""
 
-Colors = tuple[str, ...]
-"""Colors like "#e69f00"."""
-
 ObjectNames = tuple[dict[str, Any], ...]
 """Objects that the user has named, as dicts with ``class``, ``object`` and ``name``."""
 
@@ -116,7 +113,7 @@ def with_new(classes: ClassList, names: Mapping[int, str | None]) -> ClassList:
 
     `names` maps the numbers of the new classes to their names; None means a name like "class 7".
     """
-    colors = _free_colors(names, colors_of(classes))
+    colors = _free_colors(names, classes)
     new = (new_class(*named, color) for named, color in zip(names.items(), colors, strict=True))
     return (*classes, *new)
 
@@ -125,17 +122,18 @@ def _index_of_color(class_id: int) -> int:
     return (class_id - 1) % len(_COLORS)
 
 
-def _free_colors(class_ids: Collection[int], used: Colors) -> list[str]:
-    """Return a default color for each new class, given the colors in use.
+def _free_colors(class_ids: Collection[int], classes: Iterable[Mapping[str, Any]]) -> list[str]:
+    """Return a default color for each new class, given other classes, some without a color.
 
-    It is the first default color that differs clearly from the colors in `used` and of the classes
+    It is the first default color that differs clearly from all colors in use and of the new classes
     before it. The search begins with the default color of the class number, which is the result if
     there is no such color.
     """
     is_free = np.ones(len(_COLORS), bool)
+    used = {entry["color"] for entry in classes} - {None}
     if used and class_ids:
         given, others = (
-            np.array([[*bytes.fromhex(c[1:])] for c in some]) for some in (_COLORS, {*used})
+            np.array([[*bytes.fromhex(c[1:])] for c in some]) for some in (_COLORS, used)
         )
         is_free = color_distances(given, others, ("normal",)).min(axis=1) >= _MIN_DISTANCE
     colors = []
@@ -167,11 +165,6 @@ def names_of(classes: ClassList) -> dict[int, str]:
     return {entry["id"]: entry["name"] for entry in classes}
 
 
-def colors_of(classes: Iterable[Mapping[str, Any]]) -> Colors:
-    """Return the colors of classes, except classes without a color."""
-    return tuple(entry["color"] for entry in classes if entry["color"] is not None)
-
-
 def stuff_of(classes: ClassList) -> set[int]:
     """Return the numbers of all classes that have no objects."""
     return {entry["id"] for entry in classes if entry.get("stuff")}
@@ -199,7 +192,7 @@ def checked_class_list(value: object) -> ClassList:
         raise ValueError("classes must be a list")
     checked = tuple(_checked(entry, index) for index, entry in enumerate(value))
     bare = [entry for entry in checked if entry["color"] is None]
-    colors = _free_colors([entry["id"] for entry in bare], colors_of(checked))
+    colors = _free_colors([entry["id"] for entry in bare], checked)
     for entry, color in zip(bare, colors, strict=True):
         entry["color"] = color
     for name in ("id", "key"):

@@ -14,16 +14,14 @@ import numpy.typing as npt
 
 from superfacets import MeshError, kit, read_labels
 from superfacets.kit import Bools, Cells, Longs
-from superfacets_scans import NO_CLASS
+from superfacets_scans import GROUPS, NO_CLASS, SEGMENTS
 
-from .classes import MAX_CLASS, MAX_OBJECT, ClassList, names_of, stuff_of, with_named, with_new
+from .classes import MAX_CLASS, MAX_OBJECT, ClassList, stuff_of, with_missing, with_named
 from .coding import CellNumbers
 
-GROUPS = ".aggregation.json"
 OBJECTS = ".objects.json"
-OF_VERTICES = (".segs.json",)
 LISTS = (".npy", ".seg", ".txt")
-ENDINGS = (".sstk.json", *OF_VERTICES, OBJECTS, *LISTS, GROUPS)
+ENDINGS = (".sstk.json", SEGMENTS, OBJECTS, *LISTS, GROUPS)
 
 _Kind = TypeVar("_Kind", int, str)
 
@@ -108,7 +106,7 @@ def _labels_in(data: bytes, ending: str, cells: Cells) -> Longs:
                 raise MeshError(str(error).removeprefix(f"{path}: ")) from None
         return _of_cells(cells, labels)
     document = kit.parsed_json(data)
-    if ending in OF_VERTICES:
+    if ending == SEGMENTS:
         return _of_corners(cells, _integers(document["segIndices"], "segIndices"))
     index = _integers(document["segmentation"][0]["index"], "index")
     kit.check_length(index, n_cells, "index", error=MeshError)
@@ -169,8 +167,7 @@ def _by_number(labels: Longs, known: ClassList) -> Imported:
                 " class"
             )
     classes = np.maximum(labels, 0)
-    new = sorted({*np.unique(classes).tolist()} - {0, *names_of(known)})
-    known = with_new(known, dict.fromkeys(new))
+    known = with_missing(known, np.unique(classes).tolist())
     objects = np.zeros(len(labels), np.uint16)
     cells = np.arange(len(labels), dtype=np.uint32)
     return Imported(cells, classes.astype(np.uint16), objects, known, has_objects=False)

@@ -30,7 +30,7 @@ from superfacets.kit import WEIGHTS, Bools, Cells, Ints, Surface
 
 from ..labels.coding import CellNumbers
 
-MAX_KEPT = 4  # number of cached segmentations, and of cached merge trees
+MAX_KEPT = 4  # number of cached segmentations, each with its merge tree
 LEVEL_STEP = 2  # ratio of the numbers of regions of two successive levels
 FEWEST_OFFERED = 4  # minimum number of regions on any level except the finest
 MAX_REGIONS = 20_000  # maximum of the slider; with more, regions would be too small for labeling
@@ -153,7 +153,7 @@ class Segmenter:
     source: Cells
     colors: Callable[[], Any] | None = None  # returns the colors of cells; None if there are none
     _kept: OrderedDict[tuple[Any, ...], UnsplitRegions] = field(default_factory=OrderedDict)
-    _trees: OrderedDict[tuple[Any, ...], Hierarchy] = field(default_factory=OrderedDict)
+    _trees: dict[str, Hierarchy] = field(default_factory=dict)  # by the digest of the regions
     _worker: ThreadPoolExecutor = field(
         default_factory=lambda: ThreadPoolExecutor(1, thread_name_prefix="superfacets-studio")
     )
@@ -209,7 +209,11 @@ class Segmenter:
         level = parameters["level"]
         if level is None:
             return finest
-        tree = self._tree(parameters, finest, task)
+        if finest.digest not in self._trees:
+            task.report("merging")
+            tree = hierarchy(self.source, [finest.n_regions], labels=finest.labels)
+            self._trees[finest.digest] = tree
+        tree = self._trees[finest.digest]
         kit.checked_count(level, "level", tree.n_finest, "regions on the finest level")
         if level < tree.n_fewest:
             reason = "because the last regions have no neighbors"
@@ -217,7 +221,7 @@ class Segmenter:
         return _base_of(tree.cut(level), finest.notes)
 
     def _finest(self, parameters: Parameters, task: SegmentationTask) -> UnsplitRegions:
-        key = _key(parameters)
+        key = tuple(value for name, value in sorted(parameters.items()) if name != "level")
         if key in self._kept:
             self._kept.move_to_end(key)
             return self._kept[key]
@@ -225,7 +229,8 @@ class Segmenter:
             warnings.simplefilter("always")
             result = self._segment(parameters, parameters["n_segments"], task)
         self._kept[key] = base = _base_of(result.labels, _notes_of(found, result))
-        _trim(self._kept)
+        if len(self._kept) > MAX_KEPT:
+            self._trees.pop(self._kept.popitem(last=False)[1].digest, None)
         return base
 
     def _segment(
@@ -241,17 +246,6 @@ class Segmenter:
             features=self.colors() if self.colors and parameters["color"] else None,
             denoise=SCANS["denoise"] if is_scan else "auto", callback=task.report,
         )  # fmt: skip
-
-    def _tree(
-        self, parameters: Parameters, finest: UnsplitRegions, task: SegmentationTask
-    ) -> Hierarchy:
-        key = _key(parameters)
-        if key not in self._trees:
-            task.report("merging")
-            self._trees[key] = hierarchy(self.source, [finest.n_regions], labels=finest.labels)
-            _trim(self._trees)
-        self._trees.move_to_end(key)
-        return self._trees[key]
 
 
 def _notes_of(found: list[warnings.WarningMessage], result: Segmentation) -> tuple[str, ...]:
@@ -271,15 +265,6 @@ def _notes_of(found: list[warnings.WarningMessage], result: Segmentation) -> tup
         else:
             notes.append(str(warning.message))
     return tuple(notes)
-
-
-def _key(parameters: Parameters) -> tuple[Any, ...]:
-    return tuple(value for name, value in sorted(parameters.items()) if name != "level")
-
-
-def _trim(kept: OrderedDict[Any, Any]) -> None:
-    while len(kept) > MAX_KEPT:
-        kept.popitem(last=False)
 
 
 def _base_of(labels: Ints, notes: tuple[str, ...]) -> UnsplitRegions:

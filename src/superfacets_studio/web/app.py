@@ -19,12 +19,11 @@ from starlette.types import ASGIApp
 
 from superfacets import RenderError
 
-from ..documents.document import Document
 from ..documents.files import Files
 from ..regions.revisions import Partition
 from ..regions.segmenting import Cancelled, SegmentationTask, checked_parameters
-from .messages import Body, JsonReply, answered, body_of, failure, message_of
-from .operations import OPERATIONS, READS, Operation, progress_of
+from .messages import STATUS_OF, Body, JsonReply, answered, body_of, failure, message_of
+from .operations import OPERATIONS, READS, Operation, progress_of, regions_of
 from .security import Guard
 from .thumbnails import Thumbnails
 
@@ -75,12 +74,9 @@ class Studio:
                 now = document.state.partition.parameters
                 return checked_parameters(body, now, document.n_cells)
 
-        try:
-            body = await body_of(request)
-            is_preview = bool(body.pop("preview", False))
-            parameters = await run_in_threadpool(checked, body)
-        except Exception as error:
-            return failure(error)
+        body = await body_of(request)
+        is_preview = bool(body.pop("preview", False))
+        parameters = await run_in_threadpool(checked, body)
         lines = _progress_lines(self.files, number, parameters, is_preview=is_preview)
         return StreamingResponse(lines, media_type="application/x-ndjson")
 
@@ -88,15 +84,13 @@ class Studio:
         """Return the route of an operation, which gets the query (GET) or the JSON body (POST)."""
 
         async def endpoint(request: Request) -> Response:
-            try:
-                is_read = method == "GET"
-                given = dict(request.query_params) if is_read else await body_of(request)
-            except Exception as error:
-                return failure(error)
+            is_read = method == "GET"
+            given = dict(request.query_params) if is_read else await body_of(request)
 
             def done() -> object:
                 with self.files.document(request.path_params["id"]) as document, document.lock:
-                    return work(document, given)
+                    found = work(document, given)
+                    return found if is_read else {**found, **progress_of(document)}
 
             return await answered(done)
 
@@ -117,7 +111,8 @@ def studio_app(studio: Studio, token: str, port: int) -> ASGIApp:
     ]
     if static.is_dir():
         routes.append(Mount("/static", StaticFiles(directory=str(static))))
-    app = Starlette(routes=routes, exception_handlers={404: _not_found, 405: _not_found})
+    handlers = dict.fromkeys((404, 405), _not_found) | dict.fromkeys(STATUS_OF, failure)
+    app = Starlette(routes=routes, exception_handlers=handlers)
     return Guard(app, token, port)
 
 
@@ -155,27 +150,22 @@ def _segment_file(
 ) -> Body:
     try:
         with files.document(number) as document:
-            return _segment(document, parameters, task, is_preview)
+            start = time.perf_counter()
+            base = document.segmenter.run(parameters, task)
+            task.check()
+            if is_preview:
+                partition = Partition(parameters, base.digest)
+                revision = document.revisions.add(partition, base.labels, base.n_regions)
+            else:
+                revision = document.set_base(parameters, base)
+            progress = progress_of(document)
     except Cancelled:
         return {"cancelled": True}
     except Exception as error:
         return {"error": message_of(error)}
-
-
-def _segment(
-    document: Document, parameters: Body, task: SegmentationTask, is_preview: bool
-) -> Body:
-    start = time.perf_counter()
-    base = document.segmenter.run(parameters, task)
-    task.check()
-    if is_preview:
-        partition = Partition(parameters, base.digest)
-        revision = document.revisions.add(partition, base.labels, base.n_regions)
-    else:
-        revision = document.set_base(parameters, base)
     seconds = round(time.perf_counter() - start, 3)
-    found = {"revision": revision.number, "n_regions": revision.n_regions, "seconds": seconds}
-    return {**found, "parameters": parameters, "notes": list(base.notes), **progress_of(document)}
+    found = {**regions_of(revision), "seconds": seconds, "parameters": parameters}
+    return {**found, "notes": list(base.notes), **progress}
 
 
 def _line(fact: Body) -> str:

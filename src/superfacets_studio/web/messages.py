@@ -38,29 +38,29 @@ class JsonReply(JSONResponse):
         return json.dumps(content, separators=(",", ":")).encode("ascii")
 
 
-STATUS_OF = (
-    (NothingError, 409),
-    (GoneError, 410),
-    (ChangedError, 409),
-    (WriteError, 507),
-    ((JournalError, FileExistsError), 409),
-    ((ImportError, RenderError), 501),
-    (TooLargeError, 413),
-    ((ValueError, TypeError), 400),
-    (IndexError, 404),
-    (OSError, 500),
-    (MemoryError, 507),
-    (ClientDisconnect, 400),  # status is arbitrary: nobody receives it
-)
-"""HTTP status of each class of errors. The first class that an error belongs to is used."""
+STATUS_OF = {
+    NothingError: 409,
+    GoneError: 410,
+    ChangedError: 409,
+    WriteError: 507,
+    JournalError: 409,
+    FileExistsError: 409,
+    ImportError: 501,
+    RenderError: 501,
+    TooLargeError: 413,
+    ValueError: 400,
+    TypeError: 400,
+    IndexError: 404,
+    OSError: 500,
+    MemoryError: 507,
+    ClientDisconnect: 400,  # status is arbitrary: nobody receives it
+}
+"""HTTP status of each class of errors. The status of the nearest base class is used."""
 
 
 async def answered(work: Callable[[], Any]) -> Response:
-    """Call `work` in a thread, and reply with its result (response, bytes or JSON) or its error."""
-    try:
-        result = await run_in_threadpool(work)
-    except Exception as error:
-        return failure(error)
+    """Call `work` in a thread, and reply with its result: a response, bytes or JSON."""
+    result = await run_in_threadpool(work)
     if isinstance(result, bytes):
         return Response(result, media_type=BYTES)
     return result if isinstance(result, Response) else JsonReply(result)
@@ -98,12 +98,10 @@ async def _content(request: Request) -> bytearray:
     raise TooLargeError(f"the request is larger than {MAX_BODY} bytes")
 
 
-def failure(error: Exception) -> Response:
-    """Return the reply for an error; an error that is not in `STATUS_OF` is raised again."""
-    for kind, status in STATUS_OF:
-        if isinstance(error, kind):
-            return JsonReply({"error": message_of(error)}, status)
-    raise error
+async def failure(request: Request, error: Exception) -> Response:
+    """Return the reply for an error of a class in `STATUS_OF`."""
+    status = next(STATUS_OF[kind] for kind in type(error).__mro__ if kind in STATUS_OF)
+    return JsonReply({"error": message_of(error)}, status)
 
 
 def message_of(error: Exception) -> str:

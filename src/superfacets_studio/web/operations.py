@@ -20,13 +20,14 @@ from ..export.write import export_bytes, names_of_exports, write_export
 from ..labels.classes import checked_object
 from ..labels.coding import base64_of, bytes_from, cells_from, packet, unpack_cells
 from ..labels.imports import read_import
-from ..regions.revisions import similar_regions
+from ..regions.revisions import Revision, similar_regions
 from ..regions.segmenting import levels_of, ranges
 from .messages import BYTES, Body
 
 Operation = Callable[[Document, Body], Any]
 """Function of a document and of the query or JSON object in a request. The document is locked while
-the function runs, so that operations on one document never overlap."""
+the function runs, so that operations on one document never overlap. The reply to a POST request is
+the result and `progress_of` the document."""
 
 MAX_DIGITS = 20  # maximum length of a revision number in a query
 MAX_STROKE = 64  # maximum length of the name of a stroke
@@ -39,8 +40,7 @@ def _state(document: Document, query: Body) -> Body:
         "parameters": parameters,
         "ranges": ranges(document.n_cells),
         "has_colors": document.source.color_features is not None,
-        "revision": document.revision.number,
-        "n_regions": document.revision.n_regions,
+        **regions_of(document.revision),
         "classes": list(document.class_list),
         "levels": levels_of(parameters["n_segments"]),
         "input": document.source.facts["file"] | {"n_cells": document.n_cells, "kind": kind},
@@ -51,8 +51,13 @@ def _state(document: Document, query: Body) -> Body:
     }
 
 
+def regions_of(revision: Revision) -> Body:
+    """Return the number of a revision and of its regions."""
+    return {"revision": revision.number, "n_regions": revision.n_regions}
+
+
 def progress_of(document: Document) -> Body:
-    """Return the part of the state that every operation sends to the client."""
+    """Return the part of the state that the reply to every POST request contains."""
     with document.lock:
         return {
             "seq": document.history.seq,
@@ -66,20 +71,18 @@ def progress_of(document: Document) -> Body:
         }
 
 
-def _effect(document: Document, step: Callable[[], list[Change]]) -> Body:
-    """Carry out a step, and return the changed cells with their new class and object.
+def _effect(document: Document, changes: list[Change]) -> Body:
+    """Return the changed cells of a step, with their new class and object.
 
     If the step changes only labels, ``kind`` is "paint". Otherwise it is the kind of another change
     in the step, and the client then requests the whole state.
     """
-    changes = step()
     kinds = [change.kind for change in changes if change.kind != "paint"]
     cells = np.unique(np.concatenate([change.cells(document.n_cells) for change in changes]))
     return {
         "kind": kinds[0] if kinds else "paint",
         "cells": base64_of(cells.astype(np.uint32)),
         "paint": base64_of(document.state.paint[cells]),
-        **progress_of(document),
     }
 
 
@@ -195,7 +198,7 @@ def _paint(document: Document, body: Body) -> Body:
     part = _whole(body["part"], "part") if "part" in body else None
     cells = cells_from(body.get("cells"), document.n_cells)
     change = document.paint(cells, class_id, stroke, objects=object_id, part=part)
-    return {"changed": 0 if change is None else change.after.n, **progress_of(document)}
+    return {"changed": 0 if change is None else change.after.n}
 
 
 def _similar(document: Document, body: Body) -> Body:
@@ -207,13 +210,13 @@ def _similar(document: Document, body: Body) -> Body:
 
 def _split_object(document: Document, body: Body) -> Body:
     class_id, object_id = _whole(body.get("class"), "class"), checked_object(body.get("object"))
-    return {"objects": document.split_object(class_id, object_id), **progress_of(document)}
+    return {"objects": document.split_object(class_id, object_id)}
 
 
 def _name_object(document: Document, body: Body) -> Body:
     class_id, object_id = _whole(body.get("class"), "class"), checked_object(body.get("object"))
     document.name_object(class_id, object_id, body.get("name"))
-    return progress_of(document)
+    return {}
 
 
 def _compare(document: Document, body: Body) -> Body:
@@ -235,54 +238,42 @@ def _accept(document: Document, body: Body) -> Body:
 
 def _compared(document: Document) -> Body:
     if document.theirs is None:
-        nothing: Body = {"agreement": None, "classes": [], "differs": "", "bare": ""}
-        return {**nothing, **progress_of(document)}
+        return {"agreement": None, "classes": [], "differs": "", "bare": ""}
     is_bare = (document.state.paint == 0) & (document.theirs.paint > 0)
     return {
         "agreement": document.agreement(),
         "classes": list(document.theirs.class_list),
         "differs": base64_of(document.differing()),
         "bare": base64_of(np.flatnonzero(is_bare).astype(np.uint32)),
-        **progress_of(document),
     }
 
 
 def _review(document: Document, body: Body) -> Body:
     document.review(checked_flag(body.get("reviewed"), "reviewed"))
-    return progress_of(document)
+    return {}
 
 
 def _set_classes(document: Document, body: Body) -> Body:
     document.set_classes(body.get("classes"))
-    return {"classes": list(document.class_list), **progress_of(document)}
+    return {"classes": list(document.class_list)}
 
 
 def _split(document: Document, body: Body) -> Body:
     strokes = []
     for name in ("red", "blue"):
-        stroke = _numbers(body.get(name), name)
-        given = np.unique(np.asarray(stroke, np.int64))
-        if len(given) and not 0 <= given[0] <= given[-1] < document.n_cells:
-            raise ValueError(
-                f"{name} contains a cell that does not exist: the mesh has"
-                f" {counted(document.n_cells, 'cell')}"
-            )
-        strokes.append(given.astype(np.uint32))
+        stroke, whole = _numbers(body.get(name), name), counted(document.n_cells, "cell")
+        if stroke and not 0 <= min(stroke) <= max(stroke) < document.n_cells:
+            raise ValueError(f"{name} contains a cell that does not exist: the mesh has {whole}")
+        strokes.append(np.unique(np.array(stroke, np.uint32)))
     region = _whole(body.get("region"), "region")
     cells = document.split(region, body.get("revision"), *strokes)
-    return {**_regions_of(document), "cells": base64_of(cells)}
+    return {**regions_of(document.revision), "cells": base64_of(cells)}
 
 
 def _refine(document: Document, body: Body) -> Body:
     region, n_parts = _whole(body.get("region"), "region"), _whole(body.get("parts"), "parts")
     document.refine(region, body.get("revision"), n_parts)
-    return _regions_of(document)
-
-
-def _regions_of(document: Document) -> Body:
-    revision = document.revision
-    found = {"revision": revision.number, "n_regions": revision.n_regions}
-    return {**found, **progress_of(document)}
+    return regions_of(document.revision)
 
 
 def _export(document: Document, body: Body) -> Body:
@@ -294,10 +285,10 @@ def _export(document: Document, body: Body) -> Body:
 def _import(document: Document, body: Body) -> Body:
     imported = read_import(_files(body), document.cells, document.class_list)
     if checked_flag(body.get("as_suggestions", False), "as_suggestions"):
-        return {"suggested": document.suggest(imported), **progress_of(document)}
+        return {"suggested": document.suggest(imported)}
     change = document.apply_import(imported)
     changed = 0 if change is None else change.after.n
-    return {"changed": changed, "classes": list(document.class_list), **progress_of(document)}
+    return {"changed": changed, "classes": list(document.class_list)}
 
 
 def _settle(document: Document, body: Body) -> Body:
@@ -309,7 +300,7 @@ def _settle(document: Document, body: Body) -> Body:
         raise ValueError("accept must be a list of pairs of a suggestion and a class")
     accepted = {_whole(one, "suggestion"): _whole(class_id, "class") for one, class_id in pairs}
     rejected = _numbers(body.get("reject", []), "reject")
-    return _effect(document, lambda: document.settle(accepted, rejected))
+    return _effect(document, document.settle(accepted, rejected))
 
 
 def _files(body: Body) -> dict[str, bytes]:
@@ -321,8 +312,8 @@ def _files(body: Body) -> dict[str, bytes]:
 
 OPERATIONS: dict[str, Operation] = {
     "paint": _paint,
-    "undo": lambda document, _: _effect(document, document.undo),
-    "redo": lambda document, _: _effect(document, document.redo),
+    "undo": lambda document, _: _effect(document, document.undo()),
+    "redo": lambda document, _: _effect(document, document.redo()),
     "similar": _similar,
     "classes": _set_classes,
     "split": _split,
