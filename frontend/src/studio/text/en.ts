@@ -354,7 +354,7 @@ export const en = {
     noOther: "No other object is under the pointer.",
     otherClass: "Only objects of the same class can be merged.",
     merged: (name: string, into: string): string => `${name} is now part of ${into}.`,
-    deleted: (name: string, n: number, cells: string): string => `${name} deleted: ${number(n)} ${cells} have no object now (Ctrl+Z undoes).`,
+    deleted: (name: string, cells: string): string => `${name} deleted: ${cells} without an object now (Ctrl+Z undoes).`,
     split: (names: string[]): string =>
       names.length === 1 ? `1 piece became ${names[0]}.` : `${names.length} pieces became ${names[0]} to ${names[names.length - 1]}.`,
   },
@@ -378,12 +378,12 @@ export const en = {
   hiding: {
     hidden: (name: string): string => `${name} is hidden; U shows all.`,
     unlabeledHidden: "All unlabeled cells are hidden; U shows all.",
-    labeledHidden: (n: number, cells: string): string => `All labeled cells are hidden (all but ${number(n)} ${cells}); U shows all.`,
+    labeledHidden: (unlabeled: string): string => `All labeled cells are hidden (all but ${unlabeled}); U shows all.`,
     alone: (name: string): string => `Only ${name} is shown; U shows all.`,
     noCells: (name: string): string => `${name} has no cells.`,
     noneLabeled: "No cell has a class yet.",
     allLabeled: "Every cell has a class.",
-    blinking: (n: number, cells: string): string => `${number(n)} ${cells} without a class blink, if they are in view.`,
+    blinking: (cells: string): string => `Blinking, if in view: ${cells} without a class.`,
     nothingHidden: "Nothing is hidden.",
     allShown: "All cells are shown.",
   },

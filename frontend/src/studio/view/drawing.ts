@@ -13,6 +13,7 @@ import { CellTable } from "./celltable";
 import { N_SHADES, parseColor, type Rgb } from "../data/colors";
 import type { Mesh } from "../data/mesh";
 import { CELLS, IMAGE, WHOLE } from "./shaders";
+import { text } from "../text";
 
 const REFINE_MS = 160; // time in milliseconds after the last change until the canvas is drawn antialiased
 const MAX_FINE_PIXELS = 9_000_000; // largest size of an antialiased framebuffer in pixels
@@ -82,7 +83,7 @@ export class Drawing {
     this.imageProgram = new Program(gpu, WHOLE, IMAGE);
     canvas.addEventListener("webglcontextlost", (event) => {
       event.preventDefault(); // without this call, the browser would never restore the context
-      failed("The graphics card stopped responding.");
+      failed(text.session.noGraphics);
     });
     canvas.addEventListener("webglcontextrestored", () => this.restore());
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement!);
