@@ -93,7 +93,7 @@ export class Comparison {
 
   private show({ name, labeled, share, classes }: Agreement): void {
     const row = (title: string, iou: number | null, kind: string): HTMLElement =>
-      make("tr", { class: kind }, make("td", {}, title), make("td", {}, iou?.toFixed(3) ?? "-"));
+      make("tr", { class: kind }, make("td", {}, title), make("td", {}, iou === null ? "-" : words.ratio(iou)));
     const rows = classes.flatMap((one) => [
       row(one.name, one.iou, "whole"),
       ...one.objects.map(({ object, mine, theirs, iou }) => {

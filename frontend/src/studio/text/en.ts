@@ -3,6 +3,7 @@
 // Terms: a class has objects, a region has cells, a stroke paints cells, and a work file stores the labels of a file.
 
 import { counted, percent } from "../../shared/dom";
+import { GRAPHICS } from "../../shared/gl";
 
 type Measure = "area" | "volume";
 
@@ -250,6 +251,7 @@ export const en = {
     onlyTheirs: (object: string): string => `${object} (only theirs)`,
     onlyMine: (object: string): string => `${object} (only mine)`,
     object: (name: string, object: number): string => `${name} ${object}`,
+    ratio: (iou: number): string => iou.toFixed(3),
     head: "Class, object",
     iou: "IoU",
     iouTip: "Intersection of both areas, divided by their union. Cells labeled in only one file are ignored: '-' means that there are no others",
@@ -302,6 +304,8 @@ export const en = {
     noTexture: (why: string): string => `The texture is not shown: ${why}.`,
     badPacket: "the server sent a response in an unknown format",
   },
+
+  graphics: GRAPHICS,
 
   // Descriptions of steps that are undone or redone.
   steps: {

@@ -71,7 +71,7 @@ export class Drawing {
   private viewMs = 0; // duration of a first pass for this mesh in milliseconds; 0 if not measured yet
 
   constructor(readonly canvas: HTMLCanvasElement, failed: (line: string) => void) {
-    const gpu = (this.gpu = new Gpu(canvas, true));
+    const gpu = (this.gpu = new Gpu(canvas, true, text.graphics));
     this.surface = new Surface(gpu);
     this.ownColors = new OwnColors(gpu);
     this.cells = new CellTable(gpu);
