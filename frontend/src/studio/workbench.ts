@@ -469,7 +469,7 @@ export class Workbench {
 
   isolateActive(): void {
     if (this.activeRegion < 0) return this.say(regionMessages.noneActive);
-    this.isolate(this.session.regions.cellsOf(this.activeRegion), text.region(this.activeRegion));
+    this.isolate(this.session.regions.cellsOf(this.activeRegion), hiding.aloneRegion(this.activeRegion));
   }
 
   private hide(cells: Uint32Array, line: string): void {
@@ -478,17 +478,18 @@ export class Workbench {
   }
 
   /** Hide all cells except the given ones. */
-  isolate(cells: Uint32Array, name: string): void {
-    if (!cells.length) return this.say(hiding.noCells(name));
+  private isolate(cells: Uint32Array, line: string): void {
     this.drawing.cells.mark(Array(this.session.mesh.nCells).keys(), MARK_HIDDEN, true);
     this.drawing.cells.mark(cells, MARK_HIDDEN, false);
-    this.afterHiding(hiding.alone(name));
+    this.afterHiding(line);
   }
 
   /** Show only the cells with the class and object encoded by `paint`. */
   isolatePaint(paint: number): void {
     if (!paint) return this.say(painting.noCell);
-    this.isolate(this.session.paints.cellsOf(classOf(paint), objectOf(paint)), this.paintName(paint));
+    const [cells, name] = [this.session.paints.cellsOf(classOf(paint), objectOf(paint)), this.paintName(paint)];
+    if (cells.length) this.isolate(cells, hiding.alone(name));
+    else this.say(hiding.noCells(name));
   }
 
   /** Hide all cells of a class; id 0 hides the cells without a class. */

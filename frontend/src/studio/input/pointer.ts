@@ -5,7 +5,7 @@ import type { Modes } from "./modes";
 import type { Tool } from "./tools";
 import { classOf, objectOf } from "../data/labeling";
 import { remember, remembered } from "../session/remembered";
-import { element } from "../../shared/dom";
+import { element, make } from "../../shared/dom";
 import { type Place, placeOf, putTip, zoomByWheel } from "../../shared/picking";
 import { text } from "../text";
 
@@ -92,7 +92,7 @@ export class Pointer {
   }
 
   private watchScheme(list: HTMLSelectElement): void {
-    for (const [id, { name }] of Object.entries(SCHEMES)) list.add(new Option(name, id));
+    for (const [id, { name }] of Object.entries(SCHEMES)) list.append(make("option", { value: id }, name));
     const choose = (): void => {
       this.scheme = SCHEMES[list.value];
       element("turning").textContent = this.scheme.hint;

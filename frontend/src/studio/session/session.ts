@@ -221,6 +221,7 @@ export class Session {
     this.takePaint(paint);
     this.regions = regions;
     this.events.emit("file", mesh);
+    this.events.emit("suggestions", this.suggested); // none until `loadSuggestions`
     this.events.emit("classes", state.classes);
     this.events.emit("painted", null);
     this.events.emit("regions", this.regions);
@@ -388,7 +389,7 @@ export class Session {
     this.check(fileId);
     const started = performance.now();
     const body = { ...parameters, preview };
-    this.events.emit("segmenting", { stage: "starting" });
+    this.events.emit("segmenting", { stage: text.parameters.starting });
     for await (const line of this.api.lines<SegmentLine>(`${this.path}/segment`, body, signal)) {
       this.check(fileId);
       if (line.error !== undefined) throw new ServerError(line.error, 400);
