@@ -147,7 +147,7 @@ export const en = {
     lentKey: (key: string, name: string): string => `Key ${key} of ${name}, until other classes are used: click to assign a key`,
     noKey: (name: string): string => `${name} has no key: click to assign one`,
     stuff: "stuff",
-    makeStuff: (name: string): string => `Make ${name} a surface without separate objects, such as walls and floors`,
+    makeStuff: (name: string): string => `Make ${name} a class without separate objects, such as wall or floor`,
     makeThings: (name: string): string => `Give ${name} separate objects`,
     hide: "hide",
     hideTip: (name: string): string => `Hide ${name} (U shows all)`,
@@ -161,7 +161,7 @@ export const en = {
     mergeLabel: (name: string): string => `Merge ${name} with another object`,
     mergeTip: "Merge another object into this object (M merges the object under the pointer)",
     cannotMerge: "The class has no other object",
-    split: "Split loose parts",
+    split: "Split loose pieces",
     splitTip: (name: string): string => `Each piece of ${name} except the largest becomes a new object`,
     alone: "Show alone",
     aloneTip: (name: string): string => `Hide all but ${name} (U shows all)`,
@@ -240,7 +240,7 @@ export const en = {
   },
 
   files: {
-    labeled: (name: string): string => `Labeled, ${name}`,
+    labeled: (name: string): string => `Labeled part of ${name}`,
     changed: "Changed since review",
     reviewed: "Reviewed",
     isLast: "This is the last file.",
@@ -348,7 +348,7 @@ export const en = {
     leftOut: (labeled: number, apart: number): string =>
       `Similar regions left out: ${number(labeled)} labeled already, ${number(apart)} not connected to this region by similar regions.`,
     forMore: (tolerance: number): string => `For more, raise “Similar shapes” (now ${tolerance}).`,
-    divided: (id: number, n: number): string => `${region(id)} is divided into ${n} parts (Ctrl+Z undoes).`,
+    divided: (id: number, n: number): string => `${region(id)} is divided into ${counted(n, "part")} (Ctrl+Z undoes).`,
   },
 
   objectMessages: {
