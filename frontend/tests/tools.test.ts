@@ -38,7 +38,7 @@ beforeEach(() => vi.clearAllMocks());
 
 test("a rectangle is the box between the first and the last place", () => {
   const lasso = makeLasso();
-  lasso.outline = "Rectangle";
+  lasso.outline = "rectangle";
   lasso.begin({ x: 1, y: 2 }, false);
   lasso.move({ x: 8, y: 8 });
   lasso.move({ x: 4, y: 4 });
@@ -49,7 +49,7 @@ test("a rectangle is the box between the first and the last place", () => {
 test("a polygon has its corners at clicks, and Enter or another click on a corner closes it", () => {
   for (const close of [(lasso: Lasso): void => lasso.confirm(), (lasso: Lasso): void => lasso.begin({ x: 0, y: 600 }, false)]) {
     const lasso = makeLasso();
-    lasso.outline = "Polygon";
+    lasso.outline = "polygon";
     for (const [x, y] of [[0, 0], [600, 0], [600, 600], [0, 600]]) {
       lasso.begin({ x, y }, false);
       lasso.move({ x: x + 300, y: y + 1 }); // dragging adds no corner
@@ -65,7 +65,7 @@ test("a polygon has its corners at clicks, and Enter or another click on a corne
 test("a polygon that is not closed ends when the view changes", () => {
   const workbench = fakeWorkbench();
   const lasso = makeLasso(workbench);
-  lasso.outline = "Polygon";
+  lasso.outline = "polygon";
   for (const place of [{ x: 0, y: 0 }, { x: 600, y: 0 }, { x: 600, y: 600 }]) lasso.begin(place, false);
   for (const run of workbench.drawing.onView) run();
   lasso.confirm();
@@ -74,7 +74,7 @@ test("a polygon that is not closed ends when the view changes", () => {
 
 test("with Alt, a lasso paints only the piece in front", () => {
   const lasso = makeLasso(fakeWorkbench((column) => (column < 3 ? 50 : column < 6 ? 2 : 20)));
-  lasso.outline = "Rectangle";
+  lasso.outline = "rectangle";
   for (const isFront of [false, true]) {
     lasso.begin({ x: 0, y: 0 }, false, isFront);
     lasso.move({ x: 8, y: 8 });

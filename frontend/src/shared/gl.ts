@@ -16,6 +16,13 @@ interface Held {
   make(): void;
 }
 
+/** Messages of errors. */
+export const GRAPHICS = {
+  none: "this browser has no WebGL 2",
+  broken: (log: string): string => `a shader program cannot be built: ${log}`,
+  tooLarge: "the mesh is too large for this graphics card",
+};
+
 export class Gpu {
   readonly gl: WebGL2RenderingContext;
   readonly isFirstProvoking: boolean; // whether flat varyings use the first vertex of a triangle instead of the last
@@ -24,9 +31,9 @@ export class Gpu {
   private readonly held: Held[] = [];
 
   /** If `isKept`, tables and images keep a copy in memory, so that `restore` can upload them again. */
-  constructor(canvas: HTMLCanvasElement, readonly isKept: boolean) {
+  constructor(canvas: HTMLCanvasElement, readonly isKept: boolean, readonly messages = GRAPHICS) {
     const gl = canvas.getContext("webgl2", { antialias: false, powerPreference: "high-performance" });
-    if (!gl) throw new Error("this browser has no WebGL 2");
+    if (!gl) throw new Error(messages.none);
     this.gl = gl;
     this.isFirstProvoking = this.begin();
   }
@@ -101,7 +108,7 @@ export class Program implements Held {
     gl.linkProgram(program);
     if (!gl.getProgramParameter(program, gl.LINK_STATUS) && !gl.isContextLost()) {
       const logs = [...shaders.map((shader) => gl.getShaderInfoLog(shader)), gl.getProgramInfoLog(program)];
-      throw new Error(`a shader program cannot be built: ${logs.filter(Boolean).join(" ")}`);
+      throw new Error(this.gpu.messages.broken(logs.filter(Boolean).join(" ")));
     }
     const count = gl.getProgramParameter(program, gl.ACTIVE_UNIFORMS) as number;
     for (let i = 0; i < count; i++) {
@@ -183,7 +190,7 @@ export class Table implements Lookup, Held {
     const [, , , channels, Type] = this.layout;
     const rows = Math.max(1, Math.ceil(values.length / channels / WIDTH));
     if (rows > this.gpu.gl.getParameter(this.gpu.gl.MAX_TEXTURE_SIZE)) {
-      throw new Error("the mesh is too large for this graphics card");
+      throw new Error(this.gpu.messages.tooLarge);
     }
     const texels = new Type(rows * WIDTH * channels);
     texels.set(values);

@@ -26,6 +26,7 @@ import { PlaceKeeper } from "./input/place";
 import { remember, remembered } from "./session/remembered";
 import { Session } from "./session/session";
 import { Views } from "./panels/views";
+import { fillPage } from "./text";
 
 declare global {
   interface Window {
@@ -34,6 +35,7 @@ declare global {
 }
 
 async function start(): Promise<void> {
+  fillPage();
   const token = new URLSearchParams(location.search).get("token") ?? "";
   const session = new Session(new Api(token));
   showNotices(session);

@@ -1,7 +1,7 @@
 // State shared by tools, keys and panels: open file, selection, and current class. Also shows regions and painted
 // cells in the drawing.
 
-import { counted, element } from "../shared/dom";
+import { element } from "../shared/dom";
 import { lengthOf, minus, plus, scaled, type Vector } from "../shared/vectors";
 import { MARK_HIDDEN } from "./view/celltable";
 import { cssColor, type Rgb, regionColors, shadesOfClasses, shadesOfObjects, usualShade } from "./data/colors";
@@ -14,21 +14,18 @@ import { classNameIn, paintNameIn } from "./data/names";
 import { Picker } from "./view/picker";
 import { remember, rememberedValue } from "./session/remembered";
 import type { Session } from "./session/session";
+import { text } from "./text";
 
 const MAX_OBJECT = 999; // highest object number of a class
 const MIN_SEEN = 8; // if fewer pixels of cells are visible from every side, `fly` leaves out what hides them
 const MAX_NAMED = 3; // largest number of classes and objects that a message lists by name
-export const SHOWING = "U shows hidden cells, and C removes the clip box.";
-const EMPTY = "No cell is in view. Home shows the whole mesh.";
+const { hiding, objectMessages, painting, regionMessages } = text;
 
 interface Kinds {
   "current-paint": number; // class and object that strokes assign, as one number (see `paintOf`)
   selection: ReadonlySet<number>;
   hover: number; // cell under the pointer; -1 if there is none
 }
-
-const nameOf = (regions: readonly number[]): string =>
-  regions.length === 1 ? `Region ${regions[0]}` : `${regions.length} regions`;
 
 export class Workbench {
   readonly events = new Events<Kinds>();
@@ -77,7 +74,7 @@ export class Workbench {
     this.isFresh = true;
     this.classKeys = new ClassKeys(rememberedValue(this.keysName));
     this.drawing.setMesh(mesh);
-    if (mesh.textureProblem) this.say(`The texture is not shown: ${mesh.textureProblem}.`);
+    if (mesh.textureProblem) this.say(text.session.noTexture(mesh.textureProblem));
     this.picker = new Picker(this.drawing, mesh);
   }
 
@@ -129,25 +126,25 @@ export class Workbench {
   /** Start a new object of the current class. Cells painted from now on belong to this object. */
   newObject(): void {
     const id = classOf(this.currentPaint);
-    if (this.isStuff(id)) return this.say(id ? `${this.className(id)} has no objects.` : "Choose a class first.");
+    if (this.isStuff(id)) return this.say(id ? objectMessages.hasNoObjects(this.className(id)) : objectMessages.chooseFirst);
     const { paints, state } = this.session;
     const named = state.object_names.filter((one) => one.class === id).map((one) => one.object);
     const used = new Set([...paints.objectsOf(id), ...named]); // a deleted object keeps its name, because an undo can bring it back
     let object = 1;
     while (used.has(object)) object++;
-    if (object > MAX_OBJECT) return this.say(`A class has at most ${MAX_OBJECT} objects.`);
+    if (object > MAX_OBJECT) return this.say(objectMessages.most(MAX_OBJECT));
     this.choose(id, object);
-    this.say(`${this.paintName(this.currentPaint)} is a new object. Strokes now paint this object.`);
+    this.say(objectMessages.isNew(this.paintName(this.currentPaint)));
   }
 
   /** Merge an object into the current object. */
   mergeObject(paint: number): void {
     const { session, currentPaint } = this;
-    if (!paint || paint === currentPaint) return this.say("No other object is under the pointer.");
-    if (classOf(paint) !== classOf(currentPaint)) return this.say("Only objects of the same class can be merged.");
+    if (!paint || paint === currentPaint) return this.say(objectMessages.noOther);
+    if (classOf(paint) !== classOf(currentPaint)) return this.say(objectMessages.otherClass);
     const name = this.paintName(paint);
     this.paintCells(session.paints.cellsOf(classOf(paint), objectOf(paint)), currentPaint);
-    this.say(`${name} is now part of ${this.paintName(currentPaint)}.`);
+    this.say(objectMessages.merged(name, this.paintName(currentPaint)));
   }
 
   className(id: number): string {
@@ -175,7 +172,7 @@ export class Workbench {
     const { mesh, paints } = this.session;
     const [name, cells] = [this.paintName(paint), paints.cellsOf(classOf(paint), objectOf(paint))];
     this.paintCells(cells, 0);
-    this.say(`${name} deleted: ${cells.length.toLocaleString("en")} ${mesh.cellName} have no object now (Ctrl+Z undoes).`);
+    this.say(objectMessages.deleted(name, mesh.counted(cells.length)));
   }
 
   /** Make each connected piece of an object, except the largest piece, a new object. */
@@ -186,9 +183,7 @@ export class Workbench {
     if (!(await session.change("split-object", { class: id, object }))) return;
     const names = [...session.paints.objectsOf(id)].filter((one) => !before.has(one)).sort((a, b) => a - b)
       .map((one) => this.paintName(paintOf(id, one)));
-    if (!names.length) return;
-    const which = names.length > 1 ? `${names[0]} to ${names[names.length - 1]}` : names[0];
-    this.say(`${names.length} ${names.length > 1 ? "pieces" : "piece"} became ${which}.`);
+    if (names.length) this.say(objectMessages.split(names));
   }
 
   say(line: string): void {
@@ -200,8 +195,8 @@ export class Workbench {
     const { drawing, session } = this;
     if (!session.paints) return;
     const isEmpty = drawing.isEmpty && !drawing.cells.isAllHidden;
-    if (isEmpty) this.say(EMPTY);
-    else if (element("status").textContent === EMPTY) this.say("");
+    if (isEmpty) this.say(regionMessages.emptyView);
+    else if (element("status").textContent === regionMessages.emptyView) this.say("");
   }
 
   /** Move the keyboard focus to the canvas, unless a link, button, list or text field has the focus. */
@@ -263,7 +258,7 @@ export class Workbench {
       at = (at + steps + count) % count;
       if (!this.isRegionHidden(this.order[at])) return this.setCursor(this.order[at]);
     }
-    this.say(`All regions are hidden. ${SHOWING}`);
+    this.say(regionMessages.allHidden);
   }
 
   setCursor(region: number): void {
@@ -273,11 +268,11 @@ export class Workbench {
     this.select([region], false);
     this.drawing.mark({ cursor: region });
     const isOutside = this.fly(this.session.regions.cellsOf(region));
-    const where = !isOutside ? " (inside the body)" : this.drawing.hasFocus ? " (what hides it is left out; Esc shows it)" : "";
+    const where = !isOutside ? regionMessages.inside : this.drawing.hasFocus ? regionMessages.uncovered : text.region;
     const { regions, paints, mesh } = this.session;
     const share = (100 * regions.areas[region]) / paints.totalArea;
     const name = this.paintName(paints.mainPaint(regions.cellsOf(region)));
-    this.say(`Region ${region}${where}: ${share.toPrecision(2)} % of the ${mesh.measure}, ${name}.`);
+    this.say(regionMessages.chosen(where(region), share, mesh.measure, name));
   }
 
   /**
@@ -319,7 +314,7 @@ export class Workbench {
     const { activeRegion } = this;
     const list = this.selection.size && !this.isPainted ? [...this.selection] : [activeRegion];
     if (list[0] < 0) {
-      this.say("No region is chosen. N goes to the next region.");
+      this.say(regionMessages.none);
       return;
     }
     const replaced = new Map<number, number>();
@@ -345,18 +340,19 @@ export class Workbench {
     const { paints, isLocked } = this.session;
     const old = cell < 0 ? 0 : paints.of[cell];
     if (!old || old === paint || isLocked) return "";
-    return paint ? `${this.paintName(paint)} would replace ${this.paintName(old)} (K protects labels).` : `A stroke would remove ${this.paintName(old)}.`;
+    return paint ? painting.replaces(this.paintName(paint), this.paintName(old)) : painting.erases(this.paintName(old));
   }
 
   /** Announce the new class and object of regions or cells, and the classes and objects that are replaced. */
   sayPainted(what: readonly number[] | string, paint: number, replaced: ReadonlyMap<number, number> = new Map()): void {
-    const name = typeof what === "string" ? what : nameOf(what);
-    if (!paint) return this.say(`${name}: class removed.`);
+    const name = typeof what === "string" ? what : painting.several(what);
+    if (!paint) return this.say(painting.erased(name));
     const was = [...replaced.keys()].map((old) => this.paintName(old));
-    const names = was.length > MAX_NAMED ? `${was.length} other classes or objects` : was.join(", ");
+    const names = was.length > MAX_NAMED ? painting.otherPaints(was.length) : text.list(was);
     const count = [...replaced.values()].reduce((sum, n) => sum + n, 0);
-    const which = typeof what !== "string" && what.length === 1 ? "It was" : `${count} of them ${count === 1 ? "was" : "were"}`;
-    this.say(`${name}: ${this.paintName(paint)}.${count ? ` ${which} ${names}; K: paint only unlabeled cells.` : ""}`);
+    const isOne = typeof what !== "string" && what.length === 1;
+    const done = painting.done(name, this.paintName(paint));
+    this.say(count ? `${done} ${isOne ? painting.wasReplaced(names) : painting.wereReplaced(count, names)}` : done);
   }
 
   /**
@@ -374,47 +370,47 @@ export class Workbench {
     const order = [...areas.keys()].sort((a, b) => areas[b] - areas[a]);
     const start = this.cursor === this.lastBare ? order.indexOf(this.cursor) + 1 : 0;
     const next = [...order.slice(start), ...order.slice(0, start)].find((region) => isBare(region) && regions.cellsOf(region).some(isShown));
-    if (next === undefined) return this.say(order.some(isBare) ? `All unlabeled regions are hidden. ${SHOWING}` : "Every region has a class.");
+    if (next === undefined) return this.say(order.some(isBare) ? regionMessages.allUnlabeledHidden : regionMessages.allLabeled);
     this.lastBare = next;
     this.setCursor(next);
   }
 
   grow(): void {
-    if (!this.selection.size) return this.say("Nothing is selected or painted yet.");
+    if (!this.selection.size) return this.say(regionMessages.noneSelected);
     const { regions, paints } = this.session;
     let ring = regions.neighbors.ringAround(this.selection);
     if (this.isPainted) ring = ring.filter((r) => paints.mainPaint(regions.cellsOf(r)) === 0);
-    if (!ring.length) return this.say("All neighbors have a class already.");
+    if (!ring.length) return this.say(regionMessages.neighborsLabeled);
     const painted = paints.mainPaint(regions.cellsOfAll(this.selection));
     if (this.isPainted) this.paintCells(regions.cellsOfAll(ring), painted);
     this.select([...this.selection, ...ring], this.isPainted);
-    this.say(`Grown by ${counted(ring.length, "region")}.`);
+    this.say(regionMessages.grown(ring.length));
   }
 
   shrink(): void {
     const { regions } = this.session;
     const ring = regions.neighbors.outerRing(this.selection);
     if (!ring.length || ring.length === this.selection.size) {
-      return this.say("No ring of regions is left to remove.");
+      return this.say(regionMessages.noRing);
     }
     if (this.isPainted) this.paintCells(regions.cellsOfAll(ring), 0);
     const rest = [...this.selection].filter((region) => !ring.includes(region));
     this.select(rest, this.isPainted);
-    this.say(`Shrunk by ${counted(ring.length, "region")}.`);
+    this.say(regionMessages.shrunk(ring.length));
   }
 
   /** Paint the active region, and all similar unlabeled regions that are connected to it through such regions. */
   async fillSimilar(): Promise<void> {
     const { session, activeRegion, currentPaint, tolerance } = this;
     const { regions, isLocked, fileId } = session;
-    if (activeRegion < 0) return this.say("No region is under the pointer or chosen.");
+    if (activeRegion < 0) return this.say(regionMessages.noneActive);
     const mainPaint = (region: number): number => session.paints.mainPaint(regions.cellsOf(region));
     const isBare = (region: number): boolean => mainPaint(region) === 0;
     const own = mainPaint(activeRegion);
     const like = await session.similar(activeRegion, tolerance);
     if (!like.length) return; // the request failed, and an error message is shown
     if (session.regions !== regions || mainPaint(activeRegion) !== own) {
-      return session.tell("The region was changed before the server answered, so nothing was painted. Press F again.", fileId);
+      return session.tell(regionMessages.changed, fileId);
     }
     const similar = new Set(like.filter(isBare));
     const filled = new Set<number>();
@@ -427,17 +423,18 @@ export class Workbench {
     const before = countBare();
     session.paint(regions.cellsOfAll(filled), currentPaint, undefined, isLocked);
     this.select(filled, true);
-    const done = `${counted(filled.size, "similar region")}: ${this.paintName(currentPaint)}. Unlabeled regions: ${before} before, ${countBare()} now.`;
-    const why = left.length ? ` Similar regions left out: ${left.length - apart} labeled already, ${apart} not connected to this region by similar regions.` : "";
-    this.say(`${done}${why}${tolerance < 1 ? ` For more, raise “Similar shapes” (now ${tolerance}).` : ""}`);
+    const told = [regionMessages.filled(filled.size, this.paintName(currentPaint), before, countBare())];
+    if (left.length) told.push(regionMessages.leftOut(left.length - apart, apart));
+    if (tolerance < 1) told.push(regionMessages.forMore(tolerance));
+    this.say(told.join(" "));
   }
 
   /** Divide the active region into `nParts` parts. */
   async refineActive(): Promise<void> {
     const { activeRegion: region, session, nParts } = this;
-    if (region < 0) return this.say("No region is under the pointer or chosen.");
+    if (region < 0) return this.say(regionMessages.noneActive);
     const before = session.regions.count;
-    if (await session.refine(region, nParts)) this.say(`Region ${region} is divided into ${session.regions.count - before + 1} parts (Ctrl+Z undoes).`);
+    if (await session.refine(region, nParts)) this.say(regionMessages.divided(region, session.regions.count - before + 1));
   }
 
   private isRegionHidden(region: number): boolean {
@@ -455,7 +452,7 @@ export class Workbench {
     const { activeRegion, session, currentPaint } = this;
     const cells = activeRegion >= 0 ? session.regions.cellsOf(activeRegion)
       : session.paints.cellsOf(classOf(currentPaint), objectOf(currentPaint));
-    if (!cells.length || !this.fly(cells, true)) this.say("No region is under the pointer, and the chosen object has no cells.");
+    if (!cells.length || !this.fly(cells, true)) this.say(regionMessages.nothingToFrame);
   }
 
   /** Move the camera to half the distance from a cell, and turn it around the cell from now on. */
@@ -466,37 +463,38 @@ export class Workbench {
   }
 
   hideActive(): void {
-    if (this.activeRegion < 0) return this.say("No region is under the pointer or chosen.");
-    this.hide(this.session.regions.cellsOf(this.activeRegion), `Region ${this.activeRegion}`);
+    if (this.activeRegion < 0) return this.say(regionMessages.noneActive);
+    this.hide(this.session.regions.cellsOf(this.activeRegion), hiding.hidden(text.region(this.activeRegion)));
   }
 
   isolateActive(): void {
-    if (this.activeRegion < 0) return this.say("No region is under the pointer or chosen.");
-    this.isolate(this.session.regions.cellsOf(this.activeRegion), `Region ${this.activeRegion}`);
+    if (this.activeRegion < 0) return this.say(regionMessages.noneActive);
+    this.isolate(this.session.regions.cellsOf(this.activeRegion), hiding.aloneRegion(this.activeRegion));
   }
 
-  hide(cells: Uint32Array, name: string): void {
+  private hide(cells: Uint32Array, line: string): void {
     this.drawing.cells.mark(cells, MARK_HIDDEN, true);
-    this.afterHiding(`${name} is hidden; U shows all.`);
+    this.afterHiding(line);
   }
 
   /** Hide all cells except the given ones. */
-  isolate(cells: Uint32Array, name: string): void {
-    if (!cells.length) return this.say(`${name} has no cells.`);
+  private isolate(cells: Uint32Array, line: string): void {
     this.drawing.cells.mark(Array(this.session.mesh.nCells).keys(), MARK_HIDDEN, true);
     this.drawing.cells.mark(cells, MARK_HIDDEN, false);
-    this.afterHiding(`Only ${name} is shown; U shows all.`);
+    this.afterHiding(line);
   }
 
   /** Show only the cells with the class and object encoded by `paint`. */
   isolatePaint(paint: number): void {
-    if (!paint) return this.say("Nothing painted is under the pointer.");
-    this.isolate(this.session.paints.cellsOf(classOf(paint), objectOf(paint)), this.paintName(paint));
+    if (!paint) return this.say(painting.noCell);
+    const [cells, name] = [this.session.paints.cellsOf(classOf(paint), objectOf(paint)), this.paintName(paint)];
+    if (cells.length) this.isolate(cells, hiding.alone(name));
+    else this.say(hiding.noCells(name));
   }
 
   /** Hide all cells of a class; id 0 hides the cells without a class. */
   hideClass(id: number): void {
-    this.hide(this.session.paints.cellsOf(id), id ? this.className(id) : "Everything unlabeled");
+    this.hide(this.session.paints.cellsOf(id), id ? hiding.hidden(this.className(id)) : hiding.unlabeledHidden);
   }
 
   /** Hide all cells that have a class, so that only what is left to label is shown. */
@@ -504,24 +502,24 @@ export class Workbench {
     const { mesh, paints } = this.session;
     const labeled = Uint32Array.from(paints.of.keys()).filter((cell) => paints.of[cell]);
     const nLeft = mesh.nCells - labeled.length;
-    if (!nLeft || !labeled.length) return this.say(nLeft ? "No cell has a class yet." : "Every cell has a class.");
-    this.hide(labeled, `Everything labeled (all but ${nLeft.toLocaleString("en")} ${mesh.cellName})`);
+    if (!nLeft || !labeled.length) return this.say(nLeft ? hiding.noneLabeled : hiding.allLabeled);
+    this.hide(labeled, hiding.labeledHidden(mesh.counted(nLeft)));
   }
 
   /** Let the cells without a class blink. */
   blinkBare(): void {
     const { mesh, paints } = this.session;
     const nLeft = paints.countOf.get(0) ?? 0;
-    if (!nLeft) return this.say("Every cell has a class.");
+    if (!nLeft) return this.say(hiding.allLabeled);
     this.drawing.blink();
-    this.say(`${nLeft.toLocaleString("en")} ${mesh.cellName} without a class blink, if they are in view.`);
+    this.say(hiding.blinking(mesh.counted(nLeft)));
   }
 
   /** Set whether strokes that paint a class skip cells that already have one. */
   lock(isLocked = !this.session.isLocked): void {
     this.session.isLocked = isLocked;
     element<HTMLInputElement>("lock").checked = isLocked;
-    this.say(isLocked ? "Strokes paint unlabeled cells only." : "Strokes paint all cells.");
+    this.say(isLocked ? painting.locked : painting.unlocked);
   }
 
   /** Class and object of the cell under the pointer, encoded as one number; 0 if there is no cell or no class. */
@@ -530,9 +528,9 @@ export class Workbench {
   }
 
   showAll(): void {
-    if (!this.drawing.cells.hasHidden) return this.say("Nothing is hidden.");
+    if (!this.drawing.cells.hasHidden) return this.say(hiding.nothingHidden);
     this.drawing.cells.unmarkAll(MARK_HIDDEN);
-    this.afterHiding("All cells are shown.");
+    this.afterHiding(hiding.allShown);
   }
 
   private afterHiding(line: string): void {

@@ -84,7 +84,7 @@ class Annotator:
         for number, keys in ((FLOOR, "2"), (CHAIR + 1, "1"), (CHAIR + 2, "o")):
             tab.press(keys)
             if number == FLOOR:
-                tab.page.get_by_label("Make class 2 a surface").click()  # not a surface any more
+                tab.page.get_by_label("Make class 2 a class").click()  # the floor has no objects
                 tab.settled()
             for region, x, y in seen:
                 if self.instance_of_region[region] == number:

@@ -28,7 +28,7 @@ def suggest(tmp_path):
         tab.locator("#import").set_input_files(
             [tmp_path / "lifted.npy", tmp_path / "lifted.aggregation.json"]
         )
-        tab.wait_for_status(f"{len(labels)} suggested objects")
+        tab.wait_for_status(f"{len(labels)} suggested object")
         tab.locator("#canvas").focus()
         return spots
 

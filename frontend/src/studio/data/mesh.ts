@@ -5,6 +5,7 @@ import { cross, minus, plus, scaled, type Vector } from "../../shared/vectors";
 import type { Arrays } from "../../shared/arrays";
 import { readPacket } from "./packet";
 import type { Rgb } from "./colors";
+import { text } from "../text";
 
 type Kind = "triangles" | "polygons" | "points" | "tets";
 
@@ -16,14 +17,6 @@ interface Header extends ShapeFacts {
   palette: Rgb[]; // colors from which the colors of regions are chosen
   texture_problem: string; // reason why the texture is not shown; empty if there is no problem
 }
-
-// Singular and plural noun for the cells of each kind of mesh.
-const CELL_NAMES: Record<Kind, [string, string]> = {
-  triangles: ["triangle", "triangles"],
-  polygons: ["face", "faces"],
-  points: ["point", "points"],
-  tets: ["tetrahedron", "tetrahedra"],
-};
 
 export class Mesh {
   readonly shape: Shape;
@@ -49,8 +42,13 @@ export class Mesh {
     this.hasNormals = header.has_normals;
     this.palette = header.palette;
     this.areas = arrays.areas as Float32Array;
-    [this.oneCell, this.cellName] = CELL_NAMES[header.kind];
+    [this.oneCell, this.cellName] = text.cellNames[header.kind];
     this.firstTriangle = this.shape.sources && firstPlaces(this.shape.sources, this.nCells);
+  }
+
+  /** A number of cells and their noun, for example "2 faces". */
+  counted(n: number): string {
+    return text.countedCells(n, [this.oneCell, this.cellName]);
   }
 
   get isCloud(): boolean {

@@ -6,6 +6,7 @@ import { MARK_CURSOR } from "../view/celltable";
 import type { Workbench } from "../workbench";
 import type { Mesh } from "../data/mesh";
 import { putCircle } from "../view/picker";
+import { text } from "../text";
 
 const MIN_COSINE = 0.25; // smallest cosine of the angle between the direction of an arrow key and the direction to the next cell
 // If the cursor is closer than this to the edge of the canvas, relative to the canvas size, the camera moves.
@@ -14,7 +15,7 @@ const MARGIN = 0.1;
 const MIN_FACING = 0.35;
 const STAND_OFF = 60; // largest distance from the eye to the cell after `fly`, in multiples of the cell's radius
 
-const capital = (word: string): string => word[0].toUpperCase() + word.slice(1);
+const words = text.cellCursor;
 
 export class CellCursor {
   cell = -1;
@@ -47,7 +48,7 @@ export class CellCursor {
     const isFirst = this.cell < 0 || this.workbench.isHidden(this.cell);
     const next = isFirst ? this.start() : this.next(x, y);
     if (next >= 0) this.go(next, isFirst);
-    else this.workbench.say(isFirst ? "No cell is visible." : `No ${this.mesh.oneCell} is in this direction.`);
+    else this.workbench.say(isFirst ? words.noneVisible : words.noneThere(this.mesh.oneCell));
   }
 
   private go(cell: number, isFirst: boolean): void {
@@ -60,12 +61,12 @@ export class CellCursor {
     workbench.drawing.redraw();
     if (isFirst || !this.isWellSeen(cell)) this.fly(cell);
     const region = workbench.regionOf(cell);
-    const where = region < 0 ? "in no region" : `region ${region}`;
-    workbench.say(`${this.name}: ${where}, ${workbench.paintName(workbench.session.paints.of[cell])}.`);
+    const paint = workbench.paintName(workbench.session.paints.of[cell]);
+    workbench.say(region < 0 ? words.inNoRegion(this.name, paint) : words.inRegion(this.name, region, paint));
   }
 
   private get name(): string {
-    return `${capital(this.mesh.oneCell)} ${this.cell}`;
+    return text.cell(this.mesh.oneCell, this.cell);
   }
 
   /** Give the cell at the cursor the class and object encoded by `paint`; 0 removes class and object. */

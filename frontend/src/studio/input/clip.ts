@@ -6,7 +6,9 @@ import type { Vector } from "../../shared/vectors";
 import type { Workbench } from "../workbench";
 import type { Box } from "../../shared/shape";
 import { putCircle } from "../view/picker";
+import { text } from "../text";
 
+const words = text.views;
 const NAMES = ["x", "y", "z"];
 const LEAST = 0.02; // smallest thickness of the box, relative to the size of the mesh
 const STEP = 0.02; // distance by which a key moves a side of the box, relative to the size of the mesh
@@ -48,7 +50,7 @@ export class ClipBox {
     handle.setAttribute("r", "9");
     handle.classList.add("handle", NAMES[face.axis]);
     handle.append(document.createElementNS(svg, "title"));
-    handle.firstElementChild!.textContent = `Drag this side of the clip box along ${NAMES[face.axis]}`;
+    handle.firstElementChild!.textContent = words.handle(NAMES[face.axis]);
     handle.addEventListener("pointerdown", (event) => {
       handle.setPointerCapture(event.pointerId);
       this.last = face;
@@ -64,8 +66,7 @@ export class ClipBox {
   toggle(): void {
     this.hasHandles = !this.hasHandles;
     this.set(this.hasHandles ? this.box : null);
-    const told = this.hasHandles ? "Drag the round handles to cut. The keys , and . move the last side; C removes the box." : "The clip box is removed.";
-    this.workbench.say(told);
+    this.workbench.say(this.hasHandles ? words.clipShown : words.clipRemoved);
   }
 
   /**
@@ -85,12 +86,12 @@ export class ClipBox {
     this.hasHandles = isCut;
     this.set(isCut ? box : null);
     const name = NAMES[axis];
-    this.workbench.say(isHigh ? `The section along ${name} is removed.` : `Section along ${name}. The keys , and . move it.`);
+    this.workbench.say(isHigh ? words.sectionRemoved(name) : words.section(name));
   }
 
   /** Move the side of the clip box that was moved most recently, by a number of steps along its axis. */
   nudge(steps: number): void {
-    if (!this.workbench.drawing.clip) return this.workbench.say("There is no section to move. Alt+X, Alt+Y and Alt+Z cut the mesh; C shows a clip box.");
+    if (!this.workbench.drawing.clip) return this.workbench.say(words.noSection);
     const { axis, side } = this.last;
     this.move(this.last, this.box[side][axis] + steps * STEP * this.extent(axis));
   }

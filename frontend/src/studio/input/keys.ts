@@ -11,6 +11,9 @@ import { savedText } from "../panels/notices";
 import { SCHEMES } from "./pointer";
 import type { Views } from "../panels/views";
 import { element, make, onClick } from "../../shared/dom";
+import { text } from "../text";
+
+const words = text.keys;
 
 interface Key {
   names: string[]; // names of keys, as returned by `nameOf`
@@ -50,28 +53,28 @@ export class Keys {
     this.modes = modes;
     this.walk = walk;
     this.groups = {
-      Labeling: this.labeling(palette),
-      Objects: this.objects(),
-      Regions: this.regions(),
-      Modes: this.modeKeys(),
-      View: [...this.view(views), this.textureKey(comparison)],
-      Sections: this.sections(clip),
-      Suggestions: [
-        { names: ["a"], what: "accept the suggestion under the pointer, or the chosen one", run: () => suggestions.accept() },
-        { names: ["Shift+a"], what: "accept the suggestion as an object of the chosen class", run: () => suggestions.accept(true) },
-        { names: ["r"], what: "reject the suggestion", run: () => suggestions.reject() },
-        { names: ["j"], what: "next suggestion, in order of decreasing score", run: () => suggestions.next() },
+      [text.help.labeling]: this.labeling(palette),
+      [text.help.objects]: this.objects(),
+      [text.help.regions]: this.regions(),
+      [text.help.modes]: this.modeKeys(),
+      [text.help.view]: [...this.view(views), this.textureKey(comparison)],
+      [text.help.sections]: this.sections(clip),
+      [text.help.suggestions]: [
+        { names: ["a"], what: words.accept, run: () => suggestions.accept() },
+        { names: ["Shift+a"], what: words.acceptAs, run: () => suggestions.accept(true) },
+        { names: ["r"], what: words.reject, run: () => suggestions.reject() },
+        { names: ["j"], what: words.nextSuggestion, run: () => suggestions.next() },
       ],
-      "Comparison of two works": [
-        { names: ["d"], what: "next difference, in order of decreasing area; after the last one: the largest again", run: () => void comparison.next() },
-        { names: [], shown: "T", what: "in the region: take the labels of the other file", run: () => undefined },
-        { names: ["y"], what: "in the region: keep your labels", run: () => void comparison.settle("mine") },
+      [text.help.comparison]: [
+        { names: ["d"], what: words.nextDifference, run: () => void comparison.next() },
+        { names: [], shown: "T", what: words.take, run: () => undefined },
+        { names: ["y"], what: words.keep, run: () => void comparison.settle("mine") },
       ],
-      Files: [
-        { names: ["Ctrl+s"], what: "show when the labels were saved", run: () => this.saySaved() },
-        { names: [], shown: "Reviewed", what: "the box below “Labeled” marks the labels as reviewed, and shows later changes", run: () => undefined },
-        { names: ["PageDown"], what: "next file", run: () => goToFile(1) },
-        { names: ["PageUp"], what: "previous file", run: () => goToFile(-1) },
+      [text.help.files]: [
+        { names: ["Ctrl+s"], what: words.saved, run: () => this.saySaved() },
+        { names: [], shown: words.reviewedKeys, what: words.reviewed, run: () => undefined },
+        { names: ["PageDown"], what: words.nextFile, run: () => goToFile(1) },
+        { names: ["PageUp"], what: words.previousFile, run: () => goToFile(-1) },
       ],
     };
     for (const key of Object.values(this.groups).flat()) {
@@ -85,46 +88,46 @@ export class Keys {
   private labeling(palette: Palette): Key[] {
     const { workbench, modes } = this;
     return [
-      { names: ["/"], what: "find a class by its name, or make a new one", run: () => palette.open() },
+      { names: ["/"], what: words.find, run: () => palette.open() },
       ...Array.from({ length: 9 }, (_, i) => this.classKey(String(i + 1))),
       {
-        names: ["0"], what: "choose no class, so that strokes erase",
+        names: ["0"], what: words.noClass,
         run: () => {
           workbench.choose(0);
           workbench.drawing.canvas.focus();
         },
       },
-      { names: ["Enter"], paints: true, what: "paint the chosen region; in split mode: cut the region", run: () => modes.tool.confirm() },
-      { names: ["Delete", "Backspace"], paints: true, shown: "Delete", what: "remove the class of the region", run: () => modes.tool.erase() },
-      { names: ["f"], paints: true, what: "paint the region, and similar unlabeled regions connected to it; the slider “Similar shapes” sets how many", run: () => void workbench.fillSimilar() },
-      { names: ["Ctrl+z"], what: "undo, if the server answers", run: () => void workbench.session.undo() },
-      { names: ["Ctrl+Shift+z", "Ctrl+y"], shown: "Ctrl+Shift+Z", what: "redo", run: () => void workbench.session.redo() },
+      { names: ["Enter"], paints: true, what: words.paint, run: () => modes.tool.confirm() },
+      { names: ["Delete", "Backspace"], paints: true, shown: "Delete", what: words.erase, run: () => modes.tool.erase() },
+      { names: ["f"], paints: true, what: words.similar, run: () => void workbench.fillSimilar() },
+      { names: ["Ctrl+z"], what: words.undo, run: () => void workbench.session.undo() },
+      { names: ["Ctrl+Shift+z", "Ctrl+y"], shown: "Ctrl+Shift+Z", what: words.redo, run: () => void workbench.session.redo() },
     ];
   }
 
   private objects(): Key[] {
     const { workbench } = this;
     return [
-      { names: ["o"], what: "new object of the chosen class", run: () => workbench.newObject() },
-      { names: ["m"], what: "merge the object under the pointer into the chosen object", run: () => workbench.mergeObject(workbench.hoveredPaint) },
-      { names: ["Shift+o"], what: "show only the object under the pointer", run: () => workbench.isolatePaint(workbench.hoveredPaint || workbench.currentPaint) },
-      { names: ["k"], what: "paint only unlabeled cells; again: paint all cells", run: () => workbench.lock() },
+      { names: ["o"], what: words.newObject, run: () => workbench.newObject() },
+      { names: ["m"], what: words.merge, run: () => workbench.mergeObject(workbench.hoveredPaint) },
+      { names: ["Shift+o"], what: words.alone, run: () => workbench.isolatePaint(workbench.hoveredPaint || workbench.currentPaint) },
+      { names: ["k"], what: words.lock, run: () => workbench.lock() },
     ];
   }
 
   private saySaved(): void {
     const { session } = this.workbench;
-    this.workbench.say(`${savedText(session)}, in ${session.state.work}. Each stroke is saved immediately.`);
+    this.workbench.say(text.session.savedIn(savedText(session), session.state.work));
   }
 
   private sections(clip: ClipBox): Key[] {
     return [
       ...["x", "y", "z"].map((name, axis) => ({
-        names: [`Alt+${name}`], shown: axis ? "" : "Alt+X, Y, Z", what: "show one half of the mesh; again: the other half; again: the whole mesh",
+        names: [`Alt+${name}`], shown: axis ? "" : words.sectionKeys, what: words.section,
         run: () => clip.cycle(axis),
       })),
-      { names: ["c"], what: "show or remove the clip box", run: () => clip.toggle() },
-      { names: [".", ">"], shown: ". and ,", what: "move the side that was moved last", run: () => clip.nudge(1) },
+      { names: ["c"], what: words.clip, run: () => clip.toggle() },
+      { names: [".", ">"], shown: words.nudgeKeys, what: words.nudge, run: () => clip.nudge(1) },
       { names: [",", "<"], shown: "", what: "", run: () => clip.nudge(-1) },
     ];
   }
@@ -133,13 +136,13 @@ export class Keys {
     return {
       names: [key],
       shown: key === "1" ? "1 … 9" : "",
-      what: "choose a class; its key’s box assigns a key, and other keys have the classes that were used last",
+      what: words.classKey,
       run: () => {
         const id = this.workbench.classKeys.classOf(key);
-        if (!id) return this.workbench.say(`No class has the key ${key}.`);
+        if (!id) return this.workbench.say(words.noClassHasKey(key));
         this.workbench.choose(id);
         this.workbench.drawing.canvas.focus();
-        this.workbench.say(`${this.workbench.paintName(this.workbench.currentPaint)} is chosen.`);
+        this.workbench.say(text.isChosen(this.workbench.paintName(this.workbench.currentPaint)));
       },
     };
   }
@@ -147,47 +150,47 @@ export class Keys {
   private regions(): Key[] {
     const { workbench, modes } = this;
     return [
-      { names: ["n"], what: "next region that is not hidden", run: () => workbench.moveCursor(1) },
-      { names: ["p"], what: "previous region", run: () => workbench.moveCursor(-1) },
-      { names: ["s"], what: "next unlabeled region that is not hidden, in order of decreasing area", run: () => workbench.showNextBare() },
-      { names: ["Shift+s"], what: "let everything unlabeled blink", run: () => workbench.blinkBare() },
-      { names: ["Shift+u"], what: "hide everything labeled", run: () => workbench.hideLabeled() },
-      { names: ["+", "=", "]"], shown: "+ or ]", what: "grow the selected or painted area by a ring of regions; with the brush: larger radius", run: () => modes.tool.resize(true) },
-      { names: ["-", "["], shown: "- or [", what: "shrink the selected or painted area by a ring of regions; with the brush: smaller radius", run: () => modes.tool.resize(false) },
-      { names: ["h"], what: "hide the region", run: () => workbench.hideActive() },
-      { names: ["Shift+h"], what: "hide all other regions", run: () => workbench.isolateActive() },
-      { names: ["u", "Alt+h"], shown: "U", what: "show all cells", run: () => workbench.showAll() },
+      { names: ["n"], what: words.nextRegion, run: () => workbench.moveCursor(1) },
+      { names: ["p"], what: words.previousRegion, run: () => workbench.moveCursor(-1) },
+      { names: ["s"], what: words.nextUnlabeled, run: () => workbench.showNextBare() },
+      { names: ["Shift+s"], what: words.blink, run: () => workbench.blinkBare() },
+      { names: ["Shift+u"], what: words.hideLabeled, run: () => workbench.hideLabeled() },
+      { names: ["+", "=", "]"], shown: words.growKeys, what: words.grow, run: () => modes.tool.resize(true) },
+      { names: ["-", "["], shown: words.shrinkKeys, what: words.shrink, run: () => modes.tool.resize(false) },
+      { names: ["h"], what: words.hide, run: () => workbench.hideActive() },
+      { names: ["Shift+h"], what: words.isolate, run: () => workbench.isolateActive() },
+      { names: ["u", "Alt+h"], shown: "U", what: words.showAll, run: () => workbench.showAll() },
     ];
   }
 
   private modeKeys(): Key[] {
     const { modes } = this;
     return [
-      { names: ["v", "Escape"], shown: "V or Esc", what: "paint regions; clear the selection", run: () => this.leave() },
-      { names: ["b"], what: "brush single cells; again: all cells in a ball", run: () => modes.nextBrush() },
-      { names: [], shown: "B, then arrows", what: "go from cell to cell; Enter paints the cell, Delete removes its class", run: () => undefined },
-      { names: ["l"], what: "lasso for regions; again: lasso for single cells; with Alt: only the front piece", run: () => modes.nextLasso() },
-      { names: ["Shift+l"], what: "lasso; again: rectangle; again: polygon", run: () => modes.nextOutline() },
-      { names: ["x"], what: "split a region by strokes", run: () => modes.choose("split") },
-      { names: ["Shift+x"], what: "divide the region into parts; the field “Parts” sets how many", run: () => void this.workbench.refineActive() },
-      { names: ["?"], what: "this help", run: () => this.openHelp() },
+      { names: ["v", "Escape"], shown: words.paintModeKeys, what: words.paintMode, run: () => this.leave() },
+      { names: ["b"], what: words.brush, run: () => modes.nextBrush() },
+      { names: [], shown: words.cellKeys, what: words.cells, run: () => undefined },
+      { names: ["l"], what: words.lasso, run: () => modes.nextLasso() },
+      { names: ["Shift+l"], what: words.outline, run: () => modes.nextOutline() },
+      { names: ["x"], what: words.split, run: () => modes.choose("split") },
+      { names: ["Shift+x"], what: words.divide, run: () => void this.workbench.refineActive() },
+      { names: ["?"], what: words.help, run: () => this.openHelp() },
     ];
   }
 
   private view(views: Views): Key[] {
     const { modes } = this;
     const { camera } = this.workbench.drawing;
-    const arrows = (prefix: string, what: string, go: (x: number, y: number) => void): Key[] =>
+    const arrows = (prefix: string, all: string, what: string, go: (x: number, y: number) => void): Key[] =>
       ARROWS.map(([name, x, y], i) => ({
-        names: [`${prefix}Arrow${name}`], shown: i ? "" : `${prefix}Arrows`, what, run: () => go(x, y),
+        names: [`${prefix}Arrow${name}`], shown: i ? "" : all, what, run: () => go(x, y),
       }));
     return [
-      ...arrows("", "turn the view; with the brush: go to the next cell", (x, y) => modes.tool.arrow(x, -y)),
-      ...arrows("Shift+", "move the view", (x, y) => camera.pan(0.05 * x, 0.05 * y)),
-      { names: ["i"], what: "zoom in", run: () => camera.zoomBy(1.25) },
-      { names: ["Shift+i"], what: "zoom out", run: () => camera.zoomBy(0.8) },
+      ...arrows("", words.arrows, words.turn, (x, y) => modes.tool.arrow(x, -y)),
+      ...arrows("Shift+", words.shiftArrows, words.move, (x, y) => camera.pan(0.05 * x, 0.05 * y)),
+      { names: ["i"], what: words.zoomIn, run: () => camera.zoomBy(1.25) },
+      { names: ["Shift+i"], what: words.zoomOut, run: () => camera.zoomBy(0.8) },
       ...views.keys(),
-      { names: ["q"], what: "walk inside: W, A, S and D move the eye, turning looks around; again: end", run: () => this.walk.toggle() },
+      { names: ["q"], what: words.walk, run: () => this.walk.toggle() },
     ];
   }
 
@@ -195,9 +198,9 @@ export class Keys {
     const { blend } = this.workbench.drawing;
     const run = (): void => {
       if (comparison.isOpen) void comparison.settle("theirs");
-      else if (!blend.toggle()) this.workbench.say("This file has no texture or colors.");
+      else if (!blend.toggle()) this.workbench.say(text.views.noTexture);
     };
-    return { names: ["t"], what: "show only the texture or colors; again: hide them", run };
+    return { names: ["t"], what: words.texture, run };
   }
 
   private leave(): void {
@@ -227,17 +230,17 @@ export class Keys {
   /** Explain why a key did not paint. Enter on a button or link activates that element, so nothing is said. */
   private refuse({ target, key }: KeyboardEvent): void {
     if (key === "Enter" && (target as Element).matches("a, button")) return;
-    this.workbench.say("Nothing was painted: click on the mesh or press N first.");
+    this.workbench.say(text.painting.nowhere);
   }
 
   private openHelp(): void {
     const rows = Object.values(this.groups).map((keys) => keys.flatMap(({ names, shown = names[0], what }) => {
       if (!shown) return [];
-      const text = shown.length === 1 ? shown.toUpperCase() : shown.replace(/\+([a-z])$/, (_, letter: string) => `+${letter.toUpperCase()}`);
-      return [[text, what] as const];
+      const how = shown.length === 1 ? shown.toUpperCase() : shown.replace(/\+([a-z])$/, (_, letter: string) => `+${letter.toUpperCase()}`);
+      return [[how, what]];
     }));
-    const mouse = [...SCHEMES[this.scheme.value].rows, ["Wheel", "zoom"], ["Two fingers", "turn and zoom"], ["Three fingers", "move"]];
-    const titles = ["Mouse", ...Object.keys(this.groups)];
+    const mouse = [...SCHEMES[this.scheme.value].rows, ...text.mouse.commonRows];
+    const titles = [text.help.mouse, ...Object.keys(this.groups)];
     const sections = [mouse, ...rows].map((list, i) => make("section", {},
       make("h3", {}, titles[i]),
       make("dl", {}, ...list.flatMap(([how, what]) => [make("dt", {}, make("kbd", {}, how)), make("dd", {}, what)])),

@@ -5,14 +5,17 @@ import type { Workbench } from "../workbench";
 import { classOf } from "../data/labeling";
 import { button, element } from "../../shared/dom";
 import { CellBrush, Lasso, OUTLINES, RegionBrush, Splitter, type Tool } from "./tools";
+import { text } from "../text";
 
 export type ModeName = "paint" | "brush" | "ball" | "lasso" | "lasso-cells" | "split";
 
+const words = text.tools;
+
 const BUTTONS: [ModeName, string, string][] = [
-  ["paint", "Paint", "Paint whole regions (V)"],
-  ["brush", "Brush", "Paint single cells (B; B again: all cells in a ball)"],
-  ["lasso", "Lasso", "Paint the regions inside a drawn outline (L; L again: single cells). Click again: rectangle, polygon (Shift+L)"],
-  ["split", "Split", "Cut a region in two (X)"],
+  ["paint", words.paint, words.paintTip],
+  ["brush", words.brush, words.brushTip],
+  ["lasso", words.outlines.lasso, words.lassoTip],
+  ["split", words.split, words.splitTip],
 ];
 
 export class Modes {
@@ -36,7 +39,7 @@ export class Modes {
       "lasso-cells": this.lassos[1],
       split: new Splitter(workbench),
     };
-    for (const [name, text, tip] of BUTTONS) this.buttons.set(name, button(text, tip, () => this.press(name)));
+    for (const [name, title, tip] of BUTTONS) this.buttons.set(name, button(title, tip, () => this.press(name)));
     element("modes").append(...this.buttons.values());
     workbench.events.on("current-paint", () => this.showPaint());
     workbench.session.events.on("state", () => this.showPaint());
@@ -82,11 +85,10 @@ export class Modes {
   }
 
   private show(): void {
-    this.buttons.get("lasso")!.textContent = this.lassos[0].outline;
+    this.buttons.get("lasso")!.textContent = words.outlines[this.lassos[0].outline];
     element("mode").textContent = this.tool.name;
     const nSuggested = this.workbench.session.suggested.entries.length;
-    const ofSuggestions = "A accepts a suggestion, R rejects it, J goes to the next · ";
-    element("hint").textContent = `${nSuggested ? ofSuggestions : ""}${this.tool.hint}`;
+    element("hint").textContent = (nSuggested ? words.suggestionHint : "") + this.tool.hint;
     const shown = this.current === "lasso-cells" ? "lasso" : this.current === "ball" ? "brush" : this.current;
     for (const [name, one] of this.buttons) one.ariaPressed = String(name === shown);
   }
@@ -96,6 +98,6 @@ export class Modes {
     const entry = session.state.classes.find(({ id }) => id === classOf(currentPaint));
     const [swatch, name] = element("brush-class").children as unknown as HTMLElement[];
     swatch.style.background = this.workbench.paintColor(currentPaint);
-    name.textContent = entry ? this.workbench.paintName(currentPaint) : "No class (erases)";
+    name.textContent = entry ? this.workbench.paintName(currentPaint) : text.erases;
   }
 }

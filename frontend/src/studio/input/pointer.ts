@@ -5,15 +5,16 @@ import type { Modes } from "./modes";
 import type { Tool } from "./tools";
 import { classOf, objectOf } from "../data/labeling";
 import { remember, remembered } from "../session/remembered";
-import { element, percent } from "../../shared/dom";
+import { element, make } from "../../shared/dom";
 import { type Place, placeOf, putTip, zoomByWheel } from "../../shared/picking";
+import { text } from "../text";
 
 type Drag = "tool" | "pick" | "orbit" | "pan" | "zoom" | "fingers";
 
 interface Scheme {
   name: string;
   hint: string; // text of the toolbar: how to rotate, move and zoom
-  rows: [how: string, what: string][]; // input and effect, for each row of the help dialog
+  rows: string[][]; // input and effect, for each row of the help dialog
   drag: (event: Press) => Drag;
 }
 
@@ -21,17 +22,13 @@ type Press = Pick<PointerEvent, "button" | "altKey" | "ctrlKey" | "metaKey" | "s
 
 const isControl = (event: Press): boolean => event.ctrlKey || event.metaKey;
 
-const [PAINT, REMOVE, PICK] = ["paint the regions under the pointer", "remove the class of these regions", "pick the class and object under the pointer"];
+const words = text.mouse;
 
 export const SCHEMES: Record<string, Scheme> = {
   studio: {
-    name: "Mouse: studio",
-    hint: "Turn: right drag, or drag outside the mesh · Move: middle drag · Zoom: wheel",
-    rows: [
-      ["Left drag", PAINT], ["Shift + left drag", REMOVE], ["Ctrl + click", PICK],
-      ["Right drag", "turn the view, as does dragging outside the mesh"], ["Middle drag", "move the view, as does Alt + left drag"],
-      ["Right double click", "go closer to the place"],
-    ],
+    name: words.studio,
+    hint: words.studioHint,
+    rows: words.studioRows,
     drag: (event) => {
       if (event.button === 2) return "orbit";
       if (event.button === 1 || event.altKey) return "pan";
@@ -39,14 +36,9 @@ export const SCHEMES: Record<string, Scheme> = {
     },
   },
   blender: {
-    name: "Mouse: as in Blender",
-    hint: "Turn: middle drag, or drag outside the mesh · Move: Shift + middle drag · Zoom: wheel",
-    rows: [
-      ["Left drag", PAINT], ["Shift + left drag", REMOVE], ["Right click", PICK],
-      ["Middle drag", "turn the view, as does dragging outside the mesh"], ["Shift + middle drag", "move the view"], ["Ctrl + middle drag", "zoom"],
-      ["Middle double click", "go closer to the place"],
-      ["Numpad 1 3 7 .", "front, side, top, frame"],
-    ],
+    name: words.blender,
+    hint: words.blenderHint,
+    rows: words.blenderRows,
     drag: (event) => {
       if (event.button === 2) return "pick";
       if (event.button === 1) return event.shiftKey ? "pan" : isControl(event) ? "zoom" : "orbit";
@@ -54,12 +46,9 @@ export const SCHEMES: Record<string, Scheme> = {
     },
   },
   meshlab: {
-    name: "Mouse: as in MeshLab",
-    hint: "Turn: left drag · Move: Ctrl + left or middle drag · Zoom: wheel · Paint: right drag",
-    rows: [
-      ["Right drag", PAINT], ["Shift + right drag", REMOVE], ["Ctrl + right click", PICK],
-      ["Left drag", "turn the view"], ["Left double click", "go closer to the place"], ["Middle drag", "move the view, as does Ctrl + left drag"], ["Shift + left drag", "zoom"],
-    ],
+    name: words.meshlab,
+    hint: words.meshlabHint,
+    rows: words.meshlabRows,
     drag: (event) => {
       if (event.button === 2) return isControl(event) ? "pick" : "tool";
       if (event.button === 1 || isControl(event)) return "pan";
@@ -103,7 +92,7 @@ export class Pointer {
   }
 
   private watchScheme(list: HTMLSelectElement): void {
-    for (const [id, { name }] of Object.entries(SCHEMES)) list.add(new Option(name, id));
+    for (const [id, { name }] of Object.entries(SCHEMES)) list.append(make("option", { value: id }, name));
     const choose = (): void => {
       this.scheme = SCHEMES[list.value];
       element("turning").textContent = this.scheme.hint;
@@ -113,7 +102,7 @@ export class Pointer {
     list.addEventListener("change", () => {
       remember(SCHEME_KEY, list.value);
       choose();
-      if (list.value === "blender") this.workbench.say("Keys that differ from Blender: B brush, X split, L lasso.");
+      if (list.value === "blender") this.workbench.say(words.blenderKeys);
     });
     choose();
   }
@@ -162,9 +151,9 @@ export class Pointer {
     const cell = workbench.picker.cellAt(this.last);
     if (cell < 0) return;
     const paint = workbench.session.paints.of[cell];
-    if (!paint) return workbench.say("The cell has no class, so nothing else is chosen. 0 chooses no class, so that strokes erase.");
+    if (!paint) return workbench.say(words.pickedNothing);
     workbench.choose(classOf(paint), objectOf(paint));
-    workbench.say(`${workbench.paintName(paint)} is chosen.`);
+    workbench.say(text.isChosen(workbench.paintName(paint)));
   }
 
   /**
@@ -254,22 +243,21 @@ export class Pointer {
     const { regions, paints, mesh, suggested, theirs } = this.workbench.session;
     const region = this.workbench.regionOf(cell);
     const paint = paints.of[cell];
-    const lines = [region < 0 ? "No region" : `Region ${region}`];
+    const lines = [region < 0 ? text.tip.noRegion : text.region(region)];
     if (region >= 0) {
-      const count = regions.cellsOf(region).length.toLocaleString("en");
-      lines.push(`${percent(regions.areas[region] / paints.totalArea)} of the ${mesh.measure}`);
-      lines.push(`${count} ${mesh.cellName}`);
+      lines.push(text.tip.share(regions.areas[region] / paints.totalArea, mesh.measure));
+      lines.push(mesh.counted(regions.cellsOf(region).length));
     }
     const name = this.workbench.paintName(paint);
     const kind = this.workbench.className(classOf(paint));
-    const mine = !paint ? "No class" : objectOf(paint) && !name.startsWith(kind) ? `${name} (${kind})` : name;
+    const mine = !paint ? text.tip.noClass : objectOf(paint) && !name.startsWith(kind) ? text.tip.object(name, kind) : name;
     const other = theirs?.paints.of[cell];
-    if (theirs) lines.push(`Mine: ${mine}`, `Theirs: ${other ? this.workbench.theirName(other) : "No class"}`);
+    if (theirs) lines.push(text.tip.mine(mine), text.tip.theirs(other ? this.workbench.theirName(other) : text.tip.noClass));
     else lines.push(mine);
     const harm = theirs || this.drag || this.modes.current === "split" ? "" : this.workbench.harmAt(cell);
     if (harm) lines.push(harm);
     const suggestion = paint ? undefined : suggested.entries[suggested.owners[cell] - 1];
-    if (suggestion) lines.push(`Suggested: ${suggestion.class ? this.workbench.className(suggestion.class) : "no class yet"} (A accepts, R rejects)`);
+    if (suggestion) lines.push(text.tip.suggested(suggestion.class ? this.workbench.className(suggestion.class) : text.suggestions.noClass));
     this.tip.textContent = lines.join("\n");
     putTip(this.tip, this.canvas, this.last);
   }

@@ -1,6 +1,5 @@
 // Tools for the canvas. The current tool handles strokes with the paint button of the mouse.
 
-import { counted } from "../../shared/dom";
 import type { Place } from "../../shared/picking";
 import { NONE } from "../../shared/shape";
 import { lengthOf, minus } from "../../shared/vectors";
@@ -11,6 +10,9 @@ import { addTo, type Regions } from "../data/labeling";
 import type { Seen } from "../view/drawing";
 import { placesBetween } from "../view/picker";
 import { newStrokeId } from "../session/saver";
+import { text } from "../text";
+
+const words = text.tools;
 
 export abstract class Tool {
   abstract readonly name: string;
@@ -93,8 +95,8 @@ abstract class Brush extends Tool {
 
 /** Paints the regions under the pointer. */
 export class RegionBrush extends Brush {
-  readonly name = "Paint regions";
-  readonly hint = "Drag paints · Shift removes · Ctrl-click picks class and object · O new object · ? help";
+  readonly name = words.paintName;
+  readonly hint = words.paintHint;
   private regions: Regions | null = null; // regions whose numbers `touched` contains
 
   protected touch(place: Place): void {
@@ -126,13 +128,12 @@ export class RegionBrush extends Brush {
  */
 export class CellBrush extends Brush {
   readonly name: string;
-  readonly hint =
-    "Drag paints · Shift removes · [ and ]: radius · B: surface or ball · Arrows, then Enter: single cells · Esc leaves";
+  readonly hint = words.brushHint;
   radius = 16;
 
   constructor(workbench: Workbench, private readonly circle: SVGCircleElement, private readonly cursor: CellCursor, private readonly isBall: boolean) {
     super(workbench);
-    this.name = isBall ? "Brush (ball)" : "Brush single cells";
+    this.name = isBall ? words.ballName : words.brushName;
   }
 
   override enter(): void {
@@ -165,7 +166,7 @@ export class CellBrush extends Brush {
   override resize(isUp: boolean): void {
     this.radius = Math.min(200, Math.max(2, this.radius * (isUp ? 1.25 : 0.8)));
     this.circle.setAttribute("r", String(this.radius));
-    this.workbench.say(`Brush: ${Math.round(this.radius)} pixels.`);
+    this.workbench.say(words.radius(this.radius));
   }
 
   protected override get step(): number {
@@ -183,11 +184,11 @@ export class CellBrush extends Brush {
   end(): void {
     if (!this.touched.size) return;
     this.workbench.select([], false);
-    this.workbench.sayPainted(counted(this.touched.size, "cell"), this.paint);
+    this.workbench.sayPainted(text.cells(this.touched.size), this.paint);
   }
 }
 
-export const OUTLINES = ["Lasso", "Rectangle", "Polygon"] as const;
+export const OUTLINES = ["lasso", "rectangle", "polygon"] as const;
 const CLOSE = 10; // a click this close to the first or the last corner closes a polygon, in pixels
 const MIN_PIECE = 0.05; // smallest piece that can be the front piece, as a fraction of the pixels inside the outline
 const NEAR = 4; // largest distance between the middles of neighboring cells of a piece, in multiples of their sizes
@@ -200,7 +201,7 @@ const NEAR = 4; // largest distance between the middles of neighboring cells of 
 export class Lasso extends Tool {
   override readonly turnsBeside = false;
   override readonly takesAlt = true;
-  outline: (typeof OUTLINES)[number] = "Lasso";
+  outline: (typeof OUTLINES)[number] = "lasso";
   private places: Place[] = [];
   private paint = 0;
   private isFront = false;
@@ -212,17 +213,17 @@ export class Lasso extends Tool {
   }
 
   get name(): string {
-    return `${this.outline} (${this.ofCells ? "single cells" : "regions"})`;
+    const outline = words.outlines[this.outline];
+    return this.ofCells ? words.ofCells(outline) : words.ofRegions(outline);
   }
 
   get hint(): string {
-    const how = { Lasso: "Draw around the part", Rectangle: "Drag a rectangle", Polygon: "Click on corners; Enter closes" };
-    return `${how[this.outline]} · Alt: front piece · Shift removes · L: regions or cells · Shift+L: outline`;
+    return words.lassoHint(words.outlineHints[this.outline]);
   }
 
   begin(place: Place, isOther: boolean, isFront = false): void {
     const { places } = this;
-    if (this.outline === "Polygon" && places.length) {
+    if (this.outline === "polygon" && places.length) {
       const isClosed = [places[0], places[places.length - 1]].some(({ x, y }) => Math.hypot(x - place.x, y - place.y) < CLOSE);
       if (isClosed) this.confirm();
       else this.add(place);
@@ -234,16 +235,16 @@ export class Lasso extends Tool {
   }
 
   move(place: Place): void {
-    if (this.outline !== "Polygon") this.add(place);
+    if (this.outline !== "polygon") this.add(place);
   }
 
   private add(place: Place): void {
     const [{ x, y }] = this.places;
-    if (this.outline === "Rectangle") this.places = [{ x, y }, { x: place.x, y }, place, { x, y: place.y }];
+    if (this.outline === "rectangle") this.places = [{ x, y }, { x: place.x, y }, place, { x, y: place.y }];
     else this.places.push(place);
     this.draw();
     const warning = this.isWarned ? "" : this.workbench.harmAt(this.workbench.picker.cellAt(place), this.paint);
-    if (warning) this.workbench.say(`The outline: ${warning}`);
+    if (warning) this.workbench.say(text.painting.outline(warning));
     this.isWarned ||= warning !== "";
   }
 
@@ -258,12 +259,12 @@ export class Lasso extends Tool {
 
   /** Close a polygon; otherwise, do what Enter does for all tools. */
   override confirm(): void {
-    if (this.outline === "Polygon" && this.places.length > 2) this.close();
+    if (this.outline === "polygon" && this.places.length > 2) this.close();
     else super.confirm();
   }
 
   end(): void {
-    if (this.outline !== "Polygon") this.close();
+    if (this.outline !== "polygon") this.close();
     else this.draw();
   }
 
@@ -327,7 +328,7 @@ export class Lasso extends Tool {
 
   private paintCells(inside: Map<number, number>): void {
     this.workbench.paintCells(Uint32Array.from(inside.keys()).sort(), this.paint);
-    this.workbench.sayPainted(counted(inside.size, "cell"), this.paint);
+    this.workbench.sayPainted(text.cells(inside.size), this.paint);
   }
 
   private paintRegions(inside: Map<number, number>, seen: Seen): void {
@@ -406,9 +407,8 @@ function crossingsOf(places: Place[], y: number): number[] {
 
 /** Cuts a region in two between a red and a blue stroke. */
 export class Splitter extends Tool {
-  readonly name = "Split a region";
-  readonly hint =
-    "Drag: red stroke · Shift-drag: blue · Enter cuts (without strokes: across the region) · Esc leaves";
+  readonly name = words.splitName;
+  readonly hint = words.splitHint;
   private last: Place = { x: 0, y: 0 };
   private region = -1;
   private isBlue = false;
@@ -458,23 +458,23 @@ export class Splitter extends Tool {
   end(): void {
     const { red, blue, isBlue, workbench } = this;
     const isDrawn = (isBlue ? blue : red).size > 0;
-    if (red.size && blue.size) workbench.say("Enter cuts between red and blue.");
-    else if (isDrawn) workbench.say(isBlue ? "Now draw a red stroke." : "Now draw a blue stroke with Shift-drag.");
-    else if (this.region >= 0) workbench.say(`Both strokes must be in region ${this.region}. X removes the strokes.`);
+    if (red.size && blue.size) workbench.say(words.enterCuts);
+    else if (isDrawn) workbench.say(isBlue ? words.drawRed : words.drawBlue);
+    else if (this.region >= 0) workbench.say(words.bothInside(this.region));
   }
 
   override confirm(): void {
     const { workbench } = this;
     if (!this.red.size && !this.blue.size) this.takeEnds(workbench.activeRegion);
     if (!this.red.size || !this.blue.size) {
-      workbench.say("A cut needs a red and a blue stroke in one region.");
+      workbench.say(words.needsStrokes);
       return;
     }
     const region = this.region;
     const [red, blue] = [[...this.red], [...this.blue]];
     this.clear();
     void workbench.session.split(region, red, blue).then((done) => {
-      if (done) workbench.say(`Region ${region} is cut in two.`);
+      if (done) workbench.say(words.isCut(region));
     });
   }
 

@@ -2,6 +2,7 @@
 
 import type { Workbench } from "../workbench";
 import { element, onClick } from "../../shared/dom";
+import { text } from "../text";
 
 const WAYS: Record<string, [right: number, forward: number]> = { w: [0, 1], s: [0, -1], a: [-1, 0], d: [1, 0] };
 const SPEED = 0.35; // distance per second, relative to the size of the mesh
@@ -22,7 +23,7 @@ export class Walk {
     const { camera } = this.workbench.drawing;
     camera.widen(!camera.isWide);
     element("walk").ariaPressed = String(camera.isWide);
-    this.workbench.say(camera.isWide ? "Walking: W, A, S and D move, turning looks around; Q ends." : "W, A, S and D have their usual functions again.");
+    this.workbench.say(camera.isWide ? text.views.walking : text.views.walkEnded);
   }
 
   /** Begin to move if this is the press of a key that moves the eye; otherwise, return false. */

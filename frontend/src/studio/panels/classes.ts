@@ -5,7 +5,10 @@ import type { ClassEntry } from "../data/contract";
 import type { Workbench } from "../workbench";
 import { classOf, objectOf, paintOf } from "../data/labeling";
 import type { ClassDraft } from "../session/session";
-import { allow, button, element, make, onClick, percent } from "../../shared/dom";
+import { allow, button, element, make, onClick } from "../../shared/dom";
+import { text } from "../text";
+
+const words = text.classes;
 
 export class ClassesPanel {
   private readonly box = element("classes");
@@ -71,25 +74,25 @@ export class ClassesPanel {
   private fill(classes: ClassEntry[]): void {
     for (const map of [this.shares, this.removers, this.keyBoxes, this.lists]) map.clear();
     this.shown = "";
-    const none: ClassEntry = { id: 0, name: "No class (erases)", color: "", key: "0" };
+    const none: ClassEntry = { id: 0, name: text.erases, color: "", key: "0" };
     this.box.replaceChildren(...[...classes, none].flatMap((entry) => this.rows(entry)));
     this.show();
   }
 
   private rows(entry: ClassEntry): HTMLElement[] {
     const { id, name } = entry;
-    const radio = this.radio(id, `Paint ${name}`, () => this.workbench.choose(id));
+    const radio = this.radio(id, id ? words.choose(name) : words.chooseNone, () => this.workbench.choose(id));
     const share = this.share(id);
     const row = make("div", { class: "class" }, radio);
-    if (id === 0) row.append(make("kbd", { title: "Key 0" }, "0"), make("span", { class: "none" }, name), share, this.hider(entry));
+    if (id === 0) row.append(make("kbd", { title: words.key("0") }, "0"), make("span", { class: "none" }, name), share, this.hider(entry));
     else {
-      row.append(this.keyBox(entry), this.colorField(entry), this.nameField(name, `Name of ${name}`, (text) => this.change(id, { name: text })));
+      row.append(this.keyBox(entry), this.colorField(entry), this.nameField(name, words.name(name), (typed) => this.change(id, { name: typed })));
       row.append(share, this.stuffButton(entry), this.hider(entry), this.remover(entry));
     }
     row.addEventListener("click", (event) => {
       if (event.target === row || (event.target as Element).matches("kbd, .none, output")) this.workbench.choose(id);
     });
-    const list = make("div", { class: "objects", role: "group", "aria-label": `Objects of ${name}` });
+    const list = make("div", { class: "objects", role: "group", "aria-label": words.objects(name) });
     this.lists.set(id, list);
     return [row, list];
   }
@@ -101,7 +104,7 @@ export class ClassesPanel {
   }
 
   private share(paint: number): HTMLOutputElement {
-    const share = make("output", { title: "Percentage of the area" });
+    const share = make("output", { title: words.share });
     this.shares.set(paint, share);
     return share;
   }
@@ -111,7 +114,7 @@ export class ClassesPanel {
     const box = this.button("", "", () => {
       box.classList.add("asking");
       box.textContent = "…";
-      this.workbench.say(`Press 1 to 9 for ${name}, or Delete for no key of its own. Escape changes nothing.`);
+      this.workbench.say(words.askKey(name));
     });
     box.className = "key";
     const end = (): void => {
@@ -142,19 +145,19 @@ export class ClassesPanel {
       const isAssigned = classKeys.isAssigned(key);
       box.textContent = key || "\u00a0";
       box.classList.toggle("assigned", isAssigned);
-      box.title = key ? `Key ${key} of ${name}${isAssigned ? "" : ", until other classes are used"}: click to assign a key` : `${name} has no key: click to assign one`;
+      box.title = !key ? words.noKey(name) : isAssigned ? words.assignedKey(key, name) : words.lentKey(key, name);
       box.ariaLabel = box.title;
     }
   }
 
   private colorField({ id, name, color }: ClassEntry): HTMLElement {
-    const field = make("input", { type: "color", value: color, "aria-label": `Color of ${name}`, title: `Color of ${name}` });
+    const field = make("input", { type: "color", value: color, "aria-label": words.color(name), title: words.color(name) });
     field.addEventListener("change", () => this.change(id, { color: field.value }));
     return field;
   }
 
   private nameField(name: string, label: string, rename: (name: string) => void): HTMLElement {
-    const field = make("input", { type: "text", value: name, "aria-label": label, title: `${label}: click to change it` });
+    const field = make("input", { type: "text", value: name, "aria-label": label, title: words.rename(label) });
     let kept = name;
     field.addEventListener("focus", () => field.select());
     field.addEventListener("mousedown", (event) => {
@@ -174,28 +177,28 @@ export class ClassesPanel {
     return field;
   }
 
-  private button(text: string, label: string, run: () => void): HTMLButtonElement {
-    const made = button(text, label, run);
-    made.ariaLabel = label.toLowerCase().includes(text.toLowerCase()) ? label : `${text}: ${label}`; // speech control finds a button by its text
+  private button(name: string, label: string, run: () => void): HTMLButtonElement {
+    const made = button(name, label, run);
+    made.ariaLabel = label.toLowerCase().includes(name.toLowerCase()) ? label : `${name}: ${label}`; // speech control finds a button by its text
     return made;
   }
 
   private stuffButton({ id, name, stuff = false }: ClassEntry): HTMLElement {
-    const label = stuff ? `Give ${name} separate objects` : `Make ${name} a surface without separate objects, such as walls and floors`;
-    const made = this.button("stuff", label, () => this.change(id, { stuff: !stuff }));
+    const label = stuff ? words.makeThings(name) : words.makeStuff(name);
+    const made = this.button(words.stuff, label, () => this.change(id, { stuff: !stuff }));
     made.ariaPressed = String(stuff);
     made.classList.add("word");
     return made;
   }
 
   private hider({ id, name }: ClassEntry): HTMLElement {
-    const made = this.button("hide", `Hide ${id ? name : "unlabeled cells"} (U shows all)`, () => this.workbench.hideClass(id));
+    const made = this.button(words.hide, words.hideTip(id ? name : words.unlabeled), () => this.workbench.hideClass(id));
     made.classList.add("word");
     return made;
   }
 
   private remover({ id, name }: ClassEntry): HTMLElement {
-    const made = this.button("×", `Delete ${name}`, () => {
+    const made = this.button("×", words.remove(name), () => {
       void this.edit((classes) => classes.filter((entry) => entry.id !== id));
     });
     this.removers.set(id, made);
@@ -218,14 +221,14 @@ export class ClassesPanel {
     let id = 0;
     await this.edit((classes) => {
       id = Math.max(0, ...classes.map((entry) => entry.id)) + 1;
-      return [...classes, { id, name: name ?? `class ${id}`, key: "", stuff: isStuff }];
+      return [...classes, { id, name: name ?? words.usualName(id), key: "", stuff: isStuff }];
     });
     adder.disabled = false;
     const radio = this.box.querySelector(`input[name="class"][value="${id}"]`);
     if (!id || !radio) return; // the server rejected the new class
     if (this.workbench.currentPaint !== currentPaint) return; // the user has chosen another class in the meantime
     this.workbench.choose(id);
-    if (name !== undefined) return this.workbench.say(`${name} is a new class, and is chosen.`);
+    if (name !== undefined) return this.workbench.say(words.isNew(name));
     radio.closest(".class")!.querySelector<HTMLInputElement>("[type=text]")!.focus();
   }
 
@@ -265,17 +268,17 @@ export class ClassesPanel {
   private objectRows(id: number, object: number, all: number[]): HTMLDivElement[] {
     const { workbench } = this;
     const paint = paintOf(id, object);
-    const name = object ? workbench.paintName(paint) : "without an object";
+    const name = object ? workbench.paintName(paint) : words.noObject;
     const swatch = make("i");
     swatch.style.background = workbench.paintColor(paint);
     const isChosen = paint === workbench.currentPaint;
-    const radio = make("input", { type: "radio", name: "object", value: String(paint), "aria-label": `Paint ${name}`, title: `Paint ${name}` });
+    const radio = make("input", { type: "radio", name: "object", value: String(paint), "aria-label": words.choose(name), title: words.choose(name) });
     radio.checked = isChosen;
     radio.addEventListener("change", () => workbench.choose(id, object));
-    const rename = (text: string): void => void this.during(workbench.session.change("name-object", { class: id, object, name: text }));
-    const text = object ? this.nameField(name, `Name of ${name}`, rename) : make("span", { class: "none" }, name);
+    const rename = (typed: string): void => void this.during(workbench.session.change("name-object", { class: id, object, name: typed }));
+    const title = object ? this.nameField(name, words.name(name), rename) : make("span", { class: "none" }, name);
     const share = object ? this.share(paint) : make("output");
-    const rows = [make("div", { class: "object" }, radio, swatch, text, share)];
+    const rows = [make("div", { class: "object" }, radio, swatch, title, share)];
     if (isChosen && workbench.session.paints.countOf.get(paint)) rows.push(this.actions(id, object, all));
     return rows;
   }
@@ -285,19 +288,19 @@ export class ClassesPanel {
     const { workbench } = this;
     const paint = paintOf(id, object);
     const name = workbench.paintName(paint);
-    const merge = make("select", { "aria-label": `Merge ${name} with another object`, title: "Merge another object into this object (M merges the object under the pointer)" });
-    merge.append(make("option", { value: "" }, "Merge with …"));
+    const merge = make("select", { "aria-label": words.mergeLabel(name), title: words.mergeTip });
+    merge.append(make("option", { value: "" }, words.merge));
     for (const other of all) {
       if (other && other !== object) merge.append(make("option", { value: String(other) }, workbench.paintName(paintOf(id, other))));
     }
     merge.disabled = merge.options.length < 2;
-    if (merge.disabled) merge.title = "The class has no other object";
+    if (merge.disabled) merge.title = words.cannotMerge;
     merge.addEventListener("change", () => workbench.mergeObject(paintOf(id, Number(merge.value))));
-    const split = this.button("Split loose parts", `Each piece of ${name} except the largest becomes a new object`, () => {
+    const split = this.button(words.split, words.splitTip(name), () => {
       void workbench.splitObject(paint);
     });
-    const alone = this.button("Show alone", `Hide all but ${name} (U shows all)`, () => workbench.isolatePaint(paint));
-    const remove = this.button("Delete", `Remove the paint of ${name}`, () => workbench.deleteObject(paint));
+    const alone = this.button(words.alone, words.aloneTip(name), () => workbench.isolatePaint(paint));
+    const remove = this.button(words.deleteObject, words.deleteObjectTip(name), () => workbench.deleteObject(paint));
     remove.classList.add("apart");
     return make("div", { class: "actions" }, merge, split, alone, remove);
   }
@@ -321,16 +324,16 @@ export class ClassesPanel {
       const isObject = objectOf(paint) > 0;
       const share = Math.max(0, (isObject ? paints.areaOf.get(paint) : areas.get(paint)) ?? 0) / total;
       const count = paints.countOf.get(paint) ?? 0;
-      output.textContent = !isObject ? percent(share) : count ? `${count.toLocaleString("en")} · ${percent(share)}` : "new";
-      if (isObject) output.title = count ? "Number of cells, percentage of the area" : "Nothing is painted yet";
+      output.textContent = !isObject ? text.percent(share) : count ? words.objectShare(count, share) : words.fresh;
+      if (isObject) output.title = count ? words.objectShareTip : words.freshTip;
       const remover = isObject ? undefined : this.removers.get(paint);
-      if (remover) allow(remover, share <= 1e-9, `Delete ${this.workbench.className(paint)}`, "Remove its paint first");
+      if (remover) allow(remover, share <= 1e-9, words.remove(this.workbench.className(paint)), words.cannotRemove);
     }
-    element("progress-text").textContent = percent(paints.progress);
+    element("progress-text").textContent = text.percent(paints.progress);
     element<HTMLProgressElement>("progress").value = paints.progress;
     const id = classOf(this.workbench.currentPaint);
-    allow(element("new-object"), !this.workbench.isStuff(id), "A new object of the chosen class (O)", id ? `${this.workbench.className(id)} has no objects` : "Choose a class first");
-    allow(element("undo"), state.can_undo || nWaiting > 0, "Undo the last stroke or step (Ctrl+Z)", "There is nothing to undo");
-    allow(element("redo"), state.can_redo, "Redo the last undone stroke or step (Ctrl+Shift+Z)", "There is nothing to redo");
+    allow(element("new-object"), !this.workbench.isStuff(id), words.newObject, id ? words.hasNoObjects(this.workbench.className(id)) : words.chooseFirst);
+    allow(element("undo"), state.can_undo || nWaiting > 0, words.undo, words.cannotUndo);
+    allow(element("redo"), state.can_redo, words.redo, words.cannotRedo);
   }
 }

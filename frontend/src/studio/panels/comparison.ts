@@ -5,8 +5,10 @@ import { button, element, make } from "../../shared/dom";
 import { MARK_DIFFERS } from "../view/celltable";
 import type { Agreement, CompareReply } from "../data/contract";
 import { addTo } from "../data/labeling";
-import { SHOWING, type Workbench } from "../workbench";
+import type { Workbench } from "../workbench";
+import { text } from "../text";
 
+const words = text.comparison;
 const PAUSE_MS = 400; // time after the last change of labels until the files are compared again
 
 export class Comparison {
@@ -33,7 +35,7 @@ export class Comparison {
     workbench.session.events.on("state", ({ is_reviewed, is_changed }) => {
       const isChanged = is_reviewed && (is_changed || workbench.session.nWaiting > 0);
       reviewed.checked = is_reviewed && !isChanged;
-      element("reviewed-text").textContent = isChanged ? "Changed since review" : "Reviewed";
+      element("reviewed-text").textContent = isChanged ? text.files.changed : text.files.reviewed;
     });
   }
 
@@ -90,32 +92,32 @@ export class Comparison {
   }
 
   private show({ name, labeled, share, classes }: Agreement): void {
-    const row = (text: string, iou: number | null, kind: string): HTMLElement =>
-      make("tr", { class: kind }, make("td", {}, text), make("td", {}, iou?.toFixed(3) ?? "-"));
+    const row = (title: string, iou: number | null, kind: string): HTMLElement =>
+      make("tr", { class: kind }, make("td", {}, title), make("td", {}, iou === null ? "-" : words.ratio(iou)));
     const rows = classes.flatMap((one) => [
       row(one.name, one.iou, "whole"),
       ...one.objects.map(({ object, mine, theirs, iou }) => {
-        const only = mine === null ? " (only theirs)" : theirs === null ? " (only mine)" : "";
-        return row(`${one.name} ${object}${only}`, iou, "part");
+        const name = words.object(one.name, object);
+        return row(mine === null ? words.onlyTheirs(name) : theirs === null ? words.onlyMine(name) : name, iou, "part");
       }),
     ]);
-    const head = make("tr", {}, make("th", {}, "Class, object"), make("th", { title: "Intersection of both areas, divided by their union. Cells labeled in only one file are ignored: '-' means that there are no others" }, "IoU"));
+    const head = make("tr", {}, make("th", {}, words.head), make("th", { title: words.iouTip }, words.iou));
     this.box.replaceChildren(
-      make("p", {}, `${name}: both files label ${(100 * labeled).toFixed(1)} % of the area, and agree on ${(100 * share).toFixed(1)} % of this part.`),
+      make("p", {}, words.agreement(name, labeled, share)),
       make("table", {}, head, ...rows),
       make("div", { class: "row" },
-        this.button("Next difference", "Go to the region with the next smaller difference (D)", this.differing, () => void this.next()),
-        this.button("Take theirs", "In the region under the pointer or the chosen one (T)", this.differing, () => void this.settle("theirs")),
-        this.button("Keep mine", "In the region under the pointer or the chosen one (Y)", this.differing, () => void this.settle("mine")),
+        this.button(words.next, words.nextTip, this.differing, () => void this.next()),
+        this.button(words.take, words.takeTip, this.differing, () => void this.settle("theirs")),
+        this.button(words.keep, words.keepTip, this.differing, () => void this.settle("mine")),
       ),
       make("div", { class: "row" },
-        this.button("Add their labels", "Take their labels for all cells that you have not labeled", this.bare, () => void this.accept(this.bare, "theirs")),
+        this.button(words.add, words.addTip, this.bare, () => void this.accept(this.bare, "theirs")),
       ),
     );
   }
 
-  private button(text: string, tip: string, cells: Uint32Array, run: () => void): HTMLButtonElement {
-    const made = button(text, cells.length ? tip : "There are no such cells", run);
+  private button(name: string, tip: string, cells: Uint32Array, run: () => void): HTMLButtonElement {
+    const made = button(name, cells.length ? tip : words.noCells, run);
     made.disabled = !cells.length;
     return made;
   }
@@ -132,27 +134,27 @@ export class Comparison {
     const sums = new Map<number, number>();
     for (const cell of seen) addTo(sums, workbench.regionOf(cell), areas[cell]);
     const regions = [...sums.keys()].sort((a, b) => sums.get(b)! - sums.get(a)! || a - b);
-    if (!regions.length) return workbench.say(this.differing.length ? `All differences are hidden. ${SHOWING}` : "There are no differences.");
+    if (!regions.length) return workbench.say(this.differing.length ? words.allHidden : words.none);
     const isAgain = regions.every((region) => shown.has(region));
     if (isAgain) shown.clear();
     const region = regions.find((one) => !shown.has(one))!;
     shown.add(region);
     workbench.setCursor(region);
-    const names = this.namesOf(seen.filter((cell) => workbench.regionOf(cell) === region));
-    const again = isAgain ? "All differences were shown; this is the largest again. " : "";
-    workbench.say(`${again}Region ${region}, difference ${regions.indexOf(region) + 1} of ${regions.length}: ${names}.`);
+    const [mine, theirs] = this.namesOf(seen.filter((cell) => workbench.regionOf(cell) === region));
+    const line = words.shown(region, regions.indexOf(region) + 1, regions.length, mine, theirs);
+    workbench.say(isAgain ? `${words.again} ${line}` : line);
   }
 
   /**
-   * Text with two labels: the label of this file that has the largest area in `cells`, and the label of the other file
+   * Names of two labels: the label of this file that has the largest area in `cells`, and the label of the other file
    * that has the largest area in the cells with the first label.
    */
-  private namesOf(cells: Uint32Array): string {
+  private namesOf(cells: Uint32Array): [mine: string, theirs: string] {
     const { workbench } = this;
     const { paints, theirs } = workbench.session;
     const mine = paints.mainPaint(cells);
     const other = theirs!.paints.mainPaint(cells.filter((cell) => paints.of[cell] === mine));
-    return `mine ${workbench.paintName(mine)}, theirs ${workbench.theirName(other)}`;
+    return [workbench.paintName(mine), workbench.theirName(other)];
   }
 
   /** Resolve the differences in the active region: keep the labels of this file, or take the labels of the other file. */
@@ -161,7 +163,7 @@ export class Comparison {
     const inRegion = new Set(activeRegion < 0 ? [] : regions.cellsOf(activeRegion));
     if (this.isOutdated) await this.refresh();
     const cells = this.differing.filter((cell) => mesh === this.workbench.session.mesh && inRegion.has(cell));
-    if (!cells.length) return this.workbench.say("There is no difference in this region. D goes to the next difference.");
+    if (!cells.length) return this.workbench.say(words.noneHere);
     await this.accept(cells, side);
   }
 
@@ -169,6 +171,6 @@ export class Comparison {
     const reply = await this.workbench.session.accept(cells, side);
     if (!reply) return; // an error message is shown
     this.take(reply);
-    this.workbench.say(side === "mine" ? "Your labels are kept." : "Their labels are taken.");
+    this.workbench.say(side === "mine" ? words.kept : words.taken);
   }
 }

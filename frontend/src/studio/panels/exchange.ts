@@ -3,23 +3,9 @@
 import { toBase64 } from "../../shared/arrays";
 import { element, make, onClick } from "../../shared/dom";
 import type { Session } from "../session/session";
+import { text } from "../text";
 
-const NAMES: Record<string, string> = {
-  cells: "Class per cell",
-  objects: "Objects",
-  vertices: "Class per vertex",
-  instances: "instance_gt per vertex",
-  regions: "Regions",
-  region_classes: "Class per region",
-};
-
-const OBJECT_FORMATS: Record<string, string> = {
-  json: "json (COCO-like)",
-  npz: "npz (arrays)",
-  csv: "csv (a row per cell)",
-  "aggregation.json": "aggregation.json + segs.json (ScanNet)",
-  zip: "zip (a PLY per object)",
-};
+const words = text.exchange;
 
 export class ExchangePanel {
   private readonly what = element<HTMLSelectElement>("export-what");
@@ -29,7 +15,7 @@ export class ExchangePanel {
     session.events.on("file", () => this.fillWhat());
     this.what.addEventListener("change", () => this.fillFormats());
     this.format.addEventListener("change", () => this.setDownload());
-    onClick("download", () => session.events.emit("message", `Downloaded: ${this.downloadName}`));
+    onClick("download", () => session.events.emit("message", words.downloaded(this.downloadName)));
     onClick("export", () => void session.exportTo(this.format.value, this.what.value));
     const files = element<HTMLInputElement>("import");
     files.addEventListener("change", () => void this.read([...(files.files ?? [])]).then(() => (files.value = "")));
@@ -51,7 +37,7 @@ export class ExchangePanel {
 
   private fillWhat(): void {
     const kinds = Object.keys(this.formats);
-    this.what.replaceChildren(...kinds.map((kind) => make("option", { value: kind }, NAMES[kind] ?? kind)));
+    this.what.replaceChildren(...kinds.map((kind) => make("option", { value: kind }, words.data[kind] ?? kind)));
     this.fillFormats();
   }
 
@@ -64,8 +50,8 @@ export class ExchangePanel {
   }
 
   private option(format: string): HTMLOptionElement {
-    const text = this.what.value === "objects" ? OBJECT_FORMATS[format] : undefined;
-    return make("option", { value: format }, text ?? format);
+    const name = this.what.value === "objects" ? words.objectFormats[format] : undefined;
+    return make("option", { value: format }, name ?? format);
   }
 
   private setDownload(): void {

@@ -2,8 +2,9 @@
 
 import { ServerError } from "../session/api";
 import type { FileEntry } from "../data/contract";
-import { element, make, onClick, percent } from "../../shared/dom";
+import { element, make, onClick } from "../../shared/dom";
 import type { Session } from "../session/session";
+import { text } from "../text";
 
 export class FilesPanel {
   private asked = -1; // id of the file requested last, which may have failed to open; -1 if there is none
@@ -28,9 +29,9 @@ export class FilesPanel {
     const source = this.session.thumbnailAddress(id);
     const picture = make("img", { src: source, alt: "", loading: "lazy" });
     picture.addEventListener("error", () => picture.replaceWith(make("span", { class: "blank" })));
-    const bar = make("progress", { max: "1", value: String(done), "aria-label": `Labeled, ${name}` });
+    const bar = make("progress", { max: "1", value: String(done), "aria-label": text.files.labeled(name) });
     const button = make("button", { type: "button" }, picture, make("span", { class: "name" }, `${isChanged ? "✓? " : reviewed ? "✓ " : ""}${name}`), bar);
-    if (reviewed) button.title = isChanged ? "Changed since review" : "Reviewed";
+    if (reviewed) button.title = isChanged ? text.files.changed : text.files.reviewed;
     if (error) {
       button.title = error; // the work file of this mesh is damaged
       button.classList.add("damaged");
@@ -49,7 +50,7 @@ export class FilesPanel {
     const row = this.rows.get(this.session.fileId);
     if (!row || !this.session.paints) return;
     row.bar.value = this.session.paints.progress;
-    row.bar.title = percent(this.session.paints.progress);
+    row.bar.title = text.percent(this.session.paints.progress);
   }
 
   /** Open the file that is `steps` entries below the last requested file in the list. */
@@ -57,7 +58,7 @@ export class FilesPanel {
     const { files } = this.session;
     const at = files.findIndex(({ id }) => id === this.asked) + steps;
     if (at < 0 || at >= files.length) {
-      this.session.events.emit("message", steps > 0 ? "This is the last file." : "This is the first file.");
+      this.session.events.emit("message", steps > 0 ? text.files.isLast : text.files.isFirst);
       return;
     }
     this.open(files[at].id);

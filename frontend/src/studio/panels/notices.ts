@@ -1,8 +1,11 @@
 // Messages, errors, and a banner that is shown while the server does not respond.
 
-import { counted, element } from "../../shared/dom";
+import { element } from "../../shared/dom";
 import { ServerError } from "../session/api";
 import type { Session } from "../session/session";
+import { text } from "../text";
+
+const words = text.session;
 
 export function showNotices(session: Session): void {
   const { events } = session;
@@ -12,18 +15,18 @@ export function showNotices(session: Session): void {
     error.hidden = true;
     element("canvas").focus();
   });
-  events.on("error", (text) => {
-    line.textContent = text;
+  events.on("error", (told) => {
+    line.textContent = told;
     error.hidden = false;
   });
-  events.on("message", (text) => {
-    element("status").textContent = text;
+  events.on("message", (told) => {
+    element("status").textContent = told;
     error.hidden = true;
   });
   events.on("online", (isOnline) => {
     element("banner").hidden = isOnline;
     showWaiting(session);
-    if (isOnline) events.emit("message", "The server is back; everything is saved.");
+    if (isOnline) events.emit("message", words.back);
   });
   events.on("state", () => {
     showWaiting(session);
@@ -31,8 +34,8 @@ export function showNotices(session: Session): void {
   });
   events.on("file", (mesh) => {
     element("file-name").textContent = session.state.input.name;
-    document.title = `${session.state.input.name} – Superfacets studio`;
-    element("file-facts").textContent = counted(mesh.nCells, mesh.oneCell, mesh.cellName);
+    document.title = text.files.title(session.state.input.name);
+    element("file-facts").textContent = mesh.counted(mesh.nCells);
     events.emit("message", session.state.notes.join(" ")); // replaces messages about the file that was open before
   });
   window.addEventListener("beforeunload", (event) => {
@@ -42,14 +45,13 @@ export function showNotices(session: Session): void {
 
 /** Text that says whether all labels are saved, and when they were last saved. */
 export function savedText({ nWaiting, savedAt }: Session): string {
-  if (nWaiting) return "Saving …";
-  return savedAt ? `Saved ${savedAt.toLocaleTimeString("en-GB")}` : "All saved";
+  if (nWaiting) return words.saving;
+  return savedAt ? words.savedAt(savedAt) : words.allSaved;
 }
 
 function showWaiting({ online, outage, nWaiting, isKept }: Session): void {
   if (online) return;
-  const why = outage instanceof ServerError ? `The server cannot save strokes: ${outage.message}.` : "The server does not answer.";
-  const where = isKept ? "" : " Do not close this page: the storage of the browser is full or disabled.";
-  const kept = nWaiting ? `${counted(nWaiting, "unsaved stroke")} will be saved as soon as possible.${where}` : "Everything is saved.";
-  element("banner").textContent = `${why} ${kept} You can continue to paint; undo and other changes have to wait.`;
+  const why = outage instanceof ServerError ? words.cannotSave(outage.message) : words.silent;
+  const kept = nWaiting ? [words.unsaved(nWaiting), ...(isKept ? [] : [words.keepOpen])] : [words.nothingUnsaved];
+  element("banner").textContent = [why, ...kept, words.paintOn].join(" ");
 }

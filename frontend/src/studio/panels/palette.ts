@@ -4,9 +4,10 @@ import { classesFor, hasNamed } from "../data/classkeys";
 import { classOf } from "../data/labeling";
 import { element, make, onClick } from "../../shared/dom";
 import type { Workbench } from "../workbench";
+import { text } from "../text";
 
 interface Choice {
-  text: string;
+  shown: string;
   color: string; // CSS color; empty if there is none
   key: string;
   run: () => void;
@@ -47,9 +48,9 @@ export class Palette {
     const { workbench } = this;
     const run = (): void => {
       workbench.choose(id);
-      workbench.say(`${workbench.paintName(workbench.currentPaint)} is chosen.`);
+      workbench.say(text.isChosen(workbench.paintName(workbench.currentPaint)));
     };
-    return { text: name, color, key: workbench.classKeys.keyOf(id), run };
+    return { shown: name, color, key: workbench.classKeys.keyOf(id), run };
   }
 
   /** Choices that make a class, if no class has the typed name. */
@@ -57,15 +58,15 @@ export class Palette {
     const name = this.field.value.trim();
     if (!name || hasNamed(this.workbench.session.state.classes, name)) return [];
     return [
-      { text: `New class “${name}”`, color: "", key: "", run: () => void this.add(name, false) },
-      { text: `New class “${name}” without separate objects (stuff), such as wall or floor`, color: "", key: "", run: () => void this.add(name, true) },
+      { shown: text.classes.addNamed(name), color: "", key: "", run: () => void this.add(name, false) },
+      { shown: text.classes.addNamedStuff(name), color: "", key: "", run: () => void this.add(name, true) },
     ];
   }
 
-  private option({ text, color, key }: Choice, i: number): HTMLElement {
+  private option({ shown, color, key }: Choice, i: number): HTMLElement {
     const swatch = make("i");
     swatch.style.background = color;
-    const option = make("li", { id: `palette-${i}`, role: "option" }, swatch, make("span", {}, text), ...(key ? [make("kbd", {}, key)] : []));
+    const option = make("li", { id: `palette-${i}`, role: "option" }, swatch, make("span", {}, shown), ...(key ? [make("kbd", {}, key)] : []));
     option.addEventListener("click", () => this.pick(i));
     return option;
   }

@@ -1,14 +1,14 @@
 // Panel with sliders for the parameters of the segmentation, buttons for its levels, and its progress.
 
 import type { Parameters, Range, SegmentLine } from "../data/contract";
-import { allow, counted, element, make, onClick } from "../../shared/dom";
+import { allow, element, make, onClick } from "../../shared/dom";
 import type { Session } from "../session/session";
+import { text } from "../text";
 
 type Name = "n_segments" | "alpha" | "ridges";
 
 interface Slider {
   name: Name;
-  text: string;
   value: (position: number, range: Range) => number; // parameter value at a slider position from 0 to 1
   position: (value: number, range: Range) => number; // slider position of a parameter value
 }
@@ -18,35 +18,24 @@ interface Slider {
 const SLIDERS: Slider[] = [
   {
     name: "n_segments",
-    text: "Number of regions",
     value: (position, [min, max]) => Math.round(min * (max / min) ** position),
     position: (value, [min, max]) => Math.log(value / min) / Math.log(max / min),
   },
   {
     name: "alpha",
-    text: "Weight of creases",
     value: (position, [min, max]) => Number((min + (max - min) * position * position).toPrecision(3)),
     position: (value, [min, max]) => Math.sqrt((value - min) / (max - min)),
   },
   {
     name: "ridges",
-    text: "Weight of ridges",
     value: (position, [min, max]) => Number((min + (max - min) * position).toPrecision(3)),
     position: (value, [min, max]) => (value - min) / (max - min),
   },
 ];
-type Switch = "smooth" | "scans" | "color";
-const SWITCHES: [Switch, string, string][] = [
-  ["smooth", "Smooth borders", "Straighten borders of regions as the last step"],
-  ["scans", "Fused scan", "For scans of rooms: smooth noise before creases are measured, and set the weight of creases"],
-  ["color", "Borders follow colors", "Regions have similar colors, too; only if the file has colors or a texture"],
-];
+const SWITCHES = ["smooth", "scans", "color"] as const;
+type Switch = (typeof SWITCHES)[number];
 const STEPS = 1000; // number of slider steps
-const TIPS: Record<Name, string> = {
-  n_segments: "Number of regions; classes and objects do not change",
-  alpha: "How closely borders of regions follow creases",
-  ridges: "How closely borders of regions follow ridges, relative to creases",
-};
+const words = text.parameters;
 
 export class ParametersPanel {
   private readonly fields = new Map<Name, HTMLInputElement>();
@@ -59,7 +48,7 @@ export class ParametersPanel {
   constructor(private readonly session: Session) {
     for (const slider of SLIDERS) this.addSlider(slider);
     for (const one of SWITCHES) this.addSwitch(one);
-    const label = make("label", { class: "slider", title: "Radius of a region in the unit of the file; sets the number of regions" }, "Radius of regions ", this.radius);
+    const label = make("label", { class: "slider", title: words.radiusTip }, `${words.radius} `, this.radius);
     this.radius.addEventListener("change", () => this.sendRadius());
     element("sliders").append(label);
     onClick("coarser", () => this.step(1));
@@ -70,7 +59,7 @@ export class ParametersPanel {
   }
 
   private addSlider(slider: Slider): void {
-    const { name, text } = slider;
+    const { name } = slider;
     const output = make("output", { for: name });
     const field = make("input", { type: "range", id: name, min: "0", max: String(STEPS), step: "1" });
     const moved = (isPreview: boolean): void => {
@@ -82,14 +71,15 @@ export class ParametersPanel {
     field.addEventListener("change", () => moved(false));
     this.fields.set(name, field);
     this.outputs.set(name, output);
-    element("sliders").append(make("label", { class: "slider", for: name }, text, output), field);
+    element("sliders").append(make("label", { class: "slider", for: name }, words.names[name], output), field);
   }
 
-  private addSwitch([name, text, title]: (typeof SWITCHES)[number]): void {
+  private addSwitch(name: Switch): void {
+    const title = words.tips[name];
     const field = make("input", { type: "checkbox", id: name, title });
     field.addEventListener("change", () => this.send(false, name));
     this.switches.set(name, field);
-    element("sliders").append(make("label", { class: "check", title }, field, ` ${text}`));
+    element("sliders").append(make("label", { class: "check", title }, field, ` ${words.names[name]}`));
   }
 
   /** Number of regions whose area is that of a disk with this radius (or volume of a ball), and the inverse function. */
@@ -119,9 +109,9 @@ export class ParametersPanel {
   }
 
   private showValue(name: Name, value: number): void {
-    const text = value.toLocaleString("en", { maximumSignificantDigits: 4 });
-    this.outputs.get(name)!.textContent = text;
-    this.fields.get(name)!.setAttribute("aria-valuetext", text);
+    const shown = text.measured(value);
+    this.outputs.get(name)!.textContent = shown;
+    this.fields.get(name)!.setAttribute("aria-valuetext", shown);
   }
 
   /** Send values only of moved sliders. The values of other sliders are rounded to slider positions. */
@@ -136,8 +126,7 @@ export class ParametersPanel {
     const { parameters, ranges, levels, n_regions, has_colors } = this.session.state;
     this.ranges = ranges;
     for (const slider of SLIDERS) {
-      const tip = TIPS[slider.name];
-      allow(this.fields.get(slider.name)!, !!ranges[slider.name], tip, "Not available for this kind of mesh");
+      allow(this.fields.get(slider.name)!, !!ranges[slider.name], words.tips[slider.name], words.unavailable);
       const isFree = ranges[slider.name] && !this.moved.has(slider);
       if (isFree) this.setValue(slider, parameters[slider.name]);
     }
@@ -146,10 +135,10 @@ export class ParametersPanel {
     this.switches.get("scans")!.disabled = this.session.mesh?.isCloud ?? false;
     if (this.session.paints) this.radius.value = this.byRadius.radius(parameters.n_segments).toPrecision(3);
     const count = this.session.regions?.count ?? n_regions;
-    element("level").textContent = counted(count, "region");
+    element("level").textContent = text.regions(count);
     const at = this.levelIndex();
-    allow(element("finer"), at > 0, "Use more and smaller regions; classes and objects do not change", "This is the finest level; use the slider to make more regions");
-    allow(element("coarser"), at < levels.length - 1, "Merge regions with their neighbors; classes and objects do not change", "There is no coarser level");
+    allow(element("finer"), at > 0, words.finer, words.finest);
+    allow(element("coarser"), at < levels.length - 1, words.coarser, words.coarsest);
   }
 
   /** Index of the current level in `levels`, which runs from fine to coarse. */
@@ -172,8 +161,8 @@ export class ParametersPanel {
 }
 
 function stageText(line: SegmentLine | null, count: number): string {
-  if (line === null) return counted(count, "region");
-  if (line.iteration !== undefined) return `Step ${line.iteration} …`;
-  if (line.stage !== undefined) return `${line.stage[0].toUpperCase()}${line.stage.slice(1)} …`;
-  return `${counted(line.n_regions ?? count, "region")} in ${line.seconds?.toFixed(2) ?? "?"} s`;
+  if (line === null) return text.regions(count);
+  if (line.iteration !== undefined) return words.step(line.iteration);
+  if (line.stage !== undefined) return words.stage(line.stage);
+  return words.done(line.n_regions ?? count, line.seconds);
 }

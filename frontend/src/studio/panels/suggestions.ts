@@ -6,8 +6,10 @@ import type { SuggestionEntry } from "../data/contract";
 import type { Workbench } from "../workbench";
 import { classOf, Groups } from "../data/labeling";
 import { byScore, type Suggested } from "../data/suggested";
+import { text } from "../text";
 
 const MAX_LISTED = 200; // largest number of suggestions in the list
+const words = text.suggestions;
 const UNNAMED: Rgb = [128, 96, 200]; // color of suggestions without a class
 
 export class Suggestions {
@@ -53,7 +55,7 @@ export class Suggestions {
     element("suggestions-count").textContent = String(order.length);
     const rows = order.slice(0, MAX_LISTED).map((place) => this.row(place));
     const nMore = order.length - rows.length;
-    this.list.replaceChildren(...rows, ...(nMore ? [make("li", { class: "quiet" }, `and ${nMore} more`)] : []));
+    this.list.replaceChildren(...rows, ...(nMore ? [make("li", { class: "quiet" }, words.more(nMore))] : []));
     this.workbench.drawing.setSuggestionColors(entries.map((entry) => this.colorOf(entry)), this.chosen);
     this.showControls();
   }
@@ -62,10 +64,11 @@ export class Suggestions {
     const entry = this.entries[place - 1];
     const swatch = make("i");
     swatch.style.background = cssColor(this.colorOf(entry));
-    const size = entry.n_cells.toLocaleString("en");
-    const score = entry.score === null ? "" : ` · ${entry.score.toFixed(2)}`;
-    const title = `Number of ${this.workbench.session.mesh.cellName}${score && ", and score"}; click to go there`;
-    const button = make("button", { type: "button", title }, swatch, make("span", {}, this.nameOf(entry)), make("output", {}, size + score));
+    const { score, n_cells: n } = entry;
+    const { cellName } = this.workbench.session.mesh;
+    const title = score === null ? words.sizeTip(cellName) : words.sizeAndScoreTip(cellName);
+    const size = score === null ? words.size(n) : words.sizeAndScore(n, score);
+    const button = make("button", { type: "button", title }, swatch, make("span", {}, this.nameOf(entry)), make("output", {}, size));
     button.ariaCurrent = String(place === this.chosen);
     button.addEventListener("click", () => this.choose(place));
     return make("li", {}, button);
@@ -77,7 +80,7 @@ export class Suggestions {
   }
 
   private nameOf(entry: SuggestionEntry): string {
-    return entry.class ? this.workbench.className(entry.class) : "no class yet";
+    return entry.class ? this.workbench.className(entry.class) : words.noClass;
   }
 
   /** Suggestions whose score is at least the value of the slider, and all suggestions without a score. */
@@ -89,10 +92,9 @@ export class Suggestions {
   private showControls(): void {
     const places = this.goodEnough;
     const isUsable = places.every((place) => this.classFor(place, false));
-    element("least-score-text").textContent = Number(this.least.value) ? this.least.value : "any";
-    element("accept-all").textContent = `Accept all of them (${places.length})`;
-    allow(element("accept-all"), places.length > 0 && isUsable, "Make each suggestion an object of its class, or of the chosen class if it has none; one undo reverts all",
-      places.length ? "Some suggestions have no class: choose a class first" : "No suggestion has this score");
+    element("least-score-text").textContent = Number(this.least.value) ? this.least.value : words.anyScore;
+    element("accept-all").textContent = words.acceptAll(places.length);
+    allow(element("accept-all"), places.length > 0 && isUsable, words.acceptAllTip, places.length ? words.someHaveNoClass : words.noneHasScore);
   }
 
   /**
@@ -116,7 +118,7 @@ export class Suggestions {
    * chosen is visited first.
    */
   next(): void {
-    if (!this.order.length) return this.workbench.say("There are no suggestions. Import a file to get some.");
+    if (!this.order.length) return this.workbench.say(words.none);
     const step = this.isAhead ? 0 : 1;
     this.choose(this.order[(this.order.indexOf(this.chosen) + step) % this.order.length]);
   }
@@ -128,20 +130,20 @@ export class Suggestions {
     this.list.children[this.order.indexOf(place)]?.scrollIntoView({ block: "nearest" });
     this.workbench.hover(-1);
     this.workbench.fly(this.cells.of(place));
-    this.workbench.say(`Suggestion: ${this.told(place)}. A accepts, R rejects, J goes to the next one.`);
+    this.workbench.say(words.chosen(this.told(place)));
   }
 
   /** Name and score of a suggestion. */
   private told(place: number): string {
     const entry = this.entries[place - 1];
-    return this.nameOf(entry) + (entry.score === null ? "" : `, score ${entry.score.toFixed(2)}`);
+    return entry.score === null ? this.nameOf(entry) : words.scored(this.nameOf(entry), entry.score);
   }
 
   /** Accept the active suggestion as an object of its class or, if `isChosenClass`, of the chosen class. */
   accept(isChosenClass = false): void {
     const { active } = this;
     if (!active) return this.sayNothing();
-    if (!this.classFor(active, isChosenClass)) return this.workbench.say("The suggestion has no class: choose a class first.");
+    if (!this.classFor(active, isChosenClass)) return this.workbench.say(words.hasNoClass);
     void this.settle([active], true, isChosenClass);
   }
 
@@ -151,7 +153,7 @@ export class Suggestions {
   }
 
   private sayNothing(): void {
-    this.workbench.say(this.order.length ? "No suggestion is under the pointer or chosen. J goes to the next one." : "There are no suggestions. Import a file to get some.");
+    this.workbench.say(this.order.length ? words.noneActive : words.none);
   }
 
   /** Accept or reject suggestions. If the chosen suggestion is among them, choose the next one and say so. */
@@ -159,7 +161,7 @@ export class Suggestions {
     const { workbench, entries } = this;
     const ids = places.map((place) => entries[place - 1].id);
     const pairs = places.map((place, i): [number, number] => [ids[i], this.classFor(place, isChosenClass)]);
-    const names = [...new Set(pairs.map(([, id]) => workbench.className(id)))].join(", ");
+    const names = text.list([...new Set(pairs.map(([, id]) => workbench.className(id)))]);
     const isMoved = places.includes(this.chosen);
     const rest = this.order.slice(this.order.indexOf(this.chosen) + 1).filter((place) => !places.includes(place));
     const nextId = entries[rest[0] - 1]?.id;
@@ -172,9 +174,8 @@ export class Suggestions {
     if (next) this.choose(next);
     this.isAhead = this.chosen > 0 && (next > 0 || this.isAhead);
     this.show();
-    const what = places.length === 1 ? "Suggestion" : `${places.length} suggestions`;
-    const done = isAccepted ? `accepted: ${names}` : "rejected";
-    const chosen = next ? ` The next one is chosen: ${this.told(next)}.` : "";
-    workbench.say(`${what} ${done}. ${this.order.length || "None"} left.${chosen}`);
+    const [n, nLeft] = [places.length, this.order.length];
+    const done = isAccepted ? words.accepted(n, names, nLeft) : words.rejected(n, nLeft);
+    workbench.say(next ? `${done} ${words.next(this.told(next))}` : done);
   }
 }

@@ -4,7 +4,9 @@ import { button, element, onClick } from "../../shared/dom";
 import { NONE } from "../../shared/shape";
 import { dot, minus, plus } from "../../shared/vectors";
 import type { Workbench } from "../workbench";
+import { text } from "../text";
 
+const words = text.views;
 const MANY_BACKS = 0.2; // if a larger fraction of visible cells is seen from behind, walls probably hide the inside of a room
 
 interface Usual {
@@ -25,15 +27,14 @@ export class Views {
       else camera.turnTo(azimuth + (elevation ? 0 : Math.PI), -elevation);
     };
     this.usual = [
-      { name: "Front", key: "Alt+1", what: "from the front; again: from the back", run: turn(0, 0) },
-      { name: "Side", key: "Alt+2", what: "from the right side; again: from the left side", run: turn(quarter, 0) },
-      { name: "Top", key: "Alt+3", what: "from the top; again: from below", run: turn(0, quarter) },
-      { name: "Frame", key: "g", what: "go to the region under the pointer or to the chosen object, and turn the view around it", run: () => workbench.frameActive() },
-      { name: "Reset", key: "Home", what: "the initial view", run: () => camera.home() },
+      { name: words.front, key: "Alt+1", what: words.frontWhat, run: turn(0, 0) },
+      { name: words.side, key: "Alt+2", what: words.sideWhat, run: turn(quarter, 0) },
+      { name: words.top, key: "Alt+3", what: words.topWhat, run: turn(0, quarter) },
+      { name: words.frame, key: "g", what: words.frameWhat, run: () => workbench.frameActive() },
+      { name: words.reset, key: "Home", what: words.resetWhat, run: () => camera.home() },
     ];
     const buttons = this.usual.map(({ name, key, what, run }) => {
-      const title = `${what[0].toUpperCase()}${what.slice(1)} (${key.length === 1 ? key.toUpperCase() : key})`;
-      return button(name, title, run);
+      return button(name, words.tip(what, key.length === 1 ? key.toUpperCase() : key), run);
     });
     element("views").prepend(...buttons);
     onClick("inside", () => this.toggleBacks());
@@ -50,10 +51,10 @@ export class Views {
   private toggleBacks(): void {
     const { drawing, session } = this.workbench;
     if (!session.mesh.hasNormals) {
-      return this.workbench.say("The point cloud has no normals, so it is unknown which points are seen from behind. Hide points with H or the clip box (C).");
+      return this.workbench.say(words.noNormals);
     }
     this.hideBacks(!drawing.hidesBacks);
-    this.workbench.say(drawing.hidesBacks ? "Surfaces seen from behind are hidden; W shows them." : "Surfaces are shown from both sides.");
+    this.workbench.say(drawing.hidesBacks ? words.backsHidden : words.backsShown);
   }
 
   /** Whether many visible cells are seen from behind, for example the walls of a room seen from outside. */
@@ -68,7 +69,7 @@ export class Views {
   keys(): { names: string[]; what: string; run: () => void }[] {
     return [
       ...this.usual.map(({ key, what, run }) => ({ names: [key], what, run })),
-      { names: ["w"], what: "see inside: hide surfaces seen from behind, such as walls", run: () => this.toggleBacks() },
+      { names: ["w"], what: words.insideWhat, run: () => this.toggleBacks() },
     ];
   }
 }

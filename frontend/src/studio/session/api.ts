@@ -1,5 +1,7 @@
 // Requests to the studio server.
 
+import { text } from "../text";
+
 /** The server rejected a request. The error has the message and the HTTP status of the response. */
 export class ServerError extends Error {
   constructor(message: string, readonly status: number) {
@@ -15,7 +17,7 @@ export class ServerError extends Error {
 /** The server does not respond. */
 export class ServerGone extends Error {
   constructor() {
-    super("the server does not answer");
+    super(text.session.gone);
   }
 }
 

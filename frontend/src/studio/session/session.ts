@@ -10,8 +10,10 @@ import { Paints, Regions } from "../data/labeling";
 import { Mesh } from "../data/mesh";
 import { type Side, stepName } from "../data/names";
 import { newStrokeId, Saver } from "./saver";
-import { counted } from "../../shared/dom";
 import { NOTHING_SUGGESTED, type Suggested, suggestedFrom } from "../data/suggested";
+import { text } from "../text";
+
+const words = text.session;
 
 interface Kinds {
   file: Mesh;
@@ -49,7 +51,7 @@ class Dropped extends Error {}
 /** Text of an error message. Status 403 means that the server was restarted with another token. */
 function strangerLine(error: unknown): string {
   if (error instanceof ServerError && error.status === 403) {
-    return "The server was restarted: open the address that it printed. Unsaved strokes are kept.";
+    return words.restarted;
   }
   return error instanceof Error ? error.message : String(error);
 }
@@ -111,7 +113,7 @@ export class Session {
   }
 
   private check(fileId: number): void {
-    if (fileId !== this.fileId) throw new Dropped("Another file was opened before the last step was done, so the step was dropped.");
+    if (fileId !== this.fileId) throw new Dropped(words.dropped);
   }
 
   /** The result of a promise. Throws an error if another file was opened meanwhile. */
@@ -155,7 +157,7 @@ export class Session {
   /** Show a message about a file. If another file is open meanwhile, the message says which file it is about. */
   tell(line: string, fileId: number, kind: "message" | "error" = "message"): void {
     const name = this.files.find(({ id }) => id === fileId)?.name ?? "";
-    this.events.emit(kind, fileId === this.fileId || line.includes(name) ? line : `${name}: ${line}`);
+    this.events.emit(kind, fileId === this.fileId || line.includes(name) ? line : words.ofFile(name, line));
   }
 
   /** Like `alone`, but shows errors to the user. Returns false if an error occurred. */
@@ -186,7 +188,7 @@ export class Session {
     const { nWaiting: count, fileId } = this;
     if (!count) return;
     const isDone = await this.attempt(() => this.reloadAll());
-    if (isDone) this.tell(`${counted(count, "stroke")} that could not be saved before the page was closed: now saved.`, fileId);
+    if (isDone) this.tell(words.resent(count), fileId);
   }
 
   private async openNow(fileId: number): Promise<void> {
@@ -219,6 +221,7 @@ export class Session {
     this.takePaint(paint);
     this.regions = regions;
     this.events.emit("file", mesh);
+    this.events.emit("suggestions", this.suggested); // none until `loadSuggestions`
     this.events.emit("classes", state.classes);
     this.events.emit("painted", null);
     this.events.emit("regions", this.regions);
@@ -285,14 +288,14 @@ export class Session {
   }
 
   undo(): Promise<void> {
-    return this.step("undo", "Undone");
+    return this.step("undo");
   }
 
   redo(): Promise<void> {
-    return this.step("redo", "Redone");
+    return this.step("redo");
   }
 
-  private async step(what: "undo" | "redo", done: string): Promise<void> {
+  private async step(what: "undo" | "redo"): Promise<void> {
     const { fileId } = this;
     try {
       if (!this.online) throw new ServerGone();
@@ -303,13 +306,13 @@ export class Session {
         await this.takeEffect(reply);
         const after = this.side(cells);
         const name = stepName(this, reply.kind, cells, what === "undo" ? [after, before] : [before, after]);
-        this.events.emit("message", `${done}: ${name}.`);
+        this.events.emit("message", what === "undo" ? words.undone(name) : words.redone(name));
       });
     } catch (error) {
-      if (error instanceof ServerError && error.status === 409) this.tell(`Nothing to ${what}.`, fileId);
+      if (error instanceof ServerError && error.status === 409) this.tell(what === "undo" ? words.nothingToUndo : words.nothingToRedo, fileId);
       else if (error instanceof ServerGone) {
         this.lose(error);
-        this.events.emit("message", `The server does not answer, so ${what} has to wait. All strokes are kept; press the key again later.`);
+        this.events.emit("message", what === "undo" ? words.undoWaits : words.redoWaits);
       } else this.report(error, fileId);
     }
   }
@@ -386,7 +389,7 @@ export class Session {
     this.check(fileId);
     const started = performance.now();
     const body = { ...parameters, preview };
-    this.events.emit("segmenting", { stage: "starting" });
+    this.events.emit("segmenting", { stage: text.parameters.starting });
     for await (const line of this.api.lines<SegmentLine>(`${this.path}/segment`, body, signal)) {
       this.check(fileId);
       if (line.error !== undefined) throw new ServerError(line.error, 400);
@@ -444,11 +447,11 @@ export class Session {
     const { fileId } = this;
     try {
       const { path } = await this.alone(() => this.post<{ path: string }>("export", { format, what, replace }));
-      this.tell(`Written: ${path}`, fileId);
+      this.tell(text.exchange.written(path), fileId);
     } catch (error) {
       const isThere = error instanceof ServerError && error.status === 409 && !replace;
       if (!isThere || fileId !== this.fileId) this.report(error, fileId);
-      else if (confirm(`${error.message}\nReplace it?`)) await this.exportTo(format, what, true);
+      else if (confirm(text.exchange.replace(error.message))) await this.exportTo(format, what, true);
     }
   }
 
@@ -464,7 +467,7 @@ export class Session {
     const { fileId } = this;
     if (!(await this.change("import", { files, as_suggestions: asSuggestions }))) return;
     const count = this.suggested.entries.length;
-    this.tell(asSuggestions ? `Imported: ${count} suggested objects. J goes to the first one.` : "Imported and painted.", fileId);
+    this.tell(asSuggestions ? text.suggestions.imported(count) : text.exchange.imported, fileId);
   }
 
   /**
@@ -540,7 +543,7 @@ export class Session {
         return location.reload();
       }
       const state = await this.api.get<State>(`${path}/state`, "short");
-      if (state.input.n_cells !== mesh.nCells) throw new Error("the server has opened another file");
+      if (state.input.n_cells !== mesh.nCells) throw new Error(words.otherServer);
       await this.alone(async () => {
         if (this.nWaiting) throw new ServerGone();
         await this.loadPaint();

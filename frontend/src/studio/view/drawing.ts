@@ -13,6 +13,7 @@ import { CellTable } from "./celltable";
 import { N_SHADES, parseColor, type Rgb } from "../data/colors";
 import type { Mesh } from "../data/mesh";
 import { CELLS, IMAGE, WHOLE } from "./shaders";
+import { text } from "../text";
 
 const REFINE_MS = 160; // time in milliseconds after the last change until the canvas is drawn antialiased
 const MAX_FINE_PIXELS = 9_000_000; // largest size of an antialiased framebuffer in pixels
@@ -70,7 +71,7 @@ export class Drawing {
   private viewMs = 0; // duration of a first pass for this mesh in milliseconds; 0 if not measured yet
 
   constructor(readonly canvas: HTMLCanvasElement, failed: (line: string) => void) {
-    const gpu = (this.gpu = new Gpu(canvas, true));
+    const gpu = (this.gpu = new Gpu(canvas, true, text.graphics));
     this.surface = new Surface(gpu);
     this.ownColors = new OwnColors(gpu);
     this.cells = new CellTable(gpu);
@@ -82,7 +83,7 @@ export class Drawing {
     this.imageProgram = new Program(gpu, WHOLE, IMAGE);
     canvas.addEventListener("webglcontextlost", (event) => {
       event.preventDefault(); // without this call, the browser would never restore the context
-      failed("The graphics card stopped responding.");
+      failed(text.session.noGraphics);
     });
     canvas.addEventListener("webglcontextrestored", () => this.restore());
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement!);
