@@ -348,7 +348,7 @@ def test_targets_are_a_table_of_the_terminal_and_of_the_documentation(
     results = json.loads(output.read_text())
     rows = {row["what"]: row for row in results["targets"]}
     assert all(row["now"] > 0 for what, row in rows.items() if not what.startswith("smoothing"))
-    assert rows["METIS (contiguous=True) over ours, 1,280 faces, noisy, k = 320"]["target"] == 4.0
+    assert rows["METIS (contiguous=True) over ours, 4,892 faces, noisy, k = 1,223"]["target"] == 4.0
     assert rows["shuffled faces over sorted ones"]["target"] == 1.25
     assert rows["4,892 faces, k = 150"]["floor"] > 0
     document = "<!-- table: targets -->\n<!-- end -->\n<!-- table: rivals -->\n<!-- end -->"

@@ -44,7 +44,7 @@ CORE_LAYERS = [
     "regions",
     "bindings",
 ]
-STUDIO_PAGE_LAYERS = ["data", "session", "view", "workbench", "panels", "input", "main"]
+STUDIO_PAGE_LAYERS = ["text", "data", "session", "view", "workbench", "panels", "input", "main"]
 
 # Highest folder of the core whose functions a layer of the library may call; others may call any.
 HIGHEST_CORE_LAYERS = {

@@ -26,7 +26,7 @@ import { PlaceKeeper } from "./input/place";
 import { remember, remembered } from "./session/remembered";
 import { Session } from "./session/session";
 import { Views } from "./panels/views";
-import { fillPage } from "./text";
+import { fillPage } from "./text/index";
 
 declare global {
   interface Window {

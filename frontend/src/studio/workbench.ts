@@ -14,7 +14,7 @@ import { classNameIn, paintNameIn } from "./data/names";
 import { Picker } from "./view/picker";
 import { remember, rememberedValue } from "./session/remembered";
 import type { Session } from "./session/session";
-import { text } from "./text";
+import { text } from "./text/index";
 
 const MAX_OBJECT = 999; // highest object number of a class
 const MIN_SEEN = 8; // if fewer pixels of cells are visible from every side, `fly` leaves out what hides them

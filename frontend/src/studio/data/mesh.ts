@@ -5,7 +5,7 @@ import { cross, minus, plus, scaled, type Vector } from "../../shared/vectors";
 import type { Arrays } from "../../shared/arrays";
 import { readPacket } from "./packet";
 import type { Rgb } from "./colors";
-import { text } from "../text";
+import { text } from "../text/index";
 
 type Kind = "triangles" | "polygons" | "points" | "tets";
 

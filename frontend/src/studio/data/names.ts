@@ -3,7 +3,7 @@
 import type { State } from "./contract";
 import { classOf, objectOf, paintOf, type Regions } from "./labeling";
 import type { Mesh } from "./mesh";
-import { text } from "../text";
+import { text } from "../text/index";
 
 export type Lists = Pick<State, "classes" | "object_names">;
 

@@ -1,7 +1,7 @@
 // Decodes binary responses of the studio server.
 
 import { type Arrays, decodeArrays, type Entry } from "../../shared/arrays";
-import { text } from "../text";
+import { text } from "../text/index";
 
 const MAGIC = "SFSTUDIO";
 

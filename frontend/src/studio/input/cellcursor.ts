@@ -6,7 +6,7 @@ import { MARK_CURSOR } from "../view/celltable";
 import type { Workbench } from "../workbench";
 import type { Mesh } from "../data/mesh";
 import { putCircle } from "../view/picker";
-import { text } from "../text";
+import { text } from "../text/index";
 
 const MIN_COSINE = 0.25; // smallest cosine of the angle between the direction of an arrow key and the direction to the next cell
 // If the cursor is closer than this to the edge of the canvas, relative to the canvas size, the camera moves.

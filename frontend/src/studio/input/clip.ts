@@ -6,7 +6,7 @@ import type { Vector } from "../../shared/vectors";
 import type { Workbench } from "../workbench";
 import type { Box } from "../../shared/shape";
 import { putCircle } from "../view/picker";
-import { text } from "../text";
+import { text } from "../text/index";
 
 const words = text.views;
 const NAMES = ["x", "y", "z"];

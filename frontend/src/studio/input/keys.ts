@@ -11,7 +11,7 @@ import { savedText } from "../panels/notices";
 import { SCHEMES } from "./pointer";
 import type { Views } from "../panels/views";
 import { element, make, onClick } from "../../shared/dom";
-import { text } from "../text";
+import { text } from "../text/index";
 
 const words = text.keys;
 

@@ -5,7 +5,7 @@ import type { Workbench } from "../workbench";
 import { classOf } from "../data/labeling";
 import { button, element } from "../../shared/dom";
 import { CellBrush, Lasso, OUTLINES, RegionBrush, Splitter, type Tool } from "./tools";
-import { text } from "../text";
+import { text } from "../text/index";
 
 export type ModeName = "paint" | "brush" | "ball" | "lasso" | "lasso-cells" | "split";
 

@@ -7,7 +7,7 @@ import { classOf, objectOf } from "../data/labeling";
 import { remember, remembered } from "../session/remembered";
 import { element, make } from "../../shared/dom";
 import { type Place, placeOf, putTip, zoomByWheel } from "../../shared/picking";
-import { text } from "../text";
+import { text } from "../text/index";
 
 type Drag = "tool" | "pick" | "orbit" | "pan" | "zoom" | "fingers";
 

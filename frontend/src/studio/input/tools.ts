@@ -10,7 +10,7 @@ import { addTo, type Regions } from "../data/labeling";
 import type { Seen } from "../view/drawing";
 import { placesBetween } from "../view/picker";
 import { newStrokeId } from "../session/saver";
-import { text } from "../text";
+import { text } from "../text/index";
 
 const words = text.tools;
 

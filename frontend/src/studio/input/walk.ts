@@ -2,7 +2,7 @@
 
 import type { Workbench } from "../workbench";
 import { element, onClick } from "../../shared/dom";
-import { text } from "../text";
+import { text } from "../text/index";
 
 const WAYS: Record<string, [right: number, forward: number]> = { w: [0, 1], s: [0, -1], a: [-1, 0], d: [1, 0] };
 const SPEED = 0.35; // distance per second, relative to the size of the mesh

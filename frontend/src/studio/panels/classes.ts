@@ -6,7 +6,7 @@ import type { Workbench } from "../workbench";
 import { classOf, objectOf, paintOf } from "../data/labeling";
 import type { ClassDraft } from "../session/session";
 import { allow, button, element, make, onClick } from "../../shared/dom";
-import { text } from "../text";
+import { text } from "../text/index";
 
 const words = text.classes;
 

@@ -6,7 +6,7 @@ import { MARK_DIFFERS } from "../view/celltable";
 import type { Agreement, CompareReply } from "../data/contract";
 import { addTo } from "../data/labeling";
 import type { Workbench } from "../workbench";
-import { text } from "../text";
+import { text } from "../text/index";
 
 const words = text.comparison;
 const PAUSE_MS = 400; // time after the last change of labels until the files are compared again

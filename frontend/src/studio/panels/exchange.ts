@@ -3,7 +3,7 @@
 import { toBase64 } from "../../shared/arrays";
 import { element, make, onClick } from "../../shared/dom";
 import type { Session } from "../session/session";
-import { text } from "../text";
+import { text } from "../text/index";
 
 const words = text.exchange;
 

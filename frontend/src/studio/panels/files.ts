@@ -4,7 +4,7 @@ import { ServerError } from "../session/api";
 import type { FileEntry } from "../data/contract";
 import { element, make, onClick } from "../../shared/dom";
 import type { Session } from "../session/session";
-import { text } from "../text";
+import { text } from "../text/index";
 
 export class FilesPanel {
   private asked = -1; // id of the file requested last, which may have failed to open; -1 if there is none

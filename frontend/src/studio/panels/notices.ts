@@ -3,7 +3,7 @@
 import { element } from "../../shared/dom";
 import { ServerError } from "../session/api";
 import type { Session } from "../session/session";
-import { text } from "../text";
+import { text } from "../text/index";
 
 const words = text.session;
 

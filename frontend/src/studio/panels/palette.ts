@@ -4,7 +4,7 @@ import { classesFor, hasNamed } from "../data/classkeys";
 import { classOf } from "../data/labeling";
 import { element, make, onClick } from "../../shared/dom";
 import type { Workbench } from "../workbench";
-import { text } from "../text";
+import { text } from "../text/index";
 
 interface Choice {
   shown: string;

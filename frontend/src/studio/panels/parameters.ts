@@ -3,7 +3,7 @@
 import type { Parameters, Range, SegmentLine } from "../data/contract";
 import { allow, element, make, onClick } from "../../shared/dom";
 import type { Session } from "../session/session";
-import { text } from "../text";
+import { text } from "../text/index";
 
 type Name = "n_segments" | "alpha" | "ridges";
 

@@ -6,7 +6,7 @@ import type { SuggestionEntry } from "../data/contract";
 import type { Workbench } from "../workbench";
 import { classOf, Groups } from "../data/labeling";
 import { byScore, type Suggested } from "../data/suggested";
-import { text } from "../text";
+import { text } from "../text/index";
 
 const MAX_LISTED = 200; // largest number of suggestions in the list
 const words = text.suggestions;

@@ -4,7 +4,7 @@ import { button, element, onClick } from "../../shared/dom";
 import { NONE } from "../../shared/shape";
 import { dot, minus, plus } from "../../shared/vectors";
 import type { Workbench } from "../workbench";
-import { text } from "../text";
+import { text } from "../text/index";
 
 const words = text.views;
 const MANY_BACKS = 0.2; // if a larger fraction of visible cells is seen from behind, walls probably hide the inside of a room

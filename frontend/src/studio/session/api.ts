@@ -1,6 +1,6 @@
 // Requests to the studio server.
 
-import { text } from "../text";
+import { text } from "../text/index";
 
 /** The server rejected a request. The error has the message and the HTTP status of the response. */
 export class ServerError extends Error {

@@ -11,7 +11,7 @@ import { Mesh } from "../data/mesh";
 import { type Side, stepName } from "../data/names";
 import { newStrokeId, Saver } from "./saver";
 import { NOTHING_SUGGESTED, type Suggested, suggestedFrom } from "../data/suggested";
-import { text } from "../text";
+import { text } from "../text/index";
 
 const words = text.session;
 

@@ -13,7 +13,7 @@ import { CellTable } from "./celltable";
 import { N_SHADES, parseColor, type Rgb } from "../data/colors";
 import type { Mesh } from "../data/mesh";
 import { CELLS, IMAGE, WHOLE } from "./shaders";
-import { text } from "../text";
+import { text } from "../text/index";
 
 const REFINE_MS = 160; // time in milliseconds after the last change until the canvas is drawn antialiased
 const MAX_FINE_PIXELS = 9_000_000; // largest size of an antialiased framebuffer in pixels
