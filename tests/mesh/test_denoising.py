@@ -308,7 +308,7 @@ def test_with_noise_regions_keep_to_parts_and_results_belong_to_the_mesh():
         result = segment(rough, 100, denoise=steps)
         assert result.cells is rough
         errors.append(sf.metrics.undersegmentation_error(mesh, result.labels, truth))
-    assert errors[1] < 0.95 * errors[0]
+    assert errors[1] < 0.9 * errors[0]
 
 
 def test_soup_is_smoothed_as_the_mesh_it_is():

@@ -46,7 +46,7 @@ def test_labeled_cells_have_the_hue_of_the_class_and_the_lightness_of_the_mesh(
         face=dict(zip(("red", "green", "blue"), np.array(OWN)[columns].T, strict=True))
     )
     sf.write_mesh(tmp_path / "wall.ply", mesh, attributes=own)
-    server = serve(tmp_path / "wall.ply", 16)
+    server = serve(tmp_path / "wall.ply", 1)  # regions differ in lightness
     for row in range(6):
         paint(server, np.flatnonzero(rows == row), row + 1)
     tab = open_tab(server.address)
@@ -61,9 +61,7 @@ def test_labeled_cells_have_the_hue_of_the_class_and_the_lightness_of_the_mesh(
     chromas = [np.hypot(colors[..., 1], colors[..., 2]) for colors in (found, wanted)]
     assert (chromas[0] / chromas[1]).min() > 0.4  # dark colors of full chroma do not exist
     order = np.argsort(oklab(np.array(OWN))[:, 0])
-    assert (
-        np.diff(found[:, order, 0], axis=1) > -0.04
-    ).all()  # colors are cut to what screens show
+    assert (np.diff(found[:, order, 0], axis=1) > -0.01).all()
 
 
 def test_objects_that_touch_have_different_shades(serve, open_tab, tmp_path):
