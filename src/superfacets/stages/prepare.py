@@ -187,15 +187,15 @@ def prepared_for(
     with clock.timed("face_graph"):
         kind, is_kept = kind_of(source), constraints.kept_points(source)
         needs_order, denoise = options.needs_order(kind), options.denoise
+        if given is not None and suits(denoise, given.n_steps):
+            denoise = given.n_steps
         prepared = given
         if (
             prepared is None
             or is_kept is not None  # the mask changes the neighbors of points
             or (needs_order and prepared.input_index is not None)
-            or not suits(denoise, prepared.n_steps)
+            or denoise != prepared.n_steps
         ):
-            if prepared is not None and suits(denoise, prepared.n_steps):
-                denoise = prepared.n_steps
             prepared = Prepared.of(
                 source, weld=True if given is None else given.weld, n_threads=n_threads,
                 may_sort=not needs_order, denoise=denoise, is_kept=is_kept,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from itertools import chain
@@ -168,7 +169,10 @@ class GltfScene(Gltf):
         has_faces = any(self.primitives(index) for index in meshes)
         vertices, colors, ids, faces = [], [], [], []
         n_vertices = n_faces = 0
+        copies = Counter(visit.mesh for visit in self.visits)
         for visit in self.visits:
+            copies[visit.mesh] -= 1
+            left, begin = copies[visit.mesh], (n_vertices, n_faces)
             firsts: dict[int, int] = {}  # index of the first vertex, by the accessor of positions
             for primitive in self.primitives(visit.mesh, _FACES if has_faces else (POINTS,)):
                 accessor = self.positions_of(primitive, visit.mesh)
@@ -184,7 +188,10 @@ class GltfScene(Gltf):
                     first = firsts[accessor]
                     faces.append(corners + np.int64(first) if first else corners)
                     n_faces += len(corners)
-                self._check_size(n_vertices, n_faces)
+                self._check_size(
+                    n_vertices + left * (n_vertices - begin[0]),
+                    n_faces + left * (n_faces - begin[1]),
+                )
         joined = _joined(faces)
         face = self._labels(ids, joined)
         is_own = self.document["asset"].get("generator") == "superfacets"  # as in `write_glb`
@@ -192,7 +199,7 @@ class GltfScene(Gltf):
         return _joined(vertices), joined, vertex, face
 
     def _check_size(self, n_vertices: int, n_faces: int) -> None:
-        """Raise a MeshError if arrays of the scene are too large for the size of the files."""
+        """Raise a MeshError if so many vertices and faces are too large for the files."""
         n_bytes = BYTES_PER_VERTEX * n_vertices + BYTES_PER_FACE * n_faces
         if n_bytes > most_bytes_of(self.n_bytes):
             raise MeshError(
