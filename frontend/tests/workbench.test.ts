@@ -131,7 +131,7 @@ test("a late message of another file names that file", async () => {
 /** Camera poses whose pictures show `counts` pixels of any target. */
 function fakeViews(counts: number[]): { flyTo: ReturnType<typeof vi.fn>; setFocus: ReturnType<typeof vi.fn> } {
   const poses = counts.map((_, k) => ({ azimuth: k }));
-  const camera = { size: 1, zoom: 1, distance: 9, closeness: 1, posesAround: () => poses, flyTo: vi.fn() };
+  const camera = { size: 1, zoom: 1, distance: 9, distanceFor: () => 1, posesAround: () => poses, flyTo: vi.fn() };
   const setFocus = vi.fn();
   Object.assign(workbench.drawing, { camera, setFocus, countSeen: () => counts });
   return { flyTo: camera.flyTo, setFocus };

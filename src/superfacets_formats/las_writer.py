@@ -80,7 +80,7 @@ def write_las(file: IO[bytes], content: Output) -> None:
 def _add_columns(
     las: Any, stored: dict[str, Array], content: Output, frame: LasFrame
 ) -> None:  # fmt: skip
-    """Store each array in the field of its name; in a new dimension if that would round it."""
+    """Store each array in the field of its name, or in a new dimension if the field rounds it."""
     fields = {field.name: field for field in las.point_format.standard_dimensions}
     for name, values in stored.items():
         if name in fields and _fits(values, fields[name]):

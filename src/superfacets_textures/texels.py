@@ -186,9 +186,9 @@ def ids_in_layout(
     mesh: FaceMesh, texture: Texture, labels: Ints, is_here: Bools, wrap: tuple[str, str],
     size: tuple[int, int],
 ) -> Ints:  # fmt: skip
-    """Draw labels >= 0 of the faces `is_here` into an image (height, width) of -1.
+    """Return an image (height, width) with the labels >= 0 of the faces in `is_here`, (F,).
 
-    Labels extend beyond the drawn faces by `BLEED` texels.
+    Labels extend beyond the faces by `BLEED` texels. All other texels are -1.
     """
     triangles, sources = kit.corner_triangles(mesh)
     faces = np.arange(mesh.n_faces) if sources is None else sources

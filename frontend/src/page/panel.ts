@@ -153,7 +153,7 @@ export class Panel {
     const facts = this.factsOf(labels.indexOf(region)).join(", ");
     element("status").textContent = sphere ? facts : `${facts} (inside the body)`;
     if (!sphere) return;
-    const distance = Math.min(camera.distance * camera.zoom, Math.max(12 * sphere.radius, 0.3 * camera.size));
+    const distance = Math.min(camera.distance * camera.zoom, camera.distanceFor(sphere.radius));
     camera.flyTo(drawing.bestPose(camera.posesAround(sphere.middle, sphere.middle, distance), labels, region));
     drawing.marked = region;
   }

@@ -2,7 +2,7 @@
 
 import type { Numbers } from "../shared/arrays";
 import { type Box, boundsOf, NONE, pointOf, type Positions, type Shape } from "../shared/shape";
-import { lengthOf, minus, plus, scaled, type Vector } from "../shared/vectors";
+import { type Sphere, sphereOf, type Vector } from "../shared/vectors";
 
 /** One point of each cell, by which regions are found after the triangles are deleted. */
 export class Places {
@@ -18,15 +18,13 @@ export class Places {
   }
 
   /** Middle and radius of the cells of a region; null if none of them is visible. */
-  sphereOf(region: number, labels: Numbers): { middle: Vector; radius: number } | null {
+  sphereOf(region: number, labels: Numbers): Sphere | null {
     const points: Vector[] = [];
     labels.forEach((label, cell) => {
       const vertex = this.vertices ? this.vertices[cell] : cell;
       if (label === region && vertex !== NONE) points.push(pointOf(this.positions, vertex));
     });
-    if (!points.length) return null;
-    const middle = scaled(points.reduce((sum, point) => plus(sum, point)), 1 / points.length);
-    return { middle, radius: points.reduce((most, point) => Math.max(most, lengthOf(minus(point, middle))), 0) };
+    return sphereOf(points);
   }
 
   /**

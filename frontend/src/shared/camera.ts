@@ -169,6 +169,11 @@ export class Camera {
     return SLOPE / this.slope;
   }
 
+  /** Distance from which a place with this radius is seen with its surroundings. */
+  distanceFor(radius: number): number {
+    return this.closeness * Math.max(12 * radius, 0.3 * this.size);
+  }
+
   /** Choose a wide or the usual view. What is at the target keeps its size on the screen. */
   widen(isWide: boolean): void {
     this.flight++;

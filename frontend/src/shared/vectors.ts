@@ -19,5 +19,17 @@ export const cross = (a: Vector, b: Vector): Vector => [
   a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0],
 ];
 
+export interface Sphere {
+  middle: Vector;
+  radius: number;
+}
+
+/** The mean of points, and their largest distance from it; null without points. */
+export function sphereOf(points: readonly Vector[]): Sphere | null {
+  if (!points.length) return null;
+  const middle = scaled(points.reduce((sum, point) => plus(sum, point)), 1 / points.length);
+  return { middle, radius: points.reduce((most, point) => Math.max(most, lengthOf(minus(point, middle))), 0) };
+}
+
 /** The vector scaled to length 1; a zero vector is returned unchanged. */
 export const normalized = (a: Vector): Vector => scaled(a, 1 / (lengthOf(a) || 1));

@@ -2,7 +2,7 @@
 // cells in the drawing.
 
 import { element } from "../shared/dom";
-import { lengthOf, minus, plus, scaled, type Vector } from "../shared/vectors";
+import { plus, sphereOf, type Vector } from "../shared/vectors";
 import { MARK_HIDDEN } from "./view/celltable";
 import { cssColor, type Rgb, regionColors, shadesOfClasses, shadesOfObjects, usualShade } from "./data/colors";
 import { ClassKeys } from "./data/classkeys";
@@ -282,20 +282,19 @@ export class Workbench {
    */
   fly(cells: Uint32Array, keepsAngles = false): boolean {
     const { mesh } = this.session;
-    let [sum, normal]: [Vector, Vector] = [[0, 0, 0], [0, 0, 0]];
+    let normal: Vector = [0, 0, 0];
     const middles: Vector[] = [];
     for (const cell of cells) {
       const middle = mesh.middleOf(cell);
       if (!middle) continue;
       middles.push(middle);
-      sum = plus(sum, middle);
       normal = plus(normal, mesh.normalOf(cell));
     }
-    if (!middles.length) return false;
-    const place = scaled(sum, 1 / middles.length);
-    const reach = middles.reduce((most, middle) => Math.max(most, lengthOf(minus(middle, place))), 0);
+    const sphere = sphereOf(middles);
+    if (!sphere) return false;
+    const { middle: place, radius: reach } = sphere;
     const { drawing, drawing: { camera } } = this;
-    const distance = camera.closeness * Math.max(12 * reach, 0.3 * camera.size);
+    const distance = camera.distanceFor(reach);
     drawing.setFocus(cells, null);
     if (keepsAngles) {
       camera.fly(place, [0, 0, 0], distance);

@@ -88,7 +88,8 @@ void cut_off(const NeighborSearch& search, const PointGraphOptions& options, Fou
 }
 
 // Duplicates: points at the same position as a point with a lower index. In the sorted order, all
-// duplicates follow after all representatives, in the order of these, then by index.
+// duplicates follow after all representatives. They are sorted like the representatives, then by
+// index.
 struct Copies {
   std::vector<Cell> points;   // input index of each duplicate
   std::vector<Place> places;  // sorted index of the representative of each duplicate

@@ -51,7 +51,7 @@ SortedVertices sort_vertices(std::span<const Point> vertices,
   return sorted;
 }
 
-// Start of the rotation of a list that is the first in lexicographic order. Time O(n).
+// Index at which the lexicographically smallest rotation of a list starts. Time O(n).
 std::size_t least_rotation(std::span<const Vertex> list) {
   const std::size_t n = list.size();
   std::size_t best = 0;

@@ -12,7 +12,7 @@ class MissingExtraError(ImportError):
     """An optional dependency is missing. The message gives the install command."""
 
     def __init__(self, task: str, extra: str) -> None:
-        """Make the message: `task` needs `extra`, an extra of superfacets, or the package torch."""
+        """Set the message; `extra` is an extra of superfacets, or the name of the package torch."""
         needs, package = "an extra", f"'superfacets[{extra}]'"
         if extra == "torch":
             needs, package = extra, extra

@@ -75,7 +75,8 @@ def enforce_connectivity(
     region_of_piece[pieces] = part.labels
     areas = sums_by_label(pieces, surface.measures, n_pieces)
     if centers is None:
-        # Sorted by area, so that the last assignment is the largest piece, of several the lowest.
+        # Pieces are sorted by area, so the last one assigned to a region is its largest piece. Of
+        # equally large pieces, it is the one with the lowest number.
         order = np.lexsort((-np.arange(n_pieces), areas))
         kept = np.empty(n_regions, np.int32)
         kept[region_of_piece[order]] = order

@@ -306,7 +306,10 @@ def with_counts(
     graph: OrderedGraph, clustering: Clustering, cells: tuple[Floats, Ints], targets: Longs,
     limits: tuple[int, _core.Islands],
 ) -> Clustering:  # fmt: skip
-    """Add and remove centers until each component has its target; `cells`: sizes and components."""
+    """Add and remove centers until each component has its target number of regions.
+
+    `cells` are the sizes and the components of all cells.
+    """
     while True:
         found = _Regions.of(clustering, *cells)
         change = targets - np.bincount(found.components, minlength=len(targets))

@@ -39,7 +39,7 @@ def sorted_corners(
 
 
 def _representatives(vertices: Floats, weld: float, n_threads: int) -> Ints:
-    """Return the vertex that stands for each vertex, (V,); of several positions, the lowest."""
+    """Return, for each vertex, the one with the lowest position among those welded to it, (V,)."""
     if isinstance(weld, bool):
         return lowest_vertices(vertices, weld, n_threads)
     order = np.lexsort(vertices.T).astype(np.int32)

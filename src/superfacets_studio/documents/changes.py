@@ -108,7 +108,7 @@ class Change:
 
     @classmethod
     def replacing(cls, state: State, kind: Any, after: Any, stroke: str | None = None) -> Change:
-        """Return the change that replaces a field of a state; `kind` is a key of `_FIELDS`."""
+        """Return the change after which the field `_FIELDS[kind]` of the state is `after`."""
         return cls(kind, getattr(state, _FIELDS[kind]), after, stroke)
 
     def do(self, state: State) -> None:

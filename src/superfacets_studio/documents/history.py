@@ -33,7 +33,7 @@ def last_stroke(changes: list[Change]) -> list[Change]:
 
 
 Recorder = Callable[[Line], object]
-"""Function that writes a step to the journal. Replayed steps are there already, and have none."""
+"""Function that writes a step to the journal. Steps read from the journal have no such function."""
 
 
 @dataclass

@@ -1,7 +1,7 @@
 // Keyboard cursor on a single cell. The arrow keys move the cursor to an adjacent cell.
 
 import { NONE } from "../../shared/shape";
-import { dot, lengthOf, minus, normalized, plus, scaled, type Vector } from "../../shared/vectors";
+import { dot, lengthOf, minus, normalized, plus, scaled, sphereOf, type Vector } from "../../shared/vectors";
 import { MARK_CURSOR } from "../view/celltable";
 import type { Workbench } from "../workbench";
 import type { Mesh } from "../data/mesh";
@@ -98,8 +98,8 @@ export class CellCursor {
   private middleCell(cells: Uint32Array): number {
     const shown = [...cells].filter((cell) => this.mesh.middleOf(cell) && !this.workbench.isHidden(cell));
     const middles = shown.map((cell) => this.mesh.middleOf(cell)!);
-    const middle = middles.reduce((sum, at) => plus(sum, at, 1 / shown.length), [0, 0, 0]);
-    const off = middles.map((at) => lengthOf(minus(at, middle)));
+    const middle = sphereOf(middles)?.middle;
+    const off = middles.map((at) => lengthOf(minus(at, middle!)));
     const best = off.reduce((least, distance, i) => (distance < off[least] ? i : least), 0);
     return shown[best] ?? -1;
   }

@@ -8,7 +8,7 @@ import { cellsIn } from "../../shared/picking";
 import { SURFACE } from "../../shared/shaders";
 import { type Box, NONE } from "../../shared/shape";
 import { Surface } from "../../shared/surface";
-import type { Vector } from "../../shared/vectors";
+import type { Sphere, Vector } from "../../shared/vectors";
 import { CellTable } from "./celltable";
 import { N_SHADES, parseColor, type Rgb } from "../data/colors";
 import type { Mesh } from "../data/mesh";
@@ -51,7 +51,7 @@ export class Drawing {
   private readonly suggestionColors: Table; // color of each suggestion; alpha is 255 for the chosen suggestion
   private hasSuggestions = false;
   private readonly focused: Table; // 1 for each cell that must not be hidden by others
-  private focus: { middle: Vector; radius: number } | null = null; // middle and radius of these cells; null if there are none
+  private focus: Sphere | null = null; // middle and radius of these cells; null if there are none
   private nBlinks = 0; // number of phases left of `blink`
   private blinking = 0; // timer of the next phase
   private readonly frames: [Frame, Frame]; // framebuffers of the first pass for stride 1 and 2
@@ -356,7 +356,7 @@ export class Drawing {
   }
 
   /** Leave out what hides these cells, which are inside a sphere; null leaves out nothing. */
-  setFocus(cells: Uint32Array, sphere: { middle: Vector; radius: number } | null): void {
+  setFocus(cells: Uint32Array, sphere: Sphere | null): void {
     if (!sphere && !this.focus) return;
     this.focus = sphere;
     const focused = new Uint32Array(sphere ? this.mesh!.nCells : 1);

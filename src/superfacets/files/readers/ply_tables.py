@@ -247,7 +247,7 @@ def _read_uniform(
 def _walk(
     element: Element, data: Any, begin: int, lines: Lines | None, n_rows: int
 ) -> tuple[Iterable[Longs], Iterable[Longs], int]:
-    """Return, per property and row, byte offset and number of values; also the end of all rows."""
+    """Return byte offset and number of values of each property in each row, and the end offset."""
     if lines is not None:
         return _walk_text(element, data, lines[:n_rows])
     counts = [np.dtype(stored.count_dtype or "V0") for stored in element.properties]
@@ -267,7 +267,7 @@ def _walk(
 def _walk_text(
     element: Element, values: Array, lines: Lines
 ) -> tuple[Iterable[Longs], Iterable[Longs], int]:
-    """Return the same as `_walk`; check the number of tokens in each line."""
+    """Return the result of `_walk` for text, after a check of the number of tokens in each line."""
     ends = np.cumsum(lines.counts, dtype=np.int64)
     places = ends - lines.counts
     starts, lengths = [], []

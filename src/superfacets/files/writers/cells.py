@@ -168,7 +168,7 @@ class Output:
 
     @property
     def cloud_colors(self) -> Bytes | None:
-        """Given colors of points, or else colors of the cloud, (N, 3); None if there are none."""
+        """Colors of points, (N, 3): the given ones, or those of the cloud; None without colors."""
         if self.colors is not None or self.cells.colors is None:
             return self.colors
         return np.asarray(np.rint(self.cells.colors * 255), np.uint8)
