@@ -16,7 +16,7 @@ from .clustering.plan import Start
 from .clustering.result import Segmentation
 from .mesh.convert import MeshLike
 from .mesh.denoising import Denoise
-from .stages.borders import add_borders, normals_at_borders
+from .stages.borders import add_borders, begun_for_borders, normals_at_borders
 from .stages.cluster import clean, cluster, finish
 from .stages.options import SegmentOptions
 from .stages.part_costs import add_parts
@@ -175,12 +175,13 @@ def run(mesh: MeshLike | Prepared, options: SegmentOptions) -> Segmentation:
         del prepared
         placed = place(graph, lengths, weighed, clock)  # order
         ordered = ordered_graph(placed, lengths.unit, weighed, clock)  # order
+        loop = weighed.options.loop
+        begun = begun_for_borders(ordered, normals, weighed, clock)  # coarsen
         arcs, lengths = add_borders(  # 2 weights
-            ordered, placed.arcs, lengths, normals, weighed, clock
+            ordered, begun, placed.arcs, lengths, normals, weighed, clock
         )
         del graph, normals, placed
-        loop = weighed.options.loop
-        coarsening = coarsened(ordered, weighed.plan, loop, clock.timings)  # coarsen
+        coarsening = coarsened(ordered, weighed.plan, loop, clock.timings, begun)  # coarsen
         part_costs = add_parts(ordered, coarsening, weighed, clock)  # 2 weights
         clustered = cluster(  # 3 seeding, 4a classify, 4b update, balance
             ordered, coarsening, arcs, weighed, planned, part_costs

@@ -113,9 +113,14 @@ void bind_clustering(nb::module_& module) {
            nb::keep_alive<1, 2>())
       .def_prop_ro("graph", &CoarseGraph::graph, nb::rv_policy::reference_internal)
       .def("coarse_cells", threaded([](const CoarseGraph& coarse, ThreadTeam& team) {
-             return coarse.coarse_cells(team);
+             return coarse.coarse_cells({}, team);
            }),
            "n_threads"_a)
+      .def("groups_of_cells",
+           threaded([](const CoarseGraph& coarse, Integers groups, ThreadTeam& team) {
+             return coarse.coarse_cells(groups, team);
+           }),
+           "groups"_a, "n_threads"_a)
       .def("centers", serial([](const CoarseGraph& coarse) { return coarse.centers(); }))
       .def("arcs", serial(&arcs_of))
       .def("cells", serial(&cells_of))
@@ -124,6 +129,10 @@ void bind_clustering(nb::module_& module) {
            "n_threads"_a)
       .def("add_part_costs", threaded<kMinSlowPerThread>(&add_costs_to_coarse),
            "vectors"_a.noconvert(), "factor"_a, "n_threads"_a)
+      .def("set_lengths", threaded([](CoarseGraph& coarse, Floats lengths, ThreadTeam& team) {
+             coarse.set_lengths(lengths, team);
+           }),
+           "lengths"_a, "n_threads"_a)
       .def("spread", &spread_paths, "lengths"_a, "labels"_a, "centers"_a, "n_threads"_a,
            nb::kw_only(), "needs_lengths"_a = true)
       .def("refine",

@@ -116,11 +116,20 @@ OrderedGraph CoarseGraph::joined(std::span<const Part> parts, Buffer<Point> posi
   return {std::move(cells), std::move(offsets), std::move(arcs), fine_.straight_unit};
 }
 
-Buffer<Cell> CoarseGraph::coarse_cells(ThreadTeam& team) const {
+Buffer<Cell> CoarseGraph::coarse_cells(std::span<const Cell> groups, ThreadTeam& team) const {
+  SUPERFACETS_ASSERT(groups.empty() || std::cmp_equal(groups.size(), graph_.n_cells()));
   Buffer<Cell> coarse(fine_.n_cells());
-  team.for_each_index(fine_.n_cells(),
-                      [&](std::int64_t cell) { coarse[cell] = coarse_of(fine_.place_of(cell)); });
+  team.for_each_index(fine_.n_cells(), [&](std::int64_t cell) {
+    const Cell found = coarse_of(fine_.place_of(cell));
+    coarse[cell] = groups.empty() ? found : groups[found];
+  });
   return coarse;
+}
+
+void CoarseGraph::set_lengths(std::span<const float> lengths, ThreadTeam& team) {
+  SUPERFACETS_ASSERT(lengths.size() == graph_.arcs.size());
+  team.for_each_index(std::ssize(lengths),
+                      [&](std::int64_t arc) { graph_.arcs[arc].length = lengths[arc]; });
 }
 
 Buffer<float> CoarseGraph::means_of(const PartVectors& vectors, ThreadTeam& team) const {

@@ -37,12 +37,13 @@ class CoarseGraph {
 
   // For each coarse cell, the measure-weighted mean of the vectors of its fine cells.
   Buffer<float> means_of(const PartVectors& vectors, ThreadTeam& team) const;
-  // add_far_arcs and add_part_costs change the arcs of the coarse graph; see far_arcs.hpp and
-  // OrderedGraph.
+  // add_far_arcs, add_part_costs and set_lengths change the arcs of the coarse graph; see
+  // far_arcs.hpp and OrderedGraph. `lengths` are in the order of the arcs.
   void add_far_arcs(ThreadTeam& team) { superfacets::add_far_arcs(graph_, kFarSteps, team); }
   void add_part_costs(const PartVectors& vectors, double factor, ThreadTeam& team) {
     graph_.add_part_costs(vectors, factor, team);
   }
+  void set_lengths(std::span<const float> lengths, ThreadTeam& team);
 
   // The fine cells are divided into ranges of consecutive cells. No coarse cell extends beyond a
   // range.
@@ -57,8 +58,9 @@ class CoarseGraph {
     return first_cells_[fine_place >> kRangeBits] + local_[fine_place];
   }
 
-  // (N,) coarse cell of each fine cell, indexed by the input index of the fine cell.
-  Buffer<Cell> coarse_cells(ThreadTeam& team) const;
+  // (N,) coarse cell of each fine cell, indexed by the input index of the fine cell. If `groups` has
+  // a group of each coarse cell, the group of each fine cell instead.
+  Buffer<Cell> coarse_cells(std::span<const Cell> groups, ThreadTeam& team) const;
 
   // Extends paths from coarse cells to fine cells. `lengths` and `labels` describe the path to each
   // coarse cell. A path to a fine cell is the shortest path that passes through the center of a

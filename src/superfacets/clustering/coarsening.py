@@ -45,13 +45,13 @@ MIN_REDUCTION = 2
 level."""
 
 
-def can_be_coarse(is_symmetric: bool, plan: Plan, loop: LoopOptions) -> bool:
+def can_be_coarse(graph: OrderedGraph, plan: Plan, loop: LoopOptions) -> bool:
     """Return whether the loop may start on coarse cells.
 
     It may not with seeds, `radius_factor`, ``tol=0``, one iteration, or arcs without equal reverse.
     """
     is_exact = loop.radius_factor is None and loop.tol > 0 and loop.max_num_iter > 1
-    return not plan.has_seeds and is_exact and is_symmetric
+    return not plan.has_seeds and is_exact and graph.is_symmetric
 
 
 @dataclass
@@ -71,32 +71,48 @@ class Coarsening:
     this case, the default seeding method is ``"curve"``."""
 
     @classmethod
-    def of(cls, graph: OrderedGraph, plan: Plan, n_threads: int) -> Coarsening:
-        """Build successively coarser graphs, as long as regions have enough coarse cells."""
+    def of(
+        cls, graph: OrderedGraph, plan: Plan, n_threads: int, begun: list[CoarseGraph]
+    ) -> Coarsening:
+        """Build successively coarser graphs, as long as regions have enough coarse cells.
+
+        `begun` is the finest coarse graph in a list, if it was built before.
+        """
         n_segments = plan.size.n_segments
+        coarse = _coarser(graph, plan, n_threads, begun)
         if not is_straight(graph):
-            enough = (CELLS_PER_REGION * n_segments, CELLS_PER_REGION * n_segments)
-            coarse = _coarser(graph, CELL_SIZES, enough, n_segments, n_threads)
             return cls(coarse, loops_on_all=not coarse)
-        finest, coarsest = FINEST_PER_REGION * n_segments, COARSEST_PER_REGION * n_segments
         if has_small_regions(graph, n_segments):
-            enough = (CELLS_PER_REGION * n_segments, coarsest)
-            coarse = _coarser(graph, (NEXT_CELL_SIZE,), enough, n_segments, n_threads)
             is_default = not plan.has_seeds and plan.init in (None, "curve")
             return cls(coarse, is_short=not coarse and n_segments >= MANY_REGIONS and is_default)
-        coarse = _coarser(graph, CELL_SIZES, (finest, coarsest), n_segments, n_threads)
-        n_fine = sum(level.graph.n_cells >= finest for level in coarse)
+        n_fine = sum(level.graph.n_cells >= FINEST_PER_REGION * n_segments for level in coarse)
         return cls(coarse, max(n_fine - 1, 0), loops_on_all=not coarse)
 
 
-def coarsened(
-    graph: OrderedGraph, plan: Plan, loop: LoopOptions, timings: dict[str, float]
-) -> Coarsening:
-    """Build the coarse graphs, if `can_be_coarse`, and record the run time in `timings`."""
-    if not can_be_coarse(graph.is_symmetric, plan, loop):
-        return Coarsening([])
+def finest_coarse(
+    graph: OrderedGraph, plan: Plan, loop: LoopOptions, n_least: int, timings: dict[str, float]
+) -> list[CoarseGraph]:
+    """Build the finest coarse graph, if it has about `n_least` cells; return it in a list."""
+    sizes, n_enough, _ = _rules(graph, plan)
+    size = next((size for size in sizes if graph.n_cells >= size * n_enough), 0)
+    if not size or graph.n_cells < size * n_least or not can_be_coarse(graph, plan, loop):
+        return []
     with timed(timings, "coarsen", loop.report):
-        return Coarsening.of(graph, plan, loop.n_threads)
+        return _coarser(graph, plan, loop.n_threads, [], most=1)
+
+
+def coarsened(
+    graph: OrderedGraph,
+    plan: Plan,
+    loop: LoopOptions,
+    timings: dict[str, float],
+    begun: list[CoarseGraph],
+) -> Coarsening:
+    """Build the coarse graphs after those of `begun`, if `can_be_coarse`; record the run time."""
+    if not can_be_coarse(graph, plan, loop):
+        return Coarsening([])
+    with timed(timings, "coarsen", None if begun else loop.report):
+        return Coarsening.of(graph, plan, loop.n_threads, begun)
 
 
 def has_small_regions(graph: OrderedGraph, n_segments: int) -> bool:
@@ -109,25 +125,39 @@ def is_straight(graph: OrderedGraph) -> bool:
     return graph.straight_unit > 0.0
 
 
-def _coarser(
-    graph: OrderedGraph,
-    sizes: tuple[int, ...],
-    enough: tuple[int, int],
-    n_segments: int,
-    n_threads: int,
-) -> list[CoarseGraph]:
-    """Build successively coarser graphs, and return them from the finest to the coarsest.
+def _rules(graph: OrderedGraph, plan: Plan) -> tuple[tuple[int, ...], int, int]:
+    """Return numbers of cells per cell of the finest coarse graph, in order of preference.
 
-    `enough` are minimum numbers of coarse cells, on the finest and on other levels. The first of
-    `sizes`, numbers of cells per coarse cell, that leaves enough is used on the finest level.
+    Also returns minimum numbers of coarse cells on the finest and on all other coarse levels.
     """
-    coarse: list[CoarseGraph] = []
-    n_enough, n_next = enough
-    while fitting := [size for size in sizes if graph.n_cells >= size * n_enough]:
+    n_segments = plan.size.n_segments
+    if not is_straight(graph):
+        return CELL_SIZES, CELLS_PER_REGION * n_segments, CELLS_PER_REGION * n_segments
+    coarsest = COARSEST_PER_REGION * n_segments
+    if has_small_regions(graph, n_segments):
+        return (NEXT_CELL_SIZE,), CELLS_PER_REGION * n_segments, coarsest
+    return CELL_SIZES, FINEST_PER_REGION * n_segments, coarsest
+
+
+def _coarser(
+    graph: OrderedGraph, plan: Plan, n_threads: int, coarse: list[CoarseGraph], most: int = 64
+) -> list[CoarseGraph]:
+    """Build up to `most` coarser graphs after those in `coarse`, from the finest to the coarsest.
+
+    The first number of cells per coarse cell that leaves enough is used on the finest level.
+    """
+    sizes, n_enough, n_next = _rules(graph, plan)
+    for level in coarse:
+        graph, sizes, n_enough = level.graph, (NEXT_CELL_SIZE,), n_next
+    while len(coarse) < most and (
+        fitting := [size for size in sizes if graph.n_cells >= size * n_enough]
+    ):
         larger = CoarseGraph(graph, fitting[0], n_threads)
         if larger.graph.n_cells > graph.n_cells / MIN_REDUCTION:
             break  # most cells have no neighbors with which they can be grouped
-        n_seeded = _core.n_cells_of_large_components(larger.graph, n_segments, n_threads)
+        n_seeded = _core.n_cells_of_large_components(
+            larger.graph, plan.size.n_segments, n_threads
+        )
         if n_seeded < ENOUGH_OF_SEEDED * n_enough:
             break  # most cells are in small components, which get no seeds
         coarse.append(larger)

@@ -103,7 +103,7 @@ def segment_checked(
         placed, arcs = plan.placed_cells(graph, graph.lengths, loop.n_threads)
         ordered = _core.OrderedGraph(placed, *arcs, loop.n_threads)
     timings: dict[str, float] = {}
-    coarsening = coarsened(ordered, plan, loop, timings)
+    coarsening = coarsened(ordered, plan, loop, timings, [])
     result = plan.whole(segment_cells(ordered, coarsening, graph.bounds, plan, loop))
     params = {**result.params, **features.params, **constraints.params}
     return replace(result, timings=timings | result.timings, params=params, cells=given)

@@ -6,9 +6,11 @@ import numpy as np
 
 from .. import _core
 from ..base.timing import Clock
-from ..base.types import Ints, Singles
+from ..base.types import ArcLists, Ints, Singles
+from ..clustering.coarsening import finest_coarse
 from ..clustering.plan import ArcLengths
 from ..weights.parts import BORDER_COEFFICIENTS, conducting_graph, embedding, strength_of_parts
+from .part_costs import groups_of_cells
 from .prepare import Prepared
 from .weigh import Lengths, Weighed
 
@@ -35,43 +37,73 @@ def normals_at_borders(prepared: Prepared, weighed: Weighed, clock: Clock) -> Si
         return (normals if inside is None else normals[inside.cells]).astype(np.float32)
 
 
+def begun_for_borders(
+    ordered: _core.OrderedGraph, normals: Singles | None, weighed: Weighed, clock: Clock
+) -> list[_core.CoarseGraph]:
+    """Build the finest coarse graph of the loop, if its cells are small enough to be grouped.
+
+    Groups for `add_borders` then consist of its cells, and costs between groups are also added to
+    its arcs.
+    """
+    if normals is None:
+        return []
+    return finest_coarse(ordered, weighed.plan, weighed.options.loop, N_GROUPS, clock.timings)
+
+
 def add_borders(
-    ordered: _core.OrderedGraph, arcs: ArcLengths, lengths: Lengths, normals: Singles | None,
-    weighed: Weighed, clock: Clock,
+    ordered: _core.OrderedGraph, begun: list[_core.CoarseGraph], arcs: ArcLengths,
+    lengths: Lengths, normals: Singles | None, weighed: Weighed, clock: Clock,
 ) -> tuple[ArcLengths, Lengths]:  # fmt: skip
     """Add a cost to arcs across which people probably draw borders, except on made things.
 
-    `normals` are those of `normals_at_borders`. `ordered` gets the new lengths of `arcs`, which are
-    inside the mask. Returns these arcs, and the lengths of all arcs.
+    `normals` are those of `normals_at_borders`, and `begun` is from `begun_for_borders`. `ordered`
+    and `begun` get new lengths of arcs. Returns `arcs`, which are inside the mask, with these
+    lengths, and the lengths of all arcs.
     """
     if normals is None:
         return arcs, lengths
-    plan, surface, graph = weighed.plan, weighed.surface, ordered
-    inside, n_threads = plan.inside, surface.n_threads
+    inside, n_threads = weighed.plan.inside, weighed.surface.n_threads
     with clock.timed("weights", begins=False):
-        widths = np.empty(0)  # of arcs between groups: `_core` estimates them
+        levels = [*begun]
+        graph = begun[-1].graph if begun else ordered
         if graph.n_cells >= MIN_GROUPED:
-            groups = _core.CoarseGraph(graph, graph.n_cells // N_GROUPS, n_threads)
-            group_of, graph = groups.coarse_cells(n_threads), groups.graph
-            normals = groups.means_of(normals, NO_GROUPS, n_threads).reshape(-1, 3)
-            between = groups.arcs()[:2]
-        else:
-            group_of, between = NO_GROUPS, arcs[:2]
-            widths = surface.arc_measures().border_lengths
-            widths = widths if inside is None else widths[inside.arcs]
-        crease_cost = weighed.options.weights.crease_cost(plan.size.radius)
-        base = conducting_graph(graph, crease_cost, n_threads)
-        vectors = embedding(base, graph, n_threads)
-        rates = _core.border_rates(
-            graph, *between, widths, normals, vectors, BORDER_COEFFICIENTS, n_threads
-        )
-        cost = strength_of_parts(base) * BORDER_FACTOR * plan.size.radius / graph.straight_unit
-        values = _core.add_group_costs(
-            *arcs, group_of, *between, np.float32(cost) * rates, n_threads
-        )
+            levels.append(_core.CoarseGraph(graph, graph.n_cells // N_GROUPS, n_threads))
+        for level in levels:
+            normals = level.means_of(normals, NO_GROUPS, n_threads).reshape(-1, 3)
+        between, costs = _costs_between(levels, (ordered, arcs), normals, weighed)
+        group_of = groups_of_cells(levels, n_threads)
+        values = _core.add_group_costs(*arcs, group_of, *between, costs, n_threads)
         arcs = (*arcs[:2], values)
         ordered.set_lengths(*arcs, n_threads)
+        for level in begun:
+            coarse, group_of = level.arcs(), groups_of_cells(levels[1:], n_threads)
+            values = _core.add_group_costs(*coarse, group_of, *between, costs, n_threads)
+            level.set_lengths(values, n_threads)
         if inside is not None:
             values = lengths.values.copy()
             values[inside.arcs] = arcs[2]
-        return arcs, lengths._replace(values=values)
+        return arcs, lengths._replace(values=arcs[2] if inside is None else values)
+
+
+def _costs_between(
+    levels: list[_core.CoarseGraph], cells: tuple[_core.OrderedGraph, ArcLengths],
+    normals: Singles, weighed: Weighed,
+) -> tuple[ArcLists, Singles]:  # fmt: skip
+    """Return arcs of the last graph in `levels`, or else of `cells`, and the cost of each arc."""
+    plan, surface, (graph, arcs) = weighed.plan, weighed.surface, cells
+    inside, n_threads = plan.inside, surface.n_threads
+    if levels:
+        graph, between = levels[-1].graph, levels[-1].arcs()[:2]
+        widths = np.empty(0)  # of arcs between groups: `_core` estimates them
+    else:
+        between, widths = arcs[:2], surface.arc_measures().border_lengths
+        widths = widths if inside is None else widths[inside.arcs]
+    base = conducting_graph(
+        graph, weighed.options.weights.crease_cost(plan.size.radius), n_threads
+    )
+    rates = _core.border_rates(
+        graph, *between, widths, normals, embedding(base, graph, n_threads), BORDER_COEFFICIENTS,
+        n_threads,
+    )  # fmt: skip
+    cost = strength_of_parts(base) * BORDER_FACTOR * plan.size.radius / graph.straight_unit
+    return between, np.float32(cost) * rates

@@ -102,7 +102,7 @@ class PartCosts:
         vectors = embedding(base, embedded, n_threads)
         strength = strength_of_parts(base)
         factor = strength * gamma * scale(base, vectors, n_threads) / graph.straight_unit
-        return cls(vectors, _group_of(levels, n_threads), factor)
+        return cls(vectors, groups_of_cells(levels, n_threads), factor)
 
     def add_to(
         self, coarse: list[_core.CoarseGraph], group_of: Ints | None, n_threads: int
@@ -126,13 +126,13 @@ class PartCosts:
         return _core.add_part_costs(*arcs, lengths, self.group_of, self.vectors, factor, n_threads)
 
 
-def _group_of(levels: list[_core.CoarseGraph], n_threads: int) -> Ints:
+def groups_of_cells(levels: list[_core.CoarseGraph], n_threads: int) -> Ints:
     """Return, for each cell, its cell in the last graph of `levels`; empty if there is none."""
     if not levels:
         return EACH_ALONE
-    found = levels[0].coarse_cells(n_threads)
-    for level in levels[1:]:
-        found = level.coarse_cells(n_threads)[found]
+    found = levels[-1].coarse_cells(n_threads)
+    for level in reversed(levels[:-1]):
+        found = level.groups_of_cells(found, n_threads)
     return found
 
 
