@@ -20,6 +20,14 @@ Buffer<double> exponentials_of(Doubles x) {
   return powers;
 }
 
+// Rounds to single precision.
+Buffer<float> narrowed(Doubles values, ThreadTeam& team) {
+  Buffer<float> found(values.size());
+  team.for_each_index(std::ssize(values),
+                      [&](std::int64_t i) { found[i] = static_cast<float>(values[i]); });
+  return found;
+}
+
 // Python context manager that creates a C++ scope object on entry and destroys it on exit. Entry
 // and exit must be on the same thread.
 template <typename Scope, typename... Settings>
@@ -54,6 +62,7 @@ void bind_base(nb::module_& module) {
   Context<TeamScope>::bind(module, "Workspace");
   module.def("arctangents", serial(&arctangents_of), "y"_a, "x"_a, "instruction_set"_a);
   module.def("sum_of", threaded(&sum_of), "values"_a, "n_threads"_a);
+  module.def("narrowed", threaded(&narrowed), "values"_a, "n_threads"_a);
   module.def("exponentials", serial(&exponentials_of), "x"_a);
 }
 

@@ -82,6 +82,7 @@ void bind_mesh(nb::module_& module) {
   module.def("count_degenerate", serial(&count_degenerate), "vertices"_a, "faces"_a);
   module.def("subdivide", threaded<kMinSubdivided>(&subdivide), "vertices"_a, "faces"_a,
              "max_edge"_a, "max_faces"_a, "n_threads"_a);
+  module.def("weighted_mean", threaded(&weighted_mean), "positions"_a, "weights"_a, "n_threads"_a);
   module.def("signed_volume", threaded(&signed_volume), "vertices"_a, "faces"_a, "origin"_a,
              "n_threads"_a);
 }

@@ -86,14 +86,16 @@ OrderedGraph::OrderedGraph(PlacedCells&& placed, Buffer<std::int64_t> all_offset
       arcs(std::move(all_arcs)),
       n_arcs(static_cast<std::int64_t>(arcs.size())),
       is_symmetric(true),
-      straight_unit(unit) {
+      straight_unit(unit),
+      units_per_length(unit > 0.0 ? 1.0 / unit : 0.0) {
   SUPERFACETS_ASSERT(std::cmp_equal(offsets.size(), n_cells() + 1));
 }
 
 OrderedGraph::OrderedGraph(PlacedCells&& placed, const WeightedArcs& input, ThreadTeam& team)
     : PlacedCells(std::exchange(placed, {})),
       n_arcs(input.arcs.n_arcs()),
-      straight_unit(input.straight_unit) {
+      straight_unit(input.straight_unit),
+      units_per_length(straight_unit > 0.0 ? 1.0 / straight_unit : 0.0) {
   SUPERFACETS_ASSERT(input.arcs.are_valid() && input.arcs.n_cells() == n_cells());
   if (fits_rows(input, team)) {
     arcs = Buffer<Arc>(std::size_t{kRow} * n_cells());

@@ -101,7 +101,7 @@ class OrderedGraph : public PlacedCells {
   // Crease cost of an arc: its length minus the straight distance between its ends, in quantized
   // units.
   double crease_cost(Place from, const Arc& arc) const {
-    const double straight = norm(positions[arc.to] - positions[from]) / straight_unit;
+    const double straight = norm(positions[arc.to] - positions[from]) * units_per_length;
     return std::max(0.0, static_cast<double>(arc.length) - straight);
   }
 
@@ -124,6 +124,7 @@ class OrderedGraph : public PlacedCells {
   // and straight_unit is one quantized unit in the unit of the positions. If 0: arcs have arbitrary
   // lengths.
   double straight_unit = 0.0;
+  double units_per_length = 0.0;  // 1 / straight_unit, or 0
   // Coarse cells do not extend across arcs whose crease cost is at least this value (see
   // coarse_graph.hpp).
   double crease_limit = HUGE_VAL;

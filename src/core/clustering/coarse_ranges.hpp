@@ -87,7 +87,7 @@ struct CrossingLengths {
   // cells.
   float of(Cell from, Cell to, float least) const {
     if (positions.empty()) return least;
-    const double straight = norm(positions[to] - positions[from]) / fine.straight_unit;
+    const double straight = norm(positions[to] - positions[from]) * fine.units_per_length;
     return static_cast<float>(std::max(1.0, round_to_whole(straight + double{least})));
   }
 };

@@ -139,6 +139,21 @@ std::int64_t count_degenerate(std::span<const Point> vertices, std::span<const T
   });
 }
 
+Point weighted_mean(std::span<const Point> positions, std::span<const double> weights,
+                    ThreadTeam& team) {
+  const auto mean_of = [&](double Point::* axis) {
+    const auto add = [&](std::int64_t begin, std::int64_t end) {
+      double sum = 0.0;
+      for (std::int64_t i = begin; i < end; ++i) sum += weights[i] * (positions[i].*axis);
+      return sum;
+    };
+    return sum_of_blocks(std::ssize(weights), add, team);
+  };
+  const double total = sum_of(weights, team);
+  if (!(total > 0.0)) return positions.front();
+  return (1.0 / total) * Point{mean_of(&Point::x), mean_of(&Point::y), mean_of(&Point::z)};
+}
+
 double signed_volume(std::span<const Point> vertices, std::span<const Triangle> faces, Point origin,
                      ThreadTeam& team) {
   const auto n_faces = static_cast<std::int64_t>(faces.size());

@@ -58,6 +58,11 @@ Point unit_normal(std::span<const Point> vertices, const Triangle& face);
 // Number of faces that have no normal.
 std::int64_t count_degenerate(std::span<const Point> vertices, std::span<const Triangle> faces);
 
+// Mean of one or more positions with weights >= 0; the first position if all weights are 0. The
+// result has the same bits for any number of threads.
+Point weighted_mean(std::span<const Point> positions, std::span<const double> weights,
+                    ThreadTeam& team);
+
 // Volume enclosed by the faces of a closed mesh, negative if their normals point inwards. `origin`
 // should be near the mesh. The result has the same bits for any number of threads.
 double signed_volume(std::span<const Point> vertices, std::span<const Triangle> faces, Point origin,

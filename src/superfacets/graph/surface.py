@@ -188,12 +188,7 @@ def _signed_volume(mesh: FaceMesh, graph: FaceGraph, n_threads: int) -> float:
     """Return the volume of a mesh, negative if its normals point inward, or 0 for an open mesh."""
     if graph.edge_counts.boundary:
         return 0.0
-    positions, measures = graph.positions, graph.measures
     # If faces are inconsistently oriented, the volume depends on the origin. The centroid is used
-    # as origin, so that the volume does not change under rigid motion. `einsum` is used instead of
-    # ``measures @ positions``, because the matrix product would start BLAS threads, and their
-    # waiting would slow down the following computations.
-    total = _core.sum_of(measures, n_threads)
-    moment = np.einsum("i,ij->j", measures, positions)
-    x, y, z = (moment / total if total else positions[0]).tolist()
-    return signed_volume(mesh, (x, y, z), n_threads)
+    # as origin, so that the volume does not change under rigid motion.
+    origin = _core.weighted_mean(graph.positions, graph.measures, n_threads)
+    return signed_volume(mesh, origin, n_threads)

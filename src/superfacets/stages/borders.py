@@ -33,8 +33,9 @@ def normals_at_borders(prepared: Prepared, weighed: Weighed, clock: Clock) -> Si
         return None
     with clock.timed("weights", begins=False):
         normals = prepared.kind.normals(weighed.surface, prepared.graph, prepared.shapes)
-        inside = weighed.plan.inside
-        return (normals if inside is None else normals[inside.cells]).astype(np.float32)
+        inside, n_threads = weighed.plan.inside, weighed.surface.n_threads
+        normals = normals if inside is None else normals[inside.cells]
+        return _core.narrowed(normals.reshape(-1), n_threads).reshape(-1, 3)
 
 
 def begun_for_borders(

@@ -5,6 +5,8 @@ from __future__ import annotations
 import warnings
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from .._core import OrderedGraph
 from ..base.checks import counted
 from ..base.errors import BalanceWarning, RadiusWarning, SliverWarning
@@ -19,7 +21,6 @@ from ..clustering.plan import ArcLengths
 from ..clustering.result import Segmentation
 from ..clustering.run import segment_cells
 from ..mesh.base import Cells
-from ..mesh.faces import inverse_of
 from ..weights.features import FeatureCosts
 from ..weights.formulas import creases_of
 from .notes import radius_note, sliver_advice, warn_of_islands
@@ -133,7 +134,8 @@ def finish(
     """Restore the input order of cells, and add timings and parameters to the result."""
     result = weighed.plan.whole(result)
     if input_index is not None:  # input_index[i] is the input index of cell i
-        labels = result.labels[inverse_of(input_index)]
+        labels = np.empty_like(result.labels)
+        labels[input_index] = result.labels
         result = replace(result, labels=labels, centers=input_index[result.centers])
     timings = clock.timings | result.timings
     if "regions" in timings:
