@@ -65,6 +65,17 @@ def test_labels_in_the_mesh_are_taken(run, tmp_path):
     assert np.array_equal(np.load(tmp_path / "cut.npy"), cut_borders(mesh, given).labels)
 
 
+@pytest.mark.parametrize("command", [["convert"], ["segment", "-n", 40], ["cut", "-n", 40]])
+def test_names_of_solids_come_through(run, tmp_path, command):
+    mesh = shapes.bumpy_sheet(12)
+    halves = mesh.vertices[mesh.faces[:, 0], 0] > np.median(mesh.vertices[:, 0])
+    write_mesh(tmp_path / "in.stl", mesh, halves.astype(int), classes=["inlet", "outlet"])
+    out = tmp_path / "out.stl"
+    assert run(command[0], tmp_path / "in.stl", *command[1:], "-o", out)[0] == 0
+    names = [line.split()[1] for line in out.read_text().splitlines() if line[:5] == "solid"]
+    assert {name.split("_")[0] for name in names} - {"region"} == {"inlet", "outlet"}
+
+
 def test_the_default_output_lies_beside_the_input(run, sheet):
     assert run("cut", sheet, "-n", 4)[0] == 0
     cut = read_mesh(sheet.with_name("sheet.superfacets.ply"))

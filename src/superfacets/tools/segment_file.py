@@ -41,6 +41,7 @@ from ..mesh.base import Cells
 from ..mesh.convert import as_mesh
 from ..mesh.weld import checked_weld
 from ..pipeline import segment
+from ..regions.border_cut import BorderCut
 from ..stages.options import SegmentOptions
 from ..stages.prepare import Prepared, prepare
 from ..stages.presets import OTHER_NAMES
@@ -339,9 +340,9 @@ def _segmented(
 
 
 def attributes_of_parts(
-    attributes: MeshAttributes, source: Cells, parts: Subdivision
+    attributes: MeshAttributes, source: Cells, parts: Subdivision | BorderCut
 ) -> MeshAttributes:
-    """Return the attributes of faces after subdivision; `left_out` names the others."""
+    """Return the attributes of parts of faces; `left_out` names the others."""
     declared = {**attributes.declared}
     for name in attributes.vertex:
         declared[f"vertex property {name}"] = "which new vertices do not have"
@@ -354,6 +355,6 @@ def attributes_of_parts(
             texture, as_mesh(source), parts.mesh, parts.sources
         )
         if texture is None:
-            declared["texture"] = "because subdivision replaces polygons by triangles"
+            declared["texture"] = "because triangles replace the polygons"
     return MeshAttributes(face=face, comments=attributes.comments, declared=declared,
                           names=attributes.names, texture=texture)  # fmt: skip
