@@ -90,7 +90,6 @@ from .files.writers.cells import FormatOptions as FormatOptions
 
 # Whole files
 from .tools.segment_file import FileOptions as FileOptions
-from .tools.segment_file import attributes_of_parts as attributes_of_parts
 from .files.writers.write import OutputFiles as OutputFiles
 from .files.writers.write import Written as Written
 from .tools.sources import InputFile as InputFile

@@ -200,8 +200,7 @@ def cut_command(mesh: Path, n_segments: int | None, labels: Path | None, **given
             found = segment(surface, n_segments, n_threads=n_threads).labels
             names = np.arange(found.max() + 1)
         cut = cut_borders(surface, found, n_threads=n_threads)
-        kept = None if attributes is None else kit.attributes_of_parts(attributes, surface, cut)
-        return cut, kept, names
+        return cut, kit.CellData(surface, attributes).attributes_of(cut), names
 
     cut, attributes, names = run_in_background(compute)
     job.write(cut.mesh, np.append(names, -1)[cut.labels].astype(np.int32), attributes)

@@ -12,7 +12,7 @@ from typing import NoReturn
 
 import click
 
-import superfacets
+from superfacets import __version__
 from superfacets.kit import Table
 
 from .failures import EXIT_DATA, EXIT_USAGE, FAILURES, message_of, print_error, print_note
@@ -144,7 +144,7 @@ def _is_input(text: str) -> bool:
 def _in_python(name: str) -> str | None:
     """Return advice on the function that is called like a command or an option, or None."""
     words = name.strip("-").replace("-", "_")
-    found = [each for each in dir(superfacets) if f"{each}_".startswith(f"{words}_")]
+    found = [each for each in dir(sys.modules["superfacets"]) if f"{each}_".startswith(f"{words}_")]
     return f"in Python: superfacets.{found[0]}" if found else None
 
 
@@ -155,7 +155,7 @@ def _in_python(name: str) -> str | None:
     subcommand_metavar="COMMAND|FILE [-h] [ARGS]...",
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-@click.version_option(superfacets.__version__, message="superfacets %(version)s")
+@click.version_option(__version__, message="superfacets %(version)s")
 @click.pass_context
 def commands(ctx: click.Context) -> None:
     """Divide meshes into compact, connected regions whose borders follow creases."""
