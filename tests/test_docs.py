@@ -167,11 +167,12 @@ def test_gmsh_reads_regions_of_the_cad_page_as_surfaces(tmp_path, monkeypatch):
     whole = shapes.drilled_block(16)
     part = shapes.soup(whole)  # as in an STL file
     labels = sf.segment(part, 1, barriers=sf.sharp_edges(part, 30)).labels
-    names = {"part": part, "labels": labels, "np": np, "sf": sf}
-    exec(cad_block("gmsh"), names)
+    classes = np.array(["wall", "hole"])[np.arange(labels.max() + 1) % 2]
+    exec(cad_block("gmsh"), {"part": part, "labels": labels, "classes": classes, "np": np})
     written = meshio.read("part.msh")
-    for name in "gmsh:geometrical", "gmsh:physical":
-        assert np.array_equal(written.cell_data[name][0], labels + 1)
+    assert np.array_equal(written.cell_data["gmsh:geometrical"][0], labels + 1)
+    walls = written.cell_data["gmsh:physical"][0] == written.field_data["wall"][0]
+    assert np.array_equal(walls, classes[labels] == "wall")
     faces = written.cells_dict["triangle"]
     assert np.array_equal(written.points[faces], part.vertices[part.faces])
     edges = part.n_faces * 3 // 2

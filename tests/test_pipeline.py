@@ -355,7 +355,7 @@ def test_each_seeding_of_the_paper_gives_its_own_regions(sheet):
     ({"alpha": -1}, ValueError, "alpha must be finite and not negative, got -1"),
     ({"weights": "stk"}, ValueError,
      "weights must be one of parts, creases, superfacets, got 'stk'"),
-    ({"weights": [1.0, 2.0]}, ValueError, "weights must have one value per arc"),
+    ({"weights": [1.0, 2.0]}, ValueError, "one value per arc.*; for values of cells, use features"),
     ({"init": "here"}, ValueError, "init must be one of"),
     ({"init": "flood"}, ValueError, "init must be one of geodesic, curve, farthest"),
     ({"max_num_iter": -1}, ValueError, "max_num_iter must be at least 0"),

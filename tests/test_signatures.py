@@ -115,15 +115,18 @@ def test_results_of_other_functions_are_named_by_their_class():
         name = type(given).__name__
         with pytest.raises(TypeError, match=f"^expected a mesh, got {name}$"):
             sf.hierarchy(given, [1])
-        with pytest.raises(TypeError, match=f"^expected labels, got {name}$"):
+        hint = ": pass its .labels" if hasattr(given, "labels") else ""
+        with pytest.raises(TypeError, match=f"^expected labels, got {name}{hint}$"):
             sf.region_graph(SHEET, given)
         with pytest.raises(TypeError, match=f"^expected a path, got {name}$"):
             sf.write_mesh(given, SHEET)
+    with pytest.raises(TypeError, match=r"^expected a mesh, got Prepared: pass its \.source$"):
+        sf.hierarchy(sf.prepare(SHEET), [1])
 
 
 @pytest.mark.parametrize("case", WRONG)
 def test_arguments_in_the_wrong_order_are_named(case):
     call, words = WRONG[case]
-    order = "the path comes first, then the mesh, then the labels"
+    order = "the (path comes first, then the mesh, then|mesh comes first, then) the labels"
     with pytest.raises(TypeError, match=rf"^expected {words}: {order}$"):
         call()

@@ -113,12 +113,11 @@ class _Run:
     def _read(self, job: Job) -> tuple[Cells, GivenLabels | None, MeshAttributes | None]:
         name = self.given["labels_named"]
         source = read_input(job.input, self.given["format"])
-        keep = job.keeps_attributes
-        if self.folder is not None:
-            keep = not self.given["drop_attributes"]
+        keep = job.keeps_attributes if self.folder is None else not self.given["drop_attributes"]
         cells, attributes = source.cells_and_attributes(keep=keep)
         if self.labels is not None:
             return cells, given_labels(source, cells, self.labels, name), attributes
-        labels = source.labels(cells.n_cells, name)
+        or_parts = job.endings.isdisjoint(FORMATS.cell_outputs)
+        labels = source.labels(cells.n_cells, name, or_parts=or_parts)
         given = None if labels is None else GivenLabels(Path(job.input), labels, False)
         return cells, given, attributes

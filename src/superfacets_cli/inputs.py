@@ -98,9 +98,10 @@ def ranked_labels_beside(
     no labels, or if all labels are -1.
     """
     of_file = None if labels is None else given_labels(source, cells, labels, name)
-    given = (
-        source.labels(cells.n_cells, name) if of_file is None else labels_of_cells(cells, of_file)
-    )
+    if of_file is None:
+        given = source.labels(cells.n_cells, name, or_parts=True)
+    else:
+        given = labels_of_cells(cells, of_file)
     if given is None:
         raise MeshError(f"{source.name} has no labels: give a label file as LABELS")
     compact, names = kit.ranked_labels(given)

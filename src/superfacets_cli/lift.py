@@ -8,16 +8,7 @@ from typing import Any, get_args
 import click
 import numpy as np
 
-from superfacets import (
-    BorderCut,
-    MeshAttributes,
-    MeshError,
-    cut_borders,
-    kit,
-    lift,
-    segment,
-    transfer,
-)  # fmt: skip
+from superfacets import MeshAttributes, MeshError, cut_borders, kit, lift, segment, transfer
 from superfacets.kit import Array, Cells, Ints
 from superfacets_scans import GROUPS, SEGMENTS, LiftedLabels, Overlap
 
@@ -183,6 +174,7 @@ def transfer_command(
 )  # fmt: skip
 @one_output_options("the cut mesh with its labels, or the labels of its faces alone", "IN")
 @opts.format_option("IN")
+@opts.drop_attributes_option("IN")
 def cut_command(mesh: Path, n_segments: int | None, labels: Path | None, **given: Any) -> None:
     """Cut a mesh along smooth borders of its regions.
 
@@ -194,12 +186,12 @@ def cut_command(mesh: Path, n_segments: int | None, labels: Path | None, **given
         raise click.UsageError("give -n or LABELS, not both")
     job = one_job(mesh, given, (labels,))
 
-    def compute() -> tuple[BorderCut, Array]:
-        source = read_input(str(mesh), given["format"])
-        surface, name, n_threads = source.cells(), given["labels_named"], given["n_threads"]
-        if not kit.kind_of(surface).has_faces:
+    def compute() -> tuple[Any, MeshAttributes | None, Array]:
+        source, name = read_input(str(mesh), given["format"]), given["labels_named"]
+        cells, attributes = source.cells_and_attributes(keep=job.keeps_attributes)
+        if not kit.kind_of(cells).has_faces:
             raise MeshError(f"{mesh}: a mesh of faces is needed")
-        surface = kit.as_mesh(surface)
+        surface, n_threads = kit.as_mesh(cells), given["n_threads"]
         job.outputs.check_fit(surface)
         has_labels = labels is not None or source.labels(surface.n_cells, name) is not None
         if n_segments is None and has_labels:
@@ -207,10 +199,11 @@ def cut_command(mesh: Path, n_segments: int | None, labels: Path | None, **given
         else:
             found = segment(surface, n_segments, n_threads=n_threads).labels
             names = np.arange(found.max() + 1)
-        return cut_borders(surface, found, n_threads=n_threads), names
+        cut = cut_borders(surface, found, n_threads=n_threads)
+        return cut, kit.CellData(surface, attributes).attributes_of(cut), names
 
-    cut, names = run_in_background(compute)
-    job.write(cut.mesh, np.append(names, -1)[cut.labels].astype(np.int32))
+    cut, attributes, names = run_in_background(compute)
+    job.write(cut.mesh, np.append(names, -1)[cut.labels].astype(np.int32), attributes)
     n_regions, n_kept = len(cut.is_kept), int(np.count_nonzero(cut.is_kept))
     n_new = cut.mesh.n_faces
     facts = {

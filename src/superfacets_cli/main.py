@@ -105,8 +105,9 @@ class LazyGroup(click.Group):
         if name not in known and _is_input(name):
             return super().resolve_command(ctx, ["segment", *args])
         near = get_close_matches(name, known, 1)
-        if name not in known and near:
-            raise click.UsageError(f"No such command {name!r}: did you mean {near[0]}?", ctx)
+        advice = f"did you mean {near[0]}?" if near else _in_python(name)
+        if name not in known and advice:
+            raise click.UsageError(f"No such command {name!r}: {advice}", ctx)
         return super().resolve_command(ctx, args)
 
     def list_commands(self, ctx: click.Context) -> list[str]:
@@ -125,10 +126,8 @@ class LazyGroup(click.Group):
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the list of commands."""
         others = {name: f"From {target!r}." for name, target in _other_commands().items()}
-        for title, summaries in {
-            **GROUPS,
-            **({"Other packages": others} if others else {}),
-        }.items():
+        groups = GROUPS | ({"Other packages": others} if others else {})
+        for title, summaries in groups.items():
             with formatter.section(title):
                 formatter.write_dl(list(summaries.items()))
 
@@ -140,6 +139,13 @@ def _is_input(text: str) -> bool:
     from superfacets.kit import FORMATS  # slow to import
 
     return text.lower().endswith(FORMATS.cells)
+
+
+def _in_python(name: str) -> str | None:
+    """Return advice on the function that is called like a command or an option, or None."""
+    words = name.strip("-").replace("-", "_")
+    found = [each for each in dir(sys.modules["superfacets"]) if f"{each}_".startswith(f"{words}_")]
+    return f"in Python: superfacets.{found[0]}" if found else None
 
 
 @click.group(
@@ -165,6 +171,7 @@ OTHER_OPTIONS = {
     **dict.fromkeys(("-j", "--jobs", "--n-jobs", "--num-threads"), "use --threads"),
     **dict.fromkeys(("--voxel-size", "--seed-resolution"), "use --radius, in the unit of the file"),
     **dict.fromkeys(("--gpu", "--cuda", "--device"), "leave it out: computations run on the CPU"),
+    **dict.fromkeys(("-n", "--n-segments", "-r"), "superfacets segment makes the regions"),
     **dict.fromkeys(("--min-size", "--segMinVerts"), "merge small regions in Python instead"),
 }  # fmt: skip
 """What to write instead of options of other tools."""
@@ -173,10 +180,12 @@ OTHER_OPTIONS = {
 def _text_of(error: click.UsageError) -> str:
     """Return the message of a usage error, with advice on an option of another tool."""
     if not isinstance(error, click.NoSuchOption) or error.ctx is None:
-        return error.format_message()
+        is_of_studio = error.ctx is not None and error.ctx.info_name == "studio"
+        where = ": import labels in the browser" if is_of_studio and "extra" in str(error) else ""
+        return f"{error.format_message()}{where}"
     if isinstance(error.ctx.command, click.Group):
         return f"{error.format_message()} (options follow the command, or the file)"
-    advice = OTHER_OPTIONS.get(error.option_name)
+    advice = OTHER_OPTIONS.get(error.option_name) or _in_python(error.option_name)
     known = {name for each in error.ctx.command.params for name in each.opts}
     words = (advice or "").replace(",", "").split()
     if advice is None or (words[0] == "use" and words[1] not in known):

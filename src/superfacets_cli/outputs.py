@@ -123,12 +123,8 @@ def print_report(
         outputs = [*files, *([opts.STANDARD_STREAM] if has_stream else [])]
         click.echo(json.dumps({"file": input, **facts, "outputs": outputs}), err=has_stream)
     elif not is_quiet():
-        click.echo(
-            "\n".join(
-                [*(f"wrote {name}" for name in files), f"{name_of(Path(input).name)}: {text}"]
-            ),
-            err=has_stream,
-        )
+        lines = [*(f"wrote {name}" for name in files), f"{name_of(Path(input).name)}: {text}"]
+        click.echo("\n".join(lines), err=has_stream)
 
 
 def _labeled(path: Path, noun: str) -> str:

@@ -22,8 +22,7 @@ def write_borders(
     In VTP, the numbers of the two regions are the cell data ``low`` and ``high``; `write_vtk` is
     `superfacets_formats.write_vtk_xml`, which this package does not import.
     """
-    whole = [lines.line(i) for i in range(len(lines))]
-    rows = [np.append(row, row[: int(lines.is_closed[i])]) for i, row in enumerate(whole)]
+    rows = lines.paths
     used, along = np.unique(np.concatenate([np.empty(0, int), *rows]), return_inverse=True)
     ends = np.cumsum([*map(len, rows)], dtype=np.int64)
     low, high = np.append(names, -1)[lines.regions].astype(np.int32).T  # -1 at the boundary

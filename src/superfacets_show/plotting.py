@@ -295,6 +295,8 @@ def _values_of(cells: Cells, labels: Any, color_by: Any, n_series: int) -> Float
     """Return one value per cell, (N,): NaN if the value is missing or the cell has no region."""
     if isinstance(color_by, str):
         columns = RegionGraph.column_names(kit.kind_of(cells).dimension)
+        singular = color_by.removesuffix("s")  # the attribute of the column "area" is `areas`
+        color_by = singular if singular in columns else color_by
         kit.checked_choice(color_by, "color_by", columns)
     if labels is None:
         if isinstance(color_by, str):

@@ -73,7 +73,7 @@ def test_the_sides_of_a_cube(is_cut):
     for flat in (graph.linearity, graph.sphericity, graph.surface_variation):
         assert flat == pytest.approx(np.zeros(6), abs=1e-12)
     assert repr(graph) == (
-        "RegionGraph(6 regions, 12 arcs; .to_pandas(), .to_networkx(), .to_scipy(), .to_pyg())"
+        "RegionGraph(6 regions, 12 pairs; .to_pandas(), .to_networkx(), .to_scipy(), .to_pyg())"
     )
 
 
@@ -425,6 +425,7 @@ def test_a_graph_of_networkx():
     assert graph.nodes[0]["area"] == 2
     assert type(graph.nodes[0]["cell_count"]) is int
     assert graph.edges[1, 2]["concavity"] == pytest.approx(-QUARTER)
+    assert graph.edges[1, 2]["weight"] == graph.edges[1, 2]["border_length"] == 1
 
 
 def test_a_matrix_of_scipy():

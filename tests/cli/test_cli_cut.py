@@ -65,6 +65,30 @@ def test_labels_in_the_mesh_are_taken(run, tmp_path):
     assert np.array_equal(np.load(tmp_path / "cut.npy"), cut_borders(mesh, given).labels)
 
 
+@pytest.fixture
+def named(tmp_path):
+    mesh = shapes.bumpy_sheet(12)
+    halves = mesh.vertices[mesh.faces[:, 0], 0] > np.median(mesh.vertices[:, 0])
+    write_mesh(tmp_path / "in.stl", mesh, halves.astype(int), classes=["inlet", "outlet"])
+    return tmp_path / "in.stl"
+
+
+@pytest.mark.parametrize("command", [["convert"], ["segment", "-n", 40], ["cut", "-n", 40]])
+def test_names_of_solids_come_through(run, named, tmp_path, command):
+    out = tmp_path / "out.stl"
+    assert run(command[0], named, *command[1:], "-o", out)[0] == 0
+    names = [line.split()[1] for line in out.read_text().splitlines() if line[:5] == "solid"]
+    assert {name.split("_")[0] for name in names} - {"region"} == {"inlet", "outlet"}
+
+
+def test_solids_are_regions_where_only_labels_are_wanted(run, named, tmp_path):
+    out = tmp_path / "out.npy"
+    assert run("convert", named, "-o", out)[0] == 0
+    assert np.array_equal(np.load(out), read_labels(named))
+    assert "2 regions" in run("regions", named)[2]
+    assert "segment makes the regions" in run("regions", named, "-n", 9)[2]
+
+
 def test_the_default_output_lies_beside_the_input(run, sheet):
     assert run("cut", sheet, "-n", 4)[0] == 0
     cut = read_mesh(sheet.with_name("sheet.superfacets.ply"))

@@ -172,6 +172,7 @@ def test_a_command_that_is_not_there_is_one_line_that_names_the_nearest(run):
         status, _, err = run(wrong, "scan.ply")
         assert (status, err.count("\n")) == (2, 1)
         assert f"No such command '{wrong}': did you mean {meant}?" in err
+    assert "No such command 'cad': in Python: superfacets.cad_faces" in run("cad", "part.stl")[2]
 
 
 def test_a_file_in_place_of_a_command_is_segmented(run, sheet, tmp_path):

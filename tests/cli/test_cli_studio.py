@@ -59,6 +59,7 @@ def test_options_are_handed_on(run, sheet, served, tmp_path):
         assert (status, len(served), document.journal.path) == (0, 1, work)
         assert document.revision.n_regions == 9
         assert [entry["name"] for entry in document.class_list] == ["roof", "wall"]
+    assert "(a.npy): import labels in the browser" in run("studio", sheet, "a.npy")[2]
 
 
 def test_a_port_in_use_is_an_error(run, sheet, served):

@@ -328,6 +328,10 @@ class TestObj:
         write_mesh(tmp_path / "c.obj", house, [17, 2], classes=["a #1\\", "a #1\\"])
         lines = (tmp_path / "c.obj").read_text().splitlines()
         assert lines[5:] == ["g a__1_", "f 4 3 5", "f 1 2 3 4"]  # one group per class
+        mesh = Mesh(house.vertices, [[0, 1, 2], [3, 2, 4], [0, 1, 4]])
+        write_mesh(tmp_path / "d.obj", mesh, [0, 1, 2], classes=["wall", "lid", "wall"])
+        groups = (tmp_path / "d.obj").read_text().splitlines()[5:]
+        assert groups == ["g wall", "f 1 2 3", "f 1 2 5", "g lid", "f 4 3 5"]
         write_mesh(tmp_path / "b.obj", house)
         assert (tmp_path / "b.obj").read_text().splitlines()[5:] == ["f 1 2 3 4", "f 4 3 5"]
         assert read_mesh(tmp_path / "b.obj").sizes.tolist() == [4, 3]
@@ -472,6 +476,7 @@ class TestNamesAndVertices:
         [
             ("a.ply", {"label_name": "Label"}, ValueError,
              r"label_name needs an output with the ending \.vtp or \.vtu or \.vtk"),
+            ("a.msh", {}, MeshError, r"got \.msh \(meshio writes it\)"),
             ("a.vtp", {"label_name": ""}, ValueError,
              "label_name must be one line of printable text, got ''"),
             ("a.vtp", {"label_name": 3}, ValueError,

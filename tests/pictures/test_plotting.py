@@ -153,7 +153,7 @@ def test_a_column_of_the_table_of_regions_is_known_by_name(gl):
     labels[labels < 0] = -1
     compact = np.where(labels < 0, -1, np.unique(labels, return_inverse=True)[1] - 1)
     perimeters = region_graph(SHEET, compact.astype(np.int32)).perimeters
-    named = plot(SHEET, labels, color_by="perimeter", size=SIZE).image
+    named = plot(SHEET, labels, color_by="perimeters", size=SIZE).image
     given = plot(SHEET, labels, color_by=perimeters, scale_title="perimeter", size=SIZE).image
     np.testing.assert_array_equal(named, given)
     assert (named == NO_COLOR).all(axis=2).any()  # the patch beside the scale

@@ -106,6 +106,11 @@ def test_a_sliver_on_a_sharp_edge_does_not_join_both_sides(shift):
 def test_faces_without_neighbors_are_regions():
     assert sf.cad_faces(sf.Mesh(np.eye(3), [[0, 1, 2]])).tolist() == [0]
     assert sf.cad_faces(shapes.fins()).tolist() == [0, 1, 2]  # three faces share an edge
+    cube = shapes.soup(shapes.cube())
+    torn = sf.Mesh(cube.vertices + np.linspace(0, 1e-4, cube.n_vertices)[:, None], cube.faces)
+    with pytest.warns(sf.IslandWarning, match="12 of 12 faces have no neighbor"):
+        assert sf.cad_faces(torn).max() == 11
+    assert sf.cad_faces(torn, weld=1e-3).max() == 5
 
 
 @pytest.mark.parametrize("angle", [0, 181, np.nan])

@@ -47,6 +47,7 @@ def test_the_sides_of_a_cube_meet_in_twelve_lines(cube):
     assert len(lines.junctions) - len(lines) + 6 == 2  # Euler's formula
     lid = border_lines(cube, np.where(labels == 1, 1, 0))
     assert (len(lid), lid.is_closed.tolist(), lid.regions.tolist()) == (1, [True], [[0, 1]])
+    assert lid.paths[0].tolist() == [*lid.line(0), lid.line(0)[0]]
     assert lid.lengths.tolist() == [4]
     positions = cube.vertices[lid.line(0)]
     assert positions[:, 2].tolist() == [1] * 4

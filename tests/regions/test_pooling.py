@@ -232,7 +232,7 @@ def test_what_does_not_fit_is_refused():
     cases = [
         (lambda: sf.pool([0, 0, 0], [1, 2, 3], how="median"), "how must be one of mean, sum"),
         (lambda: sf.pool([0, 0, 0], [1, 2]),
-         r"^values must have one row per cell \(3\), got 2 rows$"),
+         r"^values must have one row per cell \(3\), got 2 rows; for values of vertices, pass"),
         (lambda: sf.pool([0, 0, 0], [1, 2], mesh=mesh),
          r"^values must have one row per cell \(3\) or per vertex \(5\), got 2 rows$"),
         (lambda: sf.pool([0], [[[1]]]), r"values must have shape \(N,\) or \(N, F\), got"),

@@ -65,14 +65,16 @@ def test_all_parts_together_are_the_mesh(mesh):
 def test_cells_in_no_region_are_in_no_part():
     parts = list(split_regions(shapes.strip(4), [-1, 1, 0, -1]))
     assert [part.cells.tolist() for part in parts] == [[2], [1]]
+    assert repr(parts[0]) == "Submesh(Mesh(3 vertices, 1 face), .cells, .vertices)"
 
 
 @pytest.mark.parametrize("region", [-1, 2])
 def test_a_region_that_is_not_there_is_refused(region):
     with pytest.raises(ValueError, match=f"region must be 0 to 1, got {region}"):
         submesh(shapes.strip(4), [0, 0, 1, 1], region)
-    with pytest.raises(TypeError):
-        submesh(shapes.strip(4), [0, 0, 1, 1], 0.5)
+    for wrong in (0.5, [0, 1], np.array([0, 1])):
+        with pytest.raises(TypeError, match="one integer; for several regions, join labels: np"):
+            submesh(shapes.strip(4), [0, 0, 1, 1], wrong)
 
 
 def test_a_region_of_one_point_is_a_cloud():

@@ -118,13 +118,17 @@ def refuse_order(value: Any, expected: str) -> None:
     elif is_own and hasattr(value, "__array__"):  # a result of `segment`
         given = "labels"
     elif is_own and not hasattr(value, "n_cells"):
-        raise TypeError(f"expected {expected}, got {type(value).__name__}")
+        names = {"a mesh": ("source", "mesh"), "labels": ("labels",)}.get(expected, ())
+        hint = "".join(f": pass its .{name}" for name in names if hasattr(value, name))
+        raise TypeError(f"expected {expected}, got {type(value).__name__}{hint}")
     elif isinstance(value, (np.ndarray, list, tuple)):
         given = _kind_of_array(value) or expected
     elif is_own or any(hasattr(value, name) for name in ("vertices", "points", "vertex", "point")):
         given = "a mesh"
     if given != expected:
-        order = "the path comes first, then the mesh, then the labels"
+        order = "the mesh comes first, then the labels"
+        if "a path" in (given, expected):
+            order = "the path comes first, then the mesh, then the labels"
         raise TypeError(f"expected {expected}, got {given}: {order}")
 
 
@@ -437,7 +441,9 @@ def checked_nonnegative_array(value: Any, n: int, name: str, per: str, n_threads
         raise TypeError(f"{name} must contain numbers, got {array.dtype}")
     array = exact_doubles(array)
     if array.shape != (n,):
-        raise ValueError(f"{name} must have one value per {per}, shape ({n},), got {array.shape}")
+        hint = "; for values of cells, use features" if name == "weights" and per == "arc" else ""
+        must = f"one value per {per}, shape ({n},)"
+        raise ValueError(f"{name} must have {must}, got {array.shape}{hint}")
     is_valid, largest = _core.check_numbers(array, n_threads)
     if not is_valid:
         is_wrong = ~(np.isfinite(array) & (array >= 0))

@@ -59,10 +59,13 @@ class CellFile:
         """Return the mesh or point cloud."""
         return self.cells_and_attributes(keep=False)[0]
 
-    def labels(self, n_cells: int, name: str) -> Ints | None:
-        """Return the labels called `name`, one per cell, or None if the file has none."""
+    def labels(self, n_cells: int, name: str, *, or_parts: bool = False) -> Ints | None:
+        """Return the labels called `name`, one per cell, or None if the file has none.
+
+        With `or_parts`, numbers of named parts, such as solids, are also labels.
+        """
         with named_errors(self.name):
-            found = find_property(*parse(self._input), name)
+            found = find_property(*parse(self._input), name, or_parts=or_parts)
             return None if found is None else checked_labels(as_integers(found, name), n_cells)
 
     def integers(self, n_cells: int, name: str) -> Ints:

@@ -144,7 +144,8 @@ class Formats(dict[str, Table]):
         self.cell_outputs = _distinct(self.writers["triangles"], *kinds, self.writers["points"])
         """Files that store the cells. All others store only labels, or data derived from them."""
         self.attribute_outputs = (
-            *faces, *self["write_tetrahedra"], ".csv", ".pcd", ".las", ".laz", ".label.gii",
+            *self.writers["triangles"], *self["write_tetrahedra"],
+            ".csv", ".pcd", ".las", ".laz", ".label.gii",
         )  # fmt: skip
         """Files for which commands read the attributes of the input, including its texture."""
         self.class_outputs = (".glb", ".obj", ".stl", ".aggregation.json")

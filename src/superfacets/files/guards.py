@@ -58,7 +58,8 @@ def known_ending(path: StrPath, endings: Sequence[str]) -> str:
     fitting = [ending for ending in endings if name.endswith(ending) and name != ending]
     if not fitting:
         given = path.suffix.lower() or "none"
-        raise MeshError(f"{path}: expected the ending {', '.join(endings)}, got {given}")
+        advice = " (meshio writes it)" if given in (".msh", ".mesh") else ""
+        raise MeshError(f"{path}: expected the ending {', '.join(endings)}, got {given}{advice}")
     return max(fitting, key=len)
 
 

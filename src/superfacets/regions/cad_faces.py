@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 
+from ..base.errors import IslandWarning
 from ..base.types import Floats, Ints, Longs
 from ..graph.constraints import ANGLE_NOISE, checked_angle, components_of
 from ..graph.kinds import as_surface
@@ -47,6 +50,11 @@ def cad_faces(
     MeshError, ValueError, TypeError
         As for `sharp_edges`.
 
+    Warns
+    -----
+    IslandWarning
+        If most faces have no neighbor, so that each of them becomes a region.
+
     Examples
     --------
     >>> valley = ([[0, 0, 0], [1, 0, 0], [0, 0, 1], [0, 1, 0]], [[2, 1, 0], [3, 2, 0]])
@@ -55,6 +63,11 @@ def cad_faces(
     """
     source, limit = as_mesh(mesh), np.radians(checked_angle(angle)) - ANGLE_NOISE
     surface, n_few = as_surface(source, weld=weld, n_threads=n_threads), 0
+    n_alone = int(np.count_nonzero(np.diff(surface.offsets) == 0))
+    if 1 < source.n_faces < 2 * n_alone:
+        found = f"{n_alone} of {source.n_faces} faces have no neighbor"
+        advice = "if corners differ by rounding errors, join them with weld="
+        warnings.warn(f"{found}: {advice}", IslandWarning, stacklevel=2)
     labels, sums, pairs = _patches(surface, corners_of(source).sizes, limit)
     while n_few <= FEW and pairs.size:
         targets = _targets(sums, pairs, 1 / surface.diagonal, n_few)

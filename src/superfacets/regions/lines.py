@@ -65,6 +65,13 @@ class BorderLines:
             raise IndexError(f"there is no line {i}: the number of lines is {len(self)}")
         return self.vertices[self.offsets[i] : self.offsets[i + 1]]
 
+    @property
+    def paths(self) -> list[Ints]:
+        """Vertices of each line, in the order along the line; a loop ends at its first vertex."""
+        n_more = self.is_closed.astype(int).tolist()
+        lines = map(self.line, range(len(self)))
+        return [np.append(line, line[:n]) for line, n in zip(lines, n_more, strict=True)]
+
     def __repr__(self) -> str:
         return (
             f"BorderLines({counted(len(self), 'line')}, {counted(len(self.junctions), 'junction')})"

@@ -55,10 +55,11 @@ def pool(
         One value or row per cell or, if `mesh` has vertices, per vertex: shape (V,) or (V, F). Then
         each cell divides its area equally among its corners. If N = V, values are values of cells.
     how : {"mean", "sum", "max", "min", "majority"}
-        ``"mean"`` and ``"sum"`` weight each value by the area of its cell (1 if neither `mesh` nor
-        `measures` is given), so the sum is an integral over the region. ``"max"`` and ``"min"`` do
-        not depend on areas. ``"majority"`` is the integer or bool with the largest total area, the
-        lowest of several; -1 is unknown and does not count, and a region of unknown values gets -1.
+        ``"mean"`` and ``"sum"`` weight each value by the area of its cell, so the sum is an
+        integral over the region. If neither `mesh` nor `measures` is given, all cells count the
+        same. ``"max"`` and ``"min"`` do not depend on areas. ``"majority"`` is the integer or bool
+        with the largest total area, the lowest of several; -1 is unknown and does not count, and a
+        region of unknown values gets -1.
     mesh : Mesh or mesh-like, or CellGraph, optional
         The labeled cells, whose areas (volumes of tetrahedra) are the weights.
     measures : array_like, shape (N,), optional
@@ -195,9 +196,10 @@ def _members_of(
         n_vertices = getattr(source, "n_vertices", None)
         if len(values) != n_vertices:
             vertices = "" if n_vertices is None else f" or per vertex ({n_vertices})"
+            hint = "; for values of vertices, pass mesh=" if source is None else ""
             raise ValueError(
                 f"values must have one row per cell ({len(labels)}){vertices}, got"
-                f" {counted(len(values), 'row')}"
+                f" {counted(len(values), 'row')}{hint}"
             )
         corners = corners_in(source)
         rows, sizes = corners.vertices, corners.sizes

@@ -281,7 +281,8 @@ class RegionGraph:
         """Return a ``networkx.Graph`` of regions, with measures of regions and of borders.
 
         Nodes are 0 to K - 1. Their attributes are the columns of `table`, except ``"region"``. The
-        attributes of edges are the measures in `ARC_VALUES`. All values are Python numbers.
+        attributes of edges are the measures in `ARC_VALUES`, and ``"weight"``, the length of the
+        border, which networkx uses, for example in ``pagerank``. All values are Python numbers.
 
         Raises
         ------
@@ -292,7 +293,8 @@ class RegionGraph:
         columns = self.table()
         del columns["region"]
         graph.add_nodes_from(enumerate(_rows(columns)))
-        arcs = _rows({name: self.arc_values(name) for name in self.ARC_VALUES})
+        values = {name: self.arc_values(name) for name in self.ARC_VALUES}
+        arcs = _rows(values | {"weight": self.border_lengths})
         graph.add_edges_from(zip(*self.edge_index.tolist(), arcs, strict=True))
         return graph
 
@@ -302,7 +304,8 @@ class RegionGraph:
         Parameters
         ----------
         value : str, default "border_length"
-            Name of the measure in the matrix, from `ARC_VALUES`. Zeros are stored explicitly.
+            Name of the measure in the matrix, from `ARC_VALUES`; the default is also the
+            ``"weight"`` in `to_networkx`. Zeros are stored explicitly.
 
         Raises
         ------
@@ -352,7 +355,7 @@ class RegionGraph:
 
     def __repr__(self) -> str:
         return (
-            f"RegionGraph({counted(self.n_regions, 'region')}, {counted(self.n_arcs, 'arc')}; "
+            f"RegionGraph({counted(self.n_regions, 'region')}, {counted(self.n_arcs, 'pair')}; "
             ".to_pandas(), .to_networkx(), .to_scipy(), .to_pyg())"
         )
 

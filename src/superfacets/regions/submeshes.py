@@ -37,6 +37,9 @@ class Submesh(NamedTuple):
     cells: Ints
     vertices: Ints
 
+    def __repr__(self) -> str:
+        return f"Submesh({self.mesh!r}, .cells, .vertices)"
+
 
 def submesh(mesh: MeshLike, labels: npt.ArrayLike, region: int) -> Submesh:
     """Return one region as a mesh, and the indices of its cells and vertices in the whole mesh.
@@ -70,6 +73,9 @@ def submesh(mesh: MeshLike, labels: npt.ArrayLike, region: int) -> Submesh:
     """
     whole = as_cells(mesh)
     array, n_regions = checked_regions(labels, whole.n_cells, getattr(whole, "n_vertices", None))
+    if not hasattr(region, "__index__") or np.ndim(region):
+        join = "np.where(np.isin(labels, regions), 0, -1)"
+        raise TypeError(f"region must be one integer; for several regions, join labels: {join}")
     number = operator.index(region)
     if not 0 <= number < n_regions:
         raise ValueError(f"region must be 0 to {n_regions - 1}, got {number}")

@@ -16,8 +16,11 @@ from ..files.attributes import COLORS, MeshAttributes, is_word, stored_colors
 from ..files.guards import named_errors, narrowed
 from ..graph.kinds import kind_of
 from ..graph.point_graph import find_point_graph
+from ..mesh.convert import as_mesh
 from ..mesh.faces import area_vectors
+from ..regions.border_cut import BorderCut
 from ..weights.features import FeatureTable
+from .subdivision import Subdivision
 
 JUST_VISIBLE = 0.02
 """Just noticeable difference of colors in OKLab. Texture colors are divided by their standard
@@ -90,6 +93,26 @@ class CellData:
         if colors is None or len(colors) != getattr(self.cells, "n_vertices", None):
             return colors
         return np.asarray(np.rint(_per_cell(colors.astype(np.float64), self.cells)), np.uint8)
+
+    def attributes_of(self, parts: Subdivision | BorderCut) -> MeshAttributes | None:
+        """Return the attributes of parts of the faces; `left_out` names the others."""
+        given = self.attributes
+        if given is None:
+            return None
+        declared, texture = {**given.declared}, given.texture
+        for name in given.vertex:
+            declared[f"vertex property {name}"] = "which new vertices do not have"
+        face = {name: values[parts.sources] for name, values in given.face.items()}
+        if texture is not None:
+            of_texture = load("superfacets_textures.ply_texture:OF_TEXTURE")
+            face = {name: values for name, values in face.items() if name not in of_texture}
+            texture = load("superfacets_textures.texels:subdivided_texture")(
+                texture, as_mesh(self.cells), parts.mesh, parts.sources
+            )
+            if texture is None:
+                declared["texture"] = "because triangles replace the polygons"
+        return MeshAttributes(face=face, comments=given.comments, declared=declared,
+                              names=given.names, texture=texture)  # fmt: skip
 
     def _texels(self, name: str, n_threads: int) -> Any:
         """Return the color of each face from the texture, or raise a MeshError if it is missing."""

@@ -20,7 +20,6 @@ from ..base.checks import (
     checked_threads,
 )
 from ..base.errors import MeshError
-from ..base.lazy import load
 from ..base.options import ANY_INITS, ISLANDS, CountOptions, Sizes
 from ..base.timing import Callback, Reports, timed
 from ..base.types import Array, Bools, Floats, Longs
@@ -200,7 +199,7 @@ class FileOptions:
             mesh = parts.mesh
             of_cells = {name: values[parts.sources] for name, values in of_cells.items()}
             if attributes is not None:
-                attributes = attributes_of_parts(attributes, given, parts)
+                attributes = CellData(given, attributes).attributes_of(parts)
         if "features" in of_cells:
             of_cells["features"] = replace(wanted, table=of_cells["features"])
         if barrier_angle is not None:
@@ -336,24 +335,3 @@ def _segmented(
             source = prepare(mesh, weld=options.weld, denoise=denoise, n_threads=threads)
         result = function(source, callback=callback, **keywords, **of_cells)
     return result, tuple(one.message for one in caught if isinstance(one.message, Warning))
-
-
-def attributes_of_parts(
-    attributes: MeshAttributes, source: Cells, parts: Subdivision
-) -> MeshAttributes:
-    """Return the attributes of faces after subdivision; `left_out` names the others."""
-    declared = {**attributes.declared}
-    for name in attributes.vertex:
-        declared[f"vertex property {name}"] = "which new vertices do not have"
-    face = {name: values[parts.sources] for name, values in attributes.face.items()}
-    texture = attributes.texture
-    if texture is not None:
-        of_texture = load("superfacets_textures.ply_texture:OF_TEXTURE")
-        face = {name: values for name, values in face.items() if name not in of_texture}
-        texture = load("superfacets_textures.texels:subdivided_texture")(
-            texture, as_mesh(source), parts.mesh, parts.sources
-        )
-        if texture is None:
-            declared["texture"] = "because subdivision replaces polygons by triangles"
-    return MeshAttributes(face=face, comments=attributes.comments, declared=declared,
-                          names=attributes.names, texture=texture)  # fmt: skip

@@ -90,9 +90,7 @@ def parse_labels(source: Input, n_cells: int | None, name: str) -> Ints:
     if source.ending not in FORMATS.cells:
         raise MeshError(f"expected a format that can store labels, got {source.ending}")
     cells, attributes = parse(replace(source, keep=True))
-    found = find_property(cells, attributes, name)
-    if found is None and attributes is not None and name == "label" and attributes.names:
-        found = attributes.face[next(iter(attributes.names))]  # the named parts of the mesh
+    found = find_property(cells, attributes, name, or_parts=True)
     if found is not None and found.ndim == 1:
         return checked_labels(as_integers(found, "labels"), n_cells)
     stored = _stored_of(cells, attributes)
@@ -103,9 +101,17 @@ def parse_labels(source: Input, n_cells: int | None, name: str) -> Ints:
     raise MeshError(f"the {kind_of(cells).plural} have no property {name}{hint}")
 
 
-def find_property(cells: Cells, attributes: MeshAttributes | None, name: str) -> Array | None:
-    """Return the property `name` of cells, or None if the file has none."""
-    return _stored_of(cells, attributes).get("_".join(name.split()))
+def find_property(
+    cells: Cells, attributes: MeshAttributes | None, name: str, *, or_parts: bool = False
+) -> Array | None:
+    """Return the property `name` of cells, or None if the file has none.
+
+    With `or_parts`, the numbers of named parts are the property ``label`` if there is no other.
+    """
+    found = _stored_of(cells, attributes).get("_".join(name.split()))
+    if found is None and or_parts and attributes is not None and name == "label":
+        return next((attributes.face[part] for part in attributes.names), None)
+    return found
 
 
 def _stored_of(cells: Cells, attributes: MeshAttributes | None) -> Mapping[str, Array]:

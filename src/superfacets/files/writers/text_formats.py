@@ -32,7 +32,7 @@ _SAFE = str.maketrans("#\\", "__")
 
 
 def write_obj(file: IO[bytes], content: Output) -> None:
-    """Write OBJ with one group per region, class or part; faces keep their order within a group."""
+    """Write OBJ with one group per region, class or part; faces of a region keep their order."""
     mesh, labels, texture = content.cells, content.labels, content.texture
     parts = content.parts()
     if texture is not None:
@@ -46,16 +46,19 @@ def write_obj(file: IO[bytes], content: Output) -> None:
     if texture is not None and len(texture.coordinates):
         pairs = np.nan_to_num(texture.coordinates)
         write_rows(file, f"vt {coordinate_format(pairs)} {coordinate_format(pairs)}\n", [*pairs.T])
-    order = np.arange(mesh.n_faces) if labels is None else np.argsort(labels, kind="stable")
+    order = np.arange(mesh.n_faces)
+    if parts is not None:
+        _, firsts, groups = np.unique(parts[1], return_index=True, return_inverse=True)
+        of_faces = firsts[groups][parts[0]]  # first part with the same name
+        order = order if labels is None else np.lexsort((parts[0], of_faces))
     blocks = _face_lines(mesh, order, "f ", 1, texture=texture)
     if texture is not None:
         materials = load("superfacets_textures.writing:material_names")(texture)
         uses = [f"usemtl {name}\n" for name in (*materials, NO_MATERIAL)]  # -1 means the last one
         blocks = _with_titles(blocks, texture.face_materials[order], uses)
     if parts is not None:
-        names, groups = np.unique(parts[1], return_inverse=True)
-        titles = [f"g {name}\n".translate(_SAFE) for name in names.tolist()]
-        blocks = _with_titles(blocks, groups[parts[0][order]], titles)
+        titles = [f"g {name}\n".translate(_SAFE) for name in parts[1]]
+        blocks = _with_titles(blocks, of_faces[order], titles)
     for lines in blocks:
         file.write(b"".join(lines))
 
