@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,8 +14,6 @@ from superfacets.kit import FORMATS, Array, CellFile, Cells, Ints
 
 from .failures import print_line, print_note
 from .options import FILE, STANDARD_STREAM, Count, Listed, Real, option, options
-
-VALUE_ENDINGS = (".npy", ".txt", *FORMATS.vertex_values)
 
 
 class GivenLabels(NamedTuple):
@@ -132,20 +130,6 @@ def read_input(text: str, format: str | None = None) -> CellFile:
     return found
 
 
-def read_values(path: Path) -> Array:
-    """Read numbers from a .npy, .txt, GIFTI or FreeSurfer file, one per cell, region or vertex."""
-    ending = kit.known_ending(path, VALUE_ENDINGS)
-    data = kit.read_content(path)
-    try:
-        if ending == ".npy":
-            return kit.npy_array(data, "values")
-        if ending in FORMATS.vertex_values:
-            return cast(Array, FORMATS["vertex_labels"][ending](data))
-        return np.array(bytes(data).split(), dtype=np.float64)
-    except ValueError as error:
-        raise MeshError(f"{path}: {error}") from None
-
-
 mask_values_option = option(
     "--mask-values N,N", Listed(Count(0)),
     "Keep only cells with one of these values, such as 2,6, in the property of IN that"
@@ -185,7 +169,7 @@ def constraints_of(given: Mapping[str, Any], source: CellFile, cells: Cells) -> 
     mask, values, name = given["mask"], given["mask_values"], given["labels_named"]
     if mask is not None or values is not None:
         of_cells = (
-            source.integers(cells.n_cells, name)
+            source.integers(cells, name)[0]
             if mask is None
             else _values_of_cells(mask, source, cells, name)
         )

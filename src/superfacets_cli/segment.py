@@ -54,8 +54,8 @@ _EVERYDAY = options(
            "How borders are drawn: parts (along creases, and between parts of a shape), creases, or"
            " superfacets (as in the paper).  [default: parts]"),
     option("--features NAMES", opts.Listed(),
-           "Data that borders follow, too: color, texture, normals, height (z), or properties in"
-           " IN, separated by commas.", multiple=True),
+           "Data that borders follow, too: color, texture, normals, height (z), properties in IN,"
+           " or files such as lh.sulc, separated by commas.", multiple=True),
     group="Everyday options",
 )  # fmt: skip
 _PRESETS = options(

@@ -81,6 +81,13 @@ def test_what_does_not_fit_segments_writes_no_groups(scene):
     assert not output.exists()
 
 
+def test_groups_are_labels_of_vertices(scene):
+    assert sf.read_labels(scene / "s.aggregation.json").tolist() == [0] * 4 + [7] * 3 + [-1] * 3
+    (scene / "s_vh_clean_2.0.010000.segs.json").unlink()
+    with pytest.raises(MeshError, match=r"s\.aggregation\.json: the segmentsFile .* copy it there"):
+        sf.read_labels(scene / "s.aggregation.json")
+
+
 def test_finer_segments_lose_nothing(scene):
     new = new_segments(scene, list(range(10)))
     objects = regroup_segments(scene / "new.aggregation.json", scene / "s.aggregation.json", new)
@@ -121,7 +128,7 @@ def test_files_that_do_not_belong_together_are_refused(scene):
     write_json(groups, {"segGroups": []})
     with pytest.raises(
         MeshError,
-        match=r"has no segmentsFile: give the path of the file of old segments"
+        match=r"has no segmentsFile: add this entry, or give the path of the file of old segments"
         r" \(segments=\)",
     ):
         regroup_segments(output, groups, new)

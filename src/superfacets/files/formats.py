@@ -7,7 +7,8 @@ entry point is a role and an ending, for example ``read_faces.abc``; its value i
   `Input.cloud`: cells and attributes of a mesh file, or of its points if it has no cells;
 - ``read_points``: the same for formats that contain only points;
 - ``labels``: takes the content of a label file; returns the labels of cells. In a table
-  ``vertex_labels``, labels are of vertices. Labels in other formats are attributes of the cells;
+  ``vertex_labels``, labels are of vertices; ``groups`` also, but the argument is an `Input`. Labels
+  in other formats are attributes of the cells or vertices;
 - ``steps``: takes the content, and returns the quantization steps of x, y and z;
 - ``recognize``: takes the content of a file without a name; returns whether it has this format;
 - ``write_KIND``: takes a binary file and an `Output`. ``write_polygons`` also writes triangles.
@@ -69,6 +70,7 @@ _ROLES: dict[str, dict[str, str]] = {
         **dict.fromkeys(_GIFTI_VALUES, "superfacets_formats.cortex:gifti_values"),
         **dict.fromkeys(_CURVES, "superfacets_formats.cortex:curve_values"),
     },
+    "groups": {".aggregation.json": "superfacets_scans.aggregation:objects_of_vertices"},
     "steps": dict.fromkeys((".las", ".laz"), "superfacets_formats.las:las_steps"),
     "recognize": {
         ".vtp": "superfacets_formats.vtk_xml:is_vtp",
@@ -123,10 +125,12 @@ class Formats(dict[str, Table]):
         """Extra of superfacets that reading needs, by ending."""
         self.z_up = (".las", ".laz", ".e57", ".gii", *_SURFACES)
         """Files in which z points up. glTF defines y, but many files do not follow this."""
-        self.labels = _distinct(self["labels"], self.cells, self["vertex_labels"])
+        self.labels = _distinct(self["labels"], self.cells, self["vertex_labels"], self["groups"])
         """Files with labels."""
         self.vertex_values = (*_GIFTI_VALUES, *_CURVES)
         """Files with a number per vertex. Whole numbers may be labels."""
+        self.value_files = (".npy", ".txt", *self.vertex_values)
+        """Files with a number per cell, region or vertex."""
         self.key_labels = (".label.gii", ".annot")
         """Files with one label per vertex, which may be -1, and a table of colors and names. The
         label is the key of the vertex, or its row in the table, minus 1."""

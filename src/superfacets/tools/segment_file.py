@@ -29,7 +29,7 @@ from ..files.attributes import MeshAttributes
 from ..files.formats import FORMATS
 from ..files.guards import Content, read_content
 from ..files.input import Input
-from ..files.readers.labels import parse_labels
+from ..files.readers.labels import parse_labels_of
 from ..files.readers.read import cell_ending, parse
 from ..files.writers.cells import FormatOptions
 from ..files.writers.write import OutputFiles, Written
@@ -242,7 +242,7 @@ class FileOptions:
             outputs.check_fit(cells)
             constraints: dict[str, Array] = {}
             if self.mask_values:
-                labels = parse_labels(source, cells.n_cells, self.labels_named)
+                labels, _ = parse_labels_of(cells, source, self.labels_named)
                 constraints["mask"] = mask_of(labels, self.mask_values, path, cells)
             return cells, attributes, constraints
 
