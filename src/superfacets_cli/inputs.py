@@ -139,8 +139,8 @@ constraint_options = options(
     option("--mask FILE", FILE,
            "Label file with one value per face, point or vertex, as superfacets.read_labels reads"
            " it. Without --mask-values, cells with value 0 (or False) are left out and get label"
-           " -1, or with value -1 (no area) in .label.gii and .annot files. A face has the most"
-           " frequent value of its vertices."),
+           " -1, or with value -1 (no area) in .label.gii and .annot files. From values of"
+           " vertices, a face follows the majority of its corners."),
     mask_values_option,
     option("--barriers FILE", FILE,
            "Label file with one whole number per face, point or vertex. Cells with different"
@@ -160,24 +160,23 @@ barrier_angle_option = option(
 def constraints_of(given: Mapping[str, Any], source: CellFile, cells: Cells) -> dict[str, Any]:
     """Read the mask and the barriers, and return them as keyword arguments of `segment`.
 
-    `given` are the options of the command, and `cells` are the content of `source`. Cells whose
-    value in the file `mask` is one of `mask_values` are kept; without `mask_values`, cells with any
-    value except 0. Without `mask`, the mask is the property `labels_named` of `source`. Raises a
-    MeshError if no cell is kept.
+    `given` are the options of the command, and `cells` are the content of `source`. Cells or
+    vertices whose value in the file `mask` is one of `mask_values` are kept; without `mask_values`,
+    those with any value except 0. Without `mask`, the mask is the property `labels_named` of
+    `source`. Raises a MeshError if nothing is kept.
     """
     keywords: dict[str, Any] = {}
     mask, values, name = given["mask"], given["mask_values"], given["labels_named"]
     if mask is not None or values is not None:
-        of_cells = (
-            source.integers(cells, name)[0]
-            if mask is None
-            else _values_of_cells(mask, source, cells, name)
-        )
+        if mask is None:
+            found = source.integers(cells, name)[0]
+        else:
+            found = _values_in(mask, source, cells, name)
         if mask is not None and values is None and mask.name.lower().endswith(FORMATS.key_labels):
-            of_cells = of_cells + np.int32(1)  # -1 means no area
-        keywords["mask"] = source.mask(of_cells, values, cells, mask)
+            found = found + np.int32(1)  # -1 means no area
+        keywords["mask"] = source.mask(found, values, cells, mask)
     if given["barriers"] is not None:
-        keywords["barriers"] = _values_of_cells(given["barriers"], source, cells, name)
+        keywords["barriers"] = _values_in(given["barriers"], source, cells, name)
     return keywords
 
 
@@ -187,13 +186,15 @@ def likely_labels(constraints: Mapping[str, Any]) -> Ints | None:
     return None if mask is None else np.asarray(mask, np.int32) - np.int32(1)
 
 
-def _values_of_cells(path: Path, source: CellFile, cells: Cells, name: str) -> Ints:
-    """Read one integer per cell: a value, a label, or the class in a work file of the studio.
+def _values_in(path: Path, source: CellFile, cells: Cells, name: str) -> Ints:
+    """Read one integer per cell or vertex: a value, a label, or the class in a work file.
 
-    Values of vertices are converted: a cell gets the most frequent value of its corners. False is
-    0, and True is 1.
+    Values of vertices are converted to values of cells if their numbers are equal, so that
+    `segment` knows which are meant. False is 0, and True is 1.
     """
     if path.suffix.lower() == ".jsonl":
         return _classes_in_work(source, path, cells.n_cells)
     given = given_labels(source, cells, path, name, are_values=True)
+    if len(given.labels) != cells.n_cells:
+        return given.labels
     return labels_of_cells(cells, given, is_noted=False)

@@ -71,7 +71,7 @@ def levels_command(
     given["outputs"] = [str(path) for path in paths]
     job = one_job(input, given, also_read)
 
-    def compute() -> tuple[Cells, MeshAttributes | None, Hierarchy]:
+    def compute() -> tuple[Cells, MeshAttributes | None, Hierarchy, dict[str, Any]]:
         source = read_input(input, given["format"])
         keep = job.keeps_attributes or bool(features)
         cells, attributes = source.cells_and_attributes(keep=keep)
@@ -93,10 +93,10 @@ def levels_command(
                 cells, counts, labels=regions, features=table, islands=islands,
                 n_threads=n_threads, **constraints,
             )  # fmt: skip
-        return cells, attributes if job.keeps_attributes else None, nested
+        return cells, attributes if job.keeps_attributes else None, nested, constraints
 
-    cells, attributes, nested = run_in_background(compute)
-    written = _write(paths, cells, attributes, nested)
+    cells, attributes, nested, constraints = run_in_background(compute)
+    written = _write(paths, cells, attributes, nested, constraints)
     print_notes(notes_on_written(None, attributes, job.endings, written))
     facts = {
         "levels": list(nested.counts), "n_finest": nested.n_finest, "n_fewest": nested.n_fewest,
@@ -119,8 +119,9 @@ def _paths_of_levels(output: Path, counts: tuple[int, ...]) -> list[Path]:
 
 
 def _write(
-    paths: list[Path], cells: Cells, attributes: MeshAttributes | None, nested: Hierarchy
-) -> Written:
+    paths: list[Path], cells: Cells, attributes: MeshAttributes | None, nested: Hierarchy,
+    constraints: dict[str, Any],
+) -> Written:  # fmt: skip
     """Write all outputs, or none of them if one fails; an .npz file also gets the merge tree."""
     lost: dict[str, list[str]] = {}
     levels = iter(nested.levels * len(paths))  # one after the other, for each output
@@ -142,5 +143,7 @@ def _write(
                     write_sstk(file, nested.levels)
                 else:
                     output = OutputFiles([path])
-                    lost[ending] = output.write_one(file, path, cells, next(levels), attributes)
+                    lost[ending] = output.write_one(
+                        file, path, cells, next(levels), attributes, constraints
+                    )
     return Written(lost, np.zeros(0, np.int64))

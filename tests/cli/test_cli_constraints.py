@@ -298,3 +298,18 @@ def test_masks_and_barriers_may_have_a_value_per_vertex(run, sheet, tmp_path, na
         status, _, err = run("segment", sheet, "-n", 9, option, tmp_path / name, "-o", out)
         assert status == 0, err
         assert np.array_equal(np.load(out), segment(mesh, 9, **given).labels)
+
+
+@pytest.mark.parametrize(("command", "n"), [("segment", ""), ("levels", ".9")])
+def test_labels_of_vertices_stay_within_masks_and_barriers_of_vertices(
+    run, sheet, tmp_path, command, n
+):
+    mesh, out = read_mesh(sheet), tmp_path / "out.annot"
+    areas = np.digitize(mesh.vertices[:, 0], [-2.2, -0.1, 1.3]) - 1
+    write_labels(tmp_path / "m.annot", areas)
+    constraints = ("--mask", tmp_path / "m.annot", "--barriers", tmp_path / "m.annot")
+    status, _, err = run(command, sheet, "-n", 9, *constraints, "-o", out)
+    assert status == 0, err
+    labels = read_labels(tmp_path / f"out{n}.annot")
+    assert not ((labels >= 0) & (areas < 0)).any()
+    assert all(len({*areas[labels == region]}) == 1 for region in range(9))

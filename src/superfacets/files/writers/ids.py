@@ -48,6 +48,7 @@ class IdWriter:
     ``.segs.json`` file that contains the ids."""
     segments_file: Path | None = None  # the ``.segs.json`` file that is written together with this
     coarser: Sequence[Ints] = ()  # coarser levels of `labels`
+    groups: Ints | None = None  # `ConstraintOptions.groups_of_vertices` of the cells
 
     def checked(self, endings: Sequence[str]) -> IdWriter:
         """Return self, or raise a MeshError if a format of `endings` cannot store the labels."""
@@ -128,7 +129,9 @@ class IdWriter:
         comments = () if self.attributes is None else self.attributes.comments
         of_vertices, colors = self.of_vertices, load(_PALETTE)
         if of_vertices is None:
-            of_vertices = vertex_labels(self.cells, self.labels, min_vertices=1)
+            of_vertices = vertex_labels(
+                self.cells, self.labels, min_vertices=1, barriers=self.groups
+            )
             regions, firsts = np.unique(self.labels, return_index=True)
             shown = firsts[np.isin(regions, of_vertices) & (regions >= 0)]
             colors = load("superfacets_show.colors:face_colors")(self.cells, self.labels)[shown]
@@ -146,4 +149,4 @@ class IdWriter:
         assert self.labels is not None
         if self.of_vertices is not None:
             return self.of_vertices.astype(np.int64)
-        return vertex_ids(self.cells, self.labels)
+        return vertex_ids(self.cells, self.labels, self.groups)
