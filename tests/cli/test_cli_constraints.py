@@ -305,7 +305,7 @@ def test_labels_of_vertices_stay_within_masks_and_barriers_of_vertices(
     run, sheet, tmp_path, command, n
 ):
     mesh, out = read_mesh(sheet), tmp_path / "out.annot"
-    areas = np.digitize(mesh.vertices[:, 0], [-2.2, -0.1, 1.3]) - 1
+    areas = np.digitize(mesh.vertices @ [1, 0.3, 0], [0.3, 0.6, 0.9]) - 1
     write_labels(tmp_path / "m.annot", areas)
     constraints = ("--mask", tmp_path / "m.annot", "--barriers", tmp_path / "m.annot")
     status, _, err = run(command, sheet, "-n", 9, *constraints, "-o", out)
