@@ -124,7 +124,7 @@ def area_overlap(labels: npt.ArrayLike, truth: npt.ArrayLike, areas: npt.ArrayLi
 def overlap_of(
     regions: Ints, n_regions: int, segments: Ints, n_segments: int, areas: Floats
 ) -> Overlap:
-    """Return the result of `area_overlap` for labels that are consecutive integers from 0, or -1."""
+    """Return the result of `area_overlap` for labels that are -1 or consecutive integers from 0."""
     is_rated = (segments >= 0) & (regions >= 0)
     if not is_rated.all():
         regions, segments, areas = regions[is_rated], segments[is_rated], areas[is_rated]
