@@ -33,6 +33,9 @@ _EXTRAS = {
 }  # fmt: skip
 """Package that reads a format, and the extra of superfacets that installs it, by ending."""
 
+_WRITE_EXTRAS = {".pth": ("torch", "torch"), ".las": _EXTRAS[".las"], ".laz": _EXTRAS[".laz"]}
+"""Same as `_EXTRAS`, for writing."""
+
 _SURFACES = (".white", ".pial", ".inflated", ".smoothwm", ".orig", ".sphere")
 _GIFTI_VALUES = (".shape.gii", ".func.gii")
 _CURVES = (".curv", ".thickness", ".sulc", ".area")
@@ -177,11 +180,17 @@ class Formats(dict[str, Table]):
         """Maps names of output formats, such as ``ply`` or ``sp_label.npy``, to endings."""
 
     @staticmethod
-    def check_readers(endings: Iterable[str]) -> None:
+    def check_readers(
+        endings: Iterable[str], packages: Mapping[str, tuple[str, str]] = _EXTRAS
+    ) -> None:
         """Raise a MissingExtraError if the package that reads one of these formats is missing."""
         for ending in endings:
-            if ending in _EXTRAS and find_spec(_EXTRAS[ending][0]) is None:
-                raise MissingExtraError(f"a {ending} file", _EXTRAS[ending][1])
+            if ending in packages and find_spec(packages[ending][0]) is None:
+                raise MissingExtraError(f"a {ending} file", packages[ending][1])
+
+    def check_writers(self, endings: Iterable[str]) -> None:
+        """Raise a MissingExtraError if the package that writes one of these formats is missing."""
+        self.check_readers(endings, _WRITE_EXTRAS)
 
     def usual_output(self, kind: str) -> str:
         """Return the default ending of files with cells of the kind named `kind`."""

@@ -22,7 +22,7 @@ from .cells import FormatOptions
 from .text import write_npy, write_rows
 
 _SCANS = Table({name: f"superfacets_scans.scannet:{name}" for name in (
-    "check_ids", "check_nested", "check_torch", "check_triangles", "name_in_groups", "scene_of",
+    "check_ids", "check_nested", "check_triangles", "name_in_groups", "scene_of",
     "write_aggregation", "write_segments", "write_sstk", "write_superpoints", "write_tensor",
 )})  # fmt: skip
 """Functions for formats of indoor scans, by name."""
@@ -59,8 +59,6 @@ class IdWriter:
             if ending in FORMATS.vertex_outputs and labels.min() < 0:
                 first = int(np.argmin(labels))
                 raise MeshError(f"labels[{first}] must be >= 0 in {ending}, got {labels[first]}")
-            if ending == ".pth":
-                _SCANS["check_torch"]()
             if ending in FORMATS.key_labels:
                 _SCANS["check_ids"](labels)
             if ending in FORMATS.graph_outputs and self.labels.max() < 0:

@@ -180,7 +180,8 @@ def write_labels(path: StrPath, labels: npt.ArrayLike, *, force: bool = False) -
     levels = [
         checked_labels(each) for each in ([*np.asarray(labels)] if are_levels else ()) or [labels]
     ]
-    writer = IdWriter(None, levels[0], FormatOptions(), of_vertices=levels[0], coarser=levels[1:])
+    options = FormatOptions.checked([ending])
+    writer = IdWriter(None, levels[0], options, of_vertices=levels[0], coarser=levels[1:])
     writer.checked([ending])
     with atomic_outputs([path]) as (temporary,), temporary.open("wb") as file:
         writer.write(file, ending, path)
