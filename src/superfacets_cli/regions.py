@@ -73,20 +73,17 @@ def regions_command(
         if borders is not None and not kit.kind_of(whole).has_faces:
             raise click.UsageError(f"--borders needs a mesh with faces: {cells} has none")
         data, at_vertices = kit.CellData(whole, attributes), as_given is not compact
-        integers = {
-            name: source.integers(whole, name, at_vertices=at_vertices)
-            for name in given["majority"]
-        }
-        reals = {name: _values_of(name, source.name, data, at_vertices) for name in given["mean"]}
         if viewpoint is not None:
             whole = kit.kind_of(whole).seen_from(whole, viewpoint)
         graph = region_graph(whole, compact)
         columns = graph.table() | {"region": names}
-        for name, (values, is_own) in integers.items():
+        for name in given["majority"]:
+            values, is_own = source.integers(whole, name, at_vertices=at_vertices)
             regions = as_given if is_own else compact
             columns[f"majority_{name}"] = pool(regions, values, how="majority")
         own = () if attributes is None else attributes.face
-        for name, real in reals.items():
+        for name in given["mean"]:
+            real = _values_of(name, source.name, data, at_vertices)
             is_own = name not in own and len(real) == len(as_given)
             columns[f"mean_{name}"] = pool(as_given if is_own else compact, real)
         lines = () if borders is None else (whole.vertices, border_lines(whole, compact), names)

@@ -359,6 +359,9 @@ def test_regions_below_the_minimum_of_vertices_are_a_note(run, tmp_path, monkeyp
     n_filled = np.count_nonzero(sizes == 20)
     assert n_filled > 8
     assert f"note: {n_filled} of 40 regions in .segs.json have the minimum of 20 vertices" in err
+    assert err.count("less accurate: try a smaller -n, or --features color if the file") == 1
+    err = run("segment", "a.ply", "-r", 0.09, "-o", "a.segs.json", "--features", "height")[2]
+    assert "less accurate: try a larger -r\n" in err
     # Given vertex labels are written unchanged, so the minimum number of vertices does not apply.
     assert run("convert", "a.ply", "a.segs.json", "-o", "b.segs.json")[2] == ""
     write_mesh("cloud.ply", PointCloud(sheet.vertices))
