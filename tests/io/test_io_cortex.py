@@ -15,6 +15,7 @@ from superfacets import (
     read_attributes,
     read_labels,
     read_mesh,
+    segment,
     vertex_labels,
     write_labels,
     write_mesh,
@@ -86,6 +87,11 @@ def test_labels_are_read_as_gifti_by_others(tmp_path):
     for label, color in zip(LABELS.tolist(), face_colors(MESH, LABELS) / 255, strict=True):
         if label in of_vertices:
             assert colors[label + 1] == pytest.approx(color, abs=1e-5)
+
+
+def test_a_segmentation_of_faces_is_no_labels_of_vertices(tmp_path):
+    with pytest.raises(MeshError, match="but these are labels per face: convert them with superf"):
+        write_labels(tmp_path / "a.annot", segment(MESH, 2))
 
 
 def test_labels_are_read_as_annotations_by_others(tmp_path):

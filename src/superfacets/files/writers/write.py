@@ -147,8 +147,9 @@ def write_labels(path: StrPath, labels: npt.ArrayLike, *, force: bool = False) -
         Output file. The ending selects the format:
 
         - ``.npy`` (int32), ``.seg`` or ``.txt`` (one integer per line, no header);
-        - labels of vertices: ``.segs.json``; ``.bin``, ``_sp_label.npy`` or ``.pth`` (int64,
-          renumbered without gaps); ``.label.gii`` or ``.annot`` (with a table of colors and names);
+        - labels of vertices (for labels of faces, use `write_mesh`): ``.segs.json``; ``.bin``,
+          ``_sp_label.npy`` or ``.pth`` (int64, renumbered without gaps); ``.label.gii`` or
+          ``.annot`` (with a table of colors and names);
         - labels of triangles: ``.sstk.json``;
         - labels of segments: ``.aggregation.json`` (one group per label).
 
@@ -174,7 +175,13 @@ def write_labels(path: StrPath, labels: npt.ArrayLike, *, force: bool = False) -
     '0\n1\n'
     """
     ending = known_ending(path, (*FORMATS.label_outputs, *FORMATS.id_outputs))
-    path = Path(path)
+    path, cells = Path(path), getattr(labels, "cells", None)  # a `Segmentation` has cells
+    if ending in (*FORMATS.vertex_outputs, *FORMATS.key_labels) and hasattr(cells, "n_vertices"):
+        noun = kind_of(cells).noun
+        raise MeshError(
+            f"a {ending} file has a label per vertex, but these are labels per {noun}: convert them"
+            f" with superfacets.write_mesh({str(path)!r}, mesh, labels)"
+        )
     _check_truth_stays([path], force)
     are_levels = ending == LEVELS and np.ndim(labels) == 2
     levels = [
