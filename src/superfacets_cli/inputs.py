@@ -30,10 +30,7 @@ def name_of(text: str) -> str:
 
 
 def _classes_in_work(source: CellFile, path: Path, n_cells: int) -> Ints:
-    """Return the class of each cell in a work file of the studio; 0 means no class.
-
-    Notes about labels that were lost are always printed.
-    """
+    """Return the class of each cell in a work file of the studio; 0 means no class."""
     from superfacets_studio import classes_in_work
 
     classes, notes = classes_in_work(path, bytes(kit.read_content(path)), source, n_cells)
@@ -189,8 +186,7 @@ def likely_labels(constraints: Mapping[str, Any]) -> Ints | None:
 def _values_in(path: Path, source: CellFile, cells: Cells, name: str) -> Ints:
     """Read one integer per cell or vertex: a value, a label, or the class in a work file.
 
-    Values of vertices are converted to values of cells if their numbers are equal, so that
-    `segment` knows which are meant. False is 0, and True is 1.
+    If there are as many vertices as cells, values of vertices become values of cells.
     """
     if path.suffix.lower() == ".jsonl":
         return _classes_in_work(source, path, cells.n_cells)

@@ -118,6 +118,8 @@ def test_labels_of_vertices_stay_as_they_are_in_formats_with_one_label_per_verte
     assert_array_equal(read_labels("b.segs.json"), ids)
     assert_array_equal(np.fromfile("b.bin", "<i8"), np.unique(ids, return_inverse=True)[1])
     assert_array_equal(read_labels("b.label.gii"), ids)
+    err = run("convert", "a.ply", "b.label.gii", "-o", "b.annot")[2]
+    assert "names and colors of areas are not copied from b.label.gii" in err
     groups = json.loads((folder / "b.aggregation.json").read_text())["segGroups"]
     assert [group["segments"] for group in groups] == [[i] for i in np.unique(ids)]
     args = ("convert", "a.ply", "v.segs.json", "-o", "c.segs.json", "-o", "c.npy")

@@ -89,11 +89,6 @@ def test_labels_are_read_as_gifti_by_others(tmp_path):
             assert colors[label + 1] == pytest.approx(color, abs=1e-5)
 
 
-def test_a_segmentation_of_faces_is_no_labels_of_vertices(tmp_path):
-    with pytest.raises(MeshError, match="but these are labels per face: convert them with superf"):
-        write_labels(tmp_path / "a.annot", segment(MESH, 2))
-
-
 def test_labels_are_read_as_annotations_by_others(tmp_path):
     path = tmp_path / "lh.cube.annot"
     write_mesh(path, MESH, LABELS)
@@ -119,6 +114,8 @@ def test_labels_of_vertices_and_their_names_come_back(tmp_path, name):
         MeshError, match=r"labels must be below 2\*\*24 in this format, got 16777216: renumber them"
     ):
         write_labels(tmp_path / name, [1 << 24])
+    with pytest.raises(MeshError, match="but these are labels per face: convert them with superf"):
+        write_labels(tmp_path / name, segment(MESH, 2))
 
 
 @pytest.mark.parametrize("name", ["a.annot", "a.label.gii"])
