@@ -204,6 +204,6 @@ def test_tensors_are_written_by_torch(tmp_path, monkeypatch):
 def test_without_torch_no_tensor_is_written(tmp_path):
     with pytest.raises(ImportError, match=r"a \.pth file needs torch"):
         sf.write_mesh(tmp_path / "scene.pth", shapes.cube(), np.zeros(12, int))
-    with pytest.raises(ImportError, match=r"a \.pth file needs torch"):  # before the input is read
-        sf.batch(["missing.ply"], tmp_path, formats=["ply", "pth"])
+    with pytest.raises(ImportError, match=r"a \.pth file needs torch"):
+        sf.batch(["missing.ply"], tmp_path, formats=["ply", "pth"])  # before an input is read
     assert not list(tmp_path.iterdir())

@@ -221,12 +221,9 @@ def test_labels_of_another_name_are_read(tmp_path):
     message = r"the faces have no property label: the integer properties are Part$"
     with pytest.raises(MeshError, match=message):
         read_labels(path)
-    of_vertices = MeshAttributes(vertex={"label": [5, 0, 0, 7, 9]}, face={"kind": [1, 2]})
+    of_vertices = MeshAttributes(vertex={"label": [5, 0, 0, 7, 9]})
     write_mesh(path, Mesh(VERTICES, [[0, 1, 2], [1, 2, 3]]), attributes=of_vertices)
     assert_array_equal(read_labels(path), [5, 0, 0, 7, 9])
-    assert_array_equal(read_labels(path, name="kind"), [1, 2])
-    with pytest.raises(MeshError, match=r"the integer properties are kind, label$"):
-        read_labels(path, name="class")
 
 
 @pytest.mark.parametrize("ending", [".stl", ".obj"])
