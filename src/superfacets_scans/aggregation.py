@@ -280,6 +280,7 @@ def objects_of_vertices(source: Input) -> Longs:
     """Return the ``objectId`` of each vertex in the content of an ``.aggregation.json``, or -1."""
     groups = _Groups.of(source.data)
     segments = groups.named_segments(source.folder or Path())
+    known_ending(segments, (SEGMENTS,))
     ids = np.array([*(entry["objectId"] for entry in groups.entries), -1], np.int64)
     return ids[groups.objects_of(read_labels(segments), segments)]
 

@@ -58,9 +58,9 @@ def check_length(
     if len(given) == n:
         return
     hint = (
-        ". Convert labels of vertices to faces with superfacets.face_labels(mesh, labels); instead"
-        " of evaluate, use superfacets.metrics.evaluate_vertices, and leave out mesh in"
-        " superfacets.pool"
+        ". For one label per vertex, convert the labels to faces with superfacets.face_labels(mesh,"
+        " labels); or use superfacets.metrics.evaluate_vertices instead of evaluate, and leave out"
+        " mesh in superfacets.pool"
     )
     raise error(
         f"{name} must have one value per {noun} ({n}), got {counted(len(given), 'value')}"
