@@ -105,9 +105,8 @@ class _Run:
             if attributes is not None and attributes.texture is not None:
                 print_note(f"no texture in the files of {self.folder}")
         else:
-            tables = FORMATS.key_labels
-            is_table = given is not None and given.path.name.lower().endswith(tables)
-            if is_table and not job.endings.isdisjoint(tables):
+            is_table = given and given.path.name.lower().endswith(FORMATS.key_labels)
+            if is_table and not job.endings.isdisjoint(FORMATS.key_labels):
                 print_note(f"names and colors of areas are not copied from {self.labels}")
             job.write(cells, labels, attributes, of_vertices=of_vertices)
         noun = kit.kind_of(cells).noun

@@ -41,8 +41,8 @@ ALL_LEVELS = (ARRAYS, ".sstk.json")  # file endings of formats that store all le
            " components (nearest).", default="keep"),
     option("--features NAMES", opts.Listed(),
            "Merge regions with similar values of this feature, instead of similar geometry; borders"
-           " of the finest level follow the feature, too. NAMES are color, normals, height (z), or"
-           " properties of the faces, points or vertices in IN, separated by commas.",
+           " of the finest level follow the feature, too. NAMES are color, normals, height (z),"
+           " properties in IN, or files such as lh.sulc, separated by commas.",
            multiple=True),
     scans_option,
     denoise_option,

@@ -49,7 +49,8 @@ def notes_on_result(
     sizes = written.region_sizes
     n_filled = int(np.count_nonzero(sizes == OutputFiles.MIN_VERTICES))
     if n_filled > MAX_FILLED * len(sizes):
-        advice = "try a larger -r" if is_by_radius else "try a smaller -n"
+        size = "-r" if is_by_radius else "--cells" if "cells" in result.params else None
+        advice = f"try a larger {size}" if size else "try a smaller -n"
         if "feature_weight" not in result.params:
             advice += ", or --features color if the file has colors"
         notes.append(
