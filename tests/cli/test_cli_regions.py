@@ -122,8 +122,7 @@ def test_labels_and_a_property_of_vertices_are_averaged_at_the_vertices(run, fol
     np.save(fold / "of_vertices.npy", labels)
     given = (fold / "heat.ply", fold / "of_vertices.npy", "--mean", "height")
     np.save(fold / "v.npy", heights * 1.0)
-    more = ("--mean", fold / "v.npy", "--majority", "height")
-    rows = rows_of(run("regions", *given, *more)[1])
+    rows = rows_of(run("regions", *given, "--mean", fold / "v.npy", "--majority", "height")[1])
     assert rows
     for row in rows:
         members = labels == int(row["region"])
