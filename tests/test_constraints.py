@@ -351,7 +351,7 @@ def test_constrained_labels_do_not_depend_on_threads():
 @pytest.mark.parametrize(
     ("options", "error", "message"),
     [
-        ({"mask": [1, 0]}, TypeError, "mask must be an array of bool, got int64"),
+        ({"mask": [1, 0]}, TypeError, "bool, such as labels >= 0, got int64"),
         ({"mask": [True]}, ValueError, r"mask must have shape \(4,\), got \(1,\)"),
         ({"mask": [False] * 4}, ValueError,
          "mask must be True for at least one cell, but it is False everywhere"),

@@ -105,6 +105,9 @@ class _Run:
             if attributes is not None and attributes.texture is not None:
                 print_note(f"no texture in the files of {self.folder}")
         else:
+            is_table = given and given.path.name.lower().endswith(FORMATS.key_labels)
+            if is_table and not job.endings.isdisjoint(FORMATS.key_labels):
+                print_note(f"names and colors of areas are not copied from {self.labels}")
             job.write(cells, labels, attributes, of_vertices=of_vertices)
         noun = kit.kind_of(cells).noun
         size = kit.counted(cells.n_cells, noun)

@@ -139,7 +139,7 @@ def evaluate_command(
     """Measure the quality of labels.
 
     The metrics rate LABELS, a label file of the mesh IN. With --gt, more metrics compare LABELS
-    with ground truth. Label files are .npy, .seg, .txt, .segs.json, or labeled .ply or .vtp. In
+    with ground truth. Label files have any format with labels that superfacets formats lists. In
     ground truth, -1 means unannotated. If LABELS and all ground truths have one label per vertex,
     they are compared at the vertices, without metrics of borders and normals.
     """

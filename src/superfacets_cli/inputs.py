@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,8 +14,6 @@ from superfacets.kit import FORMATS, Array, CellFile, Cells, Ints
 
 from .failures import print_line, print_note
 from .options import FILE, STANDARD_STREAM, Count, Listed, Real, option, options
-
-VALUE_ENDINGS = (".npy", ".txt", *FORMATS.vertex_values)
 
 
 class GivenLabels(NamedTuple):
@@ -32,10 +30,7 @@ def name_of(text: str) -> str:
 
 
 def _classes_in_work(source: CellFile, path: Path, n_cells: int) -> Ints:
-    """Return the class of each cell in a work file of the studio; 0 means no class.
-
-    Notes about labels that were lost are always printed.
-    """
+    """Return the class of each cell in a work file of the studio; 0 means no class."""
     from superfacets_studio import classes_in_work
 
     classes, notes = classes_in_work(path, bytes(kit.read_content(path)), source, n_cells)
@@ -133,20 +128,6 @@ def read_input(text: str, format: str | None = None) -> CellFile:
     return found
 
 
-def read_values(path: Path) -> Array:
-    """Read numbers from a .npy, .txt, GIFTI or FreeSurfer file, one per cell, region or vertex."""
-    ending = kit.known_ending(path, VALUE_ENDINGS)
-    data = kit.read_content(path)
-    try:
-        if ending == ".npy":
-            return kit.npy_array(data, "values")
-        if ending in FORMATS.vertex_values:
-            return cast(Array, FORMATS["vertex_labels"][ending](data))
-        return np.array(bytes(data).split(), dtype=np.float64)
-    except ValueError as error:
-        raise MeshError(f"{path}: {error}") from None
-
-
 mask_values_option = option(
     "--mask-values N,N", Listed(Count(0)),
     "Keep only cells with one of these values, such as 2,6, in the property of IN that"
@@ -156,8 +137,8 @@ constraint_options = options(
     option("--mask FILE", FILE,
            "Label file with one value per face, point or vertex, as superfacets.read_labels reads"
            " it. Without --mask-values, cells with value 0 (or False) are left out and get label"
-           " -1, or with value -1 (no area) in .label.gii and .annot files. A face has the most"
-           " frequent value of its vertices."),
+           " -1, or with value -1 (no area) in .label.gii and .annot files. From values of"
+           " vertices, a face follows the majority of its corners."),
     mask_values_option,
     option("--barriers FILE", FILE,
            "Label file with one whole number per face, point or vertex. Cells with different"
@@ -177,24 +158,23 @@ barrier_angle_option = option(
 def constraints_of(given: Mapping[str, Any], source: CellFile, cells: Cells) -> dict[str, Any]:
     """Read the mask and the barriers, and return them as keyword arguments of `segment`.
 
-    `given` are the options of the command, and `cells` are the content of `source`. Cells whose
-    value in the file `mask` is one of `mask_values` are kept; without `mask_values`, cells with any
-    value except 0. Without `mask`, the mask is the property `labels_named` of `source`. Raises a
-    MeshError if no cell is kept.
+    `given` are the options of the command, and `cells` are the content of `source`. Cells or
+    vertices whose value in the file `mask` is one of `mask_values` are kept; without `mask_values`,
+    those with any value except 0. Without `mask`, the mask is the property `labels_named` of
+    `source`. Raises a MeshError if nothing is kept.
     """
     keywords: dict[str, Any] = {}
     mask, values, name = given["mask"], given["mask_values"], given["labels_named"]
     if mask is not None or values is not None:
-        of_cells = (
-            source.integers(cells.n_cells, name)
-            if mask is None
-            else _values_of_cells(mask, source, cells, name)
-        )
+        if mask is None:
+            found = source.integers(cells, name)[0]
+        else:
+            found = _values_in(mask, source, cells, name)
         if mask is not None and values is None and mask.name.lower().endswith(FORMATS.key_labels):
-            of_cells = of_cells + np.int32(1)  # -1 means no area
-        keywords["mask"] = source.mask(of_cells, values, cells, mask)
+            found = found + np.int32(1)  # -1 means no area
+        keywords["mask"] = source.mask(found, values, cells, mask)
     if given["barriers"] is not None:
-        keywords["barriers"] = _values_of_cells(given["barriers"], source, cells, name)
+        keywords["barriers"] = _values_in(given["barriers"], source, cells, name)
     return keywords
 
 
@@ -204,13 +184,14 @@ def likely_labels(constraints: Mapping[str, Any]) -> Ints | None:
     return None if mask is None else np.asarray(mask, np.int32) - np.int32(1)
 
 
-def _values_of_cells(path: Path, source: CellFile, cells: Cells, name: str) -> Ints:
-    """Read one integer per cell: a value, a label, or the class in a work file of the studio.
+def _values_in(path: Path, source: CellFile, cells: Cells, name: str) -> Ints:
+    """Read one integer per cell or vertex: a value, a label, or the class in a work file.
 
-    Values of vertices are converted: a cell gets the most frequent value of its corners. False is
-    0, and True is 1.
+    If there are as many vertices as cells, values of vertices become values of cells.
     """
     if path.suffix.lower() == ".jsonl":
         return _classes_in_work(source, path, cells.n_cells)
     given = given_labels(source, cells, path, name, are_values=True)
+    if len(given.labels) != cells.n_cells:
+        return given.labels
     return labels_of_cells(cells, given, is_noted=False)

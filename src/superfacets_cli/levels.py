@@ -9,7 +9,7 @@ from typing import Any
 import click
 import numpy as np
 
-from superfacets import Hierarchy, IslandWarning, MeshAttributes, SliverWarning, hierarchy, kit
+from superfacets import SCANS, Hierarchy, IslandWarning, SliverWarning, hierarchy, kit
 from superfacets.kit import FORMATS, CellData, Cells, FileOptions, OutputFiles, Written
 from superfacets_scans import write_sstk
 
@@ -20,6 +20,7 @@ from .interrupts import run_in_background
 from .options import COUNT, option, options
 from .outputs import one_job, output_option
 from .report import notes_on_written
+from .segment import denoise_option, scans_option
 
 ARRAYS = ".npz"
 ALL_LEVELS = (ARRAYS, ".sstk.json")  # file endings of formats that store all levels in one file
@@ -40,9 +41,11 @@ ALL_LEVELS = (ARRAYS, ".sstk.json")  # file endings of formats that store all le
            " components (nearest).", default="keep"),
     option("--features NAMES", opts.Listed(),
            "Merge regions with similar values of this feature, instead of similar geometry; borders"
-           " of the finest level follow the feature, too. NAMES are color, normals, height (z), or"
-           " properties of the faces, points or vertices in IN, separated by commas.",
+           " of the finest level follow the feature, too. NAMES are color, normals, height (z),"
+           " properties in IN, or files such as lh.sulc, separated by commas.",
            multiple=True),
+    scans_option,
+    denoise_option,
     constraint_options,
     opts.drop_attributes_option("IN"),
     opts.labels_named_option,
@@ -62,16 +65,16 @@ def levels_command(
     """
     counts = tuple(sorted({*counts}))
     has_mask = given["mask"] is not None or given["mask_values"] is not None
-    if labels is not None and has_mask:
-        raise click.UsageError(
-            "give LABELS or a mask, not both: cells with label -1 are left out already"
-        )
+    chosen = {**(SCANS if given["scans"] else {})}
+    chosen |= {} if given["denoise"] is None else {"denoise": given["denoise"]}
+    if labels is not None and (has_mask or chosen):
+        raise click.UsageError("give LABELS or a mask, --scans or --denoise, not both")
     paths = [path for text in given["outputs"] for path in _paths_of_levels(Path(text), counts)]
     also_read = (labels, given["mask"], given["barriers"])
     given["outputs"] = [str(path) for path in paths]
     job = one_job(input, given, also_read)
 
-    def compute() -> tuple[Cells, MeshAttributes | None, Hierarchy]:
+    def compute() -> tuple[Cells, Any, Hierarchy, dict[str, Any]]:
         source = read_input(input, given["format"])
         keep = job.keeps_attributes or bool(features)
         cells, attributes = source.cells_and_attributes(keep=keep)
@@ -91,12 +94,12 @@ def levels_command(
             warnings.simplefilter("ignore", SliverWarning)
             nested = hierarchy(
                 cells, counts, labels=regions, features=table, islands=islands,
-                n_threads=n_threads, **constraints,
+                n_threads=n_threads, **constraints, **chosen,
             )  # fmt: skip
-        return cells, attributes if job.keeps_attributes else None, nested
+        return cells, attributes if job.keeps_attributes else None, nested, constraints
 
-    cells, attributes, nested = run_in_background(compute)
-    written = _write(paths, cells, attributes, nested)
+    cells, attributes, nested, constraints = run_in_background(compute)
+    written = _write(paths, cells, attributes, nested, constraints)
     print_notes(notes_on_written(None, attributes, job.endings, written))
     facts = {
         "levels": list(nested.counts), "n_finest": nested.n_finest, "n_fewest": nested.n_fewest,
@@ -119,7 +122,7 @@ def _paths_of_levels(output: Path, counts: tuple[int, ...]) -> list[Path]:
 
 
 def _write(
-    paths: list[Path], cells: Cells, attributes: MeshAttributes | None, nested: Hierarchy
+    paths: list[Path], cells: Cells, attributes: Any, nested: Hierarchy, constraints: Any
 ) -> Written:
     """Write all outputs, or none of them if one fails; an .npz file also gets the merge tree."""
     lost: dict[str, list[str]] = {}
@@ -141,6 +144,6 @@ def _write(
                 elif ending in ALL_LEVELS:
                     write_sstk(file, nested.levels)
                 else:
-                    output = OutputFiles([path])
-                    lost[ending] = output.write_one(file, path, cells, next(levels), attributes)
+                    write = OutputFiles([path]).write_one
+                    lost[ending] = write(file, path, cells, next(levels), attributes, constraints)
     return Written(lost, np.zeros(0, np.int64))

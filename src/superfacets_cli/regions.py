@@ -36,11 +36,12 @@ from .outputs import Job, check_files, print_report
            "Write the borders of regions of a mesh as polylines to this .obj or .vtp file."),
     option("--majority NAME", None,
            "Add a column majority_NAME with the most frequent value of this integer property of IN,"
-           " such as classification, in each region; may be given several times.", multiple=True),
+           " such as classification, in each region, as in --mean.", multiple=True),
     option("--mean NAME", None,
-           "Add a column mean_NAME with the mean of this property of IN, such as intensity, over"
-           " the faces or points of each region, or its vertices if LABELS and NAME have one value"
-           " per vertex; may be given several times.", multiple=True),
+           "Add a column mean_NAME with the mean of this property of IN, such as intensity, or of"
+           " a file, such as lh.thickness, over the faces or points of each region, or its vertices"
+           " if LABELS and NAME have one value per vertex; may be given several times.",
+           multiple=True),
     opts.viewpoint_option,
     opts.format_option("IN", of_stream=True),
     opts.labels_named_option,
@@ -71,17 +72,20 @@ def regions_command(
         compact, names, as_given = ranked_labels_beside(source, labels, whole, name)
         if borders is not None and not kit.kind_of(whole).has_faces:
             raise click.UsageError(f"--borders needs a mesh with faces: {cells} has none")
-        integers = {name: source.integers(whole.n_cells, name) for name in given["majority"]}
-        data = kit.CellData(whole, attributes)
-        at_vertices = as_given is not compact
-        reals = {name: _values_of(name, source.name, data, at_vertices) for name in given["mean"]}
+        data, at_vertices = kit.CellData(whole, attributes), as_given is not compact
         if viewpoint is not None:
             whole = kit.kind_of(whole).seen_from(whole, viewpoint)
         graph = region_graph(whole, compact)
         columns = graph.table() | {"region": names}
-        columns |= {f"majority_{n}": pool(compact, x, how="majority") for n, x in integers.items()}
+        for name in given["majority"]:
+            values, is_own = source.integers(whole, name, at_vertices=at_vertices)
+            regions = as_given if is_own else compact
+            columns[f"majority_{name}"] = pool(regions, values, how="majority")
         own = () if attributes is None else attributes.face
-        columns |= {f"mean_{n}": pool(compact if n in own else as_given, reals[n]) for n in reals}
+        for name in given["mean"]:
+            real = _values_of(name, source.name, data, at_vertices)
+            is_own = name not in own and len(real) == len(as_given)
+            columns[f"mean_{name}"] = pool(as_given if is_own else compact, real)
         lines = () if borders is None else (whole.vertices, border_lines(whole, compact), names)
         return graph, columns, lines
 

@@ -11,12 +11,12 @@ from typing import Any, get_args
 import click
 
 from superfacets import MeshError, MissingExtraError, Page, View
-from superfacets.kit import Array, CellData, CellFile, Cells, kind_of, stored_colors
+from superfacets.kit import FORMATS, Array, CellData, CellFile, Cells, kind_of, stored_colors
 from superfacets_show import VIEW_NAMES, Clip, Up, checked_page_path
 
 from . import options as opts
 from .failures import print_note
-from .inputs import VALUE_ENDINGS, labels_for, read_input, read_values, up_axis
+from .inputs import labels_for, read_input, up_axis
 from .options import FILE, FLAG, option, options
 from .progress import Progress
 from .report import note_on_up
@@ -42,8 +42,8 @@ def _values_named(color_by: str | None, data: CellData) -> Array | str | None:
     """
     if color_by is None or color_by == _OWN_COLORS:
         return None
-    if Path(color_by).suffix.lower() in VALUE_ENDINGS:
-        return read_values(Path(color_by))
+    if color_by.lower().endswith(FORMATS.value_files):
+        return CellFile.values_in(color_by)
     values = data.values(color_by)
     return color_by if values is None else values
 
@@ -183,7 +183,7 @@ def view_command(
         raise click.UsageError(str(error)) from None
     if len({path.stem for path in features}) < len(features):
         raise click.UsageError("two features have the same name: rename their files")
-    values = {path.stem: read_values(path) for path in features}
+    values = {path.stem: CellFile.values_in(path) for path in features}
     source = read_input(str(mesh))
     cells, attributes = source.cells_and_attributes()
     shown = _levels_of(source, labels, cells, labels_named)

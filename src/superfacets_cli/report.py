@@ -49,10 +49,14 @@ def notes_on_result(
     sizes = written.region_sizes
     n_filled = int(np.count_nonzero(sizes == OutputFiles.MIN_VERTICES))
     if n_filled > MAX_FILLED * len(sizes):
+        size = "-r" if is_by_radius else "--cells" if "cells" in result.params else None
+        advice = f"try a larger {size}" if size else "try a smaller -n"
+        if "feature_weight" not in result.params:
+            advice += ", or --features color if the file has colors"
         notes.append(
             f"{n_filled} of {counted(len(sizes), 'region')} in {_of_vertices(endings)} have the"
             f" minimum of {OutputFiles.MIN_VERTICES} vertices, because small regions take vertices"
-            " from neighbors; this makes borders less accurate: try a smaller -n"
+            f" from neighbors; this makes borders less accurate: {advice}"
         )
     return notes + notes_on_written(result.labels, outcome.attributes, endings, written)
 

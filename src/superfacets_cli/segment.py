@@ -54,14 +54,21 @@ _EVERYDAY = options(
            "How borders are drawn: parts (along creases, and between parts of a shape), creases, or"
            " superfacets (as in the paper).  [default: parts]"),
     option("--features NAMES", opts.Listed(),
-           "Data that borders follow, too: color, texture, normals, height (z), or properties in"
-           " IN, separated by commas.", multiple=True),
+           "Data that borders follow, too: color, texture, normals, height (z), properties in IN,"
+           " or files such as lh.sulc, separated by commas.", multiple=True),
     group="Everyday options",
 )  # fmt: skip
+scans_option = option(
+    "--scans", FLAG, f"For fused scans of rooms: --denoise {SCANS['denoise']} --alpha"
+    f" {SCANS['alpha']:g}.",
+)  # fmt: skip
+denoise_option = option(
+    "--denoise N|auto|scan", opts.Count(0, "auto", "scan"),
+    "Measure creases on a copy that is smoothed in N steps. auto estimates N from the noise; scan"
+    " does so too, and N is at least 5. Outputs are not smoothed.  [default: auto]",
+)  # fmt: skip
 _PRESETS = options(
-    option("--scans", FLAG,
-           "For fused scans of rooms: same as"
-           f" --denoise {SCANS['denoise']} --alpha {SCANS['alpha']:g}."),
+    scans_option,
     option("--paper", FLAG,
            "The algorithm of the paper, exactly as published, without options that it lacks."),
     group="Presets",
@@ -98,9 +105,7 @@ _DATA = options(
     group="Data that borders follow",
 )  # fmt: skip
 _NOISE = options(
-    option("--denoise N|auto|scan", opts.Count(0, "auto", "scan"),
-           "Measure creases on a copy that is smoothed in N steps. auto estimates N from the noise;"
-           " scan does so too, and N is at least 5. Outputs are not smoothed.  [default: auto]"),
+    denoise_option,
     option("--subdivide is_subdivided", FLAG,
            "First bisect edges longer than a quarter of a region's radius, for meshes with long and"
            " thin faces. Label files still contain one label for each face of IN."),

@@ -13,14 +13,19 @@ import numpy.typing as npt
 
 from superfacets import MeshError, read_labels
 from superfacets.kit import (
+    Content,
     FormatOptions,
+    Input,
     Ints,
     Longs,
     atomic_outputs,
     checked_classes,
     counted,
     known_ending,
+    named_errors,
+    parsed_json,
     ranked_labels,
+    read_content,
     weighted_majority,
 )
 
@@ -30,7 +35,6 @@ from .scannet import (
     StrPath,
     check_truth_stays,
     name_in_groups,
-    read_json,
     scene_of,
     write_aggregation,
 )
@@ -184,15 +188,17 @@ def regroup_segments(
         raise ValueError(f"{output}: output must differ from aggregation, which is never replaced")
     if not force:
         check_truth_stays([output])
-    groups = _Groups.read(Path(aggregation))
-    source = groups.named_segments() if segments is None else Path(segments)
+    with named_errors(aggregation):
+        groups = _Groups.of(read_content(Path(aggregation)))
+        source = Path(segments or groups.named_segments(Path(aggregation).parent))
     known_ending(source, (SEGMENTS,))
     old, new = read_labels(source), read_labels(new_segments)
     if len(old) != len(new):
         raise MeshError(
             f"{new_segments}: must have {counted(len(old), 'vertex')} like {source}, got {len(new)}"
         )
-    before = groups.objects_of(old, source)
+    with named_errors(aggregation):
+        before = groups.objects_of(old, source)
     ids, of_vertices = np.unique(new, return_inverse=True)
     votes = np.ones(len(before))
     of_segments = weighted_majority(of_vertices, before.astype(np.int32), votes, len(ids)).winners
@@ -211,34 +217,31 @@ def regroup_segments(
 class _Groups:
     """Content of an ``.aggregation.json`` file."""
 
-    path: Path
     document: dict[str, Any]  # the whole file
     entries: list[dict[str, Any]]  # the list "segGroups", with one entry per object
 
     @classmethod
-    def read(cls, path: Path) -> _Groups:
-        document = read_json(path)
+    def of(cls, data: Content) -> _Groups:
+        document = parsed_json(bytes(data), "the file")
         entries = document.get("segGroups") if isinstance(document, dict) else None
         if not isinstance(entries, list) or not all(map(_is_group, entries)):
-            raise MeshError(
-                f"{path}: must have a list segGroups, whose entries have objectId and segments"
-            )
-        return cls(path, document, entries)
+            raise MeshError("must have a list segGroups, whose entries have objectId and segments")
+        return cls(document, entries)
 
-    def named_segments(self) -> Path:
+    def named_segments(self, folder: Path) -> Path:
         """Return the path of the ``segmentsFile``, which must be in the folder of the groups."""
         name = self.document.get("segmentsFile")
         if not isinstance(name, str) or not name:
             raise MeshError(
-                f"{self.path}: has no segmentsFile: give the path of the file of old segments"
+                "has no segmentsFile: add this entry, or give the path of the file of old segments"
                 " (segments=)"
             )
         for text in (name, name.removeprefix("scannet.")):
-            path = self.path.with_name(Path(text).name)
+            path = folder / Path(text).name
             if path.exists():
                 return path
         raise MeshError(
-            f"{self.path}: the segmentsFile {name} is not in the same folder: give its path"
+            f"the segmentsFile {name} is not in the same folder: copy it there, or give its path"
             " (segments=)"
         )
 
@@ -252,8 +255,8 @@ class _Groups:
             is_missing = ids[at] != wanted
             if is_missing.any():
                 raise MeshError(
-                    f"{self.path}: has segment {wanted[np.argmax(is_missing)]}, which is not in"
-                    f" {source.name}: use the files of the same mesh"
+                    f"has segment {wanted[np.argmax(is_missing)]}, which is not in {source.name}:"
+                    " use the files of the same mesh"
                 )
             objects[at] = i
         return objects[of_vertices]
@@ -271,6 +274,15 @@ class _Groups:
             document["sceneId"] = f"scannet.{scene_of(path, GROUPS)}"
         with atomic_outputs([path]) as (temporary,):
             temporary.write_text(json.dumps(document, separators=(",", ":")), encoding="ascii")
+
+
+def objects_of_vertices(source: Input) -> Longs:
+    """Return the ``objectId`` of each vertex in the content of an ``.aggregation.json``, or -1."""
+    groups = _Groups.of(source.data)
+    segments = groups.named_segments(source.folder or Path())
+    known_ending(segments, (SEGMENTS,))
+    ids = np.array([*(entry["objectId"] for entry in groups.entries), -1], np.int64)
+    return ids[groups.objects_of(read_labels(segments), segments)]
 
 
 def _is_group(entry: object) -> bool:

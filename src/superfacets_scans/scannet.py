@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import io
 import json
 import os
@@ -15,7 +14,7 @@ from typing import IO, Any
 import numpy as np
 import numpy.typing as npt
 
-from superfacets import MeshError, MissingExtraError
+from superfacets import MeshError
 from superfacets.kit import Cells, Ints, Longs, kind_of, open_regular, parsed_json
 
 StrPath = str | os.PathLike[str]
@@ -220,12 +219,6 @@ def write_superpoints(file: IO[bytes], ids: npt.NDArray[np.integer], ending: str
         array = io.BytesIO()  # `numpy.save` calls ``tell``, which fails on pipes
         np.save(array, numbers)
         file.write(array.getbuffer())
-
-
-def check_torch() -> None:
-    """Raise a MissingExtraError if torch is not installed."""
-    if importlib.util.find_spec("torch") is None:
-        raise MissingExtraError("a .pth file", "torch")
 
 
 def write_tensor(file: IO[bytes], ids: npt.NDArray[np.integer]) -> None:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from superfacets import RegionGraph, kit, region_graph
+from superfacets import Hierarchy, RegionGraph, kit, region_graph
 from superfacets.kit import Array, Cells, Floats, MeshLike
 
 from .animation import MOVING_ENDINGS, check_video, gif_of, write_video
@@ -114,7 +114,7 @@ class Plot:
 
 def plot(
     mesh: MeshLike,
-    labels: npt.ArrayLike | None = None,
+    labels: npt.ArrayLike | Hierarchy | None = None,
     output: str | os.PathLike[str] | None = None,
     *,
     compare: Sequence[npt.ArrayLike] = (),
@@ -145,10 +145,11 @@ def plot(
     ----------
     mesh : Mesh or mesh-like, PointCloud or cloud-like
         Same as in `segment`. Points are drawn as small hexagons on the surface, without borders.
-    labels : array_like of integers, shape (F,), optional
+    labels : array_like of integers, shape (F,), or Hierarchy, optional
         Region of each face, tetrahedron or point. Labels may be any integers; cells with label -1
         are gray. If labels are omitted, a cloud with colors is drawn in its own colors. Other
-        clouds and all meshes are drawn in a single color.
+        clouds and all meshes are drawn in a single color. The levels of a `Hierarchy` are side by
+        side, the finest first.
     output : path, optional
         File to write: .png for one picture, .gif or .mp4 for a rotation.
     compare : sequence of array_like of integers, shape (N,) each
@@ -230,7 +231,7 @@ def plot(
     is_smooth = kit.checked_flag(smooth_borders, "smooth_borders")
     n = _n_frames(n_frames, output)
     path = None if output is None else _checked_target(output, n)
-    series = [labels, *compare]
+    series = [*(labels.levels if isinstance(labels, Hierarchy) else [labels]), *compare]
     _check_titles(titles, len(series))
     if color_by is not None and colors is not None:
         raise ValueError("give colors or color_by, not both")

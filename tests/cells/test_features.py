@@ -118,8 +118,8 @@ def test_features_of_vertices_of_polygons():
 
 
 @pytest.mark.parametrize(("arguments", "error", "message"), [
-    ({"features": np.zeros(3)}, ValueError,
-     r"features must have one row per cell \(8\) or per vertex \(9\), got 3 rows"),
+    ({"features": [np.zeros(9)] * 2}, ValueError,
+     r"per vertex \(9\), got 2 rows: use numpy\.column_stack\(features\)"),
     ({"features": np.zeros((8, 0))}, ValueError, r"shape \(N, F\)"),
     ({"features": np.zeros((8, 1, 1))}, ValueError, r"shape \(N, F\)"),
     ({"features": [np.nan] * 8}, ValueError, r"features\[0\] must be finite, got \[nan\]"),

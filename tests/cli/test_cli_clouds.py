@@ -66,9 +66,10 @@ def test_properties_of_faces_and_vertices(folder):
     of_faces = height[mesh.faces].mean(axis=1)
     attributes = sf.MeshAttributes(vertex={"h": height}, face={"g": of_faces})
     sf.write_mesh("fields.ply", mesh, attributes=attributes)
-    for name in "hg":
-        run("segment", "fields.ply", "-n", 9, "-q", "-o", f"{name}.npy", "--features", name)
-    assert np.array_equal(np.load("h.npy"), np.load("g.npy"))
+    np.save("values.npy", height)
+    for name in ("h", "g", "values.npy"):
+        run("segment", "fields.ply", "-n", 9, "-q", "-o", f"{name}.seg", "--features", name)
+        assert np.array_equal(sf.read_labels("h.seg"), sf.read_labels(f"{name}.seg"))
     run("segment", "fields.ply", "-n", 9, "-q", "-o", "a.ply", "--features", "g", "--subdivide")
 
 

@@ -298,3 +298,15 @@ def test_masks_and_barriers_may_have_a_value_per_vertex(run, sheet, tmp_path, na
         status, _, err = run("segment", sheet, "-n", 9, option, tmp_path / name, "-o", out)
         assert status == 0, err
         assert np.array_equal(np.load(out), segment(mesh, 9, **given).labels)
+
+
+def test_labels_of_vertices_stay_within_masks_and_barriers_of_vertices(run, sheet, tmp_path):
+    path, mesh = tmp_path / "m.annot", read_mesh(sheet)
+    areas = np.digitize(mesh.vertices @ [1, 0.3, 0], [0.3, 0.6, 0.9]) - 1
+    write_labels(path, areas)
+    for command, n in (("segment", ""), ("levels", ".9")):
+        given = ("-n", 9, "--mask", path, "--barriers", path, "-o", tmp_path / "out.annot")
+        assert run(command, sheet, *given)[0] == 0
+        labels = read_labels(tmp_path / f"out{n}.annot")
+        assert not ((labels >= 0) & (areas < 0)).any()
+        assert all(len({*areas[labels == region]}) == 1 for region in range(9))

@@ -118,6 +118,8 @@ def test_labels_of_vertices_stay_as_they_are_in_formats_with_one_label_per_verte
     assert_array_equal(read_labels("b.segs.json"), ids)
     assert_array_equal(np.fromfile("b.bin", "<i8"), np.unique(ids, return_inverse=True)[1])
     assert_array_equal(read_labels("b.label.gii"), ids)
+    err = run("convert", "a.ply", "b.label.gii", "-o", "b.annot")[2]
+    assert "names and colors of areas are not copied from b.label.gii" in err
     groups = json.loads((folder / "b.aggregation.json").read_text())["segGroups"]
     assert [group["segments"] for group in groups] == [[i] for i in np.unique(ids)]
     args = ("convert", "a.ply", "v.segs.json", "-o", "c.segs.json", "-o", "c.npy")
@@ -359,6 +361,9 @@ def test_regions_below_the_minimum_of_vertices_are_a_note(run, tmp_path, monkeyp
     n_filled = np.count_nonzero(sizes == 20)
     assert n_filled > 8
     assert f"note: {n_filled} of 40 regions in .segs.json have the minimum of 20 vertices" in err
+    assert err.count("less accurate: try a smaller -n, or --features color if the file") == 1
+    err = run("segment", "a.ply", "-r", 0.09, "-o", "a.segs.json", "--features", "height")[2]
+    assert "less accurate: try a larger -r\n" in err
     # Given vertex labels are written unchanged, so the minimum number of vertices does not apply.
     assert run("convert", "a.ply", "a.segs.json", "-o", "b.segs.json")[2] == ""
     write_mesh("cloud.ply", PointCloud(sheet.vertices))

@@ -6,7 +6,7 @@ import json
 import pytest
 import shapes
 
-from superfacets import metrics, segment, write_labels, write_mesh
+from superfacets import MeshAttributes, metrics, segment, write_labels, write_mesh
 from superfacets_cli.options import USUAL_COUNT
 
 
@@ -78,7 +78,10 @@ def test_labels_and_truth_of_vertices_are_compared_at_the_vertices(run, labeled_
     write_labels(labels, [0, 0, 0, 1, 1, 2])
     truth = labeled_strip / "truth.txt"
     truth.write_text("0\n0\n1\n1\n-1\n1\n")
+    of_vertices = MeshAttributes(vertex={"label": [0, 0, 1, 1, -1, 1]})
+    write_mesh(labeled_strip / "truth.ply", shapes.strip(4), attributes=of_vertices)
     status, printed, err = run("evaluate", mesh, labels, "--gt", truth, "--json")
+    assert run("evaluate", mesh, labels, "--gt", truth.with_suffix(".ply"), "--json")[1] == printed
     assert (status, "which can split" in err) == (0, False)
     assert "note: labels are compared at the vertices, without metrics of borders" in err
     facts = json.loads(printed)

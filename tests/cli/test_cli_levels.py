@@ -7,7 +7,7 @@ import pytest
 from command_line import files_in
 
 import superfacets as sf
-from superfacets import hierarchy, read_labels, read_mesh, segment, write_labels
+from superfacets import SCANS, hierarchy, read_labels, read_mesh, segment, write_labels
 from superfacets.kit import FORMATS, OutputFiles
 
 
@@ -72,6 +72,10 @@ def test_levels_takes_masks_barriers_and_features(run, sheet, tmp_path):
     with np.load(out) as found:
         assert np.array_equal(found["labels"], nested.levels)
     assert (nested.levels[0] == -1).any()
+    assert run("levels", sheet, "-n", "9", "--scans", "--denoise", 7, "-o", out)[0] == 0
+    wanted = hierarchy(mesh, [9], **{**SCANS, "denoise": 7}).levels
+    assert np.array_equal(np.load(out)["labels"], wanted)
+    assert run("levels", sheet, tmp_path / "low.seg", "-n", 2, "--scans", "-o", out)[0] == 2
 
 
 def test_levels_replaces_no_input(run, sheet, tmp_path, monkeypatch):
@@ -131,7 +135,7 @@ def test_levels_finds_out_before_the_work_what_cannot_be_written(run, tmp_path, 
         (("-n", "3", "-o", "sheet.ply", "--labels", "sheet.3.ply"), 2, "overwrite the input"),
         (("-n", "3", "-o", "x_sp_label.npy", "--labels", "m.npy"), 1, "m.npy"),
         (("-n", "3", "-o", "x.npy", "--mask", "m", "--labels", "l"), 2,
-         "give LABELS or a mask, not both"),
+         "give LABELS or a mask, --scans or --denoise, not both"),
         (("-n", "3", "-o", "x.las"), 1, "faces are written as .ply, .vtp"),
         (("-n", "3", "-o", "x.csv"), 1, "for a table of regions, use superfacets regions"),
         (("-n", "3", "-o", "x.npy", "--features", "heat"), 1,

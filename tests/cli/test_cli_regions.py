@@ -121,11 +121,16 @@ def test_labels_and_a_property_of_vertices_are_averaged_at_the_vertices(run, fol
     write_mesh(fold / "heat.ply", FOLD, attributes=MeshAttributes(vertex={"height": heights}))
     np.save(fold / "of_vertices.npy", labels)
     given = (fold / "heat.ply", fold / "of_vertices.npy", "--mean", "height")
-    rows = rows_of(run("regions", *given)[1])
+    np.save(fold / "v.npy", heights * 1.0)
+    rows = rows_of(run("regions", *given, "--mean", fold / "v.npy", "--majority", "height")[1])
     assert rows
     for row in rows:
         members = labels == int(row["region"])
         assert float(row["mean_height"]) == heights[members].mean()
+        assert row[f"mean_{fold / 'v.npy'}"] == row["mean_height"]
+        assert int(row["majority_height"]) == heights[members].min()
+    of_faces = run("regions", given[0], fold / "labels.seg", "--majority", "height")[1]
+    assert [row["majority_height"] for row in rows_of(of_faces)] == ["0", "0"]
 
 
 def test_a_property_of_faces_is_averaged_over_faces_if_there_are_as_many_vertices(run, tmp_path):

@@ -81,6 +81,13 @@ def test_what_does_not_fit_segments_writes_no_groups(scene):
     assert not output.exists()
 
 
+def test_groups_are_labels_of_vertices(scene):
+    assert sf.read_labels(scene / "s.aggregation.json").tolist() == [0] * 4 + [7] * 3 + [-1] * 3
+    (scene / "s_vh_clean_2.0.010000.segs.json").unlink()
+    with pytest.raises(MeshError, match=r"s\.aggregation\.json: the segmentsFile .* copy it there"):
+        sf.read_labels(scene / "s.aggregation.json")
+
+
 def test_finer_segments_lose_nothing(scene):
     new = new_segments(scene, list(range(10)))
     objects = regroup_segments(scene / "new.aggregation.json", scene / "s.aggregation.json", new)
@@ -121,7 +128,7 @@ def test_files_that_do_not_belong_together_are_refused(scene):
     write_json(groups, {"segGroups": []})
     with pytest.raises(
         MeshError,
-        match=r"has no segmentsFile: give the path of the file of old segments"
+        match=r"has no segmentsFile: add this entry, or give the path of the file of old segments"
         r" \(segments=\)",
     ):
         regroup_segments(output, groups, new)
@@ -197,4 +204,6 @@ def test_tensors_are_written_by_torch(tmp_path, monkeypatch):
 def test_without_torch_no_tensor_is_written(tmp_path):
     with pytest.raises(ImportError, match=r"a \.pth file needs torch"):
         sf.write_mesh(tmp_path / "scene.pth", shapes.cube(), np.zeros(12, int))
+    with pytest.raises(ImportError, match=r"a \.pth file needs torch"):
+        sf.batch(["missing.ply"], tmp_path, formats=["ply", "pth"])  # before an input is read
     assert not list(tmp_path.iterdir())

@@ -15,6 +15,7 @@ from superfacets import (
     read_attributes,
     read_labels,
     read_mesh,
+    segment,
     vertex_labels,
     write_labels,
     write_mesh,
@@ -113,6 +114,8 @@ def test_labels_of_vertices_and_their_names_come_back(tmp_path, name):
         MeshError, match=r"labels must be below 2\*\*24 in this format, got 16777216: renumber them"
     ):
         write_labels(tmp_path / name, [1 << 24])
+    with pytest.raises(MeshError, match="but these are labels per face: convert them with superf"):
+        write_labels(tmp_path / name, segment(MESH, 2))
 
 
 @pytest.mark.parametrize("name", ["a.annot", "a.label.gii"])

@@ -7,7 +7,7 @@ import pytest
 from mesh_files import ORDERS, VERTICES, ply_header, ply_text, stl_binary
 from numpy.testing import assert_array_equal
 
-from superfacets import Mesh, MeshError
+from superfacets import Mesh, MeshAttributes, MeshError
 from superfacets.files.cell_file import CellFile
 from superfacets.files.readers.labels import read_labels
 from superfacets.files.writers.write import write_labels, write_mesh
@@ -221,6 +221,9 @@ def test_labels_of_another_name_are_read(tmp_path):
     message = r"the faces have no property label: the integer properties are Part$"
     with pytest.raises(MeshError, match=message):
         read_labels(path)
+    of_vertices = MeshAttributes(vertex={"label": [5, 0, 0, 7, 9]})
+    write_mesh(path, Mesh(VERTICES, [[0, 1, 2], [1, 2, 3]]), attributes=of_vertices)
+    assert_array_equal(read_labels(path), [5, 0, 0, 7, 9])
 
 
 @pytest.mark.parametrize("ending", [".stl", ".obj"])

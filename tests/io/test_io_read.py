@@ -20,8 +20,10 @@ def test_an_empty_file_is_refused(refuse, ending):
 
 
 @pytest.mark.parametrize(
-    ("name", "got"), [("a.dwg", ".dwg: convert the file first"), ("a", "none"), (".ply", "none")]
-)
+    ("name", "got"),
+    [("a.dwg", ".dwg: convert the file first"), ("a", "none"), (".ply", "none"),
+     ("lh.pial.T1", ".t1: if it is a .pial file, rename a copy, or use --format pial")],
+)  # fmt: skip
 def test_an_unknown_ending_is_refused(refuse, name, got):
     endings = ", ".join(FORMATS.meshes)
     refuse(name, b"ply", f"expected the ending {endings}, got {got}")

@@ -357,12 +357,11 @@ def test_cells_in_no_region_are_no_region():
     mesh = shapes.strip(4)
     corners = shapes.two_tets().vertices
     tets = TetMesh(corners, [[0, 1, 2, 3], [1, 2, 3, 4]])
-    labels, hole = [0, 0, 1, 1], [0, -1, 1, 1]
-    message = r"\[1\] must be at least 0: superfacets.metrics.evaluate leaves out cells that are -1"
-    with pytest.raises(MeshError, match="labels" + message):
-        compactness(mesh, hole)
-    with pytest.raises(MeshError, match="labels" + message):
-        undersegmentation_error(mesh, hole, labels)
+    hole = [3, -1, 5, 5]
+    values = evaluate(mesh, hole, [[0, 0, 0, 1]])
+    assert compactness(mesh, hole) == values["compactness"]
+    for metric in (undersegmentation_error, achievable_accuracy, achievable_iou):
+        assert metric(mesh, hole, [0, 0, 0, 1]) == values[metric.__name__]
     for cells, n in ((mesh, 4), (tets, 2)):
         with pytest.raises(
             MeshError, match="labels must be 0 or greater for at least one cell, but all are -1"

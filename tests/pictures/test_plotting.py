@@ -16,6 +16,7 @@ from superfacets import (
     RenderError,
     TetMesh,
     View,
+    hierarchy,
     plot,
     region_graph,
 )
@@ -64,6 +65,9 @@ def test_labelings_stand_side_by_side_from_the_same_camera(gl):
     assert both.shape == (120, 320, 3)
     np.testing.assert_array_equal(both[:, :160], plain)
     np.testing.assert_array_equal(both[:, 160:], plot(SHEET, coarse, size=SIZE).image)
+    nested = hierarchy(SHEET, [3, 2], labels=LABELS)
+    both = plot(SHEET, nested.levels[0], compare=nested.levels[1:], size=SIZE).image
+    np.testing.assert_array_equal(both, plot(SHEET, nested, size=SIZE).image)
 
 
 def test_each_labeling_has_numbers_of_its_own(gl):

@@ -166,10 +166,10 @@ def test_region_graph_of_labels_of_vertices_names_labels_of_faces():
     regions = sf.segment(mesh, 9).labels
     of_vertices = sf.vertex_labels(mesh, regions, method="creases", min_vertices=20)
     with pytest.raises(
-        ValueError, match=r"got 625 values. For one label per vertex, use superfacets.metrics"
+        ValueError, match=r"got 625 values. For one label per vertex, convert the labels"
     ) as caught:
         sf.region_graph(mesh, of_vertices)
-    call = str(caught.value).rpartition(" with ")[2]
+    call = str(caught.value).rpartition(" with ")[2].partition(";")[0]
     names = {"superfacets": sf, "mesh": mesh, "labels": of_vertices}
     graph = sf.region_graph(mesh, eval(call, names))
     ends = of_vertices[np.concatenate([np.roll(mesh.faces, i, 1)[:, :2] for i in range(3)])]

@@ -58,9 +58,9 @@ def check_length(
     if len(given) == n:
         return
     hint = (
-        ". For one label per vertex, use superfacets.metrics.evaluate_vertices instead of evaluate,"
-        " leave out mesh in superfacets.pool, and elsewhere convert the labels to faces with"
-        " superfacets.face_labels(mesh, labels)"
+        ". For one label per vertex, convert the labels to faces with superfacets.face_labels(mesh,"
+        " labels); or use superfacets.metrics.evaluate_vertices instead of evaluate, and leave out"
+        " mesh in superfacets.pool"
     )
     raise error(
         f"{name} must have one value per {noun} ({n}), got {counted(len(given), 'value')}"
@@ -203,7 +203,7 @@ def checked_mask(mask: Any, n_cells: int, name: str) -> Bools:
         return np.ones(n_cells, dtype=bool)
     array = np.asarray(mask)
     if array.dtype != bool:
-        raise TypeError(f"{name} must be an array of bool, got {array.dtype}")
+        raise TypeError(f"{name} must be an array of bool, such as labels >= 0, got {array.dtype}")
     if array.shape != (n_cells,):
         raise ValueError(f"{name} must have shape ({n_cells},), got {array.shape}")
     return array

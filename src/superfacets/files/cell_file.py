@@ -19,7 +19,7 @@ from .atomic import StrPath
 from .formats import FORMATS
 from .guards import Content, known_ending, named_errors, read_content
 from .input import Input, Read
-from .readers.labels import checked_labels, find_property, parse_labels
+from .readers.labels import checked_labels, find_property, owned_labels, parse_labels_of
 from .readers.npy import npy_array, npy_header, npz_array
 from .readers.read import cell_ending, parse, recognized_ending
 from .readers.text import as_integers
@@ -68,10 +68,10 @@ class CellFile:
             found = find_property(*parse(self._input), name, or_parts=or_parts)
             return None if found is None else checked_labels(as_integers(found, name), n_cells)
 
-    def integers(self, n_cells: int, name: str) -> Ints:
-        """Return the integer property `name`, one value per cell; if missing, raise a MeshError."""
+    def integers(self, cells: Cells, name: str, *, at_vertices: bool = False) -> tuple[Ints, bool]:
+        """Return the result of `parse_labels_of`, or raise a MeshError if it is missing."""
         with named_errors(self.name):
-            return parse_labels(self._input, n_cells, name)
+            return parse_labels_of(cells, self._input, name, at_vertices=at_vertices)
 
     @property
     def _input(self) -> Input:
@@ -101,14 +101,15 @@ class CellFile:
             is_mask = are_values and ending == ".npy" and npy_header(labeled.data)[1].kind == "b"
             if is_mask:
                 labels = checked_labels(npy_array(labeled.data, "labels").view(np.uint8))
+                of_vertices = False
             else:
-                labels = parse_labels(labeled._input, None, name)
+                labels, of_vertices = owned_labels(labeled._input, None, name)
             n_vertices = getattr(cells, "n_vertices", None)
-            if n_vertices is not None and ending in FORMATS["vertex_labels"]:
+            if n_vertices is not None and of_vertices:
                 check_length(labels, n_vertices, "labels", "vertex", error=MeshError)
-                return labels, True
-            labels = self._of_points(labels, cells)
-            of_vertices = are_of_vertices(labels, cells)
+            else:
+                labels = self._of_points(labels, cells)
+                of_vertices = are_of_vertices(labels, cells)
         if ending in FORMATS.cells and ending not in FORMATS["labels"]:
             self._check_same_order(cells, labeled, are_of_vertices=of_vertices)
         return labels, of_vertices
@@ -130,14 +131,33 @@ class CellFile:
         except Exception:  # zipfile and zlib raise many kinds of errors for damaged files
             raise MeshError(f"{path}: is not a .npz of superfacets levels, or is damaged") from None
 
+    @staticmethod
+    def values_in(path: StrPath) -> Array:
+        """Return the numbers in a file of `Formats.value_files`, in the order of the file."""
+        path = Path(path)
+        ending, content = known_ending(path, FORMATS.value_files), read_content(path)
+        try:
+            if ending == ".npy":
+                return npy_array(content, "values")
+            if ending in FORMATS.vertex_values:
+                return np.asarray(FORMATS["vertex_labels"][ending](content))
+            return np.array(bytes(content).split(), dtype=np.float64)
+        except ValueError as error:
+            raise MeshError(f"{path}: {error}") from None
+
     def _check_same_order(self, cells: Any, labeled: CellFile, *, are_of_vertices: bool) -> None:
         """Raise a MeshError if labeled cells differ from these cells in position or order.
 
         Positions may differ by rounding to float32, and by one quantization step of LAS.
         """
         kind, others = kind_of(cells), labeled.cells()
-        expected = cells.vertices if are_of_vertices else kind.positions(cells)
-        given = kind_of(others).positions(others)
+        sources: tuple[Any, Any] = cells, others
+        expected, given = (
+            each.vertices
+            if are_of_vertices and not kind_of(each).are_points
+            else kind_of(each).positions(each)
+            for each in sources
+        )
         # Half of `eps` is the maximum relative error of rounding.
         tolerance = np.finfo(np.float32).eps * np.abs(cells.bounds).max(axis=0)
         tolerance += np.maximum(self._steps, labeled._steps)

@@ -7,7 +7,8 @@ entry point is a role and an ending, for example ``read_faces.abc``; its value i
   `Input.cloud`: cells and attributes of a mesh file, or of its points if it has no cells;
 - ``read_points``: the same for formats that contain only points;
 - ``labels``: takes the content of a label file; returns the labels of cells. In a table
-  ``vertex_labels``, labels are of vertices. Labels in other formats are attributes of the cells;
+  ``vertex_labels``, labels are of vertices; ``groups`` also, but the argument is an `Input`. Labels
+  in other formats are attributes of the cells or vertices;
 - ``steps``: takes the content, and returns the quantization steps of x, y and z;
 - ``recognize``: takes the content of a file without a name; returns whether it has this format;
 - ``write_KIND``: takes a binary file and an `Output`. ``write_polygons`` also writes triangles.
@@ -31,6 +32,9 @@ _EXTRAS = {
     ".msh": ("meshio", "mesh"), ".mesh": ("meshio", "mesh"),
 }  # fmt: skip
 """Package that reads a format, and the extra of superfacets that installs it, by ending."""
+
+_WRITE_EXTRAS = {".pth": ("torch", "torch"), ".las": _EXTRAS[".las"], ".laz": _EXTRAS[".laz"]}
+"""Same as `_EXTRAS`, for writing."""
 
 _SURFACES = (".white", ".pial", ".inflated", ".smoothwm", ".orig", ".sphere")
 _GIFTI_VALUES = (".shape.gii", ".func.gii")
@@ -69,6 +73,7 @@ _ROLES: dict[str, dict[str, str]] = {
         **dict.fromkeys(_GIFTI_VALUES, "superfacets_formats.cortex:gifti_values"),
         **dict.fromkeys(_CURVES, "superfacets_formats.cortex:curve_values"),
     },
+    "groups": {".aggregation.json": "superfacets_scans.aggregation:objects_of_vertices"},
     "steps": dict.fromkeys((".las", ".laz"), "superfacets_formats.las:las_steps"),
     "recognize": {
         ".vtp": "superfacets_formats.vtk_xml:is_vtp",
@@ -123,10 +128,12 @@ class Formats(dict[str, Table]):
         """Extra of superfacets that reading needs, by ending."""
         self.z_up = (".las", ".laz", ".e57", ".gii", *_SURFACES)
         """Files in which z points up. glTF defines y, but many files do not follow this."""
-        self.labels = _distinct(self["labels"], self.cells, self["vertex_labels"])
+        self.labels = _distinct(self["labels"], self.cells, self["vertex_labels"], self["groups"])
         """Files with labels."""
         self.vertex_values = (*_GIFTI_VALUES, *_CURVES)
         """Files with a number per vertex. Whole numbers may be labels."""
+        self.value_files = (".npy", ".txt", *self.vertex_values)
+        """Files with a number per cell, region or vertex."""
         self.key_labels = (".label.gii", ".annot")
         """Files with one label per vertex, which may be -1, and a table of colors and names. The
         label is the key of the vertex, or its row in the table, minus 1."""
@@ -174,11 +181,17 @@ class Formats(dict[str, Table]):
         """Maps names of output formats, such as ``ply`` or ``sp_label.npy``, to endings."""
 
     @staticmethod
-    def check_readers(endings: Iterable[str]) -> None:
+    def check_readers(
+        endings: Iterable[str], packages: Mapping[str, tuple[str, str]] = _EXTRAS
+    ) -> None:
         """Raise a MissingExtraError if the package that reads one of these formats is missing."""
         for ending in endings:
-            if ending in _EXTRAS and find_spec(_EXTRAS[ending][0]) is None:
-                raise MissingExtraError(f"a {ending} file", _EXTRAS[ending][1])
+            if ending in packages and find_spec(packages[ending][0]) is None:
+                raise MissingExtraError(f"a {ending} file", packages[ending][1])
+
+    def check_writers(self, endings: Iterable[str]) -> None:
+        """Raise a MissingExtraError if the package that writes one of these formats is missing."""
+        self.check_readers(endings, _WRITE_EXTRAS)
 
     def usual_output(self, kind: str) -> str:
         """Return the default ending of files with cells of the kind named `kind`."""

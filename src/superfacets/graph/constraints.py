@@ -69,6 +69,27 @@ class ConstraintOptions:
             return None
         return _checked_kept(self.mask, cells.n_cells)
 
+    def per_cell(self, source: Any) -> tuple[Any, Any]:
+        """Return the mask and the barriers, with a value per cell in place of one per vertex."""
+        if fit_vertices(self.mask, source) and fit_vertices(self.barriers, source):
+            # "Not kept" is one more number in the vote of the corners, so that both agree.
+            groups = of_cells(self.groups_of_vertices(source), source)
+            return groups >= 0, groups
+        return of_cells(self.mask, source), of_cells(self.barriers, source)
+
+    def groups_of_vertices(self, source: Any) -> Ints | None:
+        """Return the number of each vertex >= 0, -1 outside the mask; None if they are of cells."""
+        has_mask, has_barriers = (fit_vertices(x, source) for x in (self.mask, self.barriers))
+        if not (has_mask or has_barriers):
+            return None
+        groups = np.zeros(source.n_vertices, np.int32)
+        if has_barriers:
+            groups = _checked_groups(self.barriers, len(groups))
+        if has_mask:
+            refuse_mask(self.mask, "mask")
+            groups[~checked_mask(self.mask, len(groups), "mask")] = -1
+        return groups
+
     def kept_cells(
         self, source: Cells | CellGraph, graph: CsrArcs, *, weld: float, n_threads: int,
         order: Ints | None = None,
@@ -81,15 +102,8 @@ class ConstraintOptions:
         if not self.is_used:
             return None
         n_cells, sources = graph.n_cells, graph.sources
-        mask, barriers = self.mask, self.barriers
-        if fit_vertices(mask, source) and fit_vertices(barriers, source):
-            # "Not kept" is one more number in the vote of the corners, so that both agree.
-            refuse_mask(mask, "mask")
-            votes = _checked_groups(barriers, np.size(barriers))
-            votes[~checked_mask(mask, len(votes), "mask")] = -1
-            barriers = of_cells(votes, source)
-            mask = barriers >= 0
-        is_kept = in_order(_checked_kept(of_cells(mask, source), n_cells), order)
+        mask, barriers = self.per_cell(source)
+        is_kept = in_order(_checked_kept(mask, n_cells), order)
         keeps_arc = is_kept[sources] & is_kept[graph.neighbors]
         groups = NO_GROUPS
         if barriers is not None:
@@ -100,7 +114,7 @@ class ConstraintOptions:
                 )
                 groups = _groups_apart(graph, keeps_arc, keeps_arc & ~crosses, sources)
             else:
-                groups = in_order(_checked_groups(of_cells(barriers, source), n_cells), order)
+                groups = in_order(_checked_groups(barriers, n_cells), order)
                 crosses = groups[sources] != groups[graph.neighbors]
             keeps_arc &= ~crosses
         return KeptCells.of(graph, is_kept, keeps_arc, sources, groups)

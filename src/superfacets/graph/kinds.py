@@ -407,13 +407,13 @@ def fit_vertices(values: Any, cells: Any) -> bool:
     return bool(np.shape(values) == (n_vertices,) != (cells.n_cells,))
 
 
-def are_of_vertices(labels: Sized, cells: Any) -> bool:
+def are_of_vertices(labels: Sized, cells: Any, name: str = "labels") -> bool:
     """Return whether there is one label per vertex, not per cell; raise a MeshError if neither."""
     n_vertices = getattr(cells, "n_vertices", None)  # point clouds have no vertices
     if len(labels) in (cells.n_cells, n_vertices):
         return len(labels) != int(cells.n_cells)
     vertices = "" if n_vertices is None else f" or per vertex ({n_vertices})"
     raise MeshError(
-        f"labels must have one value per {kind_of(cells).noun} ({cells.n_cells}){vertices},"
+        f"{name} must have one value per {kind_of(cells).noun} ({cells.n_cells}){vertices},"
         f" got {counted(len(labels), 'value')}"
     )

@@ -70,14 +70,6 @@ Labeled: TypeAlias = MeshLike | CellGraph | Overlap
 Labels: TypeAlias = npt.ArrayLike | None
 
 
-def compact_complete(labels: Any, n_cells: int, n_vertices: int | None = None) -> tuple[Ints, int]:
-    """Return the same as `compact_labels`; raise a MeshError if a label is -1."""
-    array = checked_any_labels(labels, n_cells, n_vertices)
-    must = "at least 0: superfacets.metrics.evaluate leaves out cells that are -1"
-    refuse_first(array < 0, "labels", array, must, MeshError)
-    return compact_labels(array, n_cells)
-
-
 def compact_labels(
     labels: Any, n_cells: int, n_vertices: int | None = None, name: str = "labels"
 ) -> tuple[Ints, int]:
@@ -96,8 +88,8 @@ def area_overlap(labels: npt.ArrayLike, truth: npt.ArrayLike, areas: npt.ArrayLi
     Parameters
     ----------
     labels, truth : array_like of integers, shape (F,)
-        Region (>= 0) and true segment (>= 0) of each face. In `truth`, -1 means that a face
-        is unannotated. Unannotated faces are ignored.
+        Region (>= 0) and true segment (>= 0) of each face, or -1 for faces in no region and for
+        unannotated faces, which are ignored.
     areas : array_like, shape (F,)
         Area of each face, finite and >= 0, for example ``build_face_graph(mesh).measures``. At
         least one area must be above 0.
@@ -112,7 +104,7 @@ def area_overlap(labels: npt.ArrayLike, truth: npt.ArrayLike, areas: npt.ArrayLi
     ------
     ValueError, TypeError
         If the numbers of labels and areas differ, if labels or truth are not valid integers, if all
-        faces are unannotated, or if all annotated faces have area 0.
+        faces are ignored, or if all other faces have area 0.
 
     Examples
     --------
@@ -124,7 +116,7 @@ def area_overlap(labels: npt.ArrayLike, truth: npt.ArrayLike, areas: npt.ArrayLi
         areas, np.size(areas), "areas", "face", checked_threads(None)
     )
     positive_total(values)
-    regions, n_regions = compact_complete(labels, len(values))
+    regions, n_regions = compact_labels(labels, len(values))
     segments, n_segments = compact_labels(truth, len(values), name="truth")
     return overlap_of(regions, n_regions, segments, n_segments, values)
 
@@ -132,11 +124,10 @@ def area_overlap(labels: npt.ArrayLike, truth: npt.ArrayLike, areas: npt.ArrayLi
 def overlap_of(
     regions: Ints, n_regions: int, segments: Ints, n_segments: int, areas: Floats
 ) -> Overlap:
-    """Return the result of `area_overlap` for labels that are consecutive integers from 0."""
-    is_annotated = segments >= 0
-    if not is_annotated.all():
-        regions, segments = regions[is_annotated], segments[is_annotated]
-        areas = areas[is_annotated]
+    """Return the result of `area_overlap` for labels that are -1 or consecutive integers from 0."""
+    is_rated = (segments >= 0) & (regions >= 0)
+    if not is_rated.all():
+        regions, segments, areas = regions[is_rated], segments[is_rated], areas[is_rated]
         positive_total(areas)
     pairs = regions.astype(np.int64) * n_segments + segments
     if n_regions * n_segments <= _DENSE_PAIRS_PER_FACE * len(areas):
@@ -295,7 +286,7 @@ def _prepared(source: Labeled, labels: Labels, truth: Labels) -> Overlap:
         raise TypeError("labels and truth are required if a mesh or graph is given")
     cells = as_known(source)
     n_vertices = getattr(cells, "n_vertices", None)
-    regions, n_regions = compact_complete(labels, cells.n_cells, n_vertices)
+    regions, n_regions = compact_labels(labels, cells.n_cells, n_vertices)
     segments, n_segments = compact_labels(truth, cells.n_cells, n_vertices, "truth")
     values = weights_of_cells(cells)
     positive_total(values)

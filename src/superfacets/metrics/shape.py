@@ -13,7 +13,7 @@ from ..graph.sums import positive_total, sums_by_label
 from ..graph.surface import Surface
 from ..mesh.convert import MeshLike
 from ..mesh.faces import area_vectors
-from .overlap import compact_complete
+from .overlap import compact_labels
 
 _NORMAL_NOISE = 1e-12
 """A surface is treated as flat if the variation of normals is at most this fraction of the area."""
@@ -31,15 +31,15 @@ def compactness(mesh: MeshLike | CellGraph, labels: npt.ArrayLike, *, weld: floa
     mesh : Mesh or mesh-like, or CellGraph with ArcMeasures
         Same as in `segment`, or a graph of any cells.
     labels : array_like of integers, shape (F,)
-        Region of each cell, >= 0.
+        Region of each cell, >= 0, or -1 for cells in no region, which are left out.
     weld : bool, default True
         Whether vertices at exactly the same position are treated as one vertex.
 
     Raises
     ------
     MeshError, ValueError, TypeError
-        If the mesh is not valid, if labels are not one integer >= 0 per cell, or if all cells have
-        area 0.
+        If the mesh is not valid, if labels are not one integer >= -1 per cell or are all -1, or if
+        all cells in regions have area 0.
 
     References
     ----------
@@ -52,13 +52,15 @@ def compactness(mesh: MeshLike | CellGraph, labels: npt.ArrayLike, *, weld: floa
     4.0
     """
     surface = as_surface(mesh, weld=weld, n_threads=None)
-    return compactness_of(surface, *compact_complete(labels, surface.n_cells))
+    return compactness_of(surface, *compact_labels(labels, surface.n_cells))
 
 
 def compactness_of(surface: Surface, labels: Ints, n_regions: int) -> float:
-    """Return the result of `compactness` for labels that are consecutive integers from 0."""
-    perimeters = _core.region_perimeters(surface.handle, labels, n_regions, surface.n_threads)
-    areas = sums_by_label(labels, surface.measures, n_regions)
+    """Return the result of `compactness` for labels that are consecutive integers from 0, or -1."""
+    labels = np.where(labels < 0, np.int32(n_regions), labels)  # the rest is one more region
+    found = _core.region_perimeters(surface.handle, labels, n_regions + 1, surface.n_threads)
+    perimeters = found[:n_regions]
+    areas = sums_by_label(labels, surface.measures, n_regions + 1)[:n_regions]
     positive_total(areas)
     has_area = areas > 0
     scale = np.sqrt(areas[has_area]) if surface.dimension == 2 else areas[has_area] ** (2 / 3)

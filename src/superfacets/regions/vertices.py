@@ -160,14 +160,16 @@ def face_labels(mesh: MeshLike, vertex_labels: npt.ArrayLike) -> Ints:
     return labels_of_corners(cells, array).astype(np.int32)
 
 
-def vertex_ids(cells: Any, labels: npt.NDArray[np.integer[Any]]) -> Longs:
+def vertex_ids(
+    cells: Any, labels: npt.NDArray[np.integer[Any]], barriers: Ints | None = None
+) -> Longs:
     """Convert labels of cells, >= 0, to ids of vertices, for files that neural networks read.
 
-    Each vertex that no cell uses gets a unique id above all labels.
+    Each vertex that gets no label gets a unique id above all labels.
     """
     if kind_of(cells).are_points:
         return labels.astype(np.int64)
-    ids = vertex_labels(cells, labels).astype(np.int64)
+    ids = vertex_labels(cells, labels, barriers=barriers).astype(np.int64)
     unused = np.flatnonzero(ids < 0)
     ids[unused] = int(labels.max()) + 1 + np.arange(len(unused))
     return ids

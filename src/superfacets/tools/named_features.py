@@ -13,8 +13,10 @@ from ..base.errors import MeshError
 from ..base.lazy import load
 from ..base.types import Array, Bools, Bytes, Floats
 from ..files.attributes import COLORS, MeshAttributes, is_word, stored_colors
+from ..files.cell_file import CellFile
+from ..files.formats import FORMATS
 from ..files.guards import named_errors, narrowed
-from ..graph.kinds import kind_of
+from ..graph.kinds import are_of_vertices, kind_of
 from ..graph.point_graph import find_point_graph
 from ..mesh.convert import as_mesh
 from ..mesh.faces import area_vectors
@@ -50,7 +52,8 @@ class CellData:
         - ``"texture"`` is the mean color of the texels of a face in OKLab, and ``"texture_spread"``
           is the standard deviation of the texel colors in a face.
         - ``"normals"`` and ``"height"`` (z) are computed from the mesh or the cloud.
-        - Any other name is a property of the faces, points or vertices in the file.
+        - Any other name is a property of the faces, points or vertices in the file, or a file of
+          `Formats.value_files`, such as ``lh.sulc``, with one number per cell or vertex.
 
         If `is_kept` is given, (N,), missing normals of a cloud are estimated from the kept points
         only; the normals of the other points are 0.
@@ -73,7 +76,7 @@ class CellData:
         return FeatureTable(np.concatenate(columns, axis=1), tuple(groups), tuple(of_columns))
 
     def values(self, name: str, *, at_vertices: bool = False) -> Floats | None:
-        """Return the values of a property in the file, (N,), or None if the file lacks it.
+        """Return the values of a property or file, (N,), or None if there is no such property.
 
         A property of the vertices of a mesh is averaged over the corners of each cell, or returned
         as it is, (V,), if `at_vertices`. Raises a MeshError if the property has more than one
@@ -151,7 +154,8 @@ class CellData:
     def _properties(self, names: Sequence[str], at_vertices: bool = False) -> Floats | None:
         """Return properties of faces, or all of vertices, as one row per cell; None if missing.
 
-        If `at_vertices`, properties of vertices have one row per vertex.
+        If `at_vertices`, properties of vertices have one row per vertex. A name may be the path of
+        a file with one number per cell or vertex.
         """
         of_faces, of_vertices = self._stored
         for stored in (of_faces, of_vertices):
@@ -160,6 +164,10 @@ class CellData:
                 table = np.concatenate(columns, axis=1).astype(np.float64)
                 is_ready = stored is of_faces or at_vertices
                 return table if is_ready else _per_cell(table, self.cells)
+        if len(names) == 1 and names[0].lower().endswith(FORMATS.value_files):
+            table = CellFile.values_in(names[0]).astype(np.float64)[:, np.newaxis]
+            is_ready = not are_of_vertices(table, self.cells, names[0]) or at_vertices
+            return table if is_ready else _per_cell(table, self.cells)
         return None
 
     @property

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -28,11 +28,11 @@ from ..files.attributes import MeshAttributes
 from ..files.formats import FORMATS
 from ..files.guards import Content, read_content
 from ..files.input import Input
-from ..files.readers.labels import parse_labels
+from ..files.readers.labels import parse_labels_of
 from ..files.readers.read import cell_ending, parse
 from ..files.writers.cells import FormatOptions
 from ..files.writers.write import OutputFiles, Written
-from ..graph.constraints import mask_of, sharp_edges, sharp_edges_inside
+from ..graph.constraints import ConstraintOptions, mask_of, sharp_edges, sharp_edges_inside
 from ..graph.kinds import kind_of
 from ..graph.point_graph import checked_viewpoint
 from ..graph.size import advised_max_edge
@@ -79,12 +79,13 @@ class Outcome:
     """For each region, the fraction of the length of barrier edges that is inside the region, (K,).
     None if there are no barrier edges, or if no `barrier_angle` was given."""
     warnings: tuple[Warning, ...] = ()  # warnings of `segment`
+    constraints: Mapping[str, Any] = field(default_factory=dict)  # mask and barriers, as given
 
     def write(self, outputs: OutputFiles) -> Written:
         """Write all outputs, and return the same as `OutputFiles.write`."""
         return outputs.write(
             self.mesh, self.result.labels, attributes=self.attributes, listed=self.listed,
-            listed_mesh=self.listed_mesh,
+            listed_mesh=self.listed_mesh, constraints=self.constraints,
         )  # fmt: skip
 
 
@@ -182,7 +183,12 @@ class FileOptions:
             reads = keeps or bool(wanted.names) or self.min_opacity > 0
             mesh, attributes, constraints = load(reads)
             threads = checked_threads(self.keywords.get("n_threads"))
-            of_cells: dict[str, Any] = {**constraints}
+            per_cell = ConstraintOptions(**constraints).per_cell(mesh)
+            of_cells: dict[str, Any] = {
+                name: values
+                for name, values in zip(("mask", "barriers"), per_cell, strict=True)
+                if values is not None
+            }
             if self.min_opacity > 0:
                 is_opaque = _are_opaque(attributes, self.min_opacity)
                 of_cells["mask"] = is_opaque & of_cells.get("mask", True)
@@ -207,6 +213,7 @@ class FileOptions:
         seen = mesh if self.viewpoint is None else kind_of(mesh).seen_from(mesh, self.viewpoint)
         result, found = _segmented(seen, of_cells, self, callback)
         outcome = Outcome(mesh, attributes, replace(result, cells=mesh), warnings=found)
+        outcome = replace(outcome, constraints=constraints)
         if barrier_angle is not None and len(of_cells["barriers"]):
             surface, labels = as_mesh(mesh), result.labels
             inside = sharp_edges_inside(surface, labels, barrier_angle, n_threads=threads)
@@ -241,7 +248,7 @@ class FileOptions:
             outputs.check_fit(cells)
             constraints: dict[str, Array] = {}
             if self.mask_values:
-                labels = parse_labels(source, cells.n_cells, self.labels_named)
+                labels, _ = parse_labels_of(cells, source, self.labels_named)
                 constraints["mask"] = mask_of(labels, self.mask_values, path, cells)
             return cells, attributes, constraints
 

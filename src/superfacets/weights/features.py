@@ -156,9 +156,10 @@ def _checked_table(given: Any, n_cells: int, source: Any) -> Floats:
     if corners is not None and len(table) == n_vertices:
         return corners.means(table)
     vertices = "" if n_vertices is None else f" or per vertex ({n_vertices})"
+    is_turned = table.shape[1] in (n_cells, n_vertices)
     raise ValueError(
         f"features must have one row per cell ({n_cells}){vertices}, got"
-        f" {counted(len(table), 'row')}"
+        f" {counted(len(table), 'row')}{': use numpy.column_stack(features)' * is_turned}"
     )
 
 

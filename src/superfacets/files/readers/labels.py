@@ -13,7 +13,7 @@ import numpy as np
 from ...base.checks import checked_classes, integer_array, refuse_order
 from ...base.errors import MeshError
 from ...base.types import Array, Ints
-from ...graph.kinds import kind_of
+from ...graph.kinds import kind_of, labels_of_corners
 from ...mesh.base import Cells
 from ..attributes import MeshAttributes
 from ..formats import FORMATS
@@ -37,10 +37,13 @@ def read_labels(
         - ``.seg`` and ``.txt``: one integer per line, without a header;
         - other formats of `read_mesh` and `read_cloud`: the integer property ``label`` of the
           cells; without it the named parts of the mesh, such as solids and groups, numbered in the
-          order of the file. The numbers in names like ``region_17`` are labels;
-        - labels of vertices: ``.segs.json`` (ScanNet); ``.label.gii`` (GIFTI) and ``.annot``
-          (FreeSurfer), the key of the vertex or its row in the color table, minus 1; whole numbers
-          in ``.shape.gii``, ``.func.gii``, ``.curv``, ``.thickness``, ``.sulc`` and ``.area``.
+          order of the file (the numbers in names like ``region_17`` are labels); without parts the
+          property ``label`` of the vertices, as in ``.labels.ply`` of ScanNet;
+        - labels of vertices: ``.segs.json`` (ScanNet), and ``.aggregation.json``, the ``objectId``
+          of each vertex, with the segments file that it names; ``.label.gii`` (GIFTI) and
+          ``.annot`` (FreeSurfer), the key of the vertex or its row in the color table, minus 1;
+          whole numbers in ``.shape.gii``, ``.func.gii``, ``.curv``, ``.thickness``, ``.sulc`` and
+          ``.area``.
           `face_labels` converts labels of vertices to labels of faces.
     n_faces : int, optional
         Number of labels that the file must have: one per cell, or one per vertex. By default, any
@@ -81,19 +84,43 @@ def read_labels(
 
 def parse_labels(source: Input, n_cells: int | None, name: str) -> Ints:
     """Return the labels in the content of a file, or raise a MeshError if they are missing."""
-    for role in ("labels", "vertex_labels"):
+    return owned_labels(source, n_cells, name)[0]
+
+
+def parse_labels_of(
+    cells: Cells, source: Input, name: str, *, at_vertices: bool = False
+) -> tuple[Ints, bool]:
+    """Return the labels in the file of `cells`, and whether they are of vertices.
+
+    Labels of vertices are returned as they are if `at_vertices`. Otherwise, a cell gets the most
+    frequent label of its corners.
+    """
+    labels, are_of_vertices = owned_labels(source, None, name)
+    if are_of_vertices and at_vertices:
+        return labels, True
+    labels = labels_of_corners(cells, labels) if are_of_vertices else labels
+    return checked_labels(labels, cells.n_cells), False
+
+
+def owned_labels(source: Input, n_cells: int | None, name: str) -> tuple[Ints, bool]:
+    """Return the same as `parse_labels`, and whether labels are known to be of vertices."""
+    for role in ("labels", "vertex_labels", "groups"):
         if source.ending in FORMATS[role]:
-            found = FORMATS[role][source.ending](as_declared(source.data))
+            given = source if role == "groups" else as_declared(source.data)
+            found = FORMATS[role][source.ending](given)
             if source.ending in FORMATS.vertex_values:
                 found = as_integers(found, "labels")
-            return checked_labels(found, n_cells)
+            return checked_labels(found, n_cells), role != "labels"
     if source.ending not in FORMATS.cells:
         raise MeshError(f"expected a format that can store labels, got {source.ending}")
     cells, attributes = parse(replace(source, keep=True))
     found = find_property(cells, attributes, name, or_parts=True)
+    of_vertices = {} if attributes is None or kind_of(cells).are_points else attributes.vertex
+    if are_of_vertices := found is None:
+        found = of_vertices.get("_".join(name.split()))
     if found is not None and found.ndim == 1:
-        return checked_labels(as_integers(found, "labels"), n_cells)
-    stored = _stored_of(cells, attributes)
+        return checked_labels(as_integers(found, "labels"), n_cells), are_of_vertices
+    stored = {**_stored_of(cells, attributes), **of_vertices}
     others = [
         key for key, values in stored.items() if values.dtype.kind in "iu" and values.ndim == 1
     ]

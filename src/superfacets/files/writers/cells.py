@@ -52,7 +52,11 @@ class FormatOptions:
         scores: npt.ArrayLike | None = None,
         **others: Any,
     ) -> FormatOptions:
-        """Return options; raise an error if one is invalid, or has no effect on any ending."""
+        """Return options; raise an error if one is invalid, or has no effect on any ending.
+
+        A MissingExtraError is raised if the package that writes one of the endings is missing.
+        """
+        FORMATS.check_writers(endings)
         options = cls(**others)
         named = options.label_name
         if not isinstance(named, str) or not named or not named.isprintable():

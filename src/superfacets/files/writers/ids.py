@@ -22,7 +22,7 @@ from .cells import FormatOptions
 from .text import write_npy, write_rows
 
 _SCANS = Table({name: f"superfacets_scans.scannet:{name}" for name in (
-    "check_ids", "check_nested", "check_torch", "check_triangles", "name_in_groups", "scene_of",
+    "check_ids", "check_nested", "check_triangles", "name_in_groups", "scene_of",
     "write_aggregation", "write_segments", "write_sstk", "write_superpoints", "write_tensor",
 )})  # fmt: skip
 """Functions for formats of indoor scans, by name."""
@@ -48,6 +48,7 @@ class IdWriter:
     ``.segs.json`` file that contains the ids."""
     segments_file: Path | None = None  # the ``.segs.json`` file that is written together with this
     coarser: Sequence[Ints] = ()  # coarser levels of `labels`
+    groups: Ints | None = None  # `ConstraintOptions.groups_of_vertices` of the cells
 
     def checked(self, endings: Sequence[str]) -> IdWriter:
         """Return self, or raise a MeshError if a format of `endings` cannot store the labels."""
@@ -58,8 +59,6 @@ class IdWriter:
             if ending in FORMATS.vertex_outputs and labels.min() < 0:
                 first = int(np.argmin(labels))
                 raise MeshError(f"labels[{first}] must be >= 0 in {ending}, got {labels[first]}")
-            if ending == ".pth":
-                _SCANS["check_torch"]()
             if ending in FORMATS.key_labels:
                 _SCANS["check_ids"](labels)
             if ending in FORMATS.graph_outputs and self.labels.max() < 0:
@@ -128,7 +127,9 @@ class IdWriter:
         comments = () if self.attributes is None else self.attributes.comments
         of_vertices, colors = self.of_vertices, load(_PALETTE)
         if of_vertices is None:
-            of_vertices = vertex_labels(self.cells, self.labels, min_vertices=1)
+            of_vertices = vertex_labels(
+                self.cells, self.labels, min_vertices=1, barriers=self.groups
+            )
             regions, firsts = np.unique(self.labels, return_index=True)
             shown = firsts[np.isin(regions, of_vertices) & (regions >= 0)]
             colors = load("superfacets_show.colors:face_colors")(self.cells, self.labels)[shown]
@@ -146,4 +147,4 @@ class IdWriter:
         assert self.labels is not None
         if self.of_vertices is not None:
             return self.of_vertices.astype(np.int64)
-        return vertex_ids(self.cells, self.labels)
+        return vertex_ids(self.cells, self.labels, self.groups)

@@ -15,6 +15,7 @@ from ...base.checks import refuse_order
 from ...base.errors import MeshError
 from ...base.lazy import load
 from ...base.types import Ints, Longs
+from ...graph.constraints import ConstraintOptions
 from ...graph.kinds import fit_vertices, kind_of, of_cells
 from ...mesh.base import Cells
 from ...mesh.convert import as_cells
@@ -146,8 +147,9 @@ def write_labels(path: StrPath, labels: npt.ArrayLike, *, force: bool = False) -
         Output file. The ending selects the format:
 
         - ``.npy`` (int32), ``.seg`` or ``.txt`` (one integer per line, no header);
-        - labels of vertices: ``.segs.json``; ``.bin``, ``_sp_label.npy`` or ``.pth`` (int64,
-          renumbered without gaps); ``.label.gii`` or ``.annot`` (with a table of colors and names);
+        - labels of vertices (for labels of faces, use `write_mesh`): ``.segs.json``; ``.bin``,
+          ``_sp_label.npy`` or ``.pth`` (int64, renumbered without gaps); ``.label.gii`` or
+          ``.annot`` (with a table of colors and names);
         - labels of triangles: ``.sstk.json``;
         - labels of segments: ``.aggregation.json`` (one group per label).
 
@@ -173,13 +175,20 @@ def write_labels(path: StrPath, labels: npt.ArrayLike, *, force: bool = False) -
     '0\n1\n'
     """
     ending = known_ending(path, (*FORMATS.label_outputs, *FORMATS.id_outputs))
-    path = Path(path)
+    path, cells = Path(path), getattr(labels, "cells", None)  # a `Segmentation` has cells
+    if ending in (*FORMATS.vertex_outputs, *FORMATS.key_labels) and hasattr(cells, "n_vertices"):
+        noun = kind_of(cells).noun
+        raise MeshError(
+            f"a {ending} file has a label per vertex, but these are labels per {noun}: convert them"
+            f" with superfacets.write_mesh({str(path)!r}, mesh, labels)"
+        )
     _check_truth_stays([path], force)
     are_levels = ending == LEVELS and np.ndim(labels) == 2
     levels = [
         checked_labels(each) for each in ([*np.asarray(labels)] if are_levels else ()) or [labels]
     ]
-    writer = IdWriter(None, levels[0], FormatOptions(), of_vertices=levels[0], coarser=levels[1:])
+    options = FormatOptions.checked([ending])
+    writer = IdWriter(None, levels[0], options, of_vertices=levels[0], coarser=levels[1:])
     writer.checked([ending])
     with atomic_outputs([path]) as (temporary,), temporary.open("wb") as file:
         writer.write(file, ending, path)
@@ -334,17 +343,21 @@ class OutputFiles:
         `labels` stands for labels that are computed later: -1 where a cell will be in no region,
         and any label elsewhere. None means that every cell will be in a region.
         """
-        likely = np.zeros(cells.n_cells, np.int32) if labels is None else labels
+        likely = np.zeros(cells.n_cells, np.int32) if labels is None else of_cells(labels, cells)
         for ending in self.endings:
             _writer_of(cells, likely, ending, self.options)
 
     def write_one(
         self, file: IO[bytes], path: Path, cells: Cells, labels: Ints,
-        attributes: MeshAttributes | None = None,
+        attributes: MeshAttributes | None = None, constraints: Mapping[str, Any] | None = None,
     ) -> list[str]:  # fmt: skip
-        """Write one labeling in the format of `path`, and return the names of lost attributes."""
-        ending = _ending_of(path)
-        return _writer_of(cells, labels, ending, self.options, attributes).write(file, ending, path)
+        """Write one labeling in the format of `path`, and return the names of lost attributes.
+
+        `constraints` are the same as in `write`.
+        """
+        ending, groups = _ending_of(path), _groups_in(constraints, cells)
+        writer = _writer_of(cells, labels, ending, self.options, attributes, groups)
+        return writer.write(file, ending, path)
 
     def write(
         self,
@@ -357,13 +370,16 @@ class OutputFiles:
         listed_mesh: Any = None,
         of_vertices: Ints | None = None,
         segments: tuple[Ints, Ints, Path] | None = None,
+        constraints: Mapping[str, Any] | None = None,
     ) -> Written:
         """Write all files and streams.
 
         Files with one label per cell get one per record of the input (`MeshAttributes.records`), -1
         for records without a position; or `listed`, labels of `listed_mesh`, such as the mesh
         before subdivision. Formats with one label per vertex store `of_vertices` if it is given,
-        and otherwise labels of vertices computed from labels of cells. If `segments` are given, as
+        and otherwise labels of vertices computed from labels of cells. Such labels do not cross
+        `constraints`, the ``mask`` and ``barriers`` of the segmentation, if these have a value per
+        vertex of the mesh, or of `listed_mesh`. If `segments` are given, as
         in `IdWriter`, formats in `Formats.vertex_outputs` get them, and
         ``.aggregation.json`` gets groups of them, which name the ``.segs.json`` file in `files`, if
         there is one.
@@ -380,10 +396,11 @@ class OutputFiles:
             labels = of_cells(of_vertices, cells)
         cell_labels = None if labels is None else _labels_of(cells, labels)
         file = next((path for path in paths if _ending_of(path) == SEGMENTS), None)
+        of_listed = cells if listed_mesh is None else as_cells(listed_mesh)
         ids = IdWriter(cells, cell_labels, options, attributes, of_vertices, segments, file)
         if listed is not None:
-            of_listed = cells if listed_mesh is None else as_cells(listed_mesh)
             ids = IdWriter(of_listed, checked_labels(listed), options, segments_file=file)
+        ids = replace(ids, groups=_groups_in(constraints, of_listed))
         cell_writer = CellWriter(cells, cell_labels, colors, attributes, options, of_vertices)
         listing = all_endings.difference(FORMATS.cell_outputs)
         ids.checked([*listing])
@@ -415,15 +432,19 @@ class OutputFiles:
         return lost
 
 
+def _groups_in(constraints: Mapping[str, Any] | None, cells: Cells) -> Ints | None:
+    return ConstraintOptions(**constraints or {}).groups_of_vertices(cells)
+
+
 def _ending_of(path: Path) -> str:
     return known_ending(path, FORMATS.outputs)
 
 
 def _writer_of(
     cells: Cells, labels: Ints | None, ending: str, form: FormatOptions,
-    attributes: MeshAttributes | None = None,
+    attributes: MeshAttributes | None = None, groups: Ints | None = None,
 ) -> CellWriter | IdWriter:  # fmt: skip
     """Return the writer for an ending, or raise an error if the format cannot store the cells."""
     if ending in FORMATS.cell_outputs:
         return CellWriter(cells, labels, None, attributes, form).checked([ending])
-    return IdWriter(cells, labels, form, attributes=attributes).checked([ending])
+    return IdWriter(cells, labels, form, attributes=attributes, groups=groups).checked([ending])
