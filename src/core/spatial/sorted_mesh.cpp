@@ -1,6 +1,5 @@
 #include "spatial/sorted_mesh.hpp"
 
-#include "base/lists.hpp"
 #include "base/prefetch.hpp"
 #include "mesh/weld.hpp"
 #include "spatial/morton.hpp"
@@ -90,42 +89,34 @@ Buffer<Vertex> renumbered(const CornerLists& cells, const Buffer<Place>& place_o
   return places;
 }
 
-// Vertices are split into at most this number of parts, so that the cells of a part are sorted
-// within the second-level cache.
-constexpr std::int64_t kMaxParts = 1024;
-
-// Sorts cells by their lists of corners, then by cell index. The first corner must be the lowest.
-Buffer<Cell> order_of_cells(const CornerLists& cells, std::int64_t n_vertices, ThreadTeam& team) {
-  int part_bits = 0;  // the part of a vertex is vertex >> part_bits
-  while ((n_vertices >> part_bits) >= kMaxParts) ++part_bits;
-  const auto first_of = [&](Cell cell) { return cells[cell].front(); };
-  Lists<Cell> parts = group<Cell>(
-      cells.n_cells(), (n_vertices >> part_bits) + 1,
-      [&](std::int64_t begin, std::int64_t end, const auto& add) {
-        for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) {
-          add(first_of(cell) >> part_bits, cell);
-        }
-      },
-      team);
+// Returns the cells sorted along the curve by the mean of their corners, then by their corners,
+// then by cell index.
+Buffer<Cell> order_of_cells(const CornerLists& cells, std::span<const Point> vertices,
+                            ThreadTeam& team) {
+  const auto center_of = [&](std::int64_t cell) {
+    const auto corners = cells[cell];
+    Point sum{0.0, 0.0, 0.0};
+    for (const Vertex corner : corners) sum = sum + vertices[corner];
+    const auto n = static_cast<double>(corners.size());
+    return Point{sum.x / n, sum.y / n, sum.z / n};
+  };
+  const Curve curve(bounds_of(cells.n_cells(), center_of, team));
+  Buffer<std::uint32_t> codes(cells.n_cells());
+  team.for_each_index(cells.n_cells(),
+                      [&](Cell cell) { codes[cell] = curve.code_of(center_of(cell)); });
+  Buffer<Cell> order = order_of_codes(codes.span(), team);
   const auto is_before = [&](Cell a, Cell b) {
     const auto order_of_corners = std::lexicographical_compare_three_way(
         cells[a].begin(), cells[a].end(), cells[b].begin(), cells[b].end());
     return order_of_corners != 0 ? order_of_corners < 0 : a < b;
   };
-  team.for_each(parts.n_lists(), [&](std::int64_t part, int) {
-    const std::span<const Cell> members = parts[part];
-    const auto first = static_cast<Vertex>(part << part_bits);
-    const Lists<Cell> by_vertex = group<Cell>(std::int64_t{1} << part_bits, [&](const auto& add) {
-      for (const Cell cell : members) add(first_of(cell) - first, cell);
-    });
-    const auto sorted = parts.entries.span().subspan(parts.offsets[part], members.size());
-    std::ranges::copy(by_vertex.entries, sorted.begin());
-    for (std::int64_t vertex = 0; vertex < by_vertex.n_lists(); ++vertex) {
-      std::ranges::sort(sorted.subspan(by_vertex.offsets[vertex], by_vertex[vertex].size()),
-                        is_before);
-    }
-  });
-  return std::move(parts.entries);
+  for_each_run(
+      std::ssize(order), [&](std::int64_t place) { return codes[order[place]]; },
+      [&](std::int64_t first, std::int64_t last) {
+        std::ranges::sort(order.span().subspan(first, last - first), is_before);
+      },
+      team);
+  return order;
 }
 
 // Offsets of the sorted cells in their list of corners; empty if the input has no offsets.
@@ -147,7 +138,7 @@ SortedMesh sort_mesh(std::span<const Point> vertices, std::span<const Vertex> re
   SortedVertices by_place = sort_vertices(vertices, representative, team);
   const Buffer<Vertex> places = renumbered(cells, by_place.place_of, are_faces, team);
   const CornerLists placed{places.span(), cells.offsets, cells.size};
-  Buffer<Cell> order = order_of_cells(placed, std::ssize(by_place.positions), team);
+  Buffer<Cell> order = order_of_cells(placed, by_place.positions.span(), team);
   SortedMesh sorted{std::move(by_place.positions),
                     Buffer<Vertex>(places.size()),
                     {},

@@ -15,8 +15,9 @@ struct SortedMesh {
   Buffer<Place> places;          // (V,) index in `vertices` of each vertex of the input
 };
 
-// Sorts vertices along a Morton curve, and cells by their corners. Faces are rotated, so that the
-// first of their vertices on the curve comes first; corners of other cells are sorted. So the result, except for `order`, does not depend on the order of the input, unless
+// Sorts vertices and cells along a Morton curve, cells by the mean of their corners. Faces are
+// rotated, so that the first of their vertices on the curve comes first; corners of other cells are
+// sorted. So the result, except for `order`, does not depend on the order of the input, unless
 // vertices that are not welded have the same position. Equal cells are sorted by index. Vertices
 // are welded: `representative` contains the vertex that stands for each vertex, and for itself.
 // Unused vertices are kept. Takes O((V + C) log(V + C)) time at most. Uses at most 4 bytes per
