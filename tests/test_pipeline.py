@@ -83,7 +83,7 @@ def test_a_component_without_a_seed_adds_a_region_and_a_warning():
     with pytest.warns(
         sf.IslandWarning,
         match="^2 regions instead of 1: 1 component got no seed; to join them"
-        " to the nearest region, use islands='nearest'",
+        " to the nearest region as separate pieces, use islands='nearest'",
     ):
         result = sf.segment(shapes.two_islands(), 1)
     assert result.n_segments == 2

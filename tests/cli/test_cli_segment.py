@@ -185,7 +185,7 @@ def test_more_regions_than_asked_for_are_explained(run, tmp_path):
     assert "2 regions" in out
     assert err == (
         "superfacets: note: 2 regions instead of 1: 1 component got no seed;"
-        " to join them to the nearest region, use --islands nearest\n"
+        " to join them to the nearest region as separate pieces, use --islands nearest\n"
     )
     islands = [np.random.default_rng(0).uniform(x, x + 1, (50, 3)) for x in (0, 90)]
     np.save(tmp_path / "islands.npy", np.concatenate(islands))

@@ -71,7 +71,7 @@ def test_more_regions_than_asked_for_come_with_a_warning_that_says_what_to_do(ge
     n = result.n_unreached
     assert str(caught[0].message) == (
         f"{30 + n} regions instead of 30: {n} components got no seed;"
-        " to join them to the nearest region, use islands='nearest'"
+        " to join them to the nearest region as separate pieces, use islands='nearest'"
     )
     assert caught[0].filename == __file__
 

@@ -1,5 +1,4 @@
-// Bindings of the base layer: sums, a scope that keeps threads, elementary functions of arrays, and
-// properties of the build (for tests).
+// Bindings of the base layer, and properties of the build (for tests).
 
 #include "base/elementary.hpp"
 #include "base/lists.hpp"

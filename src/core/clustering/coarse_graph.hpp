@@ -58,8 +58,8 @@ class CoarseGraph {
     return first_cells_[fine_place >> kRangeBits] + local_[fine_place];
   }
 
-  // (N,) coarse cell of each fine cell, indexed by the input index of the fine cell. If `groups` has
-  // a group of each coarse cell, the group of each fine cell instead.
+  // (N,) coarse cell of each fine cell, indexed by the input index of the fine cell. If `groups`
+  // has a group of each coarse cell, the group of each fine cell instead.
   Buffer<Cell> coarse_cells(std::span<const Cell> groups, ThreadTeam& team) const;
 
   // Extends paths from coarse cells to fine cells. `lengths` and `labels` describe the path to each

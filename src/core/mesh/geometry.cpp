@@ -141,7 +141,7 @@ std::int64_t count_degenerate(std::span<const Point> vertices, std::span<const T
 
 Point weighted_mean(std::span<const Point> positions, std::span<const double> weights,
                     ThreadTeam& team) {
-  const auto mean_of = [&](double Point::* axis) {
+  const auto sum_along = [&](double Point::* axis) {
     const auto add = [&](std::int64_t begin, std::int64_t end) {
       double sum = 0.0;
       for (std::int64_t i = begin; i < end; ++i) sum += weights[i] * (positions[i].*axis);
@@ -149,9 +149,9 @@ Point weighted_mean(std::span<const Point> positions, std::span<const double> we
     };
     return sum_of_blocks(std::ssize(weights), add, team);
   };
+  const Point moment{sum_along(&Point::x), sum_along(&Point::y), sum_along(&Point::z)};
   const double total = sum_of(weights, team);
-  if (!(total > 0.0)) return positions.front();
-  return (1.0 / total) * Point{mean_of(&Point::x), mean_of(&Point::y), mean_of(&Point::z)};
+  return total > 0.0 ? (1.0 / total) * moment : positions.front();
 }
 
 double signed_volume(std::span<const Point> vertices, std::span<const Triangle> faces, Point origin,

@@ -155,9 +155,7 @@ def _coarser(
         larger = CoarseGraph(graph, fitting[0], n_threads)
         if larger.graph.n_cells > graph.n_cells / MIN_REDUCTION:
             break  # most cells have no neighbors with which they can be grouped
-        n_seeded = _core.n_cells_of_large_components(
-            larger.graph, plan.size.n_segments, n_threads
-        )
+        n_seeded = _core.n_cells_of_large_components(larger.graph, plan.size.n_segments, n_threads)
         if n_seeded < ENOUGH_OF_SEEDED * n_enough:
             break  # most cells are in small components, which get no seeds
         coarse.append(larger)

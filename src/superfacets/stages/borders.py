@@ -99,9 +99,7 @@ def _costs_between(
     else:
         between, widths = arcs[:2], surface.arc_measures().border_lengths
         widths = widths if inside is None else widths[inside.arcs]
-    base = conducting_graph(
-        graph, weighed.options.weights.crease_cost(plan.size.radius), n_threads
-    )
+    base = conducting_graph(graph, weighed.options.weights.crease_cost(plan.size.radius), n_threads)
     rates = _core.border_rates(
         graph, *between, widths, normals, embedding(base, graph, n_threads), BORDER_COEFFICIENTS,
         n_threads,

@@ -81,7 +81,7 @@ def warn_of_islands(result: Segmentation, cells: Cells) -> None:
     if params["islands"] == "keep" and result.n_unreached:
         if has_barriers and asked == 1:  # users request this to get one region per component
             return
-        advice = "to join them to the nearest region, use islands='nearest'"
+        advice = "to join them to the nearest region as separate pieces, use islands='nearest'"
         note = f"{counted(result.n_unreached, 'component')} got no seed; {advice}"
         if result.n_unreached > asked and (tolerance := _tolerance_of_cracks(cells)):
             note += f"; to join vertices that almost coincide, prepare(mesh, weld={tolerance:.2g})"

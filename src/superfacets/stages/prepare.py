@@ -76,6 +76,9 @@ class Prepared:
     shapes: FaceShapes | None
     input_index: Ints | None
 
+    def __repr__(self) -> str:
+        return f"Prepared({self.source!r}, weld={self.weld!r}, n_steps={self.n_steps!r})"
+
     @classmethod
     def of(
         cls, source: Cells, *, weld: float, n_threads: int, may_sort: bool = True,
@@ -216,7 +219,7 @@ def read_with_features(
     else:
         source = as_cells(mesh)
         attributes = load(_ATTRIBUTES)(mesh, source)
-        if "color" in names and kind_of(source).has_faces and attributes.colors is None:
+        if {"color", "colors"} & {*names} and kind_of(source).has_faces and attributes.colors is None:
             raise MeshError(
                 "a Mesh has no colors, so features='color' is not available: pass the path of the"
                 " file instead, or an array of colors as features"

@@ -29,10 +29,11 @@ OTHER_NAMES: Mapping[str, str] = MappingProxyType(
         "voxel_size": "use radius: the radius of a region in the unit of the file",
         "seed_resolution": "use radius: the radius of a region in the unit of the file",
         "scans": "use **superfacets.SCANS",
-        "n_clusters": "use n_segments",
+        **dict.fromkeys(("n_clusters", "n_regions", "n_patches"), "use n_segments"),
         # Not "use": the command would then suggest its option --barriers, which takes a file.
         "barrier_angle": "pass barriers=superfacets.sharp_edges(mesh, 30)",
         "seed": "labels are the same on every run; init accepts the faces to start from",
+        "random_state": "labels are the same on every run; init accepts the faces to start from",
         "eta_convex": "use weights=superfacets.Weights(eta_convex=...)",
         "ridges": "use weights=superfacets.Weights(ridges=...)",
         "min_size": "call superfacets.merge_small_regions(mesh, labels) afterwards",
