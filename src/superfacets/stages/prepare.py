@@ -219,7 +219,8 @@ def read_with_features(
     else:
         source = as_cells(mesh)
         attributes = load(_ATTRIBUTES)(mesh, source)
-        if {"color", "colors"} & {*names} and kind_of(source).has_faces and attributes.colors is None:
+        wants_colors = not {"color", "colors"}.isdisjoint(names)
+        if wants_colors and kind_of(source).has_faces and attributes.colors is None:
             raise MeshError(
                 "a Mesh has no colors, so features='color' is not available: pass the path of the"
                 " file instead, or an array of colors as features"
