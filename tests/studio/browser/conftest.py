@@ -15,7 +15,7 @@ SIZE = {"width": 700, "height": 460}
 @pytest.fixture(scope="module")
 def context(browser):
     """Return the browser context that all pages of a module share."""
-    opened = browser.new_context(viewport=SIZE, reduced_motion="reduce")
+    opened = browser.new_context(viewport=SIZE, reduced_motion="reduce", device_scale_factor=0.5)
     opened.set_default_timeout(WAIT_MS)
     yield opened
     opened.close()

@@ -18,7 +18,8 @@ WAIT_MS = 60_000
 """Timeout of waits, long because other processes may be running; most waits are short."""
 
 READY = """window.studio && studio.ready && studio.isIdle
-    && document.querySelector("#canvas").width === document.querySelector("#view").clientWidth"""
+    && document.querySelector("#canvas").width
+        === Math.floor(document.querySelector("#view").clientWidth * devicePixelRatio)"""
 
 
 class Server:
