@@ -13,6 +13,9 @@ from superfacets_studio.documents.files import Files
 from superfacets_studio.web.address import open_again
 from superfacets_studio.web.server import serve
 
+SIZE, SCALE = {"width": 700, "height": 460}, 0.5
+"""Viewport, and pixels per CSS pixel: without a graphics card, each pixel takes time."""
+
 START_SECONDS = 60
 WAIT_MS = 60_000
 """Timeout of waits, long because other processes may be running; most waits are short."""
@@ -113,6 +116,14 @@ class Tab:
         self.evaluate("studio.workbench.drawing.refine = () => {}")
         return self
 
+    def looks_from_one_side(self):
+        """Let keys that go to a region look at it from one side, not eight, until the next test."""
+        self.evaluate("""() => {
+            const { camera } = studio.workbench.drawing;
+            const { posesAround } = Object.getPrototypeOf(camera);
+            camera.posesAround = (...of) => posesAround.apply(camera, of).slice(0, 1);
+        }""")
+
     def settled(self):
         """Wait until no request is pending: the page then shows the state of the server."""
         self.until("studio.isIdle")
@@ -127,6 +138,7 @@ class Tab:
             workbench.hover(-1);
             workbench.clearSelection();
             workbench.showAll();
+            delete workbench.drawing.camera.posesAround;
             workbench.drawing.camera.home();
             workbench.choose(1, 1);
         }""")

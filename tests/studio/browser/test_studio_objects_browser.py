@@ -5,7 +5,7 @@ import re
 
 import numpy as np
 import pytest
-from studio_page import Command, Tab
+from studio_page import SCALE, SIZE, Command, Tab
 
 import superfacets as sf
 from superfacets import Mesh, write_mesh
@@ -90,6 +90,7 @@ class Annotator:
                 if self.instance_of_region[region] == number:
                     tab.click(x, y)
         tab.locator("#canvas").focus()
+        tab.looks_from_one_side()
         tab.press("s")
         while "Every region" not in tab.status:
             self.choose(self.instance_of_region[tab.evaluate("studio.cursor()")])
@@ -234,7 +235,7 @@ def seen(tab):
 
 
 def test_two_fingers_turn_and_one_paints(bear, serve, browser, errors):
-    context = browser.new_context(viewport={"width": 700, "height": 460}, has_touch=True)
+    context = browser.new_context(viewport=SIZE, device_scale_factor=SCALE, has_touch=True)
     page = context.new_page()
     page.goto(serve(bear, 40).address)
     tab = Tab(page).ready()
