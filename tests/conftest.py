@@ -1,5 +1,6 @@
 """Real meshes for tests that use them, and a one-line summary of skipped tests."""
 
+import gc
 import os
 import shutil
 import signal
@@ -100,6 +101,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         if order(item) < len(SLOW):
             item.add_marker("slow")
     items.sort(key=order)
+    gc.freeze()  # otherwise each collection of garbage looks at all tests and modules, for 0.3 s
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
