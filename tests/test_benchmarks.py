@@ -384,11 +384,9 @@ def test_hashes_that_expect_stores_are_found_by_later_runs(no_data, tmp_path, ex
 
 
 def test_wrong_labels_print_no_times(no_data, expected):
-    wrong = {"meshes": {}}
-    arrays = meshes.build("sphere-x64", None)
-    labels = {"k=150, plain": "0"}
-    wrong["meshes"]["sphere-x64"] = {"mesh": checks.hash_mesh(arrays), "labels": labels}
-    expected(wrong)
+    mesh = checks.hash_mesh(meshes.build("sphere-x64", None))
+    wrong = {"mesh": mesh, "labels": {"k=150, plain": "0"}}
+    expected({"meshes": {"sphere-x64": wrong}})
     done = run("stages", "--meshes", "sphere-x64", "--repeats", "1")
     assert done.exit_code == 1
     assert "no times: sphere-x64, k=150, plain: the labels do not have" in done.output
@@ -459,10 +457,11 @@ def test_a_shape_that_is_not_known_is_one_line():
     assert "unknown name 'stars': choose from flat grid, star" in done.output
 
 
-def test_the_page_is_measured_in_a_browser(tmp_path):
+def test_the_page_is_measured_in_a_browser(tmp_path, monkeypatch):
     pytest.importorskip("playwright.sync_api", reason="Playwright is not installed")
     if not (shutil.which("chromium") or shutil.which("google-chrome")):
         pytest.skip("there is no Chromium")
+    monkeypatch.setattr(pages, "SIZE", {"width": 640, "height": 400})
     output = tmp_path / "page.json"
     done = run("page", "2000", "--segments", "9", "--frames", "2", "--json", str(output))
     assert done.exit_code == 0, done.output
