@@ -7,14 +7,13 @@ from superfacets import sample_mesh, write_mesh
 pytest.importorskip("starlette", reason="Starlette is not installed")
 pytest.importorskip("uvicorn", reason="uvicorn is not installed")
 
-from studio_page import SCALE, SIZE, WAIT_MS, Command, Server, Tab
+from studio_page import VIEW, WAIT_MS, Command, Server, Tab
 
 
 @pytest.fixture(scope="module")
 def context(browser):
     """Return the browser context that all pages of a module share."""
-    options = {"viewport": SIZE, "device_scale_factor": SCALE, "reduced_motion": "reduce"}
-    opened = browser.new_context(**options)
+    opened = browser.new_context(**VIEW, reduced_motion="reduce")
     opened.set_default_timeout(WAIT_MS)
     yield opened
     opened.close()

@@ -1,6 +1,7 @@
 """A running studio, and functions that drive its page in tests."""
 
 import json
+import math
 import queue
 import subprocess
 import sys
@@ -13,8 +14,8 @@ from superfacets_studio.documents.files import Files
 from superfacets_studio.web.address import open_again
 from superfacets_studio.web.server import serve
 
-SIZE, SCALE = {"width": 700, "height": 460}, 0.5
-"""Viewport, and pixels per CSS pixel: without a graphics card, each pixel takes time."""
+VIEW = {"viewport": {"width": 700, "height": 460}, "device_scale_factor": 0.5}
+"""Few pixels, because each takes time without a graphics card."""
 
 START_SECONDS = 60
 WAIT_MS = 60_000
@@ -174,31 +175,23 @@ class Tab:
 
         Messages cover the lowest 60 pixels.
         """
-        found = self.evaluate(
-            """n => {
-                const { clientWidth, clientHeight } = document.querySelector("#canvas");
-                const seen = new Map();
-                for (let y = 4; y < clientHeight - 60; y += 8) {
-                    for (let x = 4; x < clientWidth; x += 8) {
-                        const region = studio.regionAt(x, y);
-                        if (region < 0) continue;
-                        if (!seen.has(region)) seen.set(region, []);
-                        seen.get(region).push([x, y]);
-                    }
-                }
-                const largest = [...seen].sort((a, b) => b[1].length - a[1].length);
-                return largest.slice(0, n ?? seen.size).map(([region, places]) => {
-                    const [sx, sy] = places.reduce(([u, v], [x, y]) => [u + x, v + y], [0, 0]);
-                    const off = ([x, y]) =>
-                        Math.hypot(x - sx / places.length, y - sy / places.length);
-                    const [x, y] = places.reduce((a, b) => (off(a) <= off(b) ? a : b));
-                    return [region, x, y];
-                });
-            }""",
-            n,
-        )
-        assert n in (None, len(found))
-        return [tuple(spot) for spot in found]
+        found = self.evaluate("""() => {
+            const { clientWidth, clientHeight } = document.querySelector("#canvas");
+            const found = [];
+            for (let y = 4; y < clientHeight - 60; y += 8)
+                for (let x = 4; x < clientWidth; x += 8) found.push([studio.regionAt(x, y), x, y]);
+            return found.filter(([region]) => region >= 0);
+        }""")
+        seen = {}
+        for region, x, y in found:
+            seen.setdefault(region, []).append((x, y))
+        largest = sorted(seen.items(), key=lambda pair: -len(pair[1]))[:n]
+        assert n in (None, len(largest))
+        middles = [np.mean(places, axis=0) for _, places in largest]
+        return [
+            (region, *min(places, key=lambda place, middle=middle: math.dist(place, middle)))
+            for (region, places), middle in zip(largest, middles, strict=True)
+        ]
 
     def _on_page(self, x, y):
         box = self.locator("#canvas").bounding_box()

@@ -3,7 +3,7 @@
 import numpy as np
 import shapes
 from scipy import spatial
-from studio_page import SCALE, SIZE, Tab, hue
+from studio_page import VIEW, Tab, hue
 
 import superfacets as sf
 from superfacets import Mesh, PolygonMesh, TetMesh, sample_mesh, write_mesh
@@ -293,7 +293,7 @@ def test_the_introduction_tells_to_name_a_class_only_if_no_class_has_a_name(
         folder.mkdir()
         write_mesh(folder / "bear.ply", sample_mesh(3_000))
         (folder / "superfacets-classes.json").write_text(f'["{name}"]')
-        page = browser.new_page(viewport=SIZE, device_scale_factor=SCALE)
+        page = browser.new_page(**VIEW)
         page.goto(serve(folder, 40).address)
         page.wait_for_function("() => window.studio && studio.ready")
         assert page.locator("#welcome").is_visible()
