@@ -51,10 +51,17 @@ class Labeler:
 
     def mean_iou(self):
         """Return the mean IoU, by area, of all objects of the truth."""
+        return self._mean_iou(self.document.instances, self.instances)
+
+    def mean_class_iou(self):
+        """Return the mean IoU, by area, of all classes of the truth."""
+        return self._mean_iou(self.document.state.classes, self.truth)
+
+    def _mean_iou(self, found, truth):
         areas, ious = self.document.areas, []
-        for number in np.unique(self.instances):
-            found, truth = self.document.instances == number, self.instances == number
-            ious.append(areas[found & truth].sum() / areas[found | truth].sum())
+        for number in np.unique(truth):
+            both, one = (found == number) & (truth == number), (found == number) | (truth == number)
+            ious.append(areas[both].sum() / areas[one].sum())
         return float(np.mean(ious))
 
     def _split_mixed(self, purity):
