@@ -340,9 +340,8 @@ def test_all_runs_on_a_small_mesh_and_writes_json(no_data, tmp_path):
 def test_targets_are_a_table_of_the_terminal_and_of_the_documentation(
     no_data, tmp_path, monkeypatch
 ):
-    few, more = "sphere-x16", "sphere-x64"
-    small = targets.Meshes((few, more), few, more, few, more)
-    monkeypatch.setattr(targets, "Meshes", lambda: small)
+    names = ("sphere-x16", "sphere-x64")
+    monkeypatch.setattr(targets, "Meshes", partial(targets.Meshes, names, *names, *names))
     monkeypatch.setattr(targets, "_memory_speeds", partial(targets._memory_speeds, 1 << 24))
     output = tmp_path / "bench.json"
     done = run("targets", "--repeats", "1", "--json", str(output))

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import threading
 import urllib.request
+from functools import partial
 
 import numpy as np
 
@@ -187,11 +188,11 @@ class Tab:
             seen.setdefault(region, []).append((x, y))
         largest = sorted(seen.items(), key=lambda pair: -len(pair[1]))[:n]
         assert n in (None, len(largest))
-        middles = [np.mean(places, axis=0) for _, places in largest]
-        return [
-            (region, *min(places, key=lambda place, middle=middle: math.dist(place, middle)))
-            for (region, places), middle in zip(largest, middles, strict=True)
-        ]
+
+        def innermost(places):
+            return min(places, key=partial(math.dist, np.mean(places, axis=0)))
+
+        return [(region, *innermost(places)) for region, places in largest]
 
     def _on_page(self, x, y):
         box = self.locator("#canvas").bounding_box()

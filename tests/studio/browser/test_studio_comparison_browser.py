@@ -20,8 +20,8 @@ def compare(serve, open_tab, bear, tmp_path):
             tab.click(x, y)
         tab.settled()
         document = Document.open(bear, tmp_path / "theirs.studio.jsonl", 40)
-        labels = tab.labels()
-        paint(document, [np.flatnonzero(labels == region).astype("u4") for region, *_ in spots])
+        cells = [np.flatnonzero(tab.labels() == region).astype("u4") for region, *_ in spots]
+        paint(document, cells)
         document.close()
         tab.locator("#compare").set_input_files(tmp_path / "theirs.studio.jsonl")
         tab.page.wait_for_selector("#comparison:not([hidden])")
