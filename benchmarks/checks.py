@@ -6,6 +6,7 @@ import hashlib
 import json
 import math
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any, cast
 
@@ -133,6 +134,7 @@ def n_pieces(
     return int(connected_components(inside, directed=False)[0])
 
 
+@cache
 def check_against_reference(n_segments: int = 20) -> None:
     """Raise an error unless `reference` gives the same labels for a small mesh."""
     mesh = cast(sf.Mesh, sf.prepare(sf.sample_mesh(3_000), denoise=0).cells)  # sorted

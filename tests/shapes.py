@@ -457,3 +457,9 @@ def estimated_normals(points, viewpoint=None):
     cloud = as_cloud(points)
     viewpoints = cloud.viewpoints if viewpoint is None else viewpoint
     return find_point_graph(PointCloud(cloud.points, None, None, cloud.axes, viewpoints), 2).normals
+
+
+def same_regions(one, two):
+    """Return whether two labelings differ only in their numbers."""
+    pairs = np.unique(np.stack([one, two]), axis=1).shape[1]
+    return pairs == one.max() + 1 == two.max() + 1

@@ -3,6 +3,7 @@
 import json
 import re
 import shutil
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -323,7 +324,7 @@ def run(*arguments):
 
 def test_all_runs_on_a_small_mesh_and_writes_json(no_data, tmp_path):
     output = tmp_path / "bench.json"
-    done = run("all", "--quick", "--meshes", BEAR, "--repeats", "1", "--json", str(output))
+    done = run("all", "--quick", "--meshes", "sphere-x64", "--repeats", "1", "--json", str(output))
     assert done.exit_code == 0, done.output
     assert "using sample meshes" in done.output
     results = json.loads(output.read_text())
@@ -339,8 +340,9 @@ def test_all_runs_on_a_small_mesh_and_writes_json(no_data, tmp_path):
 def test_targets_are_a_table_of_the_terminal_and_of_the_documentation(
     no_data, tmp_path, monkeypatch
 ):
-    small = targets.Meshes(("sphere-x64", BEAR), "sphere-x64", BEAR, "sphere-x64", BEAR)
-    monkeypatch.setattr(targets, "Meshes", lambda: small)
+    names = ("sphere-x16", "sphere-x64")
+    monkeypatch.setattr(targets, "Meshes", partial(targets.Meshes, names, *names, *names))
+    monkeypatch.setattr(targets, "_memory_speeds", partial(targets._memory_speeds, 1 << 24))
     output = tmp_path / "bench.json"
     done = run("targets", "--repeats", "1", "--json", str(output))
     assert done.exit_code == 0, done.output
@@ -348,13 +350,13 @@ def test_targets_are_a_table_of_the_terminal_and_of_the_documentation(
     results = json.loads(output.read_text())
     rows = {row["what"]: row for row in results["targets"]}
     assert all(row["now"] > 0 for what, row in rows.items() if not what.startswith("smoothing"))
-    assert rows["METIS (contiguous=True) over ours, 4,892 faces, noisy, k = 1,223"]["target"] == 4.0
+    assert rows["METIS (contiguous=True) over ours, 1,280 faces, noisy, k = 320"]["target"] == 4.0
     assert rows["shuffled faces over sorted ones"]["target"] == 1.25
-    assert rows["4,892 faces, k = 150"]["floor"] > 0
+    assert rows["1,280 faces, k = 150"]["floor"] > 0
     document = "<!-- table: targets -->\n<!-- end -->\n<!-- table: rivals -->\n<!-- end -->"
     filled = report.fill(document, results)
     assert "| memory of a mesh, per face " in filled
-    assert len(re.findall(r"^\| +(?:1,280|4,892)(?:, noisy)? +\|", filled, re.MULTILINE)) == 4
+    assert len(re.findall(r"^\| +(?:320|1,280)(?:, noisy)? +\|", filled, re.MULTILINE)) == 4
 
 
 def test_tables_without_rows_stay():
@@ -381,11 +383,9 @@ def test_hashes_that_expect_stores_are_found_by_later_runs(no_data, tmp_path, ex
 
 
 def test_wrong_labels_print_no_times(no_data, expected):
-    wrong = {"meshes": {}}
-    arrays = meshes.build("sphere-x64", None)
-    labels = {"k=150, plain": "0"}
-    wrong["meshes"]["sphere-x64"] = {"mesh": checks.hash_mesh(arrays), "labels": labels}
-    expected(wrong)
+    mesh = checks.hash_mesh(meshes.build("sphere-x64", None))
+    wrong = {"mesh": mesh, "labels": {"k=150, plain": "0"}}
+    expected({"meshes": {"sphere-x64": wrong}})
     done = run("stages", "--meshes", "sphere-x64", "--repeats", "1")
     assert done.exit_code == 1
     assert "no times: sphere-x64, k=150, plain: the labels do not have" in done.output
@@ -456,10 +456,11 @@ def test_a_shape_that_is_not_known_is_one_line():
     assert "unknown name 'stars': choose from flat grid, star" in done.output
 
 
-def test_the_page_is_measured_in_a_browser(tmp_path):
+def test_the_page_is_measured_in_a_browser(tmp_path, monkeypatch):
     pytest.importorskip("playwright.sync_api", reason="Playwright is not installed")
     if not (shutil.which("chromium") or shutil.which("google-chrome")):
         pytest.skip("there is no Chromium")
+    monkeypatch.setattr(pages, "SIZE", {"width": 640, "height": 400})
     output = tmp_path / "page.json"
     done = run("page", "2000", "--segments", "9", "--frames", "2", "--json", str(output))
     assert done.exit_code == 0, done.output

@@ -35,11 +35,12 @@ class _Bad(Search):
         assert number != 4, "it is wrong"
 
 
-@pytest.fixture
-def failures(monkeypatch):
+@pytest.fixture(scope="module")
+def failures():
     """Run cases 0 to 5, each for at most 2 seconds, and return the failure of each, or None."""
-    monkeypatch.setitem(KINDS, "graphs", KINDS["graphs"]._replace(seconds=2.0))
-    return dict(_Bad(0, ("graphs",), ()).outcomes(iter(range(6)), 2))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(KINDS, "graphs", KINDS["graphs"]._replace(seconds=2.0))
+        return dict(_Bad(0, ("graphs",), ()).outcomes(iter(range(6)), 2))
 
 
 def test_a_case_that_crashes_hangs_or_is_wrong_is_a_failure(failures):

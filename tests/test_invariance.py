@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 import shapes
 from models import read_off
+from shapes import same_regions
 
 from superfacets import (
     Mesh,
@@ -40,12 +41,6 @@ def mesh(request):
     if request.param == "model":
         return read_off(data_dir / "psb" / "off" / "257.off")
     return read_mesh(data_dir / "meshes" / "bunny.ply")
-
-
-def same_regions(one, two):
-    """Return whether two labelings differ only in their numbers."""
-    pairs = np.unique(np.stack([one, two]), axis=1).shape[1]
-    return pairs == one.max() + 1 == two.max() + 1
 
 
 def rotation(seed):

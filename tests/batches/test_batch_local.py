@@ -23,14 +23,13 @@ OPTIONS = {"n_segments": 20, "formats": ["npy", "ply"]}
 COMMAND = [sys.executable, "-m", "superfacets", "batch"]
 
 
-@pytest.fixture
-def alone(scans, tmp_path):
+@pytest.fixture(scope="module")
+def alone(made_scans, tmp_path_factory):
     """Return the folder of results that are made file by file, without Dask."""
-    for path in sorted(scans.rglob("*.ply")):
-        sf.batch(path, tmp_path / "alone" / path.parent.relative_to(scans), **OPTIONS)
-    for path in (tmp_path / "alone").rglob("manifest.jsonl"):
-        path.unlink()
-    return tmp_path / "alone"
+    folder = tmp_path_factory.mktemp("alone")
+    for path in sorted(made_scans.rglob("*.ply")):
+        sf.batch(path, folder / path.parent.relative_to(made_scans), **OPTIONS)
+    return folder
 
 
 def test_workers_do_what_one_process_does(scans, alone, tmp_path):
@@ -96,7 +95,7 @@ def test_a_file_that_kills_workers_is_recorded_and_the_others_are_done(
     assert nonsense["error"]
     assert None not in (nonsense["sha256"], killed["sha256"])
     monkeypatch.undo()
-    assert sf.batch(scans, tmp_path / "out", **OPTIONS).n_done == 0
+    assert sf.batch(scans, tmp_path / "out", workers=1, **OPTIONS).n_done == 0
 
 
 def test_a_file_too_large_for_a_share_of_the_memory_is_done_alone(scans, tmp_path, monkeypatch):
@@ -181,7 +180,7 @@ def test_a_batch_that_is_ended_goes_on_where_it_was(many, alone, tmp_path, how, 
         assert lines == ["superfacets: error: interrupted"]
     n_before = len((out / "manifest.jsonl").read_text().splitlines())
     assert n_before < 25
-    result = sf.batch(many, out, workers=2, **OPTIONS)
+    result = sf.batch(many, out, workers=1, **OPTIONS)
     assert result.n_kept + ("bad.ply" in errors) == n_before
     assert len(records_of(out)) == len(result.records) == 25
     wanted = results_in(alone)
@@ -249,7 +248,7 @@ def test_a_file_that_takes_too_long_is_recorded_and_its_worker_restarts(
     errors = {record["name"]: record["error"] for record in result.records if "error" in record}
     assert errors["a/two.ply"] == "TimeoutError: no result in 3 s"
     monkeypatch.undo()
-    again = sf.batch(scans, tmp_path / "out", workers=2, retry_failed=True, **OPTIONS)
+    again = sf.batch(scans, tmp_path / "out", workers=1, retry_failed=True, **OPTIONS)
     assert (again.n_done, again.n_failed) == (1, 1)
     assert sf.batch(scans, tmp_path / "out", workers=2, timeout=3, **OPTIONS).n_kept == 4
 

@@ -137,15 +137,6 @@ MAX_STEPS = 64
 """Maximum number of faces that are visited around a vertex."""
 
 
-def find_sharp(
-    mesh: Mesh, arcs: list[Arc], thetas: Floats, concave: Bools, *, weld: bool
-) -> list[int]:
-    """Return the arcs across sharp convex edges whose two faces have no other common edge."""
-    surface = _Surface(mesh, arcs, weld)
-    sharp = np.flatnonzero((thetas >= SHARP_ANGLE) & ~concave).tolist()
-    return [index for index in sharp if surface.is_only(index)]
-
-
 def find_ridges(
     mesh: Mesh, arcs: list[Arc], thetas: Floats, concave: Bools, *, weld: bool
 ) -> list[int]:

@@ -6,6 +6,7 @@ import shapes
 from models import read_off
 from reference import vsa as vsa_reference
 from research.baselines import variational_shape_approximation
+from shapes import same_regions
 
 from superfacets import Mesh, MeshError, build_face_graph, classify
 
@@ -60,12 +61,6 @@ def random_triangles(seed):
     vertices = grid_points if seed % 2 else scattered
     vertices[faces[0]] = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
     return Mesh(vertices, faces)
-
-
-def same_regions(one, two):
-    """Return whether two labelings differ only in their numbers."""
-    pairs = np.unique(np.stack([one, two]), axis=1).shape[1]
-    return pairs == one.max() + 1 == two.max() + 1
 
 
 def draw(mesh, k, seed):

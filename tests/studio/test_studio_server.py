@@ -159,9 +159,10 @@ def test_half_sent_requests_beyond_the_limit_of_files_stop_nothing(sheet, limit)
     port = int(server.base.rsplit(":", 1)[1])
     try:
         with contextlib.ExitStack() as stack:
-            for _ in range(300):
+            for n in range(301):
                 stack.enter_context(connected(port)).sendall(HALF)
-            assert server.http.get("state").status_code == 200
+                # Connections that the server does not accept soon are tried again after seconds.
+                assert n % 20 or server.http.get("state").status_code == 200
         assert server.http.get("state").status_code == 200
         server.process.send_signal(signal.SIGINT)
         assert server.process.communicate(timeout=WAIT) == ("", "")

@@ -7,15 +7,13 @@ from superfacets import sample_mesh, write_mesh
 pytest.importorskip("starlette", reason="Starlette is not installed")
 pytest.importorskip("uvicorn", reason="uvicorn is not installed")
 
-from studio_page import WAIT_MS, Command, Server, Tab
-
-SIZE = {"width": 700, "height": 460}
+from studio_page import VIEW, WAIT_MS, Command, Server, Tab
 
 
 @pytest.fixture(scope="module")
 def context(browser):
     """Return the browser context that all pages of a module share."""
-    opened = browser.new_context(viewport=SIZE, reduced_motion="reduce")
+    opened = browser.new_context(**VIEW, reduced_motion="reduce")
     opened.set_default_timeout(WAIT_MS)
     yield opened
     opened.close()
@@ -25,7 +23,7 @@ def context(browser):
 def shared(context, tmp_path_factory):
     """Return a server and page that tests share, since opening a page is slow."""
     path = tmp_path_factory.mktemp("shared") / "bear.ply"
-    write_mesh(path, sample_mesh(5_000))
+    write_mesh(path, sample_mesh(3_000))
     server = Server(path, 40)
     page = context.new_page()
     yield server, Tab(page)
@@ -89,7 +87,7 @@ def open_tab(context, errors):
 @pytest.fixture
 def bear(tmp_path):
     """Return a file with a small bear."""
-    write_mesh(tmp_path / "bear.ply", sample_mesh(5_000))
+    write_mesh(tmp_path / "bear.ply", sample_mesh(3_000))
     return tmp_path / "bear.ply"
 
 

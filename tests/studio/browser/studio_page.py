@@ -1,11 +1,13 @@
 """A running studio, and functions that drive its page in tests."""
 
 import json
+import math
 import queue
 import subprocess
 import sys
 import threading
 import urllib.request
+from functools import partial
 
 import numpy as np
 
@@ -13,12 +15,16 @@ from superfacets_studio.documents.files import Files
 from superfacets_studio.web.address import open_again
 from superfacets_studio.web.server import serve
 
+VIEW = {"viewport": {"width": 700, "height": 460}, "device_scale_factor": 0.5}
+"""Few pixels, because each takes time without a graphics card."""
+
 START_SECONDS = 60
 WAIT_MS = 60_000
 """Timeout of waits, long because other processes may be running; most waits are short."""
 
 READY = """window.studio && studio.ready && studio.isIdle
-    && document.querySelector("#canvas").width === document.querySelector("#view").clientWidth"""
+    && document.querySelector("#canvas").width
+        === Math.floor(document.querySelector("#view").clientWidth * devicePixelRatio)"""
 
 
 class Server:
@@ -112,6 +118,14 @@ class Tab:
         self.evaluate("studio.workbench.drawing.refine = () => {}")
         return self
 
+    def looks_from_one_side(self):
+        """Let keys that go to a region look at it from one side, not eight, until the next test."""
+        self.evaluate("""() => {
+            const { camera } = studio.workbench.drawing;
+            const { posesAround } = Object.getPrototypeOf(camera);
+            camera.posesAround = (...of) => posesAround.apply(camera, of).slice(0, 1);
+        }""")
+
     def settled(self):
         """Wait until no request is pending: the page then shows the state of the server."""
         self.until("studio.isIdle")
@@ -126,6 +140,7 @@ class Tab:
             workbench.hover(-1);
             workbench.clearSelection();
             workbench.showAll();
+            delete workbench.drawing.camera.posesAround;
             workbench.drawing.camera.home();
             workbench.choose(1, 1);
         }""")
@@ -161,31 +176,23 @@ class Tab:
 
         Messages cover the lowest 60 pixels.
         """
-        found = self.evaluate(
-            """n => {
-                const { clientWidth, clientHeight } = document.querySelector("#canvas");
-                const seen = new Map();
-                for (let y = 4; y < clientHeight - 60; y += 8) {
-                    for (let x = 4; x < clientWidth; x += 8) {
-                        const region = studio.regionAt(x, y);
-                        if (region < 0) continue;
-                        if (!seen.has(region)) seen.set(region, []);
-                        seen.get(region).push([x, y]);
-                    }
-                }
-                const largest = [...seen].sort((a, b) => b[1].length - a[1].length);
-                return largest.slice(0, n ?? seen.size).map(([region, places]) => {
-                    const [sx, sy] = places.reduce(([u, v], [x, y]) => [u + x, v + y], [0, 0]);
-                    const off = ([x, y]) =>
-                        Math.hypot(x - sx / places.length, y - sy / places.length);
-                    const [x, y] = places.reduce((a, b) => (off(a) <= off(b) ? a : b));
-                    return [region, x, y];
-                });
-            }""",
-            n,
-        )
-        assert n in (None, len(found))
-        return [tuple(spot) for spot in found]
+        found = self.evaluate("""() => {
+            const { clientWidth, clientHeight } = document.querySelector("#canvas");
+            const found = [];
+            for (let y = 4; y < clientHeight - 60; y += 8)
+                for (let x = 4; x < clientWidth; x += 8) found.push([studio.regionAt(x, y), x, y]);
+            return found.filter(([region]) => region >= 0);
+        }""")
+        seen = {}
+        for region, x, y in found:
+            seen.setdefault(region, []).append((x, y))
+        largest = sorted(seen.items(), key=lambda pair: -len(pair[1]))[:n]
+        assert n in (None, len(largest))
+
+        def innermost(places):
+            return min(places, key=partial(math.dist, np.mean(places, axis=0)))
+
+        return [(region, *innermost(places)) for region, places in largest]
 
     def _on_page(self, x, y):
         box = self.locator("#canvas").bounding_box()

@@ -6,7 +6,7 @@ from scipy import ndimage
 
 from superfacets import PointCloud, write_mesh
 
-N_WALL, N_CHAIR = 480_000, 20_000
+N_WALL, N_CHAIR = 120_000, 5_000
 BEHIND = 1.2  # distance of the chair from the wall
 
 
@@ -86,9 +86,9 @@ def test_a_chair_in_front_of_a_wall_and_the_wall_beside_it_are_both_picked(wall)
             const { drawing, picker } = studio.workbench;
             const { clientWidth, clientHeight } = drawing.canvas;
             const found = [[], []];
-            for (let y = 1.5; y < clientHeight; y += 3) {
+            for (let y = 3; y < clientHeight; y += 6) {
                 found.forEach((rows) => rows.push([]));
-                for (let x = 1.5; x < clientWidth; x += 3) {
+                for (let x = 3; x < clientWidth; x += 6) {
                     found[0].at(-1).push(drawing.cellsSeen(x, y, 1, 1).cells[0] | 0);
                     found[1].at(-1).push(picker.cellAt({ x, y }));
                 }

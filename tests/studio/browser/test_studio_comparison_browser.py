@@ -9,22 +9,36 @@ from superfacets_studio.documents.document import Document
 
 
 @pytest.fixture
-def compared(serve, open_tab, bear, tmp_path):
+def compare(serve, open_tab, bear, tmp_path):
+    """Return a function that labels some of `n` regions, and compares with what `paint` paints."""
+
+    def begin(n, n_mine, paint):
+        server = serve(bear, 40)
+        tab = open_tab(server.address)
+        spots = tab.spots(n)
+        for _, x, y in spots[:n_mine]:
+            tab.click(x, y)
+        tab.settled()
+        document = Document.open(bear, tmp_path / "theirs.studio.jsonl", 40)
+        cells = [np.flatnonzero(tab.labels() == region).astype("u4") for region, *_ in spots]
+        paint(document, cells)
+        document.close()
+        tab.locator("#compare").set_input_files(tmp_path / "theirs.studio.jsonl")
+        tab.page.wait_for_selector("#comparison:not([hidden])")
+        return server, tab, spots
+
+    return begin
+
+
+@pytest.fixture
+def compared(compare):
     """Return a page with two labeled regions, one of which has another label in the other work."""
-    server = serve(bear, 40)
-    tab = open_tab(server.address)
-    spots = tab.spots(2)
-    for _, x, y in spots:
-        tab.click(x, y)
-    tab.settled()
-    document = Document.open(bear, tmp_path / "theirs.studio.jsonl", 40)
-    for number, (region, _, _) in enumerate(spots, start=1):
-        cells = np.flatnonzero(tab.labels() == region).astype(np.uint32)
-        document.paint(cells, number, objects=1)
-    document.close()
-    tab.locator("#compare").set_input_files(tmp_path / "theirs.studio.jsonl")
-    tab.page.wait_for_selector("#comparison:not([hidden])")
-    return server, tab, spots
+
+    def paint(document, regions):
+        for number, cells in enumerate(regions, start=1):
+            document.paint(cells, number, objects=1)
+
+    return compare(2, 2, paint)
 
 
 def shown(tab):
@@ -70,16 +84,8 @@ def test_the_table_follows_taken_labels_undo_and_strokes(compared):
     tab.wait_for_status("There are no differences.")
 
 
-def test_the_table_says_which_objects_only_one_work_has(serve, open_tab, bear, tmp_path):
-    tab = open_tab(serve(bear, 40).address)
-    (_, x, y), (theirs, *_) = tab.spots(2)
-    tab.click(x, y)
-    tab.settled()
-    document = Document.open(bear, tmp_path / "theirs.studio.jsonl", 40)
-    document.paint(np.flatnonzero(tab.labels() == theirs).astype(np.uint32), 1, objects=7)
-    document.close()
-    tab.locator("#compare").set_input_files(tmp_path / "theirs.studio.jsonl")
-    tab.page.wait_for_selector("#comparison:not([hidden])")
+def test_the_table_says_which_objects_only_one_work_has(compare):
+    _, tab, _ = compare(2, 1, lambda document, regions: document.paint(regions[1], 1, objects=7))
     assert tab.locator("#comparison tr.part").all_text_contents() == [
         "class 1 1 (only mine)-",
         "class 1 2 (only theirs)-",
@@ -127,21 +133,17 @@ def test_the_tip_tells_both_labels_of_the_cell_under_the_pointer(compared):
 
 
 @pytest.fixture
-def differing(serve, open_tab, bear, tmp_path):
+def differing(compare):
     """Return a page with four regions, largest first, all of another class in the other work."""
-    tab = open_tab(serve(bear, 40).address)
-    spots, labels = tab.spots(4), tab.labels()
-    for _, x, y in spots:
-        tab.click(x, y)
-    tab.settled()
-    document = Document.open(bear, tmp_path / "theirs.studio.jsonl", 40)
-    regions = [region for region, *_ in spots]
-    document.paint(np.flatnonzero(np.isin(labels, regions)).astype(np.uint32), 3, objects=1)
-    areas = np.bincount(labels, document.areas)
-    document.close()
-    tab.locator("#compare").set_input_files(tmp_path / "theirs.studio.jsonl")
+    areas = []
+
+    def paint(document, regions):
+        document.paint(np.sort(np.concatenate(regions)), 3, objects=1)
+        areas.extend(document.areas[cells].sum() for cells in regions)
+
+    _, tab, spots = compare(4, 4, paint)
     tab.wait_for_status("difference 1 of 4: mine class 1 #1, theirs class 3 #1")
-    return tab, sorted(regions, key=lambda region: -areas[region])
+    return tab, [spots[place][0] for place in np.argsort(areas)[::-1]]
 
 
 def test_each_next_difference_is_a_further_one_until_all_were_shown(differing):

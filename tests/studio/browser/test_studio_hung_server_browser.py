@@ -1,11 +1,9 @@
 """Nothing is lost or painted wrongly while the server hangs or answers late."""
 
 import signal
-import time
 
 import numpy as np
 import pytest
-from studio_page import Tab
 
 STOP, GO = getattr(signal, "SIGSTOP", None), getattr(signal, "SIGCONT", None)
 
@@ -40,9 +38,7 @@ def classes_of(tab, classes, spots):
 def delayed(tab, name):
     """Hold the next request of an operation, and return a function that lets it go on."""
     held = []
-
-    def hold(route):
-        held.append(route)
+    tab.page.route(f"**/{name}", lambda route: held.append(route))  # noqa: PLW0108
 
     def answer():
         while not held:
@@ -50,13 +46,12 @@ def delayed(tab, name):
         held[0].continue_()
         tab.page.unroute(f"**/{name}")
 
-    tab.page.route(f"**/{name}", hold)
     return answer
 
 
 @hanging
 def test_six_strokes_of_a_closed_tab_are_saved_when_the_hung_server_goes_on(
-    command, hang, context, bear
+    command, hang, open_tab, bear
 ):
     server, tab = command
     spots = tab.spots(6)
@@ -74,27 +69,26 @@ def test_six_strokes_of_a_closed_tab_are_saved_when_the_hung_server_goes_on(
         tab.page.close(run_before_unload=True)
     assert asked == ["beforeunload"]
     server.process.send_signal(GO)
-    page = context.new_page()
-    page.goto(server.address)
-    again = Tab(page).ready()
+    again = open_tab(server.address)
     wanted = [{number} for number in range(1, 7)]
     assert classes_of(again, server.classes(), spots) == wanted
     assert classes_of(again, again.classes(), spots) == wanted
     assert paints_in(bear) == 6
     left = "Object.keys(localStorage).filter((key) => /^superfacets (?!place).*jsonl/.test(key))"
     assert again.evaluate(left) == []
-    page.close()
 
 
 @hanging
 def test_a_hung_server_shows_the_banner_after_ten_seconds_and_is_tried_again(command, hang):
     server, tab = command
     spots = tab.spots(3)
+    tab.page.clock.install()
     hang()
-    began = time.monotonic()
+    began = tab.evaluate("Date.now()")
     paint(tab, spots)
-    tab.until("!document.querySelector('#banner').hidden")
-    assert 9 < time.monotonic() - began < 20
+    while tab.evaluate("Date.now()") - began < 20_000 and tab.locator("#banner").is_hidden():
+        tab.page.clock.fast_forward(500)
+    assert 9_000 < tab.evaluate("Date.now()") - began < 20_000
     assert "does not answer. 3 unsaved strokes" in tab.locator("#banner").text_content()
     tab.press("Control+z")
     tab.until("document.querySelector('#status').textContent.includes('so undo has to wait')")

@@ -5,7 +5,7 @@ import re
 
 import numpy as np
 import pytest
-from studio_page import Command, Tab
+from studio_page import VIEW, Command, Tab
 
 import superfacets as sf
 from superfacets import Mesh, write_mesh
@@ -40,7 +40,7 @@ def made_room(tmp_path):
     faces = np.concatenate([part[1] + offset for part, offset in zip(parts, offsets, strict=False)])
     mesh = Mesh(np.concatenate([points for points, _ in parts]), faces)
     write_mesh(tmp_path / "room.ply", mesh)
-    return tmp_path / "room.ply", np.repeat([0, 1, 2], [len(part[1]) for part in parts]), 24
+    return tmp_path / "room.ply", np.repeat([0, 1, 2], [len(part[1]) for part in parts])
 
 
 @pytest.fixture
@@ -60,7 +60,7 @@ def real_room(data_dir, tmp_path):
     mesh = sf.submesh(Mesh(room["vertices"].astype(float), room["faces"]), is_near * 1, 1).mesh
     write_mesh(tmp_path / "room.ply", mesh)
     truth = np.select([instances == 4, instances == 5], [1, 2], 0)[is_near]
-    return tmp_path / "room.ply", truth, 24
+    return tmp_path / "room.ply", truth
 
 
 @pytest.fixture(params=["made", "real"])
@@ -90,6 +90,7 @@ class Annotator:
                 if self.instance_of_region[region] == number:
                     tab.click(x, y)
         tab.locator("#canvas").focus()
+        tab.looks_from_one_side()
         tab.press("s")
         while "Every region" not in tab.status:
             self.choose(self.instance_of_region[tab.evaluate("studio.cursor()")])
@@ -111,8 +112,8 @@ class Annotator:
 
 
 def test_two_chairs_of_one_class_become_two_objects(room, serve, open_tab, tmp_path):
-    path, truth, n_regions = room
-    server = serve(path, n_regions, Command)
+    path, truth = room
+    server = serve(path, 24, Command)
     tab = open_tab(server.address)
     annotator = Annotator(tab, truth)
     annotator.label()
@@ -234,7 +235,7 @@ def seen(tab):
 
 
 def test_two_fingers_turn_and_one_paints(bear, serve, browser, errors):
-    context = browser.new_context(viewport={"width": 700, "height": 460}, has_touch=True)
+    context = browser.new_context(**VIEW, has_touch=True)
     page = context.new_page()
     page.goto(serve(bear, 40).address)
     tab = Tab(page).ready()

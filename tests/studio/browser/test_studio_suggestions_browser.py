@@ -268,8 +268,8 @@ def test_with_the_key_w_surfaces_at_different_depths_have_no_black_outlines(
 
 def test_the_help_begins_at_its_top_and_tells_the_buttons_of_the_chosen_scheme(studio):
     _, tab = studio
-    tab.evaluate("document.querySelector('#scheme').value = 'blender'")
-    tab.evaluate("document.querySelector('#scheme').dispatchEvent(new Event('change'))")
+    choose = "name => { scheme.value = name; scheme.dispatchEvent(new Event('change')); }"
+    tab.evaluate(choose, "blender")
     tab.press("?")
     help_ = tab.locator("#help")
     assert help_.evaluate("one => one.scrollTop") == 0
@@ -281,8 +281,7 @@ def test_the_help_begins_at_its_top_and_tells_the_buttons_of_the_chosen_scheme(s
     assert tab.evaluate(toward) != top
     tab.press("Numpad7")
     assert tab.evaluate(toward) == top
-    tab.evaluate("document.querySelector('#scheme').value = 'studio'")
-    tab.evaluate("document.querySelector('#scheme').dispatchEvent(new Event('change'))")
+    tab.evaluate(choose, "studio")
     tab.press("?")
     assert "Shift + middle drag" not in help_.text_content()
     tab.press("Escape")
