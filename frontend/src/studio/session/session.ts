@@ -187,7 +187,7 @@ export class Session {
   private async sendKept(): Promise<void> {
     const { nWaiting: count, fileId } = this;
     if (!count) return;
-    const isDone = await this.attempt(() => this.reloadAll());
+    const isDone = await this.attempt(() => this.reload(true));
     if (isDone) this.tell(words.resent(count), fileId);
   }
 
@@ -341,9 +341,14 @@ export class Session {
     if (kind === "settle") await this.loadSuggestions();
   }
 
-  /** Load the state again, the regions if they have changed, and the suggestions if there are or were any. */
-  async reload(): Promise<void> {
+  /**
+   * Load the state again, labels if `withPaint`, regions if they have changed, and suggestions if there are or were any.
+   *
+   * The state is fetched before the labels: if they change in between, its `seq` is out of date, which `beat` finds.
+   */
+  async reload(withPaint = false): Promise<void> {
     const state = await this.api.get<State>(`${this.path}/state`);
+    if (withPaint) await this.loadPaint();
     if (state.seq > this.state.seq) this.savedAt = new Date();
     this.state = state;
     this.events.emit("classes", state.classes);
@@ -487,7 +492,7 @@ export class Session {
     let reply: CompareReply | null = null;
     const isDone = await this.attempt(async () => {
       reply = await this.post<CompareReply>(what, body);
-      if (what === "accept") await this.reloadAll();
+      if (what === "accept") await this.reload(true);
       const { agreement, classes } = reply;
       const paint = await this.api.buffer(`${this.path}/theirs`);
       this.theirs = agreement && { classes, paints: new Paints(new Uint32Array(paint), this.mesh.areas) };
@@ -499,13 +504,8 @@ export class Session {
   async change(what: string, body: unknown): Promise<boolean> {
     return this.attempt(async () => {
       await this.post<unknown>(what, body);
-      await this.reloadAll();
+      await this.reload(true);
     });
-  }
-
-  private async reloadAll(): Promise<void> {
-    await this.loadPaint();
-    await this.reload();
   }
 
   private post<T>(what: string, body: unknown = {}): Promise<T> {
@@ -525,7 +525,7 @@ export class Session {
   /** Handle a stroke that the server rejected: show the error, and load the labels from the server. */
   private async refused(error: unknown): Promise<void> {
     this.report(error);
-    await this.attempt(() => this.reloadAll());
+    await this.attempt(() => this.reload(true));
   }
 
   private lose(why: Error): void {
@@ -546,9 +546,8 @@ export class Session {
       if (state.input.n_cells !== mesh.nCells) throw new Error(words.otherServer);
       await this.alone(async () => {
         if (this.nWaiting) throw new ServerGone();
-        await this.loadPaint();
         await this.loadRegions((await this.api.get<State>(`${this.path}/state`)).revision);
-        await this.reload();
+        await this.reload(true);
       });
       this.online = true;
       this.events.emit("online", true);
@@ -565,7 +564,7 @@ export class Session {
     try {
       await this.alone(async () => {
         const { seq } = await this.api.get<Progress>(`${this.path}/state`, "short");
-        if (seq !== this.state.seq) await this.reloadAll();
+        if (seq !== this.state.seq) await this.reload(true);
       });
     } catch (error) {
       if (error instanceof ServerGone) this.lose(error);
