@@ -195,7 +195,7 @@ def test_the_default_is_what_files_get(tmp_path):
 
 
 @pytest.mark.parametrize("method", ["creases", "majority"])
-def test_vertices_keep_to_the_cells_on_their_side_of_barriers(method):
+def test_vertices_keep_to_the_cells_on_their_side_of_barriers(method, tmp_path):
     mesh = sf.sample_mesh(5000)
     areas = np.digitize(mesh.vertices[:, 2], [-0.3, 0, 0.3]) - 1
     parcels = sf.segment(mesh, 40, barriers=areas, mask=areas >= 0, islands="nearest")
@@ -208,7 +208,18 @@ def test_vertices_keep_to_the_cells_on_their_side_of_barriers(method):
     assert np.array_equal(area_of[found[found >= 0]], areas[found >= 0])
     if method != "majority":  # where faces vote, a region may win no vertex
         assert np.array_equal(np.unique(found[found >= 0]), np.arange(parcels.n_segments))
-    across = sf.vertex_labels(mesh, parcels, method=method)
+    options = {"method": method, "min_vertices": least}
+    assert np.array_equal(sf.vertex_labels(mesh, parcels, **options), found)  # without being asked
+    masked = sf.segment(mesh, 40, mask=areas >= 0)
+    for ending in (".annot", ".ply"):
+        sf.write_mesh(tmp_path / f"a{ending}", mesh, masked, vertex_labels=ending == ".ply")
+    stored = sf.read_attributes(tmp_path / "a.ply").vertex["label"]
+    for labels in (sf.read_labels(tmp_path / "a.annot"), stored):
+        assert np.array_equal(labels >= 0, areas >= 0)
+    assert np.array_equal(
+        sf.vertex_labels(mesh, masked.labels, barriers=areas >= 0), sf.vertex_labels(mesh, masked)
+    )
+    across = sf.vertex_labels(mesh, parcels.labels, method=method)
     assert (area_of[across[across >= 0]] != areas[across >= 0]).any()
     with pytest.raises(ValueError, match="barriers must have one value per vertex"):
         sf.vertex_labels(mesh, parcels, barriers=area_of)
