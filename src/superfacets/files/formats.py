@@ -20,6 +20,7 @@ from collections import ChainMap
 from collections.abc import Iterable, Mapping
 from importlib.util import find_spec
 from itertools import chain
+from pathlib import PurePath
 from typing import Any
 
 from ..base.errors import MissingExtraError
@@ -192,6 +193,12 @@ class Formats(dict[str, Table]):
     def check_writers(self, endings: Iterable[str]) -> None:
         """Raise a MissingExtraError if the package that writes one of these formats is missing."""
         self.check_readers(endings, _WRITE_EXTRAS)
+
+    @staticmethod
+    def stem_of(path: PurePath) -> str:
+        """Return a file name without its ending, or with it if it is the name of the content."""
+        is_name = path.suffix.lower() in (*_SURFACES, *_CURVES)
+        return path.name if is_name else path.stem
 
     def usual_output(self, kind: str) -> str:
         """Return the default ending of files with cells of the kind named `kind`."""
