@@ -282,7 +282,9 @@ def test_mask_values_are_the_labels_that_python_reads(run, sheet, tmp_path, name
     assert np.array_equal(np.load(out) >= 0, face_labels(mesh, read_labels(path)) == 1)
 
 
-@pytest.mark.parametrize("name", ["m.npy", "m.annot", "m.label.gii", "m.shape.gii", "lh.curv"])
+@pytest.mark.parametrize(
+    "name", ["m.npy", "m.annot", "m.label.gii", "m.shape.gii", "lh.curv", "lh.cortex.label"]
+)
 def test_masks_and_barriers_may_have_a_value_per_vertex(run, sheet, tmp_path, name):
     mesh = read_mesh(sheet)
     is_left = mesh.vertices[:, 0] < np.median(mesh.vertices[:, 0])
@@ -291,6 +293,8 @@ def test_masks_and_barriers_may_have_a_value_per_vertex(run, sheet, tmp_path, na
     np.save(tmp_path / "m.npy", is_left)
     numbers = b"\xff" * 3 + np.array([mesh.n_vertices, mesh.n_faces, 1], ">i4").tobytes()
     (tmp_path / "lh.curv").write_bytes(numbers + is_left.astype(">f4").tobytes())
+    rows = [f"{i} 0 0 0 0\n" for i in np.flatnonzero(is_left)]
+    (tmp_path / "lh.cortex.label").write_text(f"#!ascii label\n{len(rows)}\n{''.join(rows)}")
     text = (tmp_path / "m.label.gii").read_text()
     (tmp_path / "m.shape.gii").write_text(text.replace("INTENT_LABEL", "INTENT_SHAPE"))
     out, wanted = tmp_path / "out.npy", face_labels(mesh, is_left.astype(int))

@@ -220,6 +220,18 @@ def test_what_is_wrong_with_an_annotation_is_said(tmp_path, change, message):
         read_labels(path)
 
 
+@pytest.mark.parametrize(("text", "message"), [
+    ("2\n1 0 0 0 0\n", "expected the number of listed vertices, 1, before their rows"),
+    ("1\n9 0 0 0 0\n", r"listed vertices\[0\] must be 0 to 8, got 9"),
+    ("1\n8 0 0 0 0\n", "pass the number of all as n_faces"),
+    ("1\n1 0 0 0\n", "line 2: a listed vertex needs 5 numbers, got 4"),
+])  # fmt: skip
+def test_what_is_wrong_with_a_list_of_vertices_is_said(tmp_path, text, message):
+    (tmp_path / "lh.a.label").write_text(text)
+    with pytest.raises(MeshError, match=message):
+        read_labels(tmp_path / "lh.a.label", None if "n_faces" in message else 9)
+
+
 def test_randomly_damaged_files_are_read_or_refused(tmp_path, freesurfer_file):
     source, n_read = random.Random(5), 0
     for name in ("a.annot", "a.label.gii"):
