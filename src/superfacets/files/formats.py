@@ -162,7 +162,7 @@ class Formats(dict[str, Table]):
             ".csv", ".pcd", ".las", ".laz", ".label.gii",
         )  # fmt: skip
         """Files for which commands read the attributes of the input, including its texture."""
-        self.class_outputs = (".glb", ".obj", ".stl", ".aggregation.json")
+        self.class_outputs = (".glb", ".obj", ".stl", ".aggregation.json", *self.key_labels)
         """Files that store a class per region."""
         volumes = dict.fromkeys((".vtu", ".vtk", ".msh", ".mesh"), ".vtu")
         self.usual_outputs = volumes | {".las": ".las", ".laz": ".laz"}

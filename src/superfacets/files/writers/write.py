@@ -85,7 +85,8 @@ def write_mesh(
         Whether a PLY file also has a vertex property ``label``, from `superfacets.vertex_labels`.
     classes : sequence of str or int, length K, optional
         Class of each region, in ascending order of the labels: a column of the table in GLB, names
-        of groups in OBJ and of solids in STL, and labels of groups in ``.aggregation.json``.
+        of groups in OBJ, of solids in STL, and in the tables of ``.label.gii`` and ``.annot``, and
+        labels of groups in ``.aggregation.json``.
     scores : array_like of float, length K, optional
         Score of each region, 0 to 1, in ascending order of the labels, for example
         `LiftedLabels.label_scores`. Only ``.aggregation.json`` stores scores.
