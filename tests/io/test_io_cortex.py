@@ -107,8 +107,7 @@ def test_labels_of_vertices_and_their_names_come_back(tmp_path, name):
         write_labels(tmp_path / name, labels)
         assert read_labels(tmp_path / name, 6).tolist() == labels
         names = label_names(tmp_path / name)
-        assert [names[label] for label in (0, 5, largest)] == ["region_0", "region_5",
-                                                               f"region_{largest}"]  # fmt: skip
+        assert all(names[label] == f"region_{label}" for label in (0, 5, largest))
         assert names[-1] in ("???", "unknown")
     write_mesh(tmp_path / name, MESH, [5, -1, 0, 5, 7, 0, 0, 0], classes=["a<b", "\u00e9", 9])
     assert label_names(tmp_path / name).items() >= {0: "a<b", 5: "\u00e9", 7: "9"}.items()
@@ -271,12 +270,8 @@ def test_the_anatomical_structure_is_kept(tmp_path):
         surface_bytes().replace(b"<MetaData />", b"<MetaData>" + pair + b"</MetaData>", 1)
     )
     attributes = read_attributes(path)
-    for given in (attributes, read_attributes(_as_ply(tmp_path, attributes))):
+    write_mesh(tmp_path / "lh.ply", MESH, attributes=attributes)
+    for given in (attributes, read_attributes(tmp_path / "lh.ply")):
         write_mesh(tmp_path / "lh.label.gii", MESH, LABELS, attributes=given)
         meta = nibabel.load(tmp_path / "lh.label.gii").meta
         assert dict(meta) == {"AnatomicalStructurePrimary": "CortexLeft"}
-
-
-def _as_ply(folder, attributes):
-    write_mesh(folder / "lh.ply", MESH, attributes=attributes)
-    return folder / "lh.ply"

@@ -141,7 +141,6 @@ class Formats(dict[str, Table]):
         self.key_labels = (".label.gii", ".annot")
         """Files with one label per vertex, which may be -1, and a table of colors and names. The
         label is the key of the vertex, or its row in the table, minus 1."""
-
         self.area_files = (*self.key_labels, *self["vertex_lists"])
         """Files with one label per vertex, where -1 means no area."""
 
@@ -203,8 +202,7 @@ class Formats(dict[str, Table]):
     @staticmethod
     def stem_of(path: PurePath) -> str:
         """Return a file name without its ending, or with it if it is the name of the content."""
-        is_name = path.suffix.lower() in (*_SURFACES, *_CURVES)
-        return path.name if is_name else path.stem
+        return path.name if path.suffix.lower() in (*_SURFACES, *_CURVES) else path.stem
 
     def usual_output(self, kind: str) -> str:
         """Return the default ending of files with cells of the kind named `kind`."""

@@ -34,10 +34,7 @@ MAX_SPREAD = 0.15
 
 @dataclass(frozen=True, eq=False, repr=False)
 class VertexSegmentation(Segmentation):
-    """The result of `segment` for a mask or barriers with a value per vertex.
-
-    `vertex_labels` and `write_mesh` keep its vertices in their groups.
-    """
+    """The result for a mask or barriers of vertices, which `vertex_labels` and files respect."""
 
     vertex_groups: Ints | None = None  # `ConstraintOptions.groups_of_vertices` of the cells
 

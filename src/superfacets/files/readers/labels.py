@@ -136,9 +136,7 @@ def _expanded(listed: Array, n_vertices: int | None) -> Ints:
         raise MeshError("the file lists only some vertices: pass the number of all as n_faces")
     is_wrong = (listed < 0) | (listed >= n_vertices)
     refuse_first(is_wrong, "listed vertices", listed, f"0 to {n_vertices - 1}", MeshError)
-    labels = np.full(n_vertices, -1, np.int32)
-    labels[listed] = 0
-    return labels
+    return np.isin(np.arange(n_vertices), listed).astype(np.int32) - np.int32(1)
 
 
 def find_property(

@@ -85,8 +85,8 @@ def write_mesh(
         Whether a PLY file also has a vertex property ``label``, from `superfacets.vertex_labels`.
     classes : sequence of str or int, length K, optional
         Class of each region, in ascending order of the labels: a column of the table in GLB, names
-        of groups in OBJ, of solids in STL, and in the tables of ``.label.gii`` and ``.annot``, and
-        labels of groups in ``.aggregation.json``.
+        of groups in OBJ, of solids in STL, of areas in ``.label.gii`` and ``.annot``, and labels
+        of groups in ``.aggregation.json``.
     scores : array_like of float, length K, optional
         Score of each region, 0 to 1, in ascending order of the labels, for example
         `LiftedLabels.label_scores`. Only ``.aggregation.json`` stores scores.
@@ -403,12 +403,10 @@ class OutputFiles:
         if listed is not None:
             ids = IdWriter(of_listed, checked_labels(listed), options, segments_file=file)
         ids = replace(ids, groups=groups[1])
-        cell_writer = CellWriter(
-            cells, cell_labels, colors, attributes, options, of_vertices, groups[0]
-        )
+        cell_writer = CellWriter(cells, cell_labels, colors, attributes, options, of_vertices)
         listing = all_endings.difference(FORMATS.cell_outputs)
         ids.checked([*listing])
-        cell_writer = cell_writer.checked([*all_endings - listing])
+        cell_writer = replace(cell_writer, groups=groups[0]).checked([*all_endings - listing])
         writers = dict.fromkeys(all_endings, cell_writer.write) | dict.fromkeys(listing, ids.write)
         records = None if attributes is None else attributes.records
         if records is not None and cell_labels is not None:  # one label per record of the file
@@ -452,6 +450,5 @@ def _writer_of(
 ) -> CellWriter | IdWriter:  # fmt: skip
     """Return the writer for an ending, or raise an error if the format cannot store the cells."""
     if ending in FORMATS.cell_outputs:
-        writer = CellWriter(cells, labels, None, attributes, form, groups=groups)
-        return writer.checked([ending])
+        return CellWriter(cells, labels, None, attributes, form, None, groups).checked([ending])
     return IdWriter(cells, labels, form, attributes=attributes, groups=groups).checked([ending])
