@@ -421,7 +421,7 @@ class OutputFiles:
         return Written(lost, ids.region_sizes if has_ids else np.zeros(0, np.int64))
 
     def _write_with(self, writers: Mapping[str, Callable[..., list[str]]]) -> dict[str, list[str]]:
-        """Write all files and streams, and return what is lost, keyed by ending."""
+        """Write all files, and return attributes that were not stored, keyed by ending."""
         lost = {}
         with atomic_outputs(self.files) as temporaries:
             for temporary, path in zip(temporaries, map(Path, self.files), strict=True):
