@@ -32,13 +32,6 @@ MAX_SPREAD = 0.15
 """Maximum coefficient of variation of the target sizes of equal regions without a warning."""
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class VertexSegmentation(Segmentation):
-    """The result for a mask or barriers of vertices, which `vertex_labels` and files respect."""
-
-    vertex_groups: Ints | None = None  # `ConstraintOptions.groups_of_vertices` of the cells
-
-
 @dataclass(frozen=True, eq=False)
 class Clustered:
     """Regions of the cells inside the mask, and what decides about their borders."""
@@ -150,10 +143,8 @@ def finish(
     result = replace(
         result, sliver_share=planned.sliver_share, timings=timings,
         params=weighed.options.params(result), cells=source,
+        vertex_groups=weighed.options.constraints.groups_of_vertices(source),
     )  # fmt: skip
-    groups = weighed.options.constraints.groups_of_vertices(source)
-    if groups is not None:
-        result = VertexSegmentation(**vars(result), vertex_groups=groups)
     warn_of_islands(result, source)
     note = radius_note(result)
     if note is not None:
