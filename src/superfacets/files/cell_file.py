@@ -124,7 +124,7 @@ class CellFile:
         elif not of_vertices and self._has_regions_like(labels):
             raise MeshError(
                 f"{path}: the faces of {self.name} are sorted by region, but the labels are in"
-                f" another order: leave them out to use the regions in {self.name}"
+                f" another order: give {self.name} itself as the label file"
             )
         return labels, of_vertices
 
