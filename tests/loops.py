@@ -36,4 +36,4 @@ def segment(mesh, n_segments=None, *, paper=False, init=None, relocates=True, ra
     checked = SegmentOptions.checked(**asked)
     loop = replace(checked.loop, radius_factor=radius_factor)
     relocates = relocates and radius_factor is None
-    return run(mesh, replace(checked, loop=loop, relocates=relocates, init=init))
+    return run(mesh, replace(checked, loop=loop, may_relocate=relocates, init=init))

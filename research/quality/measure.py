@@ -73,7 +73,7 @@ def segment_as(
         return segment(mesh, **given)
     usual = {name: one.default for name, one in signature(segment).parameters.items()}
     del usual["mesh"]
-    return run(mesh, replace(SegmentOptions.checked(**usual | given), relocates=False))
+    return run(mesh, replace(SegmentOptions.checked(**usual | given), may_relocate=False))
 
 
 RESOLUTION_VARIANTS = (PLAIN, EQ_2, CREASES, DEFAULT)

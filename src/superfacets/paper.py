@@ -102,5 +102,5 @@ def checked(
     return SegmentOptions(
         count=count, init=init, weights=WeightOptions.checked(weights, None),
         loop=replace(loop, radius_factor=radius_factor),
-        constraints=ConstraintOptions(mask, barriers), denoise=0, smooth=False, relocates=False,
+        constraints=ConstraintOptions(mask, barriers), denoise=0, smooth=False, may_relocate=False,
     )  # fmt: skip

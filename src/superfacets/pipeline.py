@@ -139,20 +139,6 @@ def segment(
     return run(mesh, options)
 
 
-def _list_of_weights() -> str:
-    """Return text that lists all formulas for weights, for the docstring of `segment`."""
-    items = []
-    for name, weight in WEIGHTS.items():
-        values = [f"{key} {value:g}" for key, value in weight.defaults.items() if key != "gamma"]
-        text = f"- ``{name!r}``: {weight.about}. Defaults: {', '.join(values)}."
-        items.append(textwrap.fill(text, 100, initial_indent=" " * 8, subsequent_indent=" " * 10))
-    return "\n" + "\n".join(items) + "\n"
-
-
-if segment.__doc__ is not None:  # python -OO removes docstrings
-    segment.__doc__ = segment.__doc__.replace("{weights}", _list_of_weights())
-
-
 def run(mesh: MeshLike | Prepared, options: SegmentOptions) -> Segmentation:
     """Run all stages of `segment`. They share the threads of one workspace.
 
@@ -189,3 +175,18 @@ def run(mesh: MeshLike | Prepared, options: SegmentOptions) -> Segmentation:
         del ordered, coarsening, arcs
         result = clean(clustered, lengths, feature_costs, weighed, clock)  # 5 regions
         return finish(result, source, input_index, weighed, planned, clock)  # not timed
+
+
+def _list_of_weights() -> str:
+    """Return text that lists all formulas for weights, for the docstring of `segment`."""
+    items = []
+    for name, weight in WEIGHTS.items():
+        values = [f"{key} {value:g}" for key, value in weight.defaults.items() if key != "gamma"]
+        defaults = f" Defaults: {', '.join(values)}." if values else ""
+        text = f"- ``{name!r}``: {weight.about}.{defaults}"
+        items.append(textwrap.fill(text, 100, initial_indent=" " * 8, subsequent_indent=" " * 10))
+    return "\n" + "\n".join(items) + "\n"
+
+
+if segment.__doc__ is not None:  # python -OO removes docstrings
+    segment.__doc__ = segment.__doc__.replace("{weights}", _list_of_weights())

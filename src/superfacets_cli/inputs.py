@@ -147,8 +147,8 @@ constraint_options = options(
     option("--mask FILE", FILE,
            "Label file with one value per face, point or vertex, as superfacets.read_labels reads"
            " it. Without --mask-values, cells with value 0 (or False) are left out and get label"
-           " -1, or with value -1 (no area) in .label.gii and .annot files. From values of"
-           " vertices, a face follows the majority of its corners."),
+           " -1, or with value -1 (no area) in .label.gii, .annot and .label files. From values"
+           " of vertices, a face follows the majority of its corners."),
     mask_values_option,
     option("--barriers FILE", FILE,
            "Label file with one whole number per face, point or vertex. Cells with different"
@@ -180,7 +180,7 @@ def constraints_of(given: Mapping[str, Any], source: CellFile, cells: Cells) -> 
             found = source.integers(cells, name)[0]
         else:
             found = _values_in(mask, source, cells, name)
-        if mask is not None and values is None and mask.name.lower().endswith(FORMATS.key_labels):
+        if mask is not None and values is None and mask.name.lower().endswith(FORMATS.area_files):
             found = found + np.int32(1)  # -1 means no area
         keywords["mask"] = source.mask(found, values, cells, mask)
     if given["barriers"] is not None:

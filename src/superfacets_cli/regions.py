@@ -18,6 +18,7 @@ from superfacets_formats import write_vtk_xml
 from superfacets_show import LINE_ENDINGS, write_borders
 
 from . import options as opts
+from .failures import print_note
 from .inputs import ranked_labels_beside, read_input
 from .interrupts import run_in_background
 from .options import FILE, option, options
@@ -35,14 +36,13 @@ from .outputs import Job, check_files, print_report
            "Write a table of all pairs of adjacent regions to this .csv or .json file."),
     option("--borders", FILE,
            "Write the borders of regions of a mesh as polylines to this .obj or .vtp file."),
-    option("--majority NAME", None,
+    option("--majority NAMES", opts.Listed(),
            "Add a column majority_NAME with the most frequent value of this integer property of IN,"
            " such as classification, in each region, as in --mean.", multiple=True),
-    option("--mean NAME", None,
+    option("--mean NAMES", opts.Listed(),
            "Add a column mean_NAME with the mean of this property of IN, such as intensity, or of"
            " a file, such as lh.thickness, over the faces or points of each region, or its vertices"
-           " if LABELS and NAME have one value per vertex; may be given several times.",
-           multiple=True),
+           " if LABELS and NAME have a value per vertex. Separate names by commas.", multiple=True),
     opts.viewpoint_option,
     opts.format_option("IN", of_stream=True),
     opts.labels_named_option,
@@ -74,6 +74,8 @@ def regions_command(
         if borders is not None and not kit.kind_of(whole).has_faces:
             raise click.UsageError(f"--borders needs a mesh with faces: {cells} has none")
         data, at_vertices = kit.CellData(whole, attributes), as_given is not compact
+        if at_vertices and (given["mean"] or given["majority"]):
+            print_note("values of vertices are pooled over vertices, by the labels of vertices")
         if viewpoint is not None:
             whole = kit.kind_of(whole).seen_from(whole, viewpoint)
         graph = region_graph(whole, compact)
@@ -141,9 +143,8 @@ TABLE_ENDINGS = (".csv", ".json")
 def write_tables(tables: Sequence[tuple[Path, Columns]]) -> None:
     """Write each table to its path, in the format of its ending: all tables, or none.
 
-    The endings are ``.csv`` and ``.json``. NaN becomes an empty field in CSV, and
-    null in JSON. A JSON file has a list with one object per row. Numbers are written with enough
-    digits to restore them exactly.
+    NaN becomes an empty field in CSV, and null in JSON. A JSON file has a list with one object per
+    row. Numbers are written with enough digits to restore them exactly.
     """
     endings = [kit.known_ending(path, TABLE_ENDINGS) for path, _ in tables]
     with kit.atomic_outputs([path for path, _ in tables]) as temporaries:

@@ -117,7 +117,7 @@ def render_command(
         colors = None if attributes is None else attributes.region_colors
         if colors is None:
             raise MeshError(f"{mesh} has no colors of faces, vertices or points")
-    stems = [path.stem for path in paths]
+    stems = [FORMATS.stem_of(path) for path in paths]
     titles = stems if len({*stems}) == len({*paths}) else [*map(str, paths)]
     named = None if values is None or isinstance(values, str) else Path(str(color_by))
     for path in outputs:
@@ -125,8 +125,8 @@ def render_command(
             with Progress():
                 plotted = plot(
                     cells, series[0], output=path, compare=series[1:], colors=colors,
-                    titles=titles if compare else None, color_by=values, view=view,
-                    numbers=numbers, scale_title=None if named is None else named.stem, **style,
+                    titles=titles if compare else None, color_by=values, view=view, numbers=numbers,
+                    scale_title=None if named is None else FORMATS.stem_of(named), **style,
                 )  # fmt: skip
         except (ValueError, TypeError) as error:
             if named is None or isinstance(error, MeshError):
@@ -179,9 +179,9 @@ def view_command(
         target = None if output is None else checked_page_path(output)
     except ValueError as error:
         raise click.UsageError(str(error)) from None
-    if len({path.stem for path in features}) < len(features):
+    if len({FORMATS.stem_of(path) for path in features}) < len(features):
         raise click.UsageError("two features have the same name: rename their files")
-    values = {path.stem: CellFile.values_in(path) for path in features}
+    values = {FORMATS.stem_of(path): CellFile.values_in(path) for path in features}
     source = read_input(str(mesh))
     cells, attributes = source.cells_and_attributes()
     shown = _levels_of(source, labels, cells, labels_named)

@@ -201,6 +201,16 @@ def curve_values(data: Content) -> Array:
     return reader.numbers(n_vertices, "f4")
 
 
+def listed_vertices(data: Content) -> Array:
+    """Return the vertices that a FreeSurfer label file lists, for example ``lh.cortex.label``."""
+    lines = Lines.of(data, comment=b"#")
+    rows = lines[1:]  # vertex, x, y, z, value
+    rows.refuse(rows.counts != 5, "a listed vertex needs 5 numbers")
+    if lines[:1].parse(np.int64).tolist() != [len(rows)]:
+        raise MeshError(f"expected the number of listed vertices, {len(rows)}, before their rows")
+    return as_integers(rows.parse(np.float64)[::5], "listed vertices")
+
+
 def label_names(path: kit.StrPath) -> dict[int, str]:
     """Return the names in the table of a ``.label.gii`` or ``.annot`` file, keyed by label.
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import base64
 import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from types import MappingProxyType
 from typing import IO
 from xml.sax.saxutils import escape
 
@@ -40,35 +41,37 @@ Encoding="GZipBase64Binary" Endian="LittleEndian" ExternalFileName="" ExternalFi
 
 def write_cortex(
     file: IO[bytes], ending: str, labels: Array, colors: Bytes, *,
-    comments: Sequence[str] = (),
+    comments: Sequence[str] = (), names: Mapping[int, str] = MappingProxyType({}),
 ) -> None:  # fmt: skip
     """Write the label of each vertex, or -1 for no region, as ``.label.gii`` or ``.annot``.
 
     `colors`, (K, 3), has the color of each region, in ascending order of the labels; fewer colors
-    are repeated. GIFTI stores the anatomical structure of the surface, if one of the `comments` has
-    it.
+    are repeated. `names` has the name of each label, by default ``region_LABEL``. GIFTI stores the
+    anatomical structure of the surface, if one of the `comments` has it.
     """
     regions = np.unique(labels[labels >= 0])
     colors = colors[np.arange(len(regions)) % len(colors)]
     if ending == ".label.gii":
-        _write_gifti(file, labels, regions, colors, comments)
+        _write_gifti(file, labels, regions, colors, comments, names)
     else:
-        _write_annot(file, labels, regions, colors)
+        _write_annot(file, labels, regions, colors, names)
 
 
 def _write_gifti(
-    file: IO[bytes], labels: Array, regions: Array, colors: Bytes, comments: Sequence[str]
-) -> None:
+    file: IO[bytes], labels: Array, regions: Array, colors: Bytes, comments: Sequence[str],
+    names: Mapping[int, str],
+) -> None:  # fmt: skip
     """Write GIFTI. The key of a region is its label + 1. Key 0, named ``???``, means no region."""
     row = '<Label Key="{}" Red="{:.6g}" Green="{:.6g}" Blue="{:.6g}" Alpha="{}">{}</Label>'
     rows = [row.format(0, 1, 1, 1, 0, "???")]
     for region, color in zip(regions.tolist(), (colors / 255).tolist(), strict=True):
-        rows.append(row.format(region + 1, *color, 1, f"region_{region}"))
+        name = escape(names.get(region, f"region_{region}"))
+        rows.append(row.format(region + 1, *color, 1, name))
     packed = zlib.compress((labels.astype("<i4") + 1).tobytes())
     data = base64.b64encode(packed).decode("ascii")
     pair = "<MD><Name>AnatomicalStructurePrimary</Name><Value>{}</Value></MD>"
-    names = [line.removeprefix(STRUCTURE) for line in comments if line.startswith(STRUCTURE)]
-    stored = "".join(pair.format(escape(name)) for name in names[:1])
+    found = [line.removeprefix(STRUCTURE) for line in comments if line.startswith(STRUCTURE)]
+    stored = "".join(pair.format(escape(name)) for name in found[:1])
     file.write(
         _GIFTI.format(table="\n".join(rows), n=len(labels), data=data, structure=stored).encode(
             "ascii", "xmlcharrefreplace"
@@ -76,7 +79,9 @@ def _write_gifti(
     )
 
 
-def _write_annot(file: IO[bytes], labels: Array, regions: Array, colors: Bytes) -> None:
+def _write_annot(
+    file: IO[bytes], labels: Array, regions: Array, colors: Bytes, names: Mapping[int, str]
+) -> None:
     """Write an annotation file. Row 0 of its color table is no region, row i + 1 is region i."""
     # nibabel lists the names without their rows, so gaps have rows, too.
     highest = int(labels.max())
@@ -90,7 +95,7 @@ def _write_annot(file: IO[bytes], labels: Array, regions: Array, colors: Bytes) 
     file.write(_integers(len(labels)) + pairs.astype(">i4").tobytes())
     file.write(_integers(1, -2, highest + 2) + _text("superfacets") + _integers(len(table)))
     for row, color in zip((-1, *rows.tolist()), table.tolist(), strict=True):
-        name = "unknown" if row < 0 else f"region_{row}"
+        name = "unknown" if row < 0 else names.get(row, f"region_{row}")
         file.write(_integers(row + 1) + _text(name) + _integers(*color, 0))
 
 
@@ -114,5 +119,5 @@ def _integers(*numbers: int) -> bytes:
 
 
 def _text(text: str) -> bytes:
-    content = text.encode("ascii") + b"\0"
+    content = text.encode() + b"\0"
     return _integers(len(content)) + content

@@ -10,7 +10,7 @@ from .vtk_xml import XmlFile
 
 
 def read_vtu(source: Input) -> Read:
-    """Read a VTU file; VTK reads files that are compressed with LZ4."""
+    """Read a VTU file, by VTK if it is compressed with LZ4."""
     file = XmlFile(source.data, "UnstructuredGrid")
     if file.needs_vtk:
         return Grid.of_foreign("read_with_vtk", source).read(source)

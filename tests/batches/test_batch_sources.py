@@ -123,4 +123,5 @@ def test_results_mirror_folders():
         "a/b.x.superfacets.ply",
     )
     assert InputFile("", "a/b.obj").output_names(()) == ("a/b.superfacets.ply",)
+    assert InputFile("", "a/lh.pial").output_names(()) == ("a/lh.pial.superfacets.ply",)
     assert InputFile("", "body.MSH").output_names(()) == ("body.superfacets.vtu",)

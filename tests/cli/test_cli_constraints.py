@@ -282,20 +282,22 @@ def test_mask_values_are_the_labels_that_python_reads(run, sheet, tmp_path, name
     assert np.array_equal(np.load(out) >= 0, face_labels(mesh, read_labels(path)) == 1)
 
 
-@pytest.mark.parametrize("name", ["m.npy", "m.annot", "m.label.gii", "m.shape.gii", "lh.curv"])
-def test_masks_and_barriers_may_have_a_value_per_vertex(run, sheet, tmp_path, name):
+@pytest.mark.parametrize("ending", ["npy", "annot", "label.gii", "shape.gii", "curv", "label"])
+def test_masks_and_barriers_may_have_a_value_per_vertex(run, sheet, tmp_path, ending):
     mesh = read_mesh(sheet)
     is_left = mesh.vertices[:, 0] < np.median(mesh.vertices[:, 0])
     write_labels(tmp_path / "m.label.gii", is_left - 1)  # the key of label -1 is 0
     write_labels(tmp_path / "m.annot", is_left - 1)
     np.save(tmp_path / "m.npy", is_left)
     numbers = b"\xff" * 3 + np.array([mesh.n_vertices, mesh.n_faces, 1], ">i4").tobytes()
-    (tmp_path / "lh.curv").write_bytes(numbers + is_left.astype(">f4").tobytes())
+    (tmp_path / "m.curv").write_bytes(numbers + is_left.astype(">f4").tobytes())
+    rows = "".join(f"\n{i} 0 0 0 0" for i in np.flatnonzero(is_left))
+    (tmp_path / "m.label").write_text(f"#!ascii label\n{is_left.sum()}{rows}\n")
     text = (tmp_path / "m.label.gii").read_text()
     (tmp_path / "m.shape.gii").write_text(text.replace("INTENT_LABEL", "INTENT_SHAPE"))
     out, wanted = tmp_path / "out.npy", face_labels(mesh, is_left.astype(int))
     for option, given in (("--mask", {"mask": wanted == 1}), ("--barriers", {"barriers": wanted})):
-        status, _, err = run("segment", sheet, "-n", 9, option, tmp_path / name, "-o", out)
+        status, _, err = run("segment", sheet, "-n", 9, option, tmp_path / f"m.{ending}", "-o", out)
         assert status == 0, err
         assert np.array_equal(np.load(out), segment(mesh, 9, **given).labels)
 

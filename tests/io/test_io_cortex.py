@@ -107,9 +107,10 @@ def test_labels_of_vertices_and_their_names_come_back(tmp_path, name):
         write_labels(tmp_path / name, labels)
         assert read_labels(tmp_path / name, 6).tolist() == labels
         names = label_names(tmp_path / name)
-        assert [names[label] for label in (0, 5, largest)] == ["region_0", "region_5",
-                                                               f"region_{largest}"]  # fmt: skip
+        assert all(names[label] == f"region_{label}" for label in (0, 5, largest))
         assert names[-1] in ("???", "unknown")
+    write_mesh(tmp_path / name, MESH, [5, -1, 0, 5, 7, 0, 0, 0], classes=["a<b", "\u00e9", 9])
+    assert label_names(tmp_path / name).items() >= {0: "a<b", 5: "\u00e9", 7: "9"}.items()
     with pytest.raises(
         MeshError, match=r"labels must be below 2\*\*24 in this format, got 16777216: renumber them"
     ):
@@ -175,12 +176,15 @@ def test_annotations_of_others_are_read(tmp_path):
     ("a.gii", lambda data: data.replace(b'"8"', b'"24"').replace(b'Dim1="3"', b'Dim1="1"', 1),
      "must have 3 numbers"),
     ("a.label.gii", lambda data: data, "the GIFTI file has no labels of vertices"),
+    ("a.label", lambda _: b"2\n1 0 0 0 0", "expected the number of listed vertices, 1, before"),
+    ("a.label", lambda _: b"1\n1 0 0 0 0", "pass the number of all as n_faces"),
+    ("9.label", lambda _: b"1\n9 0 0 0 0", "listed vertices[0] must be 0 to 8, got 9"),
 ])  # fmt: skip
 def test_what_is_wrong_with_a_gifti_file_is_said(tmp_path, name, change, message):
     path = tmp_path / name
     path.write_bytes(change(surface_bytes()))
     with pytest.raises(MeshError) as caught:
-        (read_labels if "label" in name else read_mesh)(path)
+        read_labels(path, 9 if name[0] == "9" else None) if "label" in name else read_mesh(path)
     assert message in str(caught.value)
 
 
@@ -266,12 +270,8 @@ def test_the_anatomical_structure_is_kept(tmp_path):
         surface_bytes().replace(b"<MetaData />", b"<MetaData>" + pair + b"</MetaData>", 1)
     )
     attributes = read_attributes(path)
-    for given in (attributes, read_attributes(_as_ply(tmp_path, attributes))):
+    write_mesh(tmp_path / "lh.ply", MESH, attributes=attributes)
+    for given in (attributes, read_attributes(tmp_path / "lh.ply")):
         write_mesh(tmp_path / "lh.label.gii", MESH, LABELS, attributes=given)
         meta = nibabel.load(tmp_path / "lh.label.gii").meta
         assert dict(meta) == {"AnatomicalStructurePrimary": "CortexLeft"}
-
-
-def _as_ply(folder, attributes):
-    write_mesh(folder / "lh.ply", MESH, attributes=attributes)
-    return folder / "lh.ply"

@@ -1,5 +1,7 @@
 """Labels of vertices: small meshes, and the rule applied to one vertex at a time."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 import shapes
@@ -195,21 +197,24 @@ def test_the_default_is_what_files_get(tmp_path):
 
 
 @pytest.mark.parametrize("method", ["creases", "majority"])
-def test_vertices_keep_to_the_cells_on_their_side_of_barriers(method):
+def test_vertices_keep_to_the_cells_on_their_side_of_barriers(method, tmp_path):
     mesh = sf.sample_mesh(5000)
     areas = np.digitize(mesh.vertices[:, 2], [-0.3, 0, 0.3]) - 1
     parcels = sf.segment(mesh, 40, barriers=areas, mask=areas >= 0, islands="nearest")
-    least = 1 if method == "majority" else 20
-    found = sf.vertex_labels(
-        mesh, parcels, method=method, min_vertices=least, barriers=areas.tolist()
-    )
+    labeled = partial(sf.vertex_labels, mesh, method=method)
+    found = labeled(parcels)
+    assert np.array_equal(labeled(parcels.labels, barriers=areas.tolist()), found)
     area_of = sf.pool(parcels, sf.face_labels(mesh, areas), how="majority", mesh=mesh)
-    assert np.array_equal(found >= 0, areas >= 0)
     assert np.array_equal(area_of[found[found >= 0]], areas[found >= 0])
     if method != "majority":  # where faces vote, a region may win no vertex
         assert np.array_equal(np.unique(found[found >= 0]), np.arange(parcels.n_segments))
-    across = sf.vertex_labels(mesh, parcels, method=method)
-    assert (area_of[across[across >= 0]] != areas[across >= 0]).any()
+    assert (labeled(parcels.labels) != found).any()
+    for ending in ("annot", "ply"):
+        sf.write_mesh(tmp_path / f"a.{ending}", mesh, parcels, vertex_labels=ending == "ply")
+    stored = sf.read_attributes(tmp_path / "a.ply").vertex["label"]
+    masked = labeled(parcels.labels, barriers=areas >= 0)
+    for labels in (found, masked, stored, sf.read_labels(tmp_path / "a.annot")):
+        assert np.array_equal(labels >= 0, areas >= 0)
     with pytest.raises(ValueError, match="barriers must have one value per vertex"):
         sf.vertex_labels(mesh, parcels, barriers=area_of)
 

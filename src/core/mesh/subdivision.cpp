@@ -123,7 +123,7 @@ Point* write_points(const Point& a, const Point& b, const Limit& limit, Point* p
   return write_points(middle, b, limit, write_points(a, middle, limit, place + 1));
 }
 
-// Calls visit(lower vertex, higher vertex) for each side of a face that is too long.
+// Calls visit(lower vertex, higher vertex) for each side that is too long.
 template <typename Visit>
 void for_each_long_side(std::span<const Point> vertices, std::span<const Triangle> faces,
                         const Limit& limit, const Visit& visit) {

@@ -35,8 +35,10 @@ std::uint32_t digit_of(std::uint32_t code, int digit) {
   return code >> (digit * kDigitBits) & (kDigits - 1);
 }
 
-// Sorts entries by the two lower digits of their codes (radix sort), and writes the sorted cells.
-void sort_by_low_digits(std::span<const Entry> entries, std::vector<Entry>& sorted, Cell* cells) {
+// Sorts entries by the two lower digits of their codes (radix sort), and writes them as the
+// elements from `begin` on.
+void sort_by_low_digits(std::span<const Entry> entries, std::vector<Entry>& sorted,
+                        std::int64_t begin, SortedCodes& all) {
   if (entries.empty()) return;
   std::array<std::int64_t, kDigits> first{};
   std::array<std::int64_t, kDigits> second{};
@@ -45,36 +47,14 @@ void sort_by_low_digits(std::span<const Entry> entries, std::vector<Entry>& sort
     ++second[digit_of(entry.code, 1)];
   }
   std::exclusive_scan(first.begin(), first.end(), first.begin(), std::int64_t{0});
-  std::exclusive_scan(second.begin(), second.end(), second.begin(), std::int64_t{0});
+  std::exclusive_scan(second.begin(), second.end(), second.begin(), begin);
   if (sorted.size() < entries.size()) sorted.resize(entries.size());
   for (const Entry& entry : entries) sorted[first[digit_of(entry.code, 0)]++] = entry;
   for (const Entry& entry : std::span(sorted).first(entries.size())) {
-    cells[second[digit_of(entry.code, 1)]++] = entry.cell;
+    const std::int64_t place = second[digit_of(entry.code, 1)]++;
+    all.order[place] = entry.cell;
+    all.codes[place] = entry.code;
   }
-}
-
-// Returns the cells sorted by code. Sorts by the highest digit first, so that the sorting by the
-// other digits takes place within the second-level cache. If `codes` is a buffer, it is freed
-// before the result is allocated.
-template <typename Codes>
-Buffer<Cell> order_of(Codes codes, ThreadTeam& team) {
-  const auto n = std::ssize(codes);
-  const Lists<Entry> by_digit = group<Entry>(
-      n, kDigits,
-      [&](std::int64_t begin, std::int64_t end, const auto& add) {
-        for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) {
-          SUPERFACETS_ASSERT(codes[cell] >> kCodeBits == 0);
-          add(digit_of(codes[cell], 2), {codes[cell], cell});
-        }
-      },
-      team);
-  codes = {};
-  Buffer<Cell> order(n);
-  std::vector<std::vector<Entry>> sorted(team.size());
-  team.for_each(kDigits, [&](std::int64_t digit, int thread) {
-    sort_by_low_digits(by_digit[digit], sorted[thread], order.data() + by_digit.offsets[digit]);
-  });
-  return order;
 }
 
 // Orders cells by recursive splits at the median along the longest axis of their box, until a part
@@ -106,6 +86,28 @@ void order_by_halves(std::span<const Point> positions, std::span<Cell> cells,
 
 }  // namespace
 
+// Sorts by the highest digit first, so that the sorting by the other digits takes place within the
+// second-level cache.
+SortedCodes sorted_codes(Buffer<std::uint32_t> codes, ThreadTeam& team) {
+  const auto n = std::ssize(codes);
+  const Lists<Entry> by_digit = group<Entry>(
+      n, kDigits,
+      [&](std::int64_t begin, std::int64_t end, const auto& add) {
+        for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) {
+          SUPERFACETS_ASSERT(codes[cell] >> kCodeBits == 0);
+          add(digit_of(codes[cell], 2), {codes[cell], cell});
+        }
+      },
+      team);
+  codes = {};
+  SortedCodes all{Buffer<std::uint32_t>(n), Buffer<Cell>(n)};
+  std::vector<std::vector<Entry>> of_thread(team.size());
+  team.for_each(kDigits, [&](std::int64_t digit, int thread) {
+    sort_by_low_digits(by_digit[digit], of_thread[thread], by_digit.offsets[digit], all);
+  });
+  return all;
+}
+
 Curve::Curve(const Box& bounds) : bounds_(bounds) {
   const Point extent = bounds.high - bounds.low;
   const double longest = std::max({extent.x, extent.y, extent.z});
@@ -120,11 +122,7 @@ std::uint32_t Curve::code_of(const Point& p) const {
 }
 
 Buffer<Cell> morton_order(std::span<const Point> positions, const Box& bounds, ThreadTeam& team) {
-  return order_of(morton_codes(positions, bounds, team), team);
-}
-
-Buffer<Cell> order_of_codes(std::span<const std::uint32_t> codes, ThreadTeam& team) {
-  return order_of(codes, team);
+  return sorted_codes(morton_codes(positions, bounds, team), team).order;
 }
 
 Buffer<std::uint32_t> morton_codes(std::span<const Point> positions, const Box& bounds,
@@ -138,18 +136,13 @@ Buffer<std::uint32_t> morton_codes(std::span<const Point> positions, const Box& 
 
 Buffer<Cell> refined_morton_order(std::span<const Point> positions, std::size_t n_together,
                                   ThreadTeam& team) {
-  const Buffer<std::uint32_t> codes = morton_codes(positions, bounds_of(positions, team), team);
-  Buffer<Cell> order = order_of_codes(codes.span(), team);
-  Buffer<std::uint32_t> sorted(codes.size());  // codes in the sorted order of cells
-  team.for_each_index(std::ssize(positions),
-                      [&](std::int64_t place) { sorted[place] = codes[order[place]]; });
-  for_each_run(
-      std::ssize(positions), [&](std::int64_t place) { return sorted[place]; },
-      [&](std::int64_t first, std::int64_t last) {
-        order_by_halves(positions, order.span().subspan(first, last - first), n_together);
-      },
-      team);
-  return order;
+  SortedCodes sorted =
+      sorted_codes(morton_codes(positions, bounds_of(positions, team), team), team);
+  const auto order_run = [&](std::span<Cell> cells) {
+    order_by_halves(positions, cells, n_together);
+  };
+  for_each_run(sorted, order_run, team);
+  return std::move(sorted.order);
 }
 
 std::vector<Place> octant_ranges(std::span<const std::uint32_t> codes, std::size_t n_together) {

@@ -58,20 +58,24 @@ Buffer<std::uint32_t> morton_codes(std::span<const Point> positions, const Box& 
 // Number of bits of a Morton code.
 inline constexpr int kCodeBits = 30;
 
-// Sorts cells by their code of kCodeBits bits, then by index. Time O(N). Uses as much memory as
-// morton_order.
-Buffer<Cell> order_of_codes(std::span<const std::uint32_t> codes, ThreadTeam& team);
+struct SortedCodes {
+  Buffer<std::uint32_t> codes;  // sorted codes
+  Buffer<Cell> order;           // index of each sorted code in the input
+};
 
-// Calls visit(first, last) for each range of two or more consecutive places with the same code. In
-// different ranges, calls are made on any thread.
-template <typename CodeOf, typename Visit>
-void for_each_run(std::int64_t n, const CodeOf& code_of, const Visit& visit, ThreadTeam& team) {
-  team.for_each_slow(n, [&](std::int64_t first) {
-    const auto code = code_of(first);
-    if (first > 0 && code_of(first - 1) == code) return;
-    std::int64_t last = first + 1;
-    while (last < n && code_of(last) == code) ++last;
-    if (last > first + 1) visit(first, last);
+// Sorts codes of kCodeBits bits; equal codes keep their order. Time O(N). Uses as much memory as
+// morton_order.
+SortedCodes sorted_codes(Buffer<std::uint32_t> codes, ThreadTeam& team);
+
+// Calls visit(cells) for each two or more cells with the same code. Calls are made on any thread.
+template <typename Visit>
+void for_each_run(SortedCodes& sorted, const Visit& visit, ThreadTeam& team) {
+  const std::span<const std::uint32_t> codes = sorted.codes.span();
+  team.for_each_slow(std::ssize(codes), [&](std::size_t first) {
+    if (first > 0 && codes[first - 1] == codes[first]) return;
+    std::size_t last = first + 1;
+    while (last < codes.size() && codes[last] == codes[first]) ++last;
+    if (last > first + 1) visit(sorted.order.span().subspan(first, last - first));
   });
 }
 

@@ -104,19 +104,14 @@ Buffer<Cell> order_of_cells(const CornerLists& cells, std::span<const Point> ver
   Buffer<std::uint32_t> codes(cells.n_cells());
   team.for_each_index(cells.n_cells(),
                       [&](Cell cell) { codes[cell] = curve.code_of(center_of(cell)); });
-  Buffer<Cell> order = order_of_codes(codes.span(), team);
+  SortedCodes sorted = sorted_codes(std::move(codes), team);
   const auto is_before = [&](Cell a, Cell b) {
     const auto order_of_corners = std::lexicographical_compare_three_way(
         cells[a].begin(), cells[a].end(), cells[b].begin(), cells[b].end());
     return order_of_corners != 0 ? order_of_corners < 0 : a < b;
   };
-  for_each_run(
-      std::ssize(order), [&](std::int64_t place) { return codes[order[place]]; },
-      [&](std::int64_t first, std::int64_t last) {
-        std::ranges::sort(order.span().subspan(first, last - first), is_before);
-      },
-      team);
-  return order;
+  for_each_run(sorted, [&](std::span<Cell> run) { std::ranges::sort(run, is_before); }, team);
+  return std::move(sorted.order);
 }
 
 // Offsets of the sorted cells in their list of corners; empty if the input has no offsets.

@@ -77,7 +77,7 @@ class LoopOptions:
     n_threads: int
     report: Reports
     radius_factor: float | None = None
-    """Paths end at this multiple of r from the center, as in the paper. None: there is no limit."""
+    """Paths end at this multiple of r from the center; only `paper.segment` sets it."""
     relocates: bool = False
     """Whether redundant centers may move into regions with long paths."""
 

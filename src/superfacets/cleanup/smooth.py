@@ -130,7 +130,8 @@ def smooth_borders(
         Maximum distance that a border moves, >= 0, in units of r, along the path from a moved face
         to the initial border of its new region. Creases on the path count as distance.
     stiffness : float, default 0.0
-        Resistance of regions to changes of their area and position, >= 0. `segment` uses 1.25.
+        Resistance of regions to changes of their area and position, >= 0. With weights
+        ``"parts"``, `segment` uses 1.25.
     weld, n_threads
         Same as in `segment`. The labels do not depend on the number of threads.
 

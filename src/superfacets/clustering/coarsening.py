@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from .. import _core
 from .._core import CoarseGraph, OrderedGraph
 from ..base.options import LoopOptions
 from ..base.timing import timed
+from ..base.types import Ints
 from .plan import Plan
 
 CELL_SIZES = (16, 8, 4)
@@ -43,6 +46,9 @@ the required number of coarse cells."""
 MIN_REDUCTION = 2
 """Minimum factor by which the number of cells must decrease from one level to the next coarser
 level."""
+
+EACH_ALONE: Ints = np.empty(0, np.int32)
+"""Value of `PartCosts.group_of` if each cell is its own group."""
 
 
 def can_be_coarse(graph: OrderedGraph, plan: Plan, loop: LoopOptions) -> bool:
@@ -123,6 +129,16 @@ def has_small_regions(graph: OrderedGraph, n_segments: int) -> bool:
 def is_straight(graph: OrderedGraph) -> bool:
     """Return whether arcs are straight, which they are if there are costs between parts."""
     return graph.straight_unit > 0.0
+
+
+def groups_of_cells(levels: list[_core.CoarseGraph], n_threads: int) -> Ints:
+    """Return, for each cell, its cell in the last graph of `levels`; empty if there is none."""
+    if not levels:
+        return EACH_ALONE
+    found = levels[-1].coarse_cells(n_threads)
+    for level in reversed(levels[:-1]):
+        found = level.groups_of_cells(found, n_threads)
+    return found
 
 
 def _rules(graph: OrderedGraph, plan: Plan) -> tuple[tuple[int, ...], int, int]:

@@ -98,6 +98,9 @@ class Segmentation:
     cells : Mesh, PolygonMesh, TetMesh, PointCloud, CellGraph or None
         The segmented mesh, cloud or graph (not a copy), which ``regions``, ``plot`` and ``view``
         need. None if it was not stored.
+    vertex_groups : ndarray of int32, shape (V,), or None
+        The given barriers, one number per vertex, -1 outside the mask, which labels of vertices
+        respect. None if neither mask nor barriers had one value per vertex.
     """
 
     labels: Ints
@@ -111,6 +114,7 @@ class Segmentation:
     sliver_share: float | None = None
     levels: tuple[LoopLevel, ...] = field(default=(), repr=False)
     cells: Cells | CellGraph | None = field(default=None, repr=False)
+    vertex_groups: Ints | None = field(default=None, repr=False)
 
     @property
     def n_segments(self) -> int:

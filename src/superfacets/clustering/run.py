@@ -120,8 +120,9 @@ def segment_cells(
 ) -> Segmentation:
     """Place seeds and run the loop on a graph of the cells inside the mask, without checks.
 
-    Coarse graphs are removed after their last use. Across `joining_arcs`, pieces of regions without
-    a center join other regions, if possible where arcs are shorter than ``graph.crease_limit``.
+    Coarse graphs are removed after their last use. Far arcs and coarse cells lead over other cells,
+    so regions may have loose pieces without a center. Across `joining_arcs`, these pieces join
+    other regions, if possible where arcs are shorter than ``graph.crease_limit``.
     """
     size, options, init = plan.size, plan.count_options, plan.init
     if init is None:
@@ -137,7 +138,7 @@ def segment_cells(
             seeds = shared_seeds(first, seeds, components, size.n_segments, loop)
             paths = None
         del first  # this reference would keep the graph in memory during the loop
-    is_short = coarsening.is_short and loop.relocates
+    is_short = coarsening.is_short and loop.relocates  # research also runs it without
     cycle = Loop(
         size.radius, loop, timings, balancer=balancer, components=components, is_short=is_short
     )

@@ -106,14 +106,15 @@ class CellFile:
         """
         ending = known_ending(path, FORMATS.labels)
         labeled = CellFile(str(path), read_content(path), ending, path.parent)
+        n_vertices = getattr(cells, "n_vertices", None)
         with named_errors(path):
             is_mask = are_values and ending == ".npy" and npy_header(labeled.data)[1].kind == "b"
             if is_mask:
                 labels = checked_labels(npy_array(labeled.data, "labels").view(np.uint8))
                 of_vertices = False
             else:
-                labels, of_vertices = owned_labels(labeled._input, None, name)
-            n_vertices = getattr(cells, "n_vertices", None)
+                n_all = n_vertices if ending in FORMATS["vertex_lists"] else None
+                labels, of_vertices = owned_labels(labeled._input, n_all, name)
             if n_vertices is not None and of_vertices:
                 check_length(labels, n_vertices, "labels", "vertex", error=MeshError)
             else:

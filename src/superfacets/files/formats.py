@@ -7,8 +7,9 @@ entry point is a role and an ending, for example ``read_faces.abc``; its value i
   `Input.cloud`: cells and attributes of a mesh file, or of its points if it has no cells;
 - ``read_points``: the same for formats that contain only points;
 - ``labels``: takes the content of a label file; returns the labels of cells. In a table
-  ``vertex_labels``, labels are of vertices; ``groups`` also, but the argument is an `Input`. Labels
-  in other formats are attributes of the cells or vertices;
+  ``vertex_labels``, labels are of vertices; ``groups`` also, but the argument is an `Input`;
+  ``vertex_lists`` return the vertices with label 0, while others get -1. Labels in other formats
+  are attributes of the cells or vertices;
 - ``steps``: takes the content, and returns the quantization steps of x, y and z;
 - ``recognize``: takes the content of a file without a name; returns whether it has this format;
 - ``write_KIND``: takes a binary file and an `Output`. ``write_polygons`` also writes triangles.
@@ -20,6 +21,7 @@ from collections import ChainMap
 from collections.abc import Iterable, Mapping
 from importlib.util import find_spec
 from itertools import chain
+from pathlib import PurePath
 from typing import Any
 
 from ..base.errors import MissingExtraError
@@ -73,6 +75,7 @@ _ROLES: dict[str, dict[str, str]] = {
         **dict.fromkeys(_GIFTI_VALUES, "superfacets_formats.cortex:gifti_values"),
         **dict.fromkeys(_CURVES, "superfacets_formats.cortex:curve_values"),
     },
+    "vertex_lists": {".label": "superfacets_formats.cortex:listed_vertices"},
     "groups": {".aggregation.json": "superfacets_scans.aggregation:objects_of_vertices"},
     "steps": dict.fromkeys((".las", ".laz"), "superfacets_formats.las:las_steps"),
     "recognize": {
@@ -128,7 +131,8 @@ class Formats(dict[str, Table]):
         """Extra of superfacets that reading needs, by ending."""
         self.z_up = (".las", ".laz", ".e57", ".gii", *_SURFACES)
         """Files in which z points up. glTF defines y, but many files do not follow this."""
-        self.labels = _distinct(self["labels"], self.cells, self["vertex_labels"], self["groups"])
+        of_vertices = (self[role] for role in ("vertex_labels", "vertex_lists", "groups"))
+        self.labels = _distinct(self["labels"], self.cells, *of_vertices)
         """Files with labels."""
         self.vertex_values = (*_GIFTI_VALUES, *_CURVES)
         """Files with a number per vertex. Whole numbers may be labels."""
@@ -137,6 +141,8 @@ class Formats(dict[str, Table]):
         self.key_labels = (".label.gii", ".annot")
         """Files with one label per vertex, which may be -1, and a table of colors and names. The
         label is the key of the vertex, or its row in the table, minus 1."""
+        self.area_files = (*self.key_labels, *self["vertex_lists"])
+        """Files with one label per vertex, where -1 means no area."""
 
     def _list_outputs(self) -> None:
         tables = ((role, table) for role, table in self.items() if role[:6] == "write_")
@@ -155,7 +161,7 @@ class Formats(dict[str, Table]):
             ".csv", ".pcd", ".las", ".laz", ".label.gii",
         )  # fmt: skip
         """Files for which commands read the attributes of the input, including its texture."""
-        self.class_outputs = (".glb", ".obj", ".stl", ".aggregation.json")
+        self.class_outputs = (".glb", ".obj", ".stl", ".aggregation.json", *self.key_labels)
         """Files that store a class per region."""
         self.sorted_outputs = (".obj", ".stl")
         """Files whose faces are sorted by region."""
@@ -194,6 +200,11 @@ class Formats(dict[str, Table]):
     def check_writers(self, endings: Iterable[str]) -> None:
         """Raise a MissingExtraError if the package that writes one of these formats is missing."""
         self.check_readers(endings, _WRITE_EXTRAS)
+
+    @staticmethod
+    def stem_of(path: PurePath) -> str:
+        """Return a file name without its ending, or with it if it is the name of the content."""
+        return path.name if path.suffix.lower() in (*_SURFACES, *_CURVES) else path.stem
 
     def usual_output(self, kind: str) -> str:
         """Return the default ending of files with cells of the kind named `kind`."""

@@ -15,7 +15,7 @@ from ..base.checks import (
     ranked_labels,
 )
 from ..base.types import Ints, Longs
-from ..graph.kinds import kind_of, labels_of_corners
+from ..graph.kinds import fit_vertices, kind_of, labels_of_corners
 from ..graph.sums import weighted_majority
 from ..mesh.convert import MeshLike, as_cells
 from .crease_labels import corners_in, crease_labels, own_corners
@@ -60,10 +60,11 @@ def vertex_labels(
         Minimum number of vertices of a region, by default 20, for ``"creases"`` only. Smaller
         regions take vertices from neighbors across the edges with the lowest weights, if these
         neighbors stay connected and keep `min_vertices` vertices. Otherwise they do not change.
-    barriers : array_like of int, shape (V,), optional
+    barriers : array_like of int or bool, shape (V,), optional
         One number per vertex >= -1, as in `segment`, with -1 outside a mask. A vertex gets only
         labels of cells with its number (the most frequent number of their corners), and -1 if it is
-        not connected with such a cell.
+        not connected with such a cell. The default is the mask and the barriers of vertices that
+        were given to `segment`, if `labels` are its result.
     n_threads : int, optional
         Same as in `segment`. The labels do not depend on the number of threads.
 
@@ -111,8 +112,10 @@ def vertex_labels(
     if kind_of(cells).are_points:
         return array
     corners, groups = corners_in(cells), None
+    barriers = groups_of_result(labels, cells) if barriers is None else np.asanyarray(barriers)
     if barriers is not None:
-        groups = checked_classes(barriers, cells.n_vertices, "barriers", "vertex") + np.int32(1)
+        numbers = barriers.view(np.int8) if barriers.dtype == bool else barriers
+        groups = checked_classes(numbers, cells.n_vertices, "barriers", "vertex") + np.int32(1)
     if method == "creases":
         ranks, names = ranked_labels(array)
         found = crease_labels(cells, ranks, len(names), threads, least=least, groups=groups)
@@ -123,6 +126,12 @@ def vertex_labels(
     return weighted_majority(
         corners.vertices[votes], of_corners[votes], weights[votes], cells.n_vertices
     ).winners
+
+
+def groups_of_result(labels: Any, cells: Any) -> Ints | None:
+    """Return the groups of vertices that a result of `segment` keeps, if it is of these cells."""
+    groups: Ints | None = getattr(labels, "vertex_groups", None)
+    return groups if fit_vertices(groups, cells) else None
 
 
 def face_labels(mesh: MeshLike, vertex_labels: npt.ArrayLike) -> Ints:

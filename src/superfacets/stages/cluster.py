@@ -143,6 +143,7 @@ def finish(
     result = replace(
         result, sliver_share=planned.sliver_share, timings=timings,
         params=weighed.options.params(result), cells=source,
+        vertex_groups=weighed.options.constraints.groups_of_vertices(source),
     )  # fmt: skip
     warn_of_islands(result, source)
     note = radius_note(result)

@@ -28,12 +28,12 @@ class SegmentOptions:
     weights: WeightOptions
     loop: LoopOptions
     constraints: ConstraintOptions
-    denoise: Denoise  # argument of `segment`; after `prepared`, the number of steps made
+    denoise: Denoise  # argument of `segment`; after `for_prepared`, the number of steps made
     smooth: bool
     features: Features = field(default_factory=lambda: Features(None))
     sizes: Sizes = field(default_factory=Sizes)
     weld: float = True  # argument of `prepare`
-    relocates: bool = True
+    may_relocate: bool = True
     """Whether redundant centers may move into regions with long paths, if there are costs between
     parts and the caller gave no seeds."""
 
@@ -66,7 +66,7 @@ class SegmentOptions:
             sizes=sizes,
         )
 
-    def prepared(self, n_steps: int | None, angle_slack: float, weld: float) -> SegmentOptions:
+    def for_prepared(self, n_steps: int | None, angle_slack: float, weld: float) -> SegmentOptions:
         """Return options for a mesh after `n_steps` smoothing steps; see `Prepared`."""
         weights = replace(self.weights, angle_slack=angle_slack)
         return replace(self, denoise=n_steps, weights=weights, weld=weld)

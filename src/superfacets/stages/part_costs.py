@@ -8,12 +8,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from .. import _core
 from ..base.timing import Clock
 from ..base.types import ArcLists, Ints, Singles
-from ..clustering.coarsening import Coarsening, has_small_regions
+from ..clustering.coarsening import EACH_ALONE, Coarsening, groups_of_cells, has_small_regions
 from ..weights import parts
 from ..weights.parts import conducting_graph, embedding, scale, strength_of_parts
 from .weigh import Weighed
@@ -37,10 +35,6 @@ distances between two faces that are joined by a far arc, counted in arcs. SHORT
 short loop (see `Coarsening.is_short`), and for graphs with groups (see `groups_to_embed`). With
 SHORT_STEPS, there are 9 instead of 20 far arcs per face. Regions are then 0.2 % to 0.4 % more
 compact, but 5 % longer on regular grids."""
-
-
-EACH_ALONE: Ints = np.empty(0, np.int32)
-"""Value of `PartCosts.group_of` if each cell is its own group."""
 
 
 def add_parts(
@@ -124,16 +118,6 @@ class PartCosts:
         """Return `lengths` plus costs between parts, or `GROUP_STEP` times these for groups."""
         factor = self.factor * (GROUP_STEP if len(self.group_of) else 1.0)
         return _core.add_part_costs(*arcs, lengths, self.group_of, self.vectors, factor, n_threads)
-
-
-def groups_of_cells(levels: list[_core.CoarseGraph], n_threads: int) -> Ints:
-    """Return, for each cell, its cell in the last graph of `levels`; empty if there is none."""
-    if not levels:
-        return EACH_ALONE
-    found = levels[-1].coarse_cells(n_threads)
-    for level in reversed(levels[:-1]):
-        found = level.groups_of_cells(found, n_threads)
-    return found
 
 
 def groups_to_embed(graph: _core.OrderedGraph, n_threads: int) -> list[_core.CoarseGraph]:

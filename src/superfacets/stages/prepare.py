@@ -98,6 +98,7 @@ class Prepared:
             made = kind.ordered(source, weld, n_threads, may_sort=may_sort, is_kept=is_kept)
             return cls(source, weld, None, 0.0, kind, *made)
         found = kind.sorted(source, weld, n_threads, may_sort=may_sort)
+        # `to_weld` is False if vertices were welded before they were sorted.
         mesh, to_weld, order = cast(FaceMesh, found[0]), *found[1:]
         arcs = FaceArcs.of(mesh, to_weld, n_threads)
         is_auto, slack = isinstance(denoise, str), 0.0
@@ -203,7 +204,7 @@ def prepared_for(
                 source, weld=True if given is None else given.weld, n_threads=n_threads,
                 may_sort=not needs_order, denoise=denoise, is_kept=is_kept,
             )  # fmt: skip
-    return prepared, options.prepared(prepared.n_steps, prepared.angle_slack, prepared.weld)
+    return prepared, options.for_prepared(prepared.n_steps, prepared.angle_slack, prepared.weld)
 
 
 def read_with_features(
@@ -254,9 +255,9 @@ def plan_regions(prepared: Prepared, options: SegmentOptions, clock: Clock) -> P
         if options.sizes.is_used:
             measures = prepared.given_measures(n_threads)
         sizes = SizeRules.of(options.sizes, prepared.graph, inside, prepared.input_index, measures)
-        size = options.count if sizes is None else sizes.with_count(options.count)
+        count = options.count if sizes is None else sizes.with_count(options.count)
         plan = Plan.of(
-            prepared.graph, inside, (size, options.init), n_threads,
+            prepared.graph, inside, (count, options.init), n_threads,
             dimension=prepared.kind.dimension, plural=prepared.kind.plural,
             order=prepared.input_index,
         )  # fmt: skip

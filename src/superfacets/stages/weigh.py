@@ -68,7 +68,7 @@ def weigh(
     is_graph = surface.weights is not None  # its arcs have weights of their own
     has_creases = not is_graph and surface.dimension == 2
     has_part_costs = options.weights.has_part_costs and has_creases and radius > 0.0
-    relocates = options.relocates and has_part_costs and not plan.has_seeds
+    relocates = options.may_relocate and has_part_costs and not plan.has_seeds
     options = replace(options, loop=replace(options.loop, relocates=relocates))
     return Weighed(
         options, plan, surface, arc_weights.of_made_thing, has_part_costs
@@ -100,7 +100,10 @@ def round_weights(
 
 
 def place(graph: BaseGraph, lengths: Lengths, weighed: Weighed, clock: Clock) -> Placed:
-    """Sort the cells inside the mask along a curve; labels keep the order of `graph`."""
+    """Sort the cells inside the mask along a curve, unless stage 1 has sorted them.
+
+    Labels keep the order of `graph`.
+    """
     with clock.timed("order"):
         n_threads = weighed.surface.n_threads
         return Placed(*weighed.plan.placed_cells(graph, lengths.values, n_threads))

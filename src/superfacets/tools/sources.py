@@ -170,9 +170,10 @@ def _matching(pattern: str) -> Iterator[InputFile]:
 
 def _output_name(path: PurePosixPath, ending: str) -> str:
     """Return the name of a result, with `InputFile.MARK` unless the format prescribes names."""
+    stem = FORMATS.stem_of(path)
     if ending == ".segs.json":
-        return f"{path.stem}.0.010000{ending}"
+        return f"{stem}.0.010000{ending}"
     if ending in (".aggregation.json", ".bin", "_sp_label.npy", ".pth"):
         scene_of = load("superfacets_scans.scannet:scene_of")
-        return f"{scene_of(Path(path), path.suffix)}{ending}"
-    return f"{path.stem}{InputFile.MARK}{ending}"
+        return f"{scene_of(Path(f'{stem}.ply'), '.ply')}{ending}"
+    return f"{stem}{InputFile.MARK}{ending}"

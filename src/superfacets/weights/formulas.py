@@ -317,7 +317,7 @@ class Formula:
     """Function that computes the weights from a `Surface`, the `CellArrays` of its cells, the
     expected radius of regions, and the parameters of the formula, keyed by name."""
     has_part_costs: bool = False
-    """Whether `PartCosts` adds costs of arcs between parts of the shape to the weights."""
+    """Whether costs of likely borders and between parts of the shape are added to the weights."""
     costs_follow_edges: bool = False
     """Whether the weights have another unit than ``"creases"``. If so, the clean-up of regions does
     not use these weights but recomputes the costs of borders, and the formula is not available for
@@ -328,6 +328,7 @@ WEIGHTS: Mapping[WeightName, Formula] = {
     "parts": Formula(
         about='like ``"creases"``, with straight lines between cells up to three arcs apart, and a'
         " cost of arcs between parts of the shape, such as a finger and the palm",
+        # gamma is the factor of `stages.part_costs`
         defaults={"alpha": 12.0, "eta_convex": 0.0, "ridges": 1.0, "gamma": 2.1},
         compute=lambda surface, arrays, radius, params: _adapted_weights(
             surface, arrays, _crease_factors(radius, params)._replace(is_straight=True)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from superfacets.kit import InputFile, counted
+from superfacets.kit import FORMATS, InputFile, counted
 
 from ..labels.classes import CLASSES_FILE, ClassList, default_classes, read_classes, write_classes
 from .changes import REVIEW_MARKS
@@ -90,9 +90,8 @@ class Files:
                 f"{self.home}: there is no work file, so there are no labels yet"
             )
         root = self.folder or self.paths[0].parent
-        return [
-            (i, (output or root) / self.path(i).relative_to(root).with_suffix("")) for i in started
-        ]
+        stems = [path.with_name(FORMATS.stem_of(path)) for path in self.paths]
+        return [(i, (output or root) / stems[i].relative_to(root)) for i in started]
 
     def listed(self) -> list[dict[str, Any]]:
         """List all files and their progress, without opening them."""

@@ -171,17 +171,18 @@ def _name_of(document: Document, what: str, format: str) -> str:
     ending = kit.FORMATS.ending_of.get(format, f".{format}")
     stem = _stem_of(document)
     if what == "regions":
-        return kit.InputFile("", stem + document.path.suffix).output_names((ending,))[0]
+        return kit.InputFile("", f"{stem}.ply").output_names((ending,))[0]
     return f"{stem}.{format}" if format == LABELED else f"{stem}{MARKS[what]}{ending}"
 
 
 def _stem_of(document: Document) -> str:
     """Return the stem of export names; it differs between work files, so exports do not collide."""
     work, default = document.journal.path, work_file_of(document.path)
+    usual = kit.FORMATS.stem_of(document.path)
     if work.resolve() == default.resolve():
-        return document.path.stem
+        return usual
     stem = work.name.removesuffix(".jsonl").removesuffix(".studio")
-    return f"{stem}.studio" if stem == document.path.stem else stem
+    return f"{stem}.studio" if stem == usual else stem
 
 
 def _write(document: Document, what: str, format: str, folder: Path) -> list[Path]:

@@ -1,4 +1,4 @@
-// Sections of the panel that fold. The browser remembers which are open.
+// Sections of the panel that can be folded. The browser remembers which are open.
 
 import { remember, remembered } from "../session/remembered";
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ...base.checks import checked_classes, integer_array, refuse_order
+from ...base.checks import checked_classes, integer_array, refuse_first, refuse_order
 from ...base.errors import MeshError
 from ...base.types import Array, Ints
 from ...graph.kinds import kind_of, labels_of_corners
@@ -43,11 +43,11 @@ def read_labels(
           of each vertex, with the segments file that it names; ``.label.gii`` (GIFTI) and
           ``.annot`` (FreeSurfer), the key of the vertex or its row in the color table, minus 1;
           whole numbers in ``.shape.gii``, ``.func.gii``, ``.curv``, ``.thickness``, ``.sulc`` and
-          ``.area``.
+          ``.area``; ``.label`` (FreeSurfer), 0 for listed vertices and -1 for others.
           `face_labels` converts labels of vertices to labels of faces.
     n_faces : int, optional
         Number of labels that the file must have: one per cell, or one per vertex. By default, any
-        number is accepted.
+        number is accepted. Required for ``.label``, which does not list all vertices.
     name : str, default "label"
         Name of the property, column or cell data with the labels, for example ``"Label"`` or
         ``"classification"``. It is ignored for formats that have only labels or parts.
@@ -111,6 +111,8 @@ def owned_labels(source: Input, n_cells: int | None, name: str) -> tuple[Ints, b
             if source.ending in FORMATS.vertex_values:
                 found = as_integers(found, "labels")
             return checked_labels(found, n_cells), role != "labels"
+    if source.ending in FORMATS["vertex_lists"]:
+        return _expanded(FORMATS["vertex_lists"][source.ending](source.data), n_cells), True
     if source.ending not in FORMATS.cells:
         raise MeshError(f"expected a format that can store labels, got {source.ending}")
     cells, attributes = parse(replace(source, keep=True))
@@ -126,6 +128,15 @@ def owned_labels(source: Input, n_cells: int | None, name: str) -> tuple[Ints, b
     ]
     hint = f": the integer properties are {', '.join(others)}" if others else ""
     raise MeshError(f"the {kind_of(cells).plural} have no property {name}{hint}")
+
+
+def _expanded(listed: Array, n_vertices: int | None) -> Ints:
+    """Return label 0 for listed vertices, and -1 for others."""
+    if n_vertices is None:
+        raise MeshError("the file lists only some vertices: pass the number of all as n_faces")
+    is_wrong = (listed < 0) | (listed >= n_vertices)
+    refuse_first(is_wrong, "listed vertices", listed, f"0 to {n_vertices - 1}", MeshError)
+    return np.isin(np.arange(n_vertices), listed).astype(np.int32) - np.int32(1)
 
 
 def find_property(

@@ -233,6 +233,7 @@ class CellWriter:
     attributes: MeshAttributes | None
     options: FormatOptions
     of_vertices: Ints | None = None  # given labels of vertices; None to compute them from `labels`
+    groups: Ints | None = None  # `ConstraintOptions.groups_of_vertices` of the cells
 
     def checked(self, endings: Sequence[str]) -> CellWriter:
         """Return a writer with checked colors; raise an error if a format cannot store the data."""
@@ -257,7 +258,7 @@ class CellWriter:
             assert self.labels is not None
             of_vertices = self.of_vertices
             if of_vertices is None:
-                of_vertices = vertex_labels(self.cells, self.labels)
+                of_vertices = vertex_labels(self.cells, self.labels, barriers=self.groups)
         texture = None if self.attributes is None else self.attributes.texture
         # Viewers multiply vertex colors with the texture. Therefore, a GLB file with a texture gets
         # only given colors, and no colors that are computed from labels.

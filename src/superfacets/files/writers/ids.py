@@ -67,7 +67,7 @@ class IdWriter:
                 _SCANS["check_nested"]([self.labels, *self.coarser])
                 if self.cells is not None:
                     _SCANS["check_triangles"](self.cells)
-            if ending == GROUPS:
+            if ending in (GROUPS, *FORMATS.key_labels):
                 self.options.check_classes(labels)
         return self
 
@@ -126,6 +126,8 @@ class IdWriter:
         assert self.labels is not None
         comments = () if self.attributes is None else self.attributes.comments
         of_vertices, colors = self.of_vertices, load(_PALETTE)
+        given = ranked_labels(self._labels_in(ending))[1].tolist()
+        names = dict(zip(given, self.options.classes or (), strict=False))
         if of_vertices is None:
             of_vertices = vertex_labels(
                 self.cells, self.labels, min_vertices=1, barriers=self.groups
@@ -133,7 +135,7 @@ class IdWriter:
             regions, firsts = np.unique(self.labels, return_index=True)
             shown = firsts[np.isin(regions, of_vertices) & (regions >= 0)]
             colors = load("superfacets_show.colors:face_colors")(self.cells, self.labels)[shown]
-        load(_CORTEX)(file, ending, of_vertices, colors, comments=comments)
+        load(_CORTEX)(file, ending, of_vertices, colors, comments=comments, names=names)
 
     @property
     def region_sizes(self) -> Longs:

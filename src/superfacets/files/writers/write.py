@@ -20,7 +20,7 @@ from ...graph.kinds import fit_vertices, kind_of, of_cells
 from ...mesh.base import Cells
 from ...mesh.convert import as_cells
 from ...regions.submeshes import Submesh, part_of
-from ...regions.vertices import MIN_IN_FILES
+from ...regions.vertices import MIN_IN_FILES, groups_of_result
 from ..atomic import StrPath, atomic_outputs, checked_targets, output_folder
 from ..attributes import MeshAttributes, is_image
 from ..formats import FORMATS
@@ -85,7 +85,8 @@ def write_mesh(
         Whether a PLY file also has a vertex property ``label``, from `superfacets.vertex_labels`.
     classes : sequence of str or int, length K, optional
         Class of each region, in ascending order of the labels: a column of the table in GLB, names
-        of groups in OBJ and of solids in STL, and labels of groups in ``.aggregation.json``.
+        of groups in OBJ, of solids in STL, of areas in ``.label.gii`` and ``.annot``, and labels
+        of groups in ``.aggregation.json``.
     scores : array_like of float, length K, optional
         Score of each region, 0 to 1, in ascending order of the labels, for example
         `LiftedLabels.label_scores`. Only ``.aggregation.json`` stores scores.
@@ -359,7 +360,7 @@ class OutputFiles:
 
         `constraints` are the same as in `write`.
         """
-        ending, groups = _ending_of(path), _groups_in(constraints, cells)
+        ending, groups = _ending_of(path), _groups_in(constraints, cells, labels)
         writer = _writer_of(cells, labels, ending, self.options, attributes, groups)
         return writer.write(file, ending, path)
 
@@ -383,8 +384,8 @@ class OutputFiles:
         before subdivision. Formats with one label per vertex store `of_vertices` if it is given,
         and otherwise labels of vertices computed from labels of cells. Such labels do not cross
         `constraints`, the ``mask`` and ``barriers`` of the segmentation, if these have a value per
-        vertex of the mesh, or of `listed_mesh`. If `segments` are given, as
-        in `IdWriter`, formats in `Formats.vertex_outputs` get them, and
+        vertex of the mesh, or of `listed_mesh`; by default, those that `labels` keep. If `segments`
+        are given, as in `IdWriter`, formats in `Formats.vertex_outputs` get them, and
         ``.aggregation.json`` gets groups of them, which name the ``.segs.json`` file in `files`, if
         there is one.
 
@@ -401,14 +402,15 @@ class OutputFiles:
         cell_labels = None if labels is None else _labels_of(cells, labels)
         file = next((path for path in paths if _ending_of(path) == SEGMENTS), None)
         of_listed = cells if listed_mesh is None else as_cells(listed_mesh)
+        groups = [_groups_in(constraints, each, labels) for each in (cells, of_listed)]
         ids = IdWriter(cells, cell_labels, options, attributes, of_vertices, segments, file)
         if listed is not None:
             ids = IdWriter(of_listed, checked_labels(listed), options, segments_file=file)
-        ids = replace(ids, groups=_groups_in(constraints, of_listed))
+        ids = replace(ids, groups=groups[1])
         cell_writer = CellWriter(cells, cell_labels, colors, attributes, options, of_vertices)
         listing = all_endings.difference(FORMATS.cell_outputs)
         ids.checked([*listing])
-        cell_writer = cell_writer.checked([*all_endings - listing])
+        cell_writer = replace(cell_writer, groups=groups[0]).checked([*all_endings - listing])
         writers = dict.fromkeys(all_endings, cell_writer.write) | dict.fromkeys(listing, ids.write)
         records = None if attributes is None else attributes.records
         if records is not None and cell_labels is not None:  # one label per record of the file
@@ -426,7 +428,7 @@ class OutputFiles:
         return Written(lost, ids.region_sizes if has_ids else np.zeros(0, np.int64))
 
     def _write_with(self, writers: Mapping[str, Callable[..., list[str]]]) -> dict[str, list[str]]:
-        """Write all files and streams, and return what is lost, keyed by ending."""
+        """Write all files, and return attributes that were not stored, keyed by ending."""
         lost = {}
         with atomic_outputs(self.files) as temporaries:
             for temporary, path in zip(temporaries, map(Path, self.files), strict=True):
@@ -439,8 +441,10 @@ class OutputFiles:
         return lost
 
 
-def _groups_in(constraints: Mapping[str, Any] | None, cells: Cells) -> Ints | None:
-    return ConstraintOptions(**constraints or {}).groups_of_vertices(cells)
+def _groups_in(constraints: Mapping[str, Any] | None, cells: Cells, labels: object) -> Ints | None:
+    if constraints is None:
+        return groups_of_result(labels, cells)
+    return ConstraintOptions(**constraints).groups_of_vertices(cells)
 
 
 def _ending_of(path: Path) -> str:
@@ -453,5 +457,5 @@ def _writer_of(
 ) -> CellWriter | IdWriter:  # fmt: skip
     """Return the writer for an ending, or raise an error if the format cannot store the cells."""
     if ending in FORMATS.cell_outputs:
-        return CellWriter(cells, labels, None, attributes, form).checked([ending])
+        return CellWriter(cells, labels, None, attributes, form, None, groups).checked([ending])
     return IdWriter(cells, labels, form, attributes=attributes, groups=groups).checked([ending])
