@@ -15,19 +15,11 @@ import click
 from superfacets import SliverWarning, cloud_info, mesh_info
 from superfacets.kit import FORMATS, counted, kind_of
 
+from . import options as opts
 from .failures import for_each, print_note, print_notes
 from .inputs import given_labels, labels_of_cells, name_of, read_input
 from .interrupts import run_in_background
-from .options import (
-    FILE,
-    INPUT,
-    NOT_NEGATIVE,
-    format_option,
-    json_option,
-    labels_named_option,
-    option,
-    options,
-)  # fmt: skip
+from .options import FILE, option, options
 
 _FACES_DOWN = (
     "if z is up, this open surface faces down: aspects are wrong by 180 degrees, and convex and"
@@ -37,9 +29,9 @@ _FACES_DOWN = (
 
 
 @click.command("info")
-@click.argument("inputs", metavar="IN...", type=INPUT, nargs=-1, required=True)
-@format_option("the inputs", of_stream=True)
-@json_option("the results as JSON, one line per IN")
+@click.argument("inputs", metavar="IN...", type=opts.INPUT, nargs=-1, required=True)
+@opts.format_option("the inputs", of_stream=True)
+@opts.json_option("the results as JSON, one line per IN")
 def info_command(inputs: tuple[str, ...], format: str | None, as_json: bool) -> None:
     """Print counts and sizes of meshes and point clouds.
 
@@ -61,9 +53,8 @@ def info_command(inputs: tuple[str, ...], format: str | None, as_json: bool) -> 
         for name, value in facts.items():
             if value == ():
                 continue
-            title = (
-                re.sub("^(n|is|are|has)_", "", name).replace("_", " ").replace("tets", "tetrahedra")
-            )
+            title = re.sub("^(n|is|are|has)_", "", name).replace("tets", "tetrahedra")
+            title = title.replace("_", " ")
             click.echo(f"{title:<20} {_text_of(value, info.diagonal)}")
 
     for_each([name_of(text) for text in inputs], report)
@@ -126,11 +117,11 @@ def _of(ending: str, tables: Tables) -> str:
 @options(
     option("--gt truths SEG...", FILE,
            "One or more label files with the ground truth, such as seg/1/*.seg.", multiple=True),
-    option("--tolerance", NOT_NEGATIVE,
+    option("--tolerance", opts.NOT_NEGATIVE,
            "Maximum distance between matching borders, as a fraction of the mesh's diagonal.",
            default=0.01),
-    labels_named_option,
-    json_option(),
+    opts.labels_named_option,
+    opts.json_option(),
 )  # fmt: skip
 def evaluate_command(
     mesh: Path, labels: Path, truths: tuple[Path, ...], more: tuple[Path, ...], tolerance: float,

@@ -83,6 +83,16 @@ def labels_for(source: CellFile, cells: Cells, path: Path, name: str) -> Ints:
     return labels_of_cells(cells, given_labels(source, cells, path, name))
 
 
+def stored_labels(source: CellFile, cells: Cells, name: str, loss: str | None = "") -> Ints | None:
+    """Return the labels in a file, or None after a note on the `loss`, unless `loss` is None."""
+    found = source.labels(cells.n_cells, name)
+    if found is None and loss is not None:
+        has_parts = source.labels(cells.n_cells, name, or_parts=True) is not None
+        parts = f", or {source.name} again to use its named parts" if has_parts else ""
+        print_note(f"{source.name} has no labels{loss}: give a label file as LABELS{parts}")
+    return found
+
+
 def ranked_labels_beside(
     source: CellFile, labels: Path | None, cells: Cells, name: str
 ) -> tuple[Ints, Array, Ints]:

@@ -172,6 +172,7 @@ OTHER_OPTIONS = {
     **dict.fromkeys(("--voxel-size", "--seed-resolution"), "use --radius, in the unit of the file"),
     **dict.fromkeys(("--gpu", "--cuda", "--device"), "leave it out: computations run on the CPU"),
     **dict.fromkeys(("-n", "--n-segments", "-r"), "superfacets segment makes the regions"),
+    "--classes": "names of regions are given in Python: write_mesh(..., classes=...)",
     **dict.fromkeys(("--min-size", "--segMinVerts"), "merge small regions in Python instead"),
 }  # fmt: skip
 """What to write instead of options of other tools."""

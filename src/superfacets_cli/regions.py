@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import IO, Any
 
 import click
+import numpy as np
 
 from superfacets import MeshError, RegionGraph, border_lines, kit, pool, region_graph
 from superfacets_formats import write_vtk_xml
@@ -79,6 +80,8 @@ def regions_command(
             whole = kit.kind_of(whole).seen_from(whole, viewpoint)
         graph = region_graph(whole, compact)
         columns = graph.table() | {"region": names}
+        if labels is None and (listed := source.part_names(name)):
+            columns["name"] = np.array(listed)[names]
         for name in given["majority"]:
             values, is_own = source.integers(whole, name, at_vertices=at_vertices)
             regions = as_given if is_own else compact

@@ -16,7 +16,7 @@ from superfacets_show import VIEW_NAMES, Clip, Up, checked_page_path
 
 from . import options as opts
 from .failures import print_note
-from .inputs import labels_for, read_input, up_axis
+from .inputs import labels_for, read_input, stored_labels, up_axis
 from .options import FILE, FLAG, option, options
 from .progress import Progress
 from .report import note_on_up
@@ -141,12 +141,10 @@ def _series_of(
     """Return the labels of each picture, and their paths; the first labels may be None."""
     paths = [*([] if labels is None else [labels]), *compare]
     series: list[Any] = [labels_for(source, cells, path, name) for path in paths]
-    shown = source.labels(cells.n_cells, name) if labels is None else None
+    loss = None if series else ", so no regions are drawn"
+    shown = stored_labels(source, cells, name, loss) if labels is None else None
     if shown is not None:
         return [shown, *series], [Path(source.name), *paths]
-    if not series:
-        note = "has no labels, so no regions are drawn: give a label file as LABELS"
-        print_note(f"{source.name} {note}")
     return series or [None], paths
 
 
@@ -187,8 +185,6 @@ def view_command(
     source = read_input(str(mesh))
     cells, attributes = source.cells_and_attributes()
     shown = _levels_of(source, labels, cells, labels_named)
-    if shown is None:
-        print_note(f"{mesh} has no labels: give a label file as LABELS")
     up = up_axis(source, up)
 
     def page(texture: Any) -> Page:
@@ -218,6 +214,6 @@ def view_command(
 def _levels_of(source: CellFile, path: Path | None, cells: Cells, name: str) -> Array | None:
     """Return labels of one level, shape (N,), or of all L levels in an .npz, shape (L, N)."""
     if path is None:
-        return source.labels(cells.n_cells, name)
+        return stored_labels(source, cells, name)
     is_levels = path.suffix.lower() == ".npz"
     return CellFile.levels_in(path) if is_levels else labels_for(source, cells, path, name)

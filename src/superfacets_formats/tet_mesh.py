@@ -31,6 +31,9 @@ class TetBoundary(NamedTuple):
     mesh: Mesh
     sources: Ints
 
+    def __repr__(self) -> str:
+        return f"TetBoundary({self.mesh!r}, .sources)"
+
 
 @dataclass(frozen=True, eq=False)
 class TetMesh(TetCells):

@@ -85,7 +85,9 @@ def test_solids_are_regions_where_only_labels_are_wanted(run, named, tmp_path):
     out = tmp_path / "out.npy"
     assert run("convert", named, "-o", out)[0] == 0
     assert np.array_equal(np.load(out), read_labels(named))
-    assert "2 regions" in run("regions", named)[2]
+    table = run("regions", named)[1].split()
+    assert [row.split(",")[-1] for row in table] == ["name", "inlet", "outlet"]
+    assert f"or {named} again to use" in run("view", named, "--html", tmp_path / "p.html")[2]
     assert "segment makes the regions" in run("regions", named, "-n", 9)[2]
 
 

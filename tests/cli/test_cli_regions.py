@@ -41,12 +41,19 @@ def test_the_labels_in_the_mesh_are_used_without_labels(run, fold):
     write_mesh(fold / "labeled.ply", FOLD, [7, 3])
     status, printed, notes = run("regions", fold / "labeled.ply")
     assert status == 0
-    assert [(row["region"], float(row["normal_z"]) > 0.5) for row in rows_of(printed)] == [
-        ("3", False), ("7", True),
-    ]  # fmt: skip
+    found = [(row["region"], float(row["normal_z"]) > 0.5) for row in rows_of(printed)]
+    assert found == [("3", False), ("7", True)]
     status, printed, notes = run("regions", fold / "fold.ply")
     assert (status, printed) == (1, "")
     assert notes.endswith("fold.ply has no labels: give a label file as LABELS\n")
+
+
+def test_labels_of_the_input_do_not_fit_a_file_sorted_by_region(run, fold):
+    write_mesh(fold / "s.ply", shapes.bumpy_sheet(12))
+    output, given = ["-n", 9, "-o", fold / "l.npy"], (fold / "s.stl", fold / "l.npy")
+    assert "store: the order of faces" in run("segment", fold / "s.ply", *output, "-o", given[0])[2]
+    assert f"{given[0]} are sorted by region" in run("regions", *given)[2]
+    assert (run("segment", given[0], *output)[0], run("regions", *given)[0]) == (0, 0)  # its own
 
 
 def write_table(path, names, *columns):

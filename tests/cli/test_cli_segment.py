@@ -217,6 +217,7 @@ def test_noise_that_was_found_is_in_the_last_line(run, tmp_path):
         ("--n", "use -n"), ("--sigma", "use --denoise"), ("--gpu", "leave it out: computations"),
         ("--min-size", "merge small regions in Python"),
         ("--cad-faces", "in Python: superfacets.cad_faces"),
+        ("--classes", "names of regions are given in Python: write_mesh("),
     ],
 )  # fmt: skip
 def test_options_of_others_are_told_what_to_write(run, sheet, name, meant):

@@ -66,6 +66,9 @@ def test_cells_in_no_region_are_in_no_part():
     parts = list(split_regions(shapes.strip(4), [-1, 1, 0, -1]))
     assert [part.cells.tolist() for part in parts] == [[2], [1]]
     assert repr(parts[0]) == "Submesh(Mesh(3 vertices, 1 face), .cells, .vertices)"
+    edited = sf.merge_small_regions(shapes.strip(4), [0, 0, 1, 1], 0)
+    assert repr(edited) == "RegionEdit(2 regions, 0 joined, 0 islands, .labels, .sources)"
+    assert repr(sf.ArcMeasures(np.ones(2), angles=[])) == "ArcMeasures(.border_lengths, .angles)"
 
 
 @pytest.mark.parametrize("region", [-1, 2])

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..base.checks import checked_regions, checked_threads
+from ..base.checks import checked_regions, checked_threads, counted
 from ..base.types import Floats, Ints, Singles
 from ..graph.cell_graph import BaseGraph, CellGraph, checked_weights
 from ..graph.constraints import NO_GROUPS, KeptCells
@@ -73,6 +73,10 @@ class RegionEdit(NamedTuple):
     sources: Ints
     n_joined: int
     n_islands: int
+
+    def __repr__(self) -> str:
+        counts = f"{self.n_joined} joined, {counted(self.n_islands, 'island')}"
+        return f"RegionEdit({counted(len(self.sources), 'region')}, {counts}, .labels, .sources)"
 
 
 def read_labeled(

@@ -68,6 +68,15 @@ class CellFile:
             found = find_property(*parse(self._input), name, or_parts=or_parts)
             return None if found is None else checked_labels(as_integers(found, name), n_cells)
 
+    def part_names(self, name: str) -> tuple[str, ...]:
+        """Return the names of the parts whose numbers `labels` returns, or () if it does not."""
+        cells, attributes = self.cells_and_attributes()
+        found = find_property(cells, attributes, name, or_parts=True)
+        if attributes is None or found is None:
+            return ()
+        own = [named for part, named in attributes.names.items() if attributes.face[part] is found]
+        return own[0] if own and found.max() < len(own[0]) else ()
+
     def integers(self, cells: Cells, name: str, *, at_vertices: bool = False) -> tuple[Ints, bool]:
         """Return the result of `parse_labels_of`, or raise a MeshError if it is missing."""
         with named_errors(self.name):
@@ -113,6 +122,11 @@ class CellFile:
                 of_vertices = are_of_vertices(labels, cells)
         if ending in FORMATS.cells and ending not in FORMATS["labels"]:
             self._check_same_order(cells, labeled, are_of_vertices=of_vertices)
+        elif not of_vertices and self._has_regions_like(labels):
+            raise MeshError(
+                f"{path}: the faces of {self.name} are sorted by region, but the labels are in"
+                f" another order: give {self.name} itself as the label file"
+            )
         return labels, of_vertices
 
     def _of_points(self, labels: Ints, cells: Cells) -> Ints:
@@ -145,6 +159,21 @@ class CellFile:
             return np.array(bytes(content).split(), dtype=np.float64)
         except ValueError as error:
             raise MeshError(f"{path}: {error}") from None
+
+    def _has_regions_like(self, labels: Ints) -> bool:
+        """Return whether labels have the sizes of the named regions in this file, but other faces.
+
+        Regions of one size say nothing, because balanced regions can agree by chance.
+        """
+        if self.ending not in FORMATS.sorted_outputs or self.data.find(b"region_") < 0:
+            return False
+        stored = self.labels(len(labels), "label")
+        own = labels if stored is None else stored
+        (values, sizes), others = (np.unique(each, return_counts=True) for each in (own, labels))
+        are_like = np.array_equal(values, others[0]) and np.array_equal(sizes, others[1])
+        if not are_like or len({*sizes.tolist()}) == 1:
+            return False
+        return len(np.unique(np.stack([own, labels]), axis=1)[0]) > len(values)
 
     def _check_same_order(self, cells: Any, labeled: CellFile, *, are_of_vertices: bool) -> None:
         """Raise a MeshError if labeled cells differ from these cells in position or order.

@@ -163,6 +163,8 @@ class Formats(dict[str, Table]):
         """Files for which commands read the attributes of the input, including its texture."""
         self.class_outputs = (".glb", ".obj", ".stl", ".aggregation.json", *self.key_labels)
         """Files that store a class per region."""
+        self.sorted_outputs = (".obj", ".stl")
+        """Files whose faces are sorted by region."""
         volumes = dict.fromkeys((".vtu", ".vtk", ".msh", ".mesh"), ".vtu")
         self.usual_outputs = volumes | {".las": ".las", ".laz": ".laz"}
         """Default ending of results, keyed by the ending of the input; .ply for other inputs."""

@@ -62,6 +62,10 @@ class ArcMeasures:
     sides: Ints | None = None
     open_lengths: Floats | None = None
 
+    def __repr__(self) -> str:
+        given = (f".{name}" for name, values in vars(self).items() if values is not None)
+        return f"ArcMeasures({', '.join(given)})"
+
     def checked(self, offsets: Longs, n_arcs: int, n_threads: int) -> ArcMeasures:
         """Check the arrays for a graph with these CSR `offsets`, and return read-only copies."""
         arrays: dict[str, Array] = {}

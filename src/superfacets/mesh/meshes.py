@@ -96,6 +96,9 @@ class Triangulation(NamedTuple):
     mesh: Mesh
     sources: Ints
 
+    def __repr__(self) -> str:
+        return f"Triangulation({self.mesh!r}, .sources)"
+
 
 @dataclass(frozen=True, eq=False)
 class PolygonMesh(CellsOfVertices):

@@ -29,7 +29,8 @@ def cad_faces(
 ) -> Ints:
     """Label each flat side of a CAD part, and each other area of similar curvature.
 
-    Borders are sharp edges, and lines where the curvature changes, as at the foot of a boss.
+    Borders are sharp edges, and lines where the curvature changes, as at the foot of a boss. A
+    chain of fillets of one radius, straight and around corners, is one area.
 
     Parameters
     ----------

@@ -295,6 +295,10 @@ def _check_no_other_regions(folder: Path, paths: Sequence[Path], ending: str) ->
         )
 
 
+ORDER = "the order of faces (they are sorted by region, so the label files do not fit)"
+"""Name of what `Formats.sorted_outputs` lose."""
+
+
 class Written(NamedTuple):
     """Result of `OutputFiles.write`."""
 
@@ -416,6 +420,9 @@ class OutputFiles:
                 all_endings & {*FORMATS.label_outputs}, IdWriter(cells, of_records, options).write
             )
         lost = self._write_with(writers)
+        are_sorted = cell_labels is None or (cell_labels[1:] >= cell_labels[:-1]).all()
+        if not are_sorted and all_endings & {*FORMATS.label_outputs, ".sstk.json"}:
+            lost |= {end: [*lost[end], ORDER] for end in FORMATS.sorted_outputs if end in lost}
         is_unchanged = of_vertices is not None or kind_of(cells).are_points
         has_ids = not is_unchanged and not all_endings.isdisjoint(FORMATS.vertex_outputs)
         return Written(lost, ids.region_sizes if has_ids else np.zeros(0, np.int64))
