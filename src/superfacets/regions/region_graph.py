@@ -405,7 +405,7 @@ def region_graph(
     Time is O(N + M + B log B) for M arcs, of which B cross borders. A border to cells in no region
     is part of the perimeter, but not of ``edge_index``; points in no region are left out. An edge
     of three or more faces counts once for each pair of regions at the edge, with the mean of the
-    angles between their faces.
+    angles between their faces. Superpoints that only one edge of the mesh connects may be no pair.
 
     Examples
     --------
