@@ -72,8 +72,8 @@ def write_mesh(
         point; LAS stores the labels in an extra dimension ``label``.
     labels : array_like of integers, shape (F,), optional
         Region of each face, 0 or greater; -1 if a face is in no region. Formats with one id or
-        label per vertex, ``.npz``, ``.aggregation.json``, and PLY with `vertex_labels`, also accept
-        one label per vertex, (V,), and store it unchanged.
+        label per vertex, ``.npz``, ``.aggregation.json`` and PLY with `vertex_labels` also store
+        given labels of vertices, (V,).
     colors : array_like of uint8, shape (F, 3), optional
         Red, green and blue of each face. With labels, the default is the result of `face_colors`.
     attributes : MeshAttributes, optional
@@ -84,8 +84,8 @@ def write_mesh(
     label_name : str, default "label"
         Name of the label array in VTP, VTU and VTK; dental tools expect ``Label``.
     vertex_labels : bool, default False
-        Whether a PLY file also has a vertex property ``label``: given labels of vertices, or those
-        from `superfacets.vertex_labels`.
+        Whether a PLY file also has a vertex property ``label``, given or from
+        `superfacets.vertex_labels`.
     classes : sequence of str or int, length K, optional
         Class of each region, in ascending order of the labels: a column of the table in GLB, names
         of groups in OBJ and of solids in STL, and labels of groups in ``.aggregation.json``.
