@@ -98,7 +98,8 @@ class Job:
         outputs = replace(self.outputs, options=replace(self.form, **(form or {})))
         with Progress():
             written = outputs.write(cells, labels, attributes=attributes, **more)
-        print_notes(notes_on_written(labels, attributes, self.endings, written))
+        numbers = labels if more.get("of_vertices") is None else more["of_vertices"]
+        print_notes(notes_on_written(numbers, attributes, self.endings, written))
 
     def report(
         self, facts: Mapping[str, Any], text: str, noun: str = "face", more: Sequence[str] = ()

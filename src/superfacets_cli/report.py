@@ -62,8 +62,8 @@ def notes_on_result(
 
 
 def _of_vertices(endings: Collection[str]) -> str:
-    """Return the endings of formats with one label per vertex, for messages."""
-    return " and ".join(sorted({*endings} & {*FORMATS.vertex_outputs}))
+    """Return the endings of formats of superpoints, for messages."""
+    return " and ".join(sorted({*endings} & {*FORMATS.vertex_outputs, *FORMATS.graph_outputs}))
 
 
 def _note_on_sharp_edges(inside: Floats) -> str:
@@ -119,10 +119,10 @@ def _notes_on_sizes(files: str, sizes: Longs) -> list[str]:
 def _notes_on_numbers(labels: Ints, endings: Collection[str], sizes: Longs) -> list[str]:
     """Return notes if output formats renumber labels; `sizes` as in `notes_on_written`."""
     given, notes = kit.ranked_labels(labels)[1], []
-    has_gaps = bool(len(given)) and given[-1] != len(given) - 1
+    has_gaps = (bool(len(given)) and given[-1] != len(given) - 1) or not sizes.all()
     renumbered = sorted({*endings} & {*FORMATS.renumbered_outputs})
     graphs = sorted({*endings} & {*FORMATS.graph_outputs})
-    if renumbered and (has_gaps or not sizes.all()):
+    if renumbered and has_gaps:
         shown = ", ".join(map(str, given[:3])) + (", ..." if len(given) > 3 else "")
         kept = f".segs.json keeps the labels {shown}"
         notes.append(f"labels are renumbered without gaps in {' and '.join(renumbered)}; {kept}")

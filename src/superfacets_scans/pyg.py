@@ -13,14 +13,15 @@ from superfacets.kit import (
     FORMATS,
     Array,
     Cells,
-    Ints,
     Longs,
     atomic_outputs,
     check_length,
     counted,
+    kind_of,
     known_ending,
     ranked_labels,
     refuse_mask,
+    superpoint_graph,
 )
 
 from .scannet import StrPath
@@ -90,13 +91,14 @@ def write_arrays(file: IO[bytes], arrays: Mapping[str, Array]) -> None:
     np.savez(file, **arrays)  # type: ignore[arg-type]  # mypy: a key could be `allow_pickle`
 
 
-def write_graph_of(file: IO[bytes], cells: Cells, labels: Ints, ids: Longs | None) -> None:
-    """Write the graph of the regions of cells; with `ids` of vertices, also the node of each."""
+def write_graph_of(file: IO[bytes], cells: Cells, labels: Longs) -> None:
+    """Write the graph of regions of points, or of vertices of a mesh with the node of each."""
     ranks, names = ranked_labels(labels)
-    arrays = region_graph(cells, ranks).to_pyg() | {"region": names.astype(np.int64)}
-    if ids is not None:
-        nodes = np.minimum(np.searchsorted(names, ids), len(names) - 1)
-        arrays["vertex_super_index"] = np.where(names[nodes] == ids, nodes, -1)
+    are_points = kind_of(cells).are_points
+    graph = region_graph(cells, ranks) if are_points else superpoint_graph(cells, ranks)
+    arrays = graph.to_pyg() | {"region": names.astype(np.int64)}
+    if not are_points:
+        arrays["vertex_super_index"] = ranks.astype(np.int64)
     write_arrays(file, arrays)
 
 

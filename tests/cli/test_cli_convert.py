@@ -88,23 +88,21 @@ def test_labels_of_vertices_become_labels_of_faces_by_majority(run, folder, name
         assert (folder / "v.png").read_bytes() == (folder / "b.png").read_bytes()
 
 
-def test_regions_without_a_face_are_counted_and_nodes_keep_their_labels(run, folder):
+def test_superpoints_without_a_face_are_nodes_of_graphs_and_left_out_of_tables(run, folder):
     ids = np.zeros(49, int)
     ids[24:], ids[0] = 2, 1  # the corner labeled 1 is never the majority
     write_labels("v.segs.json", ids)
     status, _, err = run("convert", "a.ply", "v.segs.json", "-o", "g.npz")
-    assert (status, "which can split regions; left out: 1 region without a face" in err) == (
-        0,
-        True,
-    )
-    assert "numbered without gaps in .npz; the array region contains the label of each node" in err
+    assert (status, "note" in err) == (0, False)
     with np.load("g.npz") as graph:
-        assert graph["region"].tolist() == [0, 2]
+        assert graph["region"].tolist() == [0, 1, 2]
+        assert graph["vertex_super_index"].tolist() == ids.tolist()
+        assert graph["edge_index"].tolist() == [[0, 0, 1, 2], [1, 2, 0, 0]]
     assert "left out: 1 region without a face" in run("regions", "a.ply", "v.segs.json")[2]
     ids[0] = 0
-    write_labels("v.segs.json", np.minimum(ids, 1))
+    write_labels("v.segs.json", ids)
     err = run("convert", "a.ply", "v.segs.json", "-o", "g.npz")[2]
-    assert ("left out" in err, "numbered" in err) == (False, False)
+    assert "numbered without gaps in .npz; the array region contains the label of each node" in err
 
 
 def test_labels_of_vertices_stay_as_they_are_in_formats_with_one_label_per_vertex(run, folder):

@@ -22,6 +22,7 @@ from superfacets import (
     read_cloud,
     read_labels,
     read_mesh,
+    region_graph,
     split_regions,
     vertex_labels,
     write_labels,
@@ -225,29 +226,29 @@ class TestPyTorchGeometric:
         for name, values in GRAPH.items():
             assert_array_equal(data[name], values)
 
-    def test_a_mesh_and_its_labels_make_one(self, tmp_path):
-        pytest.importorskip("superfacets.regions.region_graph")
-        sheet = shapes.bumpy_sheet(4)
-        labels = np.arange(32) // 8 * 5  # with gaps
-        labels[:8] = -1
+    def test_a_mesh_and_its_labels_make_one_whose_nodes_are_superpoints(self, tmp_path):
+        sheet = shapes.bumpy_sheet(12)
+        labels = np.arange(288) // 24 * 5  # with gaps; regions of few vertices, which grow
+        labels[:24] = -1
         write_mesh(tmp_path / "a.npz", sheet, labels)
         with np.load(tmp_path / "a.npz") as file:
             data = data_of(file)
-        assert data["super_index"].tolist() == (np.arange(32) // 8 - 1).tolist()
-        assert len(data["pos"]) == 3
-        assert data["region"].tolist() == [5, 10, 15]
-        assert data["region"].dtype == np.int64
-        assert sorted(data["edge_index"].T.tolist()) == [[0, 2], [2, 0]]
-        assert len(data["edge_attr"]) == 2
         ids = vertex_labels(sheet, labels, method="creases", min_vertices=20)
+        assert data["region"].tolist() == np.unique(ids[ids >= 0]).tolist()
         nodes = data["vertex_super_index"]
+        for name, values in region_graph(sheet, nodes).to_pyg().items():
+            assert_array_equal(data[name], values)
+        write_mesh(tmp_path / "a.npz", sheet, nodes)
+        with np.load(tmp_path / "a.npz") as file:
+            assert_array_equal(file["vertex_super_index"], nodes)
+            assert_array_equal(file["x"], data["x"])
         assert np.append(data["region"], -1)[nodes].tolist() == ids.tolist()
         lone = Mesh([*sheet.vertices, [0, 0, 9]], sheet.faces)
         write_mesh(tmp_path / "a.npz", lone, labels)
         with np.load(tmp_path / "a.npz") as file:
             assert file["vertex_super_index"].tolist() == [*nodes.tolist(), -1]
         cloud = PointCloud(sheet.vertices)
-        write_mesh(tmp_path / "b.npz", cloud, np.arange(25) // 5)
+        write_mesh(tmp_path / "b.npz", cloud, np.arange(169) // 13)
         with np.load(tmp_path / "b.npz") as file:  # a point is a cell
             assert "vertex_super_index" not in file
 
@@ -465,6 +466,8 @@ class TestNamesAndVertices:
         assert read_attributes(tmp_path / "a.ply").vertex["label"].tolist() == [0, 7, 0, 0, -1]
         assert read_labels(tmp_path / "a.ply").tolist() == [7, 0]
         assert_array_equal(read_mesh(tmp_path / "a.ply").faces, FACES)
+        write_mesh(tmp_path / "a.ply", square, [4, 7, 4, 2, -1], vertex_labels=True)
+        assert read_attributes(tmp_path / "a.ply").vertex["label"].tolist() == [4, 7, 4, 2, -1]
 
     def test_labels_of_cells_left_out_come_back(self, square, tmp_path):
         for name in ("a.ply", "a.npy", "a.seg"):

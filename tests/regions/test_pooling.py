@@ -213,7 +213,6 @@ def test_labels_of_vertices_are_refused_with_the_function_that_converts_them():
     )
     cases = [
         (lambda: sf.pool([0] * 5, [1] * 3, mesh=mesh), of_vertices),
-        (lambda: sf.region_graph(mesh, [0] * 5), of_vertices),
         (lambda: sf.face_colors(mesh, [0] * 5), of_vertices),
         (lambda: sf.write_mesh("a.ply", mesh, [0] * 5), of_vertices),
         (lambda: sf.submesh(mesh, [0] * 5, 0), of_vertices),

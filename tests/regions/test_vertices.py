@@ -163,21 +163,37 @@ def test_labels_of_vertices_are_checked():
         sf.face_labels(mesh, [0, -2, 1, 0, 0])
 
 
-def test_region_graph_of_labels_of_vertices_names_labels_of_faces():
+def test_the_graph_of_superpoints_has_their_pairs():
     mesh = shapes.bumpy_sheet(24)
     regions = sf.segment(mesh, 9).labels
     of_vertices = sf.vertex_labels(mesh, regions, method="creases", min_vertices=20)
-    with pytest.raises(
-        ValueError, match=r"got 625 values. For one label per vertex, convert the labels"
-    ) as caught:
-        sf.region_graph(mesh, of_vertices)
-    call = str(caught.value).rpartition(" with ")[2].partition(";")[0]
-    names = {"superfacets": sf, "mesh": mesh, "labels": of_vertices}
-    graph = sf.region_graph(mesh, eval(call, names))
+    graph = sf.region_graph(mesh, of_vertices)
+    assert_array_equal(graph.labels, sf.face_labels(mesh, of_vertices))
     ends = of_vertices[np.concatenate([np.roll(mesh.faces, i, 1)[:, :2] for i in range(3)])]
     expected = {tuple(pair) for pair in np.sort(ends).tolist() if pair[0] != pair[1]}
     assert {tuple(pair) for pair in graph.edge_index.T.tolist()} <= expected
     assert graph.areas.sum() == pytest.approx(sf.region_graph(mesh, regions).areas.sum())
+
+
+def test_each_superpoint_is_a_node_even_if_no_face_has_most_of_its_corners():
+    mesh = shapes.bumpy_sheet(6)
+    superpoints = np.zeros(49, int)
+    superpoints[[24, 30, 33]], superpoints[42:] = (1, 2, 3), 4
+    with pytest.raises(ValueError, match="or pass labels of vertices to superfacets"):
+        sf.region_graph(mesh, sf.face_labels(mesh, superpoints))  # no face has label 1
+    graph = sf.region_graph(mesh, superpoints)
+    assert graph.cell_counts.tolist() == [63, 1, 1, 1, 6]
+    assert graph.neighbors(0).tolist() == [1, 2, 3, 4]
+    assert all(i in mesh.faces[graph.labels == k] for k, i in ((1, 24), (2, 30), (3, 33)))
+
+
+@pytest.mark.parametrize("make", [sf.Mesh, sf.PolygonMesh.of_faces, sf.TetMesh])
+def test_a_superpoint_that_gets_no_cell_has_the_mean_of_its_vertices(make):
+    points = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 1], [4, 0, 0], [6, 0, 0]]
+    graph = sf.region_graph(make(points, [range(3 + (make != sf.Mesh))]), [0, 0, 0, 2, 1, 1])
+    assert (graph.labels.tolist(), graph.n_arcs) == ([0], 0)
+    assert graph.centroids[1:].tolist() == [[5, 0, 0], [0, 1, 1]]
+    assert [*graph.cell_counts, *graph.centers, *graph.measures[1:]] == [1, 0, 0, 0, -1, -1, 0, 0]
 
 
 def test_images_of_labels_of_vertices_name_labels_of_faces():

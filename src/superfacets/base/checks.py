@@ -42,6 +42,8 @@ MAX_THREADS_PER_CORE = 4
 """Maximum number of threads per usable core. On two cores, 1,024 threads take four times as long as
 two threads, because the threads wait for each other."""
 
+_SUPERPOINTS = "; or pass labels of vertices to superfacets.region_graph, which keeps the numbers"
+
 _PLURALS = {"category": "categories", "index": "indices", "vertex": "vertices"}
 
 
@@ -504,26 +506,29 @@ def checked_region_centers(centers: npt.ArrayLike, labels: Ints, n_regions: int)
 
 
 def checked_partial_labels(
-    labels: Any, n_cells: int, *, least: int = -1, n_vertices: int | None = None
+    labels: Any, n_cells: int, *, least: int = -1, n_vertices: int | None = None, noun: str = "cell"
 ) -> tuple[Ints, int]:
     """Return labels >= `least` as (N,) int32 after checking that 0 to K - 1 occur, and K."""
-    given = _row_of_labels(labels, n_cells, "labels", n_vertices)
-    must = f"{least} to {n_cells - 1} for {counted(n_cells, 'cell')}"
+    given = _row_of_labels(labels, n_cells, "labels", n_vertices, noun)
+    must = f"{least} to {n_cells - 1} for {counted(n_cells, noun)}"
     refuse_first((given < least) | (given >= n_cells), "labels", given, must)
     array = owned_indices(given)
     counts = np.bincount(array + 1)[1:]
     if not counts.all():
         raise ValueError(
-            f"labels must be consecutive integers from 0, but no cell has label"
+            f"labels must be consecutive integers from 0, but no {noun} has label"
             f" {int(np.argmin(counts))}: renumber them with"
             f" np.unique(labels, return_inverse=True)[1]{' - 1' if (array < 0).any() else ''}"
+            f"{'' if n_vertices is None else _SUPERPOINTS}"
         )
     return array, len(counts)
 
 
-def checked_regions(labels: Any, n_cells: int, n_vertices: int | None = None) -> tuple[Ints, int]:
+def checked_regions(
+    labels: Any, n_cells: int, n_vertices: int | None = None, noun: str = "cell"
+) -> tuple[Ints, int]:
     """Return the result of `checked_partial_labels`; raise a ValueError if all labels are -1."""
-    array, n_regions = checked_partial_labels(labels, n_cells, n_vertices=n_vertices)
+    array, n_regions = checked_partial_labels(labels, n_cells, n_vertices=n_vertices, noun=noun)
     if not n_regions:
         raise ValueError("labels must contain at least one region, but all labels are -1")
     return array, n_regions

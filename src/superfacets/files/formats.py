@@ -177,7 +177,7 @@ class Formats(dict[str, Table]):
         self.vertex_outputs = (".segs.json", *self.renumbered_outputs)
         """Files with one id per vertex, 0 or greater."""
         ids = (*self.vertex_outputs, *self.key_labels)
-        self.unconverted_outputs = (*ids, ".aggregation.json")
+        self.unconverted_outputs = (*ids, ".aggregation.json", *self.graph_outputs)
         """Files that store given labels of vertices unchanged. Other label files store labels of
         cells, even if labels of vertices are given."""
         self.id_outputs = (*ids, ".sstk.json", ".aggregation.json")

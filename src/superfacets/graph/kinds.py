@@ -404,7 +404,8 @@ def of_cells(values: Any, cells: Any) -> Any:
 def fit_vertices(values: Any, cells: Any) -> bool:
     """Return whether there is one value per vertex and not one per cell, as in `of_cells`."""
     n_vertices = getattr(cells, "n_vertices", None)  # point clouds have no vertices
-    return bool(np.shape(values) == (n_vertices,) != (cells.n_cells,))
+    may_fit = not isinstance(values, Sized) or len(values) == n_vertices  # else no array is made
+    return may_fit and bool(np.shape(values) == (n_vertices,) != (cells.n_cells,))
 
 
 def are_of_vertices(labels: Sized, cells: Any, name: str = "labels") -> bool:

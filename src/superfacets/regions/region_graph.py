@@ -14,9 +14,10 @@ from ..base.checks import checked_choice, checked_region_centers, checked_region
 from ..base.errors import import_extra
 from ..base.types import Array, Bools, Floats, Ints, Longs, Singles
 from ..graph.cell_graph import CellGraph
-from ..graph.kinds import as_known, as_surface
+from ..graph.kinds import as_known, as_surface, fit_vertices
 from ..graph.surface import Surface
 from ..mesh.convert import MeshLike
+from .vertices import superpoint_cells
 
 _ROUNDING = 1e-14
 """Variances of a region along its principal axes are treated as 0 if they are at most this fraction
@@ -67,10 +68,10 @@ class RegionGraph:
     open_lengths : ndarray of float64, shape (K,)
         Length of each region's border on the boundary of an open mesh; 0 for point clouds.
     cell_counts : ndarray of int64, shape (K,)
-        Number of cells of each region, >= 1.
+        Number of cells of each region, >= 1; 0 for a superpoint without a cell.
     centers : ndarray of int32, shape (K,)
         Center of each region that `region_graph` got, or else the cell nearest to the centroid (of
-        several, the lowest index).
+        several, the lowest index); -1 for a superpoint without a cell.
     edge_index : ndarray of int32, shape (2, E)
         The two regions of each pair of neighbors, the lower region first. Pairs are sorted.
     border_lengths : ndarray of float64, shape (E,)
@@ -377,8 +378,10 @@ def region_graph(
     mesh : Mesh or mesh-like, PointCloud or cloud-like, or CellGraph with ArcMeasures
         Same as in `segment`, or a graph of any cells.
     labels : array_like of int, shape (N,)
-        Labels of regions. Each label from 0 to K - 1 must occur; -1 marks cells in no region.
-        Convert labels of vertices (superpoints) with `face_labels`.
+        Labels of regions. Each label from 0 to K - 1 must occur; -1 marks cells in no region. If
+        there is one label per vertex (superpoints), (V,), and not one per cell, region i consists
+        of the cells to which `face_labels` gives superpoint i. A superpoint without such cells gets
+        one that it touches, or else the area 0, no neighbors, and the mean of its vertices.
     centers : array_like of int, shape (K,), optional
         Representative cell of each region. The default is the cell nearest to the centroid.
     weld, n_threads
@@ -402,7 +405,7 @@ def region_graph(
     Time is O(N + M + B log B) for M arcs, of which B cross borders. A border to cells in no region
     is part of the perimeter, but not of ``edge_index``; points in no region are left out. An edge
     of three or more faces counts once for each pair of regions at the edge, with the mean of the
-    angles between their faces.
+    angles between their faces. Superpoints that only one edge of the mesh connects may be no pair.
 
     Examples
     --------
@@ -416,11 +419,26 @@ def region_graph(
     ([1.0], [1.571])
     """
     known = as_known(mesh)
+    if fit_vertices(labels, known):
+        return superpoint_graph(known, labels, centers=centers, weld=weld, n_threads=n_threads)
     n_vertices = getattr(known, "n_vertices", None)
     array, n_regions = checked_regions(labels, known.n_cells, n_vertices)
     surface = as_surface(known, weld=weld, n_threads=n_threads, is_kept=array >= 0)
     given = None if centers is None else checked_region_centers(centers, array, n_regions)
     return region_graph_of(surface, array, n_regions, given)
+
+
+def superpoint_graph(cells: Any, superpoints: npt.ArrayLike, **options: Any) -> RegionGraph:
+    """Return the result of `region_graph` for one label per vertex of a mesh."""
+    array, _ = checked_regions(superpoints, cells.n_vertices, noun="vertex")
+    whole, labels = superpoint_cells(cells, array)
+    graph = region_graph(whole, labels, **options)
+    if whole is not cells:
+        own = graph.labels[: cells.n_cells]
+        counts = np.bincount(own + np.int32(1), minlength=graph.n_regions + 1)[1:]
+        centers = np.where(graph.centers < cells.n_cells, graph.centers, np.int32(-1))
+        freeze(graph, labels=own, cell_counts=counts, centers=centers)
+    return graph
 
 
 def region_graph_of(

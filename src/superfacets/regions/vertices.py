@@ -169,6 +169,34 @@ def face_labels(mesh: MeshLike, vertex_labels: npt.ArrayLike) -> Ints:
     return labels_of_corners(cells, array).astype(np.int32)
 
 
+def superpoint_cells(cells: Any, superpoints: Ints) -> tuple[Any, Ints]:
+    """Label cells as in `face_labels`, but so that each label >= 0 of the vertices has a cell.
+
+    A superpoint without a cell takes the first cell at its vertices whose label has other cells, or
+    else a cell without area is appended at each of its vertices. Returns the cells and labels.
+    """
+    labels, corners = labels_of_corners(cells, superpoints), corners_in(cells)
+    counts = np.bincount(labels + 1, minlength=int(superpoints.max()) + 2)
+    counts[0] += 2  # cells without a label may be taken
+    of_corners = superpoints[corners.vertices]
+    places = np.flatnonzero((counts[1:] == 0)[of_corners] & (of_corners >= 0))
+    taken = np.searchsorted(corners.starts, places, side="right") - 1
+    for label, cell in zip(of_corners[places].tolist(), taken.tolist(), strict=True):
+        owner = labels[cell]
+        if counts[label + 1] == 0 and counts[owner + 1] > 1:
+            counts[owner + 1] -= 1
+            counts[label + 1] = 1
+            labels[cell] = label
+    lost = np.flatnonzero((counts[1:] == 0)[superpoints] & (superpoints >= 0)).astype(np.int32)
+    if not len(lost):
+        return cells, labels
+    size = corners.size or 3
+    vertices = np.concatenate([corners.vertices, np.repeat(lost, size)])
+    offsets = np.append(corners.starts, len(corners.vertices) + size * np.arange(1, len(lost) + 1))
+    whole = kind_of(cells).with_corners(cells, cells.vertices, vertices, offsets)
+    return whole, np.append(labels, superpoints[lost])
+
+
 def vertex_ids(
     cells: Any, labels: npt.NDArray[np.integer[Any]], barriers: Ints | None = None
 ) -> Longs:

@@ -14,7 +14,6 @@ from ...base.checks import ranked_labels
 from ...base.errors import MeshError
 from ...base.lazy import Table, load
 from ...base.types import Ints, Longs
-from ...graph.kinds import kind_of
 from ...regions.vertices import vertex_ids, vertex_labels
 from ..attributes import MeshAttributes
 from ..formats import FORMATS
@@ -61,7 +60,7 @@ class IdWriter:
                 raise MeshError(f"labels[{first}] must be >= 0 in {ending}, got {labels[first]}")
             if ending in FORMATS.key_labels:
                 _SCANS["check_ids"](labels)
-            if ending in FORMATS.graph_outputs and self.labels.max() < 0:
+            if ending in FORMATS.graph_outputs and labels.max() < 0:
                 raise MeshError("a graph needs at least one region, but all labels are -1")
             if ending == LEVELS:
                 _SCANS["check_nested"]([self.labels, *self.coarser])
@@ -86,8 +85,10 @@ class IdWriter:
         has_ids = ending in FORMATS.vertex_outputs and self.segments is None
         labels = self._vertex_ids if has_ids else self._labels_in(ending)
         if ending in FORMATS.graph_outputs:
-            ids = None if kind_of(self.cells).are_points else self._vertex_ids
-            load("superfacets_scans.pyg:write_graph_of")(file, self.cells, self.labels, ids)
+            nodes = self._vertex_ids
+            if self.of_vertices is None:  # vertices in no region have ids above all labels
+                nodes = np.where(nodes > self.labels.max(), -1, nodes)
+            load("superfacets_scans.pyg:write_graph_of")(file, self.cells, nodes)
         elif ending in FORMATS.key_labels:
             self._write_cortex(file, ending)
         elif ending == GROUPS:

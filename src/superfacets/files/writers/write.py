@@ -63,7 +63,8 @@ def write_mesh(
           or point: ``.segs.json``, ``.bin``, ``_sp_label.npy`` or ``.pth`` (which needs torch);
         - one label per vertex of a brain cortex: ``.label.gii`` (GIFTI) or ``.annot`` (FreeSurfer);
         - ``.sstk.json`` (one label per triangle), ``.aggregation.json`` (one group per region), or
-          ``.npz`` (the arrays of `RegionGraph.to_pyg`, ``region`` and ``vertex_super_index``).
+          ``.npz`` (the arrays of `RegionGraph.to_pyg` and ``region``, the label of each node; for
+          meshes, nodes are superpoints, and ``vertex_super_index`` is the node of each vertex).
 
         An existing file is replaced when the new file is complete, and its permissions are kept.
     mesh : Mesh, PolygonMesh, TetMesh, PointCloud, mesh-like or cloud-like
@@ -71,7 +72,8 @@ def write_mesh(
         point; LAS stores the labels in an extra dimension ``label``.
     labels : array_like of integers, shape (F,), optional
         Region of each face, 0 or greater; -1 if a face is in no region. Formats with one id or
-        label per vertex, and ``.aggregation.json``, also accept one label per vertex, (V,).
+        label per vertex, ``.npz``, ``.aggregation.json`` and PLY with `vertex_labels` also store
+        given labels of vertices, (V,).
     colors : array_like of uint8, shape (F, 3), optional
         Red, green and blue of each face. With labels, the default is the result of `face_colors`.
     attributes : MeshAttributes, optional
@@ -82,7 +84,8 @@ def write_mesh(
     label_name : str, default "label"
         Name of the label array in VTP, VTU and VTK; dental tools expect ``Label``.
     vertex_labels : bool, default False
-        Whether a PLY file also has a vertex property ``label``, from `superfacets.vertex_labels`.
+        Whether a PLY file also has a vertex property ``label``, given or from
+        `superfacets.vertex_labels`.
     classes : sequence of str or int, length K, optional
         Class of each region, in ascending order of the labels: a column of the table in GLB, names
         of groups in OBJ, of solids in STL, of areas in ``.label.gii`` and ``.annot``, and labels
@@ -395,7 +398,8 @@ class OutputFiles:
         paths, all_endings, options = [*map(Path, self.files)], self.endings, self.options
         _check_truth_stays(paths, options.force)
         cells = as_cells(mesh)
-        stores_given = all_endings <= {*FORMATS.unconverted_outputs}
+        of_ply = (".ply",) if options.vertex_labels else ()
+        stores_given = all_endings <= {*FORMATS.unconverted_outputs, *of_ply}
         if of_vertices is None and stores_given and fit_vertices(labels, cells):
             of_vertices = checked_labels(labels)
             labels = of_cells(of_vertices, cells)
@@ -424,7 +428,8 @@ class OutputFiles:
         if not are_sorted and all_endings & {*FORMATS.label_outputs, ".sstk.json"}:
             lost |= {end: [*lost[end], ORDER] for end in FORMATS.sorted_outputs if end in lost}
         is_unchanged = of_vertices is not None or kind_of(cells).are_points
-        has_ids = not is_unchanged and not all_endings.isdisjoint(FORMATS.vertex_outputs)
+        of_ids = {*FORMATS.vertex_outputs, *FORMATS.graph_outputs}
+        has_ids = not is_unchanged and not all_endings.isdisjoint(of_ids)
         return Written(lost, ids.region_sizes if has_ids else np.zeros(0, np.int64))
 
     def _write_with(self, writers: Mapping[str, Callable[..., list[str]]]) -> dict[str, list[str]]:
