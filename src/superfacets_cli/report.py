@@ -20,8 +20,7 @@ def notes_on_result(
 ) -> list[str]:
     """Return notes on a result of `FileOptions.segment`, and on outputs with these file endings.
 
-    `n_requested` is the number of regions given with -n, or None. `written` is the same as in
-    `notes_on_written`.
+    `n_requested` is the value of -n, or None. `written` is the same as in `notes_on_written`.
     """
     mesh, result, listed = outcome.mesh, outcome.result, outcome.listed
     noun, notes = kind_of(mesh).noun, []

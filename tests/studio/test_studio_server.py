@@ -161,8 +161,7 @@ def test_half_sent_requests_beyond_the_limit_of_files_stop_nothing(sheet, limit)
         with contextlib.ExitStack() as stack:
             for n in range(301):
                 stack.enter_context(connected(port)).sendall(HALF)
-                # Connections that the server does not accept soon are tried again after seconds. If
-                # there are too many, it closes idle ones, so that a kept one could be lost.
+                # Of too many connections, the server closes idle ones, such as one that is kept.
                 assert n % 20 or server.http.get("state", headers=once).status_code == 200
         assert server.http.get("state", headers=once).status_code == 200
         server.process.send_signal(signal.SIGINT)

@@ -42,8 +42,6 @@ MAX_THREADS_PER_CORE = 4
 """Maximum number of threads per usable core. On two cores, 1,024 threads take four times as long as
 two threads, because the threads wait for each other."""
 
-_SUPERPOINTS = "; or pass labels of vertices to superfacets.region_graph, which keeps the numbers"
-
 _PLURALS = {"category": "categories", "index": "indices", "vertex": "vertices"}
 
 
@@ -515,11 +513,12 @@ def checked_partial_labels(
     array = owned_indices(given)
     counts = np.bincount(array + 1)[1:]
     if not counts.all():
+        other = "; or pass labels of vertices to superfacets.region_graph, which keeps the numbers"
         raise ValueError(
             f"labels must be consecutive integers from 0, but no {noun} has label"
             f" {int(np.argmin(counts))}: renumber them with"
             f" np.unique(labels, return_inverse=True)[1]{' - 1' if (array < 0).any() else ''}"
-            f"{'' if n_vertices is None else _SUPERPOINTS}"
+            f"{'' if n_vertices is None else other}"
         )
     return array, len(counts)
 

@@ -80,10 +80,7 @@ class Coarsening:
     def of(
         cls, graph: OrderedGraph, plan: Plan, n_threads: int, begun: list[CoarseGraph]
     ) -> Coarsening:
-        """Build successively coarser graphs, as long as regions have enough coarse cells.
-
-        `begun` is the finest coarse graph in a list, if it was built before.
-        """
+        """Build coarser graphs after those in `begun`, as long as regions have enough cells."""
         n_segments = plan.size.n_segments
         coarse = _coarser(graph, plan, n_threads, begun)
         if not is_straight(graph):
@@ -108,12 +105,9 @@ def finest_coarse(
 
 
 def coarsened(
-    graph: OrderedGraph,
-    plan: Plan,
-    loop: LoopOptions,
-    timings: dict[str, float],
+    graph: OrderedGraph, plan: Plan, loop: LoopOptions, timings: dict[str, float],
     begun: list[CoarseGraph],
-) -> Coarsening:
+) -> Coarsening:  # fmt: skip
     """Build the coarse graphs after those of `begun`, if `can_be_coarse`; record the run time."""
     if not can_be_coarse(graph, plan, loop):
         return Coarsening([])

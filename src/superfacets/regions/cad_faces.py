@@ -30,7 +30,8 @@ def cad_faces(
     """Label each flat side of a CAD part, and each other area of similar curvature.
 
     Borders are sharp edges, and lines where the curvature changes, as at the foot of a boss. A
-    chain of fillets of one radius, straight and around corners, is one area.
+    chain of fillets of one radius, straight and around corners, is one area. An `IslandWarning` is
+    given if most faces have no neighbor.
 
     Parameters
     ----------
@@ -50,11 +51,6 @@ def cad_faces(
     ------
     MeshError, ValueError, TypeError
         As for `sharp_edges`.
-
-    Warns
-    -----
-    IslandWarning
-        If most faces have no neighbor, so that each of them becomes a region.
 
     Examples
     --------

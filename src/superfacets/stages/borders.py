@@ -38,11 +38,7 @@ def normals_at_borders(prepared: Prepared, weighed: Weighed, clock: Clock) -> Si
 def begun_for_borders(
     ordered: _core.OrderedGraph, normals: Singles | None, weighed: Weighed, clock: Clock
 ) -> list[_core.CoarseGraph]:
-    """Build the finest coarse graph of the loop, if its cells are small enough to be grouped.
-
-    Groups for `add_borders` then consist of its cells, and costs between groups are also added to
-    its arcs.
-    """
+    """Build the finest coarse graph of the loop, if its cells are small enough for `add_borders`."""
     if normals is None:
         return []
     return finest_coarse(ordered, weighed.plan, weighed.options.loop, N_GROUPS, clock.timings)
@@ -54,9 +50,8 @@ def add_borders(
 ) -> tuple[ArcLengths, Lengths]:  # fmt: skip
     """Add a cost to arcs across which people probably draw borders, except on made things.
 
-    `normals` are those of `normals_at_borders`, and `begun` is from `begun_for_borders`. `ordered`
-    and `begun` get new lengths of arcs. Returns `arcs`, which are inside the mask, with these
-    lengths, and the lengths of all arcs.
+    Groups of cells consist of cells of `begun`, the result of `begun_for_borders`. `ordered` and
+    `begun` get new lengths of arcs. Returns `arcs`, which are inside the mask, and all lengths.
     """
     if normals is None:
         return arcs, lengths
