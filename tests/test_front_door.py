@@ -1,7 +1,5 @@
 """The objects that carry options of `segment`, prepared meshes, and the algorithm of the paper."""
 
-import inspect
-
 import numpy as np
 import pytest
 import shapes
@@ -13,10 +11,6 @@ MESH = shapes.bumpy_sheet(24)
 
 def same(one, other):
     return np.array_equal(one.labels, other.labels) and np.array_equal(one.centers, other.centers)
-
-
-def test_the_docstring_of_segment_lists_the_weights():
-    assert "{weights}" not in inspect.getdoc(sf.segment)
 
 
 # --- Weights

@@ -50,7 +50,6 @@ from .graph.sums import weighted_majority as weighted_majority
 from .graph.sums import sums_by_label as sums_by_label
 from .graph.surface import Surface as Surface
 from .regions.crease_labels import VertexEdges as VertexEdges
-from .regions.region_graph import superpoint_graph as superpoint_graph
 from .regions.shared_masks import MaskedAreas as MaskedAreas
 from .weights.formulas import WEIGHTS as WEIGHTS
 

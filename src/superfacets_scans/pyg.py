@@ -8,20 +8,17 @@ from typing import IO
 import numpy as np
 import numpy.typing as npt
 
-from superfacets import MeshError, region_graph
+from superfacets import MeshError, RegionGraph
 from superfacets.kit import (
     FORMATS,
     Array,
-    Cells,
+    Ints,
     Longs,
     atomic_outputs,
     check_length,
     counted,
-    kind_of,
     known_ending,
-    ranked_labels,
     refuse_mask,
-    superpoint_graph,
 )
 
 from .scannet import StrPath
@@ -91,14 +88,13 @@ def write_arrays(file: IO[bytes], arrays: Mapping[str, Array]) -> None:
     np.savez(file, **arrays)  # type: ignore[arg-type]  # mypy: a key could be `allow_pickle`
 
 
-def write_graph_of(file: IO[bytes], cells: Cells, labels: Longs) -> None:
-    """Write the graph of regions of points, or of vertices of a mesh with the node of each."""
-    ranks, names = ranked_labels(labels)
-    are_points = kind_of(cells).are_points
-    graph = region_graph(cells, ranks) if are_points else superpoint_graph(cells, ranks)
+def write_graph_of(
+    file: IO[bytes], graph: RegionGraph, names: Longs, of_vertices: Ints | None
+) -> None:
+    """Write a graph with the label of each node, and the node of each vertex unless it is None."""
     arrays = graph.to_pyg() | {"region": names.astype(np.int64)}
-    if not are_points:
-        arrays["vertex_super_index"] = ranks.astype(np.int64)
+    if of_vertices is not None:
+        arrays["vertex_super_index"] = of_vertices.astype(np.int64)
     write_arrays(file, arrays)
 
 

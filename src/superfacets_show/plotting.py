@@ -285,8 +285,11 @@ def _check_titles(titles: Sequence[str] | None, n: int) -> None:
 def _colors_by(
     cells: Cells, series: Sequence[Any], color_by: Any, title: str | None
 ) -> tuple[list[Any], Scale]:
-    if isinstance(color_by, str) and title is None:
-        title = color_by.replace("_", " ")
+    if isinstance(color_by, str):
+        singular = color_by.removesuffix("s")  # the attribute of the column "area" is `areas`
+        is_plural = singular in RegionGraph.column_names(kit.kind_of(cells).dimension)
+        color_by = singular if is_plural else color_by
+        title = color_by.replace("_", " ") if title is None else title
     values = [_values_of(cells, labels, color_by, len(series)) for labels in series]
     scale = scale_of(values, title or "")
     return [scale.colors(row) for row in values], scale
@@ -296,8 +299,6 @@ def _values_of(cells: Cells, labels: Any, color_by: Any, n_series: int) -> Float
     """Return one value per cell, (N,): NaN if the value is missing or the cell has no region."""
     if isinstance(color_by, str):
         columns = RegionGraph.column_names(kit.kind_of(cells).dimension)
-        singular = color_by.removesuffix("s")  # the attribute of the column "area" is `areas`
-        color_by = singular if singular in columns else color_by
         kit.checked_choice(color_by, "color_by", columns)
     if labels is None:
         if isinstance(color_by, str):

@@ -36,6 +36,7 @@ PLACES = (
 )  # fmt: skip
 
 GUARDS = {
+    "superfacets/files/readers/labels.py": {("_expanded", "arange"): "the caller gives the number"},
     "superfacets_textures/glb.py": {
         ("_image", "frombuffer"): "a view of an encoded image in memory"},
     "superfacets_textures/ids_image.py": {

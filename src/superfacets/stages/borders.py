@@ -38,7 +38,7 @@ def normals_at_borders(prepared: Prepared, weighed: Weighed, clock: Clock) -> Si
 def begun_for_borders(
     ordered: _core.OrderedGraph, normals: Singles | None, weighed: Weighed, clock: Clock
 ) -> list[_core.CoarseGraph]:
-    """Build the finest coarse graph of the loop, if its cells are small enough for `add_borders`."""
+    """Build the finest coarse graph of the loop, if its cells are small enough."""
     if normals is None:
         return []
     return finest_coarse(ordered, weighed.plan, weighed.options.loop, N_GROUPS, clock.timings)

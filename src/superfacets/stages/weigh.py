@@ -100,10 +100,7 @@ def round_weights(
 
 
 def place(graph: BaseGraph, lengths: Lengths, weighed: Weighed, clock: Clock) -> Placed:
-    """Sort the cells inside the mask along a curve, unless stage 1 has sorted them.
-
-    Labels keep the order of `graph`.
-    """
+    """Sort cells inside the mask along a curve, if not sorted yet; labels keep their order."""
     with clock.timed("order"):
         n_threads = weighed.surface.n_threads
         return Placed(*weighed.plan.placed_cells(graph, lengths.values, n_threads))
