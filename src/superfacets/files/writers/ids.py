@@ -15,7 +15,6 @@ from ...base.errors import MeshError
 from ...base.lazy import Table, load
 from ...base.types import Ints, Longs
 from ...graph.kinds import kind_of
-from ...regions.region_graph import region_graph, superpoint_graph
 from ...regions.vertices import vertex_ids, vertex_labels
 from ..attributes import MeshAttributes
 from ..formats import FORMATS
@@ -91,7 +90,8 @@ class IdWriter:
             if self.of_vertices is None:  # vertices in no region have ids above all labels
                 nodes = np.where(nodes > self.labels.max(), -1, nodes)
             (ranks, names), are_points = ranked_labels(nodes), kind_of(self.cells).are_points
-            graph = (region_graph if are_points else superpoint_graph)(self.cells, ranks)
+            make = "region_graph" if are_points else "superpoint_graph"
+            graph = load(f"superfacets.regions.region_graph:{make}")(self.cells, ranks)
             of_vertices = None if are_points else ranks
             load("superfacets_scans.pyg:write_graph_of")(file, graph, names, of_vertices)
         elif ending in FORMATS.key_labels:
