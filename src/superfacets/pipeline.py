@@ -16,7 +16,7 @@ from .clustering.plan import Start
 from .clustering.result import Segmentation
 from .mesh.convert import MeshLike
 from .mesh.denoising import Denoise
-from .stages.borders import add_borders, begun_for_borders, normals_at_borders
+from .stages.borders import add_borders, grouped_for_borders, normals_at_borders
 from .stages.cluster import clean, cluster, finish
 from .stages.options import SegmentOptions
 from .stages.part_costs import add_parts
@@ -161,12 +161,13 @@ def run(mesh: MeshLike | Prepared, options: SegmentOptions) -> Segmentation:
         del prepared
         placed = place(graph, lengths, weighed, clock)  # order
         ordered = ordered_graph(placed, lengths.unit, weighed, clock)  # order
-        loop = weighed.options.loop
-        begun = begun_for_borders(ordered, normals, weighed, clock)  # coarsen
+        grouped = grouped_for_borders(ordered, normals, weighed, clock)  # coarsen, 2 weights
+        del graph, normals
         arcs, lengths = add_borders(  # 2 weights
-            ordered, begun, placed.arcs, lengths, normals, weighed, clock
+            ordered, grouped, placed.arcs, lengths, weighed, clock
         )
-        del graph, normals, placed
+        loop, begun = weighed.options.loop, [*grouped.begun]
+        del placed, grouped
         coarsening = coarsened(ordered, weighed.plan, loop, clock.timings, begun)  # coarsen
         part_costs = add_parts(ordered, coarsening, weighed, clock)  # 2 weights
         clustered = cluster(  # 3 seeding, 4a classify, 4b update, balance

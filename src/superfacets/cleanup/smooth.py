@@ -16,9 +16,8 @@ from ..mesh.convert import MeshLike
 from .edit import BorderCosts, LabeledPart
 
 MAX_DISTANCE = 1.0
-"""Default of `max_distance` in `smooth_borders`, in units of r. On the benchmark models, distances
-of 0.6, 1 and 1.3 have a compactness of 4.59, 4.49 and 4.44, and an undersegmentation error of
-0.1232, 0.1237 and 0.1254."""
+"""Default of `max_distance` in `smooth_borders`, in units of r. Distances of 0.6 and 1.3 change the
+compactness on the benchmark models by 0.10 and -0.05."""
 
 MAX_CHAIN = 8
 """Maximum number of adjacent faces that move to another region in one step. With maximums of 1, 4,

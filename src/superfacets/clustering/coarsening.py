@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,8 +23,7 @@ NEXT_CELL_SIZE = 4
 
 CELLS_PER_REGION = 24
 """Minimum mean number of coarse cells per region. On the 95 benchmark models, regions are as good
-with values of 16 to 32 as without coarse levels. The undersegmentation error with 50 regions is
-0.2088 to 0.2109 (0.2143 without coarse levels), and with 150 regions 0.1279 to 0.1287 (0.1283)."""
+with values of 16 to 32 as without coarse levels."""
 
 FINEST_PER_REGION = 48
 """Value that replaces CELLS_PER_REGION on the finest coarse level, if paths on coarse cells
@@ -44,8 +44,7 @@ ENOUGH_OF_SEEDED = 0.75
 the required number of coarse cells."""
 
 MIN_REDUCTION = 2
-"""Minimum factor by which the number of cells must decrease from one level to the next coarser
-level."""
+"""Minimum factor by which the number of cells must decrease from level to level."""
 
 EACH_ALONE: Ints = np.empty(0, np.int32)
 """Value of `PartCosts.group_of` if each cell is its own group."""
@@ -125,7 +124,7 @@ def is_straight(graph: OrderedGraph) -> bool:
     return graph.straight_unit > 0.0
 
 
-def groups_of_cells(levels: list[_core.CoarseGraph], n_threads: int) -> Ints:
+def groups_of_cells(levels: Sequence[_core.CoarseGraph], n_threads: int) -> Ints:
     """Return, for each cell, its cell in the last graph of `levels`; empty if there is none."""
     if not levels:
         return EACH_ALONE
@@ -136,10 +135,7 @@ def groups_of_cells(levels: list[_core.CoarseGraph], n_threads: int) -> Ints:
 
 
 def _rules(graph: OrderedGraph, plan: Plan) -> tuple[tuple[int, ...], int, int]:
-    """Return numbers of cells per cell of the finest coarse graph, in order of preference.
-
-    Also returns minimum numbers of coarse cells on the finest and on all other coarse levels.
-    """
+    """Return sizes for the finest coarse cells, and least numbers of them and of coarser cells."""
     n_segments = plan.size.n_segments
     if not is_straight(graph):
         return CELL_SIZES, CELLS_PER_REGION * n_segments, CELLS_PER_REGION * n_segments
@@ -152,23 +148,19 @@ def _rules(graph: OrderedGraph, plan: Plan) -> tuple[tuple[int, ...], int, int]:
 def _coarser(
     graph: OrderedGraph, plan: Plan, n_threads: int, coarse: list[CoarseGraph], most: int = 64
 ) -> list[CoarseGraph]:
-    """Build up to `most` coarser graphs after those in `coarse`, from the finest to the coarsest.
-
-    The first number of cells per coarse cell that leaves enough is used on the finest level.
-    """
+    """Append coarser and coarser graphs to `coarse`, until there are `most`; return `coarse`."""
     sizes, n_enough, n_next = _rules(graph, plan)
-    for level in coarse:
-        graph, sizes, n_enough = level.graph, (NEXT_CELL_SIZE,), n_next
-    while len(coarse) < most and (
-        fitting := [size for size in sizes if graph.n_cells >= size * n_enough]
-    ):
-        larger = CoarseGraph(graph, fitting[0], n_threads)
+    while len(coarse) < most:
+        if coarse:
+            graph, sizes, n_enough = coarse[-1].graph, (NEXT_CELL_SIZE,), n_next
+        size = next((size for size in sizes if graph.n_cells >= size * n_enough), 0)
+        if not size:
+            break  # regions would have too few coarse cells
+        larger = CoarseGraph(graph, size, n_threads)
         if larger.graph.n_cells > graph.n_cells / MIN_REDUCTION:
             break  # most cells have no neighbors with which they can be grouped
         n_seeded = _core.n_cells_of_large_components(larger.graph, plan.size.n_segments, n_threads)
         if n_seeded < ENOUGH_OF_SEEDED * n_enough:
             break  # most cells are in small components, which get no seeds
         coarse.append(larger)
-        graph = larger.graph
-        sizes, n_enough = (NEXT_CELL_SIZE,), n_next
     return coarse

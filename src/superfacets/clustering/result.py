@@ -99,8 +99,7 @@ class Segmentation:
         The segmented mesh, cloud or graph (not a copy), which ``regions``, ``plot`` and ``view``
         need. None if it was not stored.
     vertex_groups : ndarray of int32, shape (V,), or None
-        The given barriers, one number per vertex, -1 outside the mask, which labels of vertices
-        respect. None if neither mask nor barriers had one value per vertex.
+        Barriers of vertices, -1 outside the mask, if any were given; see `vertex_labels`.
     """
 
     labels: Ints

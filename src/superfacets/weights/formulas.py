@@ -328,8 +328,7 @@ WEIGHTS: Mapping[WeightName, Formula] = {
     "parts": Formula(
         about='like ``"creases"``, with straight lines between cells up to three arcs apart, and a'
         " cost of arcs between parts of the shape, such as a finger and the palm",
-        # gamma is the factor of `stages.part_costs`
-        defaults={"alpha": 12.0, "eta_convex": 0.0, "ridges": 1.0, "gamma": 2.1},
+        defaults={"alpha": 12.0, "eta_convex": 0.0, "ridges": 1.0, "gamma": 2.1},  # of PartCosts
         compute=lambda surface, arrays, radius, params: _adapted_weights(
             surface, arrays, _crease_factors(radius, params)._replace(is_straight=True)
         ),
