@@ -80,8 +80,8 @@ def build_tet_graph(
 ) -> TetGraph:
     """Return the graph of a tetrahedral mesh, with arcs between tetrahedra that share a triangle.
 
-    All pairs of tetrahedra that share a triangle are neighbors, with the same exception as in
-    `build_face_graph` for more than 64 tetrahedra. A tetrahedron and its duplicate
+    Tetrahedra that share a triangle are neighbors, but not all pairs if more than 64 share it, as
+    in `build_face_graph`. A tetrahedron and its duplicate
     share four triangles, so they are joined by four arcs in each direction. Triangles with a
     repeated vertex are ignored. Time and memory are linear in the number of tetrahedra and arcs.
 

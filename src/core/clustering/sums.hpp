@@ -61,8 +61,8 @@ class FixedPoint {
   }
   FixedSum of(const Point& position, double measure) const;
 
-  // Whether a region has at most 2^-40 of the total measure, which is too little for a mean of
-  // double precision. The cells of such a region must be summed in floating point.
+  // Whether a region has at most 2^-40 of the total measure: too little for an accurate mean in
+  // fixed point. The cells of such a region must be summed in floating point.
   static bool is_too_small(const FixedSum& sum) { return sum.upper[3] < (std::int64_t{1} << 20); }
 
   Point mean(const FixedSum& sum) const;

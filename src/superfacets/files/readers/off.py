@@ -1,4 +1,4 @@
-"""Read OFF files: the word OFF, counts, vertices and faces, without comments and blank lines."""
+"""Read OFF files (the word OFF, counts, vertices, faces), skipping comments and blank lines."""
 
 from __future__ import annotations
 
@@ -72,8 +72,8 @@ def _read_wrapped(body: Lines, n_vertices: int, n_faces: int) -> tuple[Array, Ar
         place += 1 + int(n_corners[place])
     if len(vertices) < 3 * n_vertices or len(places) < n_faces or place != len(rest):
         raise MeshError(
-            f"the header declares {counted(n_vertices, 'vertex')} and {counted(n_faces, 'face')}"
-            f" but {counted(len(numbers), 'number')} in {counted(len(body), 'line')} do not fit:"
+            f"the header declares {counted(n_vertices, 'vertex')} and {counted(n_faces, 'face')},"
+            f" but {counted(len(numbers), 'number')} in {counted(len(body), 'line')} follow:"
             " the file may be truncated"
         )
     sizes = as_integers(rest[places], "corner counts").astype(np.int64)

@@ -331,7 +331,7 @@ class OutputFiles:
 
     @property
     def endings(self) -> set[str]:
-        """Endings of all files and streams, or a MeshError if one is unknown."""
+        """Endings of files and streams. Raises a MeshError if one is unknown."""
         return {_ending_of(Path(path)) for path in self.files} | {*self.streams}
 
     def check(self) -> None:
