@@ -102,7 +102,9 @@ def _check_segmentation(mesh: sf.Mesh, rng: np.random.Generator) -> None:
         elif is_exact:
             check_number(result, graph, options["n_segments"])
     if not is_joined and is_exact:
-        check_pieces(result.labels, graph)
+        # Which of more than 64 faces at an edge are neighbors depends on the order of faces.
+        ordered = sf.prepare(mesh, weld=weld)
+        check_pieces(result.labels[ordered.input_index], ordered.graph)
     for n_threads in THREADS[1:]:
         other = loops.segment(prepared, **options, n_threads=n_threads)
         assert np.array_equal(other.labels, result.labels), f"{n_threads} threads"
