@@ -93,16 +93,23 @@ def test_one_unit_decides_between_paths_longer_than_a_float_can_count():
 
 @pytest.mark.parametrize("heavy", [1e3, 1e6, 1e9, 1e30])
 def test_a_few_huge_weights_cost_no_time(heavy):
-    """Nearly all arcs are in one bucket, in which label correction would take very long."""
     graph = build_face_graph(shapes.bumpy_sheet(60))
     rng = np.random.default_rng(0)
     weights = rng.uniform(1, 2, graph.n_arcs)
     weights[rng.uniform(size=graph.n_arcs) < 0.01] *= heavy
     cells = graph.with_weights(weights)
-    labels, lengths = reference_labels(cells, [0, 99, 5000])
-    result = classify(cells, [0, 99, 5000])
-    assert result.labels.tolist() == labels
-    assert np.array_equal(result.distances, np.array(lengths) * cells.unit)
+    check_labels(cells, [0, 99, 5000])
+
+
+def test_cells_behind_a_heavy_arc_are_reached_in_order():
+    """Shortcuts that cost the square of their span make label correction give up."""
+    ends = [(i, j, (j - i) ** 2.0) for i in range(300) for j in range(i + 1, min(300, i + 41))]
+    low, high, costs = np.array([*ends, (299, 300, 1e8), (300, 301, 1), (301, 302, 1)]).T
+    arcs = np.array([[*low, *high], [*high, *low], [*costs, *costs]])
+    sources, targets, weights = arcs[:, np.lexsort(arcs[1::-1])]
+    offsets = np.searchsorted(sources, np.arange(304))
+    graph = CellGraph(np.zeros((303, 3)), np.ones(303), offsets, targets.astype(int), weights)
+    check_labels(graph, [0, 150])
 
 
 def test_cells_behind_arcs_thousands_of_times_the_mean_wait_for_their_turn():
@@ -114,10 +121,7 @@ def test_cells_behind_arcs_thousands_of_times_the_mean_wait_for_their_turn():
     neighbors = np.concatenate([[n, n + 1, n + 2], row.neighbors, [0, 0, 0]])
     weights = np.concatenate([hanging, row.weights, hanging])
     graph = CellGraph(np.zeros((n + 3, 3)), np.ones(n + 3), offsets, neighbors, weights)
-    labels, lengths = reference_labels(graph, [0, n - 1])
-    result = classify(graph, [0, n - 1])
-    assert result.labels.tolist() == labels
-    assert np.array_equal(result.distances, np.array(lengths) * graph.unit)
+    check_labels(graph, [0, n - 1])
 
 
 OUT_OF_MEMORY_IN_THREADS = """
@@ -143,6 +147,13 @@ def test_running_out_of_memory_in_a_thread_is_a_memory_error():
         check=False,
     )  # fmt: skip
     assert (done.stdout, done.stderr, done.returncode) == ("MemoryError\n", "", 0)
+
+
+def check_labels(graph, centers):
+    labels, lengths = reference_labels(graph, centers)
+    result = classify(graph, centers)
+    assert result.labels.tolist() == labels
+    assert np.array_equal(result.distances, np.array(lengths) * graph.unit)
 
 
 def reference_labels(graph, centers):

@@ -196,6 +196,7 @@ def test_progress_counts_through_the_levels_and_ends_all_of_them():
         result = segment(mesh, 4, weights=weights, callback=lambda *call, to=told: to.append(call))
         told = [n_iter for _, n_iter, _ in told if n_iter]
         assert told == list(range(1, len(told) + 1))
+        assert result.levels[-1].n_cells == mesh.n_faces
         n_spread = sum(level.n_cells == mesh.n_faces for level in result.levels)
         assert len(told) == result.n_iter - n_spread  # the last iteration only labels all faces
     cancelled = segment(
