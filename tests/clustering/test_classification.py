@@ -102,7 +102,6 @@ def test_a_few_huge_weights_cost_no_time(heavy):
 
 
 def test_cells_behind_a_heavy_arc_are_reached_in_order():
-    """Shortcuts that cost the square of their span make label correction give up."""
     ends = [(i, j, (j - i) ** 2.0) for i in range(300) for j in range(i + 1, min(300, i + 41))]
     low, high, costs = np.array([*ends, (299, 300, 1e8), (300, 301, 1), (301, 302, 1)]).T
     arcs = np.array([[*low, *high], [*high, *low], [*costs, *costs]])
