@@ -22,6 +22,6 @@ def can_render():
     return True
 
 
-_SOON = "from superfacets_cli.progress import Progress as P; P.DELAY = P.STEP = 0.05; "
+_SOON = "from superfacets_cli.progress import Progress as P; P.DELAY = P.STEP = 0.005; "
 IMPATIENT = [*COMMAND[:2], _SOON + COMMAND[2]]
 """Same, but progress is shown from the beginning."""
