@@ -208,7 +208,7 @@ def _in_stray_pieces(edges: VertexEdges, regions: _Regions, found: Ints, n_threa
 def _part_of_piece(
     regions: _Regions, is_divided: Array, found: Ints, pieces: Ints, n_threads: int
 ) -> Ints:
-    """Return the connected part of each piece, as a number, or -1 if its region is not divided."""
+    """Return the number of each piece's connected part, or -1 if its region is not divided."""
     kind = kind_of(regions.cells)
     chosen = np.flatnonzero(is_divided[regions.labels])
     labels = regions.labels[chosen]

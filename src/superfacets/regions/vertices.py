@@ -129,7 +129,7 @@ def vertex_labels(
 
 
 def groups_of_result(labels: Any, cells: Any) -> Ints | None:
-    """Return the groups of vertices that a result of `segment` keeps, if it is of these cells."""
+    """Return `Segmentation.vertex_groups` of a result of `segment` for these cells, or None."""
     groups: Ints | None = getattr(labels, "vertex_groups", None)
     return groups if fit_vertices(groups, cells) else None
 
