@@ -120,7 +120,7 @@ class _Run:
         cells, attributes = source.cells_and_attributes(keep=keep)
         if self.labels is not None:
             return cells, given_labels(source, cells, self.labels, name), attributes
-        or_parts = job.endings.isdisjoint(FORMATS.cell_outputs)
-        labels = source.labels(cells.n_cells, name, or_parts=or_parts)
-        given = None if labels is None else GivenLabels(Path(job.input), labels, False)
-        return cells, given, attributes
+        own = source.own_labels(cells.n_cells, name)
+        if own is None or (own.are_parts and not job.endings.isdisjoint(FORMATS.cell_outputs)):
+            return cells, None, attributes
+        return cells, GivenLabels(Path(job.input), own.values, False), attributes

@@ -85,37 +85,38 @@ def labels_for(source: CellFile, cells: Cells, path: Path, name: str) -> Ints:
 
 def stored_labels(source: CellFile, cells: Cells, name: str, loss: str | None = "") -> Ints | None:
     """Return the labels in a file, or None after a note on the `loss`, unless `loss` is None."""
-    found = source.labels(cells.n_cells, name)
-    if found is None and loss is not None:
-        has_parts = source.labels(cells.n_cells, name, or_parts=True) is not None
-        parts = f", or {source.name} again to use its named parts" if has_parts else ""
+    found = source.own_labels(cells.n_cells, name)
+    if found is not None and not found.are_parts:
+        return found.values
+    if loss is not None:
+        parts = f", or {source.name} again to use its named parts" if found else ""
         print_note(f"{source.name} has no labels{loss}: give a label file as LABELS{parts}")
-    return found
+    return None
 
 
 def ranked_labels_beside(
     source: CellFile, labels: Path | None, cells: Cells, name: str
-) -> tuple[Ints, Array, Ints]:
+) -> tuple[Ints, Array, Ints, tuple[str, ...]]:
     """Read labels from the file `labels` or, if it is None, from the input `source`.
 
-    Returns labels of cells without gaps, the number of each region in the file, and the labels
-    without gaps as they are in the file, of cells or of vertices. Raises a MeshError if there are
-    no labels, or if all labels are -1.
+    Returns labels of cells without gaps, the number of each region in the file, the labels without
+    gaps as they are in the file, of cells or of vertices, and the names of the parts of the input
+    that are the regions, or (). Raises a MeshError if there are no labels, or if all are -1.
     """
-    of_file = None if labels is None else given_labels(source, cells, labels, name)
-    if of_file is None:
-        given = source.labels(cells.n_cells, name, or_parts=True)
+    titles: tuple[str, ...] = ()
+    if labels is not None:
+        given = given_labels(source, cells, labels, name)
+    elif own := source.own_labels(cells.n_cells, name):
+        given, titles = GivenLabels(Path(source.name), own.values, False), own.names
     else:
-        given = labels_of_cells(cells, of_file)
-    if given is None:
         raise MeshError(f"{source.name} has no labels: give a label file as LABELS")
-    compact, names = kit.ranked_labels(given)
+    compact, names = kit.ranked_labels(labels_of_cells(cells, given))
     if not len(names):
-        raise MeshError(f"{labels or source.name}: no cell is in a region: all labels are -1")
-    if of_file is None or not of_file.are_of_vertices:
-        return compact, names, compact
-    found = np.where(np.isin(of_file.labels, names), of_file.labels, -1)
-    return compact, names, kit.ranked_labels(found)[0]
+        raise MeshError(f"{given.path}: no cell is in a region: all labels are -1")
+    if not given.are_of_vertices:
+        return compact, names, compact, titles
+    found = np.where(np.isin(given.labels, names), given.labels, -1)
+    return compact, names, kit.ranked_labels(found)[0], titles
 
 
 def read_input(text: str, format: str | None = None) -> CellFile:
@@ -168,10 +169,9 @@ barrier_angle_option = option(
 def constraints_of(given: Mapping[str, Any], source: CellFile, cells: Cells) -> dict[str, Any]:
     """Read the mask and the barriers, and return them as keyword arguments of `segment`.
 
-    `given` are the options of the command, and `cells` are the content of `source`. Cells or
-    vertices whose value in the file `mask` is one of `mask_values` are kept; without `mask_values`,
-    those with any value except 0. Without `mask`, the mask is the property `labels_named` of
-    `source`. Raises a MeshError if nothing is kept.
+    `given` are the options of the command, and `cells` are the content of `source`. Without a file
+    `mask`, its property `labels_named` is used. Cells or vertices with one of `mask_values` are
+    kept, by default with any value except 0. Raises a MeshError if nothing is kept.
     """
     keywords: dict[str, Any] = {}
     mask, values, name = given["mask"], given["mask_values"], given["labels_named"]

@@ -80,15 +80,12 @@ def levels_command(
         cells, attributes = source.cells_and_attributes(keep=keep)
         regions = None
         if labels is not None:  # label numbers in a file may have gaps
-            of_file = labels_for(source, cells, labels, given["labels_named"])
-            regions, _ = kit.ranked_labels(of_file)
+            regions = kit.ranked_labels(labels_for(source, cells, labels, given["labels_named"]))[0]
         constraints = constraints_of(given, source, cells)
         likely = likely_labels(constraints) if regions is None else regions
         OutputFiles([path for path in paths if path.suffix != ARRAYS]).check_fit(cells, likely)
-        threads = kit.checked_threads(n_threads)
-        table: Any = CellData(cells, attributes).features(
-            features, threads, constraints.get("mask")
-        )
+        data, mask = CellData(cells, attributes), constraints.get("mask")
+        table: Any = data.features(features, kit.checked_threads(n_threads), mask)
         with warnings.catch_warnings():  # they are about the finest regions, which are then merged
             warnings.simplefilter("ignore", IslandWarning)
             warnings.simplefilter("ignore", SliverWarning)

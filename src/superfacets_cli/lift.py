@@ -14,7 +14,7 @@ from superfacets_scans import GROUPS, SEGMENTS, LiftedLabels, Overlap
 
 from . import options as opts
 from .failures import print_notes
-from .inputs import given_labels, labels_of_cells, ranked_labels_beside, read_input
+from .inputs import given_labels, labels_of_cells, ranked_labels_beside, read_input, stored_labels
 from .interrupts import run_in_background
 from .outputs import Job, one_job, one_output_options
 
@@ -193,9 +193,9 @@ def cut_command(mesh: Path, n_segments: int | None, labels: Path | None, **given
             raise MeshError(f"{mesh}: a mesh of faces is needed")
         surface, n_threads = kit.as_mesh(cells), given["n_threads"]
         job.outputs.check_fit(surface)
-        has_labels = labels is not None or source.labels(surface.n_cells, name) is not None
-        if n_segments is None and has_labels:
-            found, names, _ = ranked_labels_beside(source, labels, surface, name)
+        own = None if n_segments or labels else stored_labels(source, surface, name, None)
+        if labels is not None or own is not None:
+            found, names, *_ = ranked_labels_beside(source, labels, surface, name)
         else:
             found = segment(surface, n_segments, n_threads=n_threads).labels
             names = np.arange(found.max() + 1)

@@ -182,8 +182,8 @@ def _text_of(error: click.UsageError) -> str:
     """Return the message of a usage error, with advice on an option of another tool."""
     if not isinstance(error, click.NoSuchOption) or error.ctx is None:
         is_of_studio = error.ctx is not None and error.ctx.info_name == "studio"
-        where = ": import labels in the browser" if is_of_studio and "extra" in str(error) else ""
-        return f"{error.format_message()}{where}"
+        are_labels = is_of_studio and "extra argument" in error.message
+        return error.format_message() + (": import labels in the browser" if are_labels else "")
     if isinstance(error.ctx.command, click.Group):
         return f"{error.format_message()} (options follow the command, or the file)"
     advice = OTHER_OPTIONS.get(error.option_name) or _in_python(error.option_name)

@@ -69,35 +69,22 @@ def regions_command(
         source = read_input(cells, given["format"])
         whole: Any
         whole, attributes = source.cells_and_attributes(keep=bool(given["mean"]))
-        name = given["labels_named"]
-        compact, names, as_given = ranked_labels_beside(source, labels, whole, name)
+        found = ranked_labels_beside(source, labels, whole, given["labels_named"])
+        compact, names, as_given, titles = found
         if borders is not None and not kit.kind_of(whole).has_faces:
             raise click.UsageError(f"--borders needs a mesh with faces: {cells} has none")
-        data, at_vertices = kit.CellData(whole, attributes), as_given is not compact
-        if at_vertices and (given["mean"] or given["majority"]):
-            print_note("values of vertices are pooled over vertices, by the labels of vertices")
+        pooled = _pooled_columns(source, kit.CellData(whole, attributes), compact, as_given, given)
         if viewpoint is not None:
             whole = kit.kind_of(whole).seen_from(whole, viewpoint)
         graph = region_graph(whole, compact)
         columns = graph.table() | {"region": names}
-        if labels is None and (listed := source.part_names(name)):
-            columns["name"] = np.array(listed)[names]
-        for name in given["majority"]:
-            values, is_own = source.integers(whole, name, at_vertices=at_vertices)
-            regions = as_given if is_own else compact
-            columns[f"majority_{name}"] = pool(regions, values, how="majority")
-        own = () if attributes is None else attributes.face
-        for name in given["mean"]:
-            real = _values_of(name, source.name, data, at_vertices)
-            is_own = name not in own and len(real) == len(as_given)
-            columns[f"mean_{name}"] = pool(as_given if is_own else compact, real)
+        columns |= ({"name": np.array(titles)[names]} if titles else {}) | pooled
         lines = () if borders is None else (whole.vertices, border_lines(whole, compact), names)
         return graph, columns, lines
 
     graph, columns, lines = run_in_background(compute)
     low, high = columns["region"][graph.edge_index]
-    of_arcs = {"low": low, "high": high}
-    of_arcs |= {name: graph.arc_values(name) for name in graph.ARC_VALUES}
+    of_arcs = {"low": low, "high": high} | {n: graph.arc_values(n) for n in graph.ARC_VALUES}
     tables = [(output, columns), (arcs, of_arcs)]
     write_tables([(path, table) for path, table in tables if path is not None])
     if borders is not None:
@@ -121,6 +108,24 @@ def _files_to_write(*outputs: tuple[Path | None, Sequence[str]]) -> tuple[Path, 
     except ValueError as error:
         raise click.UsageError(str(error)) from None
     return tuple(path for path, _ in given)
+
+
+def _pooled_columns(
+    source: kit.CellFile, data: kit.CellData, of_cells: kit.Ints, as_given: kit.Ints, given: Any
+) -> dict[str, kit.Array]:
+    """Return the columns of --majority and --mean, by labels of cells or, as given, of vertices."""
+    columns, at_vertices = {}, as_given is not of_cells
+    if at_vertices and (given["mean"] or given["majority"]):
+        print_note("values of vertices are pooled over vertices, by the labels of vertices")
+    for name in given["majority"]:
+        values, is_own = source.integers(data.cells, name, at_vertices=at_vertices)
+        columns[f"majority_{name}"] = pool(as_given if is_own else of_cells, values, how="majority")
+    of_faces = () if data.attributes is None else data.attributes.face
+    for name in given["mean"]:
+        real = _values_of(name, source.name, data, at_vertices)
+        labels = as_given if name not in of_faces and len(real) == len(as_given) else of_cells
+        columns[f"mean_{name}"] = pool(labels, real)
+    return columns
 
 
 def _values_of(name: str, file: str, data: kit.CellData, at_vertices: bool) -> kit.Floats:

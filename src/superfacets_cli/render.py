@@ -184,7 +184,13 @@ def view_command(
     values = {FORMATS.stem_of(path): CellFile.values_in(path) for path in features}
     source = read_input(str(mesh))
     cells, attributes = source.cells_and_attributes()
-    shown = _levels_of(source, labels, cells, labels_named)
+    shown: Array | None = None
+    if labels is None:
+        shown = stored_labels(source, cells, labels_named)
+    elif labels.suffix.lower() == ".npz":
+        shown = CellFile.levels_in(labels)  # of all L levels, (L, N)
+    else:
+        shown = labels_for(source, cells, labels, labels_named)
     up = up_axis(source, up)
 
     def page(texture: Any) -> Page:
@@ -209,11 +215,3 @@ def view_command(
     click.echo(f"wrote {output or path}{note_on_up(up, found.up)}")
     if target is None and not webbrowser.open(path.as_uri()):  # the file is kept for the browser
         print_note("no browser was found: open the file yourself, or name a file with --html")
-
-
-def _levels_of(source: CellFile, path: Path | None, cells: Cells, name: str) -> Array | None:
-    """Return labels of one level, shape (N,), or of all L levels in an .npz, shape (L, N)."""
-    if path is None:
-        return stored_labels(source, cells, name)
-    is_levels = path.suffix.lower() == ".npz"
-    return CellFile.levels_in(path) if is_levels else labels_for(source, cells, path, name)

@@ -433,7 +433,9 @@ def checked_positions(positions: Any) -> Floats:
     return array
 
 
-def checked_nonnegative_array(value: Any, n: int, name: str, per: str, n_threads: int) -> Floats:
+def checked_nonnegative_array(
+    value: Any, n: int, name: str, per: str, n_threads: int, advice: str = ""
+) -> Floats:
     """Check n numbers >= 0, one for each `per`; the largest must be 0 or in `VALUE_RANGE`."""
     refuse_mask(value, name)
     array = np.asarray(value)
@@ -441,9 +443,8 @@ def checked_nonnegative_array(value: Any, n: int, name: str, per: str, n_threads
         raise TypeError(f"{name} must contain numbers, got {array.dtype}")
     array = exact_doubles(array)
     if array.shape != (n,):
-        hint = "; for values of cells, use features" if name == "weights" and per == "arc" else ""
         must = f"one value per {per}, shape ({n},)"
-        raise ValueError(f"{name} must have {must}, got {array.shape}{hint}")
+        raise ValueError(f"{name} must have {must}, got {array.shape}{advice}")
     is_valid, largest = _core.check_numbers(array, n_threads)
     if not is_valid:
         is_wrong = ~(np.isfinite(array) & (array >= 0))
@@ -504,8 +505,9 @@ def checked_region_centers(centers: npt.ArrayLike, labels: Ints, n_regions: int)
 
 
 def checked_partial_labels(
-    labels: Any, n_cells: int, *, least: int = -1, n_vertices: int | None = None, noun: str = "cell"
-) -> tuple[Ints, int]:
+    labels: Any, n_cells: int, n_vertices: int | None = None, noun: str = "cell",
+    advice: str = "", *, least: int = -1,
+) -> tuple[Ints, int]:  # fmt: skip
     """Return labels >= `least` as (N,) int32 after checking that 0 to K - 1 occur, and K."""
     given = _row_of_labels(labels, n_cells, "labels", n_vertices, noun)
     must = f"{least} to {n_cells - 1} for {counted(n_cells, noun)}"
@@ -513,21 +515,19 @@ def checked_partial_labels(
     array = owned_indices(given)
     counts = np.bincount(array + 1)[1:]
     if not counts.all():
-        other = "; or pass labels of vertices to superfacets.region_graph, which keeps the numbers"
         raise ValueError(
             f"labels must be consecutive integers from 0, but no {noun} has label"
             f" {int(np.argmin(counts))}: renumber them with"
-            f" np.unique(labels, return_inverse=True)[1]{' - 1' if (array < 0).any() else ''}"
-            f"{'' if n_vertices is None else other}"
+            f" np.unique(labels, return_inverse=True)[1]{' - 1' * int((array < 0).any())}{advice}"
         )
     return array, len(counts)
 
 
 def checked_regions(
-    labels: Any, n_cells: int, n_vertices: int | None = None, noun: str = "cell"
+    labels: Any, n_cells: int, n_vertices: int | None = None, noun: str = "cell", advice: str = ""
 ) -> tuple[Ints, int]:
     """Return the result of `checked_partial_labels`; raise a ValueError if all labels are -1."""
-    array, n_regions = checked_partial_labels(labels, n_cells, n_vertices=n_vertices, noun=noun)
+    array, n_regions = checked_partial_labels(labels, n_cells, n_vertices, noun, advice)
     if not n_regions:
         raise ValueError("labels must contain at least one region, but all labels are -1")
     return array, n_regions

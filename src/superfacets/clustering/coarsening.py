@@ -14,7 +14,7 @@ from ..base.timing import timed
 from ..base.types import Ints
 from .plan import Plan
 
-CELL_SIZES = (16, 8, 4)
+CELL_SIZES: tuple[int, ...] = (16, 8, 4)
 """Possible numbers of cells per coarse cell on the finest coarse level, in order of preference. The
 first number with which there are enough coarse cells is used (see `CELLS_PER_REGION`)."""
 
@@ -95,8 +95,7 @@ def finest_coarse(
     graph: OrderedGraph, plan: Plan, loop: LoopOptions, n_least: int, timings: dict[str, float]
 ) -> list[CoarseGraph]:
     """Build the finest coarse graph, if it has about `n_least` cells; return it in a list."""
-    sizes, n_enough, _ = _rules(graph, plan)
-    size = next((size for size in sizes if graph.n_cells >= size * n_enough), 0)
+    size, _, _ = _rules(graph, plan)
     if not size or graph.n_cells < size * n_least or not can_be_coarse(graph, plan, loop):
         return []
     with timed(timings, "coarsen", loop.report):
@@ -134,27 +133,27 @@ def groups_of_cells(levels: Sequence[_core.CoarseGraph], n_threads: int) -> Ints
     return found
 
 
-def _rules(graph: OrderedGraph, plan: Plan) -> tuple[tuple[int, ...], int, int]:
-    """Return sizes for the finest coarse cells, and least numbers of them and of coarser cells."""
-    n_segments = plan.size.n_segments
+def _rules(graph: OrderedGraph, plan: Plan) -> tuple[int, int, int]:
+    """Return the size of the finest coarse cells, or 0, and least numbers of them and of others."""
+    sizes, finest, coarser = CELL_SIZES, FINEST_PER_REGION, COARSEST_PER_REGION
     if not is_straight(graph):
-        return CELL_SIZES, CELLS_PER_REGION * n_segments, CELLS_PER_REGION * n_segments
-    coarsest = COARSEST_PER_REGION * n_segments
-    if has_small_regions(graph, n_segments):
-        return (NEXT_CELL_SIZE,), CELLS_PER_REGION * n_segments, coarsest
-    return CELL_SIZES, FINEST_PER_REGION * n_segments, coarsest
+        finest = coarser = CELLS_PER_REGION
+    elif has_small_regions(graph, plan.size.n_segments):
+        sizes, finest = (NEXT_CELL_SIZE,), CELLS_PER_REGION
+    n_finest = finest * plan.size.n_segments
+    size = next((size for size in sizes if graph.n_cells >= size * n_finest), 0)
+    return size, n_finest, coarser * plan.size.n_segments
 
 
 def _coarser(
     graph: OrderedGraph, plan: Plan, n_threads: int, coarse: list[CoarseGraph], most: int = 64
 ) -> list[CoarseGraph]:
-    """Append coarser and coarser graphs to `coarse`, until there are `most`; return `coarse`."""
-    sizes, n_enough, n_next = _rules(graph, plan)
+    """Append up to `most` coarser graphs to `coarse`, from fine to coarse, and return `coarse`."""
+    size, n_enough, n_next = _rules(graph, plan)
     while len(coarse) < most:
         if coarse:
-            graph, sizes, n_enough = coarse[-1].graph, (NEXT_CELL_SIZE,), n_next
-        size = next((size for size in sizes if graph.n_cells >= size * n_enough), 0)
-        if not size:
+            graph, size, n_enough = coarse[-1].graph, NEXT_CELL_SIZE, n_next
+        if not size or graph.n_cells < size * n_enough:
             break  # regions would have too few coarse cells
         larger = CoarseGraph(graph, size, n_threads)
         if larger.graph.n_cells > graph.n_cells / MIN_REDUCTION:

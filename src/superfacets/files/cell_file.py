@@ -19,7 +19,13 @@ from .atomic import StrPath
 from .formats import FORMATS
 from .guards import Content, known_ending, named_errors, read_content
 from .input import Input, Read
-from .readers.labels import checked_labels, find_property, owned_labels, parse_labels_of
+from .readers.labels import (
+    OwnLabels,
+    checked_labels,
+    find_labels,
+    parse_labels,
+    parse_labels_of,
+)
 from .readers.npy import npy_array, npy_header, npz_array
 from .readers.read import cell_ending, parse, recognized_ending
 from .readers.text import as_integers
@@ -59,23 +65,13 @@ class CellFile:
         """Return the mesh or point cloud."""
         return self.cells_and_attributes(keep=False)[0]
 
-    def labels(self, n_cells: int, name: str, *, or_parts: bool = False) -> Ints | None:
-        """Return the labels called `name`, one per cell, or None if the file has none.
-
-        With `or_parts`, numbers of named parts, such as solids, are also labels.
-        """
+    def own_labels(self, n_cells: int, name: str) -> OwnLabels | None:
+        """Return the result of `find_labels` with checked labels, one per cell."""
         with named_errors(self.name):
-            found = find_property(*parse(self._input), name, or_parts=or_parts)
-            return None if found is None else checked_labels(as_integers(found, name), n_cells)
-
-    def part_names(self, name: str) -> tuple[str, ...]:
-        """Return the names of the parts whose numbers `labels` returns, or () if it does not."""
-        cells, attributes = self.cells_and_attributes()
-        found = find_property(cells, attributes, name, or_parts=True)
-        if attributes is None or found is None:
-            return ()
-        own = [named for part, named in attributes.names.items() if attributes.face[part] is found]
-        return own[0] if own and found.max() < len(own[0]) else ()
+            found = find_labels(*parse(self._input), name)
+            if found is None:
+                return None
+            return found._replace(values=checked_labels(as_integers(found.values, name), n_cells))
 
     def integers(self, cells: Cells, name: str, *, at_vertices: bool = False) -> tuple[Ints, bool]:
         """Return the result of `parse_labels_of`, or raise a MeshError if it is missing."""
@@ -114,7 +110,7 @@ class CellFile:
                 of_vertices = False
             else:
                 n_all = n_vertices if ending in FORMATS["vertex_lists"] else None
-                labels, of_vertices = owned_labels(labeled._input, n_all, name)
+                labels, of_vertices = parse_labels(labeled._input, n_all, name)
             if n_vertices is not None and of_vertices:
                 check_length(labels, n_vertices, "labels", "vertex", error=MeshError)
             else:
@@ -167,8 +163,10 @@ class CellFile:
         """
         if self.ending not in FORMATS.sorted_outputs or self.data.find(b"region_") < 0:
             return False
-        stored = self.labels(len(labels), "label")
-        own = labels if stored is None else stored
+        found = self.own_labels(len(labels), "label")
+        if found is None or found.are_parts:
+            return False
+        own = found.values
         (values, sizes), others = (np.unique(each, return_counts=True) for each in (own, labels))
         are_like = np.array_equal(values, others[0]) and np.array_equal(sizes, others[1])
         if not are_like or len({*sizes.tolist()}) == 1:

@@ -310,7 +310,8 @@ class CellGraph(BaseGraph):
 
 def checked_weights(weights: npt.ArrayLike, n_arcs: int, n_threads: int) -> Floats:
     """Return weights as float64, after checking that there is one finite weight >= 0 per arc."""
-    return checked_nonnegative_array(weights, n_arcs, "weights", "arc", n_threads)
+    advice = "; for values of cells, use features"
+    return checked_nonnegative_array(weights, n_arcs, "weights", "arc", n_threads, advice)
 
 
 def checked_graph(graph: object) -> CellGraph:

@@ -69,13 +69,13 @@ class ConstraintOptions:
             return None
         return _checked_kept(self.mask, cells.n_cells)
 
-    def per_cell(self, source: Any) -> tuple[Any, Any]:
-        """Return the mask and the barriers, with a value per cell in place of one per vertex."""
+    def per_cell(self, source: Any) -> ConstraintOptions:
+        """Return the same constraints, with a value per cell in place of one per vertex."""
         if fit_vertices(self.mask, source) and fit_vertices(self.barriers, source):
             # "Not kept" is one more number in the vote of the corners, so that both agree.
             groups = of_cells(self.groups_of_vertices(source), source)
-            return groups >= 0, groups
-        return of_cells(self.mask, source), of_cells(self.barriers, source)
+            return ConstraintOptions(groups >= 0, groups)
+        return ConstraintOptions(of_cells(self.mask, source), of_cells(self.barriers, source))
 
     def groups_of_vertices(self, source: Any) -> Ints | None:
         """Return the number of each vertex >= 0, -1 outside the mask; None if they are of cells."""
@@ -102,8 +102,9 @@ class ConstraintOptions:
         if not self.is_used:
             return None
         n_cells, sources = graph.n_cells, graph.sources
-        mask, barriers = self.per_cell(source)
-        is_kept = in_order(_checked_kept(mask, n_cells), order)
+        per_cell = self.per_cell(source)
+        barriers = per_cell.barriers
+        is_kept = in_order(_checked_kept(per_cell.mask, n_cells), order)
         keeps_arc = is_kept[sources] & is_kept[graph.neighbors]
         groups = NO_GROUPS
         if barriers is not None:

@@ -68,9 +68,8 @@ class BorderLines:
     @property
     def paths(self) -> list[Ints]:
         """Vertices of each line, in the order along the line; a loop ends at its first vertex."""
-        n_more = self.is_closed.astype(int).tolist()
-        lines = map(self.line, range(len(self)))
-        return [np.append(line, line[:n]) for line, n in zip(lines, n_more, strict=True)]
+        pairs = zip(map(self.line, range(len(self))), self.is_closed, strict=True)
+        return [np.append(line, line[: int(is_closed)]) for line, is_closed in pairs]
 
     def __repr__(self) -> str:
         return (

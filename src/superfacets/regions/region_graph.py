@@ -422,7 +422,9 @@ def region_graph(
     if fit_vertices(labels, known):
         return superpoint_graph(known, labels, centers=centers, weld=weld, n_threads=n_threads)
     n_vertices = getattr(known, "n_vertices", None)
-    array, n_regions = checked_regions(labels, known.n_cells, n_vertices)
+    advice = "; or pass labels of vertices to superfacets.region_graph, which keeps the numbers"
+    advice = "" if n_vertices is None else advice
+    array, n_regions = checked_regions(labels, known.n_cells, n_vertices, advice=advice)
     surface = as_surface(known, weld=weld, n_threads=n_threads, is_kept=array >= 0)
     given = None if centers is None else checked_region_centers(centers, array, n_regions)
     return region_graph_of(surface, array, n_regions, given)

@@ -78,8 +78,7 @@ def add_borders(
     with clock.timed("weights", begins=False):
         between, costs = _costs_between(levels, (ordered, arcs), normals, weighed)
         group_of = groups_of_cells(levels, n_threads)
-        values = _core.add_group_costs(*arcs, group_of, *between, costs, n_threads)
-        arcs = (*arcs[:2], values)
+        arcs = (*arcs[:2], _core.add_group_costs(*arcs, group_of, *between, costs, n_threads))
         ordered.set_lengths(*arcs, n_threads)
         for level in begun:
             coarse, group_of = level.arcs(), groups_of_cells(levels[1:], n_threads)

@@ -177,25 +177,12 @@ class FileOptions:
         "mesh" and "subdivide" are added to `timings`. `barrier_angle` is the angle of the
         `sharp_edges` that are barriers.
         """
-        keeps = not self.drop_attributes and holds_attributes
-        wanted = Features.of(self.features)
+        keeps, wanted = not self.drop_attributes and holds_attributes, Features.of(self.features)
+        threads = checked_threads(self.keywords.get("n_threads"))
         with timed(timings, "mesh", Reports(callback)):
             reads = keeps or bool(wanted.names) or self.min_opacity > 0
             mesh, attributes, constraints = load(reads)
-            threads = checked_threads(self.keywords.get("n_threads"))
-            per_cell = ConstraintOptions(**constraints).per_cell(mesh)
-            of_cells: dict[str, Any] = {
-                name: values
-                for name, values in zip(("mask", "barriers"), per_cell, strict=True)
-                if values is not None
-            }
-            if self.min_opacity > 0:
-                is_opaque = _are_opaque(attributes, self.min_opacity)
-                of_cells["mask"] = is_opaque & of_cells.get("mask", True)
-            is_kept = of_cells.get("mask")
-            table = CellData(mesh, attributes).features(wanted.names, threads, is_kept)
-            if table is not None:
-                of_cells["features"] = table
+            of_cells = self._values_of_cells(mesh, attributes, constraints)
             if attributes is not None and not keeps:
                 attributes = MeshAttributes(records=attributes.records)
         parts, given = None, mesh
@@ -212,8 +199,8 @@ class FileOptions:
             of_cells["barriers"] = sharp_edges(as_mesh(mesh), barrier_angle, n_threads=threads)
         seen = mesh if self.viewpoint is None else kind_of(mesh).seen_from(mesh, self.viewpoint)
         result, found = _segmented(seen, of_cells, self, callback)
-        outcome = Outcome(mesh, attributes, replace(result, cells=mesh), warnings=found)
-        outcome = replace(outcome, constraints=constraints)
+        result = replace(result, cells=mesh)
+        outcome = Outcome(mesh, attributes, result, warnings=found, constraints=constraints)
         if barrier_angle is not None and len(of_cells["barriers"]):
             surface, labels = as_mesh(mesh), result.labels
             inside = sharp_edges_inside(surface, labels, barrier_angle, n_threads=threads)
@@ -221,6 +208,19 @@ class FileOptions:
         if parts is None:
             return outcome
         return replace(outcome, listed=parts.labels_back(result.labels), listed_mesh=given)
+
+    def _values_of_cells(
+        self, cells: Cells, attributes: MeshAttributes | None, constraints: Mapping[str, Any]
+    ) -> dict[str, Any]:
+        """Return the arguments of `segment` with a value or row per cell, keyed by name."""
+        per_cell = vars(ConstraintOptions(**constraints).per_cell(cells))
+        given = {name: values for name, values in per_cell.items() if values is not None}
+        if self.min_opacity > 0:
+            given["mask"] = _are_opaque(attributes, self.min_opacity) & given.get("mask", True)
+        names, threads = Features.of(self.features).names, self.keywords.get("n_threads")
+        data, is_kept = CellData(cells, attributes), given.get("mask")
+        table = data.features(names, checked_threads(threads), is_kept)
+        return given if table is None else given | {"features": table}
 
     def segment_to_files(
         self, source: str, files: Sequence[Path], on_content: Callable[[Content | None], None]

@@ -6,7 +6,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -79,12 +79,7 @@ def read_labels(
     ending = known_ending(path, FORMATS.labels)
     data = read_content(path)
     with named_errors(path):
-        return parse_labels(Input(data, ending, path.parent), n_faces, name)
-
-
-def parse_labels(source: Input, n_cells: int | None, name: str) -> Ints:
-    """Return the labels in the content of a file, or raise a MeshError if they are missing."""
-    return owned_labels(source, n_cells, name)[0]
+        return parse_labels(Input(data, ending, path.parent), n_faces, name)[0]
 
 
 def parse_labels_of(
@@ -95,15 +90,15 @@ def parse_labels_of(
     Labels of vertices are returned as they are if `at_vertices`. Otherwise, a cell gets the most
     frequent label of its corners.
     """
-    labels, are_of_vertices = owned_labels(source, None, name)
+    labels, are_of_vertices = parse_labels(source, None, name)
     if are_of_vertices and at_vertices:
         return labels, True
     labels = labels_of_corners(cells, labels) if are_of_vertices else labels
     return checked_labels(labels, cells.n_cells), False
 
 
-def owned_labels(source: Input, n_cells: int | None, name: str) -> tuple[Ints, bool]:
-    """Return the same as `parse_labels`, and whether labels are known to be of vertices."""
+def parse_labels(source: Input, n_cells: int | None, name: str) -> tuple[Ints, bool]:
+    """Return the labels in a file, and whether they are known to be labels of vertices."""
     for role in ("labels", "vertex_labels", "groups"):
         if source.ending in FORMATS[role]:
             given = source if role == "groups" else as_declared(source.data)
@@ -116,10 +111,10 @@ def owned_labels(source: Input, n_cells: int | None, name: str) -> tuple[Ints, b
     if source.ending not in FORMATS.cells:
         raise MeshError(f"expected a format that can store labels, got {source.ending}")
     cells, attributes = parse(replace(source, keep=True))
-    found = find_property(cells, attributes, name, or_parts=True)
+    own = find_labels(cells, attributes, name)
     of_vertices = {} if attributes is None or kind_of(cells).are_points else attributes.vertex
-    if are_of_vertices := found is None:
-        found = of_vertices.get("_".join(name.split()))
+    are_of_vertices = own is None
+    found = of_vertices.get("_".join(name.split())) if own is None else own.values
     if found is not None and found.ndim == 1:
         return checked_labels(as_integers(found, "labels"), n_cells), are_of_vertices
     stored = {**_stored_of(cells, attributes), **of_vertices}
@@ -139,17 +134,24 @@ def _expanded(listed: Array, n_vertices: int | None) -> Ints:
     return np.isin(np.arange(n_vertices), listed).astype(np.int32) - np.int32(1)
 
 
-def find_property(
-    cells: Cells, attributes: MeshAttributes | None, name: str, *, or_parts: bool = False
-) -> Array | None:
-    """Return the property `name` of cells, or None if the file has none.
+class OwnLabels(NamedTuple):
+    """Labels of cells in the file of these cells."""
 
-    With `or_parts`, the numbers of named parts are the property ``label`` if there is no other.
-    """
-    found = _stored_of(cells, attributes).get("_".join(name.split()))
-    if found is None and or_parts and attributes is not None and name == "label":
-        return next((attributes.face[part] for part in attributes.names), None)
-    return found
+    values: Array
+    names: tuple[str, ...]  # names of the parts that the values number, or ()
+    are_parts: bool  # whether the file has no labels, but named parts, such as solids or groups
+
+
+def find_labels(cells: Cells, attributes: MeshAttributes | None, name: str) -> OwnLabels | None:
+    """Return the property `name` of cells, or else named parts if it is ``"label"``, or None."""
+    stored, key = _stored_of(cells, attributes), "_".join(name.split())
+    parts = {} if attributes is None else attributes.names
+    are_parts = key not in stored and name == "label"
+    key = next(iter(parts), key) if are_parts else key
+    if key not in stored:
+        return None
+    values, names = stored[key], parts.get(key, ())
+    return OwnLabels(values, names if names and values.max() < len(names) else (), are_parts)
 
 
 def _stored_of(cells: Cells, attributes: MeshAttributes | None) -> Mapping[str, Array]:

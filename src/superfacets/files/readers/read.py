@@ -218,10 +218,8 @@ def cell_ending(path: Path, endings: tuple[str, ...] = FORMATS.cells) -> str:
         advice = ": convert the file first" if suffix else ""
         if suffix in FORMATS["read_points"]:
             advice = ": the file contains points, use read_cloud"
-        if inner := [each for each in path.suffixes if each.lower() in FORMATS.meshes]:
-            advice = (
-                f": if it is a {inner[-1]} file, rename a copy, or use --format {inner[-1][1:]}"
-            )
+        if own := [each for each in path.suffixes if each.lower() in FORMATS.meshes]:
+            advice = f": if it is a {own[-1]} file, rename a copy, or use --format {own[-1][1:]}"
         raise MeshError(f"{error}{advice}") from None
 
 

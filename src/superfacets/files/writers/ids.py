@@ -92,8 +92,8 @@ class IdWriter:
             (ranks, names), are_points = ranked_labels(nodes), kind_of(self.cells).are_points
             make = "region_graph" if are_points else "superpoint_graph"
             graph = load(f"superfacets.regions.region_graph:{make}")(self.cells, ranks)
-            of_vertices = None if are_points else ranks
-            load("superfacets_scans.pyg:write_graph_of")(file, graph, names, of_vertices)
+            write = load("superfacets_scans.pyg:write_graph_of")
+            write(file, graph, names, None if are_points else ranks)
         elif ending in FORMATS.key_labels:
             self._write_cortex(file, ending)
         elif ending == GROUPS:

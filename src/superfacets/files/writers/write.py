@@ -405,16 +405,17 @@ class OutputFiles:
             labels = of_cells(of_vertices, cells)
         cell_labels = None if labels is None else _labels_of(cells, labels)
         file = next((path for path in paths if _ending_of(path) == SEGMENTS), None)
-        of_listed = cells if listed_mesh is None else as_cells(listed_mesh)
-        groups = [_groups_in(constraints, each, labels) for each in (cells, of_listed)]
+        groups = _groups_in(constraints, cells, labels)
         ids = IdWriter(cells, cell_labels, options, attributes, of_vertices, segments, file)
+        writer = CellWriter(cells, cell_labels, colors, attributes, options, of_vertices, groups)
         if listed is not None:
+            of_listed = cells if listed_mesh is None else as_cells(listed_mesh)
             ids = IdWriter(of_listed, checked_labels(listed), options, segments_file=file)
-        ids = replace(ids, groups=groups[1])
-        cell_writer = CellWriter(cells, cell_labels, colors, attributes, options, of_vertices)
+            groups = _groups_in(constraints, of_listed, labels)
+        ids = replace(ids, groups=groups)
         listing = all_endings.difference(FORMATS.cell_outputs)
         ids.checked([*listing])
-        cell_writer = replace(cell_writer, groups=groups[0]).checked([*all_endings - listing])
+        cell_writer = writer.checked([*all_endings - listing])
         writers = dict.fromkeys(all_endings, cell_writer.write) | dict.fromkeys(listing, ids.write)
         records = None if attributes is None else attributes.records
         if records is not None and cell_labels is not None:  # one label per record of the file
