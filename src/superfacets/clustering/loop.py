@@ -15,7 +15,7 @@ from ..base.timing import timed
 from ..base.types import Array, Ints
 from ..weights.parts import MIN_GROUPED
 from .balance import Balancer
-from .coarsening import Coarsening, is_straight
+from .coarsening import Coarsening, has_part_costs
 from .result import LoopLevel, StopReason
 from .seeding import CORE_ISLANDS
 
@@ -76,7 +76,7 @@ class Loop:
             with timed(self.timings, "update"):
                 labels, centers = clustering.labels(), clustering.centers()
                 centers = level.refine(labels, centers, self.options.n_threads)
-        if coarsening.loops_on_all or not is_straight(graph):
+        if coarsening.loops_on_all or not has_part_costs(graph):
             must_stay = not coarsening.loops_on_all
             clustering = self._run_level(graph, centers, paths, is_last=True, must_stay=must_stay)
             clustering = self._balanced(graph, clustering, 0)  # unless done on coarse cells

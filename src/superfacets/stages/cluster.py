@@ -119,7 +119,7 @@ def _border_costs(
     """Return the costs of borders between regions, from weights if their unit allows it."""
     surface, radius = weighed.surface, weighed.plan.size.radius
     border_radius = radius or surface.diagonal
-    if not weighed.options.weights.costs_follow_edges:
+    if not weighed.options.weights.has_other_unit:
         return BorderCosts(surface, lengths.values, lengths.unit, border_radius)
     weights = creases_of(surface, radius, ridges=0.0)  # weights in other units have no ridge costs
     if feature_costs is not None:

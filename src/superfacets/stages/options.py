@@ -28,14 +28,14 @@ class SegmentOptions:
     weights: WeightOptions
     loop: LoopOptions
     constraints: ConstraintOptions
-    denoise: Denoise  # argument of `segment`; after `for_prepared`, the number of steps made
+    denoise: Denoise
     smooth: bool
     features: Features = field(default_factory=lambda: Features(None))
     sizes: Sizes = field(default_factory=Sizes)
-    weld: float = True  # argument of `prepare`
+    weld: float = True  # of `Prepared`, as `n_steps`; both are set by `for_prepared`
+    n_steps: int | None = None
     may_relocate: bool = True
-    """Whether redundant centers may move into regions with long paths, if there are costs between
-    parts and the caller gave no seeds."""
+    """Whether `LoopOptions.relocates`, if there are costs between parts and no given seeds."""
 
     @classmethod
     def checked(
@@ -69,7 +69,7 @@ class SegmentOptions:
     def for_prepared(self, n_steps: int | None, angle_slack: float, weld: float) -> SegmentOptions:
         """Return options for a mesh after `n_steps` smoothing steps; see `Prepared`."""
         weights = replace(self.weights, angle_slack=angle_slack)
-        return replace(self, denoise=n_steps, weights=weights, weld=weld)
+        return replace(self, n_steps=n_steps, weights=weights, weld=weld)
 
     def needs_order(self, kind: Kind) -> bool:
         """Return whether cells must keep their input order.
@@ -83,7 +83,7 @@ class SegmentOptions:
     def params(self, result: Segmentation) -> dict[str, Any]:
         """Return `Segmentation.params`: these options, and the loop parameters in `result`."""
         return {
-            "denoise": self.denoise,
+            "denoise": self.n_steps,
             **self.weights.params,
             **self.features.params,
             **self.constraints.params,

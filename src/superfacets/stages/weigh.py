@@ -63,7 +63,7 @@ def weigh(
         surface = kind.surface(prepared.cells, graph, options.loop.n_threads)
         normals = None if prepared.shapes is None else prepared.shapes.normals
         arc_weights = weights_of_kind(kind, surface, graph, radius, options.weights, normals)
-        if not options.weights.costs_follow_edges:  # otherwise, `clean` needs normals
+        if not options.weights.has_other_unit:  # otherwise, `clean` needs normals
             surface = kind.bare_surface(surface, prepared.cells, graph, surface.n_threads)
     is_graph = surface.weights is not None  # its arcs have weights of their own
     has_creases = not is_graph and surface.dimension == 2

@@ -318,7 +318,7 @@ class Formula:
     expected radius of regions, and the parameters of the formula, keyed by name."""
     has_part_costs: bool = False
     """Whether costs of likely borders and between parts of the shape are added to the weights."""
-    costs_follow_edges: bool = False
+    has_other_unit: bool = False
     """Whether the weights have another unit than ``"creases"``. If so, the clean-up of regions does
     not use these weights but recomputes the costs of borders, and the formula is not available for
     cells without angles."""
@@ -347,7 +347,7 @@ WEIGHTS: Mapping[WeightName, Formula] = {
         compute=lambda surface, arrays, _, params: ArcWeights(
             weights_of(surface, arrays, EdgeFactors(params["alpha"], params["eta_convex"], 0.0))
         ),
-        costs_follow_edges=True,
+        has_other_unit=True,
     ),
 }
 """All formulas for weights. Keys are choices for the argument `weights` of `segment`."""
@@ -454,9 +454,9 @@ class WeightOptions:
         return self.formula is not None and self.formula.has_part_costs
 
     @property
-    def costs_follow_edges(self) -> bool:
-        """Value of `Formula.costs_follow_edges`; False if the caller gave weights."""
-        return self.formula is not None and self.formula.costs_follow_edges
+    def has_other_unit(self) -> bool:
+        """Value of `Formula.has_other_unit`; False if the caller gave weights."""
+        return self.formula is not None and self.formula.has_other_unit
 
     def crease_cost(self, radius: float) -> float:
         """Return the length that a concave crease with angle pi adds to an arc, for this radius."""
@@ -475,7 +475,7 @@ def weights_of_kind(
     """Return one weight per arc between cells of any kind, for regions with this radius."""
     if kind.has_angles or options.given is not None:
         return arc_weights(surface, graph, radius, options, normals)
-    if options.costs_follow_edges:
+    if options.has_other_unit:
         name = options.params["weights"]
         raise ValueError(
             f"the weights {name!r} need angles between faces: call superfacets.segment without"
