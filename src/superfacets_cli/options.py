@@ -215,7 +215,7 @@ viewpoint_option = option(
 )  # fmt: skip
 force_option = option(
     "--force", FLAG,
-    "Overwrite ground truth: an .aggregation.json of another tool, or the .segs.json named in it.",
+    "Overwrite ground truth: .segs.json or .aggregation.json of another tool, or segments in use.",
 )  # fmt: skip
 labels_named_option = option(
     "--labels-named NAME", None,

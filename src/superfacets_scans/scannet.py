@@ -29,7 +29,7 @@ SEGMENTS = ".segs.json"
 GROUPS = ".aggregation.json"
 
 APP_ID = "superfacets"
-"""Value of ``appId`` in files written by this package."""
+"""Value of ``appId`` or ``software`` in files written by this package."""
 
 AT_ONCE = 1 << 16
 """Number of integers of a list that are converted to text at a time."""
@@ -59,34 +59,37 @@ def read_json(path: Path) -> Any:
 def check_truth_stays(paths: Iterable[StrPath]) -> None:
     """Raise a FileExistsError if writing to `paths` would destroy ground truth.
 
-    Two kinds of files are ground truth. The first is an ``.aggregation.json`` file from another
-    program. The second is a ``.segs.json`` file if its segments are grouped by an
-    ``.aggregation.json`` file that is in the same folder, but not in `paths`. New segments would
+    Two kinds of files are ground truth. The first is an ``.aggregation.json`` or ``.segs.json``
+    file from another program. The second is any ``.segs.json`` file whose segments are grouped by
+    an ``.aggregation.json`` file that is in the same folder, but not in `paths`. New segments would
     make these groups invalid. The groups belong to the segments if the entry ``segmentsFile`` names
     the ``.segs.json`` file, or if both files have the same scene name.
     """
     outputs = [Path(path) for path in paths]
     for path in outputs:
-        if path.name.endswith(GROUPS) and path.exists() and not _is_ours(path):
-            raise FileExistsError(
-                f"{path}: this file was written by another program, and its objects would be lost:"
-                " write to another folder, or overwrite the file (force=True, --force)"
-            )
-        if not (path.name.endswith(SEGMENTS) and path.exists()):
+        if not (path.name.endswith((GROUPS, SEGMENTS)) and path.exists()):
             continue
-        for groups in sorted(path.parent.glob(f"*{GROUPS}")):
+        are_segments = path.name.endswith(SEGMENTS)
+        for groups in sorted(path.parent.glob(f"*{GROUPS}") if are_segments else ()):
             if groups not in outputs and path.name in _segment_files_of(groups, path):
                 raise FileExistsError(
                     f"{path}: {groups.name} refers to the segments in this file, and would become"
                     " invalid: write to another folder, or overwrite the file (force=True, --force)"
                 )
+        if not _is_ours(path):
+            raise FileExistsError(
+                f"{path}: this file was written by another program, and its"
+                f" {'segments' if are_segments else 'objects'} would be lost: write to another"
+                " folder, or overwrite the file (force=True, --force)"
+            )
 
 
-def _is_ours(groups: Path) -> bool:
-    """Return whether this package wrote the ``.aggregation.json`` file `groups`."""
+def _is_ours(path: Path) -> bool:
+    """Return whether this package wrote an ``.aggregation.json`` or ``.segs.json`` file."""
     try:
-        return bool(json.loads(groups.read_bytes())["appId"] == APP_ID)
-    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        found = json.loads(path.read_bytes())
+        return bool(found.get("appId") == APP_ID or found["params"]["software"] == APP_ID)
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
         return False
 
 
@@ -106,7 +109,7 @@ def _segment_files_of(groups: Path, segments: Path) -> set[str]:
 def write_segments(file: IO[bytes], ids: npt.NDArray[np.integer], scene: str) -> None:
     """Write the segment id of each vertex as a ``.segs.json`` file."""
     check_ids(ids)
-    params = f'{{"params":{{"software":"superfacets","nSegments":{len(np.unique(ids))}}},"sceneId":'
+    params = f'{{"params":{{"software":"{APP_ID}","nSegments":{len(np.unique(ids))}}},"sceneId":'
     file.write(f'{params}{json.dumps(scene)},"segIndices":'.encode("ascii"))
     _write_list(file, ids)
     file.write(b"}")

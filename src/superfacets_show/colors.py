@@ -89,8 +89,8 @@ MIN_COLOR_DISTANCE = 0.09
 """Smallest OKLab distance between two colors of the palette for normal vision, protanopia,
 deuteranopia and tritanopia. A distance of 0.02 is just noticeable."""
 
-# Preferred minimum OKLab distance between the colors of neighboring regions. Most colors have at
-# least this distance from at least half of the palette.
+# Preferred minimum distance (see `_distances`) between colors of neighboring regions. Most colors
+# have at least this distance from at least half of the palette.
 _CLEAR_DISTANCE = 0.1
 
 # Largest number of regions for which colors outside of the palette are used to avoid that colors
@@ -260,14 +260,20 @@ def _choices() -> Bytes:
 
 @cache
 def _distances() -> Floats:
-    """Return the result of `color_distances` for all pairs of colors of `_choices`, (C, C)."""
-    return color_distances(_choices(), _choices())
+    """Return the distance between all pairs of colors of `_choices`, (C, C).
+
+    It is at most that of `color_distances`. Differences in lightness count half, because shading
+    changes the lightness.
+    """
+    places = oklab(_choices()) * (0.5, 1.0, 1.0)
+    shaded = np.linalg.norm(places[:, np.newaxis] - places, axis=2)
+    return np.asarray(np.minimum(color_distances(_choices(), _choices()), shaded))
 
 
 @cache
 def _near_colors() -> list[int]:
     """Return the palette colors that are too similar to each color of `_choices`, as bit masks."""
-    near = color_distances(_choices(), PALETTE) < _CLEAR_DISTANCE
+    near = _distances()[:, : len(PALETTE)] < _CLEAR_DISTANCE
     return [sum(1 << int(color) for color in np.flatnonzero(row)) for row in near]
 
 

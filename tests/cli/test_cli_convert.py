@@ -351,14 +351,14 @@ def test_regions_below_the_minimum_of_vertices_are_a_note(run, tmp_path, monkeyp
     err = run("segment", "a.ply", "-n", 4, "-o", "a.segs.json", "-o", "a.npy")[2]
     assert "fewer than 20" not in err
     assert "minimum of 20" not in err
-    err = run("segment", "a.ply", "-n", 40, "-o", "a.segs.json")[2]
+    err = run("segment", "a.ply", "-n", 42, "-o", "a.segs.json")[2]
     sizes = np.bincount(read_labels("a.segs.json"))
     n_small = np.count_nonzero(sizes < 20)
-    assert 1 < n_small < len(sizes) == 40
+    assert 1 < n_small < len(sizes) == 42
     assert f"note: {n_small} regions with fewer than 20 vertices in .segs.json: no " in err
     n_filled = np.count_nonzero(sizes == 20)
     assert n_filled > 8
-    assert f"note: {n_filled} of 40 regions in .segs.json have the minimum of 20 vertices" in err
+    assert f"note: {n_filled} of 42 regions in .segs.json have the minimum of 20 vertices" in err
     assert err.count("less accurate: try a smaller -n, or --features color if the file") == 1
     err = run("segment", "a.ply", "-r", 0.09, "-o", "a.segs.json", "--features", "height")[2]
     assert "less accurate: try a larger -r\n" in err

@@ -166,6 +166,8 @@ def test_objects_from_elsewhere_are_not_replaced(scene):
         ):
             write()
         assert path.read_bytes() == before
+    with pytest.raises(FileExistsError, match="another program, and its segments would be lost"):
+        sf.write_labels(new, [1, 2])
     with pytest.raises(
         ValueError, match="output must differ from aggregation, which is never replaced"
     ):

@@ -37,35 +37,29 @@ def spread_labels(
     normals: Floats,
     labels: Array,
     hints: Array,
+    allowed: Sequence[set[int]],
 ) -> list[int]:
-    """Extend labels to unlabeled vertices (-1) with Kruskal's algorithm; return all labels.
+    """Extend labels to unlabeled vertices (-1) with Prim's algorithm; return all labels.
 
-    `edges` are all edges, sorted, as pairs (a, b) with a < b. Among edges with equal weights, edges
-    between vertices with equal `hints` are used first. Connected components without any label keep
-    -1.
+    `edges` are all edges, as pairs (a, b). Among edges with equal weights, edges between vertices
+    with equal `hints` are used first. Vertices that no label in `allowed` reaches keep -1.
     """
 
-    def weight(a: int, b: int) -> float:
-        step = positions[b] - positions[a]
-        is_convex = dot(normals[b], step) > 0 or dot(normals[a], step) < 0
-        return crease_weight(normals[a], normals[b], bool(is_convex))
+    def rank(to: int, start: int) -> tuple[float, bool, int, int]:
+        step = positions[to] - positions[start]
+        is_convex = dot(normals[to], step) > 0 or dot(normals[start], step) < 0
+        weight = crease_weight(normals[to], normals[start], bool(is_convex))
+        return weight, bool(hints[to] != hints[start]), to, start
 
-    # Edges with equal weights and hints are sorted by vertices. Each edge starts at its unlabeled
-    # vertex, or at the vertex with the lower index if both are unlabeled.
-    free = [
-        (b, a) if labels[a] >= 0 else (a, b) for a, b in edges if labels[a] < 0 or labels[b] < 0
-    ]
-    ranks = [(weight(a, b), bool(hints[a] != hints[b]), a, b) for a, b in sorted(free)]
-    sets = {vertex: [vertex] for vertex in range(len(labels))}
+    both_ways = [*edges, *((b, a) for a, b in edges)]
     found: list[int] = np.array(labels).tolist()
-    for *_, a, b in sorted(ranks):
-        if sets[a] is sets[b] or (found[a] >= 0 and found[b] >= 0):
-            continue
-        united = sets[a] + sets[b]
-        label = max(found[a], found[b])
-        for vertex in united:
-            sets[vertex], found[vertex] = united, label
-    return found
+    while True:
+        steps = [(to, start) for to, start in both_ways if found[to] < 0 <= found[start]]
+        ranks = [rank(*step) for step in steps if found[step[1]] in allowed[step[0]]]
+        if not ranks:
+            return found
+        *_, to, start = min(ranks)
+        found[to] = found[start]
 
 
 def share_vertices(corners: Sequence[Sequence[int]], labels: Sequence[int]) -> list[int]:

@@ -10,7 +10,6 @@ from numpy.testing import assert_array_equal
 
 import superfacets as sf
 from superfacets import _core
-from superfacets.graph.sums import weighted_majority
 from superfacets.mesh.faces import mean_normals, vertex_graph
 
 
@@ -65,16 +64,11 @@ def test_a_plane_keeps_the_majority_where_it_is_connected():
     )
 
 
-def test_vertices_inside_a_region_keep_its_label():
+def test_vertices_get_a_label_of_their_faces():
     sheet = shapes.bumpy_sheet(20)
-    labels = sf.segment(sheet, 12).labels
-    found = along_creases(sheet, labels)
-    of_corners = np.repeat(labels, 3)
-    inside = ~weighted_majority(
-        sheet.faces.ravel(), of_corners, np.ones(len(of_corners)), sheet.n_vertices
-    ).is_divided
-    assert inside.any()
-    assert_array_equal(found[inside], sf.vertex_labels(sheet, labels, method="majority")[inside])
+    labels = sf.segment(sheet, 20).labels
+    is_own = along_creases(sheet, labels)[sheet.faces] == labels[:, np.newaxis]
+    assert_array_equal(np.unique(sheet.faces[is_own]), np.arange(sheet.n_vertices))
 
 
 @pytest.mark.parametrize("seed", range(12))
@@ -114,8 +108,11 @@ def test_labels_spread_as_in_the_twin(seed):
     labels[rng.random(mesh.n_vertices) < 0.8] = -1
     hints = rng.integers(0, 3, mesh.n_vertices).astype(np.int32)
     offsets, neighbors, _ = vertex_graph(mesh, identity, 1)
-    found = _core.spread_labels(offsets, neighbors, positions, normals, labels, hints, 2)
-    expected = reference.spread_labels(sides_of(mesh), positions, normals, labels, hints)
+    chosen = rng.random((mesh.n_vertices, 4)) < 0.8
+    keys = np.flatnonzero(chosen)
+    found = _core.spread_labels(offsets, neighbors, positions, normals, labels, hints, keys, 4)
+    allowed = [set(np.flatnonzero(row).tolist()) for row in chosen]
+    expected = reference.spread_labels(sides_of(mesh), positions, normals, labels, hints, allowed)
     assert_array_equal(found, expected)
 
 

@@ -61,9 +61,9 @@ export class Workbench {
 
   /** Show the paint of the given cells, or of all cells if `cells` is null or if an object gets another shade. */
   private showPaint(cells: Uint32Array | null): void {
-    const { drawing, session, objectShades } = this;
+    const { drawing, session, objectShades: before } = this;
     this.objectShades = shadesOfObjects(session.paints, session.regions);
-    const isOther = [...this.objectShades].some(([paint, shade]) => shade !== (objectShades.get(paint) ?? usualShade(objectOf(paint))));
+    const isOther = [...this.objectShades].some(([paint, shade]) => shade !== (before.get(paint) ?? usualShade(objectOf(paint))));
     drawing.cells.setPaint(session.paints.of, isOther ? null : cells, this.stuff, this.objectShades);
     drawing.redraw();
   }
@@ -237,7 +237,7 @@ export class Workbench {
     this.select([], false);
   }
 
-  /** Give cells the class and object encoded by `paint`. Calls with the same stroke are one step for undo. */
+  /** Give cells the class and object encoded by `paint`; `showPaint` draws them. Calls with the same stroke are one step for undo. */
   paintCells(cells: Uint32Array, paint: number, strokeId?: string): void {
     this.session.paint(cells, paint, strokeId);
   }

@@ -87,8 +87,9 @@ Buffer<Cell> segments_of_graph(Points positions, Points normals, Integers ends, 
 }
 
 Buffer<Label> labels_spread(Offsets offsets, Integers neighbors, Points positions, Points normals,
-                            Integers labels, Integers hints, ThreadTeam& team) {
-  return spread_labels({offsets, neighbors, positions, normals}, labels, hints, team);
+                            Integers labels, Integers hints, Offsets allowed, Label n_labels) {
+  return spread_labels({offsets, neighbors, positions, normals}, labels, hints,
+                       {allowed, n_labels});
 }
 
 Buffer<Label> vertices_shared(Integers vertices, Integers labels, Integers winners, Label n_labels,
@@ -142,8 +143,8 @@ void bind_regions(nb::module_& module) {
              "n_balances"_a, "margin"_a, "n_threads"_a);
   module.def("graph_segments", threaded(&segments_of_graph), "positions"_a, "normals"_a, "ends"_a,
              "threshold"_a, "least"_a, "n_threads"_a);
-  module.def("spread_labels", threaded(&labels_spread), "offsets"_a, "neighbors"_a, "positions"_a,
-             "normals"_a, "labels"_a, "hints"_a, "n_threads"_a);
+  module.def("spread_labels", serial(&labels_spread), "offsets"_a, "neighbors"_a, "positions"_a,
+             "normals"_a, "labels"_a, "hints"_a, "allowed"_a, "n_labels"_a);
   module.def("share_vertices", threaded(&vertices_shared), "vertices"_a, "labels"_a, "winners"_a,
              "n_labels"_a, "n_threads"_a);
   module.def("grow_small_regions", serial(&small_regions_grown), "offsets"_a, "neighbors"_a,

@@ -10,20 +10,6 @@
 namespace superfacets {
 namespace {
 
-// Returns edge(a, b) for each arc for which is_listed(a, b) is true, sorted by key.
-template <typename IsListed, typename MakeEdge>
-Buffer<WeightedEdge> sorted_edges(const VertexEdges& edges, const IsListed& is_listed,
-                                  const MakeEdge& edge, ThreadTeam& team) {
-  const auto add_edges = [&](Vertex a, std::vector<WeightedEdge>& list) {
-    for (const Vertex b : edges.of(a)) {
-      if (is_listed(a, b)) list.push_back(edge(a, b));
-    }
-  };
-  Buffer<WeightedEdge> all = gather<WeightedEdge>(edges.n_vertices(), add_edges, team);
-  radix_sort(all);
-  return all;
-}
-
 std::vector<std::int64_t> sizes_of(std::span<const Label> labels, const LeastSize& size) {
   SUPERFACETS_ASSERT(size.counts.size() == labels.size());
   std::vector<std::int64_t> sizes(size.n_labels);
@@ -145,28 +131,30 @@ class GrowingRegions {
 }  // namespace
 
 Buffer<Label> spread_labels(const VertexEdges& edges, std::span<const Label> labels,
-                            std::span<const Label> hints, ThreadTeam& team) {
+                            std::span<const Label> hints, const AllowedLabels& allowed) {
   SUPERFACETS_ASSERT(std::cmp_equal(labels.size(), edges.n_vertices()) &&
                      hints.size() == labels.size());
-  const auto is_free = [&](Vertex vertex) { return labels[vertex] == kNoLabel; };
-  const Buffer<WeightedEdge> ascending = sorted_edges(
-      edges, [&](Vertex a, Vertex b) { return is_free(a) && (a < b || !is_free(b)); },
-      [&](Vertex a, Vertex b) {
-        const std::uint64_t differs = hints[a] == hints[b] ? 0 : 1;
-        return WeightedEdge{ascending_bits(edges.weight(a, b)) << 1 | differs, a, b};
-      },
-      team);
-  DisjointSets sets(labels.size());
-  Buffer<Label> spread = copy_of(labels);  // label of each set, stored at its root
-  for (const WeightedEdge& edge : ascending) {
-    const Cell a = sets.root(edge.a);
-    const Cell b = sets.root(edge.b);
-    if (a == b || (spread[a] != kNoLabel && spread[b] != kNoLabel)) continue;
-    const Label label = std::max(spread[a], spread[b]);  // kNoLabel is less than every label
-    spread[sets.unite(a, b)] = label;
-  }
+  const auto is_later = [](const WeightedEdge& left, const WeightedEdge& right) {
+    return std::tie(left.key, left.a, left.b) > std::tie(right.key, right.a, right.b);
+  };
+  std::priority_queue<WeightedEdge, std::vector<WeightedEdge>, decltype(is_later)> steps(is_later);
+  Buffer<Label> spread = copy_of(labels);
+  const auto add_steps = [&](Vertex from) {
+    for (const Vertex to : edges.of(from)) {
+      if (spread[to] != kNoLabel || !allowed.contain(to, spread[from])) continue;
+      const std::uint64_t differs = hints[from] == hints[to] ? 0 : 1;
+      steps.push({ascending_bits(edges.weight(from, to)) << 1 | differs, to, from});
+    }
+  };
   for (Vertex vertex = 0; vertex < edges.n_vertices(); ++vertex) {
-    spread[vertex] = spread[sets.root(vertex)];
+    if (labels[vertex] != kNoLabel) add_steps(vertex);
+  }
+  while (!steps.empty()) {
+    const auto [key, to, from] = steps.top();
+    steps.pop();
+    if (spread[to] != kNoLabel) continue;
+    spread[to] = spread[from];
+    add_steps(to);
   }
   return spread;
 }
@@ -181,12 +169,14 @@ Buffer<Label> grow_small_regions(const VertexEdges& edges, std::span<const Label
 Buffer<Label> merge_small_regions(const VertexEdges& edges, std::span<const Label> labels,
                                   const LeastSize& size) {
   ThreadTeam team(1);
-  const Buffer<WeightedEdge> ascending = sorted_edges(
-      edges, [&](Vertex a, Vertex b) { return a < b && labels[a] != labels[b]; },
-      [&](Vertex a, Vertex b) {
-        return WeightedEdge{ascending_bits(edges.weight(a, b)), labels[a], labels[b]};
-      },
-      team);
+  const auto add_edges = [&](Vertex a, std::vector<WeightedEdge>& list) {
+    for (const Vertex b : edges.of(a)) {
+      if (a >= b || labels[a] == labels[b]) continue;
+      list.push_back({ascending_bits(edges.weight(a, b)), labels[a], labels[b]});
+    }
+  };
+  Buffer<WeightedEdge> ascending = gather<WeightedEdge>(edges.n_vertices(), add_edges, team);
+  radix_sort(ascending);
   std::vector<std::int64_t> sizes = sizes_of(labels, size);
   DisjointSets sets(size.n_labels);
   join_small_sets(ascending.span(), size.least, sets, sizes);

@@ -1,18 +1,29 @@
 // Stage 5: labels vertices or points, with borders along creases.
 #pragma once
 
+#include <algorithm>
+
 #include "regions/vertex_edges.hpp"
 
 namespace superfacets {
 
-// Labels the vertices with kNoLabel, by extending the given labels with Kruskal's algorithm. In
-// ascending order of weight, each edge with an unlabeled end unites the sets of its two ends,
-// unless both sets have a label. If weights are equal, as in planes, edges whose ends have equal
-// hints are processed first. Labeled vertices keep their label, and every other vertex gets the
-// label of its set. A vertex that is not connected to a labeled vertex keeps kNoLabel. The result
-// does not depend on the number of threads.
+// Labels that each vertex may get: vertex * n_labels + label, in ascending order; empty for any.
+struct AllowedLabels {
+  std::span<const std::int64_t> keys;
+  Label n_labels;
+
+  bool contain(Vertex vertex, Label label) const {
+    const std::int64_t key = std::int64_t{vertex} * n_labels + label;
+    return keys.empty() || std::binary_search(keys.begin(), keys.end(), key);
+  }
+};
+
+// Labels the vertices with kNoLabel, by extending the given labels with Prim's algorithm. The edge
+// with the lowest weight between a labeled and an unlabeled vertex is processed next, if the label
+// is allowed at the unlabeled vertex, which gets this label. Of equal weights, as in planes, edges
+// whose ends have equal hints come first. A vertex that no allowed label reaches keeps kNoLabel.
 Buffer<Label> spread_labels(const VertexEdges& edges, std::span<const Label> labels,
-                            std::span<const Label> hints, ThreadTeam& team);
+                            std::span<const Label> hints, const AllowedLabels& allowed);
 
 // Minimum size of regions of vertices.
 struct LeastSize {

@@ -178,12 +178,6 @@ def arc_measures(mesh: MeshLike, graph: FaceGraph, *, n_threads: int | None = No
     return found.checked(graph.offsets, graph.n_arcs, threads)
 
 
-def is_inside_out(mesh: FaceMesh, graph: FaceGraph) -> bool:
-    """Return whether a mesh is closed and its normals point inward, so its volume is negative."""
-    volume = _signed_volume(mesh, graph, checked_threads(None))
-    return volume < -VOLUME_NOISE * graph.diagonal**3
-
-
 def _signed_volume(mesh: FaceMesh, graph: FaceGraph, n_threads: int) -> float:
     """Return the volume of a mesh, negative if its normals point inward, or 0 for an open mesh."""
     if graph.edge_counts.boundary:

@@ -156,7 +156,7 @@ def _labeled_part(cells: Any, labels: Ints) -> tuple[Any, Ints]:
 
 
 def _labels_along_creases(edges: VertexEdges, regions: _Regions, n_threads: int) -> Ints:
-    """Return the label of each welded vertex. Kruskal's algorithm labels the vertices at borders.
+    """Return the label of each welded vertex. Prim's algorithm labels the vertices at borders.
 
     It starts at vertices inside regions, or in their majority. Stray pieces are then labeled again.
     """
@@ -164,10 +164,13 @@ def _labels_along_creases(edges: VertexEdges, regions: _Regions, n_threads: int)
     inside = majority[~at_border]
     has_inside = np.bincount(inside[inside >= 0], minlength=regions.n) > 0
     seeds = np.where(at_border & has_inside[majority], np.int32(-1), majority)
-    found = _core.spread_labels(*edges, seeds, majority, n_threads)
-    found = np.where(found < 0, majority, found)  # components without a seed
+    is_free = regions.votes & (seeds < 0)[regions.corners.vertices]
+    of_corners = np.repeat(regions.labels, regions.corners.sizes)[is_free]
+    own = np.unique(np.int64(regions.n) * regions.corners.vertices[is_free] + of_corners)
+    found = _core.spread_labels(*edges, seeds, majority, own, regions.n)
+    found = np.where(found < 0, majority, found)  # no seed within reach
     found[_in_stray_pieces(edges, regions, found, n_threads)] = -1
-    return _core.spread_labels(*edges, found, majority, n_threads)
+    return _core.spread_labels(*edges, found, majority, np.empty(0, np.int64), regions.n)
 
 
 def _majority(regions: _Regions, n_vertices: int, n_threads: int) -> Majority:

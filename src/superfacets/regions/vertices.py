@@ -51,7 +51,7 @@ def vertex_labels(
         region may have no vertices. Vertices are not welded.
 
         ``"creases"``: Borders follow creases. A vertex gets the label of its cells if they all have
-        the same label; other vertices are labeled in the order of edge weights (see Notes). Each
+        the same label; other vertices get a label of their cells (see Notes). Each
         region has at least one vertex if there are enough. The vertices of a connected region are
         connected along edges of the mesh: only the largest connected set of vertices keeps the
         label. Disconnected cells with the same label are separate regions. Vertices at the same
@@ -83,15 +83,15 @@ def vertex_labels(
     -----
     The normal n_i of a vertex is the mean of the unit normals of its faces. The weight of an edge
     is max(0, 1 - n_i . n_j), squared if the edge is convex: n_j . (x_j - x_i) > 0 or n_i . (x_i -
-    x_j) > 0. In a volume, all weights are equal. Edges are visited in ascending order of weight; of
-    equal weights, edges whose ends have the same label by ``"majority"`` come first. A visited edge
-    gives both ends the same label, unless both have one. So borders are in concave creases.
+    x_j) > 0. In a volume, all weights are equal. Of all edges from labeled to unlabeled vertices,
+    the one with the lowest weight passes its label on next, if a cell of the unlabeled vertex has
+    this label. Of equal weights, edges whose ends have the same label by ``"majority"`` come first.
+    So borders are in concave creases. Only disconnected and small regions get other vertices.
 
     References
     ----------
-    Kruskal, "On the shortest spanning subtree of a graph and the traveling salesman problem", 1956;
-    weights as in Karpathy, Miller and Fei-Fei, "Object Discovery in 3D Scenes via Shape Analysis",
-    2013.
+    Prim, "Shortest connection networks and some generalizations", 1957; weights as in Karpathy,
+    Miller and Fei-Fei, "Object Discovery in 3D Scenes via Shape Analysis", 2013.
 
     Examples
     --------

@@ -80,7 +80,7 @@ def add_borders(
         group_of = groups_of_cells(levels, n_threads)
         arcs = (*arcs[:2], _core.add_group_costs(*arcs, group_of, *between, costs, n_threads))
         ordered.set_lengths(*arcs, n_threads)
-        for level in begun:
+        for level in begun:  # at most one graph, which is the first of `levels`
             coarse, group_of = level.arcs(), groups_of_cells(levels[1:], n_threads)
             values = _core.add_group_costs(*coarse, group_of, *between, costs, n_threads)
             level.set_lengths(values, n_threads)

@@ -62,8 +62,8 @@ class Prepared:
     kind : Kind
         Kind of the cells: faces, tetrahedra or points.
     cells, graph, shapes, input_index
-        The smoothed cells in the order in which `segment` works, their graph, facts about the
-        shapes of faces, and the index in `source` of each cell (None: in the given order).
+        The smoothed cells in working order (a cloud: as given), their graph, facts about the shapes
+        of faces, and the index in `source` of each cell of the graph (None: in the given order).
     """
 
     source: Cells

@@ -46,10 +46,10 @@ class Lengths(NamedTuple):
 
 
 class Placed(NamedTuple):
-    """Cells inside the mask, sorted so that neighboring cells are close together in memory."""
+    """Cells inside the mask, sorted in `_core` so that neighboring cells are close in memory."""
 
     cells: _core.PlacedCells
-    arcs: ArcLengths  # arcs between these cells
+    arcs: ArcLengths  # arcs between these cells, numbered as before sorting, like all arrays
 
 
 def weigh(

@@ -17,7 +17,7 @@ from ..graph.face_graph import FaceArcs, FaceGraph
 from ..graph.kinds import kind_of
 from ..graph.point_graph import find_point_graph
 from ..graph.size import checked_n_segments, radius_of, sliver_share
-from ..graph.surface import is_inside_out
+from ..graph.surface import Surface
 from ..graph.tet_cells import TetCells
 from ..mesh.convert import CloudLike, MeshLike, as_cells, as_cloud
 from ..mesh.faces import FaceMesh, count_degenerate, cut_into_triangles
@@ -170,6 +170,7 @@ def cloud_info(cloud: CloudLike) -> CloudInfo:
 def _face_info(mesh: FaceMesh, weld: float) -> MeshInfo:
     n_threads = checked_threads(None)
     graph, shapes = FaceArcs.of(mesh, weld, n_threads).measured(mesh, n_threads)
+    handle: Any = Surface.of_faces(mesh, graph, n_threads).handle
     edges, boundary, non_manifold, inconsistent = graph.edge_counts
     low, high = graph.bounds.tolist()
     area = _core.sum_of(graph.measures, n_threads)
@@ -184,7 +185,7 @@ def _face_info(mesh: FaceMesh, weld: float) -> MeshInfo:
         n_nonmanifold_edges=non_manifold,
         n_inconsistent_edges=inconsistent,
         n_degenerate_faces=count_degenerate(mesh, n_threads),
-        is_inside_out=is_inside_out(mesh, graph),
+        is_inside_out=handle.is_inside_out,
         faces_down=_faces_down(mesh, graph, area),
         area=area,
         bounds=(tuple(low), tuple(high)),

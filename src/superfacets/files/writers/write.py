@@ -94,9 +94,9 @@ def write_mesh(
         Score of each region, 0 to 1, in ascending order of the labels, for example
         `LiftedLabels.label_scores`. Only ``.aggregation.json`` stores scores.
     force : bool, default False
-        Whether to replace a ``.segs.json`` file whose segments an ``.aggregation.json`` file in the
-        same folder uses, or an ``.aggregation.json`` file of another program. See
-        `regroup_segments`.
+        Whether to replace an ``.aggregation.json`` or ``.segs.json`` file of another program, or a
+        ``.segs.json`` file whose segments an ``.aggregation.json`` file in the same folder uses.
+        See `regroup_segments`.
 
     Raises
     ------
