@@ -494,8 +494,7 @@ def test_the_benchmark_compares_with_metis_and_pyacvd(real_data):
 
     rows = measure_balance(real_data / "psb", [50], 95, lambda _: None)
     assert [row.method for row in rows] == list(METHODS)
-    table = balance_table(rows)
-    assert table.count("\n") == 1 + len(METHODS)
+    assert balance_table(rows).count("\n") == 1 + len(METHODS)
     of = {row.method: row for row in rows}
     assert of["superfacets, balance=1"].variation < 0.5 * of["superfacets"].variation
     assert of["METIS, 3 %"].variation < of["METIS, 20 %"].variation

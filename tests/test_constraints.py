@@ -581,6 +581,10 @@ def test_each_area_between_barriers_has_a_region_even_if_fewer_are_requested():
     with pytest.warns(sf.IslandWarning, match="7 regions instead of 3: barriers divide"):
         labels = sf.segment(mesh, 3, barriers=faces).labels
     assert len(np.unique(np.stack([labels, faces]), axis=1).T) == 7
+    disks = np.bincount(faces, sf.build_face_graph(mesh).measures) / np.pi / 0.36**2
+    counts = np.maximum(disks.round(), 1).astype(int)  # of 1.76, 1.39 and 0.74 disks
+    labels = sf.segment(mesh, radius=0.36, barriers=faces).labels
+    assert [len(np.unique(labels[faces == face])) for face in range(7)] == counts.tolist()
 
 
 def test_areas_without_a_seed_join_the_nearest_region_if_islands_do():

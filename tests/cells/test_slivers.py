@@ -33,8 +33,7 @@ def test_the_share_counts_faces_longer_than_two_radii_and_thinner_than_half_of_o
 
 
 def test_a_surface_without_area_has_no_slivers():
-    line = sf.Mesh([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2]])
-    assert share_of(line, 0.1) == 0
+    assert share_of(sf.Mesh([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2]]), 0.1) == 0
 
 
 def test_the_share_does_not_depend_on_the_number_of_threads():

@@ -69,8 +69,7 @@ def sheet():
 
 
 def test_paraview_is_told_of_the_filter_and_of_each_property(plugin):
-    kinds = [entry[0] for entry in plugin.told]
-    assert "filter" in kinds
+    assert "filter" in [entry[0] for entry in plugin.told]
     told = {entry[-1]["name"] for entry in plugin.told if "name" in entry[-1]}
     setters = {name[3:] for name in vars(plugin.Superfacets) if name.startswith("Set")}
     assert told - {"Superfacets", "Input"} == setters

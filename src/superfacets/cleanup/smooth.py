@@ -167,15 +167,15 @@ def smooth_borders(
 
 def straighten(
     costs: BorderCosts, labels: Ints, fixed: Ints, options: SmoothOptions,
-    goals: tuple[Floats, Floats] | None = None,
+    targets: tuple[Floats, Floats] | None = None,
 ) -> Ints:  # fmt: skip
-    """Smooth borders as `smooth_borders` does, without checks. Cells in `fixed` do not change."""
+    """Smooth borders as `smooth_borders`, without checks; `targets` are sizes of cells, regions."""
     n_threads = costs.surface.n_threads
-    if goals is not None and not goals[1].sum() > 0:
-        goals = None
-    if goals is not None:
-        unit = _core.sum_of(costs.surface.measures, n_threads) / goals[1].sum()
-        goals = unit * goals[0], unit * goals[1]
+    if targets is not None and not targets[1].sum() > 0:
+        targets = None
+    if targets is not None:
+        unit = _core.sum_of(costs.surface.measures, n_threads) / targets[1].sum()
+        targets = unit * targets[0], unit * targets[1]
     return _core.smooth_borders(
-        *costs.args, labels, fixed, options.for_core(costs.radius, goals), n_threads
+        *costs.args, labels, fixed, options.for_core(costs.radius, targets), n_threads
     )

@@ -87,6 +87,7 @@ class Coarsening:
         if has_small_regions(graph, n_segments):
             is_default = not plan.has_seeds and plan.init in (None, "curve")
             return cls(coarse, is_short=not coarse and n_segments >= MANY_REGIONS and is_default)
+        # The loop ends on the coarsest of the graphs with enough cells; paths spread to the finer.
         n_fine = sum(level.graph.n_cells >= FINEST_PER_REGION * n_segments for level in coarse)
         return cls(coarse, max(n_fine - 1, 0), loops_on_all=not coarse)
 

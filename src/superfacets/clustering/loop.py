@@ -79,7 +79,7 @@ class Loop:
         if coarsening.loops_on_all or not has_part_costs(graph):
             must_stay = not coarsening.loops_on_all
             clustering = self._run_level(graph, centers, paths, is_last=True, must_stay=must_stay)
-            clustering = self._balanced(graph, clustering, 0)  # unless done on coarse cells
+            clustering = self._balanced(graph, clustering, 0)  # acts only if not done above
             return clustering.labels(), clustering.centers()
         found = clustering.lengths(), clustering.labels()
         coarse.append(level)  # the last one; `loops_on_all` is False only if there is one

@@ -10,7 +10,7 @@ import numpy as np
 from .. import _core
 from .._core import CoarseGraph
 from ..base.checks import checked_partial_labels, checked_seeds, counted, refuse_mask
-from ..base.options import AnyInit, CountOptions, Seeds
+from ..base.options import AnyInit, CountOptions, LoopOptions, Seeds
 from ..base.types import Array, Floats, Ints, Longs, Singles
 from ..graph.cell_graph import BaseGraph
 from ..graph.constraints import NO_GROUPS, KeptCells, in_order
@@ -40,14 +40,14 @@ class Plan:
     @classmethod
     def of(
         cls, graph: BaseGraph, inside: KeptCells | None,
-        start: tuple[CountOptions, AnyInit | Start | None], n_threads: int,
+        start: tuple[CountOptions, AnyInit | Start | None], loop: LoopOptions,
         *, dimension: int, plural: str = "cells", order: Ints | None = None,
     ) -> Plan:  # fmt: skip
         """Make the plan for a graph from the size options and `init`, which refer to given cells.
 
         `order` is the index of each cell of the graph before sorting; None if they were not sorted.
         """
-        count_options, given = start
+        (count_options, given), n_threads = start, loop.n_threads
         kept, measures = None, graph.measures
         if inside is not None:
             kept, measures = inside.cells, measures[inside.cells]
@@ -57,7 +57,12 @@ class Plan:
             init = seeds = inside.new_cells(seeds, order)
         count_options = replace(count_options, seeds=seeds)
         size = region_size(count_options, measures, n_threads, dimension, plural)
-        return cls(inside, size, count_options, init, order is not None)
+        plan = cls(inside, size, count_options, init, order is not None)
+        if count_options.radius and plan.is_divided:  # divide each area between barriers
+            areas = np.bincount(plan.components([]), measures / measures.sum())
+            shares = np.maximum((areas * size.n_segments).round(), loop.islands == "keep")
+            plan = replace(plan, size=size._replace(n_segments=max(1, int(shares.sum()))))
+        return plan
 
     @property
     def has_seeds(self) -> bool:

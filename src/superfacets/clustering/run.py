@@ -93,7 +93,7 @@ def segment_checked(
     """Return the result of `segment_graph` for checked options; `start` is as in `Plan.of`."""
     given = graph
     inside = constraints.kept_cells(graph, graph, weld=False, n_threads=loop.n_threads)
-    plan = Plan.of(graph, inside, start, loop.n_threads, dimension=graph.dimension)
+    plan = Plan.of(graph, inside, start, loop, dimension=graph.dimension)
     costs = features.costs(graph, graph.measures, loop.n_threads)
     if costs is not None:
         graph = replace(graph, weights=costs.added(graph.weights, graph, plan.size.radius))

@@ -329,7 +329,8 @@ def _crossed_by(
     corners = corners_of(source)
     if is_sorted:
         found = sorted_corners(source.vertices, corners, weld, n_threads, are_faces=True)
-        corners, places = found.lists_like(corners), found.places
+        offsets, places = None if corners.offsets is None else found.offsets, found.places
+        corners = replace(corners, vertices=found.corners, offsets=offsets)
     else:
         places = lowest_vertices(source.vertices, weld, n_threads)
         corners = replace(corners, vertices=places[corners.vertices])

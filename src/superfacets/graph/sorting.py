@@ -21,10 +21,6 @@ class SortedCorners(NamedTuple):
     order: Ints  # (N,) index in the input of each sorted cell
     places: Ints  # (V,) index in `vertices` of each vertex of the input
 
-    def lists_like(self, given: Corners) -> Corners:
-        """Return the sorted corners in the form of the corners of the input."""
-        return Corners(self.corners, given.size, None if given.offsets is None else self.offsets)
-
 
 def sorted_corners(
     vertices: Floats, corners: Corners, weld: float, n_threads: int, *, are_faces: bool

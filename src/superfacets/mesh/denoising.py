@@ -152,7 +152,8 @@ class Roughness(NamedTuple):
     @classmethod
     def of_mesh(cls, mesh: FaceMesh, arcs: Any, n_threads: int) -> Roughness:
         """Measure the roughness at samples, or at the first ones if they show no noise."""
-        faces = sampled_faces(mesh.n_faces)
+        # the first `N_FIRST` faces are also spread evenly
+        faces = spread_indices(N_SAMPLES, mesh.n_faces).astype(np.int32)
         first = cls.of(mesh, arcs, faces[:N_FIRST], n_threads)
         if first.is_smooth:
             return first
@@ -212,8 +213,3 @@ def _scale_of(heights: Floats) -> float:
     """Estimate the standard deviation of normal heights from their absolute values; 0 if none."""
     low = np.sort(heights)[: math.ceil(LOW_PART * len(heights))]
     return float(low.mean()) / LOW_MEAN_OF_NORMAL if len(low) else 0.0
-
-
-def sampled_faces(n_faces: int) -> Ints:
-    """Return the faces to measure roughness at; the first `N_FIRST` are also spread evenly."""
-    return spread_indices(N_SAMPLES, n_faces).astype(np.int32)

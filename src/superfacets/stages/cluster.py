@@ -60,9 +60,10 @@ def cluster(
     if balancer is not None and plan.is_divided and options.sizes.balance == 1:
         spread = float(balancer.goals.std() / balancer.goals.mean())
         if spread > MAX_SPREAD:
+            n_small = np.count_nonzero(balancer.goals < balancer.goals.mean() / 2)
             note = (
                 f"sizes of regions vary by {spread:.0%}, because some areas between barriers are"
-                " smaller than a region: with more regions, sizes vary less"
+                f" smaller than a region: with about {n_small} more regions, sizes vary less"
             )
             warnings.warn(note, BalanceWarning, stacklevel=5)
     goals = None if balancer is None else balancer.region_goals(result.labels, result.n_segments)

@@ -257,7 +257,7 @@ def plan_regions(prepared: Prepared, options: SegmentOptions, clock: Clock) -> P
         sizes = SizeRules.of(options.sizes, prepared.graph, inside, prepared.input_index, measures)
         count = options.count if sizes is None else sizes.with_count(options.count)
         plan = Plan.of(
-            prepared.graph, inside, (count, options.init), n_threads,
+            prepared.graph, inside, (count, options.init), options.loop,
             dimension=prepared.kind.dimension, plural=prepared.kind.plural,
             order=prepared.input_index,
         )  # fmt: skip

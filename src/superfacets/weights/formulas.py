@@ -539,6 +539,7 @@ def _adapted_weights(surface: Surface, arrays: CellArrays, factors: EdgeFactors)
     is_closed = surface.volume > 0.0
     wants_sums = is_closed or factors.is_straight
     weights, sums = weights_and_sums(surface, arrays, factors, wants_sums=wants_sums)
+    # Only the weights "parts", which are straight, recognize made things.
     of_made_thing = factors.is_straight and sums.are_of_made_thing(surface, arrays)
     adapted = factors.of_made_thing() if of_made_thing else factors
     if is_closed and not of_made_thing:

@@ -412,8 +412,7 @@ def test_g_makes_the_region_under_the_pointer_the_center_of_rotation(studio):
     )
     assert ((low <= target) & (target <= high)).all()
     tab.press("?")
-    help_ = tab.locator("#help")
-    assert "turn the view around it" in help_.text_content()
+    assert "turn the view around it" in tab.locator("#help").text_content()
     tab.press("Escape")
 
 
