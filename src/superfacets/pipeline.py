@@ -143,9 +143,9 @@ def run(mesh: MeshLike | Prepared, options: SegmentOptions) -> Segmentation:
     """Run all stages of `segment`. They share the threads of one workspace.
 
     The comments give the number of each stage in docs/pipeline.md, if it has one, and its keys in
-    `timings`. Coarse graphs are built before `add_parts`, because costs between parts are also
-    added to them. Large arrays are deleted after their last use, to save memory. The `stacklevel`
-    of warnings in stages refers to the caller of `segment` or `paper.segment`.
+    `timings`. Costs of borders and between parts are added last, because they need the graph of the
+    loop; `add_parts` also adds them to coarse graphs. Large arrays are deleted when they are not
+    needed any more. The `stacklevel` of warnings refers to the caller of `segment` or `paper.segment`.
     """
     clock = Clock(options.loop.report)
     with _core.Workspace():

@@ -77,7 +77,7 @@ class Loop:
                 labels, centers = clustering.labels(), clustering.centers()
                 centers = level.refine(labels, centers, self.options.n_threads)
         if coarsening.loops_on_all or not has_part_costs(graph):
-            must_stay = not coarsening.loops_on_all
+            must_stay = not coarsening.loops_on_all  # then all cells are only labeled once
             clustering = self._run_level(graph, centers, paths, is_last=True, must_stay=must_stay)
             clustering = self._balanced(graph, clustering, 0)  # acts only if not done above
             return clustering.labels(), clustering.centers()

@@ -82,7 +82,7 @@ def clean(
         costs = _border_costs(lengths, feature_costs, weighed)
         costs = costs if plan.inside is None else costs.of_kept(plan.inside)
         smoothing = SmoothOptions()
-        if part_costs is not None:
+        if part_costs is not None:  # `lengths` have costs of borders, but not between parts
             arcs, n_threads = costs.surface.arcs, weighed.surface.n_threads
             on_borders = part_costs.with_part_costs(arcs, costs.lengths, n_threads)
             costs = replace(costs, lengths=on_borders, crease_scale=PART_CREASE_SCALE)

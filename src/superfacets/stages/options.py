@@ -71,7 +71,7 @@ class SegmentOptions:
         weights = replace(self.weights, angle_slack=angle_slack)
         return replace(self, n_steps=n_steps, weights=weights, weld=weld)
 
-    def needs_order(self, kind: Kind) -> bool:
+    def keeps_order(self, kind: Kind) -> bool:
         """Return whether cells must keep their input order.
 
         Given weights are in this order. If paths between faces have a limit, the lowest face that

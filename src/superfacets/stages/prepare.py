@@ -96,20 +96,20 @@ class Prepared:
                     f"denoise needs a mesh of faces, got {kind.plural}: leave denoise out"
                 )
             made = kind.ordered(source, weld, n_threads, may_sort=may_sort, is_kept=is_kept)
-            return cls(source, weld, None, 0.0, kind, *made)
+            return cls(source, weld, None, 0.0, kind, *made)  # cells, graph, shapes, input_index
         found = kind.sorted(source, weld, n_threads, may_sort=may_sort)
-        # `to_weld` is False if vertices were welded before they were sorted.
+        # `to_weld` is False if vertices were welded while sorting, else `weld`.
         mesh, to_weld, order = cast(FaceMesh, found[0]), *found[1:]
         arcs = FaceArcs.of(mesh, to_weld, n_threads)
-        is_auto, slack = isinstance(denoise, str), 0.0
-        n_steps = 0 if is_auto else int(denoise or 0)
-        if is_auto or n_steps >= STEPS_WITH_SLACK:
+        is_word, slack = isinstance(denoise, str), 0.0
+        n_steps = 0 if is_word else int(denoise or 0)
+        if is_word or n_steps >= STEPS_WITH_SLACK:
             joined: Cells = mesh
             if not isinstance(to_weld, bool):  # a tolerance joins vertices at several positions
                 lists = corners_of(mesh).lists
                 joined = mesh_like(mesh, mesh.vertices[arcs.lowest], *lists[:2], mesh.bounds)
             roughness = Roughness.of_mesh(cast(FaceMesh, joined), arcs, n_threads)
-            n_steps = roughness.n_steps if is_auto else n_steps
+            n_steps = roughness.n_steps if is_word else n_steps
             n_steps = max(n_steps, SCAN_STEPS) if denoise == "scan" else n_steps
             slack = slack_of(n_steps, is_regular=roughness.is_regular)
         if n_steps:
@@ -190,19 +190,19 @@ def prepared_for(
         options = replace(options, features=features)
     with clock.timed("face_graph"):
         kind, is_kept = kind_of(source), constraints.kept_points(source)
-        needs_order, denoise = options.needs_order(kind), options.denoise
+        keeps_order, denoise = options.keeps_order(kind), options.denoise
         if given is not None and suits(denoise, given.n_steps):
             denoise = given.n_steps
         prepared = given
         if (
             prepared is None
             or is_kept is not None  # the mask changes the neighbors of points
-            or (needs_order and prepared.input_index is not None)
+            or (keeps_order and prepared.input_index is not None)
             or denoise != prepared.n_steps
         ):
             prepared = Prepared.of(
                 source, weld=True if given is None else given.weld, n_threads=n_threads,
-                may_sort=not needs_order, denoise=denoise, is_kept=is_kept,
+                may_sort=not keeps_order, denoise=denoise, is_kept=is_kept,
             )  # fmt: skip
     return prepared, options.for_prepared(prepared.n_steps, prepared.angle_slack, prepared.weld)
 

@@ -46,10 +46,10 @@ class Lengths(NamedTuple):
 
 
 class Placed(NamedTuple):
-    """Cells inside the mask, sorted in `_core` so that neighboring cells are close in memory."""
+    """Cells inside the mask, sorted in `_core` alone: arrays in Python keep their numbers."""
 
     cells: _core.PlacedCells
-    arcs: ArcLengths  # arcs between these cells, numbered as before sorting, like all arrays
+    arcs: ArcLengths  # arcs between these cells
 
 
 def weigh(

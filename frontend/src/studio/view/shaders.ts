@@ -44,7 +44,7 @@ uniform sampler2D ids;
 uniform sampler2D lights;
 uniform sampler2D depths;
 uniform usampler2D regions;  // region of each cell, or NONE
-uniform usampler2D cells;
+uniform usampler2D cells;  // class, marks with shade, object: see CellTable
 uniform sampler2D region_colors;  // color of each region; alpha is 1 if the region is selected
 uniform sampler2D class_colors;  // ${N_SHADES} shades of each class, for its objects
 uniform usampler2D suggestions;  // 1-based index of the suggestion of each cell; 0 if the cell has none
