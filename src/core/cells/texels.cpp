@@ -38,10 +38,12 @@ std::int64_t wrapped(std::int64_t i, std::int64_t size, Wrap wrap) {
 }
 
 // Moves the coordinates of a triangle by whole periods close to 0, where doubles are more precise.
-void move_near(std::array<double, 3>& coordinates, Wrap wrap) {
+void move_near(double& a, double& b, double& c, Wrap wrap) {
   if (wrap == Wrap::kClamp) return;
-  const double shift = 2.0 * std::floor(std::ranges::min(coordinates) / 2.0);
-  for (double& coordinate : coordinates) coordinate -= shift;
+  const double shift = 2.0 * std::floor(std::min({a, b, c}) / 2.0);
+  a -= shift;
+  b -= shift;
+  c -= shift;
 }
 
 // Returns the corners of a triangle in texels, or nullopt if a coordinate is missing or exceeds
@@ -59,8 +61,8 @@ std::optional<Corners> corners_of(const TexelGrid& grid, const TexturedTriangles
     const bool is_near = std::abs(u[i]) <= kMaxTiles && std::abs(v[i]) <= kMaxTiles;
     if (!is_near) return std::nullopt;
   }
-  move_near(u, grid.wrap_u);
-  move_near(v, grid.wrap_v);
+  move_near(u[0], u[1], u[2], grid.wrap_u);
+  move_near(v[0], v[1], v[2], grid.wrap_v);
   const auto width = static_cast<double>(grid.width);
   const auto height = static_cast<double>(grid.height);
   return Corners{TexelPoint{u[0] * width, v[0] * height}, TexelPoint{u[1] * width, v[1] * height},

@@ -19,9 +19,10 @@ using Numbers = std::array<double, kFacesAtOnce>;
 using Points = PointBlock<kFacesAtOnce>;
 
 // Squared length of the longest side of a face.
-double longest_squared(std::span<const Point> vertices, const Triangle& face) {
-  const auto [a, b, c] = corners_of(vertices, face);
-  return std::max({squared_norm(b - a), squared_norm(c - b), squared_norm(a - c)});
+inline double longest_squared(std::span<const Point> vertices, const Triangle& face) {
+  const auto& [a, b, c] = face.corners;
+  return std::max({squared_norm(vertices[b] - vertices[a]), squared_norm(vertices[c] - vertices[b]),
+                   squared_norm(vertices[a] - vertices[c])});
 }
 
 struct Shapes {
@@ -152,8 +153,8 @@ Point weighted_mean(std::span<const Point> positions, std::span<const double> we
 double signed_volume(std::span<const Point> vertices, std::span<const Triangle> faces, Point origin,
                      ThreadTeam& team) {
   const auto six_volumes = [&](std::int64_t face) {
-    const auto [a, b, c] = corners_of(vertices, faces[face]);
-    return dot(a - origin, cross(b - origin, c - origin));
+    const auto& [a, b, c] = faces[face].corners;
+    return dot(vertices[a] - origin, cross(vertices[b] - origin, vertices[c] - origin));
   };
   return sum_over(std::ssize(faces), six_volumes, team) / 6.0;
 }

@@ -34,9 +34,10 @@ using Corners = std::array<Point, 3>;
 
 // Returns the corners with one of them moved to `point`. If `point` is the midpoint of a side, the
 // result is one half of the face.
-Corners with(Corners face, int corner, const Point& point) {
-  face[corner] = point;
-  return face;
+Corners with(const Corners& face, int corner, const Point& point) {
+  Corners changed = face;
+  changed[corner] = point;
+  return changed;
 }
 
 // Decides which sides are too long. Swapping the ends of a side changes no bit of its length and
