@@ -111,11 +111,9 @@ bool FarthestPoints::is_farther(const Summary& a, const Summary& b) const {
 void FarthestPoints::summarize(std::size_t level, std::size_t index) {
   if (level == 0) return update_leaf(index, kNowhere);
   const auto [begin, end] = graph_.tree.children(level, index);
-  Summary summary = summaries_[level - 1][begin];
-  for (auto child = begin + 1; child < end; ++child) {
-    if (is_farther(summaries_[level - 1][child], summary)) summary = summaries_[level - 1][child];
-  }
-  summaries_[level][index] = summary;
+  const auto children = std::span(summaries_[level - 1]).subspan(begin, end - begin);
+  summaries_[level][index] = *std::ranges::max_element(
+      children, [&](const Summary& a, const Summary& b) { return is_farther(b, a); });
 }
 
 }  // namespace superfacets

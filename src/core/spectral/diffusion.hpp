@@ -48,8 +48,8 @@ struct CellRows {
   std::span<const float> rows;  // (N, width)
 };
 
-// Returns the smoothed rows. Each sweep replaces a row by 1/4 of the row plus 3/4 of the mean of the
-// neighbors' rows, weighted by conductance. Rows of cells without arcs do not change.
+// Returns the smoothed rows. Each sweep replaces a row by 1/4 of the row plus 3/4 of the mean of
+// the neighbors' rows, weighted by conductance. Rows of cells without arcs do not change.
 Buffer<float> relax(const Arcs& arcs, std::span<const double> conductances, const CellRows& given,
                     int n_sweeps, ThreadTeam& team);
 
