@@ -125,7 +125,7 @@ class Picture {
         areas_(areas),
         projected_(vertices.size()),
         depths_(faces.size()) {
-    std::fill(faces_.begin(), faces_.end(), kNoFace);
+    std::fill(faces_.begin(), faces_.end(), kNoCell);
     std::fill(depths_.begin(), depths_.end(), Target::kMissed);
     for (std::size_t i = 0; i < vertices.size(); ++i) projected_[i] = projected(view, vertices[i]);
   }
@@ -137,7 +137,7 @@ class Picture {
   // Replaces the depth of each pixel by the surface area in the pixel.
   void measure() {
     for (std::size_t pixel = 0; pixel < faces_.size(); ++pixel) {
-      areas_[pixel] = faces_[pixel] == kNoFace ? 0.0 : area_of(faces_[pixel], depths_[pixel]);
+      areas_[pixel] = faces_[pixel] == kNoCell ? 0.0 : area_of(faces_[pixel], depths_[pixel]);
     }
   }
 
@@ -154,8 +154,6 @@ class Picture {
   }
 
  private:
-  static constexpr Face kNoFace = -1;
-
   // Whether all corners are beyond the same side of the image, or behind the camera. This test
   // avoids divisions, which take most of the time per triangle.
   bool is_outside(const std::array<Point, 3>& corners) const {

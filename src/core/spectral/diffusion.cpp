@@ -164,7 +164,7 @@ Smoother::Smoother(const OrderedGraph& graph, const Arcs& arcs, std::span<const 
     : graph_(graph), arcs_(arcs), widths_(arcs.n_arcs()), steps_(arcs.n_arcs()) {
   // sum of width times step, which for estimated widths is made 4 times the area, as for any
   // Voronoi diagram
-  const double sum = sum_over(
+  const double total = sum_over(
       arcs.n_cells(),
       [&](Cell cell) {
         const Place place = graph.place_of(cell);
@@ -178,7 +178,7 @@ Smoother::Smoother(const OrderedGraph& graph, const Arcs& arcs, std::span<const 
         return sum;
       },
       team);
-  const double scale = widths.empty() && sum > 0.0 ? 4.0 * graph.total_measure / sum : 1.0;
+  const double scale = widths.empty() && total > 0.0 ? 4.0 * graph.total_measure / total : 1.0;
   total_ = sum_over(
       arcs.n_cells(),
       [&](Cell cell) {
