@@ -213,12 +213,9 @@ def test_labels_of_vertices_are_refused_with_the_function_that_converts_them():
     )
     cases = [
         (lambda: sf.pool([0] * 5, [1] * 3, mesh=mesh), of_vertices),
-        (lambda: sf.face_colors(mesh, [0] * 5), of_vertices),
         (lambda: sf.write_mesh("a.ply", mesh, [0] * 5), of_vertices),
         (lambda: sf.submesh(mesh, [0] * 5, 0), of_vertices),
         (lambda: sf.cut_borders(mesh, [0] * 5), of_vertices),
-        (lambda: sf.view(mesh, [0] * 5),
-         r"convert the labels to faces with superfacets\.face_labels\(mesh, labels\)"),
         (lambda: sf.view(mesh, ground_truth=[0] * 5), of_vertices),
     ]  # fmt: skip
     for call, message in cases:
