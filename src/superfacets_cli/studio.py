@@ -34,7 +34,7 @@ if TYPE_CHECKING:
            " exported by the studio. All files of a folder share them."),
     option("--port", click.IntRange(1, 65_535),
            "Port that the server listens on.  [default: a free port]"),
-    option("--list is_list", FLAG, "Print the labeled percentage of each file, and exit."),
+    option("--list is_list", FLAG, "Print labeled part, time and strokes of each file, and exit."),
     option("--export exports KIND", None,
            "Write the saved labels of all files that have a work file, and exit: classes,"
            " vertex-classes, instances, objects, region-classes or superfacets, optionally with a"
@@ -52,7 +52,7 @@ def studio_command(
     Only browsers on this machine can open the page. Every change is saved immediately.
     """
     _check_extra()
-    from superfacets_studio import Files, new_classes
+    from superfacets_studio import Files, effort_text, new_classes
 
     if is_list and exports:
         raise click.UsageError("--list and --export exclude each other: run the command twice")
@@ -66,7 +66,7 @@ def studio_command(
         for entry in files.listed():
             is_changed, is_reviewed = entry.get("changed_since_review"), entry.get("reviewed")
             state = "  changed since review" if is_changed else "  reviewed" if is_reviewed else ""
-            click.echo(f"{100 * entry['done']:5.1f} %  {entry['name']}{state}")
+            click.echo(f"{100 * entry['done']:5.1f} %  {entry['name']}{state}{effort_text(entry)}")
     else:
         _serve(files, port, is_shown=not no_browser)
 

@@ -2,6 +2,7 @@
 
 from .documents.agreement import agreement_text as agreement_text
 from .documents.document import merged_work as merged_work
+from .documents.effort import effort_text as effort_text
 from .documents.files import Files as Files
 from .documents.history import classes_in_work as classes_in_work
 from .export.write import parsed_export as parsed_export

@@ -4,6 +4,7 @@ import json
 import os
 import socket
 import sys
+import time
 import urllib.parse
 import urllib.request
 from pathlib import Path
@@ -129,7 +130,7 @@ def test_the_address_of_a_server_that_was_killed_is_taken_again(run, sheet, serv
     assert served[0][1][1] == kept.port
 
 
-def test_a_list_says_how_far_the_work_is_and_what_is_reviewed(run, sheet, served):
+def test_a_list_says_how_far_the_work_is_and_what_is_reviewed(run, sheet, served, monkeypatch):
     from superfacets_studio.documents.document import Document
 
     document = Document.open(Path(sheet))
@@ -137,12 +138,17 @@ def test_a_list_says_how_far_the_work_is_and_what_is_reviewed(run, sheet, served
     document.review(True)
     document.close()
     status, out, err = run("studio", sheet, "--list")
-    assert (status, out, err) == (0, f"100.0 %  {Path(sheet).name}  reviewed\n", "")
+    assert (status, out, err) == (0, f"100.0 %  {sheet.name}  reviewed  < 1 min, 1 stroke\n", "")
     document = Document.open(Path(sheet))
+    now = time.time()
+    monkeypatch.setattr("time.time", lambda: now + 50)
     document.paint(np.arange(3, dtype=np.uint32), 2)
+    document.undo()
+    monkeypatch.setattr("time.time", lambda: now + 100)
+    document.redo()
     document.close()
     _, out, _ = run("studio", sheet, "--list")
-    assert out == f"100.0 %  {Path(sheet).name}  changed since review\n"
+    assert out == f"100.0 %  {sheet.name}  changed since review  1 min, 2 strokes\n"
     assert not served
 
 

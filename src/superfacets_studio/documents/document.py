@@ -41,6 +41,7 @@ from ..regions.segmenting import Segmenter, UnsplitRegions, first_parameters
 from ..regions.splitting import split_cells
 from .agreement import Side, Theirs, agreement, read_theirs
 from .changes import Change, State, unsettled
+from .effort import statistics
 from .history import History
 from .journal import Journal, JournalError, Line, parsed_work, with_header
 from .source import Source
@@ -161,6 +162,11 @@ class Document:
         if self._total > 0:
             return float(min(1.0, np.sum(self.areas, where=is_done) / self._total))
         return float(np.count_nonzero(is_done) / self.n_cells)
+
+    @property
+    def statistics(self) -> dict[str, Any]:
+        """Entry "statistics" with active time and strokes; empty if they are unknown."""
+        return statistics(self.history.effort)
 
     @cached_property
     def _total(self) -> float:

@@ -15,6 +15,7 @@ from superfacets.kit import FORMATS, InputFile, counted
 from ..labels.classes import CLASSES_FILE, ClassList, default_classes, read_classes, write_classes
 from .changes import REVIEW_MARKS
 from .document import Document, work_file_of
+from .effort import Effort, statistics
 from .journal import JournalError, Line, summary
 
 MAX_OPEN = 3  # maximum number of documents in memory, unless more are in use at the same time
@@ -77,6 +78,11 @@ class Files:
             n_files = counted(len(self.paths), "file")
             raise IndexError(f"file {number} does not exist: the studio has {n_files}")
         return self.paths[number]
+
+    def name_of(self, number: int) -> str:
+        """Return the name of a file, with its path in the folder."""
+        path, folder = self.paths[number], self.folder
+        return path.name if folder is None else path.relative_to(folder).as_posix()
 
     def targets(self, output: Path | None) -> list[tuple[int, Path]]:
         """Return number and target of each file that has a work file.
@@ -145,12 +151,10 @@ class Files:
             self._open.pop(number).close()
 
     def _entry(self, number: int) -> dict[str, Any]:
-        path, folder = self.paths[number], self.folder
-        name = path.name if folder is None else path.relative_to(folder).as_posix()
-        entry: dict[str, Any] = {"id": number, "name": name}
+        entry: dict[str, Any] = {"id": number, "name": self.name_of(number)}
         document = self._open.get(number)
         if document is not None:
-            marks = document.state.review_marks
+            marks = {**document.state.review_marks, **document.statistics}
             return {**entry, "done": document.progress, "n_cells": document.n_cells, **marks}
         try:
             return {**entry, **_progress_of(summary(self.work_of(number)))}
@@ -175,4 +179,4 @@ def _progress_of(found: tuple[Line, Line] | None) -> dict[str, Any]:
     if not isinstance(done, (int, float)) or not 0 <= done <= 1 or not isinstance(n_cells, int):
         raise JournalError("the work file is damaged: its progress or number of cells is missing")
     marks = {name: True for name in REVIEW_MARKS if found[1].get(name) is True}
-    return {"done": done, "n_cells": n_cells, **marks}
+    return {"done": done, "n_cells": n_cells, **marks, **statistics(Effort.read(found[1]))}

@@ -35,12 +35,9 @@ _COLORED = ("ply", "off", "glb", "vtp", "las", "laz")
 _TEXTURED = (".obj", ".glb")
 
 MARKS = {
-    "cells": ".classes",
-    "vertices": ".vertex-classes",
-    "instances": ".instances",
-    "objects": ".objects",
-    "region_classes": ".region-classes",
-}
+    "cells": ".classes", "vertices": ".vertex-classes", "instances": ".instances",
+    "objects": ".objects", "region_classes": ".region-classes",
+}  # fmt: skip
 """Marker before the file ending, for each kind of export except regions (`InputFile.MARK`)."""
 
 
@@ -275,12 +272,10 @@ def _write_region_classes(document: Document, format: str, path: Path) -> None:
 
 
 _WRITERS: dict[str, Callable[[Document, str, Path], None]] = {
-    "cells": _write_cells,
-    "vertices": _write_vertices,
+    "cells": _write_cells, "vertices": _write_vertices, "regions": _write_regions,
     "instances": lambda document, _, path: write_labels(path, vertex_instances(document)),
-    "regions": _write_regions,
     "region_classes": _write_region_classes,
-}
+}  # fmt: skip
 
 
 def _names_of(document: Document, classes: Ints) -> list[str]:

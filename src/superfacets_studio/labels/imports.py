@@ -87,11 +87,8 @@ def _reason(error: Exception) -> str:
         return "it contains an empty list"
     if isinstance(error, TypeError):
         return "it does not have the structure of this format"
-    return (
-        f"the entry {kit.shortened(str(error))} is missing"
-        if isinstance(error, KeyError)
-        else str(error)
-    )
+    is_missing = isinstance(error, KeyError)
+    return f"the entry {kit.shortened(str(error))} is missing" if is_missing else str(error)
 
 
 def _labels_in(data: bytes, ending: str, cells: Cells) -> Longs:
@@ -248,10 +245,7 @@ class _Gathered:
             self._scores[key] = min(score, self._scores.get(key, 1.0))
 
     def imported(self) -> Imported:
-        cells = np.flatnonzero(self._classes)
-        classes, objects = (
-            part[cells].astype(np.uint16) for part in (self._classes, self._objects)
-        )
-        return Imported(
-            cells.astype(np.uint32), classes, objects, self._known, self._names, self._scores
-        )
+        cells = np.flatnonzero(self._classes).astype(np.uint32)
+        labels = self._classes, self._objects
+        classes, objects = (one[cells].astype(np.uint16) for one in labels)
+        return Imported(cells, classes, objects, self._known, self._names, self._scores)

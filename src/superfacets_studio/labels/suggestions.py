@@ -58,11 +58,8 @@ def suggestions_of(
     that are in no object become one suggestion. The user must choose the class of objects whose
     class name is `UNNAMED`, unless `known` has a class with this name.
     """
-    unnamed = [
-        entry
-        for entry in imported.class_list
-        if entry["name"].casefold() == UNNAMED and entry not in known
-    ]
+    new = [entry for entry in imported.class_list if entry not in known]
+    unnamed = [entry for entry in new if entry["name"].casefold() == UNNAMED]
     classes = tuple(entry for entry in imported.class_list if entry not in unnamed)
     keys = imported.classes.astype(np.int64) * INSTANCES + imported.objects
     pieces = np.zeros(len(keys), np.int64) if imported.has_objects else _pieces(imported, surface)

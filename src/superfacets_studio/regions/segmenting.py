@@ -63,11 +63,8 @@ def first_parameters(
 
 def ranges(n_cells: int) -> dict[str, list[float]]:
     """Return the minimum and maximum of each slider."""
-    return {
-        "n_segments": [1, min(n_cells, MAX_REGIONS)],
-        "alpha": [0.0, MAX_ALPHA],
-        "ridges": [0.0, MAX_RIDGES],
-    }
+    n_segments: list[float] = [1, min(n_cells, MAX_REGIONS)]
+    return {"n_segments": n_segments, "alpha": [0.0, MAX_ALPHA], "ridges": [0.0, MAX_RIDGES]}
 
 
 def checked_parameters(given: Mapping[str, Any], usual: Parameters, n_cells: int) -> Parameters:

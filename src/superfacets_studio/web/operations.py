@@ -68,6 +68,7 @@ def progress_of(document: Document) -> Body:
             "is_reviewed": document.state.is_reviewed,
             "is_changed": document.state.is_changed,
             "n_suggestions": len(document.state.suggestions),
+            **document.statistics,
         }
 
 
@@ -311,22 +312,13 @@ def _files(body: Body) -> dict[str, bytes]:
 
 
 OPERATIONS: dict[str, Operation] = {
-    "paint": _paint,
     "undo": lambda document, _: _effect(document, document.undo()),
     "redo": lambda document, _: _effect(document, document.redo()),
-    "similar": _similar,
-    "classes": _set_classes,
-    "split": _split,
-    "refine": _refine,
-    "split-object": _split_object,
-    "name-object": _name_object,
-    "compare": _compare,
-    "accept": _accept,
-    "review": _review,
-    "settle": _settle,
-    "export": _export,
-    "import": _import,
-}
+    "paint": _paint, "similar": _similar, "split": _split, "refine": _refine, "settle": _settle,
+    "classes": _set_classes, "split-object": _split_object, "name-object": _name_object,
+    "compare": _compare, "accept": _accept, "review": _review,
+    "export": _export, "import": _import,
+}  # fmt: skip
 
 
 def _numbers(value: object, name: str) -> list[int]:
