@@ -180,15 +180,12 @@ def test_wrong_requests_say_what_is_wrong(client, name, body, status, message):
 
 def test_what_is_no_json_object(client):
     for content, message in (
-        (b"{", "is not valid JSON"),
-        (b"[1]", "is not a JSON object"),
-        (b"[" * 100_000, "is nested too deeply"),
-        (b'{"a":' * 100_000, "is nested too deeply"),
-        (b'{"alpha":NaN}', "has the number NaN"),
-        (b'{"stroke":"\xff"}', "is not valid JSON"),
+        (b"{", "is not valid JSON"), (b"[1]", "is not a JSON object"),
+        (b"[" * 100_000, "is nested too deeply"), (b'{"a":' * 100_000, "is nested too deeply"),
+        (b'{"alpha":NaN}', "has the number NaN"), (b'{"stroke":"\xff"}', "is not valid JSON"),
         (b'{"class":' + b"1" * 5000 + b"}", "does not fit into 64 bits"),
         (b'{"stroke":"\\udc00"}', "contains text that is not valid Unicode"),
-    ):
+    ):  # fmt: skip
         answer = client.http.post("/api/files/0/paint", content=content)
         assert (answer.status_code, message in answer.json()["error"]) == (400, True)
         answer = client.http.post("/api/files/0/segment", content=content)

@@ -122,13 +122,11 @@ def _write_arrays(document: Document, temporary: Path, path: Path) -> None:
     instances = document.instances
     objects = objects_of(document, instances)
     arrays: dict[str, Array] = {
-        **_columns(document),
-        "instance": instances,
-        "vertex_instance": vertex_instances(document),
+        **_columns(document), "instance": instances, "vertex_instance": vertex_instances(document),
         "instances": np.array([one.instance for one in objects], np.int32),
         "labels": np.array([one.label for one in objects], np.str_),
         "names": np.array([one.name for one in objects], np.str_),
-    }
+    }  # fmt: skip
     with temporary.open("wb") as file:
         np.savez_compressed(file, allow_pickle=False, **arrays)
 

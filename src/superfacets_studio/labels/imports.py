@@ -58,9 +58,8 @@ def read_import(files: Mapping[str, bytes], cells: Cells, known: ClassList) -> I
     If an ``.aggregation.json`` file is also given, labels are not class numbers: each group of
     labels becomes an object, whose class has the name of the group, ignoring case. Cells in no
     group are not imported. An ``.objects.json`` file, as exported by the studio, contains objects
-    in COCO format.
-
-    Raises ValueError if a file is damaged, belongs to another mesh, or has an unknown format.
+    in COCO format. Raises ValueError if a file is damaged, belongs to another mesh, or has an
+    unknown format.
     """
     endings = {name: kit.known_ending(name, ENDINGS) for name in files}
     grouping = [name for name, ending in endings.items() if ending == GROUPS]

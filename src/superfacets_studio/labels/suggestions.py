@@ -33,10 +33,7 @@ class Suggestion:
 
     @classmethod
     def of_line(cls, entry: Any, n_cells: int) -> Suggestion:
-        """Return the suggestion in an entry of a journal line.
-
-        Raises ValueError, TypeError or KeyError if the entry is damaged.
-        """
+        """Return the suggestion in an entry; raise ValueError, TypeError or KeyError if damaged."""
         packed = bytes_from(entry["cells"], "cells")
         unpack_cells(packed, n_cells)  # raises a ValueError if the cells are damaged
         class_id = int(entry["class"])
