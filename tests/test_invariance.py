@@ -18,7 +18,7 @@ from superfacets import (
     sample_mesh,
     segment,
 )
-from superfacets.graph.surface import is_inside_out
+from superfacets.graph.surface import Surface
 from superfacets.paper import superfacet_weights
 
 MODES = [{}, {"paper": True}, {"init": "flood"}, {"init": "grid"}, {"weights": "creases"}]
@@ -178,7 +178,7 @@ def test_weights_of_inconsistent_meshes_do_not_depend_on_the_order_of_faces():
 def test_whether_an_inconsistent_mesh_is_inside_out_does_not_turn_with_it():
     mesh = with_flipped_faces(sample_mesh(5000), seed=2)
     verdicts = {
-        is_inside_out(turned, build_face_graph(turned))
+        Surface.of_faces(turned, build_face_graph(turned), 1).handle.is_inside_out
         for turned in [Mesh(mesh.vertices @ rotation(seed).T, mesh.faces) for seed in range(6)]
     }
-    assert verdicts == {is_inside_out(mesh, build_face_graph(mesh))}
+    assert verdicts == {Surface.of_faces(mesh, build_face_graph(mesh), 1).handle.is_inside_out}

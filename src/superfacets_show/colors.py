@@ -108,8 +108,8 @@ def face_colors(mesh: MeshLike | CellGraph, labels: npt.ArrayLike) -> Bytes:
     ----------
     mesh : Mesh or mesh-like, PointCloud or cloud-like, or CellGraph
         Same as in `segment`, or a `CellGraph`.
-    labels : array_like of integers, shape (F,)
-        Region of each face. Labels may be any integers; faces with label -1 are gray.
+    labels : array_like of integers, shape (F,) or (V,)
+        Region of each face or vertex, any integers; faces with label -1 are gray.
 
     Returns
     -------
@@ -130,9 +130,22 @@ def face_colors(mesh: MeshLike | CellGraph, labels: npt.ArrayLike) -> Bytes:
     """
     cells = mesh if isinstance(mesh, CellGraph) else kit.as_cells(mesh)
     n_vertices = getattr(cells, "n_vertices", None)
-    compact, _ = kit.compact_partial_labels(labels, cells.n_cells, n_vertices)
-    arcs, of_cells = kit.kind_of(cells).border_arcs(cells, compact, kit.checked_threads(None))
-    return colors_of_cells(_colors_of_adjacency(arcs, of_cells, int(compact.max()) + 1), compact)
+    of_cells = labels_of_cells(labels, cells)
+    compact, _ = kit.compact_partial_labels(of_cells, cells.n_cells, n_vertices)
+    arcs, of_some = kit.kind_of(cells).border_arcs(cells, compact, kit.checked_threads(None))
+    return colors_of_cells(_colors_of_adjacency(arcs, of_some, int(compact.max()) + 1), compact)
+
+
+def labels_of_cells(labels: Any, cells: Any) -> Any:
+    """Return labels of cells for labels of vertices, (V,), of which there are not N; else `labels`.
+
+    A cell gets the most frequent label of its corners.
+    """
+    n_vertices = getattr(cells, "n_vertices", None)  # clouds have no vertices
+    fit_vertices = hasattr(labels, "__len__") and len(labels) == n_vertices != cells.n_cells
+    if fit_vertices and np.ndim(labels[0]) == 0:
+        return kit.labels_of_corners(cells, np.asarray(labels))
+    return labels
 
 
 def colors_of_cells(colors: Bytes, labels: Ints) -> Bytes:

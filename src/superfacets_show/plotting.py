@@ -19,7 +19,7 @@ from .animation import MOVING_ENDINGS, check_video, gif_of, write_video
 from .annotations import SCALE_SHARE, TITLE_SHARE, scale_strip, title_strip
 from .backend import import_vtk
 from .camera import Clip, Up, View, orbiting_cameras, place_camera
-from .colors import Scale, checked_values, scale_of
+from .colors import Scale, checked_values, labels_of_cells, scale_of
 from .rendering import (
     Style,
     checked_picture_path,
@@ -145,11 +145,11 @@ def plot(
     ----------
     mesh : Mesh or mesh-like, PointCloud or cloud-like
         Same as in `segment`. Points are drawn as small hexagons on the surface, without borders.
-    labels : array_like of integers, shape (F,), or Hierarchy, optional
-        Region of each face, tetrahedron or point. Labels may be any integers; cells with label -1
-        are gray. If labels are omitted, a cloud with colors is drawn in its own colors. Other
-        clouds and all meshes are drawn in a single color. The levels of a `Hierarchy` are side by
-        side, the finest first.
+    labels : array_like of integers, shape (F,) or (V,), or Hierarchy, optional
+        Region of each face, tetrahedron or point, or of each vertex of a mesh: any integers. Cells
+        with label -1 are gray. Without labels, a cloud with colors is drawn in its own colors,
+        other clouds and all meshes in a single color. The levels of a `Hierarchy` are side by side,
+        the finest first.
     output : path, optional
         File to write: .png for one picture, .gif or .mp4 for a rotation.
     compare : sequence of array_like of integers, shape (N,) each
@@ -231,7 +231,8 @@ def plot(
     is_smooth = kit.checked_flag(smooth_borders, "smooth_borders")
     n = _n_frames(n_frames, output)
     path = None if output is None else _checked_target(output, n)
-    series = [*(labels.levels if isinstance(labels, Hierarchy) else [labels]), *compare]
+    levels = labels.levels if isinstance(labels, Hierarchy) else [labels]
+    series = [labels_of_cells(each, whole) for each in (*levels, *compare)]
     _check_titles(titles, len(series))
     if color_by is not None and colors is not None:
         raise ValueError("give colors or color_by, not both")

@@ -95,8 +95,7 @@ def test_regions_of_a_ball_are_connected_and_compact():
     assert found["undersegmentation_error"] == 0.0
     assert metrics.compactness(body, sf.segment(body, 40, smooth=False)) > found["compactness"]
     for n_threads in (1, 3):
-        again = sf.segment(body, 40, n_threads=n_threads)
-        assert np.array_equal(again.labels, result.labels)
+        assert np.array_equal(sf.segment(body, 40, n_threads=n_threads).labels, result.labels)
     volumes = np.bincount(result.labels, weights=build_tet_graph(body).measures)
     assert volumes.max() < 5 * volumes.mean()
 
@@ -131,8 +130,7 @@ def test_tetrahedra_may_be_inside_out(turned):
 
 def test_flat_tetrahedra_are_cells_without_a_volume():
     flat = TetMesh([*column(1).vertices, [0.5, 0.5, 0]], [*AROUND, [0, 1, 3, 8], [0, 1, 1, 3]])
-    graph = build_tet_graph(flat)
-    assert graph.measures[6:].tolist() == [0.0, 0.0]
+    assert build_tet_graph(flat).measures[6:].tolist() == [0.0, 0.0]
     assert sf.mesh_info(flat).n_flat_tets == 2
     result = sf.segment(flat, 2, islands="nearest")
     assert (len(result.labels), result.n_segments) == (8, 2)

@@ -236,8 +236,7 @@ def test_agree_compares_two_folders_in_one_table(run, teams):
     assert not Path("merged/new", work).exists()
     Path("theirs/superfacets-classes.json").unlink()  # the list beside IN is used instead
     found = json.loads(run("agree", "mine/a.ply", "mine", "theirs", "--json")[1])
-    assert [one["file"] for one in found["files"]] == ["a.ply"]
-    assert found["missing"] == {"mine": [], "theirs": []}
+    assert (found["files"][0]["file"], found["missing"]) == ("a.ply", {"mine": [], "theirs": []})
     ious = {row["name"]: row["iou"] for row in found["all"]["classes"]}
     assert ious == {"chair": 0.25, "table": 0.0}
     status, out, err = run("agree", "mine", "mine", "merged")

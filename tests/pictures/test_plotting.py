@@ -16,6 +16,7 @@ from superfacets import (
     RenderError,
     TetMesh,
     View,
+    face_labels,
     hierarchy,
     plot,
     region_graph,
@@ -59,15 +60,17 @@ def test_a_plot_is_an_array_of_any_type():
 
 
 def test_labelings_stand_side_by_side_from_the_same_camera(gl):
-    plain = plot(SHEET, LABELS, size=SIZE).image
     coarse = LABELS // 3
     both = plot(SHEET, LABELS, compare=[coarse], size=SIZE).image
     assert both.shape == (120, 320, 3)
-    np.testing.assert_array_equal(both[:, :160], plain)
+    np.testing.assert_array_equal(both[:, :160], plot(SHEET, LABELS, size=SIZE).image)
     np.testing.assert_array_equal(both[:, 160:], plot(SHEET, coarse, size=SIZE).image)
     nested = hierarchy(SHEET, [3, 2], labels=LABELS)
     both = plot(SHEET, nested.levels[0], compare=nested.levels[1:], size=SIZE).image
     np.testing.assert_array_equal(both, plot(SHEET, nested, size=SIZE).image)
+    of_vertices = np.arange(SHEET.n_vertices) // 9
+    found = plot(SHEET, face_labels(SHEET, of_vertices), size=SIZE).image
+    np.testing.assert_array_equal(plot(SHEET, of_vertices, size=SIZE).image, found)
 
 
 def test_each_labeling_has_numbers_of_its_own(gl):

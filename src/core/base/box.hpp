@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <initializer_list>
 #include <limits>
 
 #include "base/types.hpp"
@@ -23,22 +24,28 @@ struct Box {
   }
   void include(Point p) { include({p, p}); }
 
+  static Box around(std::initializer_list<Point> points) {
+    Box box;
+    for (const Point& p : points) box.include(p);
+    return box;
+  }
+
   // The point of the box that is nearest to p.
   Point clamped(Point p) const {
     return {std::clamp(p.x, low.x, high.x), std::clamp(p.y, low.y, high.y),
             std::clamp(p.z, low.z, high.z)};
   }
 
-  // Lower bound of the squared distance from p to any point in the box. The bound also holds in
-  // floating point, because rounding is monotone and the terms are added in the same order as in
+  // Lower bound of the squared distance between any two points of two boxes. The bound also holds
+  // in floating point, because rounding is monotone and the terms are added in the same order as in
   // squared_norm.
-  double squared_distance(Point p) const {
-    auto gap = [](double from, double to, double value) {
-      return std::max({from - value, 0.0, value - to});
+  double squared_distance(const Box& other) const {
+    const auto gap = [&](double Point::* axis) {
+      return std::max({low.*axis - other.high.*axis, 0.0, other.low.*axis - high.*axis});
     };
-    return squared_norm(
-        {gap(low.x, high.x, p.x), gap(low.y, high.y, p.y), gap(low.z, high.z, p.z)});
+    return squared_norm({gap(&Point::x), gap(&Point::y), gap(&Point::z)});
   }
+  double squared_distance(Point p) const { return squared_distance({p, p}); }
 };
 
 }  // namespace superfacets

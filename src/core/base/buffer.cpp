@@ -17,11 +17,10 @@ namespace {
 constexpr std::size_t kPage = 1 << 16;      // in bytes; a multiple of all common page sizes
 constexpr std::size_t kHugePage = 1 << 21;  // in bytes; size of a huge page on most systems
 
-// The pool keeps at most kAlwaysKept bytes of unused memory, or 1 / kKeptPart of the memory in use,
-// whichever is larger. kAlwaysKept suffices for a mesh of a few hundred thousand faces. Keeping
-// more would raise peak memory.
+// The pool keeps at most kAlwaysKept bytes of unused memory, or as much as is in use, whichever is
+// larger. kAlwaysKept suffices for a mesh of a few hundred thousand faces. Keeping more would raise
+// peak memory.
 constexpr std::size_t kAlwaysKept = 64 << 20;
-constexpr std::size_t kKeptPart = 1;
 
 constexpr std::size_t rounded_up(std::size_t n, std::size_t unit) {
   return (n + unit - 1) / unit * unit;
@@ -48,7 +47,7 @@ class Pool {
   void give(void* memory, std::size_t n_bytes) {
     n_used_ -= std::min(n_used_, n_bytes);  // clamped at 0, because n_used_ is not exact
     add(static_cast<std::byte*>(memory), n_bytes);
-    shrink(std::max(kAlwaysKept, n_used_ / kKeptPart));
+    shrink(std::max(kAlwaysKept, n_used_));
   }
 
  private:

@@ -75,6 +75,13 @@ Lists<Entry> group(std::int64_t n, std::int64_t n_lists, const ForEach& for_each
   return lists;
 }
 
+// Sorts a list and removes its duplicates.
+template <typename Entry>
+void sort_unique(std::vector<Entry>& list) {
+  std::ranges::sort(list);
+  list.erase(std::unique(list.begin(), list.end()), list.end());
+}
+
 // Sorts each list and removes its duplicates.
 template <typename Entry>
 void sort_unique(Lists<Entry>& lists, ThreadTeam& team) {
@@ -98,7 +105,7 @@ void sort_unique(Lists<Entry>& lists, ThreadTeam& team) {
 }
 
 // Collects the entries that append(cell, list) appends to `list` for cells 0..n-1, in the order of
-// cells. Each block of cells fills a separate list.
+// cells. Each block of cells fills a separate list. Blocks do not depend on the number of threads.
 template <typename Entry, typename Append>
 Buffer<Entry> gather(std::int64_t n, const Append& append, ThreadTeam& team) {
   constexpr std::int64_t kBlock = 1 << 14;

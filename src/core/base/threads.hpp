@@ -248,13 +248,20 @@ double sum_of_blocks(std::int64_t n, const Sum& sum, ThreadTeam& team) {
   return total;
 }
 
-inline double sum_of(std::span<const double> values, ThreadTeam& team) {
+// Returns the sum of term(i) over 0..n-1. The terms of a block are added one after the other.
+template <typename Term>
+double sum_over(std::int64_t n, const Term& term, ThreadTeam& team) {
   const auto add_range = [&](std::int64_t begin, std::int64_t end) {
     double sum = 0.0;
-    for (std::int64_t i = begin; i < end; ++i) sum += values[i];
+    for (std::int64_t i = begin; i < end; ++i) sum += term(i);
     return sum;
   };
-  return sum_of_blocks(static_cast<std::int64_t>(values.size()), add_range, team);
+  return sum_of_blocks(n, add_range, team);
+}
+
+inline double sum_of(std::span<const double> values, ThreadTeam& team) {
+  return sum_over(
+      static_cast<std::int64_t>(values.size()), [&](std::int64_t i) { return values[i]; }, team);
 }
 
 }  // namespace superfacets

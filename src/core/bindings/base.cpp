@@ -27,30 +27,10 @@ Buffer<float> narrowed(Doubles values, ThreadTeam& team) {
   return found;
 }
 
-// Python context manager that creates a C++ scope object on entry and destroys it on exit. Entry
-// and exit must be on the same thread.
-template <typename Scope, typename... Settings>
-class Context {
- public:
-  explicit Context(Settings... settings) : settings_(settings...) {}
-  void enter() {
-    std::apply([&](auto... settings) { scope_.emplace(settings...); }, settings_);
-  }
-  void leave() { scope_.reset(); }
-
-  template <typename... Names>
-  static void bind(nb::module_& module, const char* name, const Names&... names) {
-    nb::class_<Context>(module, name)
-        .def(nb::init<Settings...>(), names...)
-        .def("__enter__", &Context::enter)
-        .def(
-            "__exit__", [](Context& context, const nb::args&) { context.leave(); },
-            nb::sig("def __exit__(self, *exception: object) -> None"));
-  }
-
- private:
-  std::tuple<Settings...> settings_;
-  std::optional<Scope> scope_;
+// Python context manager that opens a TeamScope on entry and closes it on exit. Entry and exit must
+// be on the same thread.
+struct Workspace {
+  std::optional<TeamScope> scope;
 };
 
 }  // namespace
@@ -58,7 +38,12 @@ class Context {
 void bind_base(nb::module_& module) {
   module.def("has_assertions", [] { return kHasAssertions; });
   module.def("best_instruction_set", [] { return static_cast<int>(best_instruction_set()); });
-  Context<TeamScope>::bind(module, "Workspace");
+  nb::class_<Workspace>(module, "Workspace")
+      .def(nb::init<>())
+      .def("__enter__", [](Workspace& workspace) { workspace.scope.emplace(); })
+      .def(
+          "__exit__", [](Workspace& workspace, const nb::args&) { workspace.scope.reset(); },
+          nb::sig("def __exit__(self, *exception: object) -> None"));
   module.def("arctangents", serial(&arctangents_of), "y"_a, "x"_a, "instruction_set"_a);
   module.def("sum_of", threaded(&sum_of), "values"_a, "n_threads"_a);
   module.def("narrowed", threaded(&narrowed), "values"_a, "n_threads"_a);

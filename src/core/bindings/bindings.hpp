@@ -93,6 +93,12 @@ struct nanobind::detail::type_caster<superfacets::Point> {
 
 namespace superfacets {
 
+// The numbers of a table, row by row.
+template <typename T>
+std::span<const T> values_of(const Table<T>& table) {
+  return {table.data(), table.size()};
+}
+
 // Moves a vector or a buffer to the heap and returns it as an array whose capsule deletes it.
 template <typename List>
 auto to_numpy(List&& list) {

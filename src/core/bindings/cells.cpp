@@ -161,8 +161,7 @@ void add_far_arcs_to(OrderedGraph& graph, int n_threads, int most_steps) {
 
 void add_costs_to(OrderedGraph& graph, Integers group_of, const Table<float>& vectors,
                   double factor, ThreadTeam& team) {
-  graph.add_part_costs({vectors.shape(1), {vectors.data(), vectors.size()}, group_of}, factor,
-                       team);
+  graph.add_part_costs({vectors.shape(1), values_of(vectors), group_of}, factor, team);
 }
 
 Components components(Offsets offsets, Integers neighbors, Integers labels, ThreadTeam& team) {
@@ -174,41 +173,17 @@ Buffer<Cell> walked(Offsets offsets, Integers neighbors, Integers labels, Label 
   return walk_regions({offsets, neighbors}, labels, n_regions, team);
 }
 
-auto weights_of_triangles(const TriangleSurface& surface, Points centroids, Doubles areas,
-                          Points normals, const EdgeFactors& factors, bool wants_turn,
-                          ThreadTeam& team) {
-  Buffer<double> weights(surface.arcs().n_arcs());
-  const NetTurn net_turn(factors.diagonal);
-  const EdgeSums sums = triangle_weights(surface, {centroids, areas, normals}, factors,
-                                         wants_turn ? &net_turn : nullptr, team, weights.span());
-  return std::tuple(std::move(weights), sums);
-}
-
-double flat_share(const Surface& surface, Doubles areas, Points normals, ThreadTeam& team) {
-  return share_of_flat_sides(surface, areas, normals, team);
-}
-
-auto weights_of_surface(const Surface& surface, const EdgeFactors& factors, bool wants_turn,
-                        ThreadTeam& team) {
-  Buffer<double> weights(surface.arcs().n_arcs());
-  const NetTurn net_turn(factors.diagonal);
-  const EdgeSums sums =
-      surface_weights(surface, factors, wants_turn ? &net_turn : nullptr, team, weights.span());
-  return std::tuple(std::move(weights), sums);
-}
-
-Buffer<double> weights_of_points(const PointSurface& surface, const EdgeFactors& factors,
+WeighedArcs weights_of_triangles(const TriangleSurface& surface, Points centroids, Doubles areas,
+                                 Points normals, const EdgeFactors& factors, bool wants_sums,
                                  ThreadTeam& team) {
-  Buffer<double> weights(surface.arcs().n_arcs());
-  point_weights(surface, factors, team, weights.span());
-  return weights;
+  return triangle_weights(surface, {centroids, areas, normals}, factors, wants_sums, team);
 }
 
 Buffer<float> with_part_costs(Offsets offsets, Integers neighbors, Floats lengths,
                               Integers group_of, const Table<float>& vectors, double factor,
                               ThreadTeam& team) {
-  const PartVectors psi{vectors.shape(1), {vectors.data(), vectors.size()}, group_of};
-  return add_part_costs({offsets, neighbors}, lengths, psi, factor, team);
+  return add_part_costs({offsets, neighbors}, lengths,
+                        {vectors.shape(1), values_of(vectors), group_of}, factor, team);
 }
 
 Buffer<float> with_group_costs(Offsets offsets, Integers neighbors, Floats lengths,
@@ -220,20 +195,8 @@ Buffer<float> with_group_costs(Offsets offsets, Integers neighbors, Floats lengt
 
 Buffer<double> with_feature_steps(Offsets offsets, Integers neighbors, Doubles weights,
                                   const Table<double>& features, double factor, ThreadTeam& team) {
-  return add_feature_steps({offsets, neighbors}, weights, {features.data(), features.size()},
-                           features.shape(1), factor, team);
-}
-
-auto quantized(Doubles weights, ThreadTeam& team) {
-  Buffer<float> lengths(weights.size());
-  const double unit = quantize_weights(weights, team, lengths.span());
-  return std::tuple(std::move(lengths), unit);
-}
-
-Buffer<float> rounded(Doubles weights, double unit, ThreadTeam& team) {
-  Buffer<float> lengths(weights.size());
-  round_weights(weights, unit, team, lengths.span());
-  return lengths;
+  return add_feature_steps({offsets, neighbors}, weights, values_of(features), features.shape(1),
+                           factor, team);
 }
 
 TexelGrid grid_of(std::int64_t width, std::int64_t height, int wrap_u, int wrap_v) {
@@ -327,13 +290,12 @@ void bind_weights(nb::module_& module) {
            "alpha"_a, "eta_convex"_a, "crease_length"_a, "diagonal"_a, "ridges"_a, "convex_share"_a,
            "is_straight"_a, "slack"_a);
   module.def("triangle_weights", threaded(&weights_of_triangles), "surface"_a, "centroids"_a,
-             "areas"_a, "normals"_a, "factors"_a, "wants_turn"_a, "n_threads"_a);
-  module.def("share_of_flat_sides", threaded(&flat_share), "surface"_a, "areas"_a, "normals"_a,
-             "n_threads"_a);
-  module.def("surface_weights", threaded(&weights_of_surface), "surface"_a, "factors"_a,
-             "wants_turn"_a, "n_threads"_a);
-  module.def("point_weights", threaded(&weights_of_points), "surface"_a, "factors"_a,
-             "n_threads"_a);
+             "areas"_a, "normals"_a, "factors"_a, "wants_sums"_a, "n_threads"_a);
+  module.def("share_of_flat_sides", threaded(&share_of_flat_sides), "surface"_a, "areas"_a,
+             "normals"_a, "n_threads"_a);
+  module.def("surface_weights", threaded(&surface_weights), "surface"_a, "factors"_a,
+             "wants_sums"_a, "n_threads"_a);
+  module.def("point_weights", threaded(&point_weights), "surface"_a, "factors"_a, "n_threads"_a);
   module.def("add_feature_steps", threaded(&with_feature_steps), "offsets"_a, "neighbors"_a,
              "weights"_a, "features"_a.noconvert(), "factor"_a, "n_threads"_a);
   module.def("add_part_costs", threaded(&with_part_costs), "offsets"_a, "neighbors"_a, "lengths"_a,
@@ -341,9 +303,9 @@ void bind_weights(nb::module_& module) {
   module.def("add_group_costs", threaded(&with_group_costs), "offsets"_a, "neighbors"_a,
              "lengths"_a, "group_of"_a, "group_offsets"_a, "group_neighbors"_a, "costs"_a,
              "n_threads"_a);
-  module.def("quantize_weights", threaded(&quantized), "weights"_a, "n_threads"_a);
+  module.def("quantize_weights", threaded(&quantize_weights), "weights"_a, "n_threads"_a);
   module.def("unit_of_lengths", &unit_of_lengths, "total_weight"_a);
-  module.def("round_weights", threaded(&rounded), "weights"_a, "unit"_a, "n_threads"_a);
+  module.def("round_weights", threaded(&round_weights), "weights"_a, "unit"_a, "n_threads"_a);
   module.def("texel_colors", threaded(&colors_of_texels), "pixels"_a, "width"_a, "height"_a,
              "wrap_u"_a, "wrap_v"_a, "linear"_a, "coordinates"_a, "corners"_a, "n_threads"_a);
   module.def("paint_ids", threaded(&painted_ids), "width"_a, "height"_a, "wrap_u"_a, "wrap_v"_a,

@@ -51,7 +51,7 @@ auto cells_of(const CoarseGraph& coarse) {
 
 Buffer<float> means_of(const CoarseGraph& coarse, const Table<float>& rows, Integers group_of,
                        ThreadTeam& team) {
-  return coarse.means_of({rows.shape(1), {rows.data(), rows.size()}, group_of}, team);
+  return coarse.means_of({rows.shape(1), values_of(rows), group_of}, team);
 }
 
 void far_coarse_arcs(CoarseGraph& coarse, ThreadTeam& team) {
@@ -60,7 +60,7 @@ void far_coarse_arcs(CoarseGraph& coarse, ThreadTeam& team) {
 
 void add_costs_to_coarse(CoarseGraph& coarse, const Table<float>& vectors, double factor,
                          ThreadTeam& team) {
-  coarse.add_part_costs({vectors.shape(1), {vectors.data(), vectors.size()}, {}}, factor, team);
+  coarse.add_part_costs({vectors.shape(1), values_of(vectors), {}}, factor, team);
 }
 
 using Lengths = std::span<const PathLength>;

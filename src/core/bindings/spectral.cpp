@@ -7,6 +7,10 @@
 namespace superfacets {
 namespace {
 
+CellRows rows_of(const Table<float>& table) {
+  return {table.shape(1), values_of(table)};
+}
+
 Buffer<double> sums_between(Offsets offsets, Integers neighbors, Doubles conductances,
                             Doubles steps, Integers coarse_of, Offsets coarse_offsets,
                             Integers coarse_neighbors) {
@@ -16,18 +20,14 @@ Buffer<double> sums_between(Offsets offsets, Integers neighbors, Doubles conduct
 
 Buffer<float> relaxed(Offsets offsets, Integers neighbors, Doubles conductances,
                       const Table<float>& rows, int n_sweeps, ThreadTeam& team) {
-  Buffer<float> found(rows.size());
-  std::copy(rows.data(), rows.data() + rows.size(), found.begin());
-  relax({offsets, neighbors}, conductances, rows.shape(1), n_sweeps, team, found.span());
-  return found;
+  return relax({offsets, neighbors}, conductances, rows_of(rows), n_sweeps, team);
 }
 
 Buffer<float> rates(const OrderedGraph& graph, Offsets offsets, Integers neighbors, Doubles widths,
                     const Table<float>& normals, const Table<float>& vectors, Doubles coefficients,
                     ThreadTeam& team) {
-  return border_rates(graph, {offsets, neighbors}, widths,
-                      {normals.shape(1), {normals.data(), normals.size()}},
-                      {vectors.shape(1), {vectors.data(), vectors.size()}}, coefficients, team);
+  return border_rates(graph, {offsets, neighbors}, widths, rows_of(normals), rows_of(vectors),
+                      coefficients, team);
 }
 
 Eigenpairs eigenpairs(Offsets offsets, Integers neighbors, Doubles conductances, Doubles measures,

@@ -31,9 +31,7 @@ auto lines_of(Bytes text, std::int64_t begin, std::int64_t end, int comment, int
 Buffer<std::int8_t> matched(Bytes text, Offsets starts, Offsets ends,
                             const std::vector<std::string>& keywords, bool any_case,
                             ThreadTeam& team) {
-  Buffer<std::int8_t> found(starts.size());
-  match_keywords(as_text(text), starts, ends, keywords, any_case, team, found.span());
-  return found;
+  return match_keywords(as_text(text), starts, ends, keywords, any_case, team);
 }
 
 template <auto kParse>
@@ -47,13 +45,10 @@ void define_parse(nb::module_& module, const char* name) {
 }
 
 auto copy_of_rows(const ByteRows& rows, int n_threads) {
-  const auto n_rows = static_cast<std::int64_t>(rows.shape(0));
-  const RowPlaces places{rows.data(), rows.stride(0), static_cast<std::int64_t>(rows.shape(1))};
-  return on_team(rows.shape(0), n_threads, [&](ThreadTeam& team) {
-    Buffer<std::uint8_t> copy(n_rows * places.size);
-    copy_rows(places, n_rows, team, copy.data());
-    return copy;
-  });
+  const RowPlaces places{rows.data(), rows.stride(0), static_cast<std::int64_t>(rows.shape(0)),
+                         static_cast<std::int64_t>(rows.shape(1))};
+  return on_team(rows.shape(0), n_threads,
+                 [&](ThreadTeam& team) { return copy_rows(places, team); });
 }
 
 WalkedRows walked(Bytes bytes, std::int64_t begin, std::int64_t n_rows,
@@ -76,10 +71,10 @@ void bind_text(nb::module_& module) {
   define_parse<parse_doubles>(module, "parse_doubles");
   define_parse<parse_integers<std::int32_t>>(module, "parse_integers");
   define_parse<parse_integers<std::int64_t>>(module, "parse_long_integers");
-  define_parse<parse_corners<std::int32_t>>(module, "parse_corners");
-  define_parse<parse_corners<std::int64_t>>(module, "parse_long_corners");
-  define_parse<parse_second_indices<std::int32_t>>(module, "parse_second_indices");
-  define_parse<parse_second_indices<std::int64_t>>(module, "parse_long_second_indices");
+  define_parse<parse_indices<0, std::int32_t>>(module, "parse_corners");
+  define_parse<parse_indices<0, std::int64_t>>(module, "parse_long_corners");
+  define_parse<parse_indices<1, std::int32_t>>(module, "parse_second_indices");
+  define_parse<parse_indices<1, std::int64_t>>(module, "parse_long_second_indices");
   module.def("copy_rows", &copy_of_rows, "rows"_a.noconvert(), "n_threads"_a);
   module.def("copy_runs", threaded(&copy_runs), "bytes"_a, "starts"_a, "sizes"_a, "n_threads"_a);
   module.def("walk_rows", serial(&walked), "bytes"_a, "begin"_a, "n_rows"_a, "count_sizes"_a,

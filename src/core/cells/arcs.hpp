@@ -17,32 +17,25 @@ struct Arcs {
   std::span<const std::int64_t> offsets;  // (N + 1,) index of the first arc of each cell
   std::span<const Cell> targets;          // (M,) target cell of each arc
 
-  class Steps {
-   public:
-    class Iterator {
-     public:
-      Iterator(const Cell* targets, std::int64_t arc) : targets_(targets), arc_(arc) {}
-      Step operator*() const { return {arc_, targets_[arc_]}; }
+  struct Steps {
+    struct Iterator {
+      const Cell* targets;
+      std::int64_t arc;
+
+      Step operator*() const { return {arc, targets[arc]}; }
       Iterator& operator++() {
-        ++arc_;
+        ++arc;
         return *this;
       }
-      bool operator!=(const Iterator& other) const { return arc_ != other.arc_; }
-
-     private:
-      const Cell* targets_;
-      std::int64_t arc_;
+      bool operator!=(const Iterator& other) const { return arc != other.arc; }
     };
 
-    Steps(const Cell* targets, std::int64_t begin, std::int64_t end)
-        : targets_(targets), begin_(begin), end_(end) {}
-    Iterator begin() const { return {targets_, begin_}; }
-    Iterator end() const { return {targets_, end_}; }
+    const Cell* targets;
+    std::int64_t first;
+    std::int64_t last;  // one past the last arc
 
-   private:
-    const Cell* targets_;
-    std::int64_t begin_;
-    std::int64_t end_;
+    Iterator begin() const { return {targets, first}; }
+    Iterator end() const { return {targets, last}; }
   };
 
   Cell n_cells() const { return static_cast<Cell>(offsets.size() - 1); }

@@ -143,16 +143,14 @@ std::size_t most_walks(const OrderedGraph& graph, int n_steps, ThreadTeam& team)
     const std::size_t n_arcs = graph.arcs_of(place).size();
     return n_arcs > kMaxArcs ? 0.0 : static_cast<double>(n_arcs - 1);
   };
-  const auto count = [&](std::int64_t begin, std::int64_t end) {
+  const auto n_walks_from = [&](Place place) {
     double n_walks = 0.0;
-    for (auto place = static_cast<Place>(begin); place < end; ++place) {
-      for (const Arc& arc : graph.arcs_of(place)) {
-        n_walks += 1.0 + n_ways_on(place) * (n_steps > 2 ? 1.0 + n_ways_on(arc.to) : 1.0);
-      }
+    for (const Arc& arc : graph.arcs_of(place)) {
+      n_walks += 1.0 + n_ways_on(place) * (n_steps > 2 ? 1.0 + n_ways_on(arc.to) : 1.0);
     }
     return n_walks;
   };
-  return static_cast<std::size_t>(sum_of_blocks(graph.n_cells(), count, team));
+  return static_cast<std::size_t>(sum_over(graph.n_cells(), n_walks_from, team));
 }
 
 }  // namespace

@@ -45,7 +45,7 @@ Found find_neighbors(const NeighborSearch& search, const PointGraphOptions& opti
   const std::size_t n_columns = options.n_neighbors;
   Found found{Buffer<Place>(n_places * n_columns), Buffer<double>(n_places),
               Buffer<Point>(options.has_normals ? 0 : n_places)};
-  const auto take = [&](Place place, std::span<const Neighbor> nearest, int) {
+  const auto take = [&](Place place, std::span<const Neighbor> nearest) {
     const auto joined = nearest.first(std::min(n_columns, nearest.size()));
     Place* row = found.rows.data() + n_columns * place;
     double sum_of_squares = 0.0;

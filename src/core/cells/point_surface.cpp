@@ -30,9 +30,10 @@ double PointSurface::angle(Cell from, std::int64_t arc) const {
       .signed_angle(false);
 }
 
-void point_weights(const PointSurface& surface, const EdgeFactors& factors, ThreadTeam& team,
-                   std::span<double> weights) {
-  SUPERFACETS_ASSERT(std::ssize(weights) == surface.arcs().n_arcs() && factors.diagonal > 0.0);
+Buffer<double> point_weights(const PointSurface& surface, const EdgeFactors& factors,
+                             ThreadTeam& team) {
+  SUPERFACETS_ASSERT(factors.diagonal > 0.0);
+  Buffer<double> weights(surface.arcs().n_arcs());
   const bool has_costs = factors.alpha > 0.0;
   const bool has_ridges = factors.has_ridges();
   const bool has_convex = has_ridges || factors.eta_convex > 0.0;
@@ -63,6 +64,7 @@ void point_weights(const PointSurface& surface, const EdgeFactors& factors, Thre
       weights[arc] = (geodesic + angular) / factors.diagonal;  // eq. 3
     }
   });
+  return weights;
 }
 
 }  // namespace superfacets

@@ -72,15 +72,12 @@ double PolygonSurface::border_length(Cell from, std::int64_t arc) const {
 
 double PolygonSurface::angle(Cell from, std::int64_t arc) const {
   const Face to = arcs().targets[arc];
-  Point normal_from = shapes_.normals[from];
-  Point normal_to = shapes_.normals[to];
+  std::array normals{shapes_.normals[from], shapes_.normals[to]};
   if (same_turn_[arc] != 0) {
-    const bool second = turns_second(from, to, shapes_.areas[from], shapes_.areas[to]);
-    Point& turned = second ? normal_to : normal_from;
+    Point& turned = normals[turns_second(from, to, measure(from), measure(to)) ? 1 : 0];
     turned = -1.0 * turned;
   }
-  return fold_of(normal_from, normal_to, shapes_.centroids[to] - shapes_.centroids[from])
-      .signed_angle(inside_out_);
+  return fold_of(normals[0], normals[1], position(to) - position(from)).signed_angle(inside_out_);
 }
 
 double PolygonSurface::open_length(Cell face) const {
@@ -126,18 +123,10 @@ std::pair<std::int64_t, std::int64_t> PolygonSurface::arcs_of_side(Face face, in
   return {begin + (first - sides.begin()), begin + (last - sides.begin())};
 }
 
-// The first corner of a face at a vertex. If the face does not have this vertex, returns the first
-// corner at the same position, or -1 if there is no such corner.
 int PolygonSurface::corner_at(Face face, Vertex vertex) const {
   const auto corners = faces_[face];
   if (corners.size() > kMaxInARow) return corner_of_large(face, vertex);
-  for (std::size_t corner = 0; corner < corners.size(); ++corner) {
-    if (corners[corner] == vertex) return static_cast<int>(corner);
-  }
-  for (std::size_t corner = 0; corner < corners.size(); ++corner) {
-    if (vertices_[corners[corner]] == vertices_[vertex]) return static_cast<int>(corner);
-  }
-  return -1;
+  return superfacets::corner_at(vertices_, corners, vertex);
 }
 
 void PolygonSurface::sort_large_faces() {

@@ -19,7 +19,6 @@ class PolygonSurface final : public Surface {
                  std::span<const std::int32_t> sides, std::span<const std::uint8_t> same_turn,
                  bool inside_out, ThreadTeam& team);
 
-  const Point& normal(Face face) const { return shapes_.normals[face]; }
   bool is_inside_out() const { return inside_out_; }
 
   Point position(Cell face) const override { return shapes_.centroids[face]; }

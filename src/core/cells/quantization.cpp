@@ -4,11 +4,9 @@
 
 namespace superfacets {
 
-double quantize_weights(std::span<const double> weights, ThreadTeam& team,
-                        std::span<float> lengths) {
+QuantizedWeights quantize_weights(std::span<const double> weights, ThreadTeam& team) {
   const double unit = unit_of_lengths(sum_of(weights, team));
-  round_weights(weights, unit, team, lengths);
-  return unit;
+  return {round_weights(weights, unit, team), unit};
 }
 
 double unit_of_lengths(double total_weight) {
@@ -17,14 +15,13 @@ double unit_of_lengths(double total_weight) {
   return total_weight > 0.0 ? std::ldexp(1.0, std::ilogb(total_weight) + 1 - kTotalBits) : 1.0;
 }
 
-void round_weights(std::span<const double> weights, double unit, ThreadTeam& team,
-                   std::span<float> lengths) {
-  SUPERFACETS_ASSERT(lengths.size() == weights.size());
-  const auto n_arcs = static_cast<std::int64_t>(weights.size());
-  team.for_each_index(n_arcs, [&](std::int64_t arc) {
+Buffer<float> round_weights(std::span<const double> weights, double unit, ThreadTeam& team) {
+  Buffer<float> lengths(weights.size());
+  team.for_each_index(std::ssize(weights), [&](std::int64_t arc) {
     // Rounds to the 24 bits of a float. The result is at least 1, so every arc makes a path longer.
     lengths[arc] = static_cast<float>(std::max(1.0, round_to_whole(weights[arc] / unit)));
   });
+  return lengths;
 }
 
 }  // namespace superfacets

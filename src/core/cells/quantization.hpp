@@ -1,6 +1,7 @@
 // Stage 2: rounding of weights to whole units, so that sums of lengths are exact.
 #pragma once
 
+#include "base/buffer.hpp"
 #include "base/threads.hpp"
 
 namespace superfacets {
@@ -11,16 +12,19 @@ namespace superfacets {
 // long.
 inline constexpr int kTotalBits = 48;
 
-// Rounds finite weights >= 0 to whole units, at least 1, and returns the unit. The unit is the
-// power of two between 2^-48 and 2^-47 of the sum of the weights (1 if all weights are 0). The
-// result is the same for any number of threads.
-double quantize_weights(std::span<const double> weights, ThreadTeam& team,
-                        std::span<float> lengths);
+struct QuantizedWeights {
+  Buffer<float> lengths;  // whole numbers of units, at least 1
+  double unit;
+};
+
+// Rounds finite weights >= 0 to whole units, at least 1. The unit is the power of two between 2^-48
+// and 2^-47 of the sum of the weights (1 if all weights are 0). The result is the same for any
+// number of threads.
+QuantizedWeights quantize_weights(std::span<const double> weights, ThreadTeam& team);
 
 // The two steps of quantize_weights. unit_of_lengths returns the unit for a given sum of weights.
 // round_weights rounds weights to multiples of a given unit.
 double unit_of_lengths(double total_weight);
-void round_weights(std::span<const double> weights, double unit, ThreadTeam& team,
-                   std::span<float> lengths);
+Buffer<float> round_weights(std::span<const double> weights, double unit, ThreadTeam& team);
 
 }  // namespace superfacets

@@ -40,9 +40,7 @@ class CrowdedFaces {
   struct ArcTo {
     Cell to;
     std::int64_t arc;
-    bool operator<(const ArcTo& other) const {
-      return std::pair(to, arc) < std::pair(other.to, other.arc);
-    }
+    auto operator<=>(const ArcTo&) const = default;  // by target, then by arc
   };
   struct Crowd {
     std::vector<ArcTo> neighbors;  // arcs of the face, sorted by target, then by arc

@@ -16,14 +16,15 @@ struct SurfaceBends {
   bool is_convex(Cell cell, std::int64_t arc, Cell) const { return surface.angle(cell, arc) < 0.0; }
 };
 
-// Computes weights of arcs, and sums the net turn (see NetTurn) over edges.
+// Computes weights of arcs, and sums over edges.
 class SurfaceWeigher {
  public:
-  SurfaceWeigher(const Surface& surface, const EdgeFactors& factors, const NetTurn* net_turn,
+  SurfaceWeigher(const Surface& surface, const EdgeFactors& factors, bool wants_sums,
                  const CrowdedFaces& crowded)
       : surface_(surface),
         factors_(factors),
-        net_turn_(net_turn),
+        wants_sums_(wants_sums),
+        net_turn_(factors.diagonal),
         bends_{surface},
         ridges_(surface, bends_, crowded) {}
 
@@ -33,9 +34,10 @@ class SurfaceWeigher {
     const double angle = surface_.angle(cell, arc);
     const bool is_sharp = factors_.has_ridges() && angle <= -kSharpAngle;
     const bool is_ridge = is_sharp && ridges_.crosses(cell, arc);
-    if (cell < to) {
-      count_edge(std::abs(angle), surface_.border_length(cell, arc));
-      if (!is_ridge) add_turn(-angle * surface_.border_length(cell, arc));
+    if (wants_sums_ && cell < to) {
+      const double border = surface_.border_length(cell, arc);
+      if (factors_.has_ridges()) count_edge(std::abs(angle), border);
+      if (!is_ridge) sums_.turn += turn(-angle * border);
     }
     const double eta = is_ridge ? factors_.ridges : factors_.eta(angle, std::abs(angle));
     const double length =
@@ -48,20 +50,20 @@ class SurfaceWeigher {
 
  private:
   void count_edge(double bend, double length) {
-    if (!factors_.has_ridges() || net_turn_ == nullptr) return;
     ++sums_.n_edges;
     sums_.n_flat += static_cast<std::int64_t>(bend < kFlatAngle);
-    const auto bent = static_cast<std::int64_t>(net_turn_->rounded(bend * length));
+    const std::int64_t bent = turn(bend * length);
     sums_.bent += bent;
     if (bend >= kSharpAngle) sums_.sharp += bent;
   }
-  void add_turn(double turn) {
-    if (net_turn_ != nullptr) sums_.turn += static_cast<std::int64_t>(net_turn_->rounded(turn));
+  std::int64_t turn(double term) const {
+    return static_cast<std::int64_t>(net_turn_.rounded(term));
   }
 
   const Surface& surface_;
   const EdgeFactors& factors_;
-  const NetTurn* net_turn_;  // null if the net turn is not needed
+  const bool wants_sums_;
+  const NetTurn net_turn_;
   const SurfaceBends bends_;
   const Ridges<Surface, SurfaceBends> ridges_;
   EdgeSums sums_;
@@ -86,23 +88,23 @@ struct PatchNeighbors {
 
 }  // namespace
 
-EdgeSums surface_weights(const Surface& surface, const EdgeFactors& factors,
-                         const NetTurn* net_turn, ThreadTeam& team, std::span<double> weights) {
-  SUPERFACETS_ASSERT(std::ssize(weights) == surface.arcs().n_arcs() && factors.diagonal > 0.0);
+WeighedArcs surface_weights(const Surface& surface, const EdgeFactors& factors, bool wants_sums,
+                            ThreadTeam& team) {
+  SUPERFACETS_ASSERT(factors.diagonal > 0.0);
   const CrowdedFaces crowded = crowded_faces(surface.arcs(), SurfaceBends{surface}, factors);
-  EdgeSums total;
-  std::mutex adding;  // protects `total`; sums of integers do not depend on the order of terms
+  WeighedArcs weighed{Buffer<double>(surface.arcs().n_arcs()), {}};
+  std::mutex adding;  // protects the sums; sums of integers do not depend on the order of terms
   team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
-    SurfaceWeigher weigher(surface, factors, net_turn, crowded);
+    SurfaceWeigher weigher(surface, factors, wants_sums, crowded);
     for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) {
       for (const auto [arc, to] : surface.arcs().steps(cell)) {
-        weights[arc] = weigher.weight(cell, arc, to);
+        weighed.weights[arc] = weigher.weight(cell, arc, to);
       }
     }
     const std::scoped_lock lock(adding);
-    total.add(weigher.sums());
+    weighed.sums.add(weigher.sums());
   });
-  return total;
+  return weighed;
 }
 
 double share_of_flat_sides(const Surface& surface, std::span<const double> areas_of_cells,

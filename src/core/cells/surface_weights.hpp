@@ -10,9 +10,9 @@ namespace superfacets {
 // |theta| are measures of the arc (see Surface). EdgeFactors defines eta, and the slack that is
 // subtracted from |theta|. For triangles, the result has the same bits as triangle_weights of
 // weights.hpp. A positive crease_length of the factors replaces b. Ridges may cost more than other
-// convex edges. Returns sums over edges; the net turn is 0 if net_turn is null.
-EdgeSums surface_weights(const Surface& surface, const EdgeFactors& factors,
-                         const NetTurn* net_turn, ThreadTeam& team, std::span<double> weights);
+// convex edges.
+WeighedArcs surface_weights(const Surface& surface, const EdgeFactors& factors, bool wants_sums,
+                            ThreadTeam& team);
 
 // Returns the share of the area that belongs to flat sides, as on a box. A flat side is a set of
 // faces connected across flat edges that has at least four neighbors, where a boundary counts as

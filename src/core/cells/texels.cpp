@@ -28,7 +28,6 @@ struct TexelPoint {
   double y;  // distance in texels from the upper side of the image
 };
 using Corners = std::array<TexelPoint, 3>;
-using Color = std::array<double, 3>;
 
 std::int64_t wrapped(std::int64_t i, std::int64_t size, Wrap wrap) {
   if (i >= 0 && i < size) return i;
@@ -125,14 +124,47 @@ std::int64_t step_of(const Corners& corners) {
   return static_cast<std::int64_t>(std::ceil(std::max(step, 1.0))) | 1;
 }
 
-// Sums of the differences between each texel and the first texel. The sums are integers, so the
-// standard deviation of a uniform color is exactly 0.
-struct WholeSums {
-  std::array<std::int64_t, 3> first{};
-  std::array<std::int64_t, 3> sums{};
-  std::int64_t squares = 0;
-  std::int64_t count = 0;
+template <typename Number>
+using Color = std::array<Number, 3>;
+
+struct Found {
+  Point mean;
+  double spread;
 };
+
+// Sums of the differences between each color and the first color.
+template <typename Number>
+struct ColorSums {
+  Color<Number> first{};
+  Color<Number> sums{};
+  Number squares = 0;
+  std::int64_t count = 0;
+
+  void add(const Color<Number>& color) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Number difference = color[i] - first[i];
+      sums[i] += difference;
+      squares += difference * difference;
+    }
+    ++count;
+  }
+
+  // Mean and standard deviation.
+  Found found() const {
+    const auto n = static_cast<double>(count);
+    Color<double> mean;
+    double variance = static_cast<double>(squares) / n;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const double difference = static_cast<double>(sums[i]) / n;
+      variance -= difference * difference;
+      mean[i] = (static_cast<double>(first[i]) + difference) / kWhite;
+    }
+    return {{mean[0], mean[1], mean[2]}, std::sqrt(std::max(variance, 0.0)) / kWhite};
+  }
+};
+
+// With integers, the standard deviation of a uniform color is exactly 0.
+using WholeSums = ColorSums<std::int64_t>;
 
 class Image {
  public:
@@ -147,17 +179,17 @@ class Image {
     if (sums.count == 0) sums.first = light_at(row, begin);
     WholeSums run = sums;  // local copy, so the compiler knows that nothing aliases the sums
     if (step == 1 && begin >= 0 && end < grid_.width) {
-      for (std::int64_t x = begin; x <= end; ++x) add(row + 3 * x, run);
+      for (std::int64_t x = begin; x <= end; ++x) run.add(light_of(row + 3 * x));
     } else {
       for (std::int64_t x = next_multiple(begin, step); x <= end; x += step) {
-        add(row + 3 * wrapped(x, grid_.width, grid_.wrap_u), run);
+        run.add(light_at(row, x));
       }
     }
     sums = run;
   }
 
   // Color at a position between texel centers, interpolated bilinearly in linear light.
-  Color between(const TexelPoint& place) const {
+  Color<double> between(const TexelPoint& place) const {
     const double left = std::floor(place.x - 0.5);
     const double upper = std::floor(place.y - 0.5);
     const auto x = static_cast<std::int64_t>(left);
@@ -165,7 +197,7 @@ class Image {
     const double right_fraction = place.x - 0.5 - left;
     const double lower_fraction = place.y - 0.5 - upper;
     const std::array rows{row_at(y), row_at(y + 1)};
-    std::array<Color, 2> mixed;
+    std::array<Color<double>, 2> mixed;
     for (std::size_t i = 0; i < 2; ++i) {
       mixed[i] = mix(light_at(rows[i], x), light_at(rows[i], x + 1), right_fraction);
     }
@@ -177,25 +209,17 @@ class Image {
     return pixels_.data() + 3 * grid_.width * wrapped(y, grid_.height, grid_.wrap_v);
   }
 
-  std::array<std::int64_t, 3> light_at(const std::uint8_t* row, std::int64_t x) const {
-    const std::uint8_t* texel = row + 3 * wrapped(x, grid_.width, grid_.wrap_u);
+  Color<std::int64_t> light_of(const std::uint8_t* texel) const {
     return {linear_[texel[0]], linear_[texel[1]], linear_[texel[2]]};
   }
-
-  void add(const std::uint8_t* texel, WholeSums& run) const {
-    for (std::size_t i = 0; i < 3; ++i) {
-      const std::int64_t difference = linear_[texel[i]] - run.first[i];
-      run.sums[i] += difference;
-      run.squares += difference * difference;
-    }
-    ++run.count;
+  Color<std::int64_t> light_at(const std::uint8_t* row, std::int64_t x) const {
+    return light_of(row + 3 * wrapped(x, grid_.width, grid_.wrap_u));
   }
 
   // Linear interpolation; exact where both values are equal.
   template <typename Number>
-  static Color mix(const std::array<Number, 3>& a, const std::array<Number, 3>& b,
-                   double fraction) {
-    Color mixed;
+  static Color<double> mix(const Color<Number>& a, const Color<Number>& b, double fraction) {
+    Color<double> mixed;
     for (std::size_t i = 0; i < 3; ++i) {
       const auto from = static_cast<double>(a[i]);
       mixed[i] = from + fraction * (static_cast<double>(b[i]) - from);
@@ -207,28 +231,6 @@ class Image {
   TexelGrid grid_;
   std::span<const std::int32_t> linear_;
 };
-
-struct Found {
-  Point mean;
-  double spread;
-};
-
-// Mean and standard deviation, from the sums of differences to `first` and of their squares.
-Found found_of(const Color& first, const Color& sums, double squares, double count) {
-  Color mean;
-  double variance = squares / count;
-  for (std::size_t i = 0; i < 3; ++i) {
-    const double difference = sums[i] / count;
-    variance -= difference * difference;
-    mean[i] = (first[i] + difference) / kWhite;
-  }
-  return {{mean[0], mean[1], mean[2]}, std::sqrt(std::max(variance, 0.0)) / kWhite};
-}
-
-Color as_color(const std::array<std::int64_t, 3>& whole) {
-  return {static_cast<double>(whole[0]), static_cast<double>(whole[1]),
-          static_cast<double>(whole[2])};
-}
 
 double longest_side(const Corners& corners) {
   double longest = 0.0;
@@ -247,20 +249,12 @@ Found sampled(const Image& image, const Corners& corners) {
   const TexelPoint& c = corners[2];
   const double sides = std::ceil(std::clamp(longest_side(corners), 1.0, double{kMaxSplits}));
   const int n = static_cast<int>(sides);
-  Color first{};
-  Color sums{};
-  double squares = 0.0;
-  int count = 0;
+  ColorSums<double> sums;
   const auto add = [&](double s, double t) {
-    const Color light = image.between(
+    const Color<double> light = image.between(
         {a.x + s * (b.x - a.x) + t * (c.x - a.x), a.y + s * (b.y - a.y) + t * (c.y - a.y)});
-    if (count == 0) first = light;
-    for (std::size_t i = 0; i < 3; ++i) {
-      const double difference = light[i] - first[i];
-      sums[i] += difference;
-      squares += difference * difference;
-    }
-    ++count;
+    if (sums.count == 0) sums.first = light;
+    sums.add(light);
   };
   for (int i = 0; i < n; ++i) {
     for (int j = 0; i + j < n; ++j) {
@@ -268,7 +262,7 @@ Found sampled(const Image& image, const Corners& corners) {
       if (i + j + 1 < n) add((i + 2.0 / 3.0) / n, (j + 2.0 / 3.0) / n);
     }
   }
-  return found_of(first, sums, squares, count);
+  return sums.found();
 }
 
 Found color_of(const Image& image, const Corners& corners) {
@@ -277,9 +271,7 @@ Found color_of(const Image& image, const Corners& corners) {
   for_each_row(corners, step, [&](std::int64_t y, std::int64_t begin, std::int64_t end) {
     image.add_run(y, begin, end, step, sums);
   });
-  if (sums.count == 0) return sampled(image, corners);
-  return found_of(as_color(sums.first), as_color(sums.sums), static_cast<double>(sums.squares),
-                  static_cast<double>(sums.count));
+  return sums.count == 0 ? sampled(image, corners) : sums.found();
 }
 
 // Clamps a triangle to at most kMaxPaintedTiles copies of the image per direction.
@@ -366,13 +358,12 @@ Buffer<std::int32_t> order_by_tile(const TexelGrid& grid, const TexturedTriangle
     const std::int64_t row = wrapped(static_cast<std::int64_t>(y), grid.height, grid.wrap_v);
     tiles[triangle] = static_cast<std::int32_t>(row / kTile * n_columns + column / kTile);
   }
-  return group<std::int32_t>(n_rows * n_columns,
-                             [&](const auto& add) {
-                               for (std::size_t triangle = 0; triangle < n; ++triangle) {
-                                 add(tiles[triangle], static_cast<std::int32_t>(triangle));
-                               }
-                             })
-      .entries;
+  const auto add_all = [&](const auto& add) {
+    for (std::size_t triangle = 0; triangle < n; ++triangle) {
+      add(tiles[triangle], static_cast<std::int32_t>(triangle));
+    }
+  };
+  return group<std::int32_t>(n_rows * n_columns, add_all).entries;
 }
 
 }  // namespace

@@ -26,14 +26,12 @@ bool turns_second(Face first, Face second, double first_area, double second_area
 
 double TriangleSurface::angle(Cell from, std::int64_t arc) const {
   const Face to = arcs().targets[arc];
-  Point normal_from = unit_normal(vertices_, faces_[from]);
-  Point normal_to = unit_normal(vertices_, faces_[to]);
+  std::array normals{unit_normal(vertices_, faces_[from]), unit_normal(vertices_, faces_[to])};
   if (same_turn(arc)) {
-    const bool second = turns_second(from, to, measure(from), measure(to));
-    Point& turned = second ? normal_to : normal_from;
+    Point& turned = normals[turns_second(from, to, measure(from), measure(to)) ? 1 : 0];
     turned = -1.0 * turned;
   }
-  return fold_of(normal_from, normal_to, position(to) - position(from)).signed_angle(inside_out_);
+  return fold_of(normals[0], normals[1], position(to) - position(from)).signed_angle(inside_out_);
 }
 
 // The second moment of a triangle about its centroid is 1/12 of the sum of p p^T over its corners
@@ -91,7 +89,7 @@ Corner TriangleSurface::corner_between(Cell face, int first_side, int second_sid
 }
 
 Cell TriangleSurface::next_around(Corner center, Cell before, Cell here) const {
-  const int corner = corner_at(here, static_cast<Vertex>(center));
+  const int corner = corner_at(vertices_, faces_[here].corners, static_cast<Vertex>(center));
   if (corner < 0) return kNoCell;
   const int opposite_side = (corner + 1) % 3;
   Cell next = kNoCell;
@@ -106,19 +104,6 @@ Cell TriangleSurface::next_around(Corner center, Cell before, Cell here) const {
 bool TriangleSurface::leads_around(Corner corner, Cell before, Cell here, Cell goal,
                                    std::span<const Label> labels) const {
   return walk_around(*this, corner, before, here, goal, labels);
-}
-
-// The corner of a face at a vertex. If the face does not have this vertex, returns the corner at
-// the same position, or -1 if there is no such corner.
-int TriangleSurface::corner_at(Face face, Vertex vertex) const {
-  const auto& corners = faces_[face].corners;
-  for (int corner = 0; corner < 3; ++corner) {
-    if (corners[corner] == vertex) return corner;
-  }
-  for (int corner = 0; corner < 3; ++corner) {
-    if (vertices_[corners[corner]] == vertices_[vertex]) return corner;
-  }
-  return -1;
 }
 
 }  // namespace superfacets

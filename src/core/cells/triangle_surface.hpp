@@ -50,6 +50,20 @@ inline Fold fold_of(const Point& normal_from, const Point& normal_to, const Poin
 // An arc and its reverse arc flip the same normal.
 bool turns_second(Face first, Face second, double first_area, double second_area);
 
+// The first corner of a face at a vertex. If the face does not have this vertex, returns the first
+// corner at the same position, or -1 if there is no such corner.
+template <typename Corners>
+int corner_at(std::span<const Point> vertices, const Corners& corners, Vertex vertex) {
+  const auto n = static_cast<int>(std::size(corners));
+  for (int corner = 0; corner < n; ++corner) {
+    if (corners[corner] == vertex) return corner;
+  }
+  for (int corner = 0; corner < n; ++corner) {
+    if (vertices[corners[corner]] == vertices[vertex]) return corner;
+  }
+  return -1;
+}
+
 // Surface of a triangle mesh and the arcs of its face graph. Sides are numbered as in
 // build_triangle_graph. The object only refers to arrays of the caller.
 class TriangleSurface final : public Surface {
@@ -111,7 +125,6 @@ class TriangleSurface final : public Surface {
     return {vertices_[corners[side]], vertices_[corners[next_corner(side)]]};
   }
   bool is_valid() const;
-  int corner_at(Face face, Vertex vertex) const;
 
   const std::span<const Point> vertices_;
   const std::span<const Triangle> faces_;

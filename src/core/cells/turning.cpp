@@ -27,12 +27,32 @@ void for_each_cosine(const NeighborRows& neighbors, std::span<const Point> norma
 // point.
 class TurnedSets {
  public:
-  explicit TurnedSets(Place n_places);
+  explicit TurnedSets(Place n_places) : parents_(n_places), turned_(n_places) {
+    std::iota(parents_.begin(), parents_.end(), 0);
+    std::ranges::fill(turned_, std::uint8_t{0});
+  }
 
-  std::pair<Place, bool> root(Place place);
+  std::pair<Place, bool> root(Place place) {
+    bool is_turned = false;
+    while (parents_[place] != place) {
+      const Place parent = parents_[place];
+      turned_[place] ^= turned_[parent];  // path halving, for faster searches
+      parents_[place] = parents_[parent];
+      is_turned ^= turned_[place] != 0;
+      place = parents_[place];
+    }
+    return {place, is_turned};
+  }
 
   // Joins the sets of a and b. If `is_opposite`, one of the two normals must be flipped.
-  void unite(Place a, Place b, bool is_opposite);
+  void unite(Place a, Place b, bool is_opposite) {
+    const auto [root_a, a_turned] = root(a);
+    const auto [root_b, b_turned] = root(b);
+    if (root_a == root_b) return;
+    const auto [low, high] = std::minmax(root_a, root_b);
+    parents_[high] = low;
+    turned_[high] = static_cast<std::uint8_t>(a_turned ^ b_turned ^ is_opposite);
+  }
 
  private:
   Buffer<Place> parents_;
@@ -46,32 +66,6 @@ struct NormalPair {
   Place to;          // the other point
   bool is_opposite;  // whether the dot product of the normals is negative
 };
-
-TurnedSets::TurnedSets(Place n_places) : parents_(n_places), turned_(n_places) {
-  std::iota(parents_.begin(), parents_.end(), 0);
-  std::ranges::fill(turned_, std::uint8_t{0});
-}
-
-std::pair<Place, bool> TurnedSets::root(Place place) {
-  bool is_turned = false;
-  while (parents_[place] != place) {
-    const Place parent = parents_[place];
-    turned_[place] ^= turned_[parent];  // path halving, for faster searches
-    parents_[place] = parents_[parent];
-    is_turned ^= turned_[place] != 0;
-    place = parents_[place];
-  }
-  return {place, is_turned};
-}
-
-void TurnedSets::unite(Place a, Place b, bool is_opposite) {
-  const auto [root_a, a_turned] = root(a);
-  const auto [root_b, b_turned] = root(b);
-  if (root_a == root_b) return;
-  const auto [low, high] = std::minmax(root_a, root_b);
-  parents_[high] = low;
-  turned_[high] = static_cast<std::uint8_t>(a_turned ^ b_turned ^ is_opposite);
-}
 
 // Joins neighbors along a minimum spanning tree (Kruskal). Pairs of similar normals come first.
 TurnedSets join_neighbors(const NeighborRows& neighbors, std::span<const Point> normals) {

@@ -27,7 +27,7 @@ class Walker {
       cells[n_visited++] = start;
       while (!path.empty()) {
         const Cell next = next_after(path.back());
-        if (next == kNone) {
+        if (next == kNoCell) {
           path.pop_back();
           continue;
         }
@@ -39,8 +39,6 @@ class Walker {
   }
 
  private:
-  static constexpr Cell kNone = -1;
-
   bool is_waiting(Cell cell, Label label) const {
     return labels_[cell] == label && is_visited_[cell] == 0;
   }
@@ -52,11 +50,11 @@ class Walker {
   }
 
   Cell next_after(Cell cell) const {
-    std::pair<std::ptrdiff_t, Cell> best{0, kNone};
+    std::pair<std::ptrdiff_t, Cell> best{0, kNoCell};
     for (const Cell near : arcs_.neighbors(cell)) {
       if (!is_waiting(near, labels_[cell])) continue;
       const std::pair<std::ptrdiff_t, Cell> found{n_waiting_around(near), near};
-      if (best.second == kNone || found < best) best = found;
+      if (best.second == kNoCell || found < best) best = found;
     }
     return best.second;
   }

@@ -58,8 +58,8 @@ SUPERFACETS_ALWAYS_INLINE ArcData arc_data(const Geometry& geometry, Face from, 
   ArcData data{geometry.surface.edge(from, arc), centroids[from], centroids[to],
                geometry.normals[from], geometry.normals[to]};
   if (geometry.surface.same_turn(arc)) {
-    const bool is_second = turns_second(from, to, areas[from], areas[to]);
-    Point& turned = is_second ? data.normal_to : data.normal_from;
+    Point& turned =
+        turns_second(from, to, areas[from], areas[to]) ? data.normal_to : data.normal_from;
     turned = -1.0 * turned;
   }
   return data;
@@ -83,22 +83,13 @@ enum class Formula : std::uint8_t {
   kStraight,     // like kOneLength, with straight steps (see EdgeFactors::is_straight)
 };
 
-Formula formula_of(const EdgeFactors& factors) {
-  if (factors.is_straight) return Formula::kStraight;
-  return factors.crease_length > 0.0 ? Formula::kOneLength : Formula::kEdgeLengths;
-}
-
 // Calls run(formula), where `formula` is a std::integral_constant chosen from the factors.
 template <typename Run>
 auto with_formula(const EdgeFactors& factors, const Run& run) {
-  switch (formula_of(factors)) {
-    case Formula::kStraight:
-      return run(std::integral_constant<Formula, Formula::kStraight>{});
-    case Formula::kOneLength:
-      return run(std::integral_constant<Formula, Formula::kOneLength>{});
-    default:
-      return run(std::integral_constant<Formula, Formula::kEdgeLengths>{});
-  }
+  if (factors.is_straight) return run(std::integral_constant<Formula, Formula::kStraight>{});
+  return factors.crease_length > 0.0
+             ? run(std::integral_constant<Formula, Formula::kOneLength>{})
+             : run(std::integral_constant<Formula, Formula::kEdgeLengths>{});
 }
 
 template <Formula kFormula>
@@ -254,14 +245,15 @@ bool is_pair(const Arcs& arcs, const RisingArc& step, std::int64_t& back) {
 // arc if the reverse arc is unique.
 class Weigher {
  public:
-  Weigher(const Geometry& geometry, const EdgeFactors& factors, const NetTurn* net_turn,
+  Weigher(const Geometry& geometry, const EdgeFactors& factors, bool wants_sums,
           const CrowdedFaces& crowded, std::span<double> weights)
       : geometry_(geometry),
         factors_(factors),
         of_ridges_(factors.of_ridges()),
         bends_{geometry},
         ridges_(geometry.surface, bends_, crowded),
-        net_turn_(net_turn),
+        wants_sums_(wants_sums),
+        net_turn_(factors.diagonal),
         weights_(weights) {}
 
   // Sums over all arcs processed so far.
@@ -288,7 +280,7 @@ class Weigher {
     }
     with_formula(factors_, [&](auto formula) { weigh_in_vectors<formula.value>(rising.size()); });
     if (factors_.has_ridges()) weigh_ridges(rising);
-    if (net_turn_ != nullptr) add_turns(rising.size());
+    if (wants_sums_) add_turns(rising.size());
     std::int64_t n_weighed = std::ssize(rising);
     for (std::size_t i = 0; i < rising.size(); ++i) {
       weights_[rising[i].arc] = numbers_[i];
@@ -304,9 +296,9 @@ class Weigher {
   void weigh_in_vectors(std::size_t n) {
     const double up = up_of(geometry_);
     const auto run = [&](const auto& weigh) {
-      run_version(with_, weigh, block_, factors_, up, rounding_, &numbers_, &turns_, n);
+      run_version(with_, weigh, block_, factors_, up, net_turn_, &numbers_, &turns_, n);
     };
-    if (net_turn_ != nullptr) return run(Weigh<kFormula, true>{});
+    if (wants_sums_) return run(Weigh<kFormula, true>{});
     run(Weigh<kFormula, false>{});
   }
 
@@ -335,7 +327,7 @@ class Weigher {
   }
 
   void count_edges(std::size_t n) {
-    if (net_turn_ == nullptr) return;
+    if (!wants_sums_) return;
     double bent = 0.0;  // exact, because all terms are integers
     double sharp = 0.0;
     for (std::size_t i = 0; i < n; ++i) {
@@ -353,8 +345,8 @@ class Weigher {
   const EdgeFactors of_ridges_;
   const FaceBends bends_;
   const Ridges<TriangleSurface, FaceBends> ridges_;
-  const NetTurn* const net_turn_;  // null if the net turn is not needed
-  const NetTurn rounding_ = net_turn_ == nullptr ? NetTurn() : *net_turn_;
+  const bool wants_sums_;
+  const NetTurn net_turn_;
   const std::span<double> weights_;
   const InstructionSet with_ = best_instruction_set();
   std::vector<RisingArc> listed_;
@@ -387,32 +379,31 @@ void weigh_other_arcs(const Geometry& geometry, const EdgeFactors& factors,
 
 }  // namespace
 
-EdgeSums triangle_weights(const TriangleSurface& surface, const FaceMeasures& faces,
-                          const EdgeFactors& factors, const NetTurn* net_turn, ThreadTeam& team,
-                          std::span<double> weights) {
+WeighedArcs triangle_weights(const TriangleSurface& surface, const FaceMeasures& faces,
+                             const EdgeFactors& factors, bool wants_sums, ThreadTeam& team) {
   SUPERFACETS_ASSERT(std::cmp_equal(faces.centroids.size(), surface.n_cells()) &&
                      faces.areas.size() == faces.centroids.size());
   SUPERFACETS_ASSERT(faces.normals.empty() || faces.normals.size() == faces.areas.size());
-  SUPERFACETS_ASSERT(std::ssize(weights) == surface.arcs().n_arcs() && factors.diagonal > 0.0);
+  SUPERFACETS_ASSERT(factors.diagonal > 0.0);
   SUPERFACETS_ASSERT(!factors.is_straight || factors.crease_length > 0.0 || factors.alpha == 0.0);
   const bool is_given = !faces.normals.empty();
   const Buffer<Point> normals = is_given ? Buffer<Point>() : unit_normals(surface, team);
   const Geometry geometry{surface, faces, is_given ? faces.normals : normals.span()};
   const CrowdedFaces crowded = crowded_faces(surface.arcs(), FaceBends{geometry}, factors);
   std::atomic<std::int64_t> n_weighed = 0;
-  EdgeSums total;
+  WeighedArcs weighed{Buffer<double>(surface.arcs().n_arcs()), {}};
   std::mutex adding;  // protects the sums; sums of integers do not depend on the order of terms
   team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
-    Weigher weigher(geometry, factors, net_turn, crowded, weights);
+    Weigher weigher(geometry, factors, wants_sums, crowded, weighed.weights.span());
     n_weighed += weigher.weigh_range(begin, end);
     const std::scoped_lock lock(adding);
-    total.add(weigher.sums());
+    weighed.sums.add(weigher.sums());
   });
-  if (n_weighed == surface.arcs().n_arcs()) return total;
+  if (n_weighed == surface.arcs().n_arcs()) return weighed;
   team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
-    weigh_other_arcs(geometry, factors, crowded, begin, end, weights);
+    weigh_other_arcs(geometry, factors, crowded, begin, end, weighed.weights.span());
   });
-  return total;
+  return weighed;
 }
 
 }  // namespace superfacets

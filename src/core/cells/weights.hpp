@@ -80,7 +80,6 @@ struct EdgeSums {
 // term is rounded to a whole number of units, so that sums are exact, in any order.
 class NetTurn {
  public:
-  NetTurn() = default;
   explicit NetTurn(double diagonal) : units_(std::ldexp(1.0, kTurnBits - std::ilogb(diagonal))) {
     SUPERFACETS_ASSERT(diagonal > 0.0);
   }
@@ -97,7 +96,12 @@ class NetTurn {
  private:
   static constexpr int kTurnBits = 31;
 
-  double units_ = 1.0;  // number of units per radian and unit of length
+  double units_;  // number of units per radian and unit of length
+};
+
+struct WeighedArcs {
+  Buffer<double> weights;  // (M,) weight of each arc, finite and >= 0
+  EdgeSums sums;           // 0 if they are not wanted
 };
 
 // Centroids, areas and unit normals of faces. The caller computes them once, because each arc needs
@@ -108,14 +112,12 @@ struct FaceMeasures {
   std::span<const Point> normals;
 };
 
-// weights[a] = (|c_i - m| + |m - c_j| + alpha eta |e| theta / pi) / d, finite and >= 0. A positive
-// crease_length replaces |e|. If steps are straight, |c_i - c_j| replaces the distance via m, and
-// crease_length must be positive. theta is in [0, pi]; it is 0 if one of the faces has no normal.
-// The slack of the factors is subtracted from theta, but not below 0. An arc and its reverse arc
-// get bit-identical weights. Ridges may cost more than other convex edges. Returns sums over edges,
-// which are 0 if net_turn is null.
-EdgeSums triangle_weights(const TriangleSurface& surface, const FaceMeasures& faces,
-                          const EdgeFactors& factors, const NetTurn* net_turn, ThreadTeam& team,
-                          std::span<double> weights);
+// weights[a] = (|c_i - m| + |m - c_j| + alpha eta |e| theta / pi) / d. A positive crease_length
+// replaces |e|. If steps are straight, |c_i - c_j| replaces the distance via m, and crease_length
+// must be positive. theta is in [0, pi]; it is 0 if one of the faces has no normal. The slack of
+// the factors is subtracted from theta, but not below 0. An arc and its reverse arc get
+// bit-identical weights. Ridges may cost more than other convex edges.
+WeighedArcs triangle_weights(const TriangleSurface& surface, const FaceMeasures& faces,
+                             const EdgeFactors& factors, bool wants_sums, ThreadTeam& team);
 
 }  // namespace superfacets

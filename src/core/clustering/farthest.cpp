@@ -6,6 +6,9 @@ namespace {
 // Initial value of a maximum, less than every squared distance and less than kIsCenter.
 constexpr double kBelowAll = -2.0;
 
+// A center that is farther away than all others.
+constexpr Point kNowhere{kInfinity, kInfinity, kInfinity};
+
 // Tree level whose nodes are updated on several threads, if a new center may change at least
 // kMinShared of these nodes. A node of this level contains 2^11 cells, and updating it takes about
 // ten microseconds.
@@ -105,24 +108,12 @@ bool FarthestPoints::is_farther(const Summary& a, const Summary& b) const {
           graph_.cell_at(a.farthest) < graph_.cell_at(b.farthest));
 }
 
-void FarthestPoints::summarize_leaf(std::size_t leaf) {
-  const auto [begin, end] = graph_.tree.places(leaf);
-  Summary summary{squared_distance_[begin], static_cast<Place>(begin)};
-  for (auto place = begin + 1; place < end; ++place) {
-    const Summary other{squared_distance_[place], static_cast<Place>(place)};
-    if (is_farther(other, summary)) summary = other;
-  }
-  summaries_.front()[leaf] = summary;
-}
-
 void FarthestPoints::summarize(std::size_t level, std::size_t index) {
-  if (level == 0) return summarize_leaf(index);
+  if (level == 0) return update_leaf(index, kNowhere);
   const auto [begin, end] = graph_.tree.children(level, index);
-  Summary summary = summaries_[level - 1][begin];
-  for (auto child = begin + 1; child < end; ++child) {
-    if (is_farther(summaries_[level - 1][child], summary)) summary = summaries_[level - 1][child];
-  }
-  summaries_[level][index] = summary;
+  const auto children = std::span(summaries_[level - 1]).subspan(begin, end - begin);
+  summaries_[level][index] = *std::ranges::max_element(
+      children, [&](const Summary& a, const Summary& b) { return is_farther(b, a); });
 }
 
 }  // namespace superfacets

@@ -45,7 +45,6 @@ class FarthestPoints {
   void update(std::size_t level, std::size_t index, Point center);
   void update_leaf(std::size_t leaf, Point center);
   void summarize_all();
-  void summarize_leaf(std::size_t leaf);
   void summarize(std::size_t level, std::size_t index);
   bool is_farther(const Summary& a, const Summary& b) const;
 

@@ -1,7 +1,5 @@
 #include "clustering/islands.hpp"
 
-#include <tuple>
-
 #include "cells/components.hpp"
 
 namespace superfacets {
@@ -10,15 +8,13 @@ namespace {
 // Number of unlabeled cells per task.
 constexpr std::int64_t kBlock = 1 << 10;
 
-// A labeled cell, and its distance from an island.
+// A labeled cell, and its distance from an island. The lowest candidate is the best.
 struct Candidate {
   double squared_distance = kInfinity;
   Cell cell = 0;
   Label label = kNoLabel;
 
-  bool is_better_than(const Candidate& other) const {
-    return std::tie(squared_distance, cell) < std::tie(other.squared_distance, other.cell);
-  }
+  auto operator<=>(const Candidate&) const = default;
 };
 
 // A box tree of the labeled cells only. A search in the tree of all cells would also visit the
@@ -84,8 +80,7 @@ class LabeledCells {
 
   void compare(Point target, std::int64_t i, Label group, Candidate& best) const {
     if (group != kAnyGroup && groups_[i] != group) return;
-    const Candidate other{squared_norm(positions_[i] - target), cells_[i], labels_[i]};
-    if (other.is_better_than(best)) best = other;
+    best = std::min(best, {squared_norm(positions_[i] - target), cells_[i], labels_[i]});
   }
 
   std::vector<Place> places_;     // sorted index of each labeled cell, ascending
@@ -125,7 +120,7 @@ std::vector<Candidate> nearest_of(const OrderedGraph& graph, const LabeledCells&
         labeled.search(graph.positions[places[i]], places[i], group, best);
       }
       const std::scoped_lock lock(mutex);
-      if (best.is_better_than(nearest[piece])) nearest[piece] = best;
+      nearest[piece] = std::min(nearest[piece], best);
     }
   };
   team.for_each_block(std::ssize(places), search_range, kBlock);

@@ -29,11 +29,11 @@ struct Need {
 
 // Length of the paths to all cells, averaged by measure. The sum runs over one region after
 // another.
-double mean_length(const OrderedGraph& graph, std::span<const Path> nearest, const Regions& regions,
-                   ThreadTeam& team) {
-  std::vector<double> sums(regions.places.n_lists(), 0.0);
+double mean_length(const OrderedGraph& graph, std::span<const Path> nearest,
+                   const Lists<Place>& regions, ThreadTeam& team) {
+  std::vector<double> sums(regions.n_lists(), 0.0);
   team.for_each(std::ssize(sums), [&](std::int64_t label, int) {
-    for (const Place place : regions.of(static_cast<Label>(label))) {
+    for (const Place place : regions[label]) {
       sums[label] += graph.measures[place] * static_cast<double>(nearest[place].length);
     }
   });
@@ -83,15 +83,14 @@ std::vector<Place> relocate_centers(const OrderedGraph& graph, std::span<const P
                                     std::span<const Place> centers, std::size_t n_moves,
                                     ThreadTeam& team) {
   SUPERFACETS_ASSERT(std::cmp_equal(nearest.size(), graph.n_cells()));
-  const Regions regions(nearest, static_cast<Label>(centers.size()));
+  const Lists<Place> regions = regions_of(nearest, static_cast<Label>(centers.size()));
   const Buffer<Path> seconds = second_paths(graph, nearest, regions, team);
   const bool has_limit = !std::isinf(graph.crease_limit);
   const double most =
       has_limit ? HUGE_VAL : kMaxLength * mean_length(graph, nearest, regions, team);
   std::vector<Need> needs(centers.size());
   team.for_each(std::ssize(needs), [&](std::int64_t label, int) {
-    const std::span<const Place> region = regions.of(static_cast<Label>(label));
-    needs[label] = need_of(graph, nearest, seconds.span(), region, most);
+    needs[label] = need_of(graph, nearest, seconds.span(), regions[label], most);
   });
   std::vector<Label> leaving =
       sorted_labels(needs.size(), [&](Label label) { return needs[label].removal_cost; });
@@ -114,7 +113,7 @@ std::vector<Place> relocate_centers(const OrderedGraph& graph, std::span<const P
     moved[label] = neediest.farthest;
     roles[label] = Role::kLeaves;
     roles[*next] = Role::kReceives;
-    for (const Place place : regions.of(label)) {
+    for (const Place place : regions[label]) {
       Role& role = roles[seconds[place].label];
       if (role == Role::kNone) role = Role::kStays;
     }

@@ -221,35 +221,26 @@ class SeededComponents {
   std::vector<Cell> seeded_;     // components that get seeds, the largest first
 };
 
-// The cell at which the flood of each component starts. The component of `first` comes first.
-std::vector<Place> flood_starts(const OrderedGraph& graph, const SeededComponents& components,
-                                Place first) {
-  std::vector<Place> starts{first};
-  std::vector<bool> is_started(components.n_components(), false);
-  is_started[components.component(first)] = true;
-  for (const Place place : graph.in_input_order()) {
-    if (is_started[components.component(place)]) continue;
-    is_started[components.component(place)] = true;
-    starts.push_back(place);
-  }
-  return starts;
-}
-
-// All cells, sorted by component (in the order of `starts`), then by path length from the start,
-// then by input index.
+// All cells, sorted by component, then by path length from the start of its flood, then by input
+// index. The component of `first` comes first, and its flood starts at `first`. The others follow
+// in the order of their lowest cells, at which their floods start; this is the order of their
+// numbers.
 std::vector<Place> visiting_order(const OrderedGraph& graph, const SeededComponents& components,
-                                  std::span<const Place> starts, ThreadTeam& team) {
-  std::vector<Cell> ranks(components.n_components());
-  for (std::size_t rank = 0; rank < starts.size(); ++rank) {
-    ranks[components.component(starts[rank])] = static_cast<Cell>(rank);
+                                  Place first, ThreadTeam& team) {
+  std::vector<Place> starts(components.n_components(), kNoPlace);
+  starts[components.component(first)] = first;
+  for (const Place place : graph.in_input_order()) {
+    Place& start = starts[components.component(place)];
+    if (start == kNoPlace) start = place;
   }
   Classification from_starts(graph, kInfinity, Islands::kNearest, nullptr, team);
   from_starts.classify(starts);
   // Sort keys are copied, because looking them up during comparisons would cause cache misses.
   std::vector<std::tuple<Cell, PathLength, Cell, Place>> keys(graph.n_cells());
   for (Place place = 0; place < graph.n_cells(); ++place) {
-    keys[place] = {ranks[components.component(place)], from_starts.path(place).length,
-                   graph.cell_at(place), place};
+    const Cell component = components.component(place);
+    const Cell rank = component == components.component(first) ? kNoCell : component;
+    keys[place] = {rank, from_starts.path(place).length, graph.cell_at(place), place};
   }
   std::ranges::sort(keys);
   std::vector<Place> order;
@@ -358,10 +349,9 @@ std::vector<Cell> flood_seeds(const OrderedGraph& graph, Cell first, Cell n_seed
                               Islands islands, ThreadTeam& team) {
   const Place start = graph.place_of(first);
   const SeededComponents components(graph, start, n_seeds, team);
-  const auto starts = flood_starts(graph, components, start);
   Flood flood(graph, reach);
   std::vector<Place> seeds;
-  for (const Place place : visiting_order(graph, components, starts, team)) {
+  for (const Place place : visiting_order(graph, components, start, team)) {
     const bool is_left_out = islands == Islands::kNearest && !components.is_seeded(place);
     if (is_left_out || flood.is_reached(place)) continue;
     flood.expand(place, static_cast<Label>(seeds.size()));

@@ -21,14 +21,15 @@ double scale_for(double total) {
 
 }  // namespace
 
-FixedPoint::FixedPoint(const Box& bounds, double total_measure)
-    : origin_(bounds.low), measure_scale_(scale_for(total_measure)) {
-  const Point extent = bounds.high - bounds.low;
-  position_scale_ = scale_for(total_measure * std::max({extent.x, extent.y, extent.z}));
+FixedPoint::FixedPoint(const PlacedCells& cells)
+    : cells_(cells), measure_scale_(scale_for(cells.total_measure)) {
+  const Point extent = cells.bounds.high - cells.bounds.low;
+  position_scale_ = scale_for(cells.total_measure * std::max({extent.x, extent.y, extent.z}));
 }
 
-FixedSum FixedPoint::of(const Point& position, double measure) const {
-  const Point moment = measure * (position - origin_);
+FixedSum FixedPoint::of(Place place) const {
+  const double measure = cells_.measures[place];
+  const Point moment = measure * (cells_.positions[place] - cells_.bounds.low);
   const std::array<double, 4> scaled{position_scale_ * moment.x, position_scale_ * moment.y,
                                      position_scale_ * moment.z, measure_scale_ * measure};
   FixedSum sum;
@@ -46,7 +47,7 @@ Point FixedPoint::mean(const FixedSum& sum) const {
     total[i] = static_cast<double>(sum.upper[i]) + static_cast<double>(sum.lower[i]) / kLowerScale;
   }
   const double to_mean = measure_scale_ / position_scale_ / total[3];
-  return origin_ + Point{total[0] * to_mean, total[1] * to_mean, total[2] * to_mean};
+  return cells_.bounds.low + Point{total[0] * to_mean, total[1] * to_mean, total[2] * to_mean};
 }
 
 }  // namespace superfacets

@@ -51,15 +51,9 @@ struct FixedSum {
 // sum over all cells is about 2^60 to 2^61. The rounding error per cell is below 2^-92 of that sum.
 class FixedPoint {
  public:
-  explicit FixedPoint(const OrderedGraph& graph) : FixedPoint(graph.bounds, graph.total_measure) {}
+  explicit FixedPoint(const PlacedCells& cells);
 
-  // All cells must have positions in `bounds`, and their measures must sum to `total_measure`.
-  FixedPoint(const Box& bounds, double total_measure);
-
-  FixedSum of(const OrderedGraph& graph, Place place) const {
-    return of(graph.positions[place], graph.measures[place]);
-  }
-  FixedSum of(const Point& position, double measure) const;
+  FixedSum of(Place place) const;
 
   // Whether a region has at most 2^-40 of the total measure: too little for an accurate mean in
   // fixed point. The cells of such a region must be summed in floating point.
@@ -68,7 +62,7 @@ class FixedPoint {
   Point mean(const FixedSum& sum) const;
 
  private:
-  Point origin_;
+  const PlacedCells& cells_;
   double measure_scale_;   // factor of measures, a power of two
   double position_scale_;  // factor of (measure times position), a power of two
 };

@@ -88,9 +88,7 @@ Point weighted_mean(const OrderedGraph& graph, ThreadTeam& team) {
     std::mutex mutex;
     auto add_range = [&](std::int64_t begin, std::int64_t end) {
       FixedSum sum;
-      for (auto place = static_cast<Place>(begin); place < end; ++place) {
-        sum.add(fixed.of(graph, place));
-      }
+      for (auto place = static_cast<Place>(begin); place < end; ++place) sum.add(fixed.of(place));
       const std::scoped_lock lock(mutex);
       total.add(sum);
     };

@@ -35,7 +35,7 @@ class RegionMeans {
     for (Place place = begin; place < end; ++place) {
       const Label now = label_of(place);
       if (now == labels_[place]) continue;
-      const FixedSum sum = fixed_.of(graph_, place);
+      const FixedSum sum = fixed_.of(place);
       collect(lost, labels_[place], sum, -1);
       collect(gained, now, sum, 1);
       labels_[place] = now;

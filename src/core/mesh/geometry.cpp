@@ -18,6 +18,13 @@ constexpr std::size_t kFacesAtOnce = 64;
 using Numbers = std::array<double, kFacesAtOnce>;
 using Points = PointBlock<kFacesAtOnce>;
 
+// Squared length of the longest side of a face.
+inline double longest_squared(std::span<const Point> vertices, const Triangle& face) {
+  const auto& [a, b, c] = face.corners;
+  return std::max({squared_norm(vertices[b] - vertices[a]), squared_norm(vertices[c] - vertices[b]),
+                   squared_norm(vertices[a] - vertices[c])});
+}
+
 struct Shapes {
   Points centroids;
   Numbers areas;
@@ -98,10 +105,7 @@ double sliver_area(std::span<const Point> vertices, std::span<const Triangle> fa
     double sum = 0.0;
     if (longest[begin / kSumBlock] <= min_length * min_length) return sum;
     for (std::int64_t face = begin; face < end; ++face) {
-      const auto& [a, b, c] = faces[face].corners;
-      const double squared = std::max({squared_norm(vertices[b] - vertices[a]),
-                                       squared_norm(vertices[c] - vertices[b]),
-                                       squared_norm(vertices[a] - vertices[c])});
+      const double squared = longest_squared(vertices, faces[face]);
       if (squared <= min_length * min_length) continue;
       if (2.0 * areas[face] < max_height * std::sqrt(squared)) sum += areas[face];
     }
@@ -126,11 +130,7 @@ Point unit_normal_along(const Point& direction, double longest_squared) {
 }
 
 Point unit_normal(std::span<const Point> vertices, const Triangle& face) {
-  const Point& a = vertices[face.corners[0]];
-  const Point& b = vertices[face.corners[1]];
-  const Point& c = vertices[face.corners[2]];
-  const double longest = std::max({squared_norm(b - a), squared_norm(c - b), squared_norm(a - c)});
-  return unit_normal_along(double_area_vector(vertices, face), longest);
+  return unit_normal_along(double_area_vector(vertices, face), longest_squared(vertices, face));
 }
 
 std::int64_t count_degenerate(std::span<const Point> vertices, std::span<const Triangle> faces) {
@@ -142,12 +142,8 @@ std::int64_t count_degenerate(std::span<const Point> vertices, std::span<const T
 Point weighted_mean(std::span<const Point> positions, std::span<const double> weights,
                     ThreadTeam& team) {
   const auto sum_along = [&](double Point::* axis) {
-    const auto add = [&](std::int64_t begin, std::int64_t end) {
-      double sum = 0.0;
-      for (std::int64_t i = begin; i < end; ++i) sum += weights[i] * (positions[i].*axis);
-      return sum;
-    };
-    return sum_of_blocks(std::ssize(weights), add, team);
+    const auto term = [&](std::int64_t i) { return weights[i] * (positions[i].*axis); };
+    return sum_over(std::ssize(weights), term, team);
   };
   const Point moment{sum_along(&Point::x), sum_along(&Point::y), sum_along(&Point::z)};
   const double total = sum_of(weights, team);
@@ -156,18 +152,11 @@ Point weighted_mean(std::span<const Point> positions, std::span<const double> we
 
 double signed_volume(std::span<const Point> vertices, std::span<const Triangle> faces, Point origin,
                      ThreadTeam& team) {
-  const auto n_faces = static_cast<std::int64_t>(faces.size());
-  const auto six_volumes = [&](std::int64_t begin, std::int64_t end) {
-    double sum = 0.0;
-    for (const Triangle& face : faces.subspan(begin, end - begin)) {
-      const Point a = vertices[face.corners[0]] - origin;
-      const Point b = vertices[face.corners[1]] - origin;
-      const Point c = vertices[face.corners[2]] - origin;
-      sum += dot(a, cross(b, c));
-    }
-    return sum;
+  const auto six_volumes = [&](std::int64_t face) {
+    const auto& [a, b, c] = faces[face].corners;
+    return dot(vertices[a] - origin, cross(vertices[b] - origin, vertices[c] - origin));
   };
-  return sum_of_blocks(n_faces, six_volumes, team) / 6.0;
+  return sum_over(std::ssize(faces), six_volumes, team) / 6.0;
 }
 
 }  // namespace superfacets

@@ -1,11 +1,18 @@
 // Stage 0: centroids, areas and normals of faces, and the volume that faces enclose.
 #pragma once
 
+#include <array>
+
 #include "base/buffer.hpp"
 #include "base/threads.hpp"
 #include "base/types.hpp"
 
 namespace superfacets {
+
+inline std::array<Point, 3> corners_of(std::span<const Point> vertices, const Triangle& face) {
+  const auto& [a, b, c] = face.corners;
+  return {vertices[a], vertices[b], vertices[c]};
+}
 
 inline Point centroid(std::span<const Point> vertices, const Triangle& face) {
   const auto& [a, b, c] = face.corners;

@@ -38,14 +38,6 @@ Point normal_along(const Point& direction, std::span<const Point> vertices,
   return unit_normal_along(direction, n_triangles * longest_squared(vertices, corners));
 }
 
-Point mean_corner(std::span<const Point> vertices, std::span<const Vertex> corners) {
-  // Sums positions relative to a corner, to avoid cancellation in small polygons.
-  const Point& origin = vertices[corners[0]];
-  Point sum{0.0, 0.0, 0.0};
-  for (const Vertex corner : corners) sum = sum + (vertices[corner] - origin);
-  return origin + (1.0 / static_cast<double>(corners.size())) * sum;
-}
-
 Point centroid_of_fan(std::span<const Point> vertices, std::span<const Vertex> corners,
                       const Point& normal) {
   if (corners.size() == 3) return centroid(vertices, {corners[0], corners[1], corners[2]});
@@ -153,10 +145,12 @@ Point unit_normal(std::span<const Point> vertices, std::span<const Vertex> corne
   return normal_along(double_area_vector(vertices, corners), vertices, corners);
 }
 
-PolygonMeasures measure_polygon(std::span<const Point> vertices, std::span<const Vertex> corners) {
-  const Point direction = double_area_vector(vertices, corners);
-  const Point normal = normal_along(direction, vertices, corners);
-  return {centroid_of_fan(vertices, corners, normal), 0.5 * norm(direction), normal};
+Point mean_corner(std::span<const Point> vertices, std::span<const Vertex> corners) {
+  // Sums positions relative to a corner, to avoid cancellation in small polygons.
+  const Point& origin = vertices[corners[0]];
+  Point sum{0.0, 0.0, 0.0};
+  for (const Vertex corner : corners) sum = sum + (vertices[corner] - origin);
+  return origin + (1.0 / static_cast<double>(corners.size())) * sum;
 }
 
 PolygonShapes measure_polygons(std::span<const Point> vertices, const Polygons& faces,
@@ -165,9 +159,10 @@ PolygonShapes measure_polygons(std::span<const Point> vertices, const Polygons& 
   const std::int64_t n = faces.n_faces();
   PolygonShapes shapes{Buffer<Point>(n), Buffer<double>(n), Buffer<Point>(n)};
   team.for_each_index(n, [&](Face face) {
-    const auto [centroid, area, normal] = measure_polygon(vertices, faces[face]);
-    shapes.centroids[face] = centroid;
-    shapes.areas[face] = area;
+    const Point direction = double_area_vector(vertices, faces[face]);
+    const Point normal = normal_along(direction, vertices, faces[face]);
+    shapes.centroids[face] = centroid_of_fan(vertices, faces[face], normal);
+    shapes.areas[face] = 0.5 * norm(direction);
     shapes.normals[face] = normal;
   });
   return shapes;
@@ -176,17 +171,13 @@ PolygonShapes measure_polygons(std::span<const Point> vertices, const Polygons& 
 double polygon_sliver_area(std::span<const Point> vertices, const Polygons& faces,
                            std::span<const double> areas, double min_length, double max_height,
                            ThreadTeam& team) {
-  const auto add_slivers = [&](std::int64_t begin, std::int64_t end) {
-    double sum = 0.0;
-    for (auto face = static_cast<Face>(begin); face < end; ++face) {
-      const double squared = longest_squared(vertices, faces[face]);
-      if (squared <= min_length * min_length) continue;
-      const double times_height = (faces.n_sides(face) == 3 ? 2.0 : 1.0) * areas[face];
-      if (times_height < max_height * std::sqrt(squared)) sum += areas[face];
-    }
-    return sum;
+  const auto sliver_area_of = [&](Face face) {
+    const double squared = longest_squared(vertices, faces[face]);
+    if (squared <= min_length * min_length) return 0.0;
+    const double times_height = (faces.n_sides(face) == 3 ? 2.0 : 1.0) * areas[face];
+    return times_height < max_height * std::sqrt(squared) ? areas[face] : 0.0;
   };
-  return sum_of_blocks(faces.n_faces(), add_slivers, team);
+  return sum_over(faces.n_faces(), sliver_area_of, team);
 }
 
 Buffer<Triangle> triangulate(std::span<const Point> vertices, const Polygons& faces,

@@ -24,12 +24,6 @@ struct Polygons {
   bool are_valid() const;
 };
 
-struct PolygonMeasures {
-  Point centroid;
-  double area;
-  Point normal;  // unit normal; zero if the polygon is degenerate
-};
-
 // Twice the sum of the area vectors of the fan of triangles (0, i, i + 1). For a planar polygon,
 // convex or concave, the result is twice the area times the unit normal.
 Point double_area_vector(std::span<const Point> vertices, std::span<const Vertex> corners);
@@ -37,15 +31,15 @@ Point double_area_vector(std::span<const Point> vertices, std::span<const Vertex
 // Unit normal of a polygon; zero if its area is not larger than rounding errors.
 Point unit_normal(std::span<const Point> vertices, std::span<const Vertex> corners);
 
-// Area, centroid and normal of a polygon. The area is the area of the projection along the normal.
-// The centroid is the area-weighted mean over the fan triangulation, in which flipped triangles
-// have negative weight. The centroid is clamped to the bounding box of the corners, because the
-// centroid of a self-intersecting polygon may be outside of the box. If there is no normal, the
-// centroid is the mean of the corners. For triangles, the results have the same bits as the results
-// of mesh/geometry.hpp.
-PolygonMeasures measure_polygon(std::span<const Point> vertices, std::span<const Vertex> corners);
+// Mean position of the corners.
+Point mean_corner(std::span<const Point> vertices, std::span<const Vertex> corners);
 
-// Centroid, area and unit normal of each face.
+// Centroid, area and unit normal of each face; the normal of a degenerate face is zero. The area is
+// the area of the projection along the normal. The centroid is the area-weighted mean over the fan
+// triangulation, in which flipped triangles have negative weight. The centroid is clamped to the
+// bounding box of the corners, because the centroid of a self-intersecting polygon may be outside
+// of the box. If there is no normal, the centroid is the mean of the corners. For triangles, the
+// results have the same bits as the results of mesh/geometry.hpp.
 struct PolygonShapes {
   Buffer<Point> centroids;
   Buffer<double> areas;

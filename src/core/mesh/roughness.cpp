@@ -4,6 +4,9 @@
 #include <bit>
 #include <limits>
 
+#include "base/lists.hpp"
+#include "mesh/polygons.hpp"
+
 namespace superfacets {
 namespace {
 
@@ -273,18 +276,6 @@ struct Plane {
   Point normal;  // not scaled to length 1
 };
 
-Plane plane_of(std::span<const Point> vertices, std::span<const Vertex> corners) {
-  const Point& first = vertices[corners[0]];
-  Point sum{0.0, 0.0, 0.0};  // sum of the positions of the corners, relative to the first corner
-  Point normal{0.0, 0.0, 0.0};
-  for (std::size_t i = 1; i < corners.size(); ++i) {
-    const Point step = vertices[corners[i]] - first;
-    sum = sum + step;
-    if (i > 1) normal = normal + cross(vertices[corners[i - 1]] - first, step);
-  }
-  return {first + (1.0 / static_cast<double>(corners.size())) * sum, normal};
-}
-
 // The planes of some faces, each computed once. A polygon may be a neighbor across thousands of
 // sides.
 class Planes {
@@ -294,7 +285,8 @@ class Planes {
          ThreadTeam& team)
       : faces_(std::move(faces)), planes_(faces_.size()) {
     team.for_each_index(std::ssize(faces_), [&](std::int64_t i) {
-      planes_[i] = plane_of(vertices, corners[faces_[i]]);
+      const auto ring = corners[faces_[i]];
+      planes_[i] = {mean_corner(vertices, ring), double_area_vector(vertices, ring)};
     });
   }
 
@@ -327,12 +319,6 @@ Bend bend_of(const Planes& planes, Face face, std::span<const Face> adjacent) {
   const std::int64_t n = std::ssize(adjacent);
   if (n > 1) bend.agreement = (n_pairs(n_above) + n_pairs(n - n_above)) / n_pairs(n);
   return bend;
-}
-
-void sort_unique(std::vector<Face>& faces) {
-  std::ranges::sort(faces);
-  const auto duplicates = std::ranges::unique(faces);
-  faces.erase(duplicates.begin(), duplicates.end());
 }
 
 }  // namespace

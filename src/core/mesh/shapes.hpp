@@ -24,10 +24,7 @@ inline Point nearest_on_segment(const Point& p, const Point& a, const Point& b) 
   const double t = dot(p - a, along) / squared;
   if (t <= 0.0) return a;
   if (t >= 1.0) return b;
-  Box box;
-  box.include(a);
-  box.include(b);
-  return box.clamped(a + t * along);
+  return Box::around({a, b}).clamped(a + t * along);
 }
 
 struct PointShape {
@@ -48,11 +45,7 @@ class TriangleShape {
     if (b_ < a_) std::swap(a_, b_);
   }
 
-  Box box() const {
-    Box box;
-    for (const Point& corner : {a_, b_, c_}) box.include(corner);
-    return box;
-  }
+  Box box() const { return Box::around({a_, b_, c_}); }
 
   // If the projection of p is inside the triangle, the result is computed from barycentric
   // coordinates. Otherwise the result is on one of the sides. In a nearly degenerate triangle, only
@@ -89,11 +82,7 @@ class TetShape {
   TetShape(const Point& a, const Point& b, const Point& c, const Point& d)
       : a_(a), b_(b), c_(c), d_(d) {}
 
-  Box box() const {
-    Box box;
-    for (const Point& corner : {a_, b_, c_, d_}) box.include(corner);
-    return box;
-  }
+  Box box() const { return Box::around({a_, b_, c_, d_}); }
 
   Point nearest(const Point& p) const {
     if (contains(p)) return p;

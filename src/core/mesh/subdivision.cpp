@@ -14,6 +14,7 @@
 #include <stdexcept>
 
 #include "base/lists.hpp"
+#include "mesh/geometry.hpp"
 
 namespace superfacets {
 namespace {
@@ -29,17 +30,15 @@ Point midpoint(const Point& a, const Point& b) {
   return {std::midpoint(a.x, b.x), std::midpoint(a.y, b.y), std::midpoint(a.z, b.z)};
 }
 
-struct Corners {
-  Point points[3];
+using Corners = std::array<Point, 3>;
 
-  // Returns a copy with one corner moved to `point`. If `point` is the midpoint of a side, the copy
-  // is one half of the face.
-  Corners with(int corner, const Point& point) const {
-    Corners changed = *this;
-    changed.points[corner] = point;
-    return changed;
-  }
-};
+// Returns the corners with one of them moved to `point`. If `point` is the midpoint of a side, the
+// result is one half of the face.
+Corners with(const Corners& face, int corner, const Point& point) {
+  Corners changed = face;
+  changed[corner] = point;
+  return changed;
+}
 
 // Decides which sides are too long. Swapping the ends of a side changes no bit of its length and
 // midpoint.
@@ -54,7 +53,7 @@ class Limit {
     double longest = squared_;
     int longest_side = kNoSide;
     for (int side = 0; side < 3; ++side) {
-      const double length = squared_norm(corners.points[next_corner(side)] - corners.points[side]);
+      const double length = squared_norm(corners[next_corner(side)] - corners[side]);
       if (length > longest) {
         longest = length;
         longest_side = side;
@@ -67,20 +66,16 @@ class Limit {
   double squared_;
 };
 
-Corners corners_of(std::span<const Point> vertices, const Triangle& face) {
-  return {vertices[face.corners[0]], vertices[face.corners[1]], vertices[face.corners[2]]};
-}
-
 // Returns the number of parts of a face, or any number larger than `most` if the face has more than
 // `most` parts.
 std::int64_t count_parts(const Corners& face, const Limit& limit, std::int64_t most) {
   const int side = limit.longest_side(face);
   if (side == kNoSide) return 1;
   const int end = next_corner(side);
-  const Point middle = midpoint(face.points[side], face.points[end]);
-  const std::int64_t n_first = count_parts(face.with(end, middle), limit, most - 1);
+  const Point middle = midpoint(face[side], face[end]);
+  const std::int64_t n_first = count_parts(with(face, end, middle), limit, most - 1);
   if (n_first >= most) return most + 1;  // the other half adds at least one part
-  return n_first + count_parts(face.with(side, middle), limit, most - n_first);
+  return n_first + count_parts(with(face, side, middle), limit, most - n_first);
 }
 
 [[noreturn]] void refuse() {

@@ -90,11 +90,10 @@ class BucketQueue {
   // Moves far entries into the empty ring. The new first bucket contains the far entry with the
   // shortest length.
   void bring_near() {
-    auto by_length = [](const FarEntry& a, const FarEntry& b) { return a.length < b.length; };
     std::vector<FarEntry> waiting;
     std::swap(waiting, far_);
     n_handled_ += waiting.size();
-    current_ = std::ranges::min_element(waiting, by_length)->length >> width_bits_;
+    current_ = std::ranges::min_element(waiting, {}, &FarEntry::length)->length >> width_bits_;
     for (const auto& [length, place] : waiting) push(length, place);
   }
 

@@ -51,9 +51,8 @@ class RadixHeap {
   void refill() {
     std::size_t occupied = 1;
     while (buckets_[occupied].empty()) ++occupied;
-    auto by_key = [](const Entry& a, const Entry& b) { return a.key < b.key; };
     auto& entries = buckets_[occupied];
-    last_ = std::ranges::min_element(entries, by_key)->key;
+    last_ = std::ranges::min_element(entries, {}, &Entry::key)->key;
     for (const Entry& entry : entries) buckets_[bucket_of(entry.key)].push_back(entry);
     entries.clear();
   }

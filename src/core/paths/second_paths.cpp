@@ -114,15 +114,16 @@ class Inwards {
 
 }  // namespace
 
-Regions::Regions(std::span<const Path> paths, Label n_regions)
-    : places(group<Place>(n_regions, [&](const auto& add) {
-        for (Place place = 0; std::cmp_less(place, paths.size()); ++place) {
-          if (paths[place].label != kNoLabel) add(paths[place].label, place);
-        }
-      })) {}
+Lists<Place> regions_of(std::span<const Path> paths, Label n_regions) {
+  return group<Place>(n_regions, [&](const auto& add) {
+    for (Place place = 0; std::cmp_less(place, paths.size()); ++place) {
+      if (paths[place].label != kNoLabel) add(paths[place].label, place);
+    }
+  });
+}
 
 Buffer<Path> second_paths(const OrderedGraph& graph, std::span<const Path> nearest,
-                          const Regions& regions, ThreadTeam& team) {
+                          const Lists<Place>& regions, ThreadTeam& team) {
   SUPERFACETS_ASSERT(std::cmp_equal(nearest.size(), graph.n_cells()));
   Buffer<Path> seconds(graph.n_cells());
   if (graph.is_symmetric) {
@@ -131,9 +132,8 @@ Buffer<Path> second_paths(const OrderedGraph& graph, std::span<const Path> neare
     enter_along_arcs(graph, nearest, team, seconds.span());
   }
   PerThread<Inwards> searches(team.size());
-  team.for_each(regions.places.n_lists(), [&](std::int64_t label, int thread) {
-    searches.get(thread, graph, nearest, seconds.span())
-        .expand(regions.of(static_cast<Label>(label)));
+  team.for_each(regions.n_lists(), [&](std::int64_t label, int thread) {
+    searches.get(thread, graph, nearest, seconds.span()).expand(regions[label]);
   });
   return seconds;
 }

@@ -8,13 +8,7 @@ namespace superfacets {
 
 // Lists the cells of each region in ascending order. A region consists of all cells whose path has
 // the same label.
-struct Regions {
-  Regions(std::span<const Path> paths, Label n_regions);
-
-  std::span<const Place> of(Label label) const { return places[label]; }
-
-  Lists<Place> places;
-};
+Lists<Place> regions_of(std::span<const Path> paths, Label n_regions);
 
 // Returns for each cell the best path from any center except the center of its region. The length
 // is kUnreached if there is no such path. `nearest` contains the best path to each cell; its label
@@ -24,6 +18,6 @@ struct Regions {
 // region, and a part inside the region. So one expansion per region suffices, from its border
 // inwards.
 Buffer<Path> second_paths(const OrderedGraph& graph, std::span<const Path> nearest,
-                          const Regions& regions, ThreadTeam& team);
+                          const Lists<Place>& regions, ThreadTeam& team);
 
 }  // namespace superfacets

@@ -47,8 +47,10 @@ class MixSum {
     fractions_[n_++] = fraction;
   }
 
-  void add(const LabelMix& mix, float weight) {
-    for (int i = 0; i < LabelMix::kMost && mix.labels[i] != kNoLabel; ++i) {
+  // Adds the fractions of a vertex or a face.
+  template <typename Mix>
+  void add(const Mix& mix, float weight) {
+    for (int i = 0; i < std::ssize(mix.labels) && mix.labels[i] != kNoLabel; ++i) {
       add(mix.labels[i], weight * mix.fractions[i]);
     }
   }
@@ -89,13 +91,6 @@ class MixSum {
   Label labels_[kMaxLabels];
   float fractions_[kMaxLabels];
 };
-
-LabelMix pure(Label label) {
-  LabelMix mix;
-  mix.labels[0] = label;
-  mix.fractions[0] = 1.0F;
-  return mix;
-}
 
 float cotangent(const Point& at, const Point& one, const Point& other) {
   const Point a = one - at;
@@ -187,15 +182,15 @@ LabelMix BorderField::mix_around(Vertex vertex) const {
   const auto is_first = [&](Face face) {
     return fractions_[face].labels[0] == first && fractions_[face].labels[1] == kNoLabel;
   };
-  if (std::ranges::all_of(faces, is_first)) return pure(first);
+  if (std::ranges::all_of(faces, is_first)) {
+    return {{first, kNoLabel, kNoLabel, kNoLabel}, {1.0F, 0.0F, 0.0F, 0.0F}};
+  }
   double area = 0.0;
   for (const Face face : faces) area += around_.area(face);
   MixSum sum;
   for (const Face face : faces) {
     const auto weight = static_cast<float>(area > 0.0 ? around_.area(face) / area : 1.0);
-    for (int i = 0; i < 3 && fractions_[face].labels[i] != kNoLabel; ++i) {
-      sum.add(fractions_[face].labels[i], weight * fractions_[face].fractions[i]);
-    }
+    sum.add(fractions_[face], weight);
   }
   return sum.largest();
 }
@@ -276,8 +271,7 @@ LabelMix BorderField::diffused(Vertex vertex) const {
 }
 
 void BorderField::balance() {
-  choose_labels();
-  cut_faces();
+  cut();
   for (int step = 0; step < options_.n_balances; ++step) {
     const std::vector<double> areas = measure_labels();
     for (Label label = 0; label < mesh_.n_labels; ++label) {
@@ -286,14 +280,17 @@ void BorderField::balance() {
       offsets_[label] = std::clamp(offsets_[label] + std::clamp(change, -kMaxStep, kMaxStep),
                                    -kMaxOffset, kMaxOffset);
     }
-    choose_labels();
-    cut_faces();
+    cut();
   }
 }
 
-void BorderField::choose_labels() {
+// Chooses labels of the vertices near borders, and cuts the faces there.
+void BorderField::cut() {
   team_.for_each_index(std::ssize(near_),
                        [&](std::int64_t i) { chosen_[near_[i]] = best_label(mixes_[near_[i]]); });
+  team_.for_each_index(std::ssize(near_faces_), [&](std::int64_t i) {
+    fractions_[near_faces_[i]] = cut_of(near_faces_[i]).fractions();
+  });
 }
 
 Label BorderField::best_label(const LabelMix& mix) const {
@@ -309,12 +306,6 @@ Label BorderField::best_label(const LabelMix& mix) const {
     }
   }
   return best;
-}
-
-void BorderField::cut_faces() {
-  team_.for_each_index(std::ssize(near_faces_), [&](std::int64_t i) {
-    fractions_[near_faces_[i]] = cut_of(near_faces_[i]).fractions();
-  });
 }
 
 // This function runs on one thread, so that areas are added in the order of faces, and sums have

@@ -154,8 +154,7 @@ class BorderField {
   void find_near_faces(std::span<const std::uint8_t> rings);
   void diffuse();
   void balance();
-  void choose_labels();
-  void cut_faces();
+  void cut();
   std::vector<double> measure_labels() const;
   LabelMix mix_around(Vertex vertex) const;
   bool is_inside(Vertex vertex) const;

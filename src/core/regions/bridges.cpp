@@ -1,13 +1,7 @@
 #include "regions/bridges.hpp"
 
-#include <tuple>
-
 namespace superfacets {
 namespace {
-
-bool is_better(const Bridge& a, const Bridge& b) {
-  return std::tie(a.squared_length, a.from, a.to) < std::tie(b.squared_length, b.from, b.to);
-}
 
 class BridgeSearch {
  public:
@@ -52,9 +46,8 @@ class BridgeSearch {
 
   void compare(Place from, Place to) {
     const double squared = squared_norm(cells_.positions[to] - cells_.positions[from]);
-    const Bridge bridge{cells_.cell_at(from), cells_.cell_at(to), squared};
     Bridge& best = bridges_[ranks_[from]];
-    if (is_better(bridge, best)) best = bridge;
+    best = std::min(best, {squared, cells_.cell_at(from), cells_.cell_at(to)});
   }
 
   const PlacedCells& cells_;

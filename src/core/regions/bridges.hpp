@@ -7,9 +7,11 @@ namespace superfacets {
 
 // The nearest pair of cells between a component and any component with a lower rank.
 struct Bridge {
+  double squared_length = kInfinity;
   Cell from = 0;  // cell of the component
   Cell to = 0;    // cell of a component with a lower rank
-  double squared_length = kInfinity;
+
+  auto operator<=>(const Bridge&) const = default;  // by length, then by `from`, then by `to`
 };
 
 // Returns one bridge for each component except the component with rank 0, in the order of ranks.

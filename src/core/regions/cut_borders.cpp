@@ -54,8 +54,7 @@ class Cutter {
         if (cut.is_cut(side)) edges_.push_back(ends_of(face, side));
       }
     }
-    std::ranges::sort(edges_);
-    edges_.erase(std::unique(edges_.begin(), edges_.end()), edges_.end());
+    sort_unique(edges_);
   }
 
   void allocate() {

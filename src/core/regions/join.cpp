@@ -92,9 +92,7 @@ class Groups {
     double area;
     Label label;
     Label group;
-    bool operator>(const Candidate& other) const {
-      return std::pair(area, label) > std::pair(other.area, other.label);
-    }
+    auto operator<=>(const Candidate&) const = default;
   };
 
   void offer(Label group) {

@@ -3,6 +3,7 @@
 #include <functional>
 #include <map>
 #include <numbers>
+#include <numeric>
 #include <queue>
 #include <tuple>
 #include <utility>
@@ -23,16 +24,14 @@ struct SharedBorder {
   }
 };
 
-// Two nodes that may merge.
+// Two nodes that may merge. Candidates are compared member by member.
 struct Candidate {
   double cost;
   double tie;  // second sort key, for equal costs
   Label low;
   Label high;
 
-  bool operator>(const Candidate& other) const {
-    return std::tie(cost, tie, low, high) > std::tie(other.cost, other.tie, other.low, other.high);
-  }
+  auto operator<=>(const Candidate&) const = default;
 };
 
 // Groups of merged regions. Each group has a node in the tree, and a slot in which its data is
@@ -48,9 +47,7 @@ class MergingGroups {
         features_(regions.features.begin(), regions.features.end()),
         neighbors_(areas_.size()),
         nodes_(areas_.size()) {
-    for (std::size_t slot = 0; slot < nodes_.size(); ++slot) {
-      nodes_[slot] = static_cast<Label>(slot);
-    }
+    std::iota(nodes_.begin(), nodes_.end(), 0);
     slots_ = nodes_;
     for (const MergeBorder& border : regions.borders) {
       neighbors_[border.low][border.high] = {border.length, border.cost};

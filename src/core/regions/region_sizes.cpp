@@ -17,6 +17,11 @@ constexpr std::int64_t kMaxStuck = 4;
 // Tests of whether a cell may leave its region, from the strictest to the least strict.
 enum class LeaveTest : std::uint8_t { kLocal, kExact, kNone };
 
+template <typename T>
+bool contains(const std::vector<T>& list, const T& value) {
+  return std::ranges::find(list, value) != list.end();
+}
+
 // The cells of each region, and the test of whether a cell may leave its region.
 class Members {
  public:
@@ -225,9 +230,7 @@ class CellTransfer {
 
   using Leg = std::pair<Label, Label>;
 
-  bool is_blocked(const Leg& leg) const {
-    return std::ranges::find(blocked_, leg) != blocked_.end();
-  }
+  bool is_blocked(const Leg& leg) const { return contains(blocked_, leg); }
 
   // Breadth-first search over regions. Returns the first region for which is_wanted is true, or
   // kNoLabel. The path to this region is stored in parents_.
@@ -293,8 +296,7 @@ class CellTransfer {
   }
 
   void add_candidate(Cell cell, Label to) {
-    if (!touches(cell, to) || contains(candidates_, cell)) return;
-    candidates_.push_back(cell);
+    if (touches(cell, to) && !contains(candidates_, cell)) candidates_.push_back(cell);
   }
 
   // Whether a cell may leave its region after the region has gained another cell. With
@@ -306,10 +308,6 @@ class CellTransfer {
   bool touches(Cell cell, Label region) const {
     const std::span<const Cell> near = regions_.arcs().neighbors(cell);
     return std::ranges::any_of(near, [&](Cell other) { return regions_.label(other) == region; });
-  }
-
-  static bool contains(const std::vector<Cell>& cells, Cell cell) {
-    return std::ranges::find(cells, cell) != cells.end();
   }
 
   // Removes and returns the candidate with the largest gain among the candidates that may leave and
@@ -336,14 +334,9 @@ class CellTransfer {
     exits.to.clear();
     exits.are_known = true;
     for (const Cell cell : members_.of(region)) {
-      std::vector<Label> more;
-      for (const Cell near : regions_.arcs().neighbors(cell)) {
-        const Label label = regions_.label(near);
-        if (label == region || std::ranges::count(exits.to, label) > 0) continue;
-        if (std::ranges::count(more, label) == 0) more.push_back(label);
-      }
-      if (more.empty() || !may_pass(cell)) continue;
-      exits.to.insert(exits.to.end(), more.begin(), more.end());
+      const std::size_t n_before = exits.to.size();
+      add_regions_around(cell, exits.to);
+      if (exits.to.size() > n_before && !may_pass(cell)) exits.to.resize(n_before);
     }
     std::ranges::sort(exits.to);
     return exits.to;
@@ -352,16 +345,17 @@ class CellTransfer {
   // The regions adjacent to a region, ascending.
   std::vector<Label> neighbors(Label region) const {
     std::vector<Label> found;
-    for (const Cell cell : members_.of(region)) {
-      for (const Cell near : regions_.arcs().neighbors(cell)) {
-        const Label label = regions_.label(near);
-        if (label != region && std::ranges::count(found, label) == 0) {
-          found.push_back(label);
-        }
-      }
-    }
+    for (const Cell cell : members_.of(region)) add_regions_around(cell, found);
     std::ranges::sort(found);
     return found;
+  }
+
+  // Appends the regions adjacent to a cell, except those that are in the list already.
+  void add_regions_around(Cell cell, std::vector<Label>& found) const {
+    for (const Cell near : regions_.arcs().neighbors(cell)) {
+      const Label label = regions_.label(near);
+      if (label != regions_.label(cell) && !contains(found, label)) found.push_back(label);
+    }
   }
 
   MovingRegions& regions_;

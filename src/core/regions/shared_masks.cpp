@@ -5,6 +5,8 @@
 #include <queue>
 #include <tuple>
 
+#include "base/lists.hpp"
+
 namespace superfacets {
 namespace {
 
@@ -81,8 +83,7 @@ class MaskGroups {
       std::copy_if(owners.begin(), owners.end(), std::back_inserter(others),
                    [&](Label owner) { return only_lower ? owner < group : owner != group; });
     }
-    std::sort(others.begin(), others.end());
-    others.erase(std::unique(others.begin(), others.end()), others.end());
+    sort_unique(others);
     for (const Label other : others) {
       const auto [low, high] = std::minmax(group, other);
       const double agreement = agreement_of(rows_[low], rows_[high]);
@@ -90,22 +91,21 @@ class MaskGroups {
     }
   }
 
+  using Entries = std::span<const MaskedArea>;
+
   // Computes the agreement of two groups by traversing their sorted rows, image by image.
-  double agreement_of(const Row& low, const Row& high) const {
+  double agreement_of(Entries low, Entries high) const {
     double same = 0.0, any = 0.0;
-    std::size_t i = 0, j = 0;
-    while (i < low.size() && j < high.size()) {
-      const std::int32_t image = image_of(low[i]), other = image_of(high[j]);
+    while (!low.empty() && !high.empty()) {
+      const std::int32_t image = image_of(low.front()), other = image_of(high.front());
       if (image < other) {
-        i = end_of_image(low, i);
+        take_image(low);
       } else if (other < image) {
-        j = end_of_image(high, j);
+        take_image(high);
       } else {
-        const std::size_t i_end = end_of_image(low, i), j_end = end_of_image(high, j);
-        any += sum(low, i, i_end) * sum(high, j, j_end);
-        same += product(low, {i, i_end}, high, {j, j_end});
-        i = i_end;
-        j = j_end;
+        const Entries of_low = take_image(low), of_high = take_image(high);
+        any += sum(of_low) * sum(of_high);
+        same += product(of_low, of_high);
       }
     }
     return any > 0.0 ? same / any : 0.0;
@@ -113,29 +113,25 @@ class MaskGroups {
 
   std::int32_t image_of(const MaskedArea& entry) const { return seen_.image_of[entry.mask]; }
 
-  std::size_t end_of_image(const Row& row, std::size_t begin) const {
-    std::size_t end = begin + 1;
-    while (end < row.size() && image_of(row[end]) == image_of(row[begin])) ++end;
-    return end;
+  // Removes and returns the entries of the first image.
+  Entries take_image(Entries& rest) const {
+    std::size_t n = 1;
+    while (n < rest.size() && image_of(rest[n]) == image_of(rest[0])) ++n;
+    return std::exchange(rest, rest.subspan(n)).first(n);
   }
 
-  static double sum(const Row& row, std::size_t begin, std::size_t end) {
+  static double sum(Entries entries) {
     double total = 0.0;
-    for (std::size_t i = begin; i < end; ++i) total += row[i].area;
+    for (const MaskedArea& entry : entries) total += entry.area;
     return total;
   }
 
-  using Range = std::pair<std::size_t, std::size_t>;
-
-  static double product(const Row& low, Range of_low, const Row& high, Range of_high) {
+  static double product(Entries low, Entries high) {
     double total = 0.0;
-    auto [i, i_end] = of_low;
-    auto [j, j_end] = of_high;
-    while (i < i_end && j < j_end) {
-      if (low[i].mask == high[j].mask) total += low[i].area * high[j].area;
-      const bool is_behind = low[i].mask <= high[j].mask;
-      j += low[i].mask >= high[j].mask;
-      i += is_behind;
+    auto other = high.begin();
+    for (const MaskedArea& entry : low) {
+      while (other != high.end() && other->mask < entry.mask) ++other;
+      if (other != high.end() && other->mask == entry.mask) total += entry.area * other->area;
     }
     return total;
   }

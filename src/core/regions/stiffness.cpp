@@ -1,15 +1,13 @@
 #include "regions/stiffness.hpp"
 
+#include "base/lists.hpp"
+
 namespace superfacets {
 namespace {
 
 // Lower bound of A_0 in the stiffness cost, as a fraction of the mean area of a region. Without a
 // bound, a region with area 0 would be infinitely stiff.
 constexpr double kMinFraction = 1e-6;
-
-// Number of cells per partial sum. The number is fixed, so that sums do not depend on the number of
-// threads.
-constexpr std::int64_t kBlock = 1 << 14;
 
 // Sums over a run of consecutive cells with the same label.
 struct Run {
@@ -23,26 +21,18 @@ struct Run {
 RegionSums sums_of_regions(const Surface& surface, std::span<const Label> labels,
                            ThreadTeam& team) {
   if (labels.empty()) return {};
-  std::vector<std::vector<Run>> blocks((labels.size() + kBlock - 1) / kBlock);
-  const auto collect = [&](std::int64_t begin, std::int64_t end) {
-    std::vector<Run> runs;
-    for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) {
-      if (runs.empty() || runs.back().region != labels[cell]) runs.push_back({labels[cell]});
-      const double area = surface.measure(cell);
-      runs.back().area += area;
-      runs.back().moment = runs.back().moment + area * surface.position(cell);
-    }
-    blocks[begin / kBlock] = std::move(runs);
+  const auto append = [&](Cell cell, std::vector<Run>& runs) {
+    if (runs.empty() || runs.back().region != labels[cell]) runs.push_back({labels[cell]});
+    const double area = surface.measure(cell);
+    runs.back().area += area;
+    runs.back().moment = runs.back().moment + area * surface.position(cell);
   };
-  team.for_each_block(surface.n_cells(), collect, kBlock);
   const Label n_regions = *std::ranges::max_element(labels) + 1;
   RegionSums sums{std::vector<double>(n_regions, 0.0),
                   std::vector<Point>(n_regions, Point{0.0, 0.0, 0.0})};
-  for (const std::vector<Run>& runs : blocks) {
-    for (const Run& run : runs) {
-      sums.areas[run.region] += run.area;
-      sums.moments[run.region] = sums.moments[run.region] + run.moment;
-    }
+  for (const Run& run : gather<Run>(surface.n_cells(), append, team)) {
+    sums.areas[run.region] += run.area;
+    sums.moments[run.region] = sums.moments[run.region] + run.moment;
   }
   return sums;
 }

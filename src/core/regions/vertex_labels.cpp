@@ -44,9 +44,7 @@ class GrowingRegions {
   struct Step {
     double weight;
     Vertex to;
-    bool operator>(const Step& other) const {
-      return std::tie(weight, to) > std::tie(other.weight, other.to);
-    }
+    auto operator<=>(const Step&) const = default;
   };
   using Steps = std::priority_queue<Step, std::vector<Step>, std::greater<>>;
 
@@ -61,9 +59,7 @@ class GrowingRegions {
     Steps steps;
     // the moved vertices, and the previous region of each
     std::vector<std::pair<Vertex, Label>> taken;
-    for (const Vertex member : members) {
-      add_steps(member, steps);
-    }
+    for (const Vertex member : members) add_steps(member, steps);
     while (is_small(label) && !steps.empty()) {
       const Vertex vertex = steps.top().to;
       steps.pop();

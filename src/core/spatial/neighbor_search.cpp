@@ -22,17 +22,6 @@ constexpr std::size_t kNoBlock = std::numeric_limits<std::size_t>::max();
 // Factor by which squared bounds are enlarged. The increase is larger than all rounding errors.
 constexpr double kSlack = 1.0 + 1e-9;
 
-// Lower bound of the squared distance between any two points of two boxes. The bound also holds in
-// floating point; see Box::squared_distance.
-double squared_gap(const Box& a, const Box& b) {
-  auto gap = [](double a_low, double a_high, double b_low, double b_high) {
-    return std::max({b_low - a_high, 0.0, a_low - b_high});
-  };
-  return squared_norm({gap(a.low.x, a.high.x, b.low.x, b.high.x),
-                       gap(a.low.y, a.high.y, b.low.y, b.high.y),
-                       gap(a.low.z, a.high.z, b.low.z, b.high.z)});
-}
-
 // Inserts a neighbor into a sorted list of limited length. The list keeps only the nearest
 // neighbors.
 void insert(const Neighbor& neighbor, std::span<Neighbor> list, std::size_t& size) {
@@ -177,11 +166,11 @@ void NearestFinder::enter(std::size_t leaf, const Point& center, double bound) {
   const Box& box = tree.level(0)[leaf];
   const double limit = squared_above(bound + farthest_corner(box, center));
   const auto may_hold = [&](std::size_t level, std::size_t index) {
-    return nearby_.size() <= kMaxLeaves && squared_gap(tree.level(level)[index], box) <= limit;
+    return nearby_.size() <= kMaxLeaves && box.squared_distance(tree.level(level)[index]) <= limit;
   };
   tree.visit_leaves(may_hold, [&](std::size_t near) {
     const Box& other = tree.level(0)[near];
-    nearby_.push_back({squared_gap(other, box), near, kNoBlock, other});
+    nearby_.push_back({box.squared_distance(other), near, kNoBlock, other});
   });
   if (nearby_.size() > kMaxLeaves) return nearby_.clear();
   std::ranges::sort(nearby_, {}, &Nearby::gap);

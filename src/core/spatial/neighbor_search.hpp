@@ -27,27 +27,18 @@ class NeighborSearch {
   Place n_points() const { return static_cast<Place>(points_.size()); }
   Cell point_at(Place place) const { return points_[place]; }
   const Point& position_at(Place place) const { return positions_[place]; }
-  // input indices and positions of the points, in sorted order
-  std::span<const Cell> points() const { return points_.span(); }
-  std::span<const Point> positions() const { return positions_.span(); }
+  std::span<const Point> positions() const { return positions_.span(); }  // in sorted order
   const BoxTree& tree() const { return tree_; }
 
   // These two functions move the arrays out of the search. The search must not be used afterwards.
   Buffer<Cell> release_points() { return std::move(points_); }
   Buffer<Point> release_positions() { return std::move(positions_); }
 
-  // Calls take(place, neighbors, thread) for each point, on any thread. `neighbors` contains the
-  // n_nearest nearest other points (or all other points, if there are fewer), in ascending order of
-  // distance. Takes about half a microsecond per point for twelve neighbors.
+  // Calls take(place, neighbors) for each point, on any thread. `neighbors` contains the n_nearest
+  // nearest other points (or all other points, if there are fewer), in ascending order of distance.
+  // Takes about half a microsecond per point for twelve neighbors.
   template <typename Take>
-  void for_each_point(std::size_t n_nearest, const Take& take, ThreadTeam& team) const {
-    for_each_wanted(n_nearest, [](Place) { return true; }, take, team);
-  }
-
-  // Like for_each_point, but only for points for which is_wanted(place) is true.
-  template <typename IsWanted, typename Take>
-  void for_each_wanted(std::size_t n_nearest, const IsWanted& is_wanted, const Take& take,
-                       ThreadTeam& team) const;
+  void for_each_point(std::size_t n_nearest, const Take& take, ThreadTeam& team) const;
 
  private:
   static constexpr std::int64_t kLeavesPerTask = 64;
@@ -110,22 +101,19 @@ class NearestFinder {
   std::vector<Neighbor> list_;
 };
 
-template <typename IsWanted, typename Take>
-void NeighborSearch::for_each_wanted(std::size_t n_nearest, const IsWanted& is_wanted,
-                                     const Take& take, ThreadTeam& team) const {
-  const auto n_leaves = std::ssize(tree_.level(0));
-  team.for_each((n_leaves + kLeavesPerTask - 1) / kLeavesPerTask,
-                [&](std::int64_t task, int thread) {
-                  NearestFinder finder(*this, n_nearest);
-                  const auto end = std::min(n_leaves, (task + 1) * kLeavesPerTask);
-                  for (auto leaf = task * kLeavesPerTask; leaf < end; ++leaf) {
-                    const auto [first, last] = tree_.places(leaf);
-                    for (auto at = first; at < last; ++at) {
-                      const auto place = static_cast<Place>(at);
-                      if (is_wanted(place)) take(place, finder.nearest_of(place, leaf), thread);
-                    }
-                  }
-                });
+template <typename Take>
+void NeighborSearch::for_each_point(std::size_t n_nearest, const Take& take,
+                                    ThreadTeam& team) const {
+  const auto search_leaves = [&](std::int64_t begin, std::int64_t end) {
+    NearestFinder finder(*this, n_nearest);
+    for (std::int64_t leaf = begin; leaf < end; ++leaf) {
+      const auto [first, last] = tree_.places(leaf);
+      for (auto place = static_cast<Place>(first); std::cmp_less(place, last); ++place) {
+        take(place, finder.nearest_of(place, leaf));
+      }
+    }
+  };
+  team.for_each_block(std::ssize(tree_.level(0)), search_leaves, kLeavesPerTask);
 }
 
 }  // namespace superfacets

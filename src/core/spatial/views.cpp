@@ -2,6 +2,8 @@
 
 #include <limits>
 
+#include "mesh/geometry.hpp"
+
 namespace superfacets {
 namespace {
 
@@ -94,7 +96,7 @@ struct PixelBox {
 };
 
 // Bounding box of the part of a triangle in front of the camera.
-PixelBox box_of(const Point (&corners)[3]) {
+PixelBox box_of(const std::array<Point, 3>& corners) {
   PixelBox box;
   const double farthest = std::max({corners[0].z, corners[1].z, corners[2].z});
   const double nearest = kNearest * farthest;
@@ -123,7 +125,7 @@ class Picture {
         areas_(areas),
         projected_(vertices.size()),
         depths_(faces.size()) {
-    std::fill(faces_.begin(), faces_.end(), kNoFace);
+    std::fill(faces_.begin(), faces_.end(), kNoCell);
     std::fill(depths_.begin(), depths_.end(), Target::kMissed);
     for (std::size_t i = 0; i < vertices.size(); ++i) projected_[i] = projected(view, vertices[i]);
   }
@@ -135,7 +137,7 @@ class Picture {
   // Replaces the depth of each pixel by the surface area in the pixel.
   void measure() {
     for (std::size_t pixel = 0; pixel < faces_.size(); ++pixel) {
-      areas_[pixel] = faces_[pixel] == kNoFace ? 0.0 : area_of(faces_[pixel], depths_[pixel]);
+      areas_[pixel] = faces_[pixel] == kNoCell ? 0.0 : area_of(faces_[pixel], depths_[pixel]);
     }
   }
 
@@ -152,21 +154,9 @@ class Picture {
   }
 
  private:
-  static constexpr Face kNoFace = -1;
-
-  struct Corners {
-    Point at[3];
-  };
-
-  Corners corners_of(Face face, std::span<const Point> positions) const {
-    const Triangle& triangle = triangles_[face];
-    return {{positions[triangle.corners[0]], positions[triangle.corners[1]],
-             positions[triangle.corners[2]]}};
-  }
-
   // Whether all corners are beyond the same side of the image, or behind the camera. This test
   // avoids divisions, which take most of the time per triangle.
-  bool is_outside(const Point (&corners)[3]) const {
+  bool is_outside(const std::array<Point, 3>& corners) const {
     const auto are_all = [&](const auto& is_beyond) {
       return is_beyond(corners[0]) && is_beyond(corners[1]) && is_beyond(corners[2]);
     };
@@ -179,7 +169,7 @@ class Picture {
   }
 
   void draw(Face face) {
-    const auto [corners] = corners_of(face, projected_.span());
+    const auto corners = corners_of(projected_.span(), triangles_[face]);
     if (is_outside(corners)) return;
     const PixelBox box = box_of(corners);
     const std::int32_t left = box.columns.first(), right = box.columns.end(view_.width);
@@ -200,9 +190,8 @@ class Picture {
 
   // Surface area in a pixel. For a given plane, this area is proportional to the cube of the depth.
   double area_of(Face face, double depth) const {
-    const auto [world] = corners_of(face, vertices_);
-    const auto [seen] = corners_of(face, projected_.span());
-    const double doubled = norm(cross(world[1] - world[0], world[2] - world[0]));
+    const auto seen = corners_of(projected_.span(), triangles_[face]);
+    const double doubled = norm(double_area_vector(vertices_, triangles_[face]));
     const double squared = depth * depth;
     const double area = doubled * (squared * depth) / Target(seen[0], seen[1], seen[2]).volume();
     const double facing = squared / view_.focal_product;
@@ -210,7 +199,7 @@ class Picture {
   }
 
   bool is_centroid_seen(Face face) const {
-    const auto [corners] = corners_of(face, projected_.span());
+    const auto corners = corners_of(projected_.span(), triangles_[face]);
     const Point sum = (corners[0] + corners[1]) + corners[2];
     // This early exit saves most divisions.
     if (sum.z <= 0.0 || sum.x < 0.0 || sum.y < 0.0) return false;

@@ -30,75 +30,17 @@ double rate_of(const std::array<double, 3>& features, std::span<const double> co
   return (exponent > 0.0 ? 1.0 : power) / (1.0 + power);
 }
 
-// Computes the features of the arcs of a graph.
-class Features {
- public:
-  Features(const OrderedGraph& graph, const Arcs& arcs, std::span<const double> widths,
-           ThreadTeam& team)
-      : arcs_(arcs), side_(std::sqrt(graph.total_measure)), smoother_(graph, arcs, widths, team) {}
-
-  Buffer<float> rates(const CellRows& normals, const CellRows& vectors,
-                      std::span<const double> coefficients, ThreadTeam& team) const {
-    const Buffer<float> smooth_normals = smoother_.smoothed(normals, kNormalLength * side_, team);
-    const Buffer<float> smooth_vectors = smoother_.smoothed(vectors, kVectorLength * side_, team);
-    Buffer<float> bends(arcs_.n_arcs());
-    Buffer<float> changes(arcs_.n_arcs());
-    const auto at = [](Cell cell, std::size_t column) {
-      return 2 * static_cast<std::size_t>(cell) + column;
-    };
-    Buffer<float> means(at(arcs_.n_cells(), 0));
-    team.for_each_slow(arcs_.n_cells(), [&](Cell cell) {
-      double change = 0.0;
-      double concave = 0.0;
-      double total = 0.0;
-      for (const auto [arc, to] : arcs_.steps(cell)) {
-        bends[arc] = static_cast<float>(bend(smooth_normals.span(), cell, arc, to));
-        changes[arc] =
-            static_cast<float>(side_ / smoother_.step(arc) *
-                               distance_between(smooth_vectors.span(), vectors.width, cell, to));
-        const double width = smoother_.width(arc);
-        change += width * double{changes[arc]};
-        concave += width * std::max(0.0, -double{bends[arc]});
-        total += width;
-      }
-      means[at(cell, 0)] = static_cast<float>(total > 0.0 ? change / total : 0.0);
-      means[at(cell, 1)] = static_cast<float>(total > 0.0 ? concave / total : 0.0);
-    });
-    means = smoother_.smoothed({2, means.span()}, kMeanLength * side_, team);
-    Buffer<float> rates(arcs_.n_arcs());
-    team.for_each_slow(arcs_.n_cells(), [&](Cell cell) {
-      for (const auto [arc, to] : arcs_.steps(cell)) {
-        const auto mean = [&](std::size_t column) {
-          return std::max(0.0, 0.5 * (double{means[at(cell, column)]} + means[at(to, column)]));
-        };
-        const double around = mean(0);
-        const double concave = mean(1);
-        const double change = changes[arc];
-        const double sum = change + around;
-        const double relative = sum > 0.0 ? (change - around) / sum : 0.0;
-        const double rate =
-            rate_of({in_unit_range(bends[arc]), relative, in_unit_range(concave)}, coefficients);
-        rates[arc] = static_cast<float>(rate * (smoother_.step(arc) / (kFittedStep * side_)));
-      }
-    });
-    return rates;
-  }
-
- private:
-  double bend(std::span<const float> normals, Cell cell, std::int64_t arc, Cell to) const {
-    const auto normal = [&](Cell of) {
-      const float* row = normals.data() + std::size_t{3} * of;
-      return Point{row[0], row[1], row[2]};
-    };
-    const Point along = smoother_.position(to) - smoother_.position(cell);
-    return side_ * dot(normal(to) - normal(cell), along) /
-           (smoother_.step(arc) * smoother_.step(arc));
-  }
-
-  const Arcs& arcs_;
-  const double side_;  // square root of the total area
-  const Smoother smoother_;
-};
+// Turn of the normals along an arc, times `side` per length.
+double bend_of(const Smoother& smoother, std::span<const float> normals, double side, Cell cell,
+               const Step& step) {
+  const auto normal = [&](Cell of) {
+    const float* row = normals.data() + std::size_t{3} * of;
+    return Point{row[0], row[1], row[2]};
+  };
+  const Point along = smoother.position(step.to) - smoother.position(cell);
+  const double length = smoother.step(step.arc);
+  return side * dot(normal(step.to) - normal(cell), along) / (length * length);
+}
 
 }  // namespace
 
@@ -107,7 +49,51 @@ Buffer<float> border_rates(const OrderedGraph& graph, const Arcs& arcs,
                            const CellRows& vectors, std::span<const double> coefficients,
                            ThreadTeam& team) {
   SUPERFACETS_ASSERT(normals.width == 3 && coefficients.size() == 10 && graph.total_measure > 0.0);
-  return Features(graph, arcs, widths, team).rates(normals, vectors, coefficients, team);
+  const double side = std::sqrt(graph.total_measure);
+  const Smoother smoother(graph, arcs, widths, team);
+  const Buffer<float> smooth_normals = smoother.smoothed(normals, kNormalLength * side, team);
+  const Buffer<float> smooth_vectors = smoother.smoothed(vectors, kVectorLength * side, team);
+  Buffer<float> bends(arcs.n_arcs());
+  Buffer<float> changes(arcs.n_arcs());
+  const auto at = [](Cell cell, std::size_t column) {
+    return 2 * static_cast<std::size_t>(cell) + column;
+  };
+  Buffer<float> means(at(arcs.n_cells(), 0));
+  team.for_each_slow(arcs.n_cells(), [&](Cell cell) {
+    double change = 0.0;
+    double concave = 0.0;
+    double total = 0.0;
+    for (const Step step : arcs.steps(cell)) {
+      const auto [arc, to] = step;
+      bends[arc] = static_cast<float>(bend_of(smoother, smooth_normals.span(), side, cell, step));
+      changes[arc] =
+          static_cast<float>(side / smoother.step(arc) *
+                             distance_between(smooth_vectors.span(), vectors.width, cell, to));
+      const double width = smoother.width(arc);
+      change += width * double{changes[arc]};
+      concave += width * std::max(0.0, -double{bends[arc]});
+      total += width;
+    }
+    means[at(cell, 0)] = static_cast<float>(total > 0.0 ? change / total : 0.0);
+    means[at(cell, 1)] = static_cast<float>(total > 0.0 ? concave / total : 0.0);
+  });
+  means = smoother.smoothed({2, means.span()}, kMeanLength * side, team);
+  Buffer<float> rates(arcs.n_arcs());
+  team.for_each_slow(arcs.n_cells(), [&](Cell cell) {
+    for (const auto [arc, to] : arcs.steps(cell)) {
+      const auto mean = [&](std::size_t column) {
+        return std::max(0.0, 0.5 * (double{means[at(cell, column)]} + means[at(to, column)]));
+      };
+      const double around = mean(0);
+      const double change = changes[arc];
+      const double sum = change + around;
+      const double relative = sum > 0.0 ? (change - around) / sum : 0.0;
+      const double rate =
+          rate_of({in_unit_range(bends[arc]), relative, in_unit_range(mean(1))}, coefficients);
+      rates[arc] = static_cast<float>(rate * (smoother.step(arc) / (kFittedStep * side)));
+    }
+  });
+  return rates;
 }
 
 }  // namespace superfacets

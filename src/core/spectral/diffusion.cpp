@@ -31,37 +31,26 @@ void relax_row(const Arcs& arcs, const float* weights, std::size_t any_width, Ce
   for (std::size_t i = 0; i < width; ++i) result[i] += kept * here[i];
 }
 
-// The sum of term(cell) over all cells.
-template <typename Term>
-double sum_over(Cell n_cells, const Term& term, ThreadTeam& team) {
-  const auto sum_range = [&](std::int64_t begin, std::int64_t end) {
-    double sum = 0.0;
-    for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) sum += term(cell);
-    return sum;
-  };
-  return sum_of_blocks(n_cells, sum_range, team);
-}
-
-// Sweeps over all cells n_sweeps times. `weights` are those of the neighbors' rows for each arc.
-// The rest of the weight is that of the cell's row in `own`, or of its current row if `own` is
-// empty.
-void sweep(const Arcs& arcs, std::span<const float> weights, std::size_t width, int n_sweeps,
-           std::span<const float> own, ThreadTeam& team, std::span<float> rows) {
-  Buffer<float> others(rows.size());
-  const std::span<float> other_rows = others.span();
+// Returns the given rows after n_sweeps sweeps over all cells. `weights` are those of the
+// neighbors' rows for each arc. The rest of the weight is that of the cell's given row if
+// `keeps_given`, and otherwise of its current row.
+Buffer<float> swept(const Arcs& arcs, std::span<const float> weights, const CellRows& given,
+                    int n_sweeps, bool keeps_given, ThreadTeam& team) {
+  const std::size_t width = given.width;
+  Buffer<float> rows = copy_of(given.rows);
+  Buffer<float> next(rows.size());
   const auto relax_one = width == 2   ? &relax_row<2>
                          : width == 3 ? &relax_row<3>
                          : width == 8 ? &relax_row<8>
                                       : &relax_row<0>;
   for (int sweep = 0; sweep < n_sweeps; ++sweep) {
-    const std::span<float> from = sweep % 2 == 0 ? rows : other_rows;
-    const std::span<float> to = sweep % 2 == 0 ? other_rows : rows;
-    const float* kept = own.empty() ? from.data() : own.data();
+    const float* own = keeps_given ? given.rows.data() : rows.data();
     team.for_each_slow(arcs.n_cells(), [&](Cell cell) {
-      relax_one(arcs, weights.data(), width, cell, kept, from.data(), to.data());
+      relax_one(arcs, weights.data(), width, cell, own, rows.data(), next.data());
     });
+    std::swap(rows, next);
   }
-  if (n_sweeps % 2 == 1) std::ranges::copy(other_rows, rows.begin());
+  return rows;
 }
 
 }  // namespace
@@ -155,9 +144,9 @@ Buffer<double> sum_between(const Arcs& arcs, std::span<const double> conductance
   return sums;
 }
 
-void relax(const Arcs& arcs, std::span<const double> conductances, std::size_t width, int n_sweeps,
-           ThreadTeam& team, std::span<float> rows) {
-  SUPERFACETS_ASSERT(std::cmp_equal(rows.size(), width * arcs.n_cells()));
+Buffer<float> relax(const Arcs& arcs, std::span<const double> conductances, const CellRows& given,
+                    int n_sweeps, ThreadTeam& team) {
+  SUPERFACETS_ASSERT(std::cmp_equal(given.rows.size(), given.width * arcs.n_cells()));
   Buffer<float> weights(arcs.n_arcs());  // weight of the neighbor's row for each arc
   team.for_each_slow(arcs.n_cells(), [&](Cell cell) {
     double total = 0.0;
@@ -167,7 +156,7 @@ void relax(const Arcs& arcs, std::span<const double> conductances, std::size_t w
       weights[arc] = static_cast<float>(factor * conductances[arc]);
     }
   });
-  sweep(arcs, weights.span(), width, n_sweeps, {}, team, rows);
+  return swept(arcs, weights.span(), given, n_sweeps, false, team);
 }
 
 Smoother::Smoother(const OrderedGraph& graph, const Arcs& arcs, std::span<const double> widths,
@@ -175,7 +164,7 @@ Smoother::Smoother(const OrderedGraph& graph, const Arcs& arcs, std::span<const 
     : graph_(graph), arcs_(arcs), widths_(arcs.n_arcs()), steps_(arcs.n_arcs()) {
   // sum of width times step, which for estimated widths is made 4 times the area, as for any
   // Voronoi diagram
-  const double sum = sum_over(
+  const double total = sum_over(
       arcs.n_cells(),
       [&](Cell cell) {
         const Place place = graph.place_of(cell);
@@ -189,7 +178,7 @@ Smoother::Smoother(const OrderedGraph& graph, const Arcs& arcs, std::span<const 
         return sum;
       },
       team);
-  const double scale = widths.empty() && sum > 0.0 ? 4.0 * graph.total_measure / sum : 1.0;
+  const double scale = widths.empty() && total > 0.0 ? 4.0 * graph.total_measure / total : 1.0;
   total_ = sum_over(
       arcs.n_cells(),
       [&](Cell cell) {
@@ -216,11 +205,8 @@ Buffer<float> Smoother::smoothed(const CellRows& given, double length, ThreadTea
       weights[arc] = static_cast<float>(squared * widths_[arc] / steps_[arc] / sum);
     }
   });
-  Buffer<float> rows(given.rows.size());
-  std::ranges::copy(given.rows, rows.begin());
-  sweep(arcs_, weights.span(), given.width, static_cast<int>(std::min(kMaxSweeps, n_sweeps)),
-        given.rows, team, rows.span());
-  return rows;
+  return swept(arcs_, weights.span(), given, static_cast<int>(std::min(kMaxSweeps, n_sweeps)), true,
+               team);
 }
 
 }  // namespace superfacets

@@ -42,17 +42,16 @@ Buffer<double> sum_between(const Arcs& arcs, std::span<const double> conductance
                            std::span<const double> steps, std::span<const Cell> coarse_of,
                            const Arcs& coarse);
 
-// Smooths rows of `width` numbers, one row per cell. Each sweep replaces a row by 1/4 of the row
-// plus 3/4 of the mean of the neighbors' rows, weighted by conductance. Rows of cells without arcs
-// do not change.
-void relax(const Arcs& arcs, std::span<const double> conductances, std::size_t width, int n_sweeps,
-           ThreadTeam& team, std::span<float> rows);
-
 // Rows of numbers, one row per cell.
 struct CellRows {
   std::size_t width;            // numbers per row
   std::span<const float> rows;  // (N, width)
 };
+
+// Returns the smoothed rows. Each sweep replaces a row by 1/4 of the row plus 3/4 of the mean of
+// the neighbors' rows, weighted by conductance. Rows of cells without arcs do not change.
+Buffer<float> relax(const Arcs& arcs, std::span<const double> conductances, const CellRows& given,
+                    int n_sweeps, ThreadTeam& team);
 
 // Smooths rows of numbers over a given length, by an implicit step of the heat equation.
 class Smoother {

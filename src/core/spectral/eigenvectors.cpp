@@ -165,11 +165,43 @@ class SparseFactor {
   // `diagonal` is the diagonal of M. The other entries are the negative conductances of the arcs.
   // Each arc must have a reverse arc with the same conductance.
   SparseFactor(const Arcs& arcs, std::span<const double> conductances,
-               std::span<const double> diagonal);
+               std::span<const double> diagonal) {
+    const Cell n_cells = arcs.n_cells();
+    std::vector<double> left(diagonal.begin(), diagonal.end());  // diagonal of the reduced matrix
+    std::vector<Row> rows(n_cells);  // off-diagonal entries of the reduced matrix
+    DegreeQueue queue(n_cells);
+    for (Cell cell = 0; cell < n_cells; ++cell) {
+      for (const auto [arc, neighbor] : arcs.steps(cell)) {
+        rows[cell].push_back({neighbor, -conductances[arc]});
+      }
+      std::ranges::sort(rows[cell], {}, &Entry::cell);
+      queue.insert(rows[cell].size(), cell);
+    }
+    Row merged;
+    for (Cell cell = queue.take(); cell != kNoCell; cell = queue.take()) {
+      const Row row = std::move(rows[cell]);
+      const double pivot = left[cell];
+      SUPERFACETS_ASSERT(pivot > 0.0);
+      for (const auto& [neighbor, value] : row) {
+        const double factor = value / pivot;
+        queue.erase(rows[neighbor].size(), neighbor);
+        left[neighbor] -= factor * value;
+        subtract(row, factor, {cell, neighbor}, rows[neighbor], merged);
+        queue.insert(rows[neighbor].size(), neighbor);
+        entries_.push_back({neighbor, factor});
+      }
+      order_.push_back(cell);
+      pivots_.push_back(pivot);
+      starts_.push_back(entries_.size());
+    }
+  }
 
   // Solves M X = B. On entry, `rows` contains B as n rows of `width` numbers. On return, it
   // contains X.
-  void solve(std::span<double> rows, std::size_t width) const;
+  void solve(std::span<double> rows, std::size_t width) const {
+    SUPERFACETS_ASSERT(rows.size() == order_.size() * width);
+    run_version(best_instruction_set(), Solve{*this}, rows, width);
+  }
 
  private:
   struct Entry {
@@ -178,115 +210,74 @@ class SparseFactor {
   };
   using Row = std::vector<Entry>;  // entries sorted by cell
 
-  struct Solve;
   struct Elimination {
     Cell cell;
     Cell neighbor;  // cell whose row is updated
   };
+
+  // Subtracts a multiple of the eliminated cell's row from the row of a neighbor, and removes the
+  // entry of the eliminated cell. The diagonal is stored separately.
   static void subtract(const Row& pivot_row, double factor, const Elimination& step, Row& row,
-                       Row& merged);
+                       Row& merged) {
+    merged.clear();
+    auto here = row.begin();
+    const auto copy_up_to = [&](Cell column) {
+      for (; here != row.end() && here->cell < column; ++here) {
+        if (here->cell != step.cell) merged.push_back(*here);
+      }
+    };
+    for (const auto& [column, value] : pivot_row) {
+      if (column == step.neighbor) continue;
+      copy_up_to(column);
+      const bool is_there = here != row.end() && here->cell == column;
+      merged.push_back({column, (is_there ? here->value : 0.0) - factor * value});
+      if (is_there) ++here;
+    }
+    copy_up_to(std::numeric_limits<Cell>::max());
+    row = merged;
+  }
+
+  // The forward and backward substitution of solve(), compiled for several instruction sets.
+  struct Solve {
+    const SparseFactor& of;
+
+    SUPERFACETS_ALWAYS_INLINE void operator()(std::span<double> rows, std::size_t any_width) const {
+      with_width(any_width, [&](const auto width) {
+        forwards(rows.data(), width);
+        backwards(rows.data(), width);
+      });
+    }
+
+    template <typename Width>
+    SUPERFACETS_ALWAYS_INLINE void forwards(double* rows, const Width width) const {
+      for (std::size_t i = 0; i < of.order_.size(); ++i) {
+        const double* here = rows + width * of.order_[i];
+        for (std::size_t e = of.starts_[i]; e < of.starts_[i + 1]; ++e) {
+          double* there = rows + width * of.entries_[e].cell;
+          for (std::size_t c = 0; c < width; ++c) there[c] -= of.entries_[e].value * here[c];
+        }
+      }
+    }
+
+    template <typename Width>
+    SUPERFACETS_ALWAYS_INLINE void backwards(double* rows, const Width width) const {
+      for (std::size_t i = of.order_.size(); i-- > 0;) {
+        double* here = rows + width * of.order_[i];
+        const double inverse = 1.0 / of.pivots_[i];
+        for (std::size_t c = 0; c < width; ++c) here[c] *= inverse;
+        for (std::size_t e = of.starts_[i]; e < of.starts_[i + 1]; ++e) {
+          const double* there = rows + width * of.entries_[e].cell;
+          for (std::size_t c = 0; c < width; ++c) here[c] -= of.entries_[e].value * there[c];
+        }
+      }
+    }
+  };
 
   std::vector<Cell> order_;             // cells in their order of elimination
   std::vector<double> pivots_;          // diagonal of D, in the order of elimination
   std::vector<std::size_t> starts_{0};  // start of each column of F in entries_
   std::vector<Entry> entries_;          // entries of the columns of F, without the unit diagonal
 };
-
-SparseFactor::SparseFactor(const Arcs& arcs, std::span<const double> conductances,
-                           std::span<const double> diagonal) {
-  const Cell n_cells = arcs.n_cells();
-  std::vector<double> left(diagonal.begin(), diagonal.end());  // diagonal of the reduced matrix
-  std::vector<Row> rows(n_cells);  // off-diagonal entries of the reduced matrix
-  DegreeQueue queue(n_cells);
-  for (Cell cell = 0; cell < n_cells; ++cell) {
-    for (const auto [arc, neighbor] : arcs.steps(cell)) {
-      rows[cell].push_back({neighbor, -conductances[arc]});
-    }
-    std::ranges::sort(rows[cell], [](const Entry& a, const Entry& b) { return a.cell < b.cell; });
-    queue.insert(rows[cell].size(), cell);
-  }
-  Row merged;
-  for (Cell cell = queue.take(); cell != kNoCell; cell = queue.take()) {
-    const Row row = std::move(rows[cell]);
-    const double pivot = left[cell];
-    SUPERFACETS_ASSERT(pivot > 0.0);
-    for (const auto& [neighbor, value] : row) {
-      const double factor = value / pivot;
-      queue.erase(rows[neighbor].size(), neighbor);
-      left[neighbor] -= factor * value;
-      subtract(row, factor, {cell, neighbor}, rows[neighbor], merged);
-      queue.insert(rows[neighbor].size(), neighbor);
-      entries_.push_back({neighbor, factor});
-    }
-    order_.push_back(cell);
-    pivots_.push_back(pivot);
-    starts_.push_back(entries_.size());
-  }
-}
-
-// Subtracts a multiple of the eliminated cell's row from the row of a neighbor, and removes the
-// entry of the eliminated cell. The diagonal is stored separately.
-void SparseFactor::subtract(const Row& pivot_row, double factor, const Elimination& step, Row& row,
-                            Row& merged) {
-  merged.clear();
-  auto here = row.begin();
-  const auto copy_up_to = [&](Cell column) {
-    for (; here != row.end() && here->cell < column; ++here) {
-      if (here->cell != step.cell) merged.push_back(*here);
-    }
-  };
-  for (const auto& [column, value] : pivot_row) {
-    if (column == step.neighbor) continue;
-    copy_up_to(column);
-    const bool is_there = here != row.end() && here->cell == column;
-    merged.push_back({column, (is_there ? here->value : 0.0) - factor * value});
-    if (is_there) ++here;
-  }
-  copy_up_to(std::numeric_limits<Cell>::max());
-  row = merged;
-}
-
-// The forward and backward substitution of solve(), compiled for several instruction sets.
-struct SparseFactor::Solve {
-  const SparseFactor& of;
-
-  SUPERFACETS_ALWAYS_INLINE void operator()(std::span<double> rows, std::size_t any_width) const {
-    with_width(any_width, [&](const auto width) {
-      forwards(rows.data(), width);
-      backwards(rows.data(), width);
-    });
-  }
-
- private:
-  template <typename Width>
-  SUPERFACETS_ALWAYS_INLINE void forwards(double* rows, const Width width) const {
-    for (std::size_t i = 0; i < of.order_.size(); ++i) {
-      const double* here = rows + width * of.order_[i];
-      for (std::size_t e = of.starts_[i]; e < of.starts_[i + 1]; ++e) {
-        double* there = rows + width * of.entries_[e].cell;
-        for (std::size_t c = 0; c < width; ++c) there[c] -= of.entries_[e].value * here[c];
-      }
-    }
-  }
-
-  template <typename Width>
-  SUPERFACETS_ALWAYS_INLINE void backwards(double* rows, const Width width) const {
-    for (std::size_t i = of.order_.size(); i-- > 0;) {
-      double* here = rows + width * of.order_[i];
-      const double inverse = 1.0 / of.pivots_[i];
-      for (std::size_t c = 0; c < width; ++c) here[c] *= inverse;
-      for (std::size_t e = of.starts_[i]; e < of.starts_[i + 1]; ++e) {
-        const double* there = rows + width * of.entries_[e].cell;
-        for (std::size_t c = 0; c < width; ++c) here[c] -= of.entries_[e].value * there[c];
-      }
-    }
-  }
-};
-
-void SparseFactor::solve(std::span<double> rows, std::size_t any_width) const {
-  SUPERFACETS_ASSERT(rows.size() == order_.size() * any_width);
-  run_version(best_instruction_set(), Solve{*this}, rows, any_width);
-}
 
 // Adds Y^T W X to `products`, where W is the diagonal matrix of the weights. If there are no
 // weights, W is the identity.

@@ -17,12 +17,14 @@ std::int64_t read_count(const std::uint8_t* bytes, const ColumnLayout& column, b
 
 }  // namespace
 
-void copy_rows(const RowPlaces& rows, std::int64_t n_rows, ThreadTeam& team, std::uint8_t* copy) {
-  SUPERFACETS_ASSERT(n_rows >= 0 && rows.size > 0);
+Buffer<std::uint8_t> copy_rows(const RowPlaces& rows, ThreadTeam& team) {
+  SUPERFACETS_ASSERT(rows.n_rows >= 0 && rows.size > 0);
   const auto copy_all = [&](auto size) {
-    team.for_each_index(n_rows, [&](std::int64_t i) {
-      std::memcpy(copy + i * size, rows.first + i * rows.stride, size);
+    Buffer<std::uint8_t> copy(rows.n_rows * size);
+    team.for_each_index(rows.n_rows, [&, data = copy.data()](std::int64_t i) {
+      std::memcpy(data + i * size, rows.first + i * rows.stride, size);
     });
+    return copy;
   };
   switch (rows.size) {  // a memcpy of constant size compiles to a few instructions
     case 4:

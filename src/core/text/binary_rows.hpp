@@ -11,12 +11,13 @@ namespace superfacets {
 struct RowPlaces {
   const std::uint8_t* first = nullptr;
   std::int64_t stride = 0;
+  std::int64_t n_rows = 0;
   std::int64_t size = 0;
 };
 
-// Copies rows to consecutive memory. `copy` must have space for n_rows * rows.size bytes. This is
-// faster than numpy, which copies unaligned numbers one by one.
-void copy_rows(const RowPlaces& rows, std::int64_t n_rows, ThreadTeam& team, std::uint8_t* copy);
+// Copies rows to consecutive memory. This is faster than numpy, which copies unaligned numbers one
+// by one.
+Buffer<std::uint8_t> copy_rows(const RowPlaces& rows, ThreadTeam& team);
 
 // Concatenates runs of bytes. Run i has sizes[i] >= 0 bytes, beginning with bytes[starts[i]].
 Buffer<std::uint8_t> copy_runs(std::span<const std::uint8_t> bytes,

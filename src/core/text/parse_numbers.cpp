@@ -162,21 +162,16 @@ ParsedLines<Integer> parse_integers(const LineSpans& lines, ThreadTeam& team) {
   return parse_lines<Integer>(lines, team, parse_integer<Integer>);
 }
 
-template <typename Integer>
-ParsedLines<Integer> parse_corners(const LineSpans& lines, ThreadTeam& team) {
-  return parse_lines<Integer>(lines, team, parse_index<0, Integer>);
-}
-
-template <typename Integer>
-ParsedLines<Integer> parse_second_indices(const LineSpans& lines, ThreadTeam& team) {
-  return parse_lines<Integer>(lines, team, parse_index<1, Integer>);
+template <int kIndex, typename Integer>
+ParsedLines<Integer> parse_indices(const LineSpans& lines, ThreadTeam& team) {
+  return parse_lines<Integer>(lines, team, parse_index<kIndex, Integer>);
 }
 
 template ParsedLines<std::int32_t> parse_integers(const LineSpans& lines, ThreadTeam& team);
 template ParsedLines<std::int64_t> parse_integers(const LineSpans& lines, ThreadTeam& team);
-template ParsedLines<std::int32_t> parse_corners(const LineSpans& lines, ThreadTeam& team);
-template ParsedLines<std::int64_t> parse_corners(const LineSpans& lines, ThreadTeam& team);
-template ParsedLines<std::int32_t> parse_second_indices(const LineSpans& lines, ThreadTeam& team);
-template ParsedLines<std::int64_t> parse_second_indices(const LineSpans& lines, ThreadTeam& team);
+template ParsedLines<std::int32_t> parse_indices<0>(const LineSpans& lines, ThreadTeam& team);
+template ParsedLines<std::int64_t> parse_indices<0>(const LineSpans& lines, ThreadTeam& team);
+template ParsedLines<std::int32_t> parse_indices<1>(const LineSpans& lines, ThreadTeam& team);
+template ParsedLines<std::int64_t> parse_indices<1>(const LineSpans& lines, ThreadTeam& team);
 
 }  // namespace superfacets

@@ -36,14 +36,10 @@ ParsedLines<double> parse_doubles(const LineSpans& lines, ThreadTeam& team);
 template <typename Integer>
 ParsedLines<Integer> parse_integers(const LineSpans& lines, ThreadTeam& team);
 
-// Parses the first integer of each token. A token consists of one or more integers separated by
-// slashes, as in 7, 7/2, 7//3 and 7/2/3. All integers except the first may be missing.
-template <typename Integer>
-ParsedLines<Integer> parse_corners(const LineSpans& lines, ThreadTeam& team);
-
-// Parses the second integer of each token, in the format of parse_corners. A missing integer is
-// parsed as 0.
-template <typename Integer>
-ParsedLines<Integer> parse_second_indices(const LineSpans& lines, ThreadTeam& team);
+// Parses the first (kIndex = 0) or second (kIndex = 1) integer of each token. A token consists of
+// one or more integers separated by slashes, as in 7, 7/2, 7//3 and 7/2/3. All integers except the
+// first may be missing. A missing integer is parsed as 0.
+template <int kIndex, typename Integer>
+ParsedLines<Integer> parse_indices(const LineSpans& lines, ThreadTeam& team);
 
 }  // namespace superfacets

@@ -94,17 +94,20 @@ TextLines scan_lines(std::string_view text, std::int64_t begin, std::int64_t end
   return lines;
 }
 
-void match_keywords(std::string_view text, std::span<const std::int64_t> starts,
-                    std::span<const std::int64_t> ends, const std::vector<std::string>& keywords,
-                    bool any_case, ThreadTeam& team, std::span<std::int8_t> found) {
-  SUPERFACETS_ASSERT(starts.size() == ends.size() && starts.size() == found.size());
+Buffer<std::int8_t> match_keywords(std::string_view text, std::span<const std::int64_t> starts,
+                                   std::span<const std::int64_t> ends,
+                                   const std::vector<std::string>& keywords, bool any_case,
+                                   ThreadTeam& team) {
+  SUPERFACETS_ASSERT(starts.size() == ends.size());
   SUPERFACETS_ASSERT(keywords.size() <= std::numeric_limits<std::int8_t>::max());
+  Buffer<std::int8_t> found(starts.size());
   team.for_each_index(std::ssize(starts), [&](std::int64_t i) {
     const std::string_view line = text.substr(starts[i], ends[i] - starts[i]);
     std::size_t keyword = 0;
     while (keyword < keywords.size() && !begins_with(line, keywords[keyword], any_case)) ++keyword;
     found[i] = static_cast<std::int8_t>(keyword);
   });
+  return found;
 }
 
 }  // namespace superfacets

@@ -27,12 +27,13 @@ struct TextLines {
 TextLines scan_lines(std::string_view text, std::int64_t begin, std::int64_t end, char comment,
                      ThreadTeam& team);
 
-// Sets found[i] to the index of the keyword that equals the first token of line i, or to the number
-// of keywords if there is no such keyword. The first token ends at whitespace, at a control
+// Returns for each line the index of the keyword that equals its first token, or the number of
+// keywords if there is no such keyword. The first token ends at whitespace, at a control
 // character or at the end of the line. If any_case is true, the comparison ignores the case of the
 // line, and keywords must be lower case.
-void match_keywords(std::string_view text, std::span<const std::int64_t> starts,
-                    std::span<const std::int64_t> ends, const std::vector<std::string>& keywords,
-                    bool any_case, ThreadTeam& team, std::span<std::int8_t> found);
+Buffer<std::int8_t> match_keywords(std::string_view text, std::span<const std::int64_t> starts,
+                                   std::span<const std::int64_t> ends,
+                                   const std::vector<std::string>& keywords, bool any_case,
+                                   ThreadTeam& team);
 
 }  // namespace superfacets

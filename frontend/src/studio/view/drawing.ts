@@ -24,6 +24,7 @@ const MAX_CLASSES = 65536;
 // Diameter of the points that cover the gaps of surfaces, in diameters of drawn points. If points are spread at random,
 // a drawn point is as wide as twice their mean distance, and gaps can be twice as wide.
 export const COVER = 4;
+const COVER_PIXEL = 4; // canvas pixels per pixel of `coversSeen`, in each direction: 1 takes seconds without a graphics card
 const LOOK = 320; // width of the pictures in which `countSeen` counts pixels
 const BLINK_MS = 350; // duration of each phase of `blink` in milliseconds
 const N_BLINKS = 8; // number of phases
@@ -320,7 +321,8 @@ export class Drawing {
   /** Returns what `cellsSeen` returns for the whole canvas, if points had `COVER` times their diameter. */
   coversSeen(): Seen {
     if (this.covers) return this.covers;
-    this.drawInto(this.coverFrame, this.canvas.width, this.canvas.height, COVER);
+    const [columns, rows] = [this.canvas.width, this.canvas.height].map((size) => Math.ceil(size / COVER_PIXEL));
+    this.drawInto(this.coverFrame, columns, rows, COVER);
     const { width, height } = this.coverFrame;
     const cells = cellsIn(this.gpu, this.coverFrame, 0, 0, width, height);
     return (this.covers = { cells, width, height, scale: width / this.canvas.clientWidth });
