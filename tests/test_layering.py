@@ -13,51 +13,24 @@ STUDIO_PAGE = ROOT / "frontend" / "src" / "studio"
 
 # Lowest first. Each entry is a folder or a module of `superfacets`.
 LIBRARY_LAYERS = [
-    "base",
-    "mesh",
-    "graph",
-    "weights",
-    "cleanup",
-    "clustering",
-    "stages",
+    "base", "mesh", "graph", "weights", "cleanup", "clustering", "stages",
     "pipeline",  # up to here, the engine
-    "paper",
-    "regions",
-    "metrics",
-    "files",
-    "tools",
+    "paper", "regions", "metrics", "files", "tools",
     "kit",  # names of all layers, for apps
-    "segmentator",
-    "__init__",
-    "__main__",
-]
+    "segmentator", "__init__", "__main__",
+]  # fmt: skip
 STUDIO_LAYERS = ["labels", "regions", "documents", "export", "web"]
 CORE_LAYERS = [
-    "base",
-    "text",
-    "mesh",
-    "spatial",
-    "cells",
-    "spectral",
-    "paths",
-    "clustering",
-    "regions",
+    "base", "text", "mesh", "spatial", "cells", "spectral", "paths", "clustering", "regions",
     "bindings",
-]
+]  # fmt: skip
 STUDIO_PAGE_LAYERS = ["text", "data", "session", "view", "workbench", "panels", "input", "main"]
 
 # Highest folder of the core whose functions a layer of the library may call; others may call any.
 HIGHEST_CORE_LAYERS = {
-    "base": "mesh",
-    "mesh": "mesh",
-    "graph": "cells",
-    "weights": "spectral",
-    "clustering": "clustering",
-    "stages": "clustering",
-    "pipeline": "base",
-    "files": "text",
-    "tools": "cells",
-}
+    "base": "mesh", "mesh": "mesh", "graph": "cells", "weights": "spectral", "pipeline": "base",
+    "clustering": "clustering", "stages": "clustering", "files": "text", "tools": "cells",
+}  # fmt: skip
 
 EXCEPTIONS = {
     # Eigenvectors are computed on groups of cells.

@@ -3,6 +3,7 @@
 import { beforeEach, expect, test, vi } from "vitest";
 import page from "../index.html?raw";
 import { ClassesPanel } from "../src/studio/panels/classes";
+import { FilesPanel } from "../src/studio/panels/files";
 import { watchFolds } from "../src/studio/panels/folds";
 import { Palette } from "../src/studio/panels/palette";
 import { Api } from "../src/studio/session/api";
@@ -128,4 +129,17 @@ test("the list scrolls to a newly chosen class and object, and to nothing when c
   expect(scroll.mock.contexts.map((one) => (one as Element).className)).toEqual(["class", "object"]);
   session.events.emit("painted", new Uint32Array(1));
   expect(scroll).toHaveBeenCalledTimes(2);
+});
+
+test("active time and strokes are shown, and nothing if they are unknown", () => {
+  new FilesPanel(session);
+  const entries = [{}, { statistics: { seconds: 59.9, strokes: 1 } }].map((took, id) => ({ id, name: "a", done: 0.5, ...took }));
+  session.events.emit("files", entries);
+  const titles = (): string[] => [...document.querySelectorAll<HTMLElement>("#files progress")].map(({ title }) => title);
+  expect(titles()).toEqual(["50 %", "50 %, < 1 min, 1 stroke"]);
+  const effort = document.querySelector("#effort")!;
+  expect(effort.textContent).toBe("");
+  session.state.statistics = { seconds: 730, strokes: 43 };
+  session.events.emit("state", session.state);
+  expect([effort.textContent, titles()[0]]).toEqual(["12 min, 43 strokes", "0.0 %, 12 min, 43 strokes"]);
 });

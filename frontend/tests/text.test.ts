@@ -48,7 +48,7 @@ const said: string[] = [];
 
 const state = {
   seq: 0, revision: 0, object_names: [], work: "1.2", n_suggestions: 2, input: { name: "1.2", n_cells: N }, notes: [], levels: [N, 4, 2], n_regions: N,
-  classes: ["11", "22"].map((name, i) => ({ id: i + 1, name, color: "#102030", key: "" })), can_undo: true, can_redo: true, is_reviewed: true, is_changed: true,
+  classes: ["11", "22"].map((name, i) => ({ id: i + 1, name, color: "#102030", key: "" })), can_undo: true, can_redo: true, is_reviewed: true, is_changed: true, statistics: { seconds: 90, strokes: 2 },
   parameters: { n_segments: 4, alpha: 1, ridges: 1, smooth: true, scans: false, color: false, level: 4 }, has_colors: false, ranges: { n_segments: [2, 8] },
   exports: { cells: { 9: "1.9" }, objects: { json: "1.1", npz: "1.2", csv: "1.3", "aggregation.json": "1.4", zip: "1.5" }, vertices: {}, instances: {}, regions: {}, region_classes: {} },
 };
@@ -59,7 +59,7 @@ const areas = new Float32Array(N).fill(1);
 const look = { low: [0, 0, 0], step: [1, 1, 1], axes: [[1, 0, 0], [0, 1, 0], [0, 0, 1]], view: { azimuth: 0, elevation: 0, zoom: 1, look_at: [0, 0, 0] }, point_size: 1 };
 const suggestions = [{ id: 1, class: 1, score: 0.9, n_cells: 1, area: 1 }, { id: 2, class: 0, score: null, n_cells: 1, area: 1 }];
 const replies: Record<string, () => BodyInit | object> = {
-  files: () => ["1.2", "3.4"].map((name, id) => ({ id, name, done: 0.5, reviewed: true, changed_since_review: id > 0 })),
+  files: () => ["1.2", "3.4"].map((name, id) => ({ id, name, done: 0.5, reviewed: true, changed_since_review: id > 0, statistics: state.statistics })),
   mesh: () => packet({ kind: "points", n_cells: N, measure: "area", palette: [[0, 0, 0]], has_normals: false, texture_problem: "", ...look }, { areas, positions: new Float32Array(3 * N) }),
   labels: () => Int32Array.from(areas.keys()).buffer,
   regions: () => packet({}, { arcs: Uint32Array.from({ length: 2 * N - 2 }, (_, i) => (i + 1) >> 1) }),

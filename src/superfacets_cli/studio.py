@@ -34,7 +34,8 @@ if TYPE_CHECKING:
            " exported by the studio. All files of a folder share them."),
     option("--port", click.IntRange(1, 65_535),
            "Port that the server listens on.  [default: a free port]"),
-    option("--list is_list", FLAG, "Print the labeled percentage of each file, and exit."),
+    option("--list is_list", FLAG,
+           "Print the labeled percentage, active time and strokes of each file, and exit."),
     option("--export exports KIND", None,
            "Write the saved labels of all files that have a work file, and exit: classes,"
            " vertex-classes, instances, objects, region-classes or superfacets, optionally with a"
@@ -52,7 +53,7 @@ def studio_command(
     Only browsers on this machine can open the page. Every change is saved immediately.
     """
     _check_extra()
-    from superfacets_studio import Files, new_classes
+    from superfacets_studio import Files, effort_text, new_classes
 
     if is_list and exports:
         raise click.UsageError("--list and --export exclude each other: run the command twice")
@@ -66,7 +67,7 @@ def studio_command(
         for entry in files.listed():
             is_changed, is_reviewed = entry.get("changed_since_review"), entry.get("reviewed")
             state = "  changed since review" if is_changed else "  reviewed" if is_reviewed else ""
-            click.echo(f"{100 * entry['done']:5.1f} %  {entry['name']}{state}")
+            click.echo(f"{100 * entry['done']:5.1f} %  {entry['name']}{state}{effort_text(entry)}")
     else:
         _serve(files, port, is_shown=not no_browser)
 
@@ -109,15 +110,12 @@ def _export(files: Files, exports: tuple[str, ...], output: Path | None) -> None
     for_each([str(files.path(number)) for number, _ in targets], write)
 
 
-_ONE_FILE = click.Path(path_type=Path, dir_okay=False)
-
-
 @click.command("agree")
-@click.argument("mesh", metavar="IN", type=_ONE_FILE)
-@click.argument("mine", metavar="MINE", type=_ONE_FILE)
-@click.argument("theirs", metavar="THEIRS", type=_ONE_FILE)
+@click.argument("mesh", metavar="IN", type=FILE)
+@click.argument("mine", metavar="MINE", type=FILE)
+@click.argument("theirs", metavar="THEIRS", type=FILE)
 @options(
-    option("-o --output FILE", FILE, "Write the merged work to this new file."),
+    option("-o --output OUT", FILE, "New file for the merged work, or folder for new files."),
     option("--prefer", ("mine", "theirs"),
            "Whose labels to keep where the two differ.", default="mine"),
     json_option(),
@@ -132,14 +130,16 @@ def agree_command(
     the IoU of each class and object; "-" means that no cell is labeled by both. Classes are matched
     by name, and objects by their overlap. The merged work keeps labels of cells that only one
     person has labeled, and objects that only THEIRS has get new numbers.
+
+    MINE and THEIRS may also be two folders with a work file NAME.studio.jsonl of each mesh, and IN
+    a folder of meshes. The table then has a row with mean IoUs for each mesh, and one for all.
     """
     _check_extra()
-    from superfacets_studio import agreement_text, merged_work
+    from superfacets_studio import agreed
 
-    if output is not None and output.exists():
-        raise FileExistsError(f"{output} exists already: choose another file name")
-    found = merged_work(mesh, mine, theirs, output, prefer_theirs=prefer == "theirs")
-    click.echo(json.dumps(found, indent=1) if as_json else agreement_text(found))
+    found, text, notes = agreed(mesh, mine, theirs, output, prefer_theirs=prefer == "theirs")
+    print_notes(notes)
+    click.echo(json.dumps(found, indent=1) if as_json else text)
     if output is not None:
         click.echo(f"wrote {output}", err=as_json)
 

@@ -1,8 +1,8 @@
 """Names that other apps use, beside the public names of superfacets."""
 
-from .documents.agreement import agreement_text as agreement_text
-from .documents.document import merged_work as merged_work
+from .documents.effort import effort_text as effort_text
 from .documents.files import Files as Files
+from .documents.files import agreed as agreed
 from .documents.history import classes_in_work as classes_in_work
 from .export.write import parsed_export as parsed_export
 from .export.write import write_exports as write_exports

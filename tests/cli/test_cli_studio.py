@@ -4,6 +4,7 @@ import json
 import os
 import socket
 import sys
+import time
 import urllib.parse
 import urllib.request
 from pathlib import Path
@@ -129,7 +130,7 @@ def test_the_address_of_a_server_that_was_killed_is_taken_again(run, sheet, serv
     assert served[0][1][1] == kept.port
 
 
-def test_a_list_says_how_far_the_work_is_and_what_is_reviewed(run, sheet, served):
+def test_a_list_says_how_far_the_work_is_and_what_is_reviewed(run, sheet, served, monkeypatch):
     from superfacets_studio.documents.document import Document
 
     document = Document.open(Path(sheet))
@@ -137,12 +138,17 @@ def test_a_list_says_how_far_the_work_is_and_what_is_reviewed(run, sheet, served
     document.review(True)
     document.close()
     status, out, err = run("studio", sheet, "--list")
-    assert (status, out, err) == (0, f"100.0 %  {Path(sheet).name}  reviewed\n", "")
+    assert (status, out, err) == (0, f"100.0 %  {sheet.name}  reviewed  < 1 min, 1 stroke\n", "")
     document = Document.open(Path(sheet))
+    now = time.time()
+    monkeypatch.setattr("time.time", lambda: now + 50)
     document.paint(np.arange(3, dtype=np.uint32), 2)
+    document.undo()
+    monkeypatch.setattr("time.time", lambda: now + 100)
+    document.redo()
     document.close()
     _, out, _ = run("studio", sheet, "--list")
-    assert out == f"100.0 %  {Path(sheet).name}  changed since review\n"
+    assert out == f"100.0 %  {sheet.name}  changed since review  1 min, 2 strokes\n"
     assert not served
 
 
@@ -178,13 +184,66 @@ def test_classes_that_old_work_does_not_use_are_noted(run, labeled, served, tmp_
 
 
 @pytest.mark.parametrize("wrong", [0, 1, 2])
-def test_agree_refuses_a_folder(run, labeled, tmp_path, wrong):
+def test_agree_refuses_a_folder_with_a_file(run, labeled, tmp_path, wrong):
     arguments = [labeled.path, labeled.journal.path, labeled.journal.path]
     arguments[wrong] = tmp_path
     status, out, err = run("agree", *arguments)
     assert (status, out) == (2, "")
-    assert f"File '{tmp_path}' is a directory" in err
+    assert f"{labeled.journal.path} is no folder: MINE and THEIRS must be two files or" in err
     assert err.count("\n") == 1
+
+
+@pytest.fixture
+def teams(tmp_path, monkeypatch):
+    """Make folders of meshes of 128 equal faces, with the work of two people."""
+    from superfacets import write_mesh
+    from superfacets_studio.documents.files import Files
+    from superfacets_studio.labels.classes import default_classes
+
+    mine = [("chair", 0, 32), ("table", 32, 64)], [("chair", 0, 1)], [("table", 0, 96)]
+    theirs = [("Table", 16, 64), ("Chair", 0, 16)], [], [("Table", 0, 32), ("lamp", 32, 40)]
+    for who, works in (("mine", mine), ("theirs", theirs)):
+        names = [*dict.fromkeys(name for work in works for name, _, _ in work)]
+        for name in ("a.ply", "b.ply", "sub/c.ply"):
+            (tmp_path / who / name).parent.mkdir(parents=True, exist_ok=True)
+            write_mesh(tmp_path / who / name, shapes.flat(8))
+        files = Files.of(tmp_path / who, None, 8, default_classes(names))
+        for number, work in enumerate(works):
+            for name, start, end in work:
+                with files.document(number) as document:
+                    cells = np.arange(start, end, dtype=np.uint32)
+                    document.paint(cells, 1 + names.index(name), objects=1)
+        files.close()
+    monkeypatch.chdir(tmp_path)
+
+
+def test_agree_compares_two_folders_in_one_table(run, teams):
+    work = "a.ply.studio.jsonl"
+    status, out, err = run("agree", "mine", "mine", "theirs", "-o", "merged/new")
+    assert (status, err) == (0, "superfacets: note: theirs: has no work file of b.ply\n")
+    assert out.splitlines() == [
+        "file       both labeled  agree   mean IoU of classes  mean IoU of objects",
+        "a.ply      50.0 %        75.0 %  0.583                0.583",
+        "sub/c.ply  31.2 %        80.0 %  0.400                0.400",
+        "all 2      40.6 %        76.9 %  0.409                0.492", "wrote merged/new",
+    ]  # fmt: skip
+    stored = Path("merged", "new", "superfacets-classes.json")
+    assert [one["name"] for one in json.loads(stored.read_text())] == ["chair", "table", "lamp"]
+    assert (Path("merged/new", work).is_file(), len([*stored.parent.rglob("*")])) == (True, 4)
+    Path("merged/new", work).unlink()
+    status, out, err = run("agree", "mine", "mine", "theirs", "-o", "merged/new")
+    assert (status, out, "c.ply.studio.jsonl exists already" in err) == (1, "", True)
+    assert not Path("merged/new", work).exists()
+    Path("theirs/superfacets-classes.json").unlink()  # the list beside IN is used instead
+    found = json.loads(run("agree", "mine/a.ply", "mine", "theirs", "--json")[1])
+    assert (found["files"][0]["file"], found["missing"]) == ("a.ply", {"mine": [], "theirs": []})
+    ious = {row["name"]: row["iou"] for row in found["all"]["classes"]}
+    assert ious == {"chair": 0.25, "table": 0.0}
+    status, out, err = run("agree", "mine", "mine", "merged")
+    assert (status, out) == (1, "")
+    assert err.startswith(
+        "superfacets: error: mine: no mesh has two work files, such as mine/a.ply"
+    )
 
 
 @pytest.fixture

@@ -34,11 +34,8 @@ def test_the_page_says_that_the_front_end_is_missing(client, monkeypatch, tmp_pa
 def test_the_mesh_is_as_in_the_file(client, sheet):
     header, arrays = unpacked(client.get("mesh").content)
     mesh = superfacets.read_mesh(sheet)
-    assert (header["kind"], header["n_cells"], len(arrays["triangles"])) == (
-        "triangles",
-        1152,
-        1152,
-    )
+    n_triangles = len(arrays["triangles"])
+    assert (header["kind"], header["n_cells"], n_triangles) == ("triangles", 1152, 1152)
     corners = arrays["positions"][arrays["triangles"]] + header["center"]
     assert np.allclose(corners, mesh.vertices[mesh.faces], atol=1e-6)
     assert header["palette"] == PALETTE.tolist()  # regions have the colors of pictures
@@ -183,15 +180,12 @@ def test_wrong_requests_say_what_is_wrong(client, name, body, status, message):
 
 def test_what_is_no_json_object(client):
     for content, message in (
-        (b"{", "is not valid JSON"),
-        (b"[1]", "is not a JSON object"),
-        (b"[" * 100_000, "is nested too deeply"),
-        (b'{"a":' * 100_000, "is nested too deeply"),
-        (b'{"alpha":NaN}', "has the number NaN"),
-        (b'{"stroke":"\xff"}', "is not valid JSON"),
+        (b"{", "is not valid JSON"), (b"[1]", "is not a JSON object"),
+        (b"[" * 100_000, "is nested too deeply"), (b'{"a":' * 100_000, "is nested too deeply"),
+        (b'{"alpha":NaN}', "has the number NaN"), (b'{"stroke":"\xff"}', "is not valid JSON"),
         (b'{"class":' + b"1" * 5000 + b"}", "does not fit into 64 bits"),
         (b'{"stroke":"\\udc00"}', "contains text that is not valid Unicode"),
-    ):
+    ):  # fmt: skip
         answer = client.http.post("/api/files/0/paint", content=content)
         assert (answer.status_code, message in answer.json()["error"]) == (400, True)
         answer = client.http.post("/api/files/0/segment", content=content)
@@ -199,9 +193,8 @@ def test_what_is_no_json_object(client):
 
 
 def test_files_and_routes_that_are_not_there(client):
-    assert client.get("state", 1).json() == {
-        "error": "file 1 does not exist: the studio has 1 file"
-    }
+    error = "file 1 does not exist: the studio has 1 file"
+    assert client.get("state", 1).json() == {"error": error}
     assert client.get("dance").json() == {"error": "unknown route: GET /api/files/0/dance"}
     assert client.get("split").status_code == 405
     assert client.get("labels", revision="x").status_code == 400

@@ -17,15 +17,7 @@ from superfacets import write_mesh
 from superfacets_show.colors import color_distances
 from superfacets_studio.documents.files import MAX_OPEN, Files
 from superfacets_studio.documents.journal import _coded
-from superfacets_studio.labels.classes import (
-    CLASSES_FILE,
-    MAX_CLASS,
-    checked_class_list,
-    default_classes,
-    read_classes,
-    with_missing,
-    with_named,
-)
+from superfacets_studio.labels import classes as labeling
 from superfacets_studio.labels.imports import read_import
 
 
@@ -46,9 +38,12 @@ def test_all_meshes_are_listed_with_how_far_they_are(serve, folder):
     client.paint_regions(1, 0, 1, file=1)
     done = client.state(1)["progress"]
     assert client.http.get("/api/files").json()[1]["done"] == done > 0
+    assert client.http.get("/api/files").json()[1]["statistics"] == client.state(1)["statistics"]
     client.close()
     listed = serve(folder).http.get("/api/files").json()
-    assert listed[1] == {"id": 1, "name": "b.ply", "done": round(done, 6), "n_cells": 128}
+    took = {"seconds": pytest.approx(0, abs=60), "strokes": 1}
+    expected = {"id": 1, "name": "b.ply", "done": round(done, 6), "n_cells": 128}
+    assert listed[1] == {**expected, "statistics": took}
 
 
 def test_only_a_few_are_open_and_others_are_opened_again(serve, folder):
@@ -101,35 +96,35 @@ def test_classes_are_those_of_the_folder(serve, folder):
     classes = [{"id": 4, "name": "door", "color": "#112233", "key": "d"}]
     client.done("classes", classes=classes)
     assert client.state(1)["classes"] == client.state(2)["classes"] == classes
-    assert json.loads((folder / CLASSES_FILE).read_text()) == classes
+    assert json.loads((folder / labeling.CLASSES_FILE).read_text()) == classes
     client.close()
     assert serve(folder).state(3)["classes"] == classes
 
 
 @pytest.mark.skipif(os.name == "nt", reason="links need rights on Windows")
 def test_given_classes_are_stored_when_a_mesh_is_opened(folder):
-    given = default_classes(["wall", "floor"])
+    given = labeling.default_classes(["wall", "floor"])
     files = Files.of(folder, None, 8, given)
-    assert not (folder / CLASSES_FILE).exists()  # a list of files changes nothing
+    assert not (folder / labeling.CLASSES_FILE).exists()  # a list of files changes nothing
     with files.document(0):
-        assert read_classes(folder / CLASSES_FILE) == given
+        assert labeling.read_classes(folder / labeling.CLASSES_FILE) == given
     files.close()
     assert Files.of(folder, None, 8, ()).classes == given
 
 
 def test_a_link_in_the_place_of_the_classes_makes_no_file_outside(serve, folder, tmp_path_factory):
     outside = tmp_path_factory.mktemp("outside") / "made"
-    (folder / CLASSES_FILE).symlink_to(outside)
+    (folder / labeling.CLASSES_FILE).symlink_to(outside)
     client = serve(folder)
     client.state(1)
     client.done("classes", classes=[{"id": 4, "name": "door", "color": "#112233", "key": "d"}])
-    assert read_classes(folder / CLASSES_FILE)[0]["name"] == "door"
+    assert labeling.read_classes(folder / labeling.CLASSES_FILE)[0]["name"] == "door"
     assert not outside.exists()
 
 
 @pytest.mark.skipif(os.name == "nt", reason="no pipes there")
 def test_pipes_at_names_of_ours_do_not_stop_the_studio(serve, folder):
-    os.mkfifo(folder / CLASSES_FILE)
+    os.mkfifo(folder / labeling.CLASSES_FILE)
     os.mkfifo(folder / "a.ply.studio.jsonl")
     client = serve(folder)
     assert client.http.get("/api/files").json()[0]["done"] == 0
@@ -206,7 +201,7 @@ def test_one_bad_work_file_is_told_and_hides_no_other(serve, folder, work, messa
 
 def test_a_list_of_names_is_a_list_of_classes(tmp_path):
     (tmp_path / "names.txt").write_text("roof\n\n wall \n")
-    classes = read_classes(tmp_path / "names.txt")
+    classes = labeling.read_classes(tmp_path / "names.txt")
     assert [(c["id"], c["name"], c["key"]) for c in classes] == [(1, "roof", ""), (2, "wall", "")]
 
 
@@ -217,7 +212,7 @@ def test_a_list_of_names_is_a_list_of_classes(tmp_path):
 ])  # fmt: skip
 def test_classes_of_a_csv_file_keep_their_numbers(serve, sheet, tmp_path, text):
     (tmp_path / "nyu40.csv").write_text(text, encoding="utf-8")
-    classes = read_classes(tmp_path / "nyu40.csv")
+    classes = labeling.read_classes(tmp_path / "nyu40.csv")
     found = [(entry["id"], entry["name"], entry.get("stuff")) for entry in classes]
     assert found == [(1, "wall", True), (40, "other prop", True)]
     assert classes[0]["color"] == "#aec7e8"
@@ -245,7 +240,7 @@ def test_classes_of_a_csv_file_keep_their_numbers(serve, sheet, tmp_path, text):
 def test_a_file_that_is_no_list_of_classes_is_named(tmp_path, name, content, message):
     (tmp_path / name).write_bytes(content)
     with pytest.raises(ValueError, match=f"{name}: not a list of classes: {message}"):
-        read_classes(tmp_path / name)
+        labeling.read_classes(tmp_path / name)
 
 
 def test_classes_are_read_from_lists_of_names_and_from_exported_objects(tmp_path):
@@ -256,11 +251,11 @@ def test_classes_are_read_from_lists_of_names_and_from_exported_objects(tmp_path
         {"id": 3, "name": "floor"},
     ]
     path.write_text(json.dumps({"images": [], "categories": categories}))
-    assert read_classes(path)[0]["color"] == "#010203"
-    found = [(c["id"], c["name"], "stuff" in c) for c in read_classes(path)]
+    assert labeling.read_classes(path)[0]["color"] == "#010203"
+    found = [(c["id"], c["name"], "stuff" in c) for c in labeling.read_classes(path)]
     assert found == [(2, "Slab", True), (12, "wall", False), (3, "floor", False)]
     path.write_text('["roof", {"id": 2, "name": "wall", "stuff": true}]')
-    found = [(c["id"], c["name"], "stuff" in c) for c in read_classes(path)]
+    found = [(c["id"], c["name"], "stuff" in c) for c in labeling.read_classes(path)]
     assert found == [(1, "roof", False), (2, "wall", True)]
 
 
@@ -277,13 +272,13 @@ def test_the_message_on_wrong_classes_shows_what_the_file_contains(tmp_path, con
     path = tmp_path / "classes.json"
     path.write_text(content)
     with pytest.raises(ValueError, match=f"not a list of classes: .*{message}"):
-        read_classes(path)
+        labeling.read_classes(path)
 
 
 @pytest.mark.parametrize(("entry", "message"), [
     (3, "must have an id, a name and a color"),
     ({"id": 0, "name": "a"}, "id must be a whole number from 1 to 65535"),
-    ({"id": MAX_CLASS + 1, "name": "a"}, "id must be a whole number from 1 to 65535"),
+    ({"id": labeling.MAX_CLASS + 1, "name": "a"}, "id must be a whole number from 1 to 65535"),
     ({"id": True, "name": "a"}, "id must be a whole number from 1 to 65535"),
     ({"id": 1, "name": " "}, "name must have 1 to 200 characters"),
     ({"id": 1, "name": "a" * 201}, "name must have 1 to 200 characters"),
@@ -296,16 +291,16 @@ def test_the_message_on_wrong_classes_shows_what_the_file_contains(tmp_path, con
 ])  # fmt: skip
 def test_wrong_classes_are_refused(entry, message):
     with pytest.raises(ValueError, match=message):
-        checked_class_list([entry, {"id": 2, "name": "b", "key": "x"}])
+        labeling.checked_class_list([entry, {"id": 2, "name": "b", "key": "x"}])
 
 
 def test_classes_at_the_limits_are_accepted():
-    entries = [{"id": 1, "name": "a"}, {"id": MAX_CLASS, "name": "b" * 200}]
-    assert [entry["name"] for entry in checked_class_list(entries)] == ["a", "b" * 200]
+    entries = [{"id": 1, "name": "a"}, {"id": labeling.MAX_CLASS, "name": "b" * 200}]
+    assert [entry["name"] for entry in labeling.checked_class_list(entries)] == ["a", "b" * 200]
 
 
 def test_classes_that_cells_have_are_added():
-    assert [entry["id"] for entry in with_missing((), [0, 3, 1])] == [1, 3]
+    assert [entry["id"] for entry in labeling.with_missing((), [0, 3, 1])] == [1, 3]
 
 
 def test_a_mesh_that_another_studio_has_open_is_told(serve, folder):
@@ -338,23 +333,23 @@ def colors(classes):
 
 
 def test_a_new_class_gets_a_default_color_that_differs_from_colors_in_use(tmp_path):
-    default = colors(default_classes([str(i) for i in range(32)]))
+    default = colors(labeling.default_classes([str(i) for i in range(32)]))
     near = "#e59e01"  # the first default color, almost
     used = [{"id": 7, "name": "a", "color": default[1]}, {"id": 9, "name": "b", "color": near}]
-    listed = checked_class_list([*used, {"id": 2, "name": "c"}, {"id": 1, "name": "d"}])
+    listed = labeling.checked_class_list([*used, {"id": 2, "name": "c"}, {"id": 1, "name": "d"}])
     assert colors(listed) == [default[1], near, default[2], default[3]]
-    assert colors(with_missing(listed, [4]))[4:] == [default[4]]
-    assert colors(with_named(listed, "e")[1])[4:] == [default[9]]  # class 10 has its own color
+    assert colors(labeling.with_missing(listed, [4]))[4:] == [default[4]]
+    assert colors(labeling.with_named(listed, "e")[1])[4:] == [default[9]]  # 10 has its own
     (tmp_path / "classes.json").write_text(json.dumps([used[0], "c"]))
-    assert colors(read_classes(tmp_path / "classes.json"))[1] == default[2]
+    assert colors(labeling.read_classes(tmp_path / "classes.json"))[1] == default[2]
 
 
 def test_default_colors_repeat_only_after_all_are_in_use():
-    default = colors(default_classes([str(i) for i in range(100)]))
+    default = colors(labeling.default_classes([str(i) for i in range(100)]))
     assert len({*default}) == 100
     classes = ()
     for number in range(108):
-        _, classes = with_named(classes, str(number))
+        _, classes = labeling.with_named(classes, str(number))
     assert colors(classes) == default + default[:8]
 
 
@@ -366,12 +361,12 @@ def test_many_new_classes_are_compared_with_the_colors_in_use_only_once(monkeypa
         return color_distances(*arguments)
 
     monkeypatch.setattr("superfacets_studio.labels.classes.color_distances", distances)
-    known = default_classes()
+    known = labeling.default_classes()
     entries = [*known, *({"id": i, "name": str(i)} for i in range(7, 5001))]
-    default = colors(default_classes([str(i) for i in range(100)]))
+    default = colors(labeling.default_classes([str(i) for i in range(100)]))
     expected = [default[i % 100] for i in range(5000)]
-    assert colors(checked_class_list(entries)) == expected
-    assert colors(with_missing(known, range(5001))) == expected
+    assert colors(labeling.checked_class_list(entries)) == expected
+    assert colors(labeling.with_missing(known, range(5001))) == expected
     cloud = superfacets.PointCloud(np.random.default_rng(0).random((5000, 3)))
     text = "".join(f"{i}\n" for i in range(1, 5001)).encode()
     assert colors(read_import({"a.txt": text}, cloud, known).class_list) == expected
@@ -383,4 +378,4 @@ def test_wrong_colors_of_categories_are_errors(tmp_path, color):
     path = tmp_path / "scan.objects.json"
     path.write_text(json.dumps({"categories": [{"id": 1, "name": "a", "color": color}]}))
     with pytest.raises(ValueError, match=r"classes\[0\]: color must be #rrggbb"):
-        read_classes(path)
+        labeling.read_classes(path)

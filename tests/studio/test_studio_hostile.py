@@ -39,6 +39,7 @@ GUARDS = {
     "scans.segmentator._graph_of": OWN,
     "scans.segmentator._merged": "labels are those of regions of faces",
     "scans.segmentator.segment_point": "`_checked_edges` refuses ends outside of the points",
+    "studio.documents.agreement._ious": OWN,
     "studio.documents.agreement._matched_classes": CLASSES,
     "studio.documents.agreement._matched_objects": OWN, "studio.documents.agreement._overlaps": OWN,
     "studio.documents.changes.cells": "constant",

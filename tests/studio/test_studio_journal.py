@@ -14,14 +14,7 @@ import shapes
 from superfacets import write_mesh
 from superfacets_studio.documents.document import Document
 from superfacets_studio.documents.history import History, NothingError
-from superfacets_studio.documents.journal import (
-    FORMAT,
-    VERSION,
-    Journal,
-    JournalError,
-    _coded,
-    summary,
-)
+from superfacets_studio.documents.journal import VERSION, Journal, JournalError, _coded, summary
 from superfacets_studio.labels.classes import default_classes
 from superfacets_studio.labels.coding import base64_of, pack_cells
 
@@ -124,7 +117,7 @@ def test_damage_before_the_last_line_is_told_and_nothing_is_cut_off(tmp_path):
 
 
 def test_a_later_version_is_refused(tmp_path):
-    later = {"format": FORMAT, "version": VERSION + 1, "n_cells": 9}
+    later = {"format": "superfacets studio", "version": VERSION + 1, "n_cells": 9}
     (tmp_path / "work").write_bytes(_coded(later))
     with pytest.raises(JournalError, match="written by a later version"):
         opened(tmp_path / "work")
@@ -336,6 +329,37 @@ def test_a_paint_that_changes_nothing_makes_no_sense(document, sheet):
     document.close()
     with pytest.raises(JournalError, match="it changes no cell"):
         Document.open(sheet)
+
+
+def test_active_time_and_strokes_add_up_over_sessions(document, sheet, monkeypatch):
+    clock = [100.0]
+    monkeypatch.setattr("time.time", lambda: clock[0])
+    whole, number = document.revision.cells_of(0), document.revision.number
+    assert document.statistics == {}
+    for moment, operation in (
+        (100, lambda: document.paint(cells(1), 1, "a", part=0)),
+        (130, lambda: document.paint(cells(2), 1, "a", part=1)),  # the same stroke
+        (190, lambda: document.split(0, number, whole[:1], whole[-1:])),  # after a whole minute
+        (250.5, document.undo),  # after a pause
+        (251.5, document.redo),
+        (20, lambda: document.review(True)),  # the clock was set back
+        (25.5, lambda: document.set_classes(default_classes(["one"]))),
+    ):  # fmt: skip
+        clock[0] = moment
+        operation()
+    document.close()
+    again, clock[0] = Document.open(sheet), 30
+    again.paint(cells(7), 1)
+    took = {"statistics": {"seconds": 30 + 60 + 1 + 5.5 + 4.5, "strokes": 3}}
+    assert again.statistics == took
+    with pytest.raises(NothingError):
+        again.redo()
+    assert again.statistics == took
+    again.journal.append({"seq": 9, "op": "undo", "time": 31, "seconds": -1, "strokes": 3})
+    again.close()
+    again = Document.open(sheet)
+    assert (again.state.classes[7], again.statistics) == (0, {})
+    again.close()
 
 
 def test_the_summary_is_the_first_and_the_last_line(document, tmp_path):

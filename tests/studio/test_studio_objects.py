@@ -22,10 +22,10 @@ from superfacets_studio.labels.coding import base64_of
 from superfacets_studio.labels.imports import read_import
 
 CLASSES = [
-    {"id": 1, "name": "chair"},
-    {"id": 2, "name": "table"},
+    {"id": 1, "name": "chair"}, {"id": 2, "name": "table"},
     {"id": 3, "name": "wall", "stuff": True},
-]
+]  # fmt: skip
+TIMES = ("time", "seconds", "strokes")  # entries that lines of old work files do not have
 
 
 def reopened(document):
@@ -62,23 +62,25 @@ def test_objects_come_back_after_a_restart_and_are_undone(furnished):
 
 
 def test_a_work_file_of_the_first_version_opens(document):
-    """Work files of the first version have classes, but no objects."""
+    """Work files of the first version have classes, but no objects and no times."""
     document.paint(document.revision.cells_of(2), 4)
     document.paint(np.arange(3, dtype=np.uint32), [1, 2, 3])
     document.close()
     work = document.journal.path
     lines = [json.loads(line) for line in work.read_text().splitlines()]
     assert all("object" not in line and "objects" not in line for line in lines)
-    del lines[0]["crc"]
+    lines = [{name: line[name] for name in line if name not in ("crc", *TIMES)} for line in lines]
     lines[0]["version"] = 1
-    work.write_bytes(b"".join([_coded(lines[0]), *work.read_bytes().splitlines(True)[1:]]))
+    work.write_bytes(b"".join(map(_coded, lines)))
     again = Document.open(document.path)
     assert again.state.classes[:3].tolist() == [1, 2, 3]
     assert not again.state.objects.any()
     again.paint(np.array([7], np.uint32), 1, objects=9)
     again = reopened(again)
     assert again.instances[7] == 1009
+    assert again.statistics == {}  # unknown, because the old lines have no times
     again.close()
+    assert "statistics" not in Files.of(document.path, None, None, ()).listed()[0]
 
 
 @pytest.mark.parametrize(
@@ -235,6 +237,7 @@ def test_objects_are_written_as_coco_has_them_and_read_back_exactly(client):
     assert name == "sheet.objects.json"
     content = json.loads(data)
     assert [one["isthing"] for one in content["categories"]] == [1, 1, 0]
+    assert content["statistics"] == {"seconds": pytest.approx(0, abs=60), "strokes": 6}
     found = np.zeros(furnished.n_cells, int)
     for one in content["annotations"]:
         runs = one["segmentation"]["counts"]

@@ -8,24 +8,18 @@ import shapes
 
 import superfacets
 from superfacets import Weights
-from superfacets_studio.regions.segmenting import (
-    Cancelled,
-    SegmentationTask,
-    Segmenter,
-    default_parameters,
-    levels_of,
-)
+from superfacets_studio.regions import segmenting
 
 
 @pytest.fixture
 def segmenter():
-    opened = Segmenter(shapes.bumpy_sheet(24))
+    opened = segmenting.Segmenter(shapes.bumpy_sheet(24))
     yield opened
     opened.close()
 
 
 def test_regions_are_those_of_segment(segmenter):
-    usual = default_parameters(1152)
+    usual = segmenting.default_parameters(1152)
     for change in ({"n_segments": 30}, {"alpha": 2.0}, {"ridges": 0.5}, {"smooth": False}):
         parameters = {**usual, **change}
         base = segmenter.run(parameters)
@@ -36,29 +30,29 @@ def test_regions_are_those_of_segment(segmenter):
 
 
 def test_levels_are_those_of_the_hierarchy(segmenter):
-    parameters = {**default_parameters(1152), "n_segments": 40, "level": 9}
+    parameters = {**segmenting.default_parameters(1152), "n_segments": 40, "level": 9}
     labels = superfacets.segment(segmenter.source, 40).labels
     expected = superfacets.hierarchy(segmenter.source, [9], labels=labels).levels[0]
     assert np.array_equal(segmenter.run(parameters).labels, expected)
 
 
 def test_regions_that_are_kept_take_no_time(segmenter):
-    parameters = default_parameters(1152)
+    parameters = segmenting.default_parameters(1152)
     base = segmenter.run(parameters)
     stages = []
-    assert segmenter.run(parameters, SegmentationTask(stages.append)) is base
+    assert segmenter.run(parameters, segmenting.SegmentationTask(stages.append)) is base
     assert stages == []
 
 
 def test_a_turn_that_is_cancelled_ends(segmenter):
-    turn = SegmentationTask(lambda fact: turn.cancel())
-    with pytest.raises(Cancelled):
-        segmenter.run(default_parameters(1152), turn)
-    assert segmenter.run(default_parameters(1152)).n_regions == 150
+    turn = segmenting.SegmentationTask(lambda fact: turn.cancel())
+    with pytest.raises(segmenting.Cancelled):
+        segmenter.run(segmenting.default_parameters(1152), turn)
+    assert segmenter.run(segmenting.default_parameters(1152)).n_regions == 150
 
 
 def test_closing_ends_the_run():
-    segmenter = Segmenter(shapes.bumpy_sheet(24))
+    segmenter = segmenting.Segmenter(shapes.bumpy_sheet(24))
     begun, errors = threading.Event(), []
 
     def tell(_):
@@ -67,8 +61,8 @@ def test_closing_ends_the_run():
 
     def run():
         try:
-            segmenter.run(default_parameters(1152), SegmentationTask(tell))
-        except Cancelled as error:
+            segmenter.run(segmenting.default_parameters(1152), segmenting.SegmentationTask(tell))
+        except segmenting.Cancelled as error:
             errors.append(error)
 
     thread = threading.Thread(target=run)
@@ -85,12 +79,12 @@ def test_a_level_below_the_number_of_components_is_refused():
         np.concatenate([one.vertices, one.vertices + 50]),
         np.concatenate([one.faces, one.faces + one.n_vertices]),
     )
-    segmenter = Segmenter(apart)
+    segmenter = segmenting.Segmenter(apart)
     with pytest.raises(
         ValueError,
         match=r"level must be at least 2 because the last regions have no neighbors, got 1$",
     ):
-        segmenter.run({**default_parameters(64, 8), "level": 1})
+        segmenter.run({**segmenting.default_parameters(64, 8), "level": 1})
     segmenter.close()
 
 
@@ -99,24 +93,24 @@ def test_notes_say_what_segment_warns_of():
         [[x, y, 0] for x in range(41) for y in (0, 0.001)],
         [[2 * i, 2 * i + 2, 2 * i + 1] for i in range(40)],
     )
-    segmenter = Segmenter(long)
-    notes = segmenter.run(default_parameters(40, 20)).notes
+    segmenter = segmenting.Segmenter(long)
+    notes = segmenter.run(segmenting.default_parameters(40, 20)).notes
     assert any("Triangles are long and thin" in note for note in notes)
     assert "20 small disconnected pieces of the mesh became additional regions." in notes
-    notes = segmenter.run(default_parameters(40, 39)).notes
+    notes = segmenter.run(segmenting.default_parameters(40, 39)).notes
     assert "1 small disconnected piece of the mesh became an additional region." in notes
     segmenter.close()
 
 
 def test_offered_levels_halve():
-    assert levels_of(150) == [150, 75, 37, 18, 9, 4]
-    assert levels_of(1) == [1]
+    assert segmenting.levels_of(150) == [150, 75, 37, 18, 9, 4]
+    assert segmenting.levels_of(1) == [1]
 
 
 def test_the_surface_of_prepared_cells_has_components_and_a_region_graph():
     mesh = shapes.bumpy_sheet(24)
     mesh = superfacets.Mesh(mesh.vertices, np.random.default_rng(0).permutation(mesh.faces))
-    surface, labels = Segmenter(mesh).surface, superfacets.segment(mesh, 9).labels
+    surface, labels = segmenting.Segmenter(mesh).surface, superfacets.segment(mesh, 9).labels
     graph = superfacets.RegionGraph.of_surface(surface, labels)
     assert np.array_equal(graph.edge_index, superfacets.region_graph(mesh, labels).edge_index)
     assert len(np.unique(surface.components(labels))) == 9

@@ -6,6 +6,7 @@ are matched by name, and objects by their overlap.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -93,9 +94,8 @@ def _matched_objects(mine: Longs, theirs: Longs, areas: Floats) -> Longs:
         if object_id and other not in number_of:
             number_of[other] = highest[class_id] = highest.get(class_id, 0) + 1
             if highest[class_id] >= INSTANCES:
-                raise JournalError(
-                    f"the two work files together have {INSTANCES} or more objects of a class"
-                )
+                message = f"the two work files together have {INSTANCES} or more objects of a class"
+                raise JournalError(message)
         numbers[rank] = number_of[other] if object_id else 0
     return numbers[ranks]
 
@@ -119,11 +119,12 @@ def _overlaps(mine: Array, theirs: Array, areas: Floats) -> list[tuple[int, int,
 def agreement(mine: State, theirs: Theirs, areas: Floats) -> dict[str, Any]:
     """Return a dict that says how well my labels and their labels agree.
 
-    ``labeled`` is the fraction of the whole area that both people have labeled, and ``share`` is
-    the fraction of this part with equal class and object. ``classes`` is a list with the IoU, in
-    this part, of each class and of its objects; the IoU is None if the class or object has no cell
-    in this part. ``mine`` and ``theirs`` are the numbers of an object in the two files, or None,
-    and ``object`` is its number in merged work: my number, or a new one if only they have it.
+    ``area`` is the whole area. ``labeled`` is the fraction of the whole area that both people have
+    labeled, and ``share`` is the fraction of this part with equal class and object. ``classes`` is
+    a list with the IoU, in this part, of each class and of its objects; the IoU is None if the
+    class or object has no cell in this part. The ``area`` of a class is the divisor of its IoU.
+    ``mine`` and ``theirs`` are the numbers of an object in the two files, or None, and ``object``
+    is its number in merged work: my number, or a new one if only they have it.
     """
     paint = np.where(mine.objects > 0, mine.paint, mine.classes.astype(np.uint32))
     both = (paint > 0) & (theirs.paint > 0)
@@ -131,6 +132,7 @@ def agreement(mine: State, theirs: Theirs, areas: Floats) -> dict[str, Any]:
     agreed = float(areas[both & (paint == theirs.paint)].sum())
     return {
         "name": theirs.name,
+        "area": whole,
         "labeled": total / whole if whole else 0.0,
         "share": agreed / total if total else 0.0,
         "classes": _rows(paint, theirs, both, areas[both]),
@@ -149,11 +151,55 @@ def agreement_text(found: dict[str, Any]) -> str:
             iou = None if one["iou"] is None else f"{one['iou']:.3f}"
             shown = (iou, row["name"], one["mine"], one["theirs"], one["object"])
             rows.append(["-" if value is None else str(value) for value in shown])
+    return "\n".join([*lines, *_padded(rows)])
+
+
+def with_means(name: str, found: Mapping[str, Any]) -> dict[str, Any]:
+    """Add a name, and the mean IoU of classes and of objects, or None, to an `agreement`."""
+    rows = {
+        "class": found["classes"],
+        "object": [o for c in found["classes"] for o in c["objects"]],
+    }
+    ious = {of: [one["iou"] for one in rows[of] if one["iou"] is not None] for of in rows}
+    means = {of: round(sum(some) / len(some), 6) if some else None for of, some in ious.items()}
+    return {"file": name, **{f"mean_{of}_iou": mean for of, mean in means.items()}, **found}
+
+
+def together(files: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Return the `agreement` on several files as if they were one mesh.
+
+    Classes are matched by name. Objects of different files are different objects.
+    """
+    shares = [[one["area"], one["labeled"], one["share"]] for one in files]
+    whole, both, same = np.cumprod(shares, axis=1).sum(axis=0).tolist()
+    rows: dict[str, dict[str, Any]] = {}
+    for row in (row for one in files for row in one["classes"]):
+        new = {"name": row["name"], "iou": None, "area": 0.0, "objects": []}
+        total = rows.setdefault(row["name"].casefold(), new)
+        common = sum(one["area"] * (one["iou"] or 0.0) for one in (total, row))
+        total["area"] += row["area"]
+        total["objects"] += row["objects"]
+        if row["iou"] is not None:
+            total["iou"] = round(common / total["area"], 6) if total["area"] else 0.0
+    labeled, share = both / whole if whole else 0.0, same / both if both else 0.0
+    return {"area": whole, "labeled": labeled, "share": share, "classes": [*rows.values()]}
+
+
+def folders_text(entries: Sequence[Mapping[str, Any]]) -> str:
+    """Return a table for people with a row for each of the results of `with_means`."""
+    rows = [["file", "both labeled", "agree", "mean IoU of classes", "mean IoU of objects"]]
+    for one in entries:
+        agree = f"{100 * one['share']:.1f} %" if one["labeled"] else "-"
+        ious = (one["mean_class_iou"], one["mean_object_iou"])
+        means = ("-" if iou is None else f"{iou:.3f}" for iou in ious)
+        rows.append([one["file"], f"{100 * one['labeled']:.1f} %", agree, *means])
+    return "\n".join(_padded(rows))
+
+
+def _padded(rows: Sequence[Sequence[str]]) -> list[str]:
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    for cells in rows:
-        padded = (cell.ljust(width) for cell, width in zip(cells, widths, strict=True))
-        lines.append("  ".join(padded).rstrip())
-    return "\n".join(lines)
+    padded = ((cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in rows)
+    return ["  ".join(cells).rstrip() for cells in padded]
 
 
 def _rows(mine: Paint, theirs: Theirs, both: Bools, areas: Floats) -> list[dict[str, Any]]:
@@ -166,17 +212,24 @@ def _rows(mine: Paint, theirs: Theirs, both: Bools, areas: Floats) -> list[dict[
     rows: dict[int, dict[str, Any]] = {}
     for one in sorted({*own, *theirs.objects} - {0}):
         object_id, class_id = divmod(one, 1 << 16)
-        name, iou = names.get(class_id, f"class {class_id}"), of_classes.get(class_id)
-        new = {"class": class_id, "name": name, "iou": iou, "objects": []}
+        name = names.get(class_id, f"class {class_id}")
+        iou, area = of_classes.get(class_id, (None, 0.0))
+        new = {"class": class_id, "name": name, "iou": iou, "area": area, "objects": []}
         objects = rows.setdefault(class_id, new)["objects"]
         if object_id:
             numbers = {"mine": object_id if one in own else None, "theirs": theirs.objects.get(one)}
-            objects.append({"object": object_id, **numbers, "iou": of_objects.get(one)})
+            iou, _ = of_objects.get(one, (None, 0.0))
+            objects.append({"object": object_id, **numbers, "iou": iou})
     return [rows[class_id] for class_id in sorted(rows)]
 
 
-def _ious(mine: Array, theirs: Array, areas: Floats) -> dict[int, float]:
-    """Return a dict from each positive value to the IoU of its areas, rounded to 6 digits."""
-    overlaps = _overlaps(mine, theirs, areas)
-    same = {own: round(iou, 6) for own, other, iou in overlaps if own == other}
-    return {value: same.get(value, 0.0) for value in np.union1d(mine, theirs).tolist() if value}
+def _ious(mine: Array, theirs: Array, areas: Floats) -> dict[int, tuple[float, float]]:
+    """Return a dict from each positive value to its IoU, rounded to 6 digits, and the divisor."""
+    values, ranks = np.unique(np.concatenate([mine, theirs]), return_inverse=True)
+    a, b = np.split(ranks, 2)
+    n, common = len(values), np.where(a == b, areas, 0.0)
+    unions = sums_by_label(a, areas, n) + sums_by_label(b, areas - common, n)
+    same = sums_by_label(a, common, n)
+    shares = np.divide(same, unions, out=np.zeros(n), where=unions > 0).round(6)
+    rows = zip(values.tolist(), shares.tolist(), unions.tolist(), strict=True)
+    return {value: (share, union) for value, share, union in rows if value}

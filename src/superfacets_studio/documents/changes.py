@@ -139,13 +139,9 @@ def unsettled(state: State, ids: set[int]) -> Suggestions:
 
 
 _FIELDS = {
-    "split": "partition",
-    "segment": "partition",
-    "classes": "class_list",
-    "objects": "object_names",
-    "review": "is_reviewed",
-    "suggest": "suggestions",
+    "split": "partition", "segment": "partition", "classes": "class_list",
+    "objects": "object_names", "review": "is_reviewed", "suggest": "suggestions",
     "settle": "suggestions",
-}
+}  # fmt: skip
 """Field of `State` that each kind of change replaces. The kind "paint" is not listed, because it
 writes to the array `paint` instead."""

@@ -6,7 +6,7 @@ import contextlib
 import itertools
 import tempfile
 import threading
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, partialmethod
 from pathlib import Path
@@ -16,23 +16,8 @@ import numpy as np
 
 from superfacets.kit import Cells, Floats, Ints, atomic_outputs, checked_threads, counted, kind_of
 
-from ..labels.classes import (
-    CLASSES_FILE,
-    INSTANCES,
-    MAX_CLASS,
-    MAX_OBJECT,
-    ClassList,
-    checked_class_list,
-    class_of,
-    default_classes,
-    names_of,
-    object_of,
-    paint_of,
-    read_classes,
-    stuff_of,
-    with_missing,
-    with_object_name,
-)
+from ..labels import classes as labeling
+from ..labels.classes import MAX_OBJECT, ClassList, class_of, names_of, object_of, paint_of
 from ..labels.coding import CellNumbers, pack_cells, unpack_cells
 from ..labels.imports import Imported
 from ..labels.suggestions import suggestions_of
@@ -41,6 +26,7 @@ from ..regions.segmenting import Segmenter, UnsplitRegions, first_parameters
 from ..regions.splitting import split_cells
 from .agreement import Side, Theirs, agreement, read_theirs
 from .changes import Change, State, unsettled
+from .effort import statistics
 from .history import History
 from .journal import Journal, JournalError, Line, parsed_work, with_header
 from .source import Source
@@ -89,13 +75,12 @@ class Document:
         `n_segments` regions, with other `parameters`, and with `classes`. The parameter "radius" is
         the radius of a region, instead of `n_segments`. If a folder is open, all its meshes use the
         same list `classes`, and the function `share_classes` stores a changed list for all meshes.
-
         Raises MeshError if the input is invalid, OSError if the input or the work file cannot be
         read or written, and JournalError if the work file cannot be used or belongs to another
         input.
         """
         source = Source.read(path)
-        own = None if share_classes else list(classes or default_classes())
+        own = None if share_classes else list(classes or labeling.default_classes())
         checked = first_parameters(source.cells, n_segments, **(parameters or {}))
         if checked["color"] and source.color_features is None:
             raise ValueError(f"{path.name} has no colors and no texture")
@@ -162,6 +147,11 @@ class Document:
             return float(min(1.0, np.sum(self.areas, where=is_done) / self._total))
         return float(np.count_nonzero(is_done) / self.n_cells)
 
+    @property
+    def statistics(self) -> dict[str, Any]:
+        """Entry "statistics" with active time and strokes; empty if they are unknown."""
+        return statistics(self.history.effort)
+
     @cached_property
     def _total(self) -> float:
         return float(self.areas.sum())
@@ -171,12 +161,12 @@ class Document:
         """List of classes, plus new classes for numbers that only cells or suggestions have."""
         used = np.flatnonzero(np.bincount(self.state.classes, minlength=1)).tolist()
         suggested = {one.class_id for one in self.state.suggestions}
-        return with_missing(self.state.class_list, suggested.union(used))
+        return labeling.with_missing(self.state.class_list, suggested.union(used))
 
     @property
     def instances(self) -> Ints:
         """``class * 1000 + object`` for each cell, shape (N,); 0 for cells without a class."""
-        return self.state.classes.astype(np.int32) * INSTANCES + self.state.objects
+        return self.state.classes.astype(np.int32) * labeling.INSTANCES + self.state.objects
 
     def name_of(self, class_id: int, object_id: int = 0) -> str:
         """Return the name of a class or, if `object_id` is not 0, of one of its objects.
@@ -258,14 +248,11 @@ class Document:
         return (number for number in itertools.count(1) if number not in used)
 
     def name_object(self, class_id: int, object_id: int, name: object) -> None:
-        """Name an object, or remove its name if `name` is empty.
-
-        Raises ValueError if the object does not exist, or if the name is invalid.
-        """
+        """Name an object (empty: remove its name); raise a ValueError if either is invalid."""
         with self.lock:
             if not object_id or object_id not in self.state.objects[self.state.classes == class_id]:
                 raise ValueError(f"there is no object {object_id} of class {class_id}")
-            names = with_object_name(self.state.object_names, class_id, object_id, name)
+            names = labeling.with_object_name(self.state.object_names, class_id, object_id, name)
             if names != self.state.object_names:
                 self._replace("objects", names)
 
@@ -342,7 +329,7 @@ class Document:
         """
         with self._operation():
             stroke = f"import {self.history.seq + 1}"
-            highest = np.zeros(MAX_CLASS + 1, np.int64)
+            highest = np.zeros(labeling.MAX_CLASS + 1, np.int64)
             is_left = np.ones(self.n_cells, bool)
             is_left[imported.cells] = False
             np.maximum.at(highest, self.state.classes[is_left], self.state.objects[is_left])
@@ -353,7 +340,7 @@ class Document:
             names = self.state.object_names
             for (class_id, object_id), name in imported.names.items():
                 shifted = object_id + int(highest[class_id])
-                names = with_object_name(names, class_id, shifted, name)
+                names = labeling.with_object_name(names, class_id, shifted, name)
             if names != self.state.object_names:
                 self._replace("objects", names, stroke)
             return change
@@ -394,7 +381,7 @@ class Document:
             return changes
 
     def _paint_suggestions(self, accepted: Mapping[int, int], stroke: str) -> None:
-        stuff = stuff_of(self.class_list)
+        stuff = labeling.stuff_of(self.class_list)
         paint = np.zeros(self.n_cells, np.uint32)
         free = {class_id: self.free_objects(class_id) for class_id in {*accepted.values()}}
         next_object = {class_id: next(numbers) for class_id, numbers in free.items()}
@@ -415,18 +402,12 @@ class Document:
         self.paint(painted, class_of(found), stroke, objects=object_of(found))
 
     def compare(self, name: str, data: bytes) -> None:
-        """Read a second work file of the mesh, with labels to compare with the current labels.
-
-        Raises JournalError if the data is not a valid work file of this mesh.
-        """
+        """Read a second work file to compare with; raise a JournalError if it is not valid."""
         with self.lock:
             self.theirs = read_theirs(name, data, self.source, self.state, self.areas)
 
     def agreement(self) -> dict[str, Any]:
-        """Return the result of the function `agreement` for the work file that `compare` has read.
-
-        Raises ValueError if `compare` was not called before.
-        """
+        """Return `agreement` with the file that `compare` has read; without, raise a ValueError."""
         are_points = kind_of(self.cells).are_points  # points are counted
         areas = np.ones(self.n_cells) if are_points else self.areas
         return agreement(self.state, self._compared(), areas)
@@ -463,11 +444,8 @@ class Document:
         return self.theirs
 
     def set_classes(self, value: object, stroke: str | None = None) -> None:
-        """Replace the list of classes.
-
-        Raises ValueError if an entry is invalid, or if a class of a cell or suggestion is missing.
-        """
-        classes = checked_class_list(value)
+        """Replace the list of classes; raise a ValueError if it is invalid or lacks a used one."""
+        classes = labeling.checked_class_list(value)
         with self._operation():
             counts = np.bincount(self.state.classes).tolist()
             kept = names_of(classes)
@@ -479,9 +457,8 @@ class Document:
                     )
             for one in self.state.suggestions:
                 if one.class_id and one.class_id not in kept:
-                    raise ValueError(
-                        f"class {one.class_id} has suggestions: accept or reject them first"
-                    )
+                    message = f"class {one.class_id} has suggestions: accept or reject them first"
+                    raise ValueError(message)
             if self.share_classes is not None:
                 before = self.state.class_list
                 self.share_classes(classes)
@@ -582,46 +559,51 @@ class Document:
 
 
 def merged_work(
-    path: Path, mine: Path, theirs: Path, output: Path | None = None, *, prefer_theirs: bool = False
-) -> dict[str, Any]:
+    path: Path, mine: Path, theirs: Path, output: Path | None = None, *,
+    prefer_theirs: bool = False, shared: tuple[ClassList, ClassList] = ((), ()),
+) -> dict[str, Any]:  # fmt: skip
     """Compare two work files of a mesh, and return the same dict as `agreement`.
 
     If `output` is given, a copy of my work file is written there. In this copy, cells without a
     class get their label from `theirs`. With `prefer_theirs`, cells whose labels differ get it,
-    too. If a work file belongs to a folder whose meshes share classes, these classes are used.
+    too. If a work file belongs to a folder whose meshes share classes, `shared` has these classes
+    for both work files, or they are read.
 
     Raises MeshError, JournalError or OSError if a file cannot be read or written.
     """
     with tempfile.TemporaryDirectory(prefix="superfacets-") as folder:
         copy = Path(folder, mine.name)
-        copy.write_bytes(_with_own_classes(mine))
+        copy.write_bytes(_with_own_classes(mine, shared[0]))
         try:
             document = Document.open(path, copy)
         except JournalError as error:
             raise JournalError(str(error).replace(str(copy), str(mine))) from None
-        try:
-            document.compare(str(theirs), _with_own_classes(theirs))
+        with contextlib.closing(document):
+            document.compare(str(theirs), _with_own_classes(theirs, shared[1]))
             found = document.agreement()
             paint = document.state.paint
             wanted = paint != document._compared().paint if prefer_theirs else paint == 0
             document.accept(np.flatnonzero(wanted).astype(np.uint32), "theirs")
-        finally:
-            document.close()
         if output is not None:
             with atomic_outputs([output]) as (temporary,):
                 temporary.write_bytes(copy.read_bytes())
     return found
 
 
-def _with_own_classes(work: Path) -> bytes:
+def shared_classes(folders: Iterable[Path]) -> ClassList:
+    """Return the shared classes of the first folder that has a list; empty if none has."""
+    lists = (folder / labeling.CLASSES_FILE for folder in folders)
+    return next((labeling.read_classes(one) for one in lists if one.is_file()), ())
+
+
+def _with_own_classes(work: Path, shared: ClassList) -> bytes:
     """Return the content of a work file, with the shared classes of its folder in the header.
 
-    The list is in the folder of the work file, or in the nearest folder above that has one.
+    They are `shared` or, if this is empty, in the folder of the work file or the nearest above.
     """
     data = work.read_bytes()
     header = parsed_work(work, data).header
-    lists = (folder / CLASSES_FILE for folder in work.absolute().parents)
-    shared = next((path for path in lists if path.is_file()), None)
-    if shared is None or header.get("classes") is not None:
+    if header.get("classes") is not None:
         return data
-    return with_header(data, {**header, "classes": list(read_classes(shared))})
+    classes = shared or shared_classes(work.absolute().parents)
+    return with_header(data, {**header, "classes": list(classes)}) if classes else data

@@ -5,16 +5,20 @@ from __future__ import annotations
 import contextlib
 import threading
 from collections import Counter, OrderedDict
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from superfacets.kit import FORMATS, InputFile, counted
+from superfacets.kit import FORMATS, InputFile, atomic_outputs, counted, output_folder
 
-from ..labels.classes import CLASSES_FILE, ClassList, default_classes, read_classes, write_classes
+from ..labels import classes as labeling
+from ..labels.classes import ClassList
+from .agreement import agreement_text, folders_text, together, with_means
 from .changes import REVIEW_MARKS
-from .document import Document, work_file_of
+from .document import Document, merged_work, shared_classes, work_file_of
+from .effort import Effort, statistics
 from .journal import JournalError, Line, summary
 
 MAX_OPEN = 3  # maximum number of documents in memory, unless more are in use at the same time
@@ -53,8 +57,7 @@ class Files:
         paths = [file for file in found if EXPORTED not in file.suffixes]
         if not paths:
             raise FileNotFoundError(f"{path}: contains only exported files, no mesh to label")
-        shared = path / CLASSES_FILE
-        known = classes or (read_classes(shared) if shared.is_file() else default_classes())
+        known = classes or shared_classes([path]) or labeling.default_classes()
         return cls(paths, None, n_segments, known, path, _must_store=bool(classes))
 
     @property
@@ -78,6 +81,11 @@ class Files:
             raise IndexError(f"file {number} does not exist: the studio has {n_files}")
         return self.paths[number]
 
+    def name_of(self, number: int) -> str:
+        """Return the name of a file, with its path in the folder."""
+        path, folder = self.paths[number], self.folder
+        return path.name if folder is None else path.relative_to(folder).as_posix()
+
     def targets(self, output: Path | None) -> list[tuple[int, Path]]:
         """Return number and target of each file that has a work file.
 
@@ -86,9 +94,8 @@ class Files:
         """
         started = [i for i in range(len(self.paths)) if self.work_of(i).exists()]
         if not started:
-            raise FileNotFoundError(
-                f"{self.home}: there is no work file, so there are no labels yet"
-            )
+            message = f"{self.home}: there is no work file, so there are no labels yet"
+            raise FileNotFoundError(message)
         root = self.folder or self.paths[0].parent
         stems = [path.with_name(FORMATS.stem_of(path)) for path in self.paths]
         return [(i, (output or root) / stems[i].relative_to(root)) for i in started]
@@ -145,12 +152,10 @@ class Files:
             self._open.pop(number).close()
 
     def _entry(self, number: int) -> dict[str, Any]:
-        path, folder = self.paths[number], self.folder
-        name = path.name if folder is None else path.relative_to(folder).as_posix()
-        entry: dict[str, Any] = {"id": number, "name": name}
+        entry: dict[str, Any] = {"id": number, "name": self.name_of(number)}
         document = self._open.get(number)
         if document is not None:
-            marks = document.state.review_marks
+            marks = {**document.state.review_marks, **document.statistics}
             return {**entry, "done": document.progress, "n_cells": document.n_cells, **marks}
         try:
             return {**entry, **_progress_of(summary(self.work_of(number)))}
@@ -160,7 +165,7 @@ class Files:
     def _share(self, classes: ClassList) -> None:
         assert self.folder is not None
         with self._lock:
-            write_classes(self.folder / CLASSES_FILE, classes)
+            labeling.write_classes(self.folder / labeling.CLASSES_FILE, classes)
             self._must_store = False
             self.classes = classes
             for document in self._open.values():
@@ -175,4 +180,81 @@ def _progress_of(found: tuple[Line, Line] | None) -> dict[str, Any]:
     if not isinstance(done, (int, float)) or not 0 <= done <= 1 or not isinstance(n_cells, int):
         raise JournalError("the work file is damaged: its progress or number of cells is missing")
     marks = {name: True for name in REVIEW_MARKS if found[1].get(name) is True}
-    return {"done": done, "n_cells": n_cells, **marks}
+    return {"done": done, "n_cells": n_cells, **marks, **statistics(Effort.read(found[1]))}
+
+
+def agreed(
+    path: Path, mine: Path, theirs: Path, output: Path | None, *, prefer_theirs: bool
+) -> tuple[dict[str, Any], str, list[str]]:
+    """Compare two work files of a mesh, or two folders; return the result, its text, and notes.
+
+    Merged work is written to `output`, a new file, or a folder in which no file is replaced. Raises
+    ValueError if only some paths are folders, FileExistsError if an output exists, and the errors
+    of `merged_work`.
+    """
+    if any(one.is_dir() for one in (path, mine, theirs)):
+        return _agreed_folders(path, (mine, theirs), output, prefer_theirs=prefer_theirs)
+    _check_new([] if output is None else [output])
+    found = merged_work(path, mine, theirs, output, prefer_theirs=prefer_theirs)
+    for one in (found, *found["classes"]):
+        del one["area"]
+    return found, agreement_text(found), []
+
+
+def _agreed_folders(
+    path: Path, folders: tuple[Path, Path], output: Path | None, *, prefer_theirs: bool
+) -> tuple[dict[str, Any], str, list[str]]:
+    for one in folders:
+        if not one.is_dir():
+            message = f"{one} is no folder: MINE and THEIRS must be two files or two folders"
+            raise ValueError(message)
+    files = Files.of(path, None, None, ())
+    meshes = {files.name_of(number): mesh for number, mesh in enumerate(files.paths)}
+    works = [{name: work_file_of(one / name) for name in meshes} for one in folders]
+    lacking = [[name for name, work in some.items() if not work.exists()] for some in works]
+    paired = [name for name in meshes if not any(name in some for some in lacking)]
+    if not paired:
+        wanted = " and ".join(str(next(iter(some.values()))) for some in works)
+        raise FileNotFoundError(f"{path}: no mesh has two work files, such as {wanted}")
+    home = files.folder or path.parent
+    mine, theirs = (shared_classes([*(one / "x").absolute().parents, home]) for one in folders)
+    for entry in theirs if mine else ():  # a class that only they have has one number in all files
+        _, mine = labeling.with_named(mine, entry["name"], entry["id"])
+    merge = partial(merged_work, prefer_theirs=prefer_theirs, shared=(mine, theirs))
+    entries = []
+    with _new_files(output, paired, mine) as targets:
+        for name, target in zip(paired, targets, strict=True):
+            pair = works[0][name], works[1][name]
+            entries.append(with_means(name, merge(meshes[name], *pair, target)))
+    total = with_means(f"all {len(entries)}", together(entries))
+    missing = dict(zip(("mine", "theirs"), lacking, strict=True))
+    notes = [f"{one}: has no work file of {', '.join(some)}"
+             for one, some in zip(folders, lacking, strict=True) if some]  # fmt: skip
+    result = {"files": entries, "all": total, "missing": missing}
+    return result, folders_text([*entries, total]), notes
+
+
+@contextlib.contextmanager
+def _new_files(
+    folder: Path | None, names: list[str], classes: ClassList
+) -> Iterator[Sequence[Path | None]]:
+    """Yield temporary paths of new work files in a folder, or None; write shared classes there."""
+    if folder is None:
+        yield [None] * len(names)
+        return
+    targets = [work_file_of(folder / name) for name in names]
+    lists = [] if classes in ((), shared_classes([folder])) else [folder / labeling.CLASSES_FILE]
+    _check_new([*targets, *lists])
+    with contextlib.ExitStack() as stack:
+        for target in targets:
+            stack.enter_context(output_folder(target.parent))
+        temporaries = stack.enter_context(atomic_outputs([*targets, *lists]))
+        for temporary in temporaries[len(targets) :]:
+            labeling.write_classes(temporary, classes)
+        yield temporaries[: len(targets)]
+
+
+def _check_new(outputs: Iterable[Path]) -> None:
+    for output in outputs:
+        if output.exists():
+            raise FileExistsError(f"{output} exists already: choose another file name")

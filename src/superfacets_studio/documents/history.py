@@ -14,6 +14,7 @@ from superfacets.kit import CellFile, Ints, shortened
 
 from ..labels.classes import ClassList
 from .changes import Change, State
+from .effort import NO_STEP, Effort, line_after
 from .journal import Journal, JournalError, Line, parsed_work
 from .journal_lines import SEVERAL, change_of, first_state, line_of
 
@@ -49,6 +50,7 @@ class History:
     undo_stack: list[Change] = field(default_factory=list)
     redo_stack: list[Change] = field(default_factory=list)
     seq: int = 0  # number of steps in the journal
+    effort: Effort | None = NO_STEP  # None if unknown
     parts: dict[str, int] = field(default_factory=dict)  # last part of each stroke that has parts
     _made: list[Change] = field(default_factory=list)  # changes of the current or last step
     _reverting: contextlib.ExitStack | None = None  # reverts `_made`; None between two steps
@@ -80,7 +82,7 @@ class History:
         """Apply a line of the journal, which contains a change, an undo or a redo."""
         if line["seq"] != self.seq + 1:
             raise ValueError(f"seq must be {self.seq + 1}, got {line['seq']}")
-        name = str(line["op"])
+        name, self.effort = str(line["op"]), Effort.read(line)
         if name in ("undo", "redo"):
             with self.moving(name):
                 return
@@ -156,11 +158,22 @@ class History:
                     self.state.is_changed = self._is_changed(name == "undo")
                     if record is not None:
                         line = {"op": name} if name else line_of(self._made)
-                        record({"seq": self.seq + 1, **line})
+                        times = line_after(self.effort, self._n_strokes(name))
+                        record({"seq": self.seq + 1, **line, **times})
+                        self.effort = Effort.read(times)
                     self.seq += 1
                 self._reverting.pop_all()
         finally:
             self._reverting = None
+
+    def _n_strokes(self, name: str | None) -> int:
+        """Return 1 if the step begins a step for undo that changes labels or splits, otherwise 0.
+
+        `name` is "undo" or "redo", and None for an operation.
+        """
+        is_new = len(last_stroke([*self.undo_stack[-1:], self._made[0]])) == 1
+        is_stroke = any(change.kind in ("paint", "split") for change in self._made)
+        return int(name is None and is_new and is_stroke)
 
     def _is_changed(self, is_undo: bool) -> bool:
         """Return whether labels may differ from the reviewed labels after the current step.

@@ -144,13 +144,11 @@ class Journal:
         try:
             there = self.path.stat()
         except OSError:
-            raise WriteError(
-                f"{self.path}: the work file is gone: the operation was not done"
-            ) from None
+            message = f"{self.path}: the work file is gone: the operation was not done"
+            raise WriteError(message) from None
         if (own.st_dev, own.st_ino) != (there.st_dev, there.st_ino) or own.st_size != self._size:
-            raise WriteError(
-                f"{self.path}: another program changed the work file: start the studio again"
-            )
+            message = f"{self.path}: another program changed the work file: start the studio again"
+            raise WriteError(message)
 
     def _take_back(self) -> None:
         """Remove the incomplete line of a failed write; if this fails, reject all later writes."""
@@ -212,10 +210,9 @@ def summary(path: Path) -> tuple[Line, Line] | None:
 def _read_lines(path: Path, data: bytes) -> tuple[list[Line], int, list[str]]:
     """Return the valid lines of a file, their total size in bytes, and notes.
 
-    There is one note if the last line is damaged, and no note otherwise.
-
-    Raises JournalError if the data is not a work file, was written by a later version, or has a
-    damaged line before the last line.
+    There is one note if the last line is damaged, and no note otherwise. Raises JournalError if the
+    data is not a work file, was written by a later version, or has a damaged line before the last
+    line.
     """
     if data and not data.startswith(_BEGIN[: len(data)]):
         raise JournalError(f"{path}: is not a work file of superfacets studio")

@@ -9,19 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from ..labels.classes import (
-    MAX_CLASS,
-    MAX_OBJECT,
-    ClassList,
-    ObjectNames,
-    checked_class_list,
-    checked_object,
-    class_of,
-    default_classes,
-    object_of,
-    paint_of,
-    with_object_name,
-)
+from ..labels import classes as labeling
+from ..labels.classes import MAX_CLASS, MAX_OBJECT, ClassList, ObjectNames, class_of, object_of
 from ..labels.coding import base64_of, bytes_from, inflated, unpack_cells
 from ..labels.suggestions import Suggestion, Suggestions
 from ..regions.revisions import Partition
@@ -34,15 +23,12 @@ SEVERAL = "several"
 
 
 def first_state(header: Line, n_cells: int, classes: ClassList | None) -> State:
-    """Return the state before the first change.
-
-    If `classes` is not None, it replaces the list of classes in the header.
-    """
+    """Return the state before the first change; `classes` may replace the list in `header`."""
     usual = default_parameters(n_cells)
     parameters = checked_parameters(header["parameters"], usual, n_cells)
     if classes is None:
         own = header["classes"]  # None if all files of a folder share their classes
-        classes = default_classes() if own is None else _class_list(own)
+        classes = labeling.default_classes() if own is None else _class_list(own)
     return State(np.zeros(n_cells, np.uint32), classes, Partition(parameters))
 
 
@@ -57,10 +43,7 @@ def line_of(changes: list[Change]) -> Line:
 
 
 def change_of(line: Line, state: State) -> Change:
-    """Return the change of `state` that a line of the journal describes.
-
-    Raises ValueError, TypeError or KeyError if the line is invalid.
-    """
+    """Return the change in a line; raise a ValueError, TypeError or KeyError if it is invalid."""
     name, stroke = str(line["op"]), line.get("stroke")
     if name == "paint":
         return _read_paint(line, state)
@@ -72,7 +55,7 @@ def change_of(line: Line, state: State) -> Change:
 def _class_list(value: Any) -> ClassList:
     """Check a list of classes, and remove lone surrogates, which older versions accepted."""
     text = json.dumps(value, ensure_ascii=False).encode("utf-8", "ignore")
-    return checked_class_list(json.loads(text))
+    return labeling.checked_class_list(json.loads(text))
 
 
 # For each kind of change, one function converts a change to the entries of a line. Another function
@@ -101,7 +84,8 @@ def _read_paint(line: Line, state: State) -> Change:
     classes = _read_numbers(line, "class", "es", MAX_CLASS, n_cells)
     has_objects = "object" in line or "objects" in line
     objects = _read_numbers(line, "object", "s", MAX_OBJECT, n_cells) if has_objects else 0
-    wanted, part = paint_of(classes, objects), int(line["part"]) if "part" in line else None
+    wanted = labeling.paint_of(classes, objects)
+    part = int(line["part"]) if "part" in line else None
     change = Change.painting(state.paint, cells, wanted, line.get("stroke"), part)
     if change is None:
         raise ValueError("it changes no cell")
@@ -139,8 +123,8 @@ def _read_split(line: Line, state: State) -> Partition:
 def _read_objects(line: Line, state: State) -> ObjectNames:
     names: ObjectNames = ()
     for entry in line["names"]:
-        object_id = checked_object(entry["object"])
-        names = with_object_name(names, int(entry["class"]), object_id, entry["name"])
+        object_id = labeling.checked_object(entry["object"])
+        names = labeling.with_object_name(names, int(entry["class"]), object_id, entry["name"])
     return names
 
 
@@ -169,11 +153,8 @@ _WRITERS: dict[str, Callable[[Change], Line]] = {
 }  # fmt: skip
 
 _READERS: dict[str, Callable[[Line, State], Any]] = {
-    "segment": _read_segment,
-    "split": _read_split,
-    "classes": lambda line, _: _class_list(line["classes"]),
-    "objects": _read_objects,
+    "segment": _read_segment, "split": _read_split, "objects": _read_objects,
+    "classes": lambda line, _: _class_list(line["classes"]), "suggest": _read_suggest,
     "review": lambda line, _: bool(line["reviewed"]),
-    "suggest": _read_suggest,
     "settle": lambda line, state: unsettled(state, {*map(int, line["settled"])}),
-}
+}  # fmt: skip

@@ -58,11 +58,8 @@ class Source:
     @property
     def facts(self) -> dict[str, Any]:
         """Entries that identify the input in the first line of a work file."""
-        return {
-            "file": {"name": self.path.name, "size": self.size, "sha256": self.digest},
-            "kind": self.kind,
-            "n_cells": self.n_cells,
-        }
+        file = {"name": self.path.name, "size": self.size, "sha256": self.digest}
+        return {"file": file, "kind": self.kind, "n_cells": self.n_cells}
 
     def check(self) -> None:
         """Raise a ChangedError if the content of the file has changed since it was read."""

@@ -81,14 +81,10 @@ def _write_json(document: Document, temporary: Path, path: Path) -> None:
     instances, cells = document.instances, document.cells
     image = {"id": 1, "file_name": document.path.name, "n_cells": document.n_cells}
     categories = [
-        {
-            "id": entry["id"],
-            "name": entry["name"],
-            "color": [*bytes.fromhex(entry["color"][1:])],
-            "isthing": int(not entry.get("stuff", False)),
-        }
-        for entry in document.class_list
-    ]
+        {"id": one["id"], "name": one["name"], "color": [*bytes.fromhex(one["color"][1:])],
+         "isthing": int(not one.get("stuff", False))}
+        for one in document.class_list
+    ]  # fmt: skip
     centers = document.segmenter.surface.positions
     annotations = []
     for number, one in enumerate(objects_of(document, instances), 1):
@@ -104,6 +100,7 @@ def _write_json(document: Document, temporary: Path, path: Path) -> None:
             }
         )  # fmt: skip
     content = {"images": [image], "categories": categories, "annotations": annotations}
+    content |= document.statistics
     temporary.write_text(json.dumps(content, separators=(",", ":")) + "\n", encoding="utf-8")
 
 
@@ -125,13 +122,11 @@ def _write_arrays(document: Document, temporary: Path, path: Path) -> None:
     instances = document.instances
     objects = objects_of(document, instances)
     arrays: dict[str, Array] = {
-        **_columns(document),
-        "instance": instances,
-        "vertex_instance": vertex_instances(document),
+        **_columns(document), "instance": instances, "vertex_instance": vertex_instances(document),
         "instances": np.array([one.instance for one in objects], np.int32),
         "labels": np.array([one.label for one in objects], np.str_),
         "names": np.array([one.name for one in objects], np.str_),
-    }
+    }  # fmt: skip
     with temporary.open("wb") as file:
         np.savez_compressed(file, allow_pickle=False, **arrays)
 
@@ -190,10 +185,6 @@ def _write_meshes(document: Document, temporary: Path, path: Path) -> None:
 
 
 _WRITERS: dict[str, Callable[[Document, Path, Path], None]] = {
-    "json": _write_json,
-    "npz": _write_arrays,
-    "csv": _write_table,
-    "aggregation.json": _write_groups,
-    "segs.json": _write_segments,
-    "zip": _write_meshes,
-}
+    "json": _write_json, "npz": _write_arrays, "csv": _write_table, "zip": _write_meshes,
+    "aggregation.json": _write_groups, "segs.json": _write_segments,
+}  # fmt: skip

@@ -35,12 +35,9 @@ _COLORED = ("ply", "off", "glb", "vtp", "las", "laz")
 _TEXTURED = (".obj", ".glb")
 
 MARKS = {
-    "cells": ".classes",
-    "vertices": ".vertex-classes",
-    "instances": ".instances",
-    "objects": ".objects",
-    "region_classes": ".region-classes",
-}
+    "cells": ".classes", "vertices": ".vertex-classes", "instances": ".instances",
+    "objects": ".objects", "region_classes": ".region-classes",
+}  # fmt: skip
 """Marker before the file ending, for each kind of export except regions (`InputFile.MARK`)."""
 
 
@@ -51,13 +48,10 @@ def formats_of(kind: str) -> dict[str, list[str]]:
     of_faces = (LABELED,) if kind in ("triangles", "polygons") else ()
     regions = (*_LISTS, *FORMATS_OF_KIND[kind], *of_vertices, *of_triangles, "npz")
     return {
-        "cells": [*_LISTS, *FORMATS_OF_KIND[kind], *of_triangles],
-        "objects": list(FORMATS),
-        "vertices": [*_LISTS, "segs.json", *of_faces],
-        "instances": ["txt", "npy"],
-        "regions": list(regions),
-        "region_classes": ["csv", "json", "npy"],
-    }
+        "cells": [*_LISTS, *FORMATS_OF_KIND[kind], *of_triangles], "objects": list(FORMATS),
+        "vertices": [*_LISTS, "segs.json", *of_faces], "instances": ["txt", "npy"],
+        "regions": list(regions), "region_classes": ["csv", "json", "npy"],
+    }  # fmt: skip
 
 
 def names_of_exports(document: Document) -> dict[str, dict[str, str]]:
@@ -118,11 +112,9 @@ def write_export(
 
     An existing file is replaced if its name contains a marker of the studio. Some names have no
     marker, because other tools require these names. An existing file with such a name may come from
-    another tool, so it is replaced only if `replace` is True.
-
-    Raises ValueError if `what` or `format` is unknown, or if the format cannot store the labels.
-    Raises FileExistsError if the file exists and must not be replaced, and OSError if it cannot be
-    written.
+    another tool, so it is replaced only if `replace` is True. Raises ValueError if `what` or
+    `format` is unknown, or if the format cannot store the labels. Raises FileExistsError if the
+    file exists and must not be replaced, and OSError if it cannot be written.
     """
     format = format or formats_of(document.source.kind)[what][0]
     path = (folder or document.path.parent) / _name_of(document, what, format)
@@ -202,11 +194,8 @@ def _write_cells(document: Document, format: str, path: Path) -> None:
     if format in (*_LISTS, "sstk.json"):
         write_labels(path, classes)
         return
-    names = (
-        _names_of(document, np.unique(classes))
-        if path.suffix in kit.FORMATS.class_outputs
-        else None
-    )
+    is_named = path.suffix in kit.FORMATS.class_outputs
+    names = _names_of(document, np.unique(classes)) if is_named else None
     attributes = _attributes_for(document, path)
     is_textured = attributes is not None and attributes.texture is not None
     is_colored = format in _COLORED and not is_textured  # viewers multiply colors with the texture
@@ -256,13 +245,11 @@ def _write_region_classes(document: Document, format: str, path: Path) -> None:
         write_labels(path, classes)
         return
     columns: dict[str, list[Any]] = {
-        "region": list(range(revision.n_regions)),
-        "class": classes.tolist(),
-        "name": _names_of(document, classes),
-        "share": shares.tolist(),
+        "region": list(range(revision.n_regions)), "class": classes.tolist(),
+        "name": _names_of(document, classes), "share": shares.tolist(),
         "area": kit.sums_by_label(revision.labels, document.areas, revision.n_regions).tolist(),
         "cell_count": np.bincount(revision.labels).tolist(),
-    }
+    }  # fmt: skip
     rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
     with kit.atomic_outputs([path]) as (temporary,):
         if format == "json":
@@ -275,12 +262,10 @@ def _write_region_classes(document: Document, format: str, path: Path) -> None:
 
 
 _WRITERS: dict[str, Callable[[Document, str, Path], None]] = {
-    "cells": _write_cells,
-    "vertices": _write_vertices,
+    "cells": _write_cells, "vertices": _write_vertices, "regions": _write_regions,
     "instances": lambda document, _, path: write_labels(path, vertex_instances(document)),
-    "regions": _write_regions,
     "region_classes": _write_region_classes,
-}
+}  # fmt: skip
 
 
 def _names_of(document: Document, classes: Ints) -> list[str]:

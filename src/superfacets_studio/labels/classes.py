@@ -98,13 +98,10 @@ def object_of(paint: Paint) -> npt.NDArray[np.uint16]:
 
 def new_class(class_id: int, name: str | None = None, color: str | None = None) -> dict[str, Any]:
     """Return a new class; `color` replaces the default color of this number."""
-    entry = {
-        "id": class_id,
-        "name": f"class {class_id}" if name is None else name,
-        "color": color or _COLORS[_index_of_color(class_id)],
-        "key": "",
-    }
-    is_stuff = str(entry["name"]).strip().casefold() in _STUFF
+    name = f"class {class_id}" if name is None else name
+    color = color or _COLORS[_index_of_color(class_id)]
+    entry = {"id": class_id, "name": name, "color": color, "key": ""}
+    is_stuff = name.strip().casefold() in _STUFF
     return {**entry, "stuff": True} if is_stuff else entry
 
 
@@ -211,9 +208,8 @@ def _checked(entry: Any, index: int) -> dict[str, Any]:
     if type(class_id) is not int or not 1 <= class_id <= MAX_CLASS:
         raise ValueError(f"classes[{index}]: id must be a whole number from 1 to {MAX_CLASS}")
     if not isinstance(name, str) or not name.strip() or len(name) > _MAX_NAME:
-        raise ValueError(
-            f"classes[{index}]: name must have 1 to {_MAX_NAME} characters, not only spaces"
-        )
+        message = f"classes[{index}]: name must have 1 to {_MAX_NAME} characters, not only spaces"
+        raise ValueError(message)
     is_color = isinstance(color, str) and _COLOR.fullmatch(color.lower())
     if color is not None and not is_color:
         raise ValueError(f"classes[{index}]: color must be #rrggbb, such as #e69f00")
@@ -261,9 +257,8 @@ def read_classes(path: Path) -> ClassList:
 
     A JSON file contains a list of classes, as written by `write_classes`, a list of names, or COCO
     categories, as in an exported ``.objects.json`` file. A CSV file has the columns id, name, color
-    and stuff, of which the last two are optional, or a header with the names of its columns.
-
-    Raises ValueError if the file contains no list of classes, and OSError if it cannot be read.
+    and stuff, of which the last two are optional, or a header with the names of its columns. Raises
+    ValueError if the file contains no list of classes, and OSError if it cannot be read.
     """
     try:
         text = path.read_text(encoding="utf-8-sig")
@@ -327,12 +322,8 @@ def _of_category(entry: Any) -> Any:
     color = entry.get("color")
     with contextlib.suppress(TypeError, ValueError):  # an invalid color is reported by `_checked`
         color = "#" + bytes(color).hex() if isinstance(color, list) else color
-    return {
-        "id": entry.get("id"),
-        "name": entry.get("name"),
-        "color": color,
-        "stuff": not entry.get("isthing", True),
-    }
+    given = {name: entry.get(name) for name in ("id", "name")}
+    return {**given, "color": color, "stuff": not entry.get("isthing", True)}
 
 
 def _tabled(text: str) -> list[dict[str, Any]]:

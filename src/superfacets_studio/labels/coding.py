@@ -42,10 +42,7 @@ def pack_cells(cells: CellNumbers) -> bytes:
 
 
 def unpack_cells(packed: bytes, n_cells: int) -> CellNumbers:
-    """Decode the result of `pack_cells`.
-
-    Raises ValueError if the data is damaged, or if an index is not less than `n_cells`.
-    """
+    """Decode the result of `pack_cells`; raise a ValueError if it is damaged or has other cells."""
     data = np.frombuffer(inflated(packed, _MAX_BYTES * n_cells), np.uint8)
     if not len(data):
         return np.empty(0, np.uint32)

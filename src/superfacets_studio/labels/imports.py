@@ -58,9 +58,8 @@ def read_import(files: Mapping[str, bytes], cells: Cells, known: ClassList) -> I
     If an ``.aggregation.json`` file is also given, labels are not class numbers: each group of
     labels becomes an object, whose class has the name of the group, ignoring case. Cells in no
     group are not imported. An ``.objects.json`` file, as exported by the studio, contains objects
-    in COCO format.
-
-    Raises ValueError if a file is damaged, belongs to another mesh, or has an unknown format.
+    in COCO format. Raises ValueError if a file is damaged, belongs to another mesh, or has an
+    unknown format.
     """
     endings = {name: kit.known_ending(name, ENDINGS) for name in files}
     grouping = [name for name, ending in endings.items() if ending == GROUPS]
@@ -87,11 +86,8 @@ def _reason(error: Exception) -> str:
         return "it contains an empty list"
     if isinstance(error, TypeError):
         return "it does not have the structure of this format"
-    return (
-        f"the entry {kit.shortened(str(error))} is missing"
-        if isinstance(error, KeyError)
-        else str(error)
-    )
+    is_missing = isinstance(error, KeyError)
+    return f"the entry {kit.shortened(str(error))} is missing" if is_missing else str(error)
 
 
 def _labels_in(data: bytes, ending: str, cells: Cells) -> Longs:
@@ -248,10 +244,7 @@ class _Gathered:
             self._scores[key] = min(score, self._scores.get(key, 1.0))
 
     def imported(self) -> Imported:
-        cells = np.flatnonzero(self._classes)
-        classes, objects = (
-            part[cells].astype(np.uint16) for part in (self._classes, self._objects)
-        )
-        return Imported(
-            cells.astype(np.uint32), classes, objects, self._known, self._names, self._scores
-        )
+        cells = np.flatnonzero(self._classes).astype(np.uint32)
+        labels = self._classes, self._objects
+        classes, objects = (one[cells].astype(np.uint16) for one in labels)
+        return Imported(cells, classes, objects, self._known, self._names, self._scores)

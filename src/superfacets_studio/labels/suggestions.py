@@ -33,10 +33,7 @@ class Suggestion:
 
     @classmethod
     def of_line(cls, entry: Any, n_cells: int) -> Suggestion:
-        """Return the suggestion in an entry of a journal line.
-
-        Raises ValueError, TypeError or KeyError if the entry is damaged.
-        """
+        """Return the suggestion in an entry; raise ValueError, TypeError or KeyError if damaged."""
         packed = bytes_from(entry["cells"], "cells")
         unpack_cells(packed, n_cells)  # raises a ValueError if the cells are damaged
         class_id = int(entry["class"])
@@ -58,11 +55,8 @@ def suggestions_of(
     that are in no object become one suggestion. The user must choose the class of objects whose
     class name is `UNNAMED`, unless `known` has a class with this name.
     """
-    unnamed = [
-        entry
-        for entry in imported.class_list
-        if entry["name"].casefold() == UNNAMED and entry not in known
-    ]
+    new = [entry for entry in imported.class_list if entry not in known]
+    unnamed = [entry for entry in new if entry["name"].casefold() == UNNAMED]
     classes = tuple(entry for entry in imported.class_list if entry not in unnamed)
     keys = imported.classes.astype(np.int64) * INSTANCES + imported.objects
     pieces = np.zeros(len(keys), np.int64) if imported.has_objects else _pieces(imported, surface)

@@ -77,10 +77,7 @@ class Revision:
         return offsets, np.argsort(self.labels, kind="stable").astype(np.uint32)
 
     def cells_of(self, region: int) -> npt.NDArray[np.uint32]:
-        """Return the cells of a region in ascending order.
-
-        Raises ValueError if the region does not exist.
-        """
+        """Return the sorted cells of a region; raise a ValueError if it does not exist."""
         _check_exists(region, self.n_regions)
         offsets, cells = self._by_region
         return cells[offsets[region] : offsets[region + 1]]

@@ -14,18 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from superfacets import (
-    SCANS,
-    Hierarchy,
-    IslandWarning,
-    Segmentation,
-    SliverWarning,
-    Weights,
-    hierarchy,
-    kit,
-    prepare,
-    segment,
-)
+import superfacets as sf
+from superfacets import kit, segment
 from superfacets.kit import WEIGHTS, Bools, Cells, Ints, Surface
 
 from ..labels.coding import CellNumbers
@@ -35,6 +25,7 @@ LEVEL_STEP = 2  # ratio of the numbers of regions of two successive levels
 FEWEST_OFFERED = 4  # minimum number of regions on any level except the finest
 MAX_REGIONS = 20_000  # maximum of the slider; with more, regions would be too small for labeling
 MAX_ALPHA, MAX_RIDGES = 100.0, 1.0
+_WEIGHTS = ("alpha", "ridges")
 USUAL_REGIONS = 150  # number of regions of a new work file, the default of `segment`
 
 Parameters = dict[str, Any]
@@ -43,7 +34,7 @@ Parameters = dict[str, Any]
 def default_parameters(n_cells: int, n_segments: int | None = None) -> Parameters:
     """Return default parameters, with `n_segments` regions if given, but at most `n_cells`."""
     n = USUAL_REGIONS if n_segments is None else n_segments
-    weights = {name: WEIGHTS["parts"].defaults[name] for name in ("alpha", "ridges")}
+    weights = {name: WEIGHTS["parts"].defaults[name] for name in _WEIGHTS}
     switches = {"smooth": True, "scans": False, "color": False}
     return {"n_segments": min(n, n_cells), **weights, **switches, "level": None}
 
@@ -63,11 +54,8 @@ def first_parameters(
 
 def ranges(n_cells: int) -> dict[str, list[float]]:
     """Return the minimum and maximum of each slider."""
-    return {
-        "n_segments": [1, min(n_cells, MAX_REGIONS)],
-        "alpha": [0.0, MAX_ALPHA],
-        "ridges": [0.0, MAX_RIDGES],
-    }
+    n_segments: list[float] = [1, min(n_cells, MAX_REGIONS)]
+    return {"n_segments": n_segments, "alpha": [0.0, MAX_ALPHA], "ridges": [0.0, MAX_RIDGES]}
 
 
 def checked_parameters(given: Mapping[str, Any], usual: Parameters, n_cells: int) -> Parameters:
@@ -82,20 +70,17 @@ def checked_parameters(given: Mapping[str, Any], usual: Parameters, n_cells: int
         raise ValueError(f"unknown parameter {unknown[0]}")
     merged = {**usual, **given}
     if "alpha" not in given and merged["scans"] != usual["scans"]:
-        merged["alpha"] = SCANS["alpha"] if merged["scans"] else WEIGHTS["parts"].defaults["alpha"]
+        merged["alpha"] = (sf.SCANS if merged["scans"] else WEIGHTS["parts"].defaults)["alpha"]
     if "level" not in given and given.get("n_segments") not in (None, usual["n_segments"]):
         merged["level"] = None  # the level in `usual` is for another number of regions
     n_segments = kit.checked_count(merged["n_segments"], "n_segments", n_cells, "cells")
     level = merged["level"]
     if level is not None:
         level = kit.checked_count(level, "level", n_segments, "regions on the finest level")
-    return {
-        "n_segments": n_segments,
-        "alpha": kit.checked_number(merged["alpha"], "alpha", zero=True),
-        "ridges": kit.checked_number(merged["ridges"], "ridges", zero=True),
-        **{name: kit.checked_flag(merged[name], name) for name in ("smooth", "scans", "color")},
-        "level": None if level == n_segments else level,
-    }
+    weights = {name: kit.checked_number(merged[name], name, zero=True) for name in _WEIGHTS}
+    flags = {name: kit.checked_flag(merged[name], name) for name in ("smooth", "scans", "color")}
+    level = None if level == n_segments else level
+    return {"n_segments": n_segments, **weights, **flags, "level": level}
 
 
 def levels_of(n_segments: int) -> list[int]:
@@ -153,7 +138,7 @@ class Segmenter:
     source: Cells
     colors: Callable[[], Any] | None = None  # returns the colors of cells; None if there are none
     _kept: OrderedDict[tuple[Any, ...], UnsplitRegions] = field(default_factory=OrderedDict)
-    _trees: dict[str, Hierarchy] = field(default_factory=dict)  # by the digest of the regions
+    _trees: dict[str, sf.Hierarchy] = field(default_factory=dict)  # by the digest of the regions
     _worker: ThreadPoolExecutor = field(
         default_factory=lambda: ThreadPoolExecutor(1, thread_name_prefix="superfacets-studio")
     )
@@ -163,7 +148,7 @@ class Segmenter:
     @cached_property
     def prepared(self) -> Any:
         """Mesh as prepared for `segment`, with its cell graph."""
-        return prepare(self.source)
+        return sf.prepare(self.source)
 
     @cached_property
     def surface(self) -> Surface:
@@ -211,7 +196,7 @@ class Segmenter:
             return finest
         if finest.digest not in self._trees:
             task.report("merging")
-            tree = hierarchy(self.source, [finest.n_regions], labels=finest.labels)
+            tree = sf.hierarchy(self.source, [finest.n_regions], labels=finest.labels)
             self._trees[finest.digest] = tree
         tree = self._trees[finest.digest]
         kit.checked_count(level, "level", tree.n_finest, "regions on the finest level")
@@ -236,19 +221,19 @@ class Segmenter:
     def _segment(
         self, parameters: Parameters, n_segments: int, task: SegmentationTask,
         mask: Bools | None = None,
-    ) -> Segmentation:  # fmt: skip
-        weights = Weights("parts", alpha=parameters["alpha"], ridges=parameters["ridges"])
+    ) -> sf.Segmentation:  # fmt: skip
+        weights = sf.Weights("parts", alpha=parameters["alpha"], ridges=parameters["ridges"])
         is_scan = parameters["scans"] and kit.kind_of(self.source).has_faces
         if "prepared" not in self.__dict__:
             task.report("face_graph")
         return segment(
             self.prepared, n_segments, weights=weights, mask=mask, smooth=parameters["smooth"],
             features=self.colors() if self.colors and parameters["color"] else None,
-            denoise=SCANS["denoise"] if is_scan else "auto", callback=task.report,
+            denoise=sf.SCANS["denoise"] if is_scan else "auto", callback=task.report,
         )  # fmt: skip
 
 
-def _notes_of(found: list[warnings.WarningMessage], result: Segmentation) -> tuple[str, ...]:
+def _notes_of(found: list[warnings.WarningMessage], result: sf.Segmentation) -> tuple[str, ...]:
     """Return a text for the page for each warning.
 
     Messages of `SliverWarning` and `IslandWarning` are replaced, because they mention parameters of
@@ -256,9 +241,9 @@ def _notes_of(found: list[warnings.WarningMessage], result: Segmentation) -> tup
     """
     notes = []
     for warning in found:
-        if warning.category is SliverWarning:
+        if warning.category is sf.SliverWarning:
             notes.append("Triangles are long and thin, so regions are stripes: subdivide first.")
-        elif warning.category is IslandWarning:
+        elif warning.category is sf.IslandWarning:
             n_pieces = kit.counted(result.n_unreached, "small disconnected piece")
             became = "an additional region" if result.n_unreached == 1 else "additional regions"
             notes.append(f"{n_pieces} of the mesh became {became}.")

@@ -36,7 +36,6 @@ def split_cells(
     attracts each cell to the nearer stroke. If a connected component of one side contains no cell
     of this side's stroke, it moves to the other side. `cells` (the region), `red` and `blue` (the
     strokes) are cell indices in ascending order. Cells of strokes outside the region are ignored.
-
     Raises ValueError if a stroke has no cell in the region, or if the strokes share a cell.
     """
     strokes = [_indices_in(cells, stroke) for stroke in (red, blue)]

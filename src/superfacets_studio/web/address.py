@@ -64,10 +64,7 @@ def new_token() -> str:
 
 
 def open_socket(port: int) -> socket.socket:
-    """Return a socket that listens on a port (0: any free port).
-
-    Raises OSError if this fails, for example because the port is in use.
-    """
+    """Return a socket that listens on a port (0: any free port); raise an OSError if this fails."""
     opened = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     try:
         if os.name != "nt":  # on Windows, this option would let other processes use the port
@@ -77,9 +74,8 @@ def open_socket(port: int) -> socket.socket:
     except OSError as error:
         opened.close()
         if error.errno == errno.EADDRINUSE:
-            raise OSError(
-                f"port {port} is in use: choose another with --port, or omit --port"
-            ) from None
+            message = f"port {port} is in use: choose another with --port, or omit --port"
+            raise OSError(message) from None
         reason = error.strerror or error
         raise OSError(f"cannot listen on port {port}: {reason}") from None
     return opened

@@ -101,14 +101,13 @@ def studio_app(studio: Studio, token: str, port: int) -> ASGIApp:
     """Return the ASGI application: all routes, protected by the access control of `Guard`."""
     static = files("superfacets_studio").joinpath("static")
     routes: list[BaseRoute] = [
-        Route("/", _page),
-        Route("/api/files", studio.list_files),
+        Route("/", _page), Route("/api/files", studio.list_files),
         Route("/api/quit", studio.quit_server, methods=["POST"]),
         Route(f"{_FILE}/thumbnail", studio.thumbnail),
         Route(f"{_FILE}/segment", studio.segment, methods=["POST"]),
         *(studio.route(name, read, "GET") for name, read in READS.items()),
         *(studio.route(name, do, "POST") for name, do in OPERATIONS.items()),
-    ]
+    ]  # fmt: skip
     if static.is_dir():
         routes.append(Mount("/static", StaticFiles(directory=str(static))))
     handlers = dict.fromkeys((404, 405), _not_found) | dict.fromkeys(STATUS_OF, failure)

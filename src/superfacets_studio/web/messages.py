@@ -39,22 +39,11 @@ class JsonReply(JSONResponse):
 
 
 STATUS_OF = {
-    NothingError: 409,
-    GoneError: 410,
-    ChangedError: 409,
-    WriteError: 507,
-    JournalError: 409,
-    FileExistsError: 409,
-    ImportError: 501,
-    RenderError: 501,
-    TooLargeError: 413,
-    ValueError: 400,
-    TypeError: 400,
-    IndexError: 404,
-    OSError: 500,
-    MemoryError: 507,
+    NothingError: 409, GoneError: 410, ChangedError: 409, JournalError: 409, FileExistsError: 409,
+    WriteError: 507, MemoryError: 507, ImportError: 501, RenderError: 501, OSError: 500,
+    TooLargeError: 413, ValueError: 400, TypeError: 400, IndexError: 404,
     ClientDisconnect: 400,  # status is arbitrary: nobody receives it
-}
+}  # fmt: skip
 """HTTP status of each class of errors. The status of the nearest base class is used."""
 
 

@@ -37,18 +37,14 @@ def _state(document: Document, query: Body) -> Body:
     """Return the state of a document for the client, without arrays."""
     parameters, kind = document.state.partition.parameters, document.source.kind
     return {
-        "parameters": parameters,
-        "ranges": ranges(document.n_cells),
+        "parameters": parameters, "ranges": ranges(document.n_cells),
         "has_colors": document.source.color_features is not None,
-        **regions_of(document.revision),
-        "classes": list(document.class_list),
-        "levels": levels_of(parameters["n_segments"]),
+        **regions_of(document.revision), "classes": list(document.class_list),
+        "levels": levels_of(parameters["n_segments"]), "exports": names_of_exports(document),
         "input": document.source.facts["file"] | {"n_cells": document.n_cells, "kind": kind},
-        "exports": names_of_exports(document),
-        "work": str(document.journal.path),
-        "notes": [*document.notes, *document.base.notes],
+        "work": str(document.journal.path), "notes": [*document.notes, *document.base.notes],
         **progress_of(document),
-    }
+    }  # fmt: skip
 
 
 def regions_of(revision: Revision) -> Body:
@@ -59,16 +55,13 @@ def regions_of(revision: Revision) -> Body:
 def progress_of(document: Document) -> Body:
     """Return the part of the state that the reply to every POST request contains."""
     with document.lock:
+        state, history = document.state, document.history
         return {
-            "seq": document.history.seq,
-            "progress": document.progress,
-            "can_undo": bool(document.history.undo_stack),
-            "can_redo": bool(document.history.redo_stack),
-            "object_names": list(document.state.object_names),
-            "is_reviewed": document.state.is_reviewed,
-            "is_changed": document.state.is_changed,
-            "n_suggestions": len(document.state.suggestions),
-        }
+            "seq": history.seq, "progress": document.progress, **document.statistics,
+            "can_undo": bool(history.undo_stack), "can_redo": bool(history.redo_stack),
+            "object_names": list(state.object_names), "n_suggestions": len(state.suggestions),
+            "is_reviewed": state.is_reviewed, "is_changed": state.is_changed,
+        }  # fmt: skip
 
 
 def _effect(document: Document, changes: list[Change]) -> Body:
@@ -99,19 +92,13 @@ def _mesh_packet(document: Document, query: Body) -> bytes:
     center = document.cells.bounds.mean(axis=0)
     is_z_up = document.source.path.suffix.lower() in FORMATS.z_up
     header = {
-        "kind": document.source.kind,
-        "n_cells": document.n_cells,
-        "center": center.tolist(),
+        "kind": document.source.kind, "n_cells": document.n_cells, "center": center.tolist(),
         "measure": "volume" if kind_of(document.cells).dimension == 3 else "area",
         "has_normals": _has_normals(document),
         **shape.view_facts(View(up="z" if is_z_up else "auto")),
-        "low": [0, 0, 0],
-        "step": [1, 1, 1],
-        "point_size": shape.point_size * shape.diagonal,
-        "palette": PALETTE.tolist(),
-        "texture": None,
-        "texture_problem": "",
-    }
+        "low": [0, 0, 0], "step": [1, 1, 1], "point_size": shape.point_size * shape.diagonal,
+        "palette": PALETTE.tolist(), "texture": None, "texture_problem": "",
+    }  # fmt: skip
     arrays: dict[str, Any] = {"areas": document.areas.astype(np.float32)}
     if document.source.texture is not None:
         try:
@@ -177,17 +164,13 @@ def _exported(document: Document, query: Body) -> Response:
 
 
 READS: dict[str, Operation] = {
-    "export": _exported,
     "labels": lambda document, query: (
         document.revisions.get(_number(query)).labels.astype("<i4").tobytes()
     ),
-    "mesh": _mesh_packet,
     "paint": lambda document, _: document.state.paint.astype("<u4").tobytes(),
-    "regions": _region_packet,
-    "state": _state,
-    "suggestions": _suggestion_packet,
-    "theirs": _their_paint,
-}
+    "export": _exported, "mesh": _mesh_packet, "regions": _region_packet, "state": _state,
+    "suggestions": _suggestion_packet, "theirs": _their_paint,
+}  # fmt: skip
 
 
 def _paint(document: Document, body: Body) -> Body:
@@ -311,22 +294,13 @@ def _files(body: Body) -> dict[str, bytes]:
 
 
 OPERATIONS: dict[str, Operation] = {
-    "paint": _paint,
     "undo": lambda document, _: _effect(document, document.undo()),
     "redo": lambda document, _: _effect(document, document.redo()),
-    "similar": _similar,
-    "classes": _set_classes,
-    "split": _split,
-    "refine": _refine,
-    "split-object": _split_object,
-    "name-object": _name_object,
-    "compare": _compare,
-    "accept": _accept,
-    "review": _review,
-    "settle": _settle,
-    "export": _export,
-    "import": _import,
-}
+    "paint": _paint, "similar": _similar, "split": _split, "refine": _refine, "settle": _settle,
+    "classes": _set_classes, "split-object": _split_object, "name-object": _name_object,
+    "compare": _compare, "accept": _accept, "review": _review,
+    "export": _export, "import": _import,
+}  # fmt: skip
 
 
 def _numbers(value: object, name: str) -> list[int]:

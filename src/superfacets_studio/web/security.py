@@ -17,13 +17,10 @@ HEADERS = {
         "default-src 'self'; img-src 'self' data:; style-src 'self' 'unsafe-inline';"
         " frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
     ),
-    "Cache-Control": "no-store",
-    "Cross-Origin-Opener-Policy": "same-origin",
-    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cache-Control": "no-store", "X-Frame-Options": "DENY", "X-Content-Type-Options": "nosniff",
+    "Cross-Origin-Opener-Policy": "same-origin", "Cross-Origin-Resource-Policy": "same-origin",
     "Referrer-Policy": "no-referrer",  # because the URL of the page contains the token
-    "X-Content-Type-Options": "nosniff",
-    "X-Frame-Options": "DENY",
-}
+}  # fmt: skip
 
 MAX_PATH = 200
 """Maximum length of a URL path. All routes are shorter. Longer paths could contain numbers with so

@@ -28,10 +28,7 @@ class Thumbnails:
         self._is_closed = False
 
     def png(self, path: Path) -> bytes:
-        """Return the thumbnail of a file as PNG.
-
-        Raises RenderError or OSError if the thumbnail cannot be drawn.
-        """
+        """Return the thumbnail of a file as PNG; raise RenderError or OSError if this fails."""
         status = path.stat()
         stamp = (status.st_mtime_ns, status.st_size)
         with self._lock:

@@ -26,6 +26,12 @@ export interface ObjectName {
   name: string;
 }
 
+/** What the work on a file took. */
+export interface Statistics {
+  seconds: number; // active time: without pauses of more than a minute
+  strokes: number;
+}
+
 export interface Progress {
   seq: number;
   progress: number;
@@ -35,6 +41,7 @@ export interface Progress {
   is_reviewed: boolean;
   is_changed: boolean; // whether labels have changed since the review
   n_suggestions: number;
+  statistics?: Statistics; // missing if nothing was done yet, or if an old version did it
 }
 
 export interface State extends Progress {
@@ -57,6 +64,7 @@ export interface FileEntry {
   done: number;
   reviewed?: boolean;
   changed_since_review?: boolean;
+  statistics?: Statistics;
   n_cells?: number;
   error?: string;
 }

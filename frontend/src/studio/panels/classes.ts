@@ -331,6 +331,7 @@ export class ClassesPanel {
     }
     element("progress-text").textContent = text.percent(paints.progress);
     element<HTMLProgressElement>("progress").value = paints.progress;
+    element("effort").textContent = state.statistics ? text.files.effort(state.statistics.seconds, state.statistics.strokes) : "";
     const id = classOf(this.workbench.currentPaint);
     allow(element("new-object"), !this.workbench.isStuff(id), words.newObject, id ? words.hasNoObjects(this.workbench.className(id)) : words.chooseFirst);
     allow(element("undo"), state.can_undo || nWaiting > 0, words.undo, words.cannotUndo);

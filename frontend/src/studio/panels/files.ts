@@ -1,7 +1,7 @@
 // Panel with the files of a folder: thumbnails, progress, and buttons for the next and the previous file.
 
 import { ServerError } from "../session/api";
-import type { FileEntry } from "../data/contract";
+import type { FileEntry, Statistics } from "../data/contract";
 import { element, make, onClick } from "../../shared/dom";
 import type { Session } from "../session/session";
 import { text } from "../text/index";
@@ -25,11 +25,12 @@ export class FilesPanel {
     element("files").replaceChildren(...files.map((file) => make("li", {}, this.row(file))));
   }
 
-  private row({ id, name, done, error, reviewed, changed_since_review: isChanged }: FileEntry): HTMLButtonElement {
+  private row({ id, name, done, error, reviewed, changed_since_review: isChanged, statistics }: FileEntry): HTMLButtonElement {
     const source = this.session.thumbnailAddress(id);
     const picture = make("img", { src: source, alt: "", loading: "lazy" });
     picture.addEventListener("error", () => picture.replaceWith(make("span", { class: "blank" })));
-    const bar = make("progress", { max: "1", value: String(done), "aria-label": text.files.labeled(name) });
+    const title = this.told(done, statistics);
+    const bar = make("progress", { max: "1", value: String(done), "aria-label": text.files.labeled(name), title });
     const button = make("button", { type: "button" }, picture, make("span", { class: "name" }, `${isChanged ? "✓? " : reviewed ? "✓ " : ""}${name}`), bar);
     if (reviewed) button.title = isChanged ? text.files.changed : text.files.reviewed;
     if (error) {
@@ -50,7 +51,12 @@ export class FilesPanel {
     const row = this.rows.get(this.session.fileId);
     if (!row || !this.session.paints) return;
     row.bar.value = this.session.paints.progress;
-    row.bar.title = text.percent(this.session.paints.progress);
+    row.bar.title = this.told(this.session.paints.progress, this.session.state.statistics);
+  }
+
+  /** The labeled fraction, and what it took if that is known. */
+  private told(done: number, took?: Statistics): string {
+    return text.list([text.percent(done), ...(took ? [text.files.effort(took.seconds, took.strokes)] : [])]);
   }
 
   /** Open the file that is `steps` entries below the last requested file in the list. */

@@ -40,6 +40,7 @@ export const en = {
     lock: "Paint only unlabeled cells",
     lockTip: "Cells that have a class keep it (K)",
     labeled: "Labeled",
+    effortTip: "Active time, without pauses of more than a minute, and number of strokes",
     reviewed: "Reviewed",
     reviewedTip: "Marks the labels as reviewed, in the work file and in the list of files. Later changes of classes or objects are shown here",
     undo: "Undo",
@@ -240,6 +241,7 @@ export const en = {
   },
 
   files: {
+    effort: (seconds: number, strokes: number): string => `${Math.floor(seconds / 60) || "< 1"} min, ${counted(strokes, "stroke")}`,
     labeled: (name: string): string => `Labeled part of ${name}`,
     changed: "Changed since review",
     reviewed: "Reviewed",
