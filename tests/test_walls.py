@@ -17,7 +17,7 @@ from superfacets.base.lazy import Table
 SOURCE = Path(superfacets.__file__).resolve().parents[1]
 
 APPS = ("batch", "cli", "formats", "scans", "show", "studio", "textures")
-MODULES = {"kit": kit, "metrics": superfacets.metrics}
+MODULES = {"kit": kit, "metrics": superfacets.metrics, "sf": superfacets}
 """Modules of the package whose names in ``__all__`` are for apps."""
 
 PUBLIC = {"superfacets", *(f"superfacets.{name}" for name in MODULES)}
@@ -36,13 +36,13 @@ def imports(path):
     package = path.relative_to(SOURCE).parts[:-1]
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
-            yield from ((alias.name, "") for alias in node.names)
+            yield from ((alias.name, "") for alias in node.names if alias.asname != "sf")
         elif isinstance(node, ast.ImportFrom):
             above = package[: len(package) - node.level + 1] if node.level else ()
             module = ".".join([*above, *filter(None, [node.module])])
             yield from ((module, alias.name) for alias in node.names)
         elif isinstance(node, ast.Attribute) and getattr(node.value, "id", "") in MODULES:
-            yield (f"superfacets.{node.value.id}", node.attr)
+            yield (MODULES[node.value.id].__name__, node.attr)
 
 
 def is_module(name):
