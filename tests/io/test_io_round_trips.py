@@ -172,6 +172,7 @@ GIFTI_ARRAY = (
     "</MetaData>{}<Data>{}</Data></DataArray>"
 )
 GIFTI_MD = "<MD><Name>AnatomicalStructurePrimary</Name><Value>CortexLeft</Value></MD>"
+GIFTI_MD += "".join(map("<MD><Name>{}</Name><Value>1</Value></MD>".format, "ebdac"))
 MATRIX = (
     "<CoordinateSystemTransformMatrix><MatrixData>1 0 0 5 0 1 0 0 0 0 1 0 0 0 0 1</MatrixData>"
     "</CoordinateSystemTransformMatrix>"
@@ -220,7 +221,7 @@ LEFT_OUT = {
     "a.vtu": [*TEXTS, FIELD, "1 cell of type line"],
     "a.msh": ["1 cell of type line"],
     "a.mesh": ["1 cell of type line"],
-    "a.gii": ["transform of coordinates",
+    "a.gii": [*(f"metadata {name}" for name in "ebdac"), "transform of coordinates",
               "vertex property shape (2), which has no row per vertex"],
     "a.glb": ["1 camera", "vertex attribute NORMAL", "lines"],
 }  # fmt: skip
