@@ -119,10 +119,9 @@ def gmsh(path, format, is_binary):
     mesh = meshio.Mesh(POINTS, blocks, cell_data={"label": parts} if is_binary else {})
     mesh.write(path, file_format=format, binary=is_binary)
     if not is_binary:  # meshio writes text data that cannot be read
-        rows = [f"{i + 1} {label}\n" for i, label in enumerate(np.concatenate(parts))]
-        text = "".join([f"{len(rows)}\n", *rows])
-        with path.open("a") as file:
-            file.write(f'$ElementData\n1\n"label"\n1\n0\n3\n0\n1\n{text}$EndElementData\n')
+        rows = [f"{i + 1} {label}" for i, label in enumerate(np.concatenate(parts))]
+        data = ["$ElementData", 1, "label", 1, 0, 3, 0, 1, len(rows), *rows, "$EndElementData"]
+        path.write_text(path.read_text() + "\n".join(map(str, data)) + "\n")
 
 
 FLAVOURS = {
