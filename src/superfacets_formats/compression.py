@@ -18,6 +18,7 @@ _BYTES_PER_VERTEX, _BYTES_PER_FACE = 24, 12
 _DRACO_HEADER = 11
 """Size in bytes of signature, version, geometry type, encoding method and flags."""
 _HAS_METADATA = 0x80  # bit mask for the upper byte of the flags
+_INTEGERS = {1: "i1", 2: "u1", 3: "i2", 4: "u2"}  # NumPy type codes, keyed by Draco's number
 
 
 def decode_meshopt(
@@ -64,7 +65,11 @@ def decode_draco(content: bytes, n_faces: int, n_vertices: int) -> tuple[Array, 
     _check_draco_size(content, n_faces, n_vertices)
     try:
         mesh = library.decode(content)
-        found = {each["unique_id"]: np.asarray(each["data"]) for each in mesh.attributes}
+        found: dict[int, Array] = {}
+        for each in mesh.attributes:  # DracoPy returns all positions as float32
+            rows = np.asarray(each["data"])
+            stored = rows.astype(_INTEGERS.get(each["data_type"], rows.dtype))
+            found[each["unique_id"]] = stored if np.array_equal(stored, rows) else rows
         corners = np.asarray(mesh.faces, np.uint32).ravel()
     except Exception as error:  # the library raises exceptions of many classes
         raise MeshError(f"the Draco data is damaged: {shortened(str(error))}") from None

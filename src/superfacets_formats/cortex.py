@@ -74,8 +74,8 @@ def read_gifti(source: Input) -> Read:
     if points.shape[1:] != (3,) or triangles.shape[1:] != (3,):
         raise MeshError("points and triangles of a GIFTI file must have 3 numbers each")
     pairs = {pair.findtext("Name"): pair.findtext("Value") for pair in root.iter("MD")}
-    structure = pairs.get(STRUCTURE.split()[1])
-    for name in pairs.keys() - {STRUCTURE.split()[1], "GeometricType", "TopologicalType"}:
+    structure = pairs.pop(STRUCTURE.split()[1], None)
+    for name in filter(lambda each: each not in ("GeometricType", "TopologicalType"), pairs):
         source.declare(f"metadata {name}")
     for matrix in root.iter("MatrixData"):
         words = [word.rstrip("0").rstrip(".") for word in (matrix.text or "").split()]

@@ -27,9 +27,7 @@ _DECLARED = re.compile(
 )
 """Matches counts that a legacy VTK file declares."""
 
-_KEYWORD = re.compile(
-    rb"^[ \t]*(vertices|dimension|edges|triangles|quadrilaterals|tetrahedra)", re.M
-)
+_KEYWORD = re.compile(rb"(?m)^[ \t]*(vertices|dimension|edges|triangles|quadrilaterals|tetrahedra)")
 
 _MESHIO_KINDS = {
     "vertex": 1, "line": 3, "triangle": 5, "polygon": 7, "quad": 9, "tetra": 10, "hexahedron": 12,
@@ -64,9 +62,8 @@ def read_with_vtk(data: bytes, ending: str) -> Found:
         for what in kinds:
             getattr(reader, f"ReadAll{what}On")()
     reader.Update()
-    said = [line for line in log.GetOutput().splitlines() if line.strip()]
-    if any("ERR" in line or line.startswith("ERROR") for line in said):
-        raise MeshError(f"VTK cannot read the file: {shortened(said[-1])}")
+    if error := re.search(r"ERR(?:.*\n.*?\): )?(.*)", log.GetOutput()):
+        raise MeshError(f"VTK cannot read the file: {shortened(error[1])}")
     found = reader.GetOutput()
     if found is None or not (found.IsA("vtkPolyData") or found.IsA("vtkUnstructuredGrid")):
         kind = "no data" if found is None else found.GetClassName().removeprefix("vtk")
@@ -138,8 +135,12 @@ def _check_declared(data: bytes, found: Found) -> None:
 
 def read_with_meshio(data: bytes, ending: str) -> Found:
     """Return the cells of an MSH file of Gmsh, or of a MESH file of Medit."""
-    from meshio import ReadError, gmsh, medit  # type: ignore[import-untyped]
+    from meshio import ReadError, _common, gmsh, medit  # type: ignore[import-untyped]
 
+    # Blocks of cells are pairs in version 2; meshio takes 2 as the size of each.
+    gmsh._gmsh22.cell_data_from_raw = lambda blocks, data: _common.cell_data_from_raw(
+        [each[1] if isinstance(each, tuple) else each for each in blocks], data
+    )
     if ending == ".mesh":  # keywords in any letter case
         data = _KEYWORD.sub(lambda found: found[0].capitalize(), data)
     elif any(data.find(b"$End%s" % section) < 0 for section in (b"Nodes", b"Elements")):
@@ -149,10 +150,9 @@ def read_with_meshio(data: bytes, ending: str) -> Found:
         path.write_bytes(data)
         try:
             mesh: Any = (medit if ending == ".mesh" else gmsh).read(path)
-        except ReadError as error:
-            raise MeshError(f"meshio cannot read the file: {error or 'it is damaged'}") from None
-    unknown = {block.type for block in mesh.cells} - _MESHIO_KINDS.keys()
-    if unknown:
+        except (ReadError, ValueError, LookupError) as error:
+            raise MeshError(f"meshio cannot read the file: {str(error) or 'damaged'}") from None
+    if unknown := {block.type for block in mesh.cells} - _MESHIO_KINDS.keys():
         raise MeshError(f"cells of type {', '.join(sorted(unknown))} are not supported")
     points = np.asarray(mesh.points, np.float64)
     if points.shape[1:] != (3,):

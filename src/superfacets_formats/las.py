@@ -198,6 +198,8 @@ def _add_extra_columns(
         else:
             source.declare(f"extra dimension {dimension.name!r}")
         place += n_bytes
+    if place < header.size:
+        source.declare(f"{counted(header.size - place, 'byte')} per point, which have no names")
     return header.frame._replace(extra=tuple(added))
 
 

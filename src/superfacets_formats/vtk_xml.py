@@ -45,8 +45,7 @@ _ORDERS: dict[str, Literal["<", ">"]] = {"LittleEndian": "<", "BigEndian": ">"}
 
 def is_vtp(data: Content) -> bool:
     """Return whether the file is a VTK XML file of surfaces."""
-    head = data[:1000]
-    return b"<VTKFile" in head and b"PolyData" in head
+    return all(word in data[:1000] for word in (b"<VTKFile", b"PolyData"))
 
 
 def read_vtp(source: Input) -> Read:
@@ -91,6 +90,8 @@ class XmlFile:
         root = _parsed_xml(text)
         if root.get("type") != kind or root.find(kind) is None:
             raise MeshError(f"expected a VTKFile of type {kind}, got {root.get('type')!s:.40}")
+        for texts in root.iterfind(".//DataArray[@type='String']"):
+            texts.tag = "Array"  # as newer versions of VTK write texts
         self._root = root
         self.pieces = root.findall(f"{kind}/Piece")
         self._order = _ORDERS.get(root.get("byte_order", ""))
@@ -178,22 +179,18 @@ class XmlFile:
 
     def _integers(self, piece: Element, section: str, name: str, n: int) -> Array:
         """Return the named array of `n` integers, or raise a MeshError if it is missing."""
-        found = self._array(piece, section, name, n) if n else _NONE
-        if found is None:
-            raise MeshError(f"{section} in the file must have an array {name}")
-        if found.dtype.kind not in "iu":
-            raise MeshError(f"the array {name} must have an integer type, got {found.dtype}")
-        return found
-
-    def _array(self, piece: Element, section: str, name: str, n: int) -> Array | None:
-        """Return the named array, which must have `n` values, or None if it is missing."""
+        if not n:
+            return _NONE
         arrays = piece.findall(f"{section}/DataArray")
         array = next((one for one in arrays if one.get("Name", _UNNAMED) == name), None)
         if array is None:
-            return None
+            raise MeshError(f"{section} in the file must have an array {name}")
         if array.get("NumberOfComponents", "1") not in ("0", "1"):
             raise MeshError(f"the array {shown(name)} must have one number per cell")
-        return self._values(array, n)
+        found = self._values(array, n)
+        if found.dtype.kind not in "iu":
+            raise MeshError(f"the array {name} must have an integer type, got {found.dtype}")
+        return found
 
     def _values(self, array: Element, n: int) -> Array:
         """Return the `n` numbers of an array, or raise a MeshError if it has another size."""

@@ -60,7 +60,7 @@ class _Reader:
     n_coordinates: int = 0
     n_image_bytes: int = 0
     _material_of: dict[int, int] = field(default_factory=dict)  # keyed by index in the document
-    _image_of: dict[int, TextureImage] = field(default_factory=dict)
+    _image_of: dict[str, TextureImage] = field(default_factory=dict)  # keyed by address or view
     _first_of: dict[tuple[int, _Use], int] = field(default_factory=dict)
 
     def texture(self) -> Texture | None:
@@ -158,9 +158,10 @@ class _Reader:
 
     def _image(self, index: Any) -> TextureImage:
         document = self.gltf.item("images", index)
-        if index not in self._image_of:
-            self._image_of[index] = self._read_image(document, index)
-        return self._image_of[index]
+        key = str(document.get("uri", f"view {document.get('bufferView')}"))
+        if key not in self._image_of:
+            self._image_of[key] = self._read_image(document, index)
+        return self._image_of[key]
 
     def _read_image(self, document: dict[str, Any], index: int) -> TextureImage:
         address = document.get("uri")
@@ -174,8 +175,7 @@ class _Reader:
             self.n_image_bytes += len(content)
             if self.n_image_bytes > self.gltf.n_bytes:  # otherwise, a small file could fill memory
                 raise MeshError("broken glTF: the images in the file overlap")
-        name = document.get("name")
-        name = name if isinstance(name, str) and name else f"image_{index}"
+        name = str(document.get("name") or f"image_{index}")
         kind = kind_of_image(content)
         ending = ENDING_OF_IMAGE.get(kind or "", "")
         name = name if name.lower().endswith(ending) else name + ending

@@ -288,7 +288,7 @@ def test_names_that_are_no_words_are_left_out(laspy):
     )
 
 
-def test_a_dimension_with_the_name_of_another_field_is_left_out(laspy):
+def test_dimensions_with_a_taken_name_or_without_a_description_are_left_out(laspy):
     las = las_of(laspy, 6)
     content = content_of(las, False)
     at = content.index(b"scaled")
@@ -296,6 +296,8 @@ def test_a_dimension_with_the_name_of_another_field_is_left_out(laspy):
     _, found = las_cloud(bytes(content))
     assert np.array_equal(found.vertex["intensity"], las.intensity)
     assert found.left_out == ("extra dimension 'intensity'",)
+    _, found = las_cloud(bytes(content.replace(b"LASF_Spec", b"LASF_None")))
+    assert found.left_out == ("20 bytes per point, which have no names", "record 4 of 'LASF_None'")
 
 
 def test_extra_dimensions_go_back_into_las_as_they_are(laspy, tmp_path):

@@ -253,6 +253,7 @@ def test_documents_that_are_wrong_are_refused(refuse, path, value, message):
 
 def test_a_second_buffer_needs_an_address(refuse):
     document = gltf_document(buffers=[{"byteLength": 72}, {"byteLength": 72}])
+    document["bufferViews"][0]["buffer"] = 1
     refuse("a.glb", glb(document), "buffers[1] must have a uri")
 
 

@@ -77,9 +77,10 @@ def test_each_instance_is_a_copy(document, path):
 def test_joints_place_a_skinned_mesh_and_its_node_does_not(document, path):
     bind = np.array([np.eye(4)] * 2, "<f4")
     bind[1, 3, 0] = -1  # column-major: a translation by -1 along x
-    shares = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0.5, 0.5, 0, 0], [1, 0, 0, 0]], "<f4")
-    joints = np.tile(np.array([0, 1, 0, 0], "u1"), (4, 1))
-    primitive = document.square(JOINTS_0=document.add(joints), WEIGHTS_0=document.add(shares))
+    shares = document.add(np.float32([[1, 0, 0, 0], [0, 1, 0, 0], [0.5, 0, 0, 0], [0.25, 0, 0, 0]]))
+    rest = document.add(np.float32(np.outer([0, 0, 0.5, 0], [0, 1, 0, 0])))
+    joints = document.add(np.tile(np.array([0, 1, 0, 0], "u1"), (4, 1)))
+    primitive = document.square(JOINTS_0=joints, WEIGHTS_0=shares, JOINTS_1=joints, WEIGHTS_1=rest)
     nodes = [
         {"mesh": 0, "skin": 0, "translation": [100, 0, 0]}, {"translation": [0, 0, 2]},
         {"translation": [1, 0, 4]},

@@ -252,6 +252,7 @@ def test_a_tab_may_follow_the_word_comment(read, tmp_path):
 
 def test_blanks_may_follow(read):
     assert read("a.ply", ply_text() + b" \n\n").n_faces == 2
+    assert read("a.ply", ply_text().replace(b"ply\n", b"ply \t\n")).n_faces == 2
     assert read("a.ply", ply_binary() + b"\n\0\0").n_faces == 2
 
 

@@ -116,7 +116,8 @@ def array_of(name, kind, text, more=""):
 DATA = (
     f"<FieldData>{array_of('time', 'Float64', '1')}</FieldData>"
     f"<PointData>{array_of('press', 'Float32', '1 2 3 4')}"
-    '<Array type="String" Name="who" format="ascii">65 0</Array></PointData>'
+    '<Array type="String" Name="who" format="ascii">65 0</Array>'
+    '<DataArray type="String" Name="old" format="ascii">65 0</DataArray></PointData>'
 )
 THREE = 'NumberOfComponents="3"'
 XML_POINTS = f"<Points>{array_of('Points', 'Float64', POINTS, THREE)}</Points>"
@@ -171,6 +172,7 @@ GIFTI_ARRAY = (
     "</MetaData>{}<Data>{}</Data></DataArray>"
 )
 GIFTI_MD = "<MD><Name>AnatomicalStructurePrimary</Name><Value>CortexLeft</Value></MD>"
+GIFTI_MD += "".join(map("<MD><Name>{}</Name><Value>1</Value></MD>".format, "ebdac"))
 MATRIX = (
     "<CoordinateSystemTransformMatrix><MatrixData>1 0 0 5 0 1 0 0 0 0 1 0 0 0 0 1</MatrixData>"
     "</CoordinateSystemTransformMatrix>"
@@ -208,17 +210,18 @@ FILES = {
 }  # fmt: skip
 
 
+TEXTS = ["texts who of PointData", "texts old of PointData"]
 FIELD = "field time, which belongs to neither points nor cells"
 LEFT_OUT = {
     "a.ply": ["element edge"],
     "a.obj": ["vn (normals)", "l (lines)"],
     "a.vtk": ["1 cell of type polyline"],
     "tets.vtk": [FIELD, "1 cell of type triangle"],
-    "a.vtp": ["texts who of PointData", FIELD, "1 cell in Lines, which has no polygons"],
-    "a.vtu": ["texts who of PointData", FIELD, "1 cell of type line"],
+    "a.vtp": [*TEXTS, FIELD, "1 cell in Lines, which has no polygons"],
+    "a.vtu": [*TEXTS, FIELD, "1 cell of type line"],
     "a.msh": ["1 cell of type line"],
     "a.mesh": ["1 cell of type line"],
-    "a.gii": ["transform of coordinates",
+    "a.gii": [*(f"metadata {name}" for name in "ebdac"), "transform of coordinates",
               "vertex property shape (2), which has no row per vertex"],
     "a.glb": ["1 camera", "vertex attribute NORMAL", "lines"],
 }  # fmt: skip

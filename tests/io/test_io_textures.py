@@ -633,11 +633,12 @@ def test_images_that_overlap_do_not_multiply(tmp_path):
     document = gltf_document([{"bufferView": 2 + i} for i in range(50)])
     n_bytes = grown(document, png_bytes() + bytes(20_000))
     document["bufferViews"] += [{"buffer": 0, "byteLength": n_bytes}] * 50
-    document["materials"][0]["extensions"] = {
-        "many": {f"{i}Texture": {"index": i} for i in range(50)}
-    }
+    many = {f"{i}Texture": {"index": i} for i in range(50)}
+    document["materials"][0]["extensions"] = {"many": many}
     attributes = read_attributes(write_gltf(tmp_path / "a.gltf", document))
     assert attributes.left_out == ("texture: broken glTF: the images in the file overlap",)
+    document["images"] = [{"bufferView": 2}] * 50
+    assert len(read_attributes(write_gltf(tmp_path / "b.gltf", document)).texture.images) == 1
 
 
 @pytest.mark.parametrize(("change", "message"), [

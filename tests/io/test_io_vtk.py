@@ -114,13 +114,14 @@ def legacy(path, version, is_binary):
 
 
 def gmsh(path, format, is_binary):
-    data = {"label": [LABELS.astype(float)]} if is_binary else {}
-    mesh = meshio.Mesh(POINTS, [("tetra", TETS)], cell_data=data)
+    blocks = [("triangle", TETS[:3, :3]), ("tetra", TETS)][format == "gmsh" :]  # 4.1: one block
+    parts = [np.full(3, 9.0), LABELS.astype(float)][-len(blocks) :]
+    mesh = meshio.Mesh(POINTS, blocks, cell_data={"label": parts} if is_binary else {})
     mesh.write(path, file_format=format, binary=is_binary)
     if not is_binary:  # meshio writes text data that cannot be read
-        rows = "".join(f"{i + 1} {label}\n" for i, label in enumerate(LABELS))
-        with path.open("a") as file:
-            file.write(f'$ElementData\n1\n"label"\n1\n0\n3\n0\n1\n18\n{rows}$EndElementData\n')
+        rows = [f"{i + 1} {label}" for i, label in enumerate(np.concatenate(parts))]
+        data = ["$ElementData", 1, "label", 1, 0, 3, 0, 1, len(rows), *rows, "$EndElementData"]
+        path.write_text(path.read_text() + "\n".join(map(str, data)) + "\n")
 
 
 FLAVOURS = {

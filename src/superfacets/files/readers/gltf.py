@@ -28,6 +28,7 @@ POINTS, TRIANGLES, TRIANGLE_FAN = 0, 4, 6
 _MODES = ("points", "lines", "line loops", "line strips", "triangles", "triangle strips",
           "triangle fans")  # fmt: skip
 _FACES = range(TRIANGLES, TRIANGLE_FAN + 1)
+_SKINNED = {f"JOINTS_{i}": f"WEIGHTS_{i}" for i in range(8)}  # 4 joints of a vertex in each
 
 _DERIVED = ("label", "area", "normal")
 """Columns of property tables that `write_glb` writes, and that are read or computed again."""
@@ -40,10 +41,10 @@ def read_gltf(source: Input) -> Read:
     scene = GltfScene.open(source.data, source.folder)
     vertices, faces, vertex, face = scene.read()
     texture = source.texture("gltf_texture", scene) if source.keep and len(faces) else None
-    are_posed = any("skin" in visit.node for visit in scene.visits)
+    use = "cells" if any("skin" in visit.node for visit in scene.visits) else "which no skin uses"
     scene.declare_others(source, {
         "POSITION": "cells",
-        **dict.fromkeys(("JOINTS_0", "WEIGHTS_0"), "cells" if are_posed else "which no skin uses"),
+        **dict.fromkeys((*_SKINNED, *_SKINNED.values()), use),
         "COLOR_0": "attributes" if vertex else "which are colors of regions",
         "_FEATURE_ID_0": "attributes" if face else "which not all vertices have",
     }, shown=_FACES if len(faces) else (POINTS,))  # fmt: skip
@@ -291,10 +292,8 @@ class GltfScene(Gltf):
         """Return positions, moved by morph weights, and by the node or the joints of its skin."""
         positions, matrices = self.doubles(accessor, "VEC3"), visit.matrix
         weights = visit.node.get("weights", self.item("meshes", visit.mesh).get("weights"))
-        targets = self.items(primitive, "targets")
-        for target, weight in zip(
-            targets, weights if isinstance(weights, list) else (), strict=False
-        ):
+        given = weights if isinstance(weights, list) else ()
+        for target, weight in zip(self.items(primitive, "targets"), given, strict=False):
             if "POSITION" in target and type(weight) in (int, float) and weight:
                 moves = self.doubles(target["POSITION"], "VEC3")
                 if len(moves) != len(positions):
@@ -303,15 +302,17 @@ class GltfScene(Gltf):
         attributes = primitive["attributes"]
         with np.errstate(all="ignore"):  # `Mesh` refuses infinite coordinates
             if "skin" in visit.node and {"JOINTS_0", "WEIGHTS_0"} <= attributes.keys():
-                joints = self.rows(attributes["JOINTS_0"], "VEC4")
-                shares = self.doubles(attributes["WEIGHTS_0"], "VEC4")
-                of_joints = self._joints(visit.node["skin"])
-                are_short = not len(joints) == len(shares) == len(positions)
-                are_wrong = joints.dtype.kind != "u" or joints.max(initial=0) >= len(of_joints)
-                if are_short or (len(joints) and are_wrong):
-                    raise MeshError("broken glTF: the joints of a mesh do not match its skin")
-                blends = shares[:, :, None, None] * of_joints[joints.astype(np.int64)]
-                matrices = blends.sum(axis=1)
+                of_joints, total = self._joints(visit.node["skin"]), np.zeros((1, 4, 4))
+                for name in filter(attributes.__contains__, _SKINNED):
+                    joints = self.rows(attributes[name], "VEC4")
+                    shares = self.doubles(attributes.get(_SKINNED[name]), "VEC4")
+                    are_short = not len(joints) == len(shares) == len(positions)
+                    are_wrong = joints.dtype.kind != "u" or joints.max(initial=0) >= len(of_joints)
+                    if are_short or (len(joints) and are_wrong):
+                        raise MeshError("broken glTF: the joints of a mesh do not match its skin")
+                    total = total + (shares[:, :, None, None] * of_joints[joints]).sum(axis=1)
+                share = total[:, 3:, 3:]  # the sum of the weights, which is not 1 in all files
+                matrices = total / np.where(share, share, 1.0)
             elif np.array_equal(matrices, np.eye(4)):
                 return positions
             moved: Floats = (positions[:, np.newaxis, :] * matrices[..., :3, :3]).sum(axis=2)
@@ -381,8 +382,7 @@ def _triangles_of(corners: Array, *, is_fan: bool) -> Array:
     if is_fan:
         first = np.broadcast_to(corners[:1], n)
         return np.stack([corners[1 : n + 1], corners[2 : n + 2], first], axis=1).ravel()
-    odd = np.arange(n) % 2
-    places = np.arange(n)
+    places, odd = np.arange(n), np.arange(n) % 2
     return np.stack([corners[:n], corners[places + 1 + odd], corners[places + 2 - odd]], 1).ravel()
 
 

@@ -219,13 +219,13 @@ class Gltf:
         return self.unpacked_views[index]
 
     def _range(self, view: dict[str, Any]) -> memoryview:
-        self.item("buffers", view.get("buffer"))
+        owner = self.item("buffers", view.get("buffer"))
         buffer = self.buffers[view["buffer"]]
         begin, size = self.whole(view, "byteOffset", 0), self.whole(view, "byteLength")
         if begin + size > len(buffer):
-            raise MeshError(
-                "broken glTF: a buffer view is longer than its buffer: the file may be truncated"
-            )
+            why = "a buffer view is longer than its buffer: the file may be truncated"
+            missing = f"buffers[{view['buffer']}] must have a uri"
+            raise MeshError(f"broken glTF: {why if 'uri' in owner or len(buffer) else missing}")
         content: memoryview = buffer[begin : begin + size]
         return content
 
@@ -253,12 +253,12 @@ def _content_of(
 ) -> memoryview:  # fmt: skip
     """Return the bytes of a buffer: of a data URI, the binary chunk, or one of `files`, a cache.
 
-    The fallback of a buffer packed by meshopt has no bytes.
+    The fallback of a buffer packed by meshopt has no bytes; some writers do not mark it.
     """
     address, shown = buffer.get("uri"), reprlib.repr(buffer.get("uri"))
-    if address is None and (Gltf.extension(buffer, *MESHOPT) or {}).get("fallback") is True:
+    if address is None and (index > 0 or Gltf.extension(buffer, *MESHOPT)):
         return memoryview(b"")
-    if not isinstance(address, str) and (address is not None or index > 0):
+    if not isinstance(address, str) and address is not None:
         raise MeshError(f"broken glTF: buffers[{index}] must have a uri")
     if address is None:
         content = binary

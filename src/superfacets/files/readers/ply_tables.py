@@ -67,7 +67,7 @@ class Header(NamedTuple):
 
 def parse_header(data: Content) -> Header:
     """Parse the header at the beginning of `data`, or raise a MeshError if a line is not valid."""
-    if data[:4] not in (b"ply\n", b"ply\r"):
+    if not re.match(rb"ply[ \t]*[\n\r]", data):
         raise MeshError("not a PLY file: it does not begin with the word ply")
     is_old = data[3:4] == b"\r" and data[4:5] != b"\n"  # lines end with \\r
     found = (_OLD_END if is_old else _END).search(data)

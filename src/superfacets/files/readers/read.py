@@ -20,7 +20,7 @@ from ..input import Input, Read
 from .off import MAGIC as OFF_MAGIC
 
 _BEGINS = {
-    ".ply": rb"ply[\n\r]", ".glb": rb"glTF", ".gltf": rb"\{", ".stl": rb"(?i:solid)(?!\S)",
+    ".ply": rb"ply[ \t]*[\n\r]", ".glb": rb"glTF", ".gltf": rb"\{", ".stl": rb"(?i:solid)(?!\S)",
     ".off": OFF_MAGIC.pattern, ".tri": rb"\d+(?!\S)",
     ".obj": rb"(?:v|vn|vt|vp|f|l|p|o|g|s|mtllib|usemtl)(?!\S)",
 }  # fmt: skip
