@@ -153,14 +153,18 @@ test("what hides a region from all sides is left out", () => {
 });
 
 test("everything labeled can be hidden, and everything else blinks", () => {
-  const [blink, mark] = [vi.fn(), vi.fn()];
-  Object.assign(workbench.drawing.cells, { mark });
+  const [blink, mark, unmarkAll] = [vi.fn(), vi.fn(), vi.fn()];
+  Object.assign(workbench.drawing.cells, { mark, unmarkAll, isHidden: (cell: number) => cell === 4 });
   Object.assign(workbench.drawing, { blink, changeView: vi.fn() });
   workbench.hideLabeled();
   expect(said.pop()).toContain("No cell has a class");
   workbench.paintCells(Uint32Array.of(1, 4), ONE);
   workbench.hideLabeled();
+  expect(unmarkAll).toHaveBeenCalledWith(4);
   expect(mark).toHaveBeenCalledWith(Uint32Array.of(1, 4), 4, true);
+  workbench.paintCells(Uint32Array.of(1, 4), 0);
+  expect(mark).toHaveBeenLastCalledWith(Uint32Array.of(4), 4, false); // what is unlabeled again is shown
+  workbench.paintCells(Uint32Array.of(1, 4), ONE);
   workbench.blinkBare();
   expect(blink).toHaveBeenCalledOnce();
   expect(said.pop()).toContain("6 points");

@@ -35,4 +35,6 @@ export function allow(control: HTMLButtonElement | HTMLInputElement, isAllowed: 
 export const counted = (n: number, noun: string, nouns = `${noun}s`): string =>
   `${n.toLocaleString("en")} ${n === 1 ? noun : nouns}`;
 
-export const percent = (fraction: number): string => `${(100 * fraction).toFixed(fraction < 0.1 ? 1 : 0)} %`;
+/** A fraction in percent. Nearly all is not shown as 100 %. */
+export const percent = (fraction: number): string =>
+  fraction >= 0.995 && fraction < 1 - 1e-9 ? "> 99 %" : `${(100 * fraction).toFixed(fraction < 0.1 ? 1 : 0)} %`;

@@ -32,6 +32,7 @@ export class Workbench {
   picker!: Picker;
   currentPaint = 0;
   classKeys = new ClassKeys(null);
+  private keyless = 0; // class that lost its key to the class chosen last; 0 if there is none
   private shades: ReadonlyMap<number, Rgb[]> = new Map(); // colors of the objects of each class
   private objectShades: ReadonlyMap<number, number> = new Map(); // result of `shadesOfObjects`
   private stuff: ReadonlySet<number> = new Set(); // ids of classes without separate objects
@@ -55,6 +56,11 @@ export class Workbench {
     drawing.afterView.push(() => this.sayIfEmpty());
     events.on("painted", (cells) => {
       drawing.hasClasses = (session.paints.countOf.get(0) ?? 0) < session.paints.of.length;
+      const bare = cells?.filter((cell) => !session.paints.of[cell] && drawing.cells.isHidden(cell)); // after an undo
+      if (bare?.length) {
+        drawing.cells.mark(bare, MARK_HIDDEN, false);
+        drawing.changeView();
+      }
       this.showPaint(cells);
     });
   }
@@ -105,9 +111,17 @@ export class Workbench {
   choose(id: number, object = this.usualObject(id)): void {
     this.currentPaint = paintOf(id, this.isStuff(id) ? 0 : object);
     this.lastObjects.set(id, object);
-    this.classKeys.use(id);
+    const labeled = new Set([...this.session.paints.countOf].filter(([, n]) => n > 0).map(([paint]) => classOf(paint)));
+    this.keyless = this.classKeys.use(id, (other) => labeled.has(other));
     remember(this.keysName, JSON.stringify(this.classKeys.stored));
     this.events.emit("current-paint", this.currentPaint);
+  }
+
+  /** Announce the chosen class and object, and the class whose key the class has got. */
+  sayChosen(): void {
+    const { currentPaint, keyless, classKeys } = this;
+    const name = this.paintName(currentPaint);
+    this.say(keyless ? text.isChosenByKey(name, classKeys.keyOf(classOf(currentPaint)), this.className(keyless)) : text.isChosen(name));
   }
 
   /** Name under which the browser stores the classes of keys: files of one folder share it. */
@@ -343,14 +357,16 @@ export class Workbench {
   }
 
   /** Announce the new class and object of regions or cells, and the classes and objects that are replaced. */
-  sayPainted(what: readonly number[] | string, paint: number, replaced: ReadonlyMap<number, number> = new Map()): void {
+  sayPainted(what: readonly number[] | string, paint: number, replaced: ReadonlyMap<number, number> = new Map(), more = ""): void {
     const name = typeof what === "string" ? what : painting.several(what);
+    const { paints: { of }, regions, isLocked } = this.session;
+    if (isLocked && paint && typeof what !== "string" && !regions.cellsOfAll(what).some((cell) => of[cell] === paint)) return this.say(painting.protected(name));
     if (!paint) return this.say(painting.erased(name));
     const was = [...replaced.keys()].map((old) => this.paintName(old));
     const names = was.length > MAX_NAMED ? painting.otherPaints(was.length) : text.list(was);
     const count = [...replaced.values()].reduce((sum, n) => sum + n, 0);
     const isOne = typeof what !== "string" && what.length === 1;
-    const done = painting.done(name, this.paintName(paint));
+    const done = `${painting.done(name, this.paintName(paint))}${more}`;
     this.say(count ? `${done} ${isOne ? painting.wasReplaced(names) : painting.wereReplaced(count, names)}` : done);
   }
 
@@ -502,6 +518,7 @@ export class Workbench {
     const labeled = Uint32Array.from(paints.of.keys()).filter((cell) => paints.of[cell]);
     const nLeft = mesh.nCells - labeled.length;
     if (!nLeft || !labeled.length) return this.say(nLeft ? hiding.noneLabeled : hiding.allLabeled);
+    this.drawing.cells.unmarkAll(MARK_HIDDEN);
     this.hide(labeled, hiding.labeledHidden(mesh.counted(nLeft)));
   }
 

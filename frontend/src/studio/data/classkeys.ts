@@ -29,12 +29,18 @@ export class ClassKeys {
     this.held = new Map([...filled.reverse(), ...held]); // classes at the top of the list are the last to lose their keys
   }
 
-  /** Note that a class is used: if it has no key, it gets the key of the class that was not used for the longest time. */
-  use(id: number): void {
-    const key = this.keyOf(id) || ([...this.held.keys()][0] ?? "");
-    if (!id || !key || this.assigned.has(key)) return;
+  /**
+   * Note that a class is used. If it has no key, it gets the key of the class that was not used for the longest time, if
+   * possible of one without labels. Returns the class that loses its key, or 0.
+   */
+  use(id: number, hasLabels: (id: number) => boolean = () => false): number {
+    const held = [...this.held];
+    const key = this.keyOf(id) || ((held.find(([, other]) => !hasLabels(other)) ?? held[0])?.[0] ?? "");
+    if (!id || !key || this.assigned.has(key)) return 0;
+    const before = this.classOf(key);
     this.held.delete(key);
     this.held.set(key, id);
+    return before === id ? 0 : before;
   }
 
   /** Class that a key chooses; 0 if there is none. */

@@ -142,7 +142,7 @@ export class Keys {
         if (!id) return this.workbench.say(words.noClassHasKey(key));
         this.workbench.choose(id);
         this.workbench.drawing.canvas.focus();
-        this.workbench.say(text.isChosen(this.workbench.paintName(this.workbench.currentPaint)));
+        this.workbench.sayChosen();
       },
     };
   }
@@ -250,7 +250,7 @@ export class Keys {
   }
 }
 
-const RETURNING = "#next-bare, #new-object, #classes :is([type=radio], kbd, .none, output)";
+const RETURNING = "#next-bare, #new-object, #views button, #classes :is([type=radio], kbd, .none, output)";
 
 /** Move the focus to the canvas after the pointer has chosen a list entry, class, object or region. */
 function returnFocus(canvas: HTMLCanvasElement): void {

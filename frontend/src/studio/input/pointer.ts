@@ -153,7 +153,7 @@ export class Pointer {
     const paint = workbench.session.paints.of[cell];
     if (!paint) return workbench.say(words.pickedNothing);
     workbench.choose(classOf(paint), objectOf(paint));
-    workbench.say(text.isChosen(workbench.paintName(paint)));
+    workbench.sayChosen();
   }
 
   /**

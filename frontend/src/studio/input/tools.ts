@@ -345,7 +345,7 @@ export class Lasso extends Tool {
     const replaced = new Map<number, number>();
     workbench.countReplaced(chosen, this.paint, replaced);
     workbench.paintRegions(chosen, this.paint);
-    workbench.sayPainted(chosen, this.paint, replaced);
+    workbench.sayPainted(chosen, this.paint, replaced, text.painting.onlySeen);
   }
 
   /**

@@ -48,7 +48,7 @@ export class Palette {
     const { workbench } = this;
     const run = (): void => {
       workbench.choose(id);
-      workbench.say(text.isChosen(workbench.paintName(workbench.currentPaint)));
+      workbench.sayChosen();
     };
     return { shown: name, color, key: workbench.classKeys.keyOf(id), run };
   }

@@ -129,6 +129,7 @@ export const en = {
   noClass: "no class",
   erases: "No class (erases)",
   isChosen: (name: string): string => `${name} is chosen.`,
+  isChosenByKey: (name: string, key: string, old: string): string => `${name} is chosen; its key is now ${key}, which was the key of ${old}.`,
 
   classes: {
     choose: (name: string): string => `Paint ${name}`,
@@ -373,10 +374,12 @@ export const en = {
     outline: (warning: string): string => `The outline: ${warning}`,
     erased: (what: string): string => `${what}: class removed.`,
     done: (what: string, paint: string): string => `${what}: ${paint}.`,
+    onlySeen: " Regions that are mostly covered were left out.",
     otherPaints: (n: number): string => `${n} other classes or objects`,
     wasReplaced: (old: string): string => `It was ${old}; K: paint only unlabeled cells.`,
     wereReplaced: (n: number, old: string): string => `${number(n)} of them ${n === 1 ? "was" : "were"} ${old}; K: paint only unlabeled cells.`,
     locked: "Strokes paint unlabeled cells only.",
+    protected: (what: string): string => `${what}: nothing was painted, because all cells have a class, and strokes paint unlabeled cells only (K).`,
     unlocked: "Strokes paint all cells.",
     noCell: "No cell with a class is under the pointer.",
     nowhere: "Nothing was painted: click on the mesh or press N first.",
@@ -488,7 +491,7 @@ export const en = {
       ["Middle double click", "go closer to the place"],
       ["Numpad 1 3 7 .", "front, side, top, frame"],
     ],
-    blenderKeys: "Keys that differ from Blender: B brush, X split, L lasso.",
+    blenderKeys: "Keys that differ from Blender: B brush, X split, L lasso (Shift+L: rectangle), C clip box, Shift+O show alone.",
     meshlab: "Mouse: as in MeshLab",
     meshlabHint: "Turn: left drag · Move: Ctrl + left or middle drag · Zoom: wheel · Paint: right drag",
     meshlabRows: [
