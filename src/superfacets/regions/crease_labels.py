@@ -166,7 +166,7 @@ def _labels_along_creases(edges: VertexEdges, regions: _Regions, n_threads: int)
     seeds = np.where(at_border & has_inside[majority], np.int32(-1), majority)
     is_free = regions.votes & (seeds < 0)[regions.corners.vertices]
     of_corners = np.repeat(regions.labels, regions.corners.sizes)[is_free]
-    own = np.unique(np.int64(regions.n) * regions.corners.vertices[is_free] + of_corners)
+    own = np.unique(regions.corners.vertices[is_free].astype(np.int64) * regions.n + of_corners)
     found = _core.spread_labels(*edges, seeds, majority, own, regions.n)
     found = np.where(found < 0, majority, found)  # no seed within reach
     found[_in_stray_pieces(edges, regions, found, n_threads)] = -1
