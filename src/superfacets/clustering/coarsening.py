@@ -32,7 +32,7 @@ undersegmentation error is 0.003 to 0.006 higher. With 96, the error is 0.001 to
 
 COARSEST_PER_REGION = 12
 """Value that replaces CELLS_PER_REGION on all coarse levels except the finest, if
-`has_part_costs(graph)`."""
+`gets_part_costs(graph)`."""
 
 MANY_REGIONS = 10_000
 """Minimum number of regions for a short loop, if regions are small; see `Coarsening.is_short`. On
@@ -82,7 +82,7 @@ class Coarsening:
         """Build coarser graphs after those in `begun`, as long as regions have enough cells."""
         n_segments = plan.size.n_segments
         coarse = _coarser(graph, plan, n_threads, begun)
-        if not has_part_costs(graph):
+        if not gets_part_costs(graph):
             return cls(coarse, loops_on_all=not coarse)
         if has_small_regions(graph, n_segments):
             is_default = not plan.has_seeds and plan.init in (None, "curve")
@@ -119,8 +119,8 @@ def has_small_regions(graph: OrderedGraph, n_segments: int) -> bool:
     return graph.n_cells < CELL_SIZES[-1] * FINEST_PER_REGION * n_segments
 
 
-def has_part_costs(graph: OrderedGraph) -> bool:
-    """Return whether there are costs between parts. Lengths of arcs are then straight lines."""
+def gets_part_costs(graph: OrderedGraph) -> bool:
+    """Return whether costs between parts are added now or later: `ordered_graph` has set this."""
     return graph.straight_unit > 0.0
 
 
@@ -137,7 +137,7 @@ def groups_of_cells(levels: Sequence[_core.CoarseGraph], n_threads: int) -> Ints
 def _rules(graph: OrderedGraph, plan: Plan) -> tuple[int, int, int]:
     """Return the size of the finest coarse cells, or 0, and least numbers of them and of others."""
     sizes, finest, coarser = CELL_SIZES, FINEST_PER_REGION, COARSEST_PER_REGION
-    if not has_part_costs(graph):
+    if not gets_part_costs(graph):
         finest = coarser = CELLS_PER_REGION
     elif has_small_regions(graph, plan.size.n_segments):
         sizes, finest = (NEXT_CELL_SIZE,), CELLS_PER_REGION

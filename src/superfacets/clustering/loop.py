@@ -15,7 +15,7 @@ from ..base.timing import timed
 from ..base.types import Array, Ints
 from ..weights.parts import MIN_GROUPED
 from .balance import Balancer
-from .coarsening import Coarsening, has_part_costs
+from .coarsening import Coarsening, gets_part_costs
 from .result import LoopLevel, StopReason
 from .seeding import CORE_ISLANDS
 
@@ -76,7 +76,7 @@ class Loop:
             with timed(self.timings, "update"):
                 labels, centers = clustering.labels(), clustering.centers()
                 centers = level.refine(labels, centers, self.options.n_threads)
-        if coarsening.loops_on_all or not has_part_costs(graph):
+        if coarsening.loops_on_all or not gets_part_costs(graph):
             must_stay = not coarsening.loops_on_all  # then all cells are only labeled once
             clustering = self._run_level(graph, centers, paths, is_last=True, must_stay=must_stay)
             clustering = self._balanced(graph, clustering, 0)  # acts only if not done above
@@ -87,7 +87,7 @@ class Loop:
         return self._spread(coarse, found, centers)
 
     def _balanced(self, graph: OrderedGraph, clustering: Clustering, level: int) -> Clustering:
-        """Return the clustering on `level` after balancing the sizes of regions, if requested."""
+        """Return the clustering on `level` after balancing sizes, if requested and not yet done."""
         if self.balancer is None:
             return clustering
         with timed(self.timings, "balance"):

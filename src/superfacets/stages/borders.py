@@ -81,8 +81,8 @@ def add_borders(
         arcs = (*arcs[:2], _core.add_group_costs(*arcs, group_of, *between, costs, n_threads))
         ordered.set_lengths(*arcs, n_threads)
         for level in begun:  # at most one graph, which is the first of `levels`
-            coarse, group_of = level.arcs(), groups_of_cells(levels[1:], n_threads)
-            values = _core.add_group_costs(*coarse, group_of, *between, costs, n_threads)
+            coarse, group_of_coarse = level.arcs(), groups_of_cells(levels[1:], n_threads)
+            values = _core.add_group_costs(*coarse, group_of_coarse, *between, costs, n_threads)
             level.set_lengths(values, n_threads)
         if inside is not None:
             values = lengths.values.copy()
