@@ -143,9 +143,9 @@ def run(mesh: MeshLike | Prepared, options: SegmentOptions) -> Segmentation:
     """Run all stages of `segment`. They share the threads of one workspace.
 
     The comments give the number of each stage in docs/pipeline.md, if it has one, and its keys in
-    `timings`. Costs of borders and between parts are added last, because they need the graph of the
-    loop; `add_parts` also adds them to coarse graphs. Large arrays are deleted after use,
-    to save memory. `stacklevel` in stages refers to the caller of `segment` or `paper.segment`.
+    `timings`. `add_borders` stands before `coarsened`, so that coarse graphs have its costs, too;
+    `add_parts` adds its costs to each graph. Large arrays are deleted after use, to save memory.
+    `stacklevel` in stages refers to the caller of `segment` or `paper.segment`.
     """
     clock = Clock(options.loop.report)
     with _core.Workspace():

@@ -33,7 +33,7 @@ class Weighed:
     surface: Surface  # lengths and angles of the arcs between all cells
     of_made_thing: bool  # see `ArcWeights.of_made_thing`
     has_part_costs: bool
-    """Whether arcs between parts of the shape have an additional cost. This is the case for the
+    """Whether arcs have costs of likely borders and between parts. This is the case for the
     weights ``"parts"``, except for volumes, for graphs that have weights of their own, and if the
     expected radius of regions is 0."""
 
@@ -49,7 +49,7 @@ class Placed(NamedTuple):
     """Cells inside the mask, sorted in `_core` alone: arrays in Python keep their numbers."""
 
     cells: _core.PlacedCells
-    arcs: ArcLengths  # arcs between these cells
+    arcs: ArcLengths  # offsets, neighbors and lengths of the arcs between these cells
 
 
 def weigh(
@@ -100,7 +100,7 @@ def round_weights(
 
 
 def place(graph: BaseGraph, lengths: Lengths, weighed: Weighed, clock: Clock) -> Placed:
-    """Sort cells inside the mask along a curve, if not sorted yet; labels keep their order."""
+    """Sort cells inside the mask along a curve, if this was not done when the graph was built."""
     with clock.timed("order"):
         n_threads = weighed.surface.n_threads
         return Placed(*weighed.plan.placed_cells(graph, lengths.values, n_threads))
