@@ -113,7 +113,7 @@ def _check_facets(keywords: npt.NDArray[np.int8], data: Content) -> None:
     """Raise a MeshError if the lines of a triangle do not have the keywords `TRIANGLE_LINES`."""
     is_content = (keywords != SOLID) & (keywords != ENDSOLID)
     content = keywords[is_content]
-    is_wrong = content != np.resize(TRIANGLE_LINES, len(content))
+    is_wrong = content != np.tile(TRIANGLE_LINES, len(content) // 7 + 1)[: len(content)]
     if not is_wrong.any():
         if len(content) % 7:
             raise MeshError("the last facet is incomplete: the file may be truncated")
