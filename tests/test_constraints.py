@@ -203,8 +203,7 @@ def test_only_the_area_that_is_kept_counts():
 def test_an_open_line_of_edges_is_walked_around():
     mesh = shapes.flat(4)
     wall = [[2, 7], [7, 12], [12, 17]]  # from the outline up to the middle of the last row
-    result = sf.segment(mesh, 1, barriers=wall)
-    assert result.n_segments == 1
+    assert sf.segment(mesh, 1, barriers=wall).n_segments == 1
     by_steps = sf.segment(mesh, init=[0], barriers=wall, max_num_iter=0, smooth=False)
     assert by_steps.n_segments == 1
     cut = sf.segment(mesh, barriers=[*wall, [22, 17]], init=[0], smooth=False)
@@ -585,6 +584,9 @@ def test_each_area_between_barriers_has_a_region_even_if_fewer_are_requested():
     counts = np.maximum(disks.round(), 1).astype(int)  # of 1.76, 1.39 and 0.74 disks
     labels = sf.segment(mesh, radius=0.36, barriers=faces).labels
     assert [len(np.unique(labels[faces == face])) for face in range(7)] == counts.tolist()
+    line = ([[x, 0, 0] for x in range(4)], [[0, 1, 2], [1, 2, 3]])  # faces without area
+    with pytest.warns(sf.RadiusWarning):
+        assert sf.segment(line, radius=1.0, barriers=[0, 1]).labels.tolist() == [0, 1]
 
 
 def test_areas_without_a_seed_join_the_nearest_region_if_islands_do():

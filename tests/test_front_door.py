@@ -36,8 +36,7 @@ def test_parameters_of_weights_are_used_and_told():
 
 def test_alpha_may_be_given_beside_weights_but_once():
     within = sf.segment(MESH, 20, weights=sf.Weights("creases", alpha=40))
-    beside = sf.segment(MESH, 20, weights=sf.Weights("creases"), alpha=40)
-    assert same(within, beside)
+    assert same(within, sf.segment(MESH, 20, weights=sf.Weights("creases"), alpha=40))
     with pytest.raises(ValueError, match=r"alpha is 3\.0 and, in Weights, 40\.0: give it once"):
         sf.segment(MESH, 20, weights=sf.Weights(alpha=40), alpha=3.0)
     arcs = np.ones(sf.build_face_graph(MESH).n_arcs)

@@ -124,7 +124,8 @@ def _pooled_columns(
     for name in given["mean"]:
         real = _values_of(name, source.name, data, at_vertices)
         labels = as_given if name not in of_faces and len(real) == len(as_given) else of_cells
-        columns[f"mean_{Path(name).name}"] = pool(labels, real)
+        title = f"mean_{Path(name).name}"  # of files with one name, the second keeps its path
+        columns[f"mean_{name}" if title in columns else title] = pool(labels, real)
     return columns
 
 

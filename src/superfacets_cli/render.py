@@ -184,9 +184,8 @@ def view_command(
     values = {FORMATS.stem_of(path): CellFile.values_in(path) for path in features}
     source = read_input(str(mesh))
     cells, attributes = source.cells_and_attributes()
-    shown: Array | None = None
     if labels is None:
-        shown = stored_labels(source, cells, labels_named)
+        shown: Array | None = stored_labels(source, cells, labels_named)
     elif labels.suffix.lower() == ".npz":
         shown = CellFile.levels_in(labels)  # of all L levels, (L, N)
     else:

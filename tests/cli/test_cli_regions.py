@@ -127,7 +127,12 @@ def test_labels_and_a_property_of_vertices_are_averaged_at_the_vertices(run, fol
     heights, labels = np.arange(FOLD.n_vertices), np.arange(FOLD.n_vertices) // 3
     write_mesh(fold / "heat.ply", FOLD, attributes=MeshAttributes(vertex={"height": heights}))
     np.save(fold / "of_vertices.npy", labels)
-    given = (fold / "heat.ply", fold / "of_vertices.npy", "--mean", f"height,{fold / 'v.npy'}")
+    given = (
+        fold / "heat.ply",
+        fold / "of_vertices.npy",
+        "--mean",
+        f"height,{fold}/v.npy,{fold}/./v.npy",
+    )
     np.save(fold / "v.npy", heights * 1.0)
     _, printed, notes = run("regions", *given, "--majority", "height")
     rows = rows_of(printed) if "pooled over vertices, by the labels of vertices" in notes else ()
@@ -135,7 +140,7 @@ def test_labels_and_a_property_of_vertices_are_averaged_at_the_vertices(run, fol
     for row in rows:
         members = labels == int(row["region"])
         assert float(row["mean_height"]) == heights[members].mean()
-        assert row["mean_v.npy"] == row["mean_height"]
+        assert row["mean_v.npy"] == row[f"mean_{fold}/./v.npy"] == row["mean_height"]
         assert int(row["majority_height"]) == heights[members].min()
     of_faces = run("regions", given[0], fold / "labels.seg", "--majority", "height")[1]
     assert [row["majority_height"] for row in rows_of(of_faces)] == ["0", "0"]

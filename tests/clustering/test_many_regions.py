@@ -45,8 +45,7 @@ def test_the_long_loop_runs_otherwise(bear, k, options, limit):
 
 
 def test_regions_of_enough_faces_for_coarse_cells_are_not_small():
-    bear = sample_mesh(60_000)
-    assert segment(bear, K).params["init"] == "geodesic"
+    assert segment(sample_mesh(60_000), K).params["init"] == "geodesic"
 
 
 @pytest.mark.parametrize("n_threads", [1, 3])

@@ -143,8 +143,7 @@ def test_triangles_of_a_comb_do_not_overlap():
 def test_a_face_without_ears_is_cut_all_the_same():
     star = [[np.cos(a), np.sin(a), 0] for a in 2 * np.pi * 2 * np.arange(5) / 5]  # winds twice
     assert PolygonMesh.of_faces(star, [range(5)]).triangulate().mesh.n_faces == 3
-    tie = PolygonMesh.of_faces(SQUARE, [[0, 1, 3, 2]])
-    assert tie.triangulate().mesh.n_faces == 2
+    assert PolygonMesh.of_faces(SQUARE, [[0, 1, 3, 2]]).triangulate().mesh.n_faces == 2
 
 
 def test_faces_with_many_corners_are_cut_in_time():

@@ -90,8 +90,7 @@ def test_regions_that_touch_at_a_vertex_have_a_junction_there():
     squares = [[v, v + 1, v + 4, v + 3] for v in (0, 1, 3, 4)]
     lines = border_lines(PolygonMesh.of_faces(points, squares), [0, 1, 1, 0])
     assert lines.junctions.tolist() == [1, 3, 4, 5, 7]
-    inner = lines.regions[:, 1] == 1
-    assert inner.sum() == 4
+    assert (lines.regions[:, 1] == 1).sum() == 4
     assert sorted(lines.lengths.tolist()) == [1] * 4 + [2] * 4
 
 
