@@ -1,4 +1,5 @@
 import { expect, test } from "vitest";
+import { percent } from "../src/shared/dom";
 import { ClassKeys, classesFor, withKey } from "../src/studio/data/classkeys";
 import type { ClassEntry } from "../src/studio/data/contract";
 
@@ -69,4 +70,15 @@ test.each([
 test("names that begin with the text come before names with a word that does", () => {
   const list = ["table lamp", "shower curtain", "curtain"].map((name, id) => ({ id, name, color: "", key: "" }));
   expect(classesFor(list, "cur").map(({ name }) => name)).toEqual(["curtain", "shower curtain"]);
+});
+
+test.each([
+  [0, "0.0 %"],
+  [0.054, "5.4 %"],
+  [0.5, "50 %"],
+  [0.9949, "99 %"],
+  [0.9997, "> 99 %"],
+  [1 - 1e-12, "100 %"],
+])("the fraction %d of the labeled area is shown as %s", (fraction, shown) => {
+  expect(percent(fraction)).toBe(shown);
 });

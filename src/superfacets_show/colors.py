@@ -137,13 +137,13 @@ def face_colors(mesh: MeshLike | CellGraph, labels: npt.ArrayLike) -> Bytes:
 
 
 def labels_of_cells(labels: Any, cells: Any) -> Any:
-    """Return labels of cells for labels of vertices, (V,), of which there are not N; else `labels`.
+    """Convert labels of vertices, (V,), to labels of cells; return other labels unchanged.
 
-    A cell gets the most frequent label of its corners.
+    A cell gets the most frequent label of its corners. If V is N, labels are those of cells.
     """
     n_vertices = getattr(cells, "n_vertices", None)  # clouds have no vertices
     fit_vertices = hasattr(labels, "__len__") and len(labels) == n_vertices != cells.n_cells
-    if fit_vertices and np.ndim(labels[0]) == 0:
+    if fit_vertices and np.ndim(next(iter(labels))) == 0:
         return kit.labels_of_corners(cells, np.asarray(labels))
     return labels
 
@@ -275,8 +275,8 @@ def _choices() -> Bytes:
 def _distances() -> Floats:
     """Return the distance between all pairs of colors of `_choices`, (C, C).
 
-    It is at most that of `color_distances`. Differences in lightness count half, because shading
-    changes the lightness.
+    It is that of `color_distances` or, if it is smaller, the distance for normal vision with half
+    of the difference in lightness, because shading changes the lightness.
     """
     places = oklab(_choices()) * (0.5, 1.0, 1.0)
     shaded = np.linalg.norm(places[:, np.newaxis] - places, axis=2)

@@ -51,26 +51,26 @@ class SmoothOptions(NamedTuple):
     stiffness: float = 0.0  # resistance to changes of area and position, in units of 1 / r
 
     def for_core(
-        self, radius: float, goals: tuple[Floats, Floats] | None = None
+        self, radius: float, targets: tuple[Floats, Floats] | None = None
     ) -> _core.SmoothOptions:
         """Convert the options for the C++ core, which measures lengths in the unit of positions.
 
-        `goals` is a tuple of two arrays: the size of each cell, and the target size of each region.
+        `targets` are two arrays: the size of each cell, and the target size of each region.
         The total of the target sizes must equal the total of the measures of cells.
         """
         stiffness = self.stiffness / radius
         roundness = ROUNDNESS * stiffness / radius / radius
         if not math.isfinite(roundness):  # 1 / r^3 overflows only if regions are single cells
             stiffness = roundness = 0.0
-        sizes, targets = (NO_SIZES, NO_SIZES) if goals is None else goals
+        sizes, goals = (NO_SIZES, NO_SIZES) if targets is None else targets
         return _core.SmoothOptions(
             max_distance=self.max_distance * radius,
             max_chain=self.max_chain,
-            max_sweeps=MAX_SWEEPS if goals is None else BALANCED_SWEEPS,
-            stiffness=stiffness if goals is None else BALANCED_STIFFNESS / radius,
+            max_sweeps=MAX_SWEEPS if targets is None else BALANCED_SWEEPS,
+            stiffness=stiffness if targets is None else BALANCED_STIFFNESS / radius,
             roundness=roundness,
             sizes=sizes,
-            goals=targets,
+            goals=goals,
         )
 
 
@@ -169,7 +169,7 @@ def straighten(
     costs: BorderCosts, labels: Ints, fixed: Ints, options: SmoothOptions,
     targets: tuple[Floats, Floats] | None = None,
 ) -> Ints:  # fmt: skip
-    """Smooth borders as `smooth_borders`, without checks; `targets` are sizes of cells, regions."""
+    """Smooth borders as `smooth_borders` does, without checks; for `targets`, see `for_core`."""
     n_threads = costs.surface.n_threads
     if targets is not None and not targets[1].sum() > 0:
         targets = None

@@ -120,7 +120,7 @@ def has_small_regions(graph: OrderedGraph, n_segments: int) -> bool:
 
 
 def gets_part_costs(graph: OrderedGraph) -> bool:
-    """Return whether costs between parts are added now or later: `ordered_graph` has set this."""
+    """Return whether the graph gets costs between parts, as `stages.weigh` has decided."""
     return graph.straight_unit > 0.0
 
 

@@ -103,8 +103,8 @@ class PartCosts:
     ) -> None:
         """Add far arcs, and the costs between parts, to the coarse graphs in `coarse`.
 
-        `group_of` is the group of each cell of the next finer graph than the first in `coarse`, or
-        None if the first is embedded itself.
+        `group_of` is the group of each cell of the graph that is one level finer than `coarse`, or
+        None if the first graph in `coarse` was embedded itself.
         """
         rows = self.vectors
         for level in coarse:

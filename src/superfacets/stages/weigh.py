@@ -46,7 +46,7 @@ class Lengths(NamedTuple):
 
 
 class Placed(NamedTuple):
-    """Cells inside the mask, sorted in `_core` alone: arrays in Python keep their numbers."""
+    """Cells inside the mask. They are sorted only in `_core`: arrays in Python keep their order."""
 
     cells: _core.PlacedCells
     arcs: ArcLengths  # offsets, neighbors and lengths of the arcs between these cells

@@ -89,7 +89,7 @@ class EdgeFactors(NamedTuple):
     eta_convex: float  # cost of convex edges, relative to concave edges
     crease_length: float  # length to which costs are proportional; 0 to use each edge's own length
     ridges: float = 0.0  # cost of ridges (sharp convex edges), relative to concave edges
-    is_straight: bool = False  # whether distances are straight lines from centroid to centroid
+    is_straight: bool = False  # distances are straight lines, and made things are recognized
     convex_share: float = 0.0  # s in `crease_weights`: relative cost of smooth convex edges
     slack: float = 0.0  # radians by which each angle is reduced, but not below 0
 
@@ -539,7 +539,6 @@ def _adapted_weights(surface: Surface, arrays: CellArrays, factors: EdgeFactors)
     is_closed = surface.volume > 0.0
     wants_sums = is_closed or factors.is_straight
     weights, sums = weights_and_sums(surface, arrays, factors, wants_sums=wants_sums)
-    # Only the weights "parts", which are straight, recognize made things.
     of_made_thing = factors.is_straight and sums.are_of_made_thing(surface, arrays)
     adapted = factors.of_made_thing() if of_made_thing else factors
     if is_closed and not of_made_thing:

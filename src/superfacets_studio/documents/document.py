@@ -248,7 +248,7 @@ class Document:
         return (number for number in itertools.count(1) if number not in used)
 
     def name_object(self, class_id: int, object_id: int, name: object) -> None:
-        """Name an object (empty: remove its name); raise a ValueError if either is invalid."""
+        """Name an object, or remove its name if `name` is empty; raise a ValueError if invalid."""
         with self.lock:
             if not object_id or object_id not in self.state.objects[self.state.classes == class_id]:
                 raise ValueError(f"there is no object {object_id} of class {class_id}")
@@ -402,12 +402,12 @@ class Document:
         self.paint(painted, class_of(found), stroke, objects=object_of(found))
 
     def compare(self, name: str, data: bytes) -> None:
-        """Read a second work file to compare with; raise a JournalError if it is not valid."""
+        """Read a work file to compare the labels with; raise a JournalError if it is invalid."""
         with self.lock:
             self.theirs = read_theirs(name, data, self.source, self.state, self.areas)
 
     def agreement(self) -> dict[str, Any]:
-        """Return `agreement` with the file that `compare` has read; without, raise a ValueError."""
+        """Return the agreement with the file that `compare` has read, or raise a ValueError."""
         are_points = kind_of(self.cells).are_points  # points are counted
         areas = np.ones(self.n_cells) if are_points else self.areas
         return agreement(self.state, self._compared(), areas)
@@ -444,7 +444,7 @@ class Document:
         return self.theirs
 
     def set_classes(self, value: object, stroke: str | None = None) -> None:
-        """Replace the list of classes; raise a ValueError if it is invalid or lacks a used one."""
+        """Replace the classes; raise a ValueError if one is invalid, or a used one is missing."""
         classes = labeling.checked_class_list(value)
         with self._operation():
             counts = np.bincount(self.state.classes).tolist()

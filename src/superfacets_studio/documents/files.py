@@ -188,7 +188,7 @@ def agreed(
 ) -> tuple[dict[str, Any], str, list[str]]:
     """Compare two work files of a mesh, or two folders; return the result, its text, and notes.
 
-    Merged work is written to `output`, a new file, or a folder in which no file is replaced. Raises
+    Merged work is written to the new file `output`, or to new files in the folder `output`. Raises
     ValueError if only some paths are folders, FileExistsError if an output exists, and the errors
     of `merged_work`.
     """

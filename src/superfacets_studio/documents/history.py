@@ -167,7 +167,7 @@ class History:
             self._reverting = None
 
     def _n_strokes(self, name: str | None) -> int:
-        """Return 1 if the step begins a step for undo that changes labels or splits, otherwise 0.
+        """Return 1 if an operation begins a stroke, which changes or splits labels, otherwise 0.
 
         `name` is "undo" or "redo", and None for an operation.
         """

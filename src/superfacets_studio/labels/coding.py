@@ -42,7 +42,7 @@ def pack_cells(cells: CellNumbers) -> bytes:
 
 
 def unpack_cells(packed: bytes, n_cells: int) -> CellNumbers:
-    """Decode the result of `pack_cells`; raise a ValueError if it is damaged or has other cells."""
+    """Decode what `pack_cells` made; raise a ValueError if a cell is not below `n_cells`."""
     data = np.frombuffer(inflated(packed, _MAX_BYTES * n_cells), np.uint8)
     if not len(data):
         return np.empty(0, np.uint32)
