@@ -128,9 +128,9 @@ def test_given_seeds_are_kept_in_their_order():
 
 def test_region_size_is_that_of_disks_with_the_whole_area():
     line = shapes.line_graph([1.0] * 7)
-    assert size_of(line, 2) == (2, math.sqrt(8 / (2 * math.pi)))
-    assert size_of(line, radius=0.7) == (5, 0.7)
-    assert size_of(line, radius=700) == (1, 700)
+    assert size_of(line, 2) == (2, math.sqrt(8 / (2 * math.pi)), 8.0)
+    assert size_of(line, radius=0.7) == (5, 0.7, 8.0)
+    assert size_of(line, radius=700) == (1, 700, 8.0)
     assert size_of(line, radius=1e-9).n_segments == 8
     assert size_of(line).n_segments == 8
     assert size_of(line, init=[1, 2]).n_segments == 2

@@ -58,9 +58,8 @@ class Plan:
         count_options = replace(count_options, seeds=seeds)
         size = region_size(count_options, measures, n_threads, dimension, plural)
         plan = cls(inside, size, count_options, init, order is not None)
-        if count_options.radius and plan.is_divided:  # divide each area between barriers
-            total = max(_core.sum_of(measures, n_threads), np.finfo(float).tiny)  # may be 0
-            shares = np.bincount(plan.components([]), measures) * (size.n_segments / total)
+        if count_options.radius and size.total and plan.is_divided:  # divide each area
+            shares = np.bincount(plan.components([]), measures) * (size.n_segments / size.total)
             shares = np.maximum(shares.round(), loop.islands == "keep")
             plan = replace(plan, size=size._replace(n_segments=max(1, int(shares.sum()))))
         return plan

@@ -23,6 +23,7 @@ class RegionSize(NamedTuple):
     """Number k of regions: set by the caller, number of seeds, computed from r, or the default."""
     radius: float
     """Radius r in the unit of the positions: set by the caller, or computed as in `radius_of`."""
+    total: float  # measure of all cells
 
 
 def region_size(
@@ -36,12 +37,12 @@ def region_size(
         k = math.inf
         if r > 0:
             k = total / math.pi / r / r if dimension == 2 else 0.75 * total / math.pi / r / r / r
-        return RegionSize(max(1, round(min(k, n_cells))), r)
+        return RegionSize(max(1, round(min(k, n_cells))), r, total)
     if options.n_segments is None and options.seeds is not None:
         n_segments = len(checked_seeds(options.seeds, n_cells, "init"))
     else:
         n_segments = checked_n_segments(options.n_segments, n_cells, plural)
-    return RegionSize(n_segments, _radius_of_total(total, n_segments, dimension))
+    return RegionSize(n_segments, _radius_of_total(total, n_segments, dimension), total)
 
 
 def checked_n_segments(n_segments: int | None, n_cells: int, noun: str = "faces") -> int:

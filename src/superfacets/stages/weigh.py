@@ -35,7 +35,7 @@ class Weighed:
     has_part_costs: bool
     """Whether arcs have costs of likely borders and between parts. This is the case for the
     weights ``"parts"``, except for volumes, for graphs that have weights of their own, and if the
-    expected radius of regions is 0."""
+    expected radius of regions or the total area is 0."""
 
 
 class Lengths(NamedTuple):
@@ -56,7 +56,7 @@ def weigh(
     prepared: Prepared, plan: Plan, options: SegmentOptions, clock: Clock
 ) -> tuple[Weighed, npt.ArrayLike]:
     """Compute the weight of each arc, (M,), for the expected radius of regions."""
-    kind, graph, radius = prepared.kind, prepared.graph, plan.size.radius
+    kind, graph, (_, radius, total) = prepared.kind, prepared.graph, plan.size
     if not kind.tells_concave(graph):
         options = replace(options, weights=options.weights.with_convex_costs())
     with clock.timed("weights"):
@@ -67,7 +67,7 @@ def weigh(
             surface = kind.bare_surface(surface, prepared.cells, graph, surface.n_threads)
     is_graph = surface.weights is not None  # its arcs have weights of their own
     has_creases = not is_graph and surface.dimension == 2
-    has_part_costs = options.weights.has_part_costs and has_creases and radius > 0.0
+    has_part_costs = options.weights.has_part_costs and has_creases and min(radius, total) > 0.0
     relocates = options.may_relocate and has_part_costs and not plan.has_seeds
     options = replace(options, loop=replace(options.loop, relocates=relocates))
     return Weighed(
