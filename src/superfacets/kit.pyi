@@ -26,7 +26,7 @@ from .base.checks import ranked_labels as ranked_labels
 from .base.checks import compact_partial_labels as compact_partial_labels
 from .base.checks import refuse_mask as refuse_mask
 from .base.checks import counted as counted
-from .files.guards import shortened as shortened
+from .base.text import shortened as shortened
 from .base.errors import reason_of as reason_of
 from .base.errors import import_extra as import_extra
 from .base.lazy import Table as Table
@@ -63,7 +63,7 @@ from .files.guards import open_regular as open_regular
 from .files.atomic import open_own as open_own
 from .files.guards import known_ending as known_ending
 from .files.guards import named_errors as named_errors
-from .files.guards import parsed_json as parsed_json
+from .base.text import parsed_json as parsed_json
 from .files.guards import BinaryReader as BinaryReader
 from .files.readers.text import Lines as Lines
 from .files.readers.text import as_integers as as_integers
@@ -74,9 +74,9 @@ from .files.guards import most_bytes_of as most_bytes_of
 from .files.guards import rotation_of as rotation_of
 from .files.guarded import guarded as guarded
 from .files.readers.npy import npy_array as npy_array
-from .files.attributes import stored_colors as stored_colors
+from .mesh.attributes import stored_colors as stored_colors
 from .tools.named_features import CellData as CellData
-from .files.cell_file import CellFile as CellFile
+from .tools.cell_file import CellFile as CellFile
 
 # Writing files
 from .files.writers.cells import Output as Output

@@ -6,7 +6,7 @@ import shapes
 
 import superfacets as sf
 from superfacets import Features, Mesh, MeshAttributes, PointCloud, segment, segment_graph
-from superfacets.files.attributes import stored_colors
+from superfacets.mesh.attributes import stored_colors
 
 
 def plane(n):

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from superfacets import MeshAttributes, PointCloud, read_labels, write_mesh
-from superfacets.files.cell_file import CellFile
+from superfacets.tools.cell_file import CellFile
 
 N = 300
 RNG = np.random.default_rng(4)
@@ -83,7 +83,7 @@ def test_what_goes_into_a_cloud_file_comes_out(tmp_path, ending, ascii):
 READ = """
 import sys, time
 from superfacets import MeshError
-from superfacets.files.cell_file import CellFile
+from superfacets.tools.cell_file import CellFile
 try:
     import resource
     resource.setrlimit(resource.RLIMIT_AS, (6 << 30, 6 << 30))

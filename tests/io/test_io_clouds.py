@@ -22,9 +22,9 @@ from superfacets import (
     sample_mesh,
     write_mesh,
 )
-from superfacets.files.cell_file import CellFile
 from superfacets.kit import Input
 from superfacets.mesh.convert import as_cells, as_mesh
+from superfacets.tools.cell_file import CellFile
 from superfacets_formats.las import read_las
 from superfacets_formats.las_frame import LasDimension, LasFrame
 

@@ -52,7 +52,7 @@ def test_randomly_damaged_files_are_read_or_refused():
 READ_CRASHES = """
 import contextlib, sys, time
 from superfacets import MeshError
-from superfacets.files.cell_file import CellFile
+from superfacets.tools.cell_file import CellFile
 with contextlib.suppress(ImportError):  # Windows
     import resource
     resource.setrlimit(resource.RLIMIT_AS, (3 << 30, 3 << 30))

@@ -7,9 +7,9 @@ import pytest
 import shapes
 
 from superfacets import MeshError, read_cloud, segment
-from superfacets.files.cell_file import CellFile
 from superfacets.files.writers.write import OutputFiles
 from superfacets.kit import Input
+from superfacets.tools.cell_file import CellFile
 from superfacets_formats.e57 import read_e57
 
 QUARTER_TURN = np.sqrt([0.5, 0, 0, 0.5])  # about z, as a quaternion w, x, y, z

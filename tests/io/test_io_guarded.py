@@ -14,9 +14,9 @@ from test_io_round_trips import FILES
 
 from superfacets import MeshError, read_cloud, read_mesh
 from superfacets.files import guarded as module
-from superfacets.files.cell_file import CellFile
 from superfacets.files.guarded import guarded
 from superfacets.files.readers.read import as_declared
+from superfacets.tools.cell_file import CellFile
 
 READERS = """
 import os, signal, sys, time

@@ -8,9 +8,9 @@ from mesh_files import ORDERS, VERTICES, ply_header, ply_text, stl_binary
 from numpy.testing import assert_array_equal
 
 from superfacets import Mesh, MeshAttributes, MeshError
-from superfacets.files.cell_file import CellFile
 from superfacets.files.readers.labels import read_labels
 from superfacets.files.writers.write import write_labels, write_mesh
+from superfacets.tools.cell_file import CellFile
 
 LABELS = np.array([3, 0, 2**31 - 1], dtype=np.int32)
 

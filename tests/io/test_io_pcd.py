@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from superfacets import MeshError, PointCloud, read_cloud, read_labels, segment, write_mesh
-from superfacets.files.cell_file import CellFile
+from superfacets.tools.cell_file import CellFile
 
 POINTS = np.array([[0, 0, 0], [1.5, 0, 0], [1, 1, 0.25], [0, 1, -3]])
 COLORS = np.array([[255, 0, 0], [0, 255, 0], [0, 0, 255], [51, 52, 53]], np.uint8)

@@ -7,10 +7,10 @@ from test_io_gltf_features import Document
 from test_io_textures import png_bytes
 
 from superfacets import Mesh, MeshAttributes, TetMesh, write_mesh
-from superfacets.files.cell_file import CellFile
 from superfacets.files.formats import FORMATS
 from superfacets.files.writers.write import OutputFiles
 from superfacets.graph.kinds import kind_of
+from superfacets.tools.cell_file import CellFile
 
 POINTS = "0 0 0\n1 0 0\n1 1 0\n0 1 0.5\n"
 

@@ -17,9 +17,9 @@ import pytest
 
 import superfacets
 from superfacets import MeshError, read_labels, read_masks
-from superfacets.files.cell_file import CellFile
 from superfacets.files.formats import FORMATS
 from superfacets.files.readers.npy import npz_array
+from superfacets.tools.cell_file import CellFile
 
 SOURCE = Path(superfacets.__file__).parents[1]
 

@@ -19,8 +19,9 @@ import numpy as np
 
 from ..base.errors import MeshError, reason_of
 from ..base.lazy import load
+from ..base.text import shortened
 from ..base.types import Array
-from .guards import Content, shortened
+from .guards import Content
 
 SECONDS, BYTES_PER_SECOND = 10, 1 << 20
 """Maximum time of a call: a constant, plus the size of the file divided by a speed."""

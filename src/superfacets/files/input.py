@@ -15,10 +15,10 @@ from ..base.errors import MeshError
 from ..base.lazy import load
 from ..base.types import Array, Bools, Floats
 from ..graph.kinds import kind_of
+from ..mesh.attributes import COLORS, MeshAttributes, is_word
 from ..mesh.base import Cells
 from ..mesh.meshes import Mesh, PolygonMesh
 from ..mesh.point_cloud import PointCloud
-from .attributes import COLORS, MeshAttributes, is_word
 from .guards import Content, Polygons, as_rows, checked_faces, narrowed
 
 if TYPE_CHECKING:

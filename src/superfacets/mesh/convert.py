@@ -84,7 +84,7 @@ def as_cells(source: MeshLike) -> Cells:
     if isinstance(source, Cells):
         return source
     if isinstance(source, (str, os.PathLike)):
-        cells: Cells = load("superfacets.files.cell_file:CellFile").read(source).cells()
+        cells: Cells = load("superfacets.tools.cell_file:CellFile").read(source).cells()
         return cells
     refuse_order(source, "a mesh")
     if isinstance(source, (tuple, list)):

@@ -37,7 +37,7 @@ from ..mesh.weld import checked_weld
 from ..weights.features import Features
 from .options import SegmentOptions
 
-_FILE = "superfacets.files.cell_file:CellFile"
+_FILE = "superfacets.tools.cell_file:CellFile"
 _ATTRIBUTES = "superfacets.tools.named_features:attributes_of"
 _DATA = "superfacets.tools.named_features:CellData"
 

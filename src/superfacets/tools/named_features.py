@@ -12,16 +12,16 @@ import numpy as np
 from ..base.errors import MeshError
 from ..base.lazy import load
 from ..base.types import Array, Bools, Bytes, Floats
-from ..files.attributes import COLORS, MeshAttributes, is_word, stored_colors
-from ..files.cell_file import CellFile
 from ..files.formats import FORMATS
 from ..files.guards import named_errors, narrowed
 from ..graph.kinds import are_of_vertices, kind_of
 from ..graph.point_graph import find_point_graph
+from ..mesh.attributes import COLORS, MeshAttributes, is_word, stored_colors
 from ..mesh.convert import as_mesh
 from ..mesh.faces import area_vectors
 from ..regions.border_cut import BorderCut
 from ..weights.features import FeatureTable
+from .cell_file import CellFile
 from .subdivision import Subdivision
 
 JUST_VISIBLE = 0.02

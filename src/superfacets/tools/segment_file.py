@@ -24,7 +24,6 @@ from ..base.options import ANY_INITS, ISLANDS, CountOptions, Sizes
 from ..base.timing import Callback, Reports, timed
 from ..base.types import Array, Bools, Floats, Longs
 from ..clustering.result import Segmentation
-from ..files.attributes import MeshAttributes
 from ..files.formats import FORMATS
 from ..files.guards import Content, read_content
 from ..files.input import Input
@@ -36,6 +35,7 @@ from ..graph.constraints import ConstraintOptions, mask_of, sharp_edges, sharp_e
 from ..graph.kinds import kind_of
 from ..graph.point_graph import checked_viewpoint
 from ..graph.size import advised_max_edge
+from ..mesh.attributes import MeshAttributes
 from ..mesh.base import Cells
 from ..mesh.convert import as_mesh
 from ..mesh.weld import checked_weld

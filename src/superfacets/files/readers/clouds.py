@@ -9,9 +9,10 @@ import numpy as np
 
 from ...base.checks import counted
 from ...base.errors import MeshError
+from ...base.text import shortened
 from ...base.types import Array, Floats
-from ..attributes import COLORS
-from ..guards import Content, as_doubles, shortened
+from ...mesh.attributes import COLORS
+from ..guards import Content, as_doubles
 from ..input import NORMALS, Input, Read
 from .npy import npy_array
 from .text import Lines

@@ -15,7 +15,7 @@ from ...base.checks import MAX_CELLS, counted
 from ...base.errors import MeshError
 from ...base.lazy import load
 from ...base.types import Array, Floats
-from ..attributes import COLORS
+from ...mesh.attributes import COLORS
 from ..guards import MAX_GROWTH, most_bytes_of, rotation_of
 from ..input import Input, Read
 from .gltf_file import COMPONENTS, GEOMETRY, SUPPORTED, WIDTHS, Gltf

@@ -18,6 +18,7 @@ import numpy as np
 
 from ...base.errors import MeshError
 from ...base.lazy import load
+from ...base.text import parsed_json
 from ...base.types import Array, Floats
 from .. import guards
 from ..guards import Content
@@ -58,7 +59,7 @@ class Gltf:
     def open(cls, data: Content, folder: Path | None) -> Self:
         """Parse a .glb or .gltf file, and read its buffers."""
         text, binary = _split_chunks(data) if data[:4] == b"glTF" else (data[:], memoryview(b""))
-        document = guards.parsed_json(text, "the glTF file")
+        document = parsed_json(text, "the glTF file")
         if not isinstance(document, dict) or not isinstance(document.get("asset"), dict):
             raise MeshError("not a glTF file: the JSON has no asset")
         version = document["asset"].get("version")

@@ -12,12 +12,13 @@ import numpy as np
 
 from ...base.checks import checked_classes, integer_array, refuse_first, refuse_order
 from ...base.errors import MeshError
+from ...base.text import parsed_json
 from ...base.types import Array, Ints
 from ...graph.kinds import kind_of, labels_of_corners
+from ...mesh.attributes import MeshAttributes
 from ...mesh.base import Cells
-from ..attributes import MeshAttributes
 from ..formats import FORMATS
-from ..guards import Content, known_ending, named_errors, parsed_json, read_content
+from ..guards import Content, known_ending, named_errors, read_content
 from ..input import Input
 from .read import as_declared, parse
 from .text import Lines, as_integers, shown

@@ -13,8 +13,9 @@ import numpy as np
 
 from ...base.checks import counted
 from ...base.errors import MeshError
+from ...base.text import shortened
 from ...base.types import Array
-from ..guards import BinaryReader, Content, most_bytes_of, shortened
+from ..guards import BinaryReader, Content, most_bytes_of
 
 MAX_NPY_HEADER = 10_000
 """Maximum length of the header text in bytes, the same as in NumPy. The usual length is 60."""

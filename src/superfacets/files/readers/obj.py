@@ -10,7 +10,7 @@ import numpy as np
 
 from ...base.errors import MeshError
 from ...base.types import Array, Floats, Ints
-from ..attributes import COLORS
+from ...mesh.attributes import COLORS
 from ..guards import Content, Polygons, checked_faces
 from ..input import Input, Read
 from .parts import Parts, parts_of

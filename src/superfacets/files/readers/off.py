@@ -9,7 +9,7 @@ import numpy as np
 from ...base.checks import counted
 from ...base.errors import MeshError
 from ...base.types import Array
-from ..attributes import COLORS
+from ...mesh.attributes import COLORS
 from ..guards import Polygons, check_corner_counts, checked_faces, contiguous_rows
 from ..input import Columns, Input, Read
 from .text import Lines, as_integers, runs, shown, table

@@ -10,9 +10,10 @@ import numpy as np
 
 from ...base.errors import MeshError
 from ...base.lazy import load
+from ...base.text import parsed_json
 from ...base.types import Array, Longs
-from ..attributes import INDEX_NAMES, NAMES_COMMENT, images_in
-from ..guards import Polygons, as_rows, checked_faces, contiguous_rows, parsed_json
+from ...mesh.attributes import INDEX_NAMES, NAMES_COMMENT, images_in
+from ..guards import Polygons, as_rows, checked_faces, contiguous_rows
 from ..input import Input, Read
 from .ply_tables import Column, Header, Table, parse_header, read_tables
 from .text import as_integers

@@ -14,7 +14,7 @@ from ... import _core
 from ...base.checks import checked_threads, counted
 from ...base.errors import MeshError
 from ...base.types import Array, Longs
-from ..attributes import PLY_TYPES
+from ...mesh.attributes import PLY_TYPES
 from ..guards import Content
 from .text import Lines, as_integers
 

@@ -11,9 +11,9 @@ from typing import cast
 
 from ...base.errors import MeshError
 from ...graph.kinds import kind_of
+from ...mesh.attributes import MeshAttributes
 from ...mesh.faces import AnyMesh
 from ...mesh.point_cloud import PointCloud
-from ..attributes import MeshAttributes
 from ..formats import FORMATS
 from ..guards import Content, known_ending, most_bytes_of, named_errors, read_content
 from ..input import Input, Read

@@ -20,9 +20,9 @@ from ...base.errors import MeshError
 from ...base.lazy import load
 from ...base.types import Array, Bytes, Ints
 from ...graph.kinds import Kind, kind_of
+from ...mesh.attributes import COLORS, MeshAttributes, have_region_colors, is_image, stored_colors
 from ...mesh.base import Cells
 from ...regions.vertices import vertex_labels
-from ..attributes import COLORS, MeshAttributes, have_region_colors, is_image, stored_colors
 from ..formats import FORMATS
 
 if TYPE_CHECKING:

@@ -15,8 +15,8 @@ from ...base.errors import MeshError
 from ...base.lazy import Table, load
 from ...base.types import Ints, Longs
 from ...graph.kinds import kind_of
+from ...mesh.attributes import MeshAttributes
 from ...regions.vertices import vertex_ids, vertex_labels
-from ..attributes import MeshAttributes
 from ..formats import FORMATS
 from .cells import FormatOptions
 from .text import write_npy, write_rows

@@ -10,8 +10,8 @@ import numpy as np
 
 from ...base.lazy import load
 from ...base.types import Array, Bytes, Floats, Ints, Longs
+from ...mesh.attributes import COLORS, INDEX_NAMES, NAMES_COMMENT, PLY_TYPES, is_image
 from ...mesh.faces import Corners, corners_of
-from ..attributes import COLORS, INDEX_NAMES, NAMES_COMMENT, PLY_TYPES, is_image
 from ..input import NORMALS
 from .cells import Output
 from .text import ROWS_AT_ONCE, fits_single, number_format, text_rows

@@ -13,8 +13,8 @@ import numpy.typing as npt
 from ...base.checks import checked_threads
 from ...base.lazy import load
 from ...base.types import Array
+from ...mesh.attributes import COLORS
 from ...mesh.faces import FaceMesh, area_vectors, corners_of
-from ..attributes import COLORS
 from ..input import NORMALS
 from ..readers.stl import HEADER_SIZE, TRIANGLE
 from .cells import Output

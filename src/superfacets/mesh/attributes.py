@@ -1,4 +1,4 @@
-"""Store the attributes that mesh files have for vertices and faces, for example normals."""
+"""Define `MeshAttributes`: properties of vertices and faces, for example colors or a texture."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import numpy.typing as npt
 from ..base.checks import counted, owned, refuse_mask
 from ..base.lazy import load
 from ..base.types import Array, Bools, Bytes
-from ..graph.kinds import kind_of
+from .point_cloud import PointCloud
 
 if TYPE_CHECKING:
     from .. import Texture
@@ -178,7 +178,7 @@ def stored_colors(cells: Any, attributes: MeshAttributes | None) -> Bytes | None
     Files of point clouds store black for missing colors, so None is also returned if all colors of
     a cloud are black. For the range of colors in a file, see `MeshAttributes.colors`.
     """
-    if not kind_of(cells).are_points or cells.colors is None:
+    if not isinstance(cells, PointCloud) or cells.colors is None:
         return None if attributes is None else attributes.colors
     return np.asarray(np.rint(cells.colors * 255), np.uint8) if cells.colors.any() else None
 

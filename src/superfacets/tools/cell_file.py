@@ -12,23 +12,23 @@ import numpy as np
 from ..base.checks import check_length
 from ..base.errors import MeshError
 from ..base.types import Array, Bools, Floats, Ints
-from ..graph.constraints import mask_of
-from ..graph.kinds import are_of_vertices, kind_of
-from ..mesh.base import Cells
-from .atomic import StrPath
-from .formats import FORMATS
-from .guards import Content, known_ending, named_errors, read_content
-from .input import Input, Read
-from .readers.labels import (
+from ..files.atomic import StrPath
+from ..files.formats import FORMATS
+from ..files.guards import Content, known_ending, named_errors, read_content
+from ..files.input import Input, Read
+from ..files.readers.labels import (
     OwnLabels,
     checked_labels,
     find_labels,
     parse_labels,
     parse_labels_of,
 )
-from .readers.npy import npy_array, npy_header, npz_array
-from .readers.read import cell_ending, parse, recognized_ending
-from .readers.text import as_integers
+from ..files.readers.npy import npy_array, npy_header, npz_array
+from ..files.readers.read import cell_ending, parse, recognized_ending
+from ..files.readers.text import as_integers
+from ..graph.constraints import mask_of
+from ..graph.kinds import are_of_vertices, kind_of
+from ..mesh.base import Cells
 
 
 @dataclass(frozen=True)
