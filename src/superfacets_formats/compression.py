@@ -52,11 +52,24 @@ def unpack_draco(
     scene.take(_BYTES_PER_VERTEX * n_vertices + _BYTES_PER_FACE * n_faces, where)
     with named_errors(where):
         corners, found = decode_draco(bytes(scene.view(view)), n_faces, n_vertices)
-        scene.keep_rows(primitive["indices"], view, corners, of_any_type=True)
+        _keep(scene, primitive["indices"], view, corners, of_any_type=True)
         for name in ids:
             if name in primitive["attributes"] and name.startswith(("POSITION", "TEXCOORD")):
                 rows = found.get(scene.whole(ids, name))
-                scene.keep_rows(primitive["attributes"][name], view, rows)
+                _keep(scene, primitive["attributes"][name], view, rows)
+
+
+def _keep(
+    scene: GltfScene, index: int, view: int, rows: Array | None, *, of_any_type: bool = False
+) -> None:
+    """Store decoded rows for an accessor, and check that they have the type of the accessor."""
+    dtype, width = scene.form(scene.item("accessors", index), f"accessors[{index}]")
+    is_fitting = rows is not None and (1 if rows.ndim == 1 else rows.shape[1]) == width
+    if rows is None or not is_fitting or not (of_any_type or rows.dtype == dtype):
+        raise MeshError(f"the Draco data has no rows of the type that accessors[{index}] declares")
+    if scene.unpacked.get(index, (view,))[0] != view:
+        raise MeshError(f"accessors[{index}] is used by two Draco meshes, which is not supported")
+    scene.unpacked[index] = view, rows
 
 
 def decode_draco(content: bytes, n_faces: int, n_vertices: int) -> tuple[Array, dict[int, Array]]:

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from superfacets import MeshError
-from superfacets.kit import Cells, Ints, Longs, kind_of, open_regular, parsed_json
+from superfacets.kit import Array, Cells, Content, Ints, Longs, kind_of, open_regular, parsed_json
 
 StrPath = str | os.PathLike[str]
 
@@ -104,6 +104,19 @@ def _segment_files_of(groups: Path, segments: Path) -> set[str]:
     except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
         pass  # if the file cannot be read, only its scene name identifies the segment file
     return names
+
+
+def read_segments(data: Content) -> Array:
+    """Return the id of each vertex in a ``.segs.json`` file."""
+    document = parsed_json(bytes(data), "the file")
+    values = document.get("segIndices") if isinstance(document, dict) else None
+    try:
+        array = np.asarray(values if isinstance(values, list) else None)
+    except ValueError:  # lists of different lengths
+        array = np.empty(0)
+    if array.ndim != 1 or array.dtype.kind != "i" or not len(array) or array.min() < 0:
+        raise MeshError("must have segIndices, a list of integers >= 0")
+    return array
 
 
 def write_segments(file: IO[bytes], ids: npt.NDArray[np.integer], scene: str) -> None:

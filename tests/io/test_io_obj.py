@@ -106,15 +106,10 @@ def test_a_wrong_index_of_a_polygon_is_refused_as_it_is_written(refuse):
     )
 
 
-@pytest.mark.parametrize(
-    ("line", "n_corners"), [("f", "0 corners"), ("f 1", "1 corner"), ("f 1 2", "2 corners")]
-)
+@pytest.mark.parametrize(("line", "n_corners"), [("f", 0), ("f 1", 1), ("f 1 2", 2)])
 def test_a_last_face_that_was_cut_is_refused(refuse, line, n_corners):
-    refuse(
-        "a.obj",
-        (SQUARE + "f 1 2 3\n" + line).encode(),
-        f"faces[1] has {n_corners}, expected at least 3: the file may be",
-    )
+    text = (SQUARE + "f 1 2 3\n" + line).encode()
+    refuse("a.obj", text, f"faces[1] must have at least 3 corners, got {n_corners}")
 
 
 @pytest.mark.parametrize("index", [0, 5, -5, 9223372036854775807, -9223372036854775807])

@@ -102,9 +102,10 @@ def test_lengths_of_lists_may_be_of_any_integer_type(read, kind, order):
 
 
 @pytest.mark.parametrize("form", FORMS)
-@pytest.mark.parametrize(("face", "message"), [([0, 1], "2 corners"), ([], "0 corners")])
-def test_faces_of_too_few_corners_are_refused(refuse, form, face, message):
-    refuse("a.ply", ply(form, faces=[[0, 1, 2], face]), f"faces[1] has {message}")
+@pytest.mark.parametrize("face", [[0, 1], []])
+def test_faces_of_too_few_corners_are_refused(refuse, form, face):
+    message = f"faces[1] must have at least 3 corners, got {len(face)}"
+    refuse("a.ply", ply(form, faces=[[0, 1, 2], face]), message)
 
 
 @pytest.mark.parametrize("form", FORMS)
@@ -211,8 +212,7 @@ def test_a_list_of_negative_length_is_refused(refuse, form):
 @pytest.mark.parametrize(("row", "message"), [
     (b"-3 0 1 2", "lengths of lists in the PLY file must be >= 0, got -3"),
     (b"3.5 0 1 2", "lengths of lists must be int"),
-    (b"1 4",
-     "faces[0] has 1 corner, expected at least 3: the file may be truncated or damaged"),
+    (b"1 4", "faces[0] must have at least 3 corners, got 1"),
 ])  # fmt: skip
 def test_wrong_lengths_of_ascii_lists_are_refused(refuse, row, message):
     refuse("a.ply", ply_text().replace(b"3 0 1 2", row), message)

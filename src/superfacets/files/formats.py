@@ -69,7 +69,7 @@ _ROLES: dict[str, dict[str, str]] = {
         **dict.fromkeys((".seg", ".txt"), f"{_READ}labels:read_text_labels"),
     },
     "vertex_labels": {
-        ".segs.json": f"{_READ}labels:read_segments",
+        ".segs.json": "superfacets_scans.scannet:read_segments",
         ".label.gii": "superfacets_formats.cortex:gifti_labels",
         ".annot": "superfacets_formats.cortex:annot_labels",
         **dict.fromkeys(_GIFTI_VALUES, "superfacets_formats.cortex:gifti_values"),

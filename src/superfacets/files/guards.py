@@ -174,24 +174,13 @@ def rotation_of(quaternion: Sequence[float] | Floats) -> Floats | None:
     ])  # fmt: skip
 
 
-def checked_faces(corner_counts: Array, corners: Array) -> Array | Polygons:
-    """Build faces from flat corners, or raise a MeshError if a face has fewer than 3 corners."""
-    check_corner_counts(corner_counts)
+def faces_of(corner_counts: Array, corners: Array) -> Array | Polygons:
+    """Build triangles, (F, 3), or else polygons, from the corners of all faces."""
     if (corner_counts == 3).all():
         return corners.reshape(-1, 3)
     offsets = np.zeros(len(corner_counts) + 1, dtype=np.int64)
     np.cumsum(corner_counts, out=offsets[1:])
     return Polygons(offsets, corners.ravel())
-
-
-def check_corner_counts(corner_counts: Array) -> None:
-    """Raise a MeshError that reports the first face with fewer than three corners."""
-    if corner_counts.min(initial=3) < 3:
-        first = int(np.argmax(corner_counts < 3))
-        raise MeshError(
-            f"faces[{first}] has {counted(int(corner_counts[first]), 'corner')}, expected at least"
-            " 3: the file may be truncated or damaged"
-        )
 
 
 class BinaryReader:

@@ -19,7 +19,7 @@ from ..mesh.attributes import COLORS, MeshAttributes, is_word
 from ..mesh.base import Cells
 from ..mesh.meshes import Mesh, PolygonMesh
 from ..mesh.point_cloud import PointCloud
-from .guards import Content, Polygons, as_rows, checked_faces, narrowed
+from .guards import Content, Polygons, as_rows, faces_of, narrowed
 
 if TYPE_CHECKING:
     from .. import Texture
@@ -118,7 +118,7 @@ class Input:
 
     def polygons(self, vertices: Floats, sizes: Array, corners: Array, **others: Any) -> Read:
         """Return the same as `mesh` for polygons with the given numbers of corners, and corners."""
-        return self.mesh(vertices, checked_faces(sizes, corners), **others)
+        return self.mesh(vertices, faces_of(sizes, corners), **others)
 
     def of_cells(
         self, cells: Cells, *, vertex: Columns = (), face: Columns = (), **others: Any

@@ -18,7 +18,7 @@ from ...base.types import Array, Floats
 from ...mesh.attributes import COLORS
 from ..guards import MAX_GROWTH, most_bytes_of, rotation_of
 from ..input import Input, Read
-from .gltf_file import COMPONENTS, GEOMETRY, SUPPORTED, WIDTHS, Gltf
+from .gltf_file import GEOMETRY, SUPPORTED, Gltf
 
 DRACO = "KHR_draco_mesh_compression"
 
@@ -330,24 +330,6 @@ class GltfScene(Gltf):
         if len(binds) != len(matrices):
             raise MeshError(f"broken glTF: skins[{index}] needs an inverse matrix for each joint")
         return _product(matrices, binds.swapaxes(1, 2))
-
-    def keep_rows(
-        self, index: int, view: int, rows: Array | None, *, of_any_type: bool = False
-    ) -> None:
-        """Store decoded rows for an accessor, and check that they have the type of the accessor."""
-        accessor = self.item("accessors", index)
-        dtype = COMPONENTS.get(self.whole(accessor, "componentType"))
-        width = WIDTHS.get(str(accessor.get("type")))
-        is_fitting = rows is not None and (1 if rows.ndim == 1 else rows.shape[1]) == width
-        if rows is None or not is_fitting or not (of_any_type or rows.dtype == dtype):
-            raise MeshError(
-                f"the Draco data has no rows of the type that accessors[{index}] declares"
-            )
-        if self.unpacked.get(index, (view,))[0] != view:
-            raise MeshError(
-                f"accessors[{index}] is used by two Draco meshes, which is not supported"
-            )
-        self.unpacked[index] = view, rows
 
 
 def _joined(parts: list[Array]) -> Array:

@@ -143,38 +143,41 @@ class Gltf:
     def rows(self, index: object, kind: str) -> Array:
         """Return the array of an accessor of type `kind`, of shape (n,), (n, 2) or (n, 3)."""
         accessor, where = self.item("accessors", index), f"accessors[{index}]"
-        component = self.whole(accessor, "componentType")
-        if accessor.get("type") != kind or component not in COMPONENTS:
+        dtype, width = self.form(accessor, where)
+        if accessor["type"] != kind:
             raise MeshError(f"broken glTF: {where} must have the type {kind}")
         if type(index) is int and index in self.unpacked:
             return self.unpacked[index][1]
         sparse = accessor.get("sparse")
         if sparse is None and "bufferView" in accessor:
             return self._rows_at(accessor, where)
-        n_rows, dtype = self.whole(accessor, "count"), np.dtype(COMPONENTS[component])
-        self.take(n_rows * WIDTHS[kind] * dtype.itemsize, where)
-        rows = np.zeros((n_rows,) if kind == "SCALAR" else (n_rows, WIDTHS[kind]), dtype)
+        n_rows = self.whole(accessor, "count")
+        self.take(n_rows * width * dtype.itemsize, where)
+        rows = np.zeros((n_rows,) if kind == "SCALAR" else (n_rows, width), dtype)
         if "bufferView" in accessor:
             rows = self._rows_at(accessor, where).copy()
         if isinstance(sparse, dict) and self.whole(sparse, "count"):
             places, values = sparse.get("indices"), sparse.get("values")
             if not isinstance(places, dict) or not isinstance(values, dict):
                 raise MeshError(f"broken glTF: {where} has no indices or values of sparse rows")
-            form = {"componentType": component, "count": sparse["count"], "type": kind}
-            at = self._rows_at(
-                {**form, **places, "count": sparse["count"], "type": "SCALAR"}, where
-            )
+            form = {**accessor, "byteOffset": 0, "count": sparse["count"]}
+            at = self._rows_at({**form, "componentType": None, **places, "type": "SCALAR"}, where)
             if len(at) and (at.dtype.kind != "u" or at.max() >= n_rows):
                 raise MeshError(f"broken glTF: {where} has a sparse row beyond its end")
-            rows[at] = self._rows_at(values | form, where)
+            rows[at] = self._rows_at({**form, **values}, where)
         return rows
+
+    @classmethod
+    def form(cls, accessor: dict[str, Any], where: str) -> tuple[np.dtype[Any], int]:
+        """Return the type of the numbers of an accessor, and how many there are per row."""
+        component, kind = cls.whole(accessor, "componentType"), accessor.get("type")
+        if component not in COMPONENTS or kind not in WIDTHS:
+            raise MeshError(f"broken glTF: {where} has an unknown type of numbers")
+        return np.dtype(COMPONENTS[component]), WIDTHS[kind]
 
     def _rows_at(self, accessor: dict[str, Any], where: str) -> Array:
         """Return the rows of an accessor in its buffer view."""
-        component = self.whole(accessor, "componentType")
-        if component not in COMPONENTS:
-            raise MeshError(f"broken glTF: {where} has an unknown type of numbers")
-        dtype, width = np.dtype(COMPONENTS[component]), WIDTHS[accessor["type"]]
+        dtype, width = self.form(accessor, where)
         n_rows, row_size = self.whole(accessor, "count"), dtype.itemsize * width
         view = self.item("bufferViews", accessor.get("bufferView"))
         content = self.view(accessor["bufferView"])

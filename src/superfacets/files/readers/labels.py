@@ -12,7 +12,6 @@ import numpy as np
 
 from ...base.checks import checked_classes, integer_array, refuse_first, refuse_order
 from ...base.errors import MeshError
-from ...base.text import parsed_json
 from ...base.types import Array, Ints
 from ...graph.kinds import kind_of, labels_of_corners
 from ...mesh.attributes import MeshAttributes
@@ -21,7 +20,7 @@ from ..formats import FORMATS
 from ..guards import Content, known_ending, named_errors, read_content
 from ..input import Input
 from .read import as_declared, parse
-from .text import Lines, as_integers, shown
+from .text import Lines, as_integers
 
 
 def read_labels(
@@ -177,21 +176,5 @@ def checked_labels(labels: Any, n_faces: int | None = None, n_vertices: int | No
 def read_text_labels(data: Content) -> Array:
     """Return the integers of a text file, one per line."""
     lines = Lines.of(data)
-    crowded = np.flatnonzero(lines.counts != 1)
-    if len(crowded):
-        line, found = lines.number(crowded[0]), shown(lines.content(crowded[0]).strip())
-        raise MeshError(f"line {line}: expected one integer, got {found}")
+    lines.refuse(lines.counts != 1, "expected 1 number")
     return lines.parse(np.int64)
-
-
-def read_segments(data: Content) -> Array:
-    """Return the id of each vertex in a ``.segs.json`` file."""
-    document = parsed_json(bytes(data), "the file")
-    values = document.get("segIndices") if isinstance(document, dict) else None
-    try:
-        array = np.asarray(values if isinstance(values, list) else None)
-    except ValueError:  # lists of different lengths
-        array = np.empty(0)
-    if array.ndim != 1 or array.dtype.kind != "i" or not len(array) or array.min() < 0:
-        raise MeshError("must have segIndices, a list of integers >= 0")
-    return array

@@ -79,13 +79,12 @@ def _parsed(text: str) -> tuple[tuple[int, ...], np.dtype[Any], bool]:
     """Parse the header, a dict, as JSON, because `ast.literal_eval` is not thread-safe."""
     plain = text.translate(_AS_JSON).replace("True", "true").replace("False", "false")
     fields = json.loads(_NOT_JSON.sub("", plain))
-    if not isinstance(fields, dict) or sorted(fields) != ["descr", "fortran_order", "shape"]:
-        raise ValueError(f"expected descr, fortran_order and shape, got {reprlib.repr(text)}")
-    kind, shape, is_fortran = fields["descr"], fields["shape"], fields["fortran_order"]
-    if not isinstance(shape, list) or not all(type(side) is int for side in shape):
-        raise ValueError(f"shape must be a tuple of integers, got {reprlib.repr(shape)}")
-    if not isinstance(is_fortran, bool):
-        raise ValueError(f"fortran_order must be True or False, got {reprlib.repr(is_fortran)}")
-    if not isinstance(kind, str) or "," in kind:  # structured types are not supported
-        raise ValueError(f"descr must be a type such as '<i4', got {reprlib.repr(kind)}")
-    return tuple(shape), np.dtype(kind), is_fortran
+    match fields:
+        case {"descr": str(kind), "fortran_order": bool(is_fortran), "shape": [*shape], **others}:
+            are_integers = all(type(side) is int for side in shape)
+            if are_integers and not others and "," not in kind:  # a comma is of structured types
+                return tuple(shape), np.dtype(kind), is_fortran
+    raise ValueError(
+        "expected a type such as '<i4' as descr, fortran_order, and integers as shape, got"
+        f" {text.strip()}"
+    )

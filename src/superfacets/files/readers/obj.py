@@ -11,7 +11,7 @@ import numpy as np
 from ...base.errors import MeshError
 from ...base.types import Array, Floats, Ints
 from ...mesh.attributes import COLORS
-from ..guards import Content, Polygons, checked_faces
+from ..guards import Content, Polygons, faces_of
 from ..input import Input, Read
 from .parts import Parts, parts_of
 from .text import Lines, table
@@ -71,8 +71,8 @@ def _read_arrays(
         source.declare("numbers after the positions of vertices")
     if not len(lengths):
         return vertices, colors, None, words
-    faces = checked_faces(lengths, corners)
-    if corners.min() < 0 or corners.max() >= len(vertices):
+    faces = faces_of(lengths, corners)
+    if ((corners < 0) | (corners >= len(vertices))).any():
         _raise_index_error(data, lengths, corners, len(vertices))
     return vertices, colors, faces, words
 

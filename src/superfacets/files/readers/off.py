@@ -10,7 +10,7 @@ from ...base.checks import counted
 from ...base.errors import MeshError
 from ...base.types import Array
 from ...mesh.attributes import COLORS
-from ..guards import Polygons, check_corner_counts, checked_faces, contiguous_rows
+from ..guards import Polygons, contiguous_rows, faces_of
 from ..input import Columns, Input, Read
 from .text import Lines, as_integers, runs, shown, table
 
@@ -76,9 +76,17 @@ def _read_wrapped(body: Lines, n_vertices: int, n_faces: int) -> tuple[Array, Ar
             f" but {counted(len(numbers), 'number')} in {counted(len(body), 'line')} follow:"
             " the file may be truncated"
         )
-    sizes = as_integers(rest[places], "corner counts").astype(np.int64)
+    sizes = _corner_counts(rest[places])
     corners = as_integers(rest[runs(np.array(places) + 1, sizes)], "vertex indices")
-    return vertices.reshape(-1, 3), checked_faces(sizes, corners)
+    return vertices.reshape(-1, 3), faces_of(sizes, corners)
+
+
+def _corner_counts(numbers: Array) -> Array:
+    counts = as_integers(numbers, "corner counts").astype(np.int64)
+    if counts.min(initial=3) < 3:
+        face = int(np.argmax(counts < 3))
+        raise MeshError(f"faces[{face}] must have at least 3 corners, got {counts[face]}")
+    return counts
 
 
 def _read_header(lines: Lines) -> tuple[int, int, int]:
@@ -107,7 +115,7 @@ def _read_faces(lines: Lines, source: Input) -> tuple[Array | Polygons, Columns]
     """Return the faces, and their colors."""
     values = lines.parse_integers_or_floats()  # colors may be floats
     firsts = np.cumsum(lines.counts, dtype=np.int64) - lines.counts
-    n_corners = as_integers(values[firsts], "corner counts")
+    n_corners = _corner_counts(values[firsts])
     n_more = lines.counts - 1 - n_corners
     if n_more.min(initial=0) < 0:
         line = int(np.argmax(n_more < 0))
@@ -116,7 +124,6 @@ def _read_faces(lines: Lines, source: Input) -> tuple[Array | Polygons, Columns]
             f"line {lines.number(line)}: a face with {counted(n, 'corner')} must have"
             f" {counted(n, 'index')}, got {lines.counts[line] - 1}"
         )
-    check_corner_counts(n_corners)
     if len(n_corners) and n_corners.min() == n_corners.max():
         corners = contiguous_rows(table(values, lines.counts, 1 + int(n_corners[0]))[:, 1:])
     else:
@@ -128,4 +135,4 @@ def _read_faces(lines: Lines, source: Input) -> tuple[Array | Polygons, Columns]
             colors = [*zip(_FIELDS[b"C"], _bytes_of(shades).T, strict=False)]
         else:
             source.declare("numbers after the corners of faces")
-    return checked_faces(n_corners, as_integers(corners, "vertex indices").ravel()), colors
+    return faces_of(n_corners, as_integers(corners, "vertex indices").ravel()), colors

@@ -13,9 +13,9 @@ from ...base.lazy import load
 from ...base.text import parsed_json
 from ...base.types import Array, Longs
 from ...mesh.attributes import INDEX_NAMES, NAMES_COMMENT, images_in
-from ..guards import Polygons, as_rows, checked_faces, contiguous_rows
+from ..guards import Polygons, as_rows, contiguous_rows, faces_of
 from ..input import Input, Read
-from .ply_tables import Column, Header, Table, parse_header, read_tables
+from .ply_tables import Header, Table, parse_header, read_tables
 from .text import as_integers
 
 STRIPS = "tristrips"
@@ -94,9 +94,7 @@ def _faces_of(faces: Table) -> Array | Polygons:
         raise MeshError(f"the type of the PLY list {name} must be an integer type")
     flat = column.values if column.is_ragged else contiguous_rows(column.values).ravel()
     corners = as_integers(flat, "vertex indices")
-    return (_triangles_of_strips if faces.name == STRIPS else checked_faces)(
-        column.lengths, corners
-    )
+    return (_triangles_of_strips if faces.name == STRIPS else faces_of)(column.lengths, corners)
 
 
 def _lists_of_faces(faces: Table, name: str) -> tuple[Array, Array] | None:
@@ -134,19 +132,8 @@ def _columns(table: Table, *own: Sequence[str]) -> Iterator[tuple[str, Array | s
     for column in table.columns:
         if not any(column is one for one in used):
             why = "whose lists differ in length"
-            yield column.stored.name, why if column.is_ragged else _as_stored(column)
-
-
-def _as_stored(column: Column) -> Array:
-    """Copy values with the declared type, or as float64 if this type cannot store them."""
-    values, stored = column.values, column.stored
-    declared = np.dtype(stored.dtype).newbyteorder("=")
-    with np.errstate(invalid="ignore", over="ignore"):
-        copy = np.array(values, dtype=declared, order="C")
-    may_differ = stored.is_integer and values.dtype.itemsize != declared.itemsize
-    if may_differ and not np.array_equal(copy, values):
-        return np.array(values, dtype=np.float64, order="C")
-    return copy
+            native = column.values.dtype.newbyteorder("=")
+            yield column.stored.name, why if column.is_ragged else column.values.astype(native, "C")
 
 
 def _one_line(line: str) -> str:

@@ -190,11 +190,10 @@ def _read_text(header: Header, data: Content) -> list[Table]:
 
 
 def _as_declared(values: Array, stored: Property) -> Array:
-    """Round numbers to float32 if this is the declared type, as in a binary file."""
-    if stored.dtype[-2:] != "f4" or stored.count_dtype:
-        return values
-    with np.errstate(over="ignore"):  # `Mesh` refuses infinite coordinates
-        return values.astype(np.float32)
+    """Convert numbers of a text file to the declared type, unless it cannot store an integer."""
+    with np.errstate(invalid="ignore", over="ignore"):  # `Mesh` refuses infinite coordinates
+        declared = values.astype(stored.dtype)
+    return declared if not stored.is_integer or np.array_equal(declared, values) else values
 
 
 def _raise_cut(element: Element, what: str) -> NoReturn:
