@@ -136,7 +136,7 @@ LIMITS = {
     "bytes of a GLB file": ["superfacets_textures.glb.MAX_BYTES"],
     "wait for a request": ["superfacets_studio.web.server.SECONDS"],
     "rows written at once": [
-        f"superfacets.files.writers.{name}.ROWS_AT_ONCE" for name in ("ply", "text", "text_formats")
+        f"superfacets.files.writers.{name}.ROWS_AT_ONCE" for name in ("ply", "text_formats")
     ],
     "rows pooled at once": ["superfacets.regions.pooling._ROWS_AT_ONCE"],
     "ids in a GLB file": ["superfacets_textures.glb.MAX_IDS"],

@@ -10,6 +10,7 @@ ENGINE = ["base", "mesh", "graph", "weights", "cleanup", "clustering", "pipeline
 BUDGETS = [
     ("the engine", 10_500, [f"src/superfacets/{part}" for part in ENGINE]),
     ("superfacets", 19_800, ["src/superfacets"]),
+    ("superfacets.files", 4_600, ["src/superfacets/files"]),
     ("superfacets_cli", 3_000, ["src/superfacets_cli"]),
     ("superfacets_show", 3_300, ["src/superfacets_show"]),
     ("superfacets_studio", 5_000, ["src/superfacets_studio"]),

@@ -71,7 +71,7 @@ from .files.readers.text import shown as shown
 from .files.readers.gltf import GltfScene as GltfScene
 from .files.guards import file_beside as file_beside
 from .files.guards import most_bytes_of as most_bytes_of
-from .files.guards import rotation_of as rotation_of
+from .base.arrays import rotation_of as rotation_of
 from .files.guarded import guarded as guarded
 from .files.readers.npy import npy_array as npy_array
 from .mesh.attributes import stored_colors as stored_colors
@@ -84,8 +84,8 @@ from .files.atomic import atomic_outputs as atomic_outputs
 from .files.atomic import checked_targets as checked_targets
 from .files.atomic import output_folder as output_folder
 from .files.atomic import locked as locked
-from .files.writers.text import write_rows as write_rows
-from .files.writers.text import number_format as number_format
+from .files.writers.text_formats import write_rows as write_rows
+from .files.writers.text_formats import number_format as number_format
 from .files.writers.cells import FormatOptions as FormatOptions
 
 # Whole files

@@ -18,6 +18,7 @@ from superfacets.kit import (
     Input,
     Ints,
     Longs,
+    StrPath,
     atomic_outputs,
     checked_classes,
     counted,
@@ -32,7 +33,6 @@ from superfacets.kit import (
 from .scannet import (
     GROUPS,
     SEGMENTS,
-    StrPath,
     check_truth_stays,
     name_in_groups,
     scene_of,

@@ -12,11 +12,11 @@ import numpy as np
 import numpy.typing as npt
 
 from superfacets import MeshError
-from superfacets.kit import Floats, named_errors, read_content
+from superfacets.kit import Floats, StrPath, named_errors, read_content
 
 from .colmap import UNDISTORT, PosedImage, is_colmap, read_colmap
 from .pinhole_camera import PinholeCamera
-from .scannet import StrPath, read_json
+from .scannet import read_json
 
 _WITHOUT_DISTORTION = ("PINHOLE", "SIMPLE_PINHOLE", "OPENCV", "SIMPLE_RADIAL", "RADIAL")
 """Camera models of transforms.json that have no distortion if all coefficients are 0."""

@@ -14,14 +14,13 @@ from superfacets.kit import (
     Array,
     Ints,
     Longs,
+    StrPath,
     atomic_outputs,
     check_length,
     counted,
     known_ending,
     refuse_mask,
 )
-
-from .scannet import StrPath
 
 Graph = Mapping[str, npt.ArrayLike]
 

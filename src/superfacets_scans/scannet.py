@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import json
-import os
 import re
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
@@ -15,9 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from superfacets import MeshError
-from superfacets.kit import Array, Cells, Content, Ints, Longs, kind_of, open_regular, parsed_json
-
-StrPath = str | os.PathLike[str]
+from superfacets.kit import Cells, Content, Ints, Longs, StrPath, kind_of, open_regular, parsed_json
 
 MAX_ID = 1 << 24
 """Exclusive upper bound of ids. Some readers store ids as float32, which is exact up to 2**24."""
@@ -106,7 +103,7 @@ def _segment_files_of(groups: Path, segments: Path) -> set[str]:
     return names
 
 
-def read_segments(data: Content) -> Array:
+def read_segments(data: Content) -> Longs:
     """Return the id of each vertex in a ``.segs.json`` file."""
     document = parsed_json(bytes(data), "the file")
     values = document.get("segIndices") if isinstance(document, dict) else None

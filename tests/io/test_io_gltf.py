@@ -343,9 +343,7 @@ def test_a_scene_that_repeats_its_meshes_without_end_is_refused(refuse, limit, r
         limit("growth of a scene", 0)
     else:
         limit("bytes of a small scene", 1000)
-    refuse(
-        "a.glb", glb(document), "with all copies of meshes, the arrays of the scene have more than"
-    )
+    refuse("a.glb", glb(document), "the arrays, including copies of meshes[0], have more than")
 
 
 def test_a_bomb_is_refused_before_it_takes_memory(refuse):

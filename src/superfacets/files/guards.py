@@ -1,10 +1,9 @@
-"""Open files, and check and convert arrays, for the readers of all formats."""
+"""Open files, choose formats, and limit the size of arrays, for the readers of all formats."""
 
 from __future__ import annotations
 
 import contextlib
 import io
-import math
 import mmap
 import os
 import re
@@ -15,12 +14,10 @@ from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from .. import _core
-from ..base.checks import checked_threads, counted, refuse_order
+from ..base.checks import counted, refuse_order
 from ..base.errors import MeshError
-from ..base.types import Array, Floats, Longs
+from ..base.types import Array, Longs
 from .atomic import StrPath
 
 MAX_GROWTH = 100
@@ -127,51 +124,6 @@ def _new_memory(size: int) -> mmap.mmap:
         with contextlib.suppress(OSError):  # errors are harmless, because madvise is only a hint
             memory.madvise(mmap.MADV_HUGEPAGE)
     return memory
-
-
-def contiguous_rows(rows: Array) -> Array:
-    """Return an (N, n) array in contiguous memory, copied by C++ if it is not contiguous."""
-    if rows.flags.c_contiguous or not rows.size:
-        return rows
-    copied = _core.copy_rows(rows.view(np.uint8), checked_threads(None))
-    return copied.view(rows.dtype).reshape(rows.shape)
-
-
-def as_doubles(values: Array) -> Floats:
-    """Convert values to float64, without NumPy's warning about signaling NaNs."""
-    with np.errstate(invalid="ignore"):
-        return values.astype(np.float64, copy=False)
-
-
-def as_rows(columns: Sequence[Array], dtype: npt.DTypeLike) -> Array:
-    """Stack columns into an (N, n) array, without NumPy's warning about signaling NaNs."""
-    rows = np.empty((len(columns[0]), len(columns)), dtype)
-    with np.errstate(invalid="ignore"):
-        for place, column in enumerate(columns):
-            rows[:, place] = column
-    return rows
-
-
-def narrowed(column: Array) -> Array:
-    """Convert 64-bit integers, which PLY does not support, to int32 if they fit, or to float64."""
-    if column.dtype.kind not in "iu" or column.itemsize < 8:
-        return column
-    fits = int(column.min()) >= -(2**31) and int(column.max()) < 2**31
-    return column.astype(np.int32 if fits else np.float64)
-
-
-def rotation_of(quaternion: Sequence[float] | Floats) -> Floats | None:
-    """Return the rotation matrix, (3, 3), of a quaternion (w, x, y, z); None if 0 or not finite."""
-    length = np.abs(quaternion).max()
-    if not 0 < length < math.inf:
-        return None
-    w, x, y, z = np.asarray(quaternion) / length
-    s = 2 / (x * x + y * y + z * z + w * w)
-    return np.array([
-        [1 - s * (y * y + z * z), s * (x * y - z * w), s * (x * z + y * w)],
-        [s * (x * y + z * w), 1 - s * (x * x + z * z), s * (y * z - x * w)],
-        [s * (x * z - y * w), s * (y * z + x * w), 1 - s * (x * x + y * y)],
-    ])  # fmt: skip
 
 
 def faces_of(corner_counts: Array, corners: Array) -> Array | Polygons:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
+from ..base.arrays import as_rows, narrowed
 from ..base.checks import counted
 from ..base.errors import MeshError
 from ..base.lazy import load
@@ -19,7 +20,7 @@ from ..mesh.attributes import COLORS, MeshAttributes, is_word
 from ..mesh.base import Cells
 from ..mesh.meshes import Mesh, PolygonMesh
 from ..mesh.point_cloud import PointCloud
-from .guards import Content, Polygons, as_rows, faces_of, narrowed
+from .guards import Content, Polygons, faces_of
 
 if TYPE_CHECKING:
     from .. import Texture

@@ -9,11 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from ..base.arrays import narrowed
 from ..base.errors import MeshError
 from ..base.lazy import load
 from ..base.types import Array, Bools, Bytes, Floats
 from ..files.formats import FORMATS
-from ..files.guards import named_errors, narrowed
+from ..files.guards import named_errors
 from ..graph.kinds import are_of_vertices, kind_of
 from ..graph.point_graph import find_point_graph
 from ..mesh.attributes import COLORS, MeshAttributes, is_word, stored_colors

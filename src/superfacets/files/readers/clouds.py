@@ -7,12 +7,13 @@ import re
 
 import numpy as np
 
+from ...base.arrays import as_doubles
 from ...base.checks import counted
 from ...base.errors import MeshError
 from ...base.text import shortened
 from ...base.types import Array, Floats
 from ...mesh.attributes import COLORS
-from ..guards import Content, as_doubles
+from ..guards import Content
 from ..input import NORMALS, Input, Read
 from .npy import npy_array
 from .text import Lines

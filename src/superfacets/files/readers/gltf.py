@@ -11,12 +11,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...base.arrays import rotation_of
 from ...base.checks import MAX_CELLS, counted
 from ...base.errors import MeshError
 from ...base.lazy import load
 from ...base.types import Array, Floats
 from ...mesh.attributes import COLORS
-from ..guards import MAX_GROWTH, most_bytes_of, rotation_of
 from ..input import Input, Read
 from .gltf_file import GEOMETRY, SUPPORTED, Gltf
 
@@ -169,17 +169,18 @@ class GltfScene(Gltf):
         meshes = {visit.mesh for visit in self.visits}
         has_faces = any(self.primitives(index) for index in meshes)
         vertices, colors, ids, faces = [], [], [], []
-        n_vertices = n_faces = 0
+        n_vertices = n_bytes = 0
         copies = Counter(visit.mesh for visit in self.visits)
         for visit in self.visits:
             copies[visit.mesh] -= 1
-            left, begin = copies[visit.mesh], (n_vertices, n_faces)
+            n_before = n_bytes
             firsts: dict[int, int] = {}  # index of the first vertex, by the accessor of positions
             for primitive in self.primitives(visit.mesh, _FACES if has_faces else (POINTS,)):
                 accessor = self.positions_of(primitive, visit.mesh)
                 n_own = len(self.rows(accessor, "VEC3"))
                 if accessor not in firsts:
                     firsts[accessor], n_vertices = n_vertices, n_vertices + n_own
+                    n_bytes += BYTES_PER_VERTEX * n_own
                     vertices.append(self._positions(primitive, accessor, visit))
                     colors.append(self._colors(primitive, n_own))
                     ids.append(self._ids(primitive, n_own))
@@ -188,25 +189,14 @@ class GltfScene(Gltf):
                     corners = corners[:, [0, 2, 1]] if visit.is_mirrored else corners
                     first = firsts[accessor]
                     faces.append(corners + np.int64(first) if first else corners)
-                    n_faces += len(corners)
-                self._check_size(
-                    n_vertices + left * (n_vertices - begin[0]),
-                    n_faces + left * (n_faces - begin[1]),
-                )
+                    n_bytes += BYTES_PER_FACE * len(corners)
+                n_left = copies[visit.mesh] * (n_bytes - n_before)
+                self.check_growth(n_bytes + n_left, f"copies of meshes[{visit.mesh}]")
         joined = _joined(faces)
         face = self._labels(ids, joined)
         is_own = self.document["asset"].get("generator") == "superfacets"  # as in `write_glb`
         vertex = [] if is_own and face else _shades(colors, vertices)
         return _joined(vertices), joined, vertex, face
-
-    def _check_size(self, n_vertices: int, n_faces: int) -> None:
-        """Raise a MeshError if so many vertices and faces are too large for the files."""
-        n_bytes = BYTES_PER_VERTEX * n_vertices + BYTES_PER_FACE * n_faces
-        if n_bytes > most_bytes_of(self.n_bytes):
-            raise MeshError(
-                "with all copies of meshes, the arrays of the scene have more than"
-                f" {MAX_GROWTH} times the size of the files: save the scene without copies"
-            )
 
     def _labels(self, ids: list[Floats | None], faces: Array) -> list[tuple[str, Array]]:
         """Return the region of each face: the id of its vertices, or its label in a table."""

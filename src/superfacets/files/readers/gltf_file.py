@@ -16,6 +16,7 @@ from urllib.parse import unquote
 
 import numpy as np
 
+from ...base.arrays import as_doubles
 from ...base.errors import MeshError
 from ...base.lazy import load
 from ...base.text import parsed_json
@@ -90,10 +91,14 @@ class Gltf:
     def take(self, n_bytes: int, name: str) -> None:
         """Count decompressed bytes, and raise a MeshError if their sum exceeds the limit."""
         self.n_unpacked += n_bytes
-        if self.n_unpacked > guards.most_bytes_of(self.n_bytes):
+        self.check_growth(self.n_unpacked, name)
+
+    def check_growth(self, n_bytes: int, name: str) -> None:
+        """Raise a MeshError if arrays of so many bytes, the last of `name`, exceed the limit."""
+        if n_bytes > guards.most_bytes_of(self.n_bytes):
             raise MeshError(
-                f"decompressed arrays, including {name}, have more than {guards.MAX_GROWTH} times"
-                " the size of the files: save the file uncompressed"
+                f"the arrays, including {name}, have more than {guards.MAX_GROWTH} times the size"
+                " of the files: save the file without compression or copies of meshes"
             )
 
     @staticmethod
@@ -196,7 +201,7 @@ class Gltf:
     def doubles(self, index: object, kind: str) -> Floats:
         """Return the same as `rows`, as float64; normalized integers become 0 to 1 or -1 to 1."""
         stored = self.rows(index, kind)
-        values = guards.as_doubles(stored)
+        values = as_doubles(stored)
         if stored.dtype.kind == "f" or self.item("accessors", index).get("normalized") is not True:
             return values
         return np.maximum(values / np.iinfo(stored.dtype).max, -1.0)

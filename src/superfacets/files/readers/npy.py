@@ -6,7 +6,6 @@ import io
 import json
 import math
 import re
-import reprlib
 from typing import Any, Literal
 
 import numpy as np

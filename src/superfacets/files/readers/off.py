@@ -6,11 +6,12 @@ import re
 
 import numpy as np
 
+from ...base.arrays import contiguous_rows
 from ...base.checks import counted
 from ...base.errors import MeshError
 from ...base.types import Array
 from ...mesh.attributes import COLORS
-from ..guards import Polygons, contiguous_rows, faces_of
+from ..guards import Polygons, faces_of
 from ..input import Columns, Input, Read
 from .text import Lines, as_integers, runs, shown, table
 

@@ -8,12 +8,13 @@ from functools import partial
 
 import numpy as np
 
+from ...base.arrays import as_rows, contiguous_rows
 from ...base.errors import MeshError
 from ...base.lazy import load
 from ...base.text import parsed_json
 from ...base.types import Array, Longs
 from ...mesh.attributes import INDEX_NAMES, NAMES_COMMENT, images_in
-from ..guards import Polygons, as_rows, contiguous_rows, faces_of
+from ..guards import Polygons, faces_of
 from ..input import Input, Read
 from .ply_tables import Header, Table, parse_header, read_tables
 from .text import as_integers

@@ -7,10 +7,11 @@ import re
 import numpy as np
 import numpy.typing as npt
 
+from ...base.arrays import as_doubles, contiguous_rows
 from ...base.checks import MAX_CELLS, counted
 from ...base.errors import MeshError
 from ...base.types import Array, Floats
-from ..guards import Content, as_doubles, contiguous_rows
+from ..guards import Content
 from ..input import Input, Read
 from .parts import Parts, parts_of
 from .text import Lines

@@ -127,10 +127,8 @@ class Lines:
 
     def parse_second_indices(self) -> Array:
         """Return the second index of each corner: 2 for ``7/2`` and ``7/2/3``; 0 if missing."""
-        read_token = partial(_read_corner, place=1)
-        return self._parse(
-            [_core.parse_second_indices, _core.parse_long_second_indices], read_token
-        )
+        kernels: list[_Kernel] = [_core.parse_second_indices, _core.parse_long_second_indices]
+        return self._parse(kernels, partial(_read_corner, place=1))
 
     def parse_integers_or_floats(self) -> Array:
         """Return all numbers, flat: integers if all are written as integers, otherwise float64."""

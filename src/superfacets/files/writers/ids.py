@@ -19,7 +19,7 @@ from ...mesh.attributes import MeshAttributes
 from ...regions.vertices import vertex_ids, vertex_labels
 from ..formats import FORMATS
 from .cells import FormatOptions
-from .text import write_npy, write_rows
+from .text_formats import write_npy, write_rows
 
 _SCANS = Table({name: f"superfacets_scans.scannet:{name}" for name in (
     "check_ids", "check_nested", "check_triangles", "name_in_groups", "scene_of",

@@ -14,7 +14,7 @@ from ...mesh.attributes import COLORS, INDEX_NAMES, NAMES_COMMENT, PLY_TYPES, is
 from ...mesh.faces import Corners, corners_of
 from ..input import NORMALS
 from .cells import Output
-from .text import ROWS_AT_ONCE, fits_single, number_format, text_rows
+from .text_formats import ROWS_AT_ONCE, fits_single, number_format, text_rows
 
 Columns = dict[str, Any]
 """Properties of an element: one number, (N,), or one list, (N, n), per row. The corners of faces

@@ -1,27 +1,30 @@
-"""Write OBJ, OFF, STL and CSV; the functions say where labels and colors are stored."""
+"""Format rows of numbers as text, and write OBJ, OFF, STL and CSV."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import chain
-from typing import IO, TYPE_CHECKING
+from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.lib.format as npy_format
 import numpy.typing as npt
 
 from ...base.checks import checked_threads
 from ...base.lazy import load
-from ...base.types import Array
+from ...base.types import Array, Floats
 from ...mesh.attributes import COLORS
 from ...mesh.faces import FaceMesh, area_vectors, corners_of
 from ..input import NORMALS
 from ..readers.stl import HEADER_SIZE, TRIANGLE
 from .cells import Output
-from .text import ROWS_AT_ONCE, coordinate_format, fits_single, number_format, text_rows, write_rows
 
 if TYPE_CHECKING:
     from ... import Texture
+
+ROWS_AT_ONCE = 1 << 14
+"""Number of rows that are formatted at a time; small enough to fit in the processor cache."""
 
 NO_MATERIAL = "no_material"
 """Name of the material for faces without a material. It is needed only after faces with a material,
@@ -29,6 +32,50 @@ because a ``usemtl`` line applies to all faces up to the next ``usemtl`` line.""
 
 # In OBJ, "#" begins a comment, and a backslash joins two lines.
 _SAFE = str.maketrans("#\\", "__")
+
+
+def text_rows(row: str, columns: Sequence[Array]) -> bytes:
+    """Format all rows with a single format operation; `row` is the format string of one row."""
+    lists = [column.tolist() for column in columns]
+    n_rows = len(lists[0])
+    flat: list[Any] = [None] * (n_rows * len(lists))
+    for place, values in enumerate(lists):
+        flat[place :: len(lists)] = values
+    return (row * n_rows % tuple(flat)).encode("ascii")
+
+
+def write_rows(file: IO[bytes], row: str, columns: Sequence[Array]) -> None:
+    """Write columns of equal length as rows of text; `row` is the format string of one row.
+
+    Writers of text formats use it, because it formats many rows at a time.
+    """
+    for begin in range(0, len(columns[0]), ROWS_AT_ONCE):
+        file.write(text_rows(row, [column[begin : begin + ROWS_AT_ONCE] for column in columns]))
+
+
+def coordinate_format(values: Floats) -> str:
+    """Return the shortest number format that preserves all values exactly."""
+    return "%.9g" if fits_single(values) else "%.17g"
+
+
+def fits_single(values: Floats) -> bool:
+    """Return whether float32 represents all values exactly."""
+    with np.errstate(over="ignore"):  # overflow gives infinity, which differs from the value
+        return all(
+            np.array_equal(part.astype(np.float32), part)
+            for part in np.array_split(values, max(1, len(values) // ROWS_AT_ONCE))
+        )
+
+
+def write_npy(file: IO[bytes], array: Array) -> None:
+    """Write an array as .npy to any stream; `numpy.save` calls ``tell``, which fails on pipes."""
+    npy_format.write_array_header_1_0(file, npy_format.header_data_from_array_1_0(array))
+    file.write(array.data)
+
+
+def number_format(values: Array) -> str:
+    """Return a format string with enough digits to restore values of this type exactly."""
+    return "%d" if values.dtype.kind in "iu" else "%.9g" if values.dtype.itemsize == 4 else "%.17g"
 
 
 def write_obj(file: IO[bytes], content: Output) -> None:

@@ -136,10 +136,6 @@ def _check_truth_stays(paths: Sequence[StrPath], force: bool) -> None:
         load("superfacets_scans.scannet:check_truth_stays")(paths)
 
 
-def _labels_of(cells: Cells, labels: npt.ArrayLike) -> Ints:
-    return checked_labels(labels, cells.n_cells, getattr(cells, "n_vertices", None))
-
-
 def write_labels(path: StrPath, labels: npt.ArrayLike, *, force: bool = False) -> None:
     r"""Write labels to a file, without a mesh.
 
@@ -301,7 +297,8 @@ class OutputFiles:
         if of_vertices is None and stores_given and fit_vertices(labels, cells):
             of_vertices = checked_labels(labels)
             labels = of_cells(of_vertices, cells)
-        cell_labels = None if labels is None else _labels_of(cells, labels)
+        counts = (cells.n_cells, getattr(cells, "n_vertices", None))
+        cell_labels = None if labels is None else checked_labels(labels, *counts)
         file = next((path for path in paths if _ending_of(path) == SEGMENTS), None)
         groups = _groups_in(constraints, cells, labels)
         ids = IdWriter(cells, cell_labels, options, attributes, of_vertices, segments, file)
