@@ -166,7 +166,7 @@ def run(mesh: MeshLike | Prepared, options: SegmentOptions) -> Segmentation:
         arcs, lengths = add_borders(  # 2 weights
             ordered, grouped, placed.arcs, lengths, weighed, clock
         )
-        loop, begun = weighed.options.loop, [*grouped.begun]
+        loop, begun = weighed.options.loop, [*grouped.begun]  # `coarsened` appends to this copy
         del placed, grouped
         coarsening = coarsened(ordered, weighed.plan, loop, clock.timings, begun)  # coarsen
         part_costs = add_parts(ordered, coarsening, weighed, clock)  # 2 weights

@@ -171,11 +171,10 @@ def straighten(
 ) -> Ints:  # fmt: skip
     """Smooth borders as `smooth_borders` does, without checks; for `targets`, see `for_core`."""
     n_threads = costs.surface.n_threads
-    if targets is not None and not targets[1].sum() > 0:
-        targets = None
     if targets is not None:
-        unit = _core.sum_of(costs.surface.measures, n_threads) / targets[1].sum()
-        targets = unit * targets[0], unit * targets[1]
+        sizes, goals = targets
+        unit = _core.sum_of(costs.surface.measures, n_threads) / goals.sum() if goals.any() else 0.0
+        targets = (unit * sizes, unit * goals) if unit else None
     return _core.smooth_borders(
         *costs.args, labels, fixed, options.for_core(costs.radius, targets), n_threads
     )

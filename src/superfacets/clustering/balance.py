@@ -68,8 +68,8 @@ class SizeRules:
     ) -> SizeRules | None:  # fmt: skip
         """Return the rules for the cells inside the mask, or None if `options` restrict no sizes.
 
-        `measures` are areas or volumes of cells before smoothing. Raises a MeshError if the sum of
-        all sizes is 0, or out of the range of `MAX_TOTAL`.
+        `order` is `Prepared.input_index`, and `measures` are those before smoothing. Raises a
+        MeshError if the sum of all sizes is 0, or out of the range of `MAX_TOTAL`.
         """
         if not options.is_used:
             return None
@@ -224,7 +224,7 @@ class Balancer:
     # the initial centers.
     may_move_centers: bool
     # Target size of each region, (K,); empty before the first call of `run`.
-    goals: Floats = field(default_factory=lambda: np.empty(0))
+    targets: Floats = field(default_factory=lambda: np.empty(0))
 
     @classmethod
     def of(
@@ -242,7 +242,7 @@ class Balancer:
 
     def run(self, graph: OrderedGraph, clustering: Clustering, level: int) -> Clustering:
         """Return a clustering on `level` with balanced regions; only the first call changes it."""
-        if len(self.goals):
+        if len(self.targets):
             return clustering
         cells = (self.sizes[level], self.components[level])
         if self.may_move_centers:
@@ -251,14 +251,14 @@ class Balancer:
             clustering = with_counts(graph, clustering, cells, self.rules.counts(has), limits)
             self._even_out(clustering, cells)
         found = _Regions.of(clustering, *cells)
-        self.goals = self.rules.goals(found.sizes, found.components)
+        self.targets = self.rules.goals(found.sizes, found.components)
         return clustering
 
     def region_goals(self, labels: Ints, n_regions: int) -> Goals:
         """Return target sizes for the clean-up; regions without a target keep their size."""
         rules = self.rules
         found = sums_by_label(labels, rules.sizes, n_regions)
-        goals = np.concatenate([self.goals, found[len(self.goals) :]])
+        goals = np.concatenate([self.targets, found[len(self.targets) :]])
         is_exact = rules.options.cells is not None
         return Goals(rules.sizes, goals, rules.options.limits, is_exact)
 

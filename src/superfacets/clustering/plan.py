@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -21,8 +21,13 @@ from .result import Segmentation
 Start: TypeAlias = Seeds | Segmentation
 """Initial state of the loop: the initial centers, the label of each cell, or an earlier result."""
 
-ArcLengths: TypeAlias = tuple[Longs, Ints, Singles]
-"""Offsets (N + 1,), neighbors (M,) and lengths (M,) of arcs in CSR form."""
+
+class ArcLengths(NamedTuple):
+    """Arcs in CSR form, and their lengths."""
+
+    offsets: Longs  # (N + 1,)
+    neighbors: Ints  # (M,)
+    lengths: Singles  # (M,)
 
 
 @dataclass(frozen=True)
@@ -48,18 +53,20 @@ class Plan:
         `order` is the index of each cell of the graph before sorting; None if they were not sorted.
         """
         (count_options, given), n_threads = start, loop.n_threads
-        kept, measures = None, graph.measures
+        kept, kept_measures = None, graph.measures
         if inside is not None:
-            kept, measures = inside.cells, measures[inside.cells]
+            kept, kept_measures = inside.cells, kept_measures[inside.cells]
         init = _first_centers(given, graph.positions, graph.measures, kept, n_threads, order)
         seeds = None if init is None or isinstance(init, str) else init
         if inside is not None and seeds is not None:
             init = seeds = inside.new_cells(seeds, order)
         count_options = replace(count_options, seeds=seeds)
-        size = region_size(count_options, measures, n_threads, dimension, plural)
+        size = region_size(count_options, kept_measures, n_threads, dimension, plural)
         plan = cls(inside, size, count_options, init, order is not None)
         if count_options.radius and size.total and plan.is_divided:  # divide each area
-            shares = np.bincount(plan.components([]), measures) * (size.n_segments / size.total)
+            shares = np.bincount(plan.components([]), kept_measures) * (
+                size.n_segments / size.total
+            )
             shares = np.maximum(shares.round(), loop.islands == "keep")
             plan = replace(plan, size=size._replace(n_segments=max(1, int(shares.sum()))))
         return plan
@@ -96,13 +103,10 @@ class Plan:
         inside = self.inside
         if inside is None:
             placed = _core.PlacedCells(graph.positions, graph.measures, n_threads, self.is_sorted)
-            return placed, (graph.offsets, graph.neighbors, lengths)
+            return placed, ArcLengths(graph.offsets, graph.neighbors, lengths)
         cells = (graph.positions[inside.cells], graph.measures[inside.cells])
-        return _core.PlacedCells(*cells, n_threads, self.is_sorted), (
-            inside.offsets,
-            inside.neighbors,
-            lengths[inside.arcs],
-        )
+        arcs = ArcLengths(inside.offsets, inside.neighbors, lengths[inside.arcs])
+        return _core.PlacedCells(*cells, n_threads, self.is_sorted), arcs
 
     def whole(self, result: Segmentation) -> Segmentation:
         """Extend a result for cells inside the mask to all cells; cells outside are labeled -1."""

@@ -124,21 +124,21 @@ def segment_cells(
     so regions may have loose pieces without a center. Across `joining_arcs`, these pieces join
     other regions, if possible where arcs are shorter than ``graph.crease_limit``.
     """
-    size, options, init = plan.size, plan.count_options, plan.init
+    size, count, init = plan.size, plan.count_options, plan.init
     if init is None:
         init = "curve" if coarsening.is_short else "geodesic"
     timings: dict[str, float] = {}
     with timed(timings, "seeding", loop.report):
         coarse = coarsening.graphs
         first = coarse[-1].graph if coarse else graph
-        seeds, paths = run_seeding(first, bounds, size, options, init, loop.islands, loop.n_threads)
+        seeds, paths = run_seeding(first, bounds, size, count, init, loop.islands, loop.n_threads)
         components = None
         if plan.is_divided and not plan.has_seeds:
             components = plan.components(coarse)
             seeds = shared_seeds(first, seeds, components, size.n_segments, loop)
             paths = None
         del first  # this reference would keep the graph in memory during the loop
-    is_short = coarsening.is_short and loop.relocates  # research also runs it without
+    is_short = coarsening.is_short and loop.relocates  # research turns relocation off
     cycle = Loop(
         size.radius, loop, timings, balancer=balancer, components=components, is_short=is_short
     )
@@ -156,7 +156,7 @@ def segment_cells(
             labels, n_joined, more = _core.join_islands(graph, labels, plan.groups, loop.n_threads)
             centers, n_unreached = np.concatenate([centers, more]), n_joined + len(more)
     params = {
-        "n_segments": None if options.radius is not None else size.n_segments,
+        "n_segments": None if count.radius is not None else size.n_segments,
         "radius": size.radius,
         "init": init if isinstance(init, str) else "given",
         **loop.params,

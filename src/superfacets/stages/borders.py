@@ -71,14 +71,15 @@ def add_borders(
     `ordered` and `grouped.begun` get new lengths of arcs. Returns `arcs`, which are inside the
     mask, with these lengths, and the lengths of all arcs.
     """
-    (normals, levels, begun), inside = grouped, weighed.plan.inside
-    if normals is None:
+    levels, begun, inside = grouped.levels, grouped.begun, weighed.plan.inside
+    if grouped.normals is None:
         return arcs, lengths
     n_threads = weighed.surface.n_threads
     with clock.timed("weights", begins=False):
-        between, costs = _costs_between(levels, (ordered, arcs), normals, weighed)
+        between, costs = _costs_between(levels, (ordered, arcs), grouped.normals, weighed)
         group_of = groups_of_cells(levels, n_threads)
-        arcs = (*arcs[:2], _core.add_group_costs(*arcs, group_of, *between, costs, n_threads))
+        values = _core.add_group_costs(*arcs, group_of, *between, costs, n_threads)
+        arcs = arcs._replace(lengths=values)
         ordered.set_lengths(*arcs, n_threads)
         for level in begun:  # at most one graph, which is the first of `levels`
             coarse, group_of_coarse = level.arcs(), groups_of_cells(levels[1:], n_threads)
@@ -86,8 +87,8 @@ def add_borders(
             level.set_lengths(values, n_threads)
         if inside is not None:
             values = lengths.values.copy()
-            values[inside.arcs] = arcs[2]
-        return arcs, lengths._replace(values=arcs[2] if inside is None else values)
+            values[inside.arcs] = arcs.lengths
+        return arcs, lengths._replace(values=arcs.lengths if inside is None else values)
 
 
 def _costs_between(

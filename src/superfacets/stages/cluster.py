@@ -58,9 +58,9 @@ def cluster(
         arcs if weighed.has_part_costs else None, balancer,
     )  # fmt: skip
     if balancer is not None and plan.is_divided and options.sizes.balance == 1:
-        spread = float(balancer.goals.std() / balancer.goals.mean())
+        spread = float(balancer.targets.std() / balancer.targets.mean())
         if spread > MAX_SPREAD:
-            n_small = np.count_nonzero(balancer.goals < balancer.goals.mean() / 2)
+            n_small = np.count_nonzero(balancer.targets < balancer.targets.mean() / 2)
             note = (
                 f"sizes of regions vary by {spread:.0%}, because some areas between barriers are"
                 f" smaller than a region: with about {n_small} more regions, sizes vary less"

@@ -51,15 +51,16 @@ def add_parts(
         if coarsening.loops_on_all:
             groups = groups_to_embed(graph, n_threads)
             costs = PartCosts.of(graph, groups, factors, n_threads)
+            # With large regions, far arcs between all cells would dominate the run time, so there
+            # are none: 1 step leads to neighbors.
             far_steps = FAR_STEPS if has_small_regions(graph, size.n_segments) else 1
             if coarsening.is_short or groups:
                 far_steps = min(far_steps, SHORT_STEPS)
-            # With large regions, far arcs between all cells would dominate the run time, so there
-            # are none: `far_steps` is 1.
             graph.add_far_arcs(n_threads, far_steps)
             graph.add_part_costs(costs.group_of, costs.vectors, costs.factor, n_threads)
             costs.add_to(coarsening.graphs, costs.group_of, n_threads)
         else:
+            # The last of these groups are the cells of the finest graph with a loop.
             groups = coarsening.graphs[: coarsening.n_without_loop + 1]
             costs = PartCosts.of(graph, groups, factors, n_threads)
             costs.add_to(coarsening.graphs[coarsening.n_without_loop :], None, n_threads)

@@ -86,8 +86,8 @@ class Prepared:
     ) -> Prepared:  # fmt: skip
         """Smooth a mesh as `denoise` requires, and build the graph of the mesh or cloud.
 
-        Cells are sorted if `may_sort` is true. Raises a ValueError if `denoise` is a number of
-        steps > 0 and the cells are not faces.
+        Cells are sorted if `may_sort` is true. `denoise` is None if an earlier graph had cells
+        other than faces; such cells raise a ValueError if it is a number of steps > 0.
         """
         kind = kind_of(source)
         if not kind.has_faces:
@@ -263,7 +263,7 @@ def plan_regions(prepared: Prepared, options: SegmentOptions, clock: Clock) -> P
         )  # fmt: skip
         if sizes is not None:
             sizes.check(plan.size.n_segments)
-        areas = prepared.graph.measures
+        areas = prepared.graph.measures  # after smoothing
         if inside is not None:
             areas = np.zeros_like(areas)
             areas[inside.cells] = prepared.graph.measures[inside.cells]

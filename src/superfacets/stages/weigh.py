@@ -118,7 +118,7 @@ def ordered_graph(
         ordered = _core.OrderedGraph(
             placed.cells, *placed.arcs, weighed.surface.n_threads, is_symmetric, straight_unit
         )
-        if weighed.of_made_thing:  # only weights with costs between parts recognize made things
+        if weighed.of_made_thing:  # made things have costs between parts, so the unit is above 0
             limit = options.crease_limit(weighed.plan.size.radius)
             ordered.crease_limit = limit / straight_unit
     return ordered

@@ -106,7 +106,7 @@ class EdgeFactors(NamedTuple):
         """Convert the factors to a `_core` object. `diagonal` is d in `superfacet_weights`."""
         return _core.EdgeFactors(diagonal=diagonal, **self._asdict())
 
-    def of_made_thing(self) -> EdgeFactors:
+    def for_made_things(self) -> EdgeFactors:
         """Return the factors for made things, on which all convex bends cost as much as ridges."""
         eta_convex = max(self.eta_convex, self.ridges)
         return self._replace(alpha=MADE_FACTOR * self.alpha, eta_convex=eta_convex)
@@ -540,7 +540,7 @@ def _adapted_weights(surface: Surface, arrays: CellArrays, factors: EdgeFactors)
     wants_sums = is_closed or factors.is_straight
     weights, sums = weights_and_sums(surface, arrays, factors, wants_sums=wants_sums)
     of_made_thing = factors.is_straight and sums.are_of_made_thing(surface, arrays)
-    adapted = factors.of_made_thing() if of_made_thing else factors
+    adapted = factors.for_made_things() if of_made_thing else factors
     if is_closed and not of_made_thing:
         area = _core.sum_of(arrays[1], surface.n_threads)
         convex_share = convex_share_of(sums.curvature, surface.volume, area, surface.diagonal)
