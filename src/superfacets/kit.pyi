@@ -45,7 +45,7 @@ from .mesh.faces import corners_of as corners_of
 from .mesh.faces import corner_triangles as corner_triangles
 from .mesh.faces import cut_into_triangles as cut_into_triangles
 from .mesh.weld import lowest_vertices as lowest_vertices
-from .graph.kinds import labels_of_corners as labels_of_corners
+from .graph.kinds import of_cells as of_cells
 from .graph.sums import weighted_majority as weighted_majority
 from .graph.sums import sums_by_label as sums_by_label
 from .graph.surface import Surface as Surface

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from superfacets import MeshError, kit
+from superfacets import MeshError, face_labels, kit
 from superfacets.kit import FORMATS, Array, CellFile, Cells, Ints
 
 from .failures import print_line, print_note
@@ -51,7 +51,7 @@ def labels_of_cells(cells: Cells, given: GivenLabels, *, is_noted: bool = True) 
     """
     if not given.are_of_vertices:
         return given.labels
-    labels = kit.labels_of_corners(cells, given.labels)
+    labels = face_labels(cells, given.labels)
     if not is_noted:
         return labels
     n_lost = len(np.setdiff1d(given.labels[given.labels >= 0], labels))

@@ -25,7 +25,7 @@ from superfacets.kit import (
     checked_number,
     checked_threads,
     counted,
-    labels_of_corners,
+    of_cells,
     ranked_labels,
     sums_by_label,
     weighted_majority,
@@ -267,7 +267,7 @@ def _labels_of_regions(cells: Any, labels: Any) -> tuple[Ints, int]:
     if not len(names):
         raise ValueError("labels must contain at least one region, but all labels are -1")
     if not are_of_cells:
-        return labels_of_corners(cells, ranks).astype(np.int32), len(names)
+        return of_cells(ranks, cells).astype(np.int32), len(names)
     if names[-1] >= n:
         first = int(np.argmax(given >= n))
         cells_of = counted(n, "cell")

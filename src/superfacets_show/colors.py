@@ -130,22 +130,10 @@ def face_colors(mesh: MeshLike | CellGraph, labels: npt.ArrayLike) -> Bytes:
     """
     cells = mesh if isinstance(mesh, CellGraph) else kit.as_cells(mesh)
     n_vertices = getattr(cells, "n_vertices", None)
-    of_cells = labels_of_cells(labels, cells)
+    of_cells = kit.of_cells(labels, cells)
     compact, _ = kit.compact_partial_labels(of_cells, cells.n_cells, n_vertices)
     arcs, of_some = kit.kind_of(cells).border_arcs(cells, compact, kit.checked_threads(None))
     return colors_of_cells(_colors_of_adjacency(arcs, of_some, int(compact.max()) + 1), compact)
-
-
-def labels_of_cells(labels: Any, cells: Any) -> Any:
-    """Convert labels of vertices, (V,), to labels of cells; return other labels unchanged.
-
-    A cell gets the most frequent label of its corners. If V is N, labels are those of cells.
-    """
-    n_vertices = getattr(cells, "n_vertices", None)  # clouds have no vertices
-    fit_vertices = hasattr(labels, "__len__") and len(labels) == n_vertices != cells.n_cells
-    if fit_vertices and np.ndim(next(iter(labels))) == 0:
-        return kit.labels_of_corners(cells, np.asarray(labels))
-    return labels
 
 
 def colors_of_cells(colors: Bytes, labels: Ints) -> Bytes:

@@ -19,7 +19,7 @@ from .animation import MOVING_ENDINGS, check_video, gif_of, write_video
 from .annotations import SCALE_SHARE, TITLE_SHARE, scale_strip, title_strip
 from .backend import import_vtk
 from .camera import Clip, Up, View, orbiting_cameras, place_camera
-from .colors import Scale, checked_values, labels_of_cells, scale_of
+from .colors import Scale, checked_values, scale_of
 from .rendering import (
     Style,
     checked_picture_path,
@@ -34,6 +34,8 @@ from .scene import Picture, surface_of, upright
 _SIZE, _MOVING_SIZE = (1200, 900), (640, 480)
 
 _N_FRAMES = 60
+
+_MOST_CUT = 500_000  # maximum number of faces of meshes whose borders are smooth by default
 
 _ENDINGS = (".png", *MOVING_ENDINGS)
 
@@ -128,7 +130,7 @@ def plot(
     border_width: float | None = None,
     background: str = "white",
     clip: Clip | None = None,
-    smooth_borders: bool = False,
+    smooth_borders: bool | None = None,
     numbers: bool = False,
     see_inside: bool = False,
 ) -> Plot:
@@ -189,9 +191,10 @@ def plot(
         Half of a `TetMesh` to show. ``"x"`` shows the tetrahedra whose centroids have a larger x
         than the center of the bounding box, and ``"-x"`` shows the tetrahedra whose centroids have
         a smaller x. By default, the outer surface of the whole mesh is shown.
-    smooth_borders : bool, default False
+    smooth_borders : bool, optional
         Whether borders are drawn as smooth curves across faces, computed by `cut_borders`, instead
-        of as lines along edges. This has no effect on clouds, which are drawn without borders.
+        of as lines along edges. By default, they are on meshes of at most 500,000 faces, because
+        edges of larger meshes are shorter than a pixel. Clouds are drawn without borders.
     numbers : bool, default False
         Whether the label of each visible region is written on it, near the center of its visible
         part. The label -1 is not written. Labels do not overlap: if there is no room, labels of
@@ -228,11 +231,11 @@ def plot(
     (120, 160, 3)
     """
     whole = kit.as_cells(mesh)
-    is_smooth = kit.checked_flag(smooth_borders, "smooth_borders")
+    wants_curves = whole.n_cells <= _MOST_CUT if smooth_borders is None else smooth_borders
     n = _n_frames(n_frames, output)
     path = None if output is None else _checked_target(output, n)
     levels = labels.levels if isinstance(labels, Hierarchy) else [labels]
-    series = [labels_of_cells(each, whole) for each in (*levels, *compare)]
+    series = [kit.of_cells(each, whole) for each in (*levels, *compare)]
     _check_titles(titles, len(series))
     if color_by is not None and colors is not None:
         raise ValueError("give colors or color_by, not both")
@@ -245,7 +248,11 @@ def plot(
     if color_by is not None:
         shades, scale = _colors_by(whole, series, color_by, scale_title)
     frames, up = _draw_side_by_side(
-        _Panels(whole, series, shades, clip, is_smooth), style, n, titles, scale
+        _Panels(whole, series, shades, clip, kit.checked_flag(wants_curves, "smooth_borders")),
+        style,
+        n,
+        titles,
+        scale,
     )
     plotted = Plot(frames, up)
     if path is not None:

@@ -257,8 +257,8 @@ def test_smooth_borders_are_shorter_lines_and_keep_the_colors_of_regions(gl):
     labels = (np.floor(x) + np.floor(y) > 23).astype(int) * 8  # any numbers
     colors = np.where((labels > 0)[:, None], [250, 0, 0], [0, 0, 250]).astype(np.uint8)
     style = {"colors": colors, "view": FRONT, "size": (200, 200), "border_width": 2}
-    edges = plot(mesh, labels, **style).image
-    smooth = plot(mesh, labels, smooth_borders=True, **style).image
+    edges = plot(mesh, labels, smooth_borders=False, **style).image
+    smooth = plot(mesh, labels, **style).image  # the default
     assert dark(smooth).sum() < 0.85 * dark(edges).sum()
     above, below = smooth[60:90, 140:170], smooth[130:160, 30:60]
     assert difference(above, edges[60:90, 140:170]) == 0
@@ -386,8 +386,9 @@ def test_many_regions_do_not_drown_in_outlines(gl):
 def test_lines_on_the_far_side_are_hidden(gl, bear):
     behind = bear.vertices[bear.faces].mean(axis=1)[:, 2] < -0.3
     labels = (behind & (np.arange(bear.n_faces) % 2 == 0)).astype(int)
-    assert dark(plot(bear, labels, size=SIZE, view=View(azimuth=180, up="y")).image).sum() > 150
-    assert dark(plot(bear, labels, size=SIZE, view=FRONT).image).sum() < 8
+    style = {"size": SIZE, "smooth_borders": False}
+    assert dark(plot(bear, labels, view=View(azimuth=180, up="y"), **style).image).sum() > 150
+    assert dark(plot(bear, labels, view=FRONT, **style).image).sum() < 8
 
 
 def test_regions_have_their_colors(gl):

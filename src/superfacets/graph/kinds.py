@@ -384,7 +384,7 @@ def labels_of_corners(cells: Any, of_vertices: Array) -> Array:
     """Return, for each cell, the most frequent label of its corners, of the same type.
 
     If several labels are equally frequent, the lowest is used. `of_vertices` has one label per
-    vertex, or per point of a cloud. Apps use it for files with labels of vertices.
+    vertex, or per point of a cloud.
     """
     corners = kind_of(cells).corners(cells)
     if corners is None:
@@ -397,7 +397,10 @@ def labels_of_corners(cells: Any, of_vertices: Array) -> Array:
 
 
 def of_cells(values: Any, cells: Any) -> Any:
-    """Return one value per cell if there is one per vertex and not one per cell, else `values`."""
+    """Convert labels of vertices, (V,), to labels of cells; return anything else unchanged.
+
+    Apps use it for labels given by users. If V is also the number of cells, labels are of cells.
+    """
     return labels_of_corners(cells, np.asarray(values)) if fit_vertices(values, cells) else values
 
 

@@ -17,7 +17,7 @@ from superfacets import Texture, kit
 from superfacets.kit import MeshLike
 
 from ..camera import Up, View
-from ..colors import labels_of_cells, scale_colors
+from ..colors import scale_colors
 from ..scene import upright
 from .coding import Arrays
 from .groups import (
@@ -170,7 +170,7 @@ def view(
     cells = kit.as_cells(source)
     kind, n_cells = kit.kind_of(cells), cells.n_cells
     n_vertices = getattr(cells, "n_vertices", None)
-    levels = checked_levels(labels_of_cells(labels, cells), n_cells, n_vertices)
+    levels = checked_levels(kit.of_cells(labels, cells), n_cells, n_vertices)
     truth = None if ground_truth is None else checked_labeling(ground_truth, n_cells, n_vertices)
     values = checked_features(features, cells, levels[0].n_regions if levels else None)
     if camera is not None and not isinstance(camera, View):

@@ -12,7 +12,7 @@ from typing import Any, TypeVar, cast
 import numpy as np
 import numpy.typing as npt
 
-from superfacets import MeshError, kit, read_labels
+from superfacets import MeshError, face_labels, kit, read_labels
 from superfacets.kit import Bools, Cells, Longs
 from superfacets_scans import GROUPS, NO_CLASS, SEGMENTS
 
@@ -100,7 +100,9 @@ def _labels_in(data: bytes, ending: str, cells: Cells) -> Longs:
                 labels = read_labels(path).astype(np.int64)
             except MeshError as error:
                 raise MeshError(str(error).removeprefix(f"{path}: ")) from None
-        return _of_cells(cells, labels)
+        of_cells: Longs = kit.of_cells(labels, cells)
+        kit.check_length(of_cells, n_cells, "labels", kit.kind_of(cells).noun, error=MeshError)
+        return of_cells
     document = kit.parsed_json(data)
     if ending == SEGMENTS:
         return _of_corners(cells, _integers(document["segIndices"], "segIndices"))
@@ -134,25 +136,11 @@ def _integers(values: Any, name: str) -> Longs:
     return array.astype(np.int64)
 
 
-def _of_cells(cells: Any, labels: Longs) -> Longs:
-    """Return labels of cells, also if there is one label per vertex instead of one per cell."""
-    n_vertices = getattr(cells, "n_vertices", None)  # point clouds have no vertices
-    if len(labels) == cells.n_cells:
-        return labels
-    if len(labels) == n_vertices:
-        return kit.labels_of_corners(cells, labels)
-    vertices = "" if n_vertices is None else f" or per vertex ({n_vertices})"
-    raise MeshError(
-        f"labels must have one value per {kit.kind_of(cells).noun} ({cells.n_cells}){vertices},"
-        f" got {kit.counted(len(labels), 'value')}"
-    )
-
-
 def _of_corners(cells: Any, of_vertices: Longs) -> Longs:
     """Return the most frequent label at the corners of each cell; of several, the lowest."""
     n_vertices = cells.n_cells if kit.kind_of(cells).are_points else cells.n_vertices
     kit.check_length(of_vertices, n_vertices, "segIndices", "vertex", error=MeshError)
-    return kit.labels_of_corners(cells, of_vertices)
+    return face_labels(cells, of_vertices).astype(np.int64)
 
 
 def _by_number(labels: Longs, known: ClassList) -> Imported:
