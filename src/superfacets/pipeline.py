@@ -106,8 +106,8 @@ def segment(
     -------
     Segmentation
         Labels are int32 from 0 to K - 1, one per face in input order. They are the same on every
-        run. K equals k, except that each component without a seed adds a region
-        (``islands="keep"``), barriers can add regions, and a lower bound of sizes can remove some.
+        run. K equals k, plus one region for each component without a seed (if ``islands="keep"``)
+        and regions that barriers add, minus regions that a lower bound on sizes removes.
 
     Warns
     -----

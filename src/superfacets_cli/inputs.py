@@ -99,9 +99,9 @@ def ranked_labels_beside(
 ) -> tuple[Ints, Array, Ints, tuple[str, ...]]:
     """Read labels from the file `labels` or, if it is None, from the input `source`.
 
-    Returns labels of cells without gaps, the number of each region in the file, the labels without
-    gaps as they are in the file, of cells or of vertices, and the names of the parts of the input
-    that are the regions, or (). Raises a MeshError if there are no labels, or if all are -1.
+    Returns four values: labels 0 to K - 1 of cells; the label of each region in the file; labels 0
+    to K - 1 of cells or vertices, as in the file; and the names of regions that are parts of the
+    input, else (). Raises a MeshError if there are no labels, or if all are -1.
     """
     titles: tuple[str, ...] = ()
     if labels is not None:

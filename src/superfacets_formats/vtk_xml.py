@@ -184,7 +184,7 @@ class XmlFile:
         arrays = piece.findall(f"{section}/DataArray")
         array = next((one for one in arrays if one.get("Name", _UNNAMED) == name), None)
         if array is None:
-            raise MeshError(f"{section} in the file must have an array {name}")
+            raise MeshError(f"the file has no array {name} in {section}")
         if array.get("NumberOfComponents", "1") not in ("0", "1"):
             raise MeshError(f"the array {shown(name)} must have one number per cell")
         found = self._values(array, n)

@@ -26,8 +26,8 @@ _MAX_TICKS = 6
 _STEPS = (1, 2, 5, 10)
 _TINY = 1e-290  # smaller ranges get ticks only at their ends, because steps would underflow
 
-# Height of numbers on regions: a fraction of the mean diameter of the visible regions, but at least
-# this number of pixels, and at most this fraction of the picture's height.
+# Height of numbers on regions: a fraction of the mean diameter of visible regions; its minimum in
+# pixels; its maximum as a fraction of the picture's height.
 _NUMBER, _MIN_NUMBER, _MAX_NUMBER = 0.3, 10.0, 1 / 32
 
 # Minimum clearance of a number's center in pixels: regions seen edge-on are one or two pixels wide.
@@ -136,7 +136,7 @@ def _places(
 def _clearances(regions: Ints) -> Longs:
     """Return the number of pixels from each pixel to the end of its region, >= 1.
 
-    The number is the minimum for the directions left, right, up and down, and includes the pixel.
+    The number is the minimum over the directions left, right, up and down. It counts the pixel.
     """
     room = np.full(regions.shape, max(regions.shape), dtype=np.int64)
     for turns in range(4):

@@ -21,7 +21,7 @@ struct Path {
   }
 };
 
-// The paths to all cells in the sorted order of a graph.
+// The path to each cell, in the order of the cells of a graph.
 struct PathArrays {
   explicit PathArrays(std::size_t n_cells) : lengths(n_cells), labels(n_cells) {}
 

@@ -122,16 +122,16 @@ def evaluate(
     Returns
     -------
     dict of str to float
-        ``n_regions``, ``n_left_out`` (number of cells that are -1 in the labels or, as a mean, in
-        the ground truths), ``n_extra_pieces`` (connected pieces of all regions, minus
-        ``n_regions``), ``compactness`` and ``explained_variation``; with ground truths also the
-        means over them of ``undersegmentation_error``, ``achievable_accuracy``, ``achievable_iou``,
+        ``n_regions``, ``n_left_out`` (number of cells with label -1, plus the mean number of other
+        cells that are -1 in a ground truth), ``n_extra_pieces`` (connected pieces of all regions,
+        minus ``n_regions``), ``compactness`` and ``explained_variation``. Ground truths add
+        ``undersegmentation_error``, ``achievable_accuracy``, ``achievable_iou``,
         ``boundary_recall``, ``boundary_precision``, ``cut_discrepancy``, ``hamming_distance``,
         ``missing_rate``, ``false_alarm_rate``, ``rand_index``, ``global_consistency_error`` and
-        ``local_consistency_error``. All but the first four are weighted by area or length, by
-        volume for a `TetMesh`, and by the number of points for a `PointCloud`; for the latter two,
-        metrics that need normals or border edges are left out. Metrics do not change if labels are
-        renumbered or if the mesh is scaled.
+        ``local_consistency_error``, each the mean over the ground truths. All but the first four
+        are weighted by area or length, by volume for a `TetMesh`, and by the number of points for
+        a `PointCloud`; for the latter two, metrics that need normals or border edges are left out.
+        Metrics do not change if labels are renumbered or if the mesh is scaled.
 
     Raises
     ------

@@ -92,7 +92,7 @@ class Hierarchy:
         return found
 
     def _regions_at(self, n: int, name: str = "n") -> Ints:
-        """Return the new label of each finest region after merging to n, which is checked."""
+        """Check n, and return the label of each finest region after merging to n regions."""
         n = checked_count(n, name, self.n_finest, "regions on the finest level")
         if n < self.n_fewest:
             raise ValueError(

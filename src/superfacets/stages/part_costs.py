@@ -84,7 +84,7 @@ class PartCosts:
         cls, graph: _core.OrderedGraph, levels: list[_core.CoarseGraph],
         factors: tuple[float, float], n_threads: int,
     ) -> PartCosts:  # fmt: skip
-        """Compute the spectral embedding of the last graph in `levels`, or else of `graph`.
+        """Compute the spectral embedding of the last graph in `levels`, or of `graph` if none is.
 
         `factors` are gamma, and the cost of a concave crease of angle pi in the unit of the
         positions. The cost of an arc is gamma times the distance of its ends in the embedding,

@@ -93,7 +93,7 @@ class InputFile:
 
     @property
     def most_cells(self) -> int:
-        """Upper bound of the number of cells, from the size of the file; 0 if it is missing."""
+        """Upper bound on the number of cells, from the file size; 0 if the file is missing."""
         return self._size // FILE_BYTES.get(Path(self.input).suffix.lower(), 12)
 
     @property

@@ -523,7 +523,7 @@ def weights_of(surface: Surface, arrays: CellArrays, factors: EdgeFactors) -> Fl
 def weights_and_sums(
     surface: Surface, arrays: CellArrays, factors: EdgeFactors, *, wants_sums: bool
 ) -> tuple[Floats, EdgeSums]:
-    """Return the weights of arcs between faces, and the `EdgeSums`: 0 unless `wants_sums`."""
+    """Return the weights of arcs between faces, and `EdgeSums`, which are 0 unless `wants_sums`."""
     handle, costs = surface.handle, factors.for_core(surface.diagonal)
     if isinstance(handle, _core.TriangleSurface):
         found = _core.triangle_weights(handle, *arrays, costs, wants_sums, surface.n_threads)

@@ -48,7 +48,7 @@ def _state(document: Document, query: Body) -> Body:
 
 
 def regions_of(revision: Revision) -> Body:
-    """Return the number of a revision and of its regions."""
+    """Return the number of a revision, and how many regions it has."""
     return {"revision": revision.number, "n_regions": revision.n_regions}
 
 
