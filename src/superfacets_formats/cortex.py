@@ -19,7 +19,7 @@ from superfacets import MeshError, kit
 from superfacets.kit import Array, BinaryReader, Content, Input, Lines, Read, counted, shown
 
 from .grids import as_count
-from .vtk_xml import NUMBER_TYPES, parsed_xml
+from .vtk_xml import NUMBER_TYPES, parsed_numbers, parsed_xml
 
 TRIANGLES = b"\xff\xff\xfe"
 """First bytes of FreeSurfer files with a surface of triangles."""
@@ -127,8 +127,7 @@ def _values_of(array: Element, n_file: int) -> Array:
     if n_bytes > kit.most_bytes_of(n_file):
         raise MeshError(f"an array declares {counted(n_bytes, 'byte')}, too many for the file size")
     if array.get("Encoding") == "ASCII":
-        lines = Lines.of(text.encode())
-        values = lines.parse(np.float64 if stored.kind == "f" else np.int64).astype(stored)
+        values = parsed_numbers(text.encode(), stored)
     else:
         order: Literal["<", ">"] = "<" if array.get("Endian") == "LittleEndian" else ">"
         content = _decoded(text, n_bytes, is_packed=array.get("Encoding") == "GZipBase64Binary")

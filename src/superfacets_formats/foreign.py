@@ -269,4 +269,4 @@ class _MshData:
             raise ValueError(f"they have the number {lost[0]:.0f}, which no node or element has")
         found = np.full((len(numbers), width), np.nan)
         found[places] = values
-        return names[0].strip('"'), found[:, 0] if width == 1 else found
+        return (*names, "data")[0].strip('"'), found[:, 0] if width == 1 else found

@@ -217,7 +217,7 @@ class XmlFile:
         stored = np.dtype(NUMBER_TYPES[word])
         form = array.get("format", "ascii")
         if form == "ascii":
-            values = _parsed((array.text or "").encode(), stored)
+            values = parsed_numbers((array.text or "").encode(), stored)
             if len(values) != n:
                 n_found = len(values)
                 raise MeshError(
@@ -311,7 +311,7 @@ def parsed_xml(text: bytes, tag: str) -> Element:
     return root
 
 
-def _parsed(text: bytes, stored: np.dtype[Any]) -> Array:
+def parsed_numbers(text: bytes, stored: np.dtype[Any]) -> Array:
     """Parse all numbers in a text, and convert them to the type `stored`."""
     lines = Lines.of(text)
     if stored.kind != "f":
