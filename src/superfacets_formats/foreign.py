@@ -34,7 +34,7 @@ _KEYWORD = re.compile(rb"(?m)^[ \t]*(vertices|dimension|edges|triangles|quadrila
 _MESHIO_KINDS = {name: kind for kind, name in NAMES.items()}
 """VTK types of cells, keyed by meshio's names."""
 
-_DATA = re.compile(rb"^\$(Node|Element)Data[ \t\r]*\n.*?\$End\1Data\b", re.M | re.S)
+_DATA = re.compile(rb"^\$(Node|Element)Data[ \t\r]*\n.*?\$End\1Data\b[^\n]*\n?", re.M | re.S)
 """Matches data in an MSH file."""
 
 _OWNERS = {b"$Nodes": "point", b"$Elements": "cell", b"$NodeData": "point", b"$ElementData": "cell"}
@@ -197,21 +197,21 @@ class _MshData:
     """
 
     def __init__(self, file: IO[bytes], sizes: Array) -> None:
-        self._file, self._sizes = file, sizes
+        while file.readline().strip() != b"$MeshFormat":  # meshio has found it
+            pass
+        self._version, is_binary, size = file.readline().split()[:3]
+        self._file, self._sizes, self._count = file, sizes, f"u{int(size)}"
+        self._is_old, self._is_text = self._version[:1] == b"2", is_binary == b"0"
 
     def read(self) -> Found:
         """Return data in the order of nodes and elements; missing values are NaN."""
+        if self._version == b"4.0":
+            return {"field data": "which are not read in version 4.0"}
         found: Found = {}
         numbers: dict[str, Array] = {}
         for line in iter(self._file.readline, b""):
             owner = _OWNERS.get(line.strip(), "")
-            if line.startswith(b"$MeshFormat"):
-                version, is_binary, size = self._file.readline().split()[:3]
-                if version == b"4.0":
-                    return {"field data": "which are not read in version 4.0"}
-                self._is_old, self._is_text = version[:1] == b"2", is_binary == b"0"
-                self._count = f"u{int(size)}"
-            elif owner and b"Data" not in line:
+            if owner and b"Data" not in line:
                 numbers[owner] = self._numbers(are_of_nodes=owner == "point")
             elif owner:
                 name, values = self._values_of(numbers[owner])

@@ -9,7 +9,7 @@ import pytest
 import superfacets as sf
 from superfacets.files.cell_file import CellFile
 
-pytest.importorskip("meshio")
+meshio = pytest.importorskip("meshio")
 vtk = pytest.importorskip("vtk")
 numpy_to_vtk = pytest.importorskip("vtkmodules.util.numpy_support").numpy_to_vtk
 
@@ -145,8 +145,7 @@ def numbered_msh(version, is_text, nodes):
             parts += [row("3d", *point) for _, point in block]
         parts += [b"\n$EndNodes\n$Elements\n", row("4Q", 3, 3, 2, 9)]
         for number, kind, corners in cells:
-            parts.append(row("3iQ", len(corners) - 1, 1, kind, 1))
-            parts.append(row(f"{1 + len(corners)}Q", number, *corners))
+            parts.append(row(f"3i{2 + len(corners)}Q", 2, 1, kind, 1, number, *corners))
     parts.append(b'\n$EndElements\n$NodeData\n1\n"heat"\n1\n0.5\n3\n0\n1\n3\n')
     parts += [row("id", nodes[place], place + 0.5) for place in (4, 0, 3)]
     parts.append(b'\n$EndNodeData\n$ElementData\n1\n"flow"\n1\n0.5\n3\n0\n3\n2\n')
@@ -174,6 +173,10 @@ def test_data_of_msh_that_cannot_be_assigned_are_named(refuse, tmp_path):
     (tmp_path / "d.msh").write_bytes(content + content[content.index(b"$NodeData") :])
     left_out = sf.read_attributes(tmp_path / "d.msh").left_out
     assert {*left_out} >= {f"field {name}, whose name is repeated" for name in ("heat", "flow")}
+    mesh = meshio.Mesh(POINTS, [("tetra", TETS)], {"heat": POINTS})
+    meshio.gmsh.main.write(tmp_path / "e.msh", mesh, "4.0")
+    left_out = sf.read_attributes(tmp_path / "e.msh").left_out
+    assert left_out == ("field data, which are not read in version 4.0",)
 
 
 POLYDATA = (
