@@ -35,9 +35,10 @@ _MESHIO_KINDS = {name: kind for kind, name in NAMES.items()}
 """VTK types of cells, keyed by meshio's names."""
 
 _DATA = re.compile(rb"^\$(Node|Element)Data[ \t\r]*\n.*?\$End\1Data\b[^\n]*\n?", re.M | re.S)
-"""Matches data in an MSH file."""
+"""Matches data in an MSH file, which meshio would assign by position."""
 
 _OWNERS = {b"$Nodes": "point", b"$Elements": "cell", b"$NodeData": "point", b"$ElementData": "cell"}
+"""What the rows of each section of an MSH file belong to."""
 
 _MAX_NAMED = 10_000
 """Largest value of a property of which the values have names."""
@@ -171,13 +172,7 @@ def read_with_meshio(data: bytes, ending: str) -> Found:
     for name, parts in mesh.cell_data.items():
         result[f"cell {name}"] = np.concatenate([np.asarray(part) for part in parts])
     if without_data != data:
-        with tempfile.TemporaryFile() as file:
-            file.write(data)
-            file.seek(0)
-            try:
-                result |= _MshData(file, sizes).read()
-            except (ValueError, LookupError) as error:
-                raise MeshError(f"the data of nodes and elements are damaged: {error}") from None
+        result |= _data_of(data, sizes)
     highest = max((kind for kind in kinds if kind in (5, 9, 10)), default=0)
     groups = {
         int(tag): name for name, (tag, dimension) in mesh.field_data.items()
@@ -189,12 +184,19 @@ def read_with_meshio(data: bytes, ending: str) -> Found:
     return result
 
 
-class _MshData:
-    """Cursor in an MSH file that reads the data of nodes and elements.
+def _data_of(content: bytes, sizes: Array) -> Found:
+    """Return the data in an MSH file; `sizes` are the numbers of nodes of all elements."""
+    with tempfile.TemporaryFile() as file:  # for `numpy.fromfile`
+        file.write(content)
+        file.seek(0)
+        try:
+            return _MshData(file, sizes).read()
+        except (ValueError, LookupError) as error:
+            raise MeshError(f"the data of nodes and elements are damaged: {error}") from None
 
-    Each row of data begins with the number of its node or element, which meshio ignores. `sizes`
-    are the numbers of nodes of all elements.
-    """
+
+class _MshData:
+    """Cursor in an MSH file. Rows of data have the number of their node or element."""
 
     def __init__(self, file: IO[bytes], sizes: Array) -> None:
         while file.readline().strip() != b"$MeshFormat":  # meshio has found it
