@@ -1,7 +1,7 @@
 """The public names and where they live; each is imported when it is first used."""
 
 from superfacets_batch.batching import batch as batch
-from superfacets_formats.tet_info import TetInfo as TetInfo
+from superfacets_formats.tet_graph import TetInfo as TetInfo
 from superfacets_formats.tet_mesh import TetMesh as TetMesh
 from superfacets_scans.cameras import read_cameras as read_cameras
 from superfacets_scans.lifting import lift as lift

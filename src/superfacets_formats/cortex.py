@@ -11,25 +11,15 @@ import zlib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Literal
-from xml.etree.ElementTree import Element, ParseError, fromstring
+from xml.etree.ElementTree import Element
 
 import numpy as np
 
 from superfacets import MeshError, kit
-from superfacets.kit import (
-    Array,
-    BinaryReader,
-    Content,
-    Input,
-    Lines,
-    Read,
-    as_integers,
-    counted,
-    shown,
-)
+from superfacets.kit import Array, BinaryReader, Content, Input, Lines, Read, counted, shown
 
 from .grids import as_count
-from .vtk_xml import NUMBER_TYPES
+from .vtk_xml import NUMBER_TYPES, parsed_numbers, parsed_xml
 
 TRIANGLES = b"\xff\xff\xfe"
 """First bytes of FreeSurfer files with a surface of triangles."""
@@ -82,7 +72,7 @@ def read_gifti(source: Input) -> Read:
         if words and words != _IDENTITY:
             source.declare("transform of coordinates")
     comments = (f"{STRUCTURE}{structure.strip()}",) if structure else ()
-    corners = as_integers(triangles, "vertex indices")
+    corners = kit.as_integers(triangles, "vertex indices")
     vertex = _others_of(arrays, len(data), len(points)) if source.keep else ()
     return source.mesh(points, corners, vertex=vertex, comments=comments)
 
@@ -104,7 +94,7 @@ def gifti_labels(data: Content) -> Array:
     keys = _gifti_array(data, Intent="NIFTI_INTENT_LABEL")
     if keys is None or keys.ndim != 1:
         raise MeshError("the GIFTI file has no labels of vertices")
-    return np.maximum(as_integers(keys, "labels").astype(np.int64), 0) - 1
+    return np.maximum(kit.as_integers(keys, "labels").astype(np.int64), 0) - 1
 
 
 def _parsed(data: Content) -> Element:
@@ -113,13 +103,7 @@ def _parsed(data: Content) -> Element:
         raise MeshError("the GIFTI file must not define entities")
     if data.find(b"ExternalFileBinary") >= 0:  # for security, refuse names of other files
         raise MeshError("the GIFTI file refers to another file: save all arrays in one file")
-    try:
-        root = fromstring(data[:])
-    except (ParseError, LookupError, ValueError) as error:  # LookupError: unknown encoding
-        raise MeshError(f"the GIFTI file is damaged: {error}") from None
-    if root.tag != "GIFTI":
-        raise MeshError(f"not a GIFTI file: the XML begins with {shown(root.tag)}")
-    return root
+    return parsed_xml(data[:], "GIFTI")
 
 
 def _gifti_array(data: Content, **wanted: str) -> Array | None:
@@ -143,8 +127,7 @@ def _values_of(array: Element, n_file: int) -> Array:
     if n_bytes > kit.most_bytes_of(n_file):
         raise MeshError(f"an array declares {counted(n_bytes, 'byte')}, too many for the file size")
     if array.get("Encoding") == "ASCII":
-        lines = Lines.of(text.encode())
-        values = lines.parse(np.float64 if stored.kind == "f" else np.int64).astype(stored)
+        values = parsed_numbers(text.encode(), stored)
     else:
         order: Literal["<", ">"] = "<" if array.get("Endian") == "LittleEndian" else ">"
         content = _decoded(text, n_bytes, is_packed=array.get("Encoding") == "GZipBase64Binary")
@@ -208,7 +191,7 @@ def listed_vertices(data: Content) -> Array:
     rows.refuse(rows.counts != 5, "a listed vertex needs 5 numbers")
     if lines[:1].parse(np.int64).tolist() != [len(rows)]:
         raise MeshError(f"expected the number of listed vertices, {len(rows)}, before their rows")
-    return as_integers(rows.parse(np.float64)[::5], "listed vertices")
+    return kit.as_integers(rows.parse(np.float64)[::5], "listed vertices")
 
 
 def label_names(path: kit.StrPath) -> dict[int, str]:

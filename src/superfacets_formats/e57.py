@@ -22,12 +22,12 @@ _COLORS = ("colorRed", "colorGreen", "colorBlue")
 
 _NORMALS = ("nor:normalX", "nor:normalY", "nor:normalZ")
 
-_OWN_NAMES = {
-    **dict(zip("xyz", _CARTESIAN, strict=True)),
-    **dict(zip(("red", "green", "blue"), _COLORS, strict=True)),
-    **dict(zip(("nx", "ny", "nz"), _NORMALS, strict=True)),
+_NAMES = {
+    **dict(zip(_CARTESIAN, "xyz", strict=True)),
+    **dict(zip(_COLORS, ("red", "green", "blue"), strict=True)),
+    **dict(zip(_NORMALS, ("nx", "ny", "nz"), strict=True)),
 }
-"""Fields of E57 that have other names in `MeshAttributes`."""
+"""Names in `MeshAttributes`, keyed by names of fields in E57."""
 
 _AT_REST = np.concatenate([np.zeros((1, 3)), np.eye(3)])
 """Position of the scanner, and its three axes, in the coordinate system of the scan."""
@@ -176,8 +176,7 @@ def _read_scan(pye57: Any, file: Any, place: int, source: Input) -> _Scan:
         else:
             columns |= zip(_COLORS, shades.T, strict=True)
     frame = _moved(_AT_REST, header, place) if header.has_pose() else None
-    names = {field: name for name, field in _OWN_NAMES.items()}
-    return _Scan({names.get(key, key): each for key, each in columns.items()}, is_valid, frame)
+    return _Scan({_NAMES.get(key, key): each for key, each in columns.items()}, is_valid, frame)
 
 
 def _has(header: Any, names: tuple[str, ...]) -> bool:
@@ -198,11 +197,9 @@ def _read_columns(pye57: Any, file: Any, place: int, source: Input) -> dict[str,
             source.declare(f"field {name} of scan {place}", "which has no numbers")
     if not n_records:
         return columns
-    buffers = pye57.libe57.VectorSourceDestBuffer()
+    buffers = nodes.VectorSourceDestBuffer()
     for name, values in columns.items():
-        buffers.append(
-            pye57.libe57.SourceDestBuffer(file.image_file, name, values, n_records, True, True)
-        )
+        buffers.append(nodes.SourceDestBuffer(file.image_file, name, values, n_records, True, True))
     reader = header.points.reader(buffers)
     n_read = reader.read()
     reader.close()

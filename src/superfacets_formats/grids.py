@@ -1,4 +1,4 @@
-"""Choose the tetrahedra, faces or points among the cells of a file."""
+"""Choose the tetrahedra, faces or points among the cells of a file; read VTK, MSH and MESH."""
 
 from __future__ import annotations
 
@@ -31,13 +31,14 @@ _FACES = {5: 3, _STRIP: None, 7: None, _PIXEL: 4, 9: 4, 22: 3, 23: 4, 28: 4, 34:
 _SIZES = {1: 1, 3: 2, 5: 3, _PIXEL: 4, 9: 4, 10: 4, 21: 3, 22: 6, 23: 8, 24: 10, 28: 9, 34: 7}
 """Number of nodes by VTK type; a different number indicates a damaged file."""
 
-_NAMES = {
+NAMES = {
     1: "vertex", 2: "polyvertex", 3: "line", 4: "polyline", 5: "triangle", 7: "polygon", 9: "quad",
     10: "tetra", 11: "voxel", 12: "hexahedron", 24: "tetra10",
     13: "wedge", 14: "pyramid", 21: "line3", 22: "triangle6", 23: "quad8", 25: "hexahedron20",
     26: "wedge15", 27: "pyramid13", 28: "quad9", 29: "hexahedron27", 32: "wedge18",
     42: "polyhedron",
 }  # fmt: skip
+"""Names of VTK types, as in meshio."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,21 +138,31 @@ class Grid:
             corners[at + 2], corners[at + 3] = corners[at + 3], corners[at + 2].copy()
         if not (kinds == _STRIP).any():
             return chosen, sizes, corners
-        parts: list[tuple[int, Array]] = []
+        rows, lists = [], list[Array]()
         of_rows = np.split(corners, np.cumsum(sizes)[:-1])
         for row, kind, of_row in zip(chosen, kinds, of_rows, strict=True):
-            triangles = [of_row]
+            faces = [of_row]
             if kind == _STRIP:
-                triangles = [of_row[i : i + 3][[0, 1, 2] if i % 2 == 0 else [1, 0, 2]]
-                             for i in range(len(of_row) - 2)]  # fmt: skip
-            parts += [(row, each) for each in triangles]
-        lists = [each for _, each in parts]
-        rows = np.array([row for row, _ in parts])
-        return rows, np.array([len(each) for each in lists]), np.concatenate(lists)
+                faces = [of_row[[i + i % 2, i + 1 - i % 2, i + 2]] for i in range(len(of_row) - 2)]
+            rows += [row] * len(faces)
+            lists += faces
+        return np.array(rows), np.array([len(each) for each in lists]), np.concatenate(lists)
+
+
+def read_vtk(source: Input) -> Read:
+    """Read a legacy VTK file with VTK."""
+    if source.data[:22] != b"# vtk DataFile Version":
+        raise MeshError("not a VTK file: it does not begin with # vtk DataFile Version")
+    return Grid.of_foreign("read_with_vtk", source).read(source)
+
+
+def read_with_meshio(source: Input) -> Read:
+    """Read an MSH file of Gmsh or a MESH file of Medit with meshio."""
+    return Grid.of_foreign("read_with_meshio", source).read(source)
 
 
 def _named(kinds: list[int]) -> str:
-    return ", ".join(sorted(_NAMES.get(kind, f"VTK type {kind}") for kind in kinds[:10]))
+    return ", ".join(sorted(NAMES.get(kind, f"VTK type {kind}") for kind in kinds[:10]))
 
 
 def as_count(token: bytes | str, what: str) -> int:

@@ -16,7 +16,7 @@ import numpy as np
 from superfacets import MeshError, kit
 from superfacets.kit import Array, Bytes, Content, Input, Read, counted
 
-from .las_frame import DIMENSION, LasFrame
+from .las_frame import DIMENSION, ORIGIN, LasFrame
 
 _MAX_COMPRESSED = 1000
 """Maximum ratio of decompressed bytes to bytes of the file. The usual ratio is 5 to 20. Only files
@@ -131,8 +131,8 @@ def _header_of(data: Content) -> _Header:
     }
     frame = LasFrame(
         minor, point_format, numbers[:3], numbers[3:], tuple(projection.items()),
-        is_wkt=bool(data[6] & 16), source_id=int.from_bytes(data[4:6], "little"),
-        has_standard_time=bool(data[6] & 1),
+        is_wkt=bool(data[6] & 16), has_standard_time=bool(data[6] & 1),
+        origin=tuple((begin, data[begin:end]) for begin, end in ORIGIN),
     )  # fmt: skip
     return _Header(frame, n_points, size, begin, is_compressed, records, layout)
 

@@ -22,6 +22,10 @@ _MODEL, _GEOGRAPHIC = 1024, 2
 _CITATIONS, _CODES, _USER_DEFINED = (3073, 1026, 2049), (3072, 2048), 32767
 """GeoTIFF keys of names and of EPSG codes, and the code of a system that EPSG does not define."""
 
+ORIGIN = ((4, 6), (8, 24), (26, 58), (90, 94))
+"""Begins and ends, in the header of a LAS file, of its source id (for example the number of the
+flight line), GUID, system identifier, and day and year of creation."""
+
 DIMENSION = 192
 """Size in bytes of the description of an extra dimension in a LAS file."""
 
@@ -85,11 +89,11 @@ class LasFrame(NamedTuple):
     """Whether the header declares that the reference system is WKT."""
     extra: tuple[LasDimension, ...] = ()
     """Extra dimensions that were read, and are attributes of the points."""
-    source_id: int = 0
-    """File source id, for example the number of the flight line."""
     has_standard_time: bool = False
     """Whether GPS times are adjusted standard times. Otherwise they are seconds since the start of
     the week."""
+    origin: tuple[tuple[int, bytes], ...] = ()
+    """Offsets and contents of the parts of the header that say where the points are from."""
 
     def __str__(self) -> str:
         return f"LAS header, reference system {self.name or 'none'}"

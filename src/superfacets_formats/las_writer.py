@@ -34,18 +34,17 @@ def write_las(file: IO[bytes], content: Output) -> None:
     """Write points and attributes as LAS or LAZ, with labels in the extra dimension ``label``.
 
     If the attributes come from a LAS file, the output has the same version, point format,
-    quantization, coordinate reference system and types of extra dimensions, with three exceptions:
-    a quantization or type that cannot represent the values is replaced, point formats with wave
-    packets become formats without wave packets, and old versions become at least LAS 1.2. If there
-    are no attributes from a LAS file, the output is LAS 1.4 with point format 6, or 7 if the cloud
-    has colors.
+    quantization, coordinate reference system, source, date of creation and types of extra
+    dimensions, with three exceptions: a quantization or type that cannot represent the values is
+    replaced, point formats with wave packets become formats without wave packets, and old versions
+    become at least LAS 1.2. If there are no attributes from a LAS file, the output is LAS 1.4 with
+    point format 6, or 7 if the cloud has colors.
     """
     laspy = import_extra("laspy", "a .las or .laz file", "las")
     cloud, attributes = content.cells, content.attributes
     frame = _frame_of(cloud, None if attributes is None else attributes.header)
     header = laspy.LasHeader(point_format=frame.point_format, version=f"1.{frame.minor}")
     header.scales, header.offsets = np.array(frame.scales), np.array(frame.offsets)
-    header.file_source_id = frame.source_id
     if frame.is_wkt:  # laspy 2.5 also sets this flag if the assigned value is False
         header.global_encoding.wkt = True
     if frame.has_standard_time:
@@ -74,12 +73,13 @@ def write_las(file: IO[bytes], content: Output) -> None:
     except Exception as error:  # laspy raises exceptions of many classes
         reason = shortened(reason_of(error))
         raise MeshError(f"the cloud cannot be written as {content.ending}: {reason}") from None
-    file.write(written.getbuffer())
+    whole = written.getbuffer()
+    for begin, part in frame.origin:
+        whole[begin : begin + len(part)] = part
+    file.write(whole)
 
 
-def _add_columns(
-    las: Any, stored: dict[str, Array], content: Output, frame: LasFrame
-) -> None:  # fmt: skip
+def _add_columns(las: Any, stored: dict[str, Array], content: Output, frame: LasFrame) -> None:
     """Store each array in the field of its name, or in a new dimension if the field rounds it."""
     fields = {field.name: field for field in las.point_format.standard_dimensions}
     for name, values in stored.items():
@@ -107,9 +107,7 @@ def _fits(values: Array, field: Any) -> bool:
     )
 
 
-def _add_dimension(
-    las: Any, name: str, other: str, values: Array, frame: LasFrame | None
-) -> bool:  # fmt: skip
+def _add_dimension(las: Any, name: str, other: str, values: Array, frame: LasFrame | None) -> bool:
     """Add a property as an extra dimension named `other`, and return whether this is possible.
 
     Name and type are those of the dimension of this property in `frame` if its type can represent

@@ -1,6 +1,6 @@
-"""Read PCD files with pypcd4: a header, then points as text, binary records or compressed columns.
+"""Read and write PCD files: a header, then points as text, binary records or compressed columns.
 
-The sizes that the header declares are first compared with the file.
+pypcd4 checks headers and decompresses columns. Declared sizes are first compared with the file.
 """
 
 from __future__ import annotations
@@ -8,12 +8,12 @@ from __future__ import annotations
 import io
 import math
 import re
-from typing import Any, NamedTuple, cast
+from typing import IO, Any, NamedTuple, cast
 
 import numpy as np
 
 from superfacets import MeshError, kit
-from superfacets.kit import Array, Content, Input, Lines, Read, counted, shown
+from superfacets.kit import Array, Content, Input, Lines, Output, Read, counted, shown
 
 from .grids import as_count
 
@@ -23,10 +23,11 @@ _KINDS = {"i1", "i2", "i4", "i8", "u1", "u2", "u4", "u8", "f4", "f8"}
 
 _DATA = re.compile(rb"^[ \t]*DATA[ \t]+(\S+)[^\n]*\n", re.MULTILINE)
 
-_OTHER_NAMES = {
-    "normal_x": "nx", "normal_y": "ny", "normal_z": "nz", "r": "red", "g": "green", "b": "blue",
-}  # fmt: skip
-"""Names of normals and colors in `MeshAttributes`, keyed by their names in PCD."""
+_NORMALS = {"nx": "normal_x", "ny": "normal_y", "nz": "normal_z"}
+"""Names of normals in PCD, keyed by their names in `MeshAttributes`."""
+
+_OTHER_NAMES = {"r": "red", "g": "green", "b": "blue", **{b: a for a, b in _NORMALS.items()}}
+"""Names in `MeshAttributes`, keyed by names in PCD."""
 
 _PADDING = "_"
 """Name of fields that are only padding."""
@@ -36,6 +37,9 @@ _MAX_COMPRESSED = 100
 
 _MAX_NUMBERS = 10_000
 """Maximum number of numbers per point. The largest known descriptors have 2,000."""
+
+ROWS_AT_ONCE = 1 << 14
+"""Number of records that are written at a time."""
 
 _AT_REST = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 """Pose that programs write if the pose is unknown: translation 0, identity quaternion."""
@@ -141,34 +145,32 @@ def _n_points(words: dict[str, list[str]]) -> int:
 def _points_of(data: Content, header: _Header) -> Array:
     """Return the points, (N,), as records with the fields of `header.shape`."""
     pypcd4 = kit.import_extra("pypcd4", "a .pcd file", "pcd")
-    shape, body = header.shape, data[header.begin :]
-    n_bytes = shape.points * shape.build_dtype().itemsize
+    shape, dtype = header.shape, header.shape.build_dtype()
+    n_bytes = shape.points * dtype.itemsize
     if shape.data == "ascii":
         lines = Lines.of(data, begin=header.begin, comment=b"#")
         width = sum(shape.count)
         lines.refuse(lines.counts != width, f"expected {counted(width, 'number')}")
         _check_points(len(lines), header)
-        body = b"\n".join(b" ".join(lines.content(i).split()) for i in range(shape.points))
-    elif shape.data == "binary":
-        _check_points(len(body) // shape.build_dtype().itemsize, header)
-    else:
-        sizes = np.frombuffer(body[:8].ljust(8, b"\0"), "<u4").tolist()
-        n_packed = min(sizes[0], max(len(body) - 8, 0))
-        if n_packed != sizes[0] or sizes[1] != n_bytes or n_bytes > _MAX_COMPRESSED * n_packed:
-            raise MeshError(
-                f"{counted(shape.points, 'point')} must have {n_bytes} bytes, but the file"
-                f" declares {sizes[1]} bytes, compressed to {sizes[0]}, and has {n_packed}"
-                " compressed bytes: it may be truncated or damaged"
-            )
+        return lines[: shape.points].parse(np.float64).view(dtype)
+    if shape.data == "binary":
+        _check_points((len(data) - header.begin) // dtype.itemsize, header)
+        return np.frombuffer(data, dtype, shape.points, header.begin)
+    body = data[header.begin :]
+    sizes = np.frombuffer(body[:8].ljust(8, b"\0"), "<u4").tolist()
+    n_packed = min(sizes[0], max(len(body) - 8, 0))
+    if n_packed != sizes[0] or sizes[1] != n_bytes or n_bytes > _MAX_COMPRESSED * n_packed:
+        raise MeshError(
+            f"{counted(shape.points, 'point')} must have {n_bytes} bytes, but the file declares"
+            f" {sizes[1]} bytes, compressed to {sizes[0]}, and has {n_packed} compressed bytes: it"
+            " may be truncated or damaged"
+        )
     try:
         file = io.BytesIO(shape.compose_header().encode() + body)
-        with np.errstate(all="ignore"):
-            table: Array = np.atleast_1d(pypcd4.PointCloud.from_fileobj(file).pc_data)
+        return np.asarray(pypcd4.PointCloud.from_fileobj(file).pc_data)
     except Exception as error:  # NumPy and lzf raise exceptions of many classes
         reason = kit.shortened(kit.reason_of(error))
         raise MeshError(f"the points cannot be read, the file may be damaged: {reason}") from None
-    _check_points(len(table), header)
-    return table
 
 
 def _check_points(n_found: int, header: _Header) -> None:
@@ -206,3 +208,70 @@ def _with_colors(columns: dict[str, Array]) -> dict[str, Array]:
         for color, shift in (("red", 16), ("green", 8), ("blue", 0))
     }
     return {key: values for key, values in columns.items() if key != name} | colors
+
+
+def write_pcd(file: IO[bytes], content: Output) -> None:
+    """Write positions, normals, packed colors, labels and attributes as binary or text PCD.
+
+    Coordinates are float32 if float32 is exact, otherwise float64. Labels are unsigned integers, or
+    signed integers if a label is -1.
+    """
+    columns = _columns_of(content)
+    kinds = [values.dtype.str[1:].upper() for values in columns.values()]
+    counts = [1 if values.ndim == 1 else values.shape[1] for values in columns.values()]
+    n_points = content.cells.n_points
+    view = content.cells.viewpoints
+    place = view if view is not None and view.ndim == 1 else (0, 0, 0)
+    lines = [
+        "# .PCD v0.7 - Point Cloud Data file format",
+        "VERSION 0.7",
+        f"FIELDS {' '.join(columns)}",
+        f"SIZE {' '.join(kind[1:] for kind in kinds)}",
+        f"TYPE {' '.join(kind[0] for kind in kinds)}",
+        f"COUNT {' '.join(map(str, counts))}",
+        f"WIDTH {n_points}",
+        "HEIGHT 1",
+        "VIEWPOINT {:.17g} {:.17g} {:.17g} 1 0 0 0".format(*place),
+        f"POINTS {n_points}",
+        f"DATA {'ascii' if content.ascii else 'binary'}\n",
+    ]
+    file.write("\n".join(lines).encode("ascii"))
+    if content.ascii:
+        flat = [column for values in columns.values() for column in np.atleast_2d(values.T)]
+        row = " ".join(map(kit.number_format, flat))
+        kit.write_rows(file, f"{row}\n", flat)
+        return
+    record = np.dtype(
+        [(name, values.dtype, values.shape[1:]) for name, values in columns.items()]
+    ).newbyteorder("<")
+    for begin in range(0, n_points, ROWS_AT_ONCE):
+        rows = np.empty(min(ROWS_AT_ONCE, n_points - begin), record)
+        for name, values in columns.items():
+            rows[name] = values[begin : begin + ROWS_AT_ONCE]
+        file.write(rows.tobytes())
+
+
+def _columns_of(content: Output) -> dict[str, Array]:
+    """Return the PCD fields by name, without attributes whose name or colors are there already."""
+    cloud, labels, colors = content.cells, content.labels, content.cloud_colors
+    with np.errstate(over="ignore"):  # overflow gives infinity, which differs from the value
+        points = cloud.points.astype(np.float32)
+    if not np.array_equal(points, cloud.points):
+        points = cloud.points
+    columns: dict[str, Array] = dict(zip("xyz", np.ascontiguousarray(points.T), strict=True))
+    if cloud.normals is not None:
+        columns |= zip(_NORMALS.values(), cloud.normals.T.astype(np.float32), strict=True)
+    own: dict[str, Array] = {}
+    if colors is not None:
+        packed = colors.astype(np.uint32) @ np.array([1 << 16, 1 << 8, 1], np.uint32)
+        # Other programs expect these bits as a float in binary files, and as an integer in text.
+        columns["rgb"] = packed if content.ascii else packed.view(np.float32)
+        own = dict(zip(("red", "green", "blue"), colors.T, strict=True))
+    if labels is not None:
+        columns["label"] = labels if labels.min() < 0 else labels.astype(np.uint32)
+    own |= {_OTHER_NAMES.get(field, field): values for field, values in columns.items()}
+    columns |= {
+        _NORMALS.get(name, name): values
+        for name, values in content.properties("vertex", own).items()
+    }
+    return columns

@@ -71,23 +71,9 @@ def _write_array(file: IO[bytes], name: str, values: Array, *, ascii: bool) -> N
 
 def write_vtp(file: IO[bytes], content: Output) -> None:
     """Write VTP, with labels and ``colors`` as cell data."""
-    mesh = content.cells
-    corners = corners_of(mesh)
-    own = {content.label_name: content.labels, "colors": content.colors}
-    written = {name: values for name, values in own.items() if values is not None}
-    of_faces = {**content.properties("face", written), **written}
-    polygons = {
-        "connectivity": corners.vertices.astype(np.int64),
-        "offsets": corners.starts[1:],
-    }
-    sections = {
-        "PointData": content.properties("vertex"),
-        "CellData": of_faces,
-        "Points": {"Points": mesh.vertices},
-        "Polys": polygons,
-    }
-    counts = {"NumberOfPoints": len(mesh.vertices), "NumberOfPolys": mesh.n_faces}
-    write_vtk_xml(file, "PolyData", counts, sections, ascii=content.ascii)
+    corners = corners_of(content.cells)
+    polygons = {"connectivity": corners.vertices.astype(np.int64), "offsets": corners.starts[1:]}
+    _write_cells(file, content, ("PolyData", "Polys"), polygons, content.colors)
 
 
 _TETRA = 10
@@ -102,14 +88,30 @@ def write_vtu(file: IO[bytes], content: Output) -> None:
         "offsets": np.arange(4, 4 * mesh.n_tets + 1, 4, dtype=np.int64),
         "types": np.full(mesh.n_tets, _TETRA, np.uint8),
     }
+    _write_cells(file, content, ("UnstructuredGrid", "Cells"), cells)
+
+
+def _write_cells(
+    file: IO[bytes], content: Output, kinds: tuple[str, str], cells: Arrays,
+    colors: Array | None = None,
+) -> None:  # fmt: skip
+    """Write VTK XML with data; `kinds` are the type of the file, and the section of the cells."""
+    mesh, (kind, section) = content.cells, kinds
     sections: dict[str, Arrays] = {
         "PointData": content.properties("vertex"),
-        "CellData": _with_labels(content),
+        "CellData": _with_labels(content, colors),
         "Points": {"Points": mesh.vertices},
-        "Cells": cells,
+        section: cells,
     }
-    counts = {"NumberOfPoints": mesh.n_vertices, "NumberOfCells": mesh.n_tets}
-    write_vtk_xml(file, "UnstructuredGrid", counts, sections, ascii=content.ascii)
+    counts = {"NumberOfPoints": len(mesh.vertices), f"NumberOf{section}": mesh.n_cells}
+    write_vtk_xml(file, kind, counts, sections, ascii=content.ascii)
+
+
+def _with_labels(content: Output, colors: Array | None = None) -> dict[str, Array]:
+    """Return the properties of the cells, the labels, and colors."""
+    own = {content.label_name: content.labels, "colors": colors}
+    written = {name: values for name, values in own.items() if values is not None}
+    return {**content.properties("face", written), **written}
 
 
 _WORDS = {
@@ -117,12 +119,6 @@ _WORDS = {
     "u4": "unsigned_int", "f4": "float", "f8": "double",
 }  # fmt: skip
 """Names of types in legacy VTK, keyed by NumPy's type code."""
-
-
-def _with_labels(content: Output) -> dict[str, Array]:
-    """Return the properties of the cells, and the labels."""
-    own = {} if content.labels is None else {content.label_name: content.labels}
-    return {**content.properties("face", own), **own}
 
 
 def write_vtk(file: IO[bytes], content: Output) -> None:

@@ -1,4 +1,4 @@
-"""Read VTK XML files with inline or appended arrays, and the polygons of VTP files."""
+"""Read VTP and VTU files: VTK XML with inline or appended arrays."""
 
 from __future__ import annotations
 
@@ -12,17 +12,7 @@ from xml.etree.ElementTree import Element, ParseError, fromstring
 import numpy as np
 
 from superfacets import MeshError, kit
-from superfacets.kit import (
-    Array,
-    Content,
-    Input,
-    Lines,
-    Read,
-    as_integers,
-    counted,
-    named_errors,
-    shown,
-)
+from superfacets.kit import Array, Content, Input, Lines, Read, counted, shown
 
 from .foreign import NO_ROWS
 from .grids import Grid, as_count, sizes_between
@@ -67,9 +57,29 @@ def read_vtp(source: Input) -> Read:
     )  # fmt: skip
 
 
+def read_vtu(source: Input) -> Read:
+    """Read a VTU file, by VTK if it is compressed with LZ4."""
+    file = XmlFile(source.data, "UnstructuredGrid")
+    if file.needs_vtk:
+        return Grid.of_foreign("read_with_vtk", source).read(source)
+    file.declare_others(source)
+    if not file.pieces:
+        raise MeshError("the VTU file has no element Piece")
+    points, sizes, corners = file.cells("Cells", "NumberOfCells")
+    point = file.data("PointData", "NumberOfPoints")
+    cell = file.data("CellData", "NumberOfCells")
+    return Grid(points, file.kinds(), sizes, corners, point, cell).read(source)
+
+
 def _count(piece: Element, name: str) -> int:
     """Return a count in the attributes of a Piece element; 0 if it is missing."""
     return as_count(piece.get(name, "0"), name)
+
+
+def _array_in(piece: Element, section: str, name: str) -> Element | None:
+    """Return the first array of this name, or None."""
+    arrays = piece.findall(f"{section}/DataArray")
+    return next((one for one in arrays if one.get("Name", _UNNAMED) == name), None)
 
 
 class XmlFile:
@@ -87,7 +97,9 @@ class XmlFile:
                 raise MeshError("the appended data has no end: the file may be truncated")
             text = data[:tag_end] + data[end:]
             self._appended = memoryview(data[body + 1 : end])
-        root = _parsed_xml(text)
+        if b"<!DOCTYPE" in text:  # it can define entities
+            raise MeshError("the XML must not have a DOCTYPE, which VTK files never have")
+        root = parsed_xml(text, "VTKFile")
         if root.get("type") != kind or root.find(kind) is None:
             raise MeshError(f"expected a VTKFile of type {kind}, got {root.get('type')!s:.40}")
         for texts in root.iterfind(".//DataArray[@type='String']"):
@@ -159,8 +171,7 @@ class XmlFile:
         """Return an array of one piece, (n,) or (n, m), or None if it is missing."""
         n_before = sum(_count(piece, name) for name in before)
         n_rows = n_before + _count(piece, count)
-        arrays = piece.findall(f"{section}/DataArray")
-        array = next((one for one in arrays if one.get("Name", _UNNAMED) == name), None)
+        array = _array_in(piece, section, name)
         if not n_rows or array is None:
             return None if n_rows else _NONE
         width = max(as_count(array.get("NumberOfComponents", "1"), "NumberOfComponents"), 1)
@@ -181,8 +192,7 @@ class XmlFile:
         """Return the named array of `n` integers, or raise a MeshError if it is missing."""
         if not n:
             return _NONE
-        arrays = piece.findall(f"{section}/DataArray")
-        array = next((one for one in arrays if one.get("Name", _UNNAMED) == name), None)
+        array = _array_in(piece, section, name)
         if array is None:
             raise MeshError(f"the file has no array {name} in {section}")
         if array.get("NumberOfComponents", "1") not in ("0", "1"):
@@ -194,7 +204,7 @@ class XmlFile:
 
     def _values(self, array: Element, n: int) -> Array:
         """Return the `n` numbers of an array, or raise a MeshError if it has another size."""
-        with named_errors(f"the array {shown(array.get('Name', _UNNAMED))}"):
+        with kit.named_errors(f"the array {shown(array.get('Name', _UNNAMED))}"):
             self._left -= 8 * n
             if self._left < 0:
                 raise MeshError(f"it declares {counted(n, 'number')}, too many for the file size")
@@ -207,7 +217,7 @@ class XmlFile:
         stored = np.dtype(NUMBER_TYPES[word])
         form = array.get("format", "ascii")
         if form == "ascii":
-            values = _parsed((array.text or "").encode(), stored)
+            values = parsed_numbers((array.text or "").encode(), stored)
             if len(values) != n:
                 n_found = len(values)
                 raise MeshError(
@@ -290,22 +300,22 @@ def _first_bytes(data: bytes | memoryview, n: int, is_base64: bool) -> bytes:
     return found
 
 
-def _parsed_xml(text: bytes) -> Element:
-    """Parse VTK XML; a document type is refused, because it can define entities."""
-    if b"<!DOCTYPE" in text:
-        raise MeshError("the XML must not have a DOCTYPE, which VTK files never have")
+def parsed_xml(text: bytes, tag: str) -> Element:
+    """Return the root element of XML, which must have the given tag."""
     try:
         root = fromstring(text)
     except (ParseError, LookupError, ValueError) as error:  # LookupError: unknown encoding
         raise MeshError(f"the XML is truncated or damaged: {error}") from None
-    return root if root.tag == "VTKFile" else Element("")
+    if root.tag != tag:
+        raise MeshError(f"expected XML of the type {tag}, got {shown(root.tag)}")
+    return root
 
 
-def _parsed(text: bytes, stored: np.dtype[Any]) -> Array:
+def parsed_numbers(text: bytes, stored: np.dtype[Any]) -> Array:
     """Parse all numbers in a text, and convert them to the type `stored`."""
     lines = Lines.of(text)
     if stored.kind != "f":
-        return as_integers(lines.parse_integers_or_floats(), "values")
+        return kit.as_integers(lines.parse_integers_or_floats(), "values")
     with np.errstate(over="ignore", invalid="ignore"):
         return lines.parse(np.float64).astype(stored)
 

@@ -273,7 +273,7 @@ def test_what_cannot_be_meant_is_refused(run, folder):
         ),
         (["a.ply", "a.npy", "-o", "a.npy"], "a.npy: the output would overwrite the input"),
         (["a.ply", "a.npy", "-o", "a.ply"], "a.ply: the output would overwrite the input"),
-        (["a.ply", "-o", "b.tri"], "expected the ending .ply, .vtp"),
+        (["a.ply", "-o", "b.gltf"], "expected the ending .ply, .vtp"),
         (["a.ply", "a.npy", "-o", "b.npy", "--to", "seg"], "--to has no effect: the endings"),
     ):
         status, _, err = run("convert", *arguments)

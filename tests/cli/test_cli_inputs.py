@@ -34,13 +34,11 @@ def contents(tmp_path):
         return (tmp_path / f"a{ending}").read_bytes()
 
     off = written(".off")
-    _, _, *rows = off.decode().splitlines()
-    tri = "\n".join(["16", *rows[:16], "18", *(row.removeprefix("3 ") for row in rows[16:]), ""])
     return [
         (".ply", written(".ply")), (".off", b"# made\n" + off),
         (".off", off.replace(b"OFF\n", b"OFF", 1)),
         (".obj", b"\n# made\n # by hand\nmtllib a.mtl\n" + written(".obj")),
-        (".tri", tri.encode()), (".stl", b"solid not text".ljust(80) + written(".stl")[80:]),
+        (".stl", b"solid not text".ljust(80) + written(".stl")[80:]),
         (".stl", written(".stl", ascii=True)),
     ]  # fmt: skip
 

@@ -66,11 +66,11 @@ def test_standard_input_goes_to_standard_output_unless_told_otherwise(folder):
         (["a.ply", "-o", "x.npy", "-o", "./x.npy"], "x.npy: the same output is given twice"),
         (["a.ply", "-o", "b/", "-o", "c/"], "give -o at most one folder"),
         (["a.ply", "-o", "results"], "got none (for a folder, write results/)"),
-        (["a.ply", "-o", "b.tri"],
+        (["a.ply", "-o", "b.gltf"],
          "expected the ending .ply, .vtp, .obj, .off, .glb, .ids.png, .stl, .vtu, .vtk, .csv, .pcd,"
          " .las, .laz, .npy, .seg, .txt, .segs.json, .bin, _sp_label.npy, .pth, .label.gii, .annot,"
-         " .sstk.json, .aggregation.json, .npz, got .tri (see"),
-        (["a.ply", "-o", "new.tri"], ".aggregation.json, .npz, got .tri (see"),
+         " .sstk.json, .aggregation.json, .npz, got .gltf (see"),
+        (["a.ply", "-o", "new.gltf"], ".aggregation.json, .npz, got .gltf (see"),
         (["a.ply", "-o", ""], "got none"),
         (["a.ply", "-o", "x.npy", "--to", "npy"],
          "--to has no effect: the endings of the output files"),

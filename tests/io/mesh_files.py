@@ -57,10 +57,6 @@ def off(vertices=VERTICES, faces=FACES) -> bytes:
     return (f"OFF\n{len(vertices)} {len(faces)} 0\n" + text_of(vertices) + text_of(rows)).encode()
 
 
-def tri(vertices=VERTICES, faces=FACES) -> bytes:
-    return (f"{len(vertices)}\n{text_of(vertices)}{len(faces)}\n{text_of(faces)}").encode()
-
-
 def stl_binary(corners=CORNERS, *, head=b"made by a test", n_faces=None) -> bytes:
     triangles = np.reshape(corners, (-1, 9))
     data = head.ljust(80, b" ") + struct.pack("<I", len(triangles) if n_faces is None else n_faces)
@@ -187,7 +183,7 @@ def whole_files() -> dict[str, bytes]:
     return {
         "ascii.ply": ply_text(), "little.ply": ply_binary(),
         "big.ply": ply_binary("binary_big_endian", kind="double"), "square.obj": obj(),
-        "square.off": off(), "square.tri": tri(), "binary.stl": stl_binary(),
+        "square.off": off(), "binary.stl": stl_binary(),
         "ascii.stl": stl_text(), "square.glb": glb(), "draco.glb": draco_glb(),
         "meshopt.glb": meshopt_glb(),
     }  # fmt: skip

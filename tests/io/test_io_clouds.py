@@ -1,10 +1,12 @@
 """Point clouds in files: reading, writing, and errors."""
 
+import datetime
 import io
 import pickle
 import re
 import struct
 import sys
+import uuid
 import warnings
 from dataclasses import replace
 
@@ -625,14 +627,17 @@ def test_the_coordinate_reference_system_goes_back_into_las(
 def test_the_source_and_the_meaning_of_times_go_back_into_las(laspy, tmp_path, is_standard):
     las = las_points(laspy)
     header = las.header
-    header.file_source_id = 4242
+    origin = {"file_source_id": 4242, "uuid": uuid.UUID(int=7), "system_identifier": "a plane"}
+    origin["creation_date"] = datetime.date(2019, 5, 6)
+    for name, value in origin.items():
+        setattr(header, name, value)
     if is_standard:
         header.global_encoding.gps_time_type = laspy.header.GpsTimeType.STANDARD
     las.write(tmp_path / "in.laz")
     cloud, attributes = read_cloud(tmp_path / "in.laz"), read_attributes(tmp_path / "in.laz")
     write_mesh(tmp_path / "out.laz", cloud, LABELS, attributes=attributes)
     made = laspy.read(tmp_path / "out.laz").header
-    assert made.file_source_id == 4242
+    assert {name: getattr(made, name) for name in origin} == origin
     assert made.global_encoding.gps_time_type == header.global_encoding.gps_time_type
 
 

@@ -156,8 +156,8 @@ def test_annotations_of_others_are_read(tmp_path):
 
 
 @pytest.mark.parametrize(("name", "change", "message"), [
-    ("a.gii", lambda data: data[:-9], "the GIFTI file is damaged: "),
-    ("a.gii", lambda data: data.replace(b"GIFTI", b"NIFTI"), "not a GIFTI file"),
+    ("a.gii", lambda data: data[:-9], "the XML is truncated or damaged: "),
+    ("a.gii", lambda data: data.replace(b"GIFTI", b"NIFTI"), "of the type GIFTI, got"),
     ("a.gii", lambda data: data.replace(b"POINTSET", b"SHAPE"),
      "the GIFTI file has no surface"),
     ("a.gii", lambda data: data.replace(b'Dim0="8"', b'Dim0="9"'),

@@ -1,11 +1,13 @@
 """Files of VTK, Gmsh and Medit: written by their libraries, truncated, and with false sizes."""
 
 import itertools
+import struct
 
 import numpy as np
 import pytest
 
 import superfacets as sf
+from superfacets.files.cell_file import CellFile
 
 meshio = pytest.importorskip("meshio")
 vtk = pytest.importorskip("vtk")
@@ -104,39 +106,77 @@ def test_pieces_are_joined_and_vtk_reads_lz4(tmp_path):
     assert np.array_equal(sf.read_labels(tmp_path / "a.vtu"), [*LABELS, *LABELS])
 
 
-def legacy(path, version, is_binary):
+@pytest.mark.parametrize("is_binary", [False, True])
+@pytest.mark.parametrize("version", [42, 51])
+def test_legacy_files_of_all_versions_are_read(tmp_path, version, is_binary):
     writer = vtk.vtkUnstructuredGridWriter()
     writer.SetInputData(grid())
     writer.SetFileVersion(version)
     writer.SetFileType(2 if is_binary else 1)
-    writer.SetFileName(str(path))
+    writer.SetFileName(str(tmp_path / "a.vtk"))
     writer.Write()
+    check(tmp_path / "a.vtk")
 
 
-def gmsh(path, format, is_binary):
-    blocks = [("triangle", TETS[:3, :3]), ("tetra", TETS)][format == "gmsh" :]  # 4.1: one block
-    parts = [np.full(3, 9.0), LABELS.astype(float)][-len(blocks) :]
-    mesh = meshio.Mesh(POINTS, blocks, cell_data={"label": parts} if is_binary else {})
-    mesh.write(path, file_format=format, binary=is_binary)
-    if not is_binary:  # meshio writes text data that cannot be read
-        rows = [f"{i + 1} {label}" for i, label in enumerate(np.concatenate(parts))]
-        data = ["$ElementData", 1, "label", 1, 0, 3, 0, 1, len(rows), *rows, "$EndElementData"]
-        path.write_text(path.read_text() + "\n".join(map(str, data)) + "\n")
+CORNERS = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 1)]
 
 
-FLAVOURS = {
-    "ascii-4.vtk": (legacy, 42, False), "binary-4.vtk": (legacy, 42, True),
-    "ascii-5.vtk": (legacy, 51, False), "binary-5.vtk": (legacy, 51, True),
-    "ascii-2.msh": (gmsh, "gmsh22", False), "binary-2.msh": (gmsh, "gmsh22", True),
-    "ascii-4.msh": (gmsh, "gmsh", False), "binary-4.msh": (gmsh, "gmsh", True),
-}  # fmt: skip
+def numbered_msh(version, is_text, nodes):
+    """Return a triangle and two tetrahedra with data; the numbers of the cells are 6, 9 and 2."""
+
+    def row(form, *numbers):
+        text = f"{' '.join(map(str, numbers))}\n"
+        return text.encode() if is_text else struct.pack(f"<{form}", *numbers)
+
+    parts = [f"$MeshFormat\n{version} {int(not is_text)} 8\n".encode()]
+    parts += [b"" if is_text else row("i", 1), b"\n$EndMeshFormat\n$Nodes\n"]
+    points = list(zip(nodes, CORNERS, strict=True))
+    cells = [(6, 2, nodes[:3]), (9, 4, nodes[:4]), (2, 4, nodes[1:])]
+    if version < 4:
+        parts += [b"5\n", *(row("i3d", node, *point) for node, point in points)]
+        parts += [b"\n$EndNodes\n$Elements\n3\n"]
+        for number, kind, corners in cells:
+            head = (number, kind, 2) if is_text else (kind, 1, 2, number)
+            parts.append(row(f"{len(head) + 2 + len(corners)}i", *head, 0, 1, *corners))
+    else:
+        parts.append(row("4Q", 2, 5, 4, 30))
+        for block in (points[:2], points[2:]):
+            parts += [row("3iQ", 3, 1, 0, len(block)), *(row("Q", node) for node, _ in block)]
+            parts += [row("3d", *point) for _, point in block]
+        parts += [b"\n$EndNodes\n$Elements\n", row("4Q", 3, 3, 2, 9)]
+        for number, kind, corners in cells:
+            parts.append(row(f"3i{2 + len(corners)}Q", 2, 1, kind, 1, number, *corners))
+    parts.append(b'\n$EndElements\n$NodeData\n1\n"heat"\n1\n0.5\n3\n0\n1\n3\n')
+    parts += [row("id", nodes[place], place + 0.5) for place in (4, 0, 3)]
+    parts.append(b'\n$EndNodeData\n$ElementData\n1\n"flow"\n1\n0.5\n3\n0\n3\n2\n')
+    parts += [row("i3d", number, number, 0.5, 0) for number in (2, 9)]
+    return b"".join([*parts, b"\n$EndElementData\n"])
 
 
-@pytest.mark.parametrize("name", FLAVOURS)
-def test_every_flavor_is_read(tmp_path, name):
-    make, *options = FLAVOURS[name]
-    make(tmp_path / name, *options)
-    check(tmp_path / name)
+@pytest.mark.parametrize("is_text", [True, False])
+@pytest.mark.parametrize("version", [2.2, 4.1])
+def test_data_of_msh_belong_to_the_numbers_of_nodes_and_cells(tmp_path, version, is_text):
+    nodes = [30, 7, 8, 4, 5] if is_text or version > 4 else [1, 2, 3, 4, 5]
+    (tmp_path / "a.msh").write_bytes(numbered_msh(version, is_text, nodes))
+    mesh, attributes = CellFile.read(tmp_path / "a.msh").cells_and_attributes()
+    assert mesh.tets.tolist() == [[0, 1, 2, 3], [1, 2, 3, 4]]
+    assert str(attributes.vertex["heat"].tolist()) == "[0.5, nan, nan, 3.5, 4.5]"
+    assert attributes.face["flow"].tolist() == [[9, 0.5, 0], [2, 0.5, 0]]
+    assert attributes.left_out == ("1 cell of type triangle",)
+
+
+def test_data_of_msh_that_cannot_be_assigned_are_named(refuse, tmp_path):
+    content = numbered_msh(2.2, True, [30, 7, 8, 4, 5])
+    refuse("a.msh", content.replace(b"\n30 0.5\n", b"\n31 0.5\n"), "number 31, which no node or")
+    refuse("b.msh", content.replace(b"\n30 0.5\n", b"\n30\n"), "are damaged")
+    refuse("c.msh", numbered_msh(2.2, False, [30, 7, 8, 4, 5]), "gaps in the numbers of nodes")
+    (tmp_path / "d.msh").write_bytes(content + content[content.index(b"$NodeData") :])
+    left_out = sf.read_attributes(tmp_path / "d.msh").left_out
+    assert {*left_out} >= {f"field {name}, whose name is repeated" for name in ("heat", "flow")}
+    mesh = meshio.Mesh(POINTS, [("tetra", TETS)], {"heat": POINTS})
+    meshio.gmsh.main.write(tmp_path / "e.msh", mesh, "4.0")
+    left_out = sf.read_attributes(tmp_path / "e.msh").left_out
+    assert left_out == ("field data, which are not read in version 4.0",)
 
 
 POLYDATA = (

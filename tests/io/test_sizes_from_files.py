@@ -45,8 +45,6 @@ GUARDS = {
         ("write_ids", "zeros"): "labels are below 2**24, checked before"},
     "superfacets/files/writers/text_formats.py": {
         ("_face_lines", "arange"): "sizes of faces in memory"},
-    "superfacets_formats/pcd_writer.py": {
-        ("write_pcd", "empty"): "at most ROWS_AT_ONCE rows of points in memory"},
     "superfacets/files/writers/ply.py": {
         ("_rows", "arange"): "the size of faces in memory",
         ("_write_elements", "arange"): "rows of cells in memory"},
@@ -85,6 +83,8 @@ GUARDS = {
         ("_corners_of", "arange"): "corners in memory",
         ("_corners_of", "repeat"): "corners in memory"},
     "superfacets_formats/foreign.py": {
+        ("_take", "fromfile"): "in a process with a limit",
+        ("_values_of", "full"): "in a process with a limit",
         ("read_with_meshio", "repeat"): "cells in memory, of a process with a limit"},
     "superfacets_formats/las.py": {
         ("_add_extra_columns", "ndarray"): "a view of the records in memory",
@@ -98,7 +98,8 @@ GUARDS = {
         ("_add_coordinates", "repeat"): "numbers of tokens in the text",
         ("_add_materials", "empty"): "lines of the text"},
     "superfacets_formats/pcd.py": {
-        ("_points_of", "frombuffer"): "8 bytes"},
+        ("_points_of", "frombuffer"): "8 bytes, or points whose number is compared with the file",
+        ("write_pcd", "empty"): "at most ROWS_AT_ONCE rows of points in memory"},
     "superfacets_formats/splats.py": {
         ("between", "repeat"): "rows of the element chunk in memory",
         ("unpacked", "repeat"): "rows of the element chunk in memory"},
@@ -242,7 +243,6 @@ ATTACKS = {
     "a.stl": b"x" * 80 + struct.pack("<I", 2**32 - 1) + bytes(50),
     "a.off": b"OFF\n99999999999 99999999999 0\n0 0 0\n",
     "b.off": b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n99999999999 0 1 2\n",
-    "a.tri": b"99999999999\n0 0 0\n",
     "a.mesh": b"MeshVersionFormatted 2\nDimension 3\nVertices\n99999999999\n0 0 0 0\n",
     "a.msh": b"$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 99999999999 1 9\n"
     b"0 1 0 99999999999\n",

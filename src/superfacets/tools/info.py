@@ -211,7 +211,7 @@ def _tet_info(mesh: TetCells, weld: float) -> TetInfo:
     graph, _ = kind_of(mesh).build_graph(mesh, weld, threads)
     counts = count_positions(mesh.vertices), count_components(graph)
     volume = _core.sum_of(graph.measures, threads)
-    info: TetInfo = load("superfacets_formats.tet_info:tet_info")(mesh, graph, *counts, volume)
+    info: TetInfo = load("superfacets_formats.tet_graph:tet_info")(mesh, graph, *counts, volume)
     return info
 
 

@@ -27,7 +27,7 @@ PER_CELL = 200
 PER_BYTE = 3
 """Memory in bytes per byte of the input file, for its content, the mesh, and the output."""
 
-FILE_BYTES = {".stl": 50, ".ply": 18, ".obj": 30, ".off": 30, ".tri": 30, ".laz": 3, ".vtp": 6}
+FILE_BYTES = {".stl": 50, ".ply": 18, ".obj": 30, ".off": 30, ".laz": 3, ".vtp": 6}
 """Minimum number of bytes per cell in a file, for each ending; 12 for all other endings."""
 
 

@@ -21,7 +21,7 @@ from .off import MAGIC as OFF_MAGIC
 
 _BEGINS = {
     ".ply": rb"ply[ \t]*[\n\r]", ".glb": rb"glTF", ".gltf": rb"\{", ".stl": rb"(?i:solid)(?!\S)",
-    ".off": OFF_MAGIC.pattern, ".tri": rb"\d+(?!\S)",
+    ".off": OFF_MAGIC.pattern,
     ".obj": rb"(?:v|vn|vt|vp|f|l|p|o|g|s|mtllib|usemtl)(?!\S)",
 }  # fmt: skip
 """Patterns that match the begin of files without white space and comments, keyed by ending."""
@@ -71,8 +71,8 @@ def read_mesh(path: str | os.PathLike[str]) -> AnyMesh:
     path : path-like
         Mesh file. The ending, in upper or lower case, selects the format:
 
-        - surfaces: ``.ply``, ``.stl``, ``.obj``, ``.off``, ``.vtp``, ``.glb``, ``.gltf`` (2.0) and
-          ``.tri``, and of a brain cortex ``.gii`` (GIFTI) and FreeSurfer's ``.white``, ``.pial``,
+        - surfaces: ``.ply``, ``.stl``, ``.obj``, ``.off``, ``.vtp``, ``.glb`` and ``.gltf``
+          (2.0), and of a brain cortex ``.gii`` (GIFTI) and FreeSurfer's ``.white``, ``.pial``,
           ``.inflated``, ``.smoothwm``, ``.orig`` and ``.sphere``;
         - tetrahedra, or else faces: ``.vtu``, ``.vtk`` (legacy; needs the extra ``viz``), ``.msh``
           (Gmsh) and ``.mesh`` (Medit; both need the extra ``mesh``).

@@ -1,7 +1,7 @@
-"""Reading OFF and .tri."""
+"""Reading OFF."""
 
 import pytest
-from mesh_files import FACES, VERTICES, off, tri
+from mesh_files import FACES, VERTICES, off
 from numpy.testing import assert_array_equal
 
 from superfacets.files.readers.read import read_mesh
@@ -9,14 +9,11 @@ from superfacets.files.readers.read import read_mesh
 V4 = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n"
 
 
-@pytest.mark.parametrize(("name", "data"), [("a.off", off()), ("a.tri", tri())])
 @pytest.mark.parametrize("block", [1, 30, None])
-def test_vertices_and_faces_are_those_of_the_file_in_blocks_of_any_size(
-    read, limit, name, data, block
-):
+def test_vertices_and_faces_are_those_of_the_file_in_blocks_of_any_size(read, limit, block):
     if block:
         limit("block of text", block)
-    mesh = read(name, data)
+    mesh = read("a.off", off())
     assert_array_equal(mesh.vertices, VERTICES)
     assert_array_equal(mesh.faces, FACES)
 
@@ -105,42 +102,6 @@ def test_off_files_that_are_wrong_are_refused(refuse, old, new, message):
 @pytest.mark.parametrize("data", [b"OFF", b"OFF\n", b"OFF\n0 0 0\n", b"OFF\n4 0 0\n" + V4.encode()])
 def test_off_files_without_faces_are_refused(refuse, data):
     refuse("a.off", data, "expected the counts" if len(data) < 5 else "no faces")
-
-
-@pytest.mark.parametrize(("old", "new", "message"), [
-    ("4\n", "four\n", "expected a vertex count at line 1"),
-    ("4\n", "OFF\n", "expected a vertex count at line 1"),
-    ("4\n", "4 4\n", "expected a vertex count at line 1"),
-    ("4\n", "5\n", "line 6: a vertex needs 3 numbers, got 1"),
-    ("4\n", "3\n", "expected a triangle count at line 5"),
-    ("4\n", "9\n",
-     "the file declares 9 vertices but has only 7 more lines: it may be truncated"),
-    ("4\n", f"{'9' * 5000}\n",
-     "the file declares 999999999999999999999999999999 vertices but has only 7 more lines: it"
-     " may be truncated"),
-    ("\n2\n", "\n3\n",
-     "the file declares 3 triangles but has only 2 more lines: it may be truncated"),
-    ("\n2\n", "\n1\n", "line 8: there are more lines than declared triangles"),
-    ("1 1 0\n", "1 1\n", "line 4: a vertex needs 3 numbers, got 2"),
-    ("1 1 0\n", "1 one 0\n", "line 4: expected a number, got 'one'"),
-    ("1 1 0\n", "1 inf 0\n", "vertices[2] must be finite, got [1.0, inf, 0.0]"),
-    ("0 2 3\n", "0 2\n", "line 8: a triangle needs 3 numbers, got 2"),
-    ("0 2 3\n", "0 2 3 1\n", "line 8: a triangle needs 3 numbers, got 4"),
-    ("0 2 3\n", "0 2 1.5\n", "line 8: expected an integer, got '1.5'"),
-    ("0 2 3\n", "0 2 -\n", "line 8: expected an integer, got '-'"),
-    ("0 2 3\n", "0 2 4\n", "faces[1] refers to vertex 4 but the mesh has 4 vertices"),
-    ("0 2 3\n", "0 2 -4\n", "faces[1] refers to vertex -4 but the mesh has 4 vertices"),
-])  # fmt: skip
-def test_tri_files_that_are_wrong_are_refused(refuse, old, new, message):
-    data = f"4\n{V4}2\n0 1 2\n0 2 3\n"
-    assert old in data
-    refuse("a.tri", data.replace(old, new, 1).encode(), message)
-
-
-def test_tri_files_that_end_early_are_refused(refuse):
-    refuse("a.tri", b" \n", "expected a vertex count at the end of the file")
-    refuse("a.tri", f"4\n{V4}".encode(), "expected a triangle count at the end of the file")
-    refuse("a.tri", f"4\n{V4}0\n".encode(), "no faces: use read_cloud")
 
 
 def test_a_benchmark_model_is_read_exactly(data_dir):
