@@ -52,24 +52,19 @@ def unpack_draco(
     scene.take(_BYTES_PER_VERTEX * n_vertices + _BYTES_PER_FACE * n_faces, where)
     with named_errors(where):
         corners, found = decode_draco(bytes(scene.view(view)), n_faces, n_vertices)
-        _keep(scene, primitive["indices"], view, corners, of_any_type=True)
+        decoded: dict[int, Array | None] = {primitive["indices"]: corners}
         for name in ids:
             if name in primitive["attributes"] and name.startswith(("POSITION", "TEXCOORD")):
-                rows = found.get(scene.whole(ids, name))
-                _keep(scene, primitive["attributes"][name], view, rows)
-
-
-def _keep(
-    scene: GltfScene, index: int, view: int, rows: Array | None, *, of_any_type: bool = False
-) -> None:
-    """Store decoded rows for an accessor, and check that they have the type of the accessor."""
-    dtype, width = scene.form(scene.item("accessors", index), f"accessors[{index}]")
-    is_fitting = rows is not None and (1 if rows.ndim == 1 else rows.shape[1]) == width
-    if rows is None or not is_fitting or not (of_any_type or rows.dtype == dtype):
-        raise MeshError(f"the Draco data has no rows of the type that accessors[{index}] declares")
-    if scene.unpacked.get(index, (view,))[0] != view:
-        raise MeshError(f"accessors[{index}] is used by two Draco meshes, which is not supported")
-    scene.unpacked[index] = view, rows
+                decoded[primitive["attributes"][name]] = found.get(scene.whole(ids, name))
+        for index, rows in decoded.items():
+            accessor = f"accessors[{index}]"
+            dtype, width = scene.form(scene.item("accessors", index), accessor)
+            is_wrong = rows is not corners and (rows is None or rows.dtype != dtype)
+            if is_wrong or rows is None or rows.size != width * len(rows):
+                raise MeshError(f"the Draco data has no rows of the type that {accessor} declares")
+            if scene.unpacked.get(index, (view,))[0] != view:
+                raise MeshError(f"{accessor} is used by two Draco meshes, which is not supported")
+            scene.unpacked[index] = view, rows
 
 
 def decode_draco(content: bytes, n_faces: int, n_vertices: int) -> tuple[Array, dict[int, Array]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -81,9 +81,9 @@ def build_tet_graph(
     """Return the graph of a tetrahedral mesh, with arcs between tetrahedra that share a triangle.
 
     Tetrahedra that share a triangle are neighbors, but not all pairs if more than 64 share it, as
-    in `build_face_graph`. A tetrahedron and its duplicate
-    share four triangles, so they are joined by four arcs in each direction. Triangles with a
-    repeated vertex are ignored. Time and memory are linear in the number of tetrahedra and arcs.
+    in `build_face_graph`. A tetrahedron and its duplicate share four triangles, so they are joined
+    by four arcs in each direction. Triangles with a repeated vertex are ignored. Time and memory
+    are linear in the number of tetrahedra and arcs.
 
     Parameters
     ----------
@@ -116,16 +116,9 @@ def build_tet_graph(
     offsets, neighbors, sides, _, counts = found
     positions, volumes, border_areas, step_lengths, open_areas = measures
     arcs = ArcMeasures(border_areas, step_lengths, None, sides, open_areas)
-    arrays: dict[str, Any] = {
-        "positions": positions, "measures": volumes, "offsets": offsets, "neighbors": neighbors,
-    }  # fmt: skip
-    graph = TetGraph(
-        **arrays,
-        bounds=cells.bounds,
-        arc_measures=arcs,
-        triangle_counts=TriangleCounts(*counts[:3]),
-    )
-    kit.freeze(graph, **arrays)
+    triangles = TriangleCounts(*counts[:3])
+    graph = TetGraph(positions, volumes, offsets, neighbors, cells.bounds, arcs, triangles)
+    kit.freeze(graph, positions=positions, measures=volumes, offsets=offsets, neighbors=neighbors)
     return graph
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import superfacets as sf
-from superfacets.files.cell_file import CellFile
+from superfacets.tools.cell_file import CellFile
 
 meshio = pytest.importorskip("meshio")
 vtk = pytest.importorskip("vtk")
