@@ -32,6 +32,7 @@ export class Views {
       { name: words.top, key: "Alt+3", what: words.topWhat, run: turn(0, quarter) },
       { name: words.frame, key: "g", what: words.frameWhat, run: () => workbench.frameActive() },
       { name: words.reset, key: "Home", what: words.resetWhat, run: () => camera.home() },
+      { name: words.back, key: "z", what: words.backWhat, run: () => workbench.goBack() },
     ];
     const buttons = this.usual.map(({ name, key, what, run }) => {
       return button(name, words.tip(what, key.length === 1 ? key.toUpperCase() : key), run);
