@@ -197,6 +197,15 @@ test("the next unlabeled region is the nearest one in view; those chosen before 
   expect(chosen(1)).toEqual([6]);
 });
 
+test("classes chosen last come first, then classes of labeled cells, and then the others", () => {
+  const others = [3, 4, 5, 6].map((id) => ({ id, name: `class ${id}`, color: "#102030", key: "" }));
+  session.state.classes.push(...others);
+  for (const id of [6, 2, 6, 1]) workbench.choose(id);
+  workbench.paintCells(Uint32Array.of(0), paintOf(5, 1));
+  workbench.paintCells(Uint32Array.of(1, 2), paintOf(2, 1));
+  expect(workbench.classesByUse.map(({ id }) => id)).toEqual([1, 6, 2, 5, 3, 4]);
+});
+
 test("a double click goes half the way to a cell, and turns the view around it", () => {
   const fly = vi.fn();
   Object.assign(workbench.drawing, { camera: { size: 1, closeness: 1, distanceTo: () => 4, fly } });

@@ -3,7 +3,7 @@
 
 import { element } from "../shared/dom";
 import { NONE } from "../shared/shape";
-import { lengthOf, minus, plus, sphereOf, type Vector } from "../shared/vectors";
+import { dot, lengthOf, minus, plus, sphereOf, type Vector } from "../shared/vectors";
 import { MARK_HIDDEN } from "./view/celltable";
 import { cssColor, type Rgb, regionColors, shadesOfClasses, shadesOfObjects, usualShade } from "./data/colors";
 import { ClassKeys } from "./data/classkeys";
@@ -112,11 +112,24 @@ export class Workbench {
   /** Choose the class and object that strokes assign. By default, the last chosen object of the class is used. */
   choose(id: number, object = this.usualObject(id)): void {
     this.currentPaint = paintOf(id, this.isStuff(id) ? 0 : object);
+    this.lastObjects.delete(id); // so that the classes are in the order in which they were used last
     this.lastObjects.set(id, object);
-    const labeled = new Set([...this.session.paints.countOf].filter(([, n]) => n > 0).map(([paint]) => classOf(paint)));
-    this.keyless = this.classKeys.use(id, (other) => labeled.has(other));
+    const { labeledClasses } = this;
+    this.keyless = this.classKeys.use(id, (other) => labeledClasses.has(other));
     remember(this.keysName, JSON.stringify(this.classKeys.stored));
     this.events.emit("current-paint", this.currentPaint);
+  }
+
+  private get labeledClasses(): Set<number> {
+    return new Set([...this.session.paints.countOf].filter(([, n]) => n > 0).map(([paint]) => classOf(paint)));
+  }
+
+  /** All classes: those chosen in this file, the last one first, then those of labeled cells, and then the others. */
+  get classesByUse(): ClassEntry[] {
+    const { classes } = this.session.state;
+    const first = [...[...this.lastObjects.keys()].reverse(), ...this.labeledClasses];
+    const place = ({ id }: ClassEntry): number => (first.includes(id) ? first.indexOf(id) : first.length);
+    return [...classes].sort((a, b) => place(a) - place(b));
   }
 
   /** Announce the chosen class and object, and the class whose key the class has got. */
@@ -489,6 +502,13 @@ export class Workbench {
   isHidden(cell: number): boolean {
     const middle = this.session.mesh.middleOf(cell);
     return this.drawing.cells.isHidden(cell) || (middle !== null && this.drawing.isCut(middle));
+  }
+
+  /** Whether a cell on the surface is seen from behind. */
+  isBack(cell: number): boolean {
+    const { session: { mesh }, drawing: { camera } } = this;
+    const toward = minus(camera.target, mesh.middleOf(cell)!);
+    return dot(mesh.normalOf(cell), plus(toward, camera.directions()[2], camera.distance)) < 0;
   }
 
   /** Move the camera to the active region or the current object, without changing the viewing direction. */

@@ -236,6 +236,7 @@ def test_two_fingers_turn_and_one_paints(bear, serve, browser, errors):
     page = context.new_page()
     page.goto(serve(bear, 40).address)
     tab = Tab(page).ready()
+    assert "two fingers" in tab.locator("#turning").text_content()
     region, x, y = tab.spots(1)[0]
     box_ = tab.locator("#canvas").bounding_box()
     page.touchscreen.tap(box_["x"] + x, box_["y"] + y)

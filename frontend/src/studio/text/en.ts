@@ -79,6 +79,7 @@ export const en = {
     compare: "Compare with another work file (.studio.jsonl)",
     compareTip: "Choose the work file of another person for the same mesh; different labels are highlighted",
     export: "Export",
+    exportOld: "Labels have changed since the last export",
     exportWhat: "Data to export",
     exportFormat: "Format",
     exportFormatTip: "Format of the file",
@@ -374,7 +375,7 @@ export const en = {
     outline: (warning: string): string => `The outline: ${warning}`,
     erased: (what: string): string => `${what}: class removed.`,
     done: (what: string, paint: string): string => `${what}: ${paint}.`,
-    onlySeen: " Regions that are mostly covered were left out.",
+    leftOut: (n: number): string => (n ? ` Left out, because covered: ${counted(n, "region")} behind.` : ""),
     otherPaints: (n: number): string => `${n} other classes or objects`,
     wasReplaced: (old: string): string => `It was ${old}; K: paint only unlabeled cells.`,
     wereReplaced: (n: number, old: string): string => `${number(n)} of them ${n === 1 ? "was" : "were"} ${old}; K: paint only unlabeled cells.`,
@@ -586,4 +587,30 @@ export const en = {
     nextFile: "next file",
     previousFile: "previous file",
   },
+};
+
+const FINGERS = "Turn and zoom: two fingers · Move: three fingers";
+
+/** The texts for a screen that is touched: gestures and buttons instead of mouse buttons and keys. */
+export const touch: typeof en = {
+  ...en,
+  page: {
+    ...en.page,
+    welcomeName: "<b>Name a class</b>: tap “class 1” at the left and type, say, “chair”.",
+    welcomeDrag: "<b>Drag a finger over an object</b>: its regions get the chosen class. Tap “New object” before you drag over the next object of this class.",
+    welcomeTurn: "<b>Turn</b>: drag two fingers, or one beside the mesh; <b>zoom</b>: spread two fingers; <b>move</b>: drag three fingers.",
+    welcomeInside: "If a wall hides the room, tap “See inside”.",
+    welcomeSaved: "Each stroke is saved immediately. “Undo” takes it back.",
+  },
+  tools: {
+    ...en.tools,
+    paintHint: "Drag or tap paints · “No class (erases)” in the list removes · “New object” begins another object",
+    brushHint: "Drag or tap paints · “No class (erases)” in the list removes",
+    outlineHints: { ...en.tools.outlineHints, polygon: "Tap corners; a tap on the first or last one closes" },
+    lassoHint: (how) => `${how} · Tap the tool again: other outline · “No class (erases)” in the list removes`,
+    splitHint: "Drag: red stroke · The blue stroke (Shift) and the cut (Enter) need a keyboard",
+    suggestionHint: "“Accept”, “Reject” and “Next” are in the list of suggestions · ",
+  },
+  mouse: { ...en.mouse, studioHint: FINGERS, blenderHint: FINGERS, meshlabHint: FINGERS },
+  painting: { ...en.painting, nowhere: "Nothing was painted: tap the mesh instead." },
 };
