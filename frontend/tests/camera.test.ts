@@ -30,6 +30,30 @@ test("a wide view shows the target as large as before, and turning keeps the eye
   expect(camera.target).toBe(target);
 });
 
+test("going back returns to the view before each jump, also before one that interrupted an animation", () => {
+  let time = 0;
+  const frames: ((now: number) => void)[] = [];
+  const show = (now: number): void => frames.splice(0).forEach((run) => run((time = now)));
+  vi.stubGlobal("matchMedia", () => ({ matches: false }));
+  vi.stubGlobal("requestAnimationFrame", (run: () => void) => frames.push(run));
+  vi.stubGlobal("performance", { now: () => time });
+  camera.orbit(0.3, 0.1);
+  const poses = [1, 2].map((azimuth) => ({ azimuth, elevation: 0.2, distance: 2, target: [0.1, 0, 0] as Vector }));
+  const places = [camera.place, ...poses.map(({ azimuth }) => [azimuth, 0.2, 2, 0.1, 0, 0])];
+  camera.flyTo(poses[0]);
+  show(100);
+  camera.flyTo(poses[1]);
+  show(900);
+  camera.turnTo(0, 0);
+  for (const place of places.reverse()) {
+    expect(camera.back()).toBe(true);
+    show(time + 900);
+    camera.place.forEach((value, k) => expect(value).toBeCloseTo(place[k]));
+  }
+  expect(camera.back()).toBe(false);
+  vi.unstubAllGlobals();
+});
+
 test("eight poses look at a place from eight sides, and the first faces it", () => {
   const poses = camera.posesAround([0, 0, 0], [1, 0, 0], 2);
   expect(new Set(poses.map(({ azimuth }) => (azimuth * 180) / Math.PI % 360)).size).toBe(8);

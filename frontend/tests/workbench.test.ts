@@ -183,6 +183,29 @@ test("a stroke that would replace a label is announced, unless labels are protec
   expect(workbench.harmAt(3)).toBe("");
 });
 
+test("the next unlabeled region is the nearest one in view; those chosen before come last", () => {
+  vi.spyOn(session.mesh, "middleOf").mockImplementation((cell) => [cell, 0, 0]);
+  vi.spyOn(workbench, "setCursor").mockImplementation((region) => (workbench.cursor = region));
+  Object.assign(workbench, { picker: { cellsSeen: () => ({ cells: Uint32Array.of(1, 2, 7, 6) }) } });
+  Object.assign(workbench.drawing, { camera: { target: [5, 0, 0] }, isCut: () => false });
+  const chosen = (n: number): number[] => Array.from({ length: n }, () => (workbench.showNextBare(), workbench.cursor));
+  expect(chosen(4)).toEqual([6, 7, 2, 1]); // in view
+  workbench.paintCells(Uint32Array.of(4), ONE);
+  expect(chosen(3)).toEqual([5, 3, 0]);
+  expect(chosen(2)).toEqual([6, 7]);
+  workbench.cursor = -1;
+  expect(chosen(1)).toEqual([6]);
+});
+
+test("classes chosen last come first, then classes of labeled cells, and then the others", () => {
+  const others = [3, 4, 5, 6].map((id) => ({ id, name: `class ${id}`, color: "#102030", key: "" }));
+  session.state.classes.push(...others);
+  for (const id of [6, 2, 6, 1]) workbench.choose(id);
+  workbench.paintCells(Uint32Array.of(0), paintOf(5, 1));
+  workbench.paintCells(Uint32Array.of(1, 2), paintOf(2, 1));
+  expect(workbench.classesByUse.map(({ id }) => id)).toEqual([1, 6, 2, 5, 3, 4]);
+});
+
 test("a double click goes half the way to a cell, and turns the view around it", () => {
   const fly = vi.fn();
   Object.assign(workbench.drawing, { camera: { size: 1, closeness: 1, distanceTo: () => 4, fly } });

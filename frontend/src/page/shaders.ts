@@ -18,7 +18,7 @@ void main() {
   if (isLeftOut()) discard;
   if (blend > 0.0) base = group == NONE ? mix(base, own, blend) : tinted(base, own, blend);
   if (marked != NONE && texelFetch(regions, place(cell), 0).r == marked) base = mix(base, vec3(1.0), 0.45);
-  color = vec4(min(base * light(), 1.0), 1.0);
+  color = vec4(min(base * light(vec3(0.4, 0.55, 0.75)), 1.0), 1.0);
 }`;
 
 export const CELLS = `${HEAD}${LIGHT}${EYE}${LEFT_OUT}${CODE}

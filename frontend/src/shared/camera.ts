@@ -49,7 +49,8 @@ export class Camera {
   private facts: ShapeFacts | null = null;
   private positions: Positions | null = null;
   private fitted = 0; // distance from the eye to the target at zoom 1; 0 until `fit` has computed it
-  private flight = 0; // number of camera movements; a running animation stops when this number changes
+  private flight: Pose | null = null; // goal of the running animation; null if there is none
+  private readonly earlier: Pose[] = []; // view before each jump, the oldest first; distances are multiplied by the slope
 
   constructor(private readonly changed: () => void) {}
 
@@ -57,17 +58,37 @@ export class Camera {
   show(facts: ShapeFacts, positions: Positions): void {
     this.facts = facts;
     this.positions = positions;
-    this.home();
+    this.earlier.length = 0;
+    this.flight = null;
+    this.begin();
   }
 
   resize(width: number, height: number): void {
     this.aspect = width / height;
   }
 
+  /** Note the view before a jump, or the goal of a running animation, so that `back` can return to it. */
+  private jump(): void {
+    const { azimuth, elevation, distance, target } = this.flight ?? this;
+    this.earlier.push({ azimuth, elevation, distance: distance * this.slope, target });
+    this.flight = null;
+  }
+
+  /** Animate the camera to the view before the last jump. Repeated calls go back several jumps. Returns false if there is none. */
+  back(): boolean {
+    const pose = this.earlier.pop();
+    if (pose) this.animate({ ...pose, distance: pose.distance / this.slope });
+    return pose !== undefined;
+  }
+
   home(): void {
     if (!this.facts) return;
-    this.flight++;
-    const { azimuth, elevation, zoom } = this.facts.view;
+    this.jump();
+    this.begin();
+  }
+
+  private begin(): void {
+    const { azimuth, elevation, zoom } = this.facts!.view;
     this.azimuth = (azimuth * Math.PI) / 180;
     this.elevation = (elevation * Math.PI) / 180;
     this.zoom = zoom;
@@ -78,7 +99,7 @@ export class Camera {
 
   /** Set azimuth and elevation in radians; at (0, 0) the camera looks at the front of the mesh. */
   turnTo(azimuth: number, elevation: number): void {
-    this.flight++;
+    this.jump();
     [this.azimuth, this.elevation] = [azimuth, elevation];
     this.changed();
   }
@@ -98,6 +119,7 @@ export class Camera {
     this.target = target as Vector;
     this.setDistance(distance);
     this.turnTo(azimuth, elevation);
+    this.earlier.length = 0;
   }
 
   /** Distance from the eye to the target. */
@@ -176,7 +198,7 @@ export class Camera {
 
   /** Choose a wide or the usual view. What is at the target keeps its size on the screen. */
   widen(isWide: boolean): void {
-    this.flight++;
+    this.flight = null;
     const height = this.distance * this.slope;
     this.slope = isWide ? WIDE : SLOPE;
     this.fitted = 0;
@@ -186,14 +208,14 @@ export class Camera {
 
   /** Move the camera to the right, up and forward, by distances relative to the size of the mesh. */
   walk(right: number, up: number, forward: number): void {
-    this.flight++;
+    this.flight = null;
     const steps = [right, up, -forward];
     this.target = this.directions().reduce((place, way, k) => plus(place, way, steps[k] * this.size), this.target);
     this.changed();
   }
 
   orbit(x: number, y: number): void {
-    this.flight++;
+    this.flight = null;
     const { distance } = this;
     const eye = plus(this.target, this.directions()[2], distance);
     this.azimuth -= x;
@@ -204,7 +226,7 @@ export class Camera {
 
   /** Move the target parallel to the screen, by fractions of the visible height. */
   pan(x: number, y: number): void {
-    this.flight++;
+    this.flight = null;
     const [right, up] = this.directions();
     const height = 2 * this.slope * this.distance;
     this.target = plus(plus(this.target, right, -x * height), up, y * height);
@@ -273,15 +295,20 @@ export class Camera {
   }
 
   /** Animate the camera to a pose. */
-  flyTo({ azimuth, elevation, distance, target }: Pose): void {
+  flyTo(pose: Pose): void {
+    this.jump();
+    this.animate(pose);
+  }
+
+  private animate({ azimuth, elevation, distance, target }: Pose): void {
     const from = [this.azimuth, this.elevation, this.distance, ...this.target];
     const turn = Math.atan2(Math.sin(azimuth - from[0]), Math.cos(azimuth - from[0]));
     const to = [from[0] + turn, elevation, distance, ...target];
-    const number = ++this.flight;
+    const goal = (this.flight = { azimuth: to[0], elevation, distance, target });
     const isCalm = matchMedia("(prefers-reduced-motion: reduce)").matches;
     const start = performance.now();
     const move = (now: number): void => {
-      if (number !== this.flight) return;
+      if (goal !== this.flight) return;
       const share = isCalm ? 1 : Math.min(1, Math.max(0, (now - start) / FLIGHT_MS));
       const eased = share * share * (3 - 2 * share);
       const [a, e, d, x, y, z] = from.map((value, i) => value + (to[i] - value) * eased);
@@ -289,6 +316,7 @@ export class Camera {
       this.setDistance(d);
       this.changed();
       if (share < 1) requestAnimationFrame(move);
+      else this.flight = null;
     };
     move(start);
   }

@@ -67,21 +67,21 @@ void main() {
   gl_PointSize = max(1.0, point_size / -at.z);
 }`;
 
-/** Function `light()`: brightness of the current pixel, 0.42 to 1.06. */
+/** Function `light()`: brightness of the current pixel, 0.42 to 1.06, for a lamp in this direction in eye coordinates. */
 export const LIGHT = `
 uniform bool is_cloud;
 flat in uint cell;
 in vec3 at;
 in vec3 normal;
 in float smoothness;
-float light() {
+float light(vec3 lamp) {
   if (is_cloud && smoothness == 0.0) return 0.9;
   vec3 toward = normalize(-at);
   vec3 flat_ = is_cloud ? normalize(normal) : normalize(cross(dFdx(at), dFdy(at)));
   flat_ = dot(flat_, toward) < 0.0 ? -flat_ : flat_;
   vec3 bent = dot(flat_, normal) < 0.0 ? -normal : normal;
   vec3 shading = normalize(bent + max(0.0, 1.0 - smoothness) * flat_);
-  float key = max(0.0, dot(shading, normalize(vec3(0.4, 0.55, 0.75))));
+  float key = max(0.0, dot(shading, normalize(lamp)));
   return 0.42 + 0.48 * key + 0.16 * max(0.0, dot(shading, toward));
 }
 `;

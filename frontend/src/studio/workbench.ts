@@ -2,7 +2,8 @@
 // cells in the drawing.
 
 import { element } from "../shared/dom";
-import { plus, sphereOf, type Vector } from "../shared/vectors";
+import { NONE } from "../shared/shape";
+import { dot, lengthOf, minus, plus, sphereOf, type Vector } from "../shared/vectors";
 import { MARK_HIDDEN } from "./view/celltable";
 import { cssColor, type Rgb, regionColors, shadesOfClasses, shadesOfObjects, usualShade } from "./data/colors";
 import { ClassKeys } from "./data/classkeys";
@@ -18,6 +19,7 @@ import { text } from "./text/index";
 
 const MAX_OBJECT = 999; // highest object number of a class
 const MIN_SEEN = 8; // if fewer pixels of cells are visible from every side, `fly` leaves out what hides them
+const IN_SIGHT = 1 / 2000; // smallest part of the canvas in which a region is in sight: about 15 x 15 of 800 x 600 pixels
 const MAX_NAMED = 3; // largest number of classes and objects that a message lists by name
 const { hiding, objectMessages, painting, regionMessages } = text;
 
@@ -45,7 +47,7 @@ export class Workbench {
   private isFresh = true; // whether no class of this file was chosen yet
   private isPainted = false; // whether the selected regions were selected by painting them
   private order: number[] = []; // order in which `moveCursor` visits the regions
-  private lastBare = -1; // region that `showNextBare` chose last; -1 if there is none
+  private readonly visited = new Set<number>(); // regions that `showNextBare` does not choose again before all others
 
   constructor(readonly session: Session, readonly drawing: Drawing) {
     const { events } = session;
@@ -110,11 +112,24 @@ export class Workbench {
   /** Choose the class and object that strokes assign. By default, the last chosen object of the class is used. */
   choose(id: number, object = this.usualObject(id)): void {
     this.currentPaint = paintOf(id, this.isStuff(id) ? 0 : object);
+    this.lastObjects.delete(id); // so that the classes are in the order in which they were used last
     this.lastObjects.set(id, object);
-    const labeled = new Set([...this.session.paints.countOf].filter(([, n]) => n > 0).map(([paint]) => classOf(paint)));
-    this.keyless = this.classKeys.use(id, (other) => labeled.has(other));
+    const { labeledClasses } = this;
+    this.keyless = this.classKeys.use(id, (other) => labeledClasses.has(other));
     remember(this.keysName, JSON.stringify(this.classKeys.stored));
     this.events.emit("current-paint", this.currentPaint);
+  }
+
+  private get labeledClasses(): Set<number> {
+    return new Set([...this.session.paints.countOf].filter(([, n]) => n > 0).map(([paint]) => classOf(paint)));
+  }
+
+  /** All classes: those chosen in this file, the last one first, then those of labeled cells, and then the others. */
+  get classesByUse(): ClassEntry[] {
+    const { classes } = this.session.state;
+    const first = [...[...this.lastObjects.keys()].reverse(), ...this.labeledClasses];
+    const place = ({ id }: ClassEntry): number => (first.includes(id) ? first.indexOf(id) : first.length);
+    return [...classes].sort((a, b) => place(a) - place(b));
   }
 
   /** Announce the chosen class and object, and the class whose key the class has got. */
@@ -243,6 +258,12 @@ export class Workbench {
     this.events.emit("selection", this.selection);
   }
 
+  /** Return to the view before the last jump of the camera. */
+  goBack(): void {
+    this.drawing.setFocus(new Uint32Array(0), null);
+    this.say(this.drawing.camera.back() ? text.views.wentBack : text.views.noEarlier);
+  }
+
   /** Clear the selection and the region selected by keyboard. */
   clearSelection(): void {
     this.cursor = -1;
@@ -265,14 +286,10 @@ export class Workbench {
   }
 
   moveCursor(steps: number): void {
-    const count = this.order.length;
-    if (!count) return;
-    let at = this.cursor < 0 ? (steps > 0 ? -1 : 0) : this.order.indexOf(this.cursor);
-    for (let i = 0; i < count; i++) {
-      at = (at + steps + count) % count;
-      if (!this.isRegionHidden(this.order[at])) return this.setCursor(this.order[at]);
-    }
-    this.say(regionMessages.allHidden);
+    const shown = this.order.filter((region) => region === this.cursor || !this.isRegionHidden(region));
+    const at = shown.indexOf(this.cursor);
+    if (!shown.length) this.say(regionMessages.allHidden);
+    else this.setCursor(at < 0 ? this.nearestOf(shown) : shown[(at + steps + shown.length) % shown.length]);
   }
 
   setCursor(region: number): void {
@@ -281,7 +298,8 @@ export class Workbench {
     this.hover(-1);
     this.select([region], false);
     this.drawing.mark({ cursor: region });
-    const isOutside = this.fly(this.session.regions.cellsOf(region));
+    const isKept = !this.drawing.hasFocus && this.isInSight(region);
+    const isOutside = isKept || this.fly(this.session.regions.cellsOf(region));
     const where = !isOutside ? regionMessages.inside : this.drawing.hasFocus ? regionMessages.uncovered : text.region;
     const { regions, paints, mesh } = this.session;
     const share = (100 * regions.areas[region]) / paints.totalArea;
@@ -370,23 +388,47 @@ export class Workbench {
     this.say(count ? `${done} ${isOne ? painting.wasReplaced(names) : painting.wereReplaced(count, names)}` : done);
   }
 
+  /** A function that tells whether enough of a region is visible to label it without moving the camera. */
+  private get isInSight(): (region: number) => boolean {
+    const { cells } = this.picker.cellsSeen();
+    const counts = new Uint32Array(this.session.regions.count);
+    for (const cell of cells) if (cell !== NONE) counts[this.regionOf(cell)]++;
+    return (region) => counts[region] >= IN_SIGHT * cells.length;
+  }
+
+  /** Of some regions, the one nearest to the target of the camera. Regions in sight come first; cells inside a body are far away. */
+  private nearestOf(candidates: readonly number[]): number {
+    const { drawing: { camera: { target } }, session: { mesh, regions } } = this;
+    const seen = candidates.filter(this.isInSight);
+    const distanceTo = (cell: number): number => {
+      const middle = mesh.middleOf(cell);
+      return middle ? lengthOf(minus(middle, target)) : Number.MAX_VALUE;
+    };
+    let [nearest, least] = [-1, Infinity];
+    for (const region of seen.length ? seen : candidates) {
+      const distance = regions.cellsOf(region).reduce((best, cell) => Math.min(best, distanceTo(cell)), Infinity);
+      if (distance < least) [nearest, least] = [region, distance];
+    }
+    return nearest;
+  }
+
   /**
-   * Go to the largest region that is mostly unlabeled and has a visible unlabeled cell. If the last call of this method
-   * chose the current region, go to the next smaller region instead; the largest region follows the smallest one.
+   * Go to the nearest region (see `nearestOf`) that is mostly unlabeled and has an unlabeled cell that is not hidden. If
+   * an earlier call chose the current region, all others come before those chosen already.
    */
   showNextBare(): void {
     const { regions, paints } = this.session;
-    const { areas } = regions;
-    const isBare = (region: number): boolean => {
-      const bare = paints.bareArea(regions.cellsOf(region));
-      return bare > 0 && 2 * bare >= areas[region];
-    };
     const isShown = (cell: number): boolean => !paints.of[cell] && !this.isHidden(cell);
-    const order = [...areas.keys()].sort((a, b) => areas[b] - areas[a]);
-    const start = this.cursor === this.lastBare ? order.indexOf(this.cursor) + 1 : 0;
-    const next = [...order.slice(start), ...order.slice(0, start)].find((region) => isBare(region) && regions.cellsOf(region).some(isShown));
-    if (next === undefined) return this.say(order.some(isBare) ? regionMessages.allUnlabeledHidden : regionMessages.allLabeled);
-    this.lastBare = next;
+    const bare = [...regions.areas.keys()].filter((region) => {
+      const area = paints.bareArea(regions.cellsOf(region));
+      return area > 0 && 2 * area >= regions.areas[region];
+    });
+    const shown = bare.filter((region) => regions.cellsOf(region).some(isShown));
+    if (!shown.length) return this.say(bare.length ? regionMessages.allUnlabeledHidden : regionMessages.allLabeled);
+    const isLeft = (region: number): boolean => !this.visited.has(region);
+    if (!this.visited.has(this.cursor) || !shown.some(isLeft)) this.visited.clear();
+    const next = this.nearestOf(shown.filter(isLeft));
+    this.visited.add(next);
     this.setCursor(next);
   }
 
@@ -460,6 +502,13 @@ export class Workbench {
   isHidden(cell: number): boolean {
     const middle = this.session.mesh.middleOf(cell);
     return this.drawing.cells.isHidden(cell) || (middle !== null && this.drawing.isCut(middle));
+  }
+
+  /** Whether a cell on the surface is seen from behind. */
+  isBack(cell: number): boolean {
+    const { session: { mesh }, drawing: { camera } } = this;
+    const toward = minus(camera.target, mesh.middleOf(cell)!);
+    return dot(mesh.normalOf(cell), plus(toward, camera.directions()[2], camera.distance)) < 0;
   }
 
   /** Move the camera to the active region or the current object, without changing the viewing direction. */

@@ -149,9 +149,12 @@ class Tab:
         self.settled()
         self.evaluate("document.querySelector('#status').textContent = ''")
 
-    def press(self, *keys):
+    def press(self, *keys, until=None):
+        """Press keys and, if `until` is given, wait for a status with these words."""
         for key in keys:
             self.page.keyboard.press(key)
+        if until:
+            self.wait_for_status(until)
 
     @property
     def status(self):
@@ -198,17 +201,27 @@ class Tab:
         box = self.locator("#canvas").bounding_box()
         return box["x"] + x, box["y"] + y
 
-    def click(self, x, y):
-        self.page.mouse.click(*self._on_page(x, y))
+    def click(self, x, y, key=None):
+        self.drag((x, y), key=key)
 
-    def drag(self, *places):
-        """Press at the first place, move over the others, and release."""
+    def drag(self, *places, key=None):
+        """Press at the first place, move over the others, and release, while a key is held."""
+        if key:
+            self.page.keyboard.down(key)
         self.page.mouse.move(*self._on_page(*places[0]))
         self.page.mouse.down()
         for place in places[1:]:
             self.page.mouse.move(*self._on_page(*place), steps=3)
             self.evaluate("new Promise(requestAnimationFrame)")
         self.page.mouse.up()
+        if key:
+            self.page.keyboard.up(key)
+
+    @property
+    def corners(self):
+        box = self.locator("#canvas").bounding_box()
+        right, bottom = box["width"] - 2, box["height"] - 2
+        return (2, 2), (right, 2), (right, bottom), (2, bottom)
 
     def away(self):
         """Move the pointer off the mesh, so that nothing is highlighted."""

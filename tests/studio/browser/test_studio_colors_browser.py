@@ -4,6 +4,7 @@ import base64
 import json
 
 import numpy as np
+import shapes
 from textured_meshes import grid
 
 import superfacets as sf
@@ -94,3 +95,19 @@ def pairs_of(mesh):
     for face, (begin, end) in enumerate(zip(graph.offsets, graph.offsets[1:], strict=False)):
         for other in graph.neighbors[begin:end]:
             yield face, other
+
+
+def test_the_edge_of_an_object_shows_on_an_unlabeled_wall_behind_it(serve, open_tab, tmp_path):
+    wall, _ = grid(24, 24, 1, 1)
+    shift = 0.7 * wall.vertices.mean(axis=0) + 0.4 * np.ptp(wall.vertices) * np.array([0, 1, 0])
+    board = sf.Mesh(0.3 * wall.vertices + shift, wall.faces)
+    sf.write_mesh(tmp_path / "wall.ply", shapes.together([wall, board]))
+    server = serve(tmp_path / "wall.ply", 2)
+    paint(server, [0], 1)  # all other cells are gray
+    tab = open_tab(server.address)
+    tab.evaluate("studio.workbench.drawing.camera.turnTo(0, 1.57)")
+    tab.locator("#borders").uncheck()
+    tab.away()
+    light = tab.evaluate("""[...Array(canvas.clientWidth).keys()].map(
+        (x) => studio.pixelAt(x, canvas.clientHeight / 2)[0])""")
+    assert min(light) < 0.8 * np.median(light)

@@ -66,22 +66,18 @@ def test_the_table_follows_taken_labels_undo_and_strokes(compared):
     first = shown(tab)
     assert said(server) in first
     assert "100.0 %" not in first
-    tab.press("d", "t")
-    tab.wait_for_status("Their labels are taken")
+    tab.press("d", "t", until="Their labels are taken")
     assert "agree on 100.0 %" in shown(tab)
-    tab.press("Control+z")
-    tab.wait_for_status("Undone")
+    tab.press("Control+z", until="Undone")
     tab.press("d")  # immediately: the page compares again before it searches
     tab.wait_for_status(f"Region {second}")
     assert shown(tab) == first
     assert hatched(tab) == np.flatnonzero(tab.labels() == second).tolist()
-    tab.press("2", "Enter")  # the label of the other work
-    tab.wait_for_status(f"Region {second}: class 2")
+    tab.press("2", "Enter", until=f"Region {second}: class 2")  # the label of the other work
     assert "agree on 100.0 %" in shown(tab)
     assert said(server) in shown(tab)
     assert hatched(tab) == []
-    tab.press("d")
-    tab.wait_for_status("There are no differences.")
+    tab.press("d", until="There are no differences.")
 
 
 def test_the_table_says_which_objects_only_one_work_has(compare):
@@ -124,8 +120,7 @@ def test_the_tip_tells_both_labels_of_the_cell_under_the_pointer(compared):
         tab.page.mouse.move(*tab._on_page(x, y))
         tab.until(f"studio.workbench.regionOf(studio.workbench.hoveredCell) === {region}")
         assert tip(tab)[-2:] == ["Mine: class 1 #1", f"Theirs: {theirs}"]
-    tab.press("t")
-    tab.wait_for_status("Their labels are taken")
+    tab.press("t", until="Their labels are taken")
     assert tip(tab)[-2:] == ["Mine: class 2 #1", "Theirs: class 2 #1"]
     tab.press("Delete")
     tab.settled()
@@ -149,20 +144,13 @@ def differing(compare):
 def test_each_next_difference_is_a_further_one_until_all_were_shown(differing):
     tab, (first, second, third, fourth) = differing
     assert tab.evaluate("studio.cursor()") == first
-    tab.press("d")
-    tab.wait_for_status(f"Region {second}, difference 2 of 4")
-    tab.press("t")
-    tab.wait_for_status("Their labels are taken")
-    tab.press("d")
-    tab.wait_for_status(f"Region {third}, difference 2 of 3")
-    tab.press("y")
-    tab.wait_for_status("Your labels are kept")
-    tab.press("d")
-    tab.wait_for_status(f"Region {fourth}, difference 2 of 2")
-    tab.press("d")
-    tab.wait_for_status(f"All differences were shown; this is the largest again. Region {first}")
-    tab.press("d")
-    tab.wait_for_status(f"Region {fourth}")
+    tab.press("d", until=f"Region {second}, difference 2 of 4")
+    tab.press("t", until="Their labels are taken")
+    tab.press("d", until=f"Region {third}, difference 2 of 3")
+    tab.press("y", until="Your labels are kept")
+    tab.press("d", until=f"Region {fourth}, difference 2 of 2")
+    tab.press("d", until=f"All differences were shown; this is the largest again. Region {first}")
+    tab.press("d", until=f"Region {fourth}")
     assert "again" not in tab.status
 
 
@@ -171,10 +159,8 @@ def test_differences_in_hidden_regions_are_left_out(differing):
     for region in (second, third):
         tab.evaluate(f"studio.workbench.setCursor({region})")
         tab.press("h")
-    tab.press("d")
-    tab.wait_for_status(f"Region {fourth}, difference 2 of 2")
+    tab.press("d", until=f"Region {fourth}, difference 2 of 2")
     for region in (first, fourth):
         tab.evaluate(f"studio.workbench.setCursor({region})")
         tab.press("h")
-    tab.press("d")
-    tab.wait_for_status("All differences are hidden. U shows")
+    tab.press("d", until="All differences are hidden. U shows")

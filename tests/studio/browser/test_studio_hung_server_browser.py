@@ -132,8 +132,6 @@ def test_ctrl_click_on_an_unlabeled_cell_chooses_nothing_else(studio):
     _, x, y = tab.spots(1)[0]
     tab.press("2")
     chosen = tab.evaluate("studio.workbench.currentPaint")
-    tab.page.keyboard.down("Control")
-    tab.click(x, y)
-    tab.page.keyboard.up("Control")
+    tab.click(x, y, key="Control")
     assert "has no class" in tab.status
     assert tab.evaluate("studio.workbench.currentPaint") == chosen

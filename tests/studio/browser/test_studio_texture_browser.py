@@ -65,8 +65,7 @@ def test_a_missing_image_is_said_and_nothing_else_fails(serve, open_tab, tmp_pat
 def test_a_mesh_without_a_texture_or_colors_has_no_slider(serve, open_tab, bear):
     tab = open_tab(serve(bear, 20).address)
     assert tab.locator("#texture-row").is_hidden()
-    tab.press("t")
-    tab.wait_for_status("This file has no texture or colors.")
+    tab.press("t", until="This file has no texture or colors.")
 
 
 @pytest.mark.parametrize("kind", ["mesh", "cloud"])

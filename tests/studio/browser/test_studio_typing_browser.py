@@ -51,8 +51,7 @@ def test_names_are_typed_over_one_after_the_other_and_enter_paints_nothing(desk)
     tab.press("Enter")
     tab.settled()
     assert tab.locator("#saved").text_content().startswith("Saved ")
-    tab.press("Control+z")
-    tab.wait_for_status("Undone: renamed desk to table.")
+    tab.press("Control+z", until="Undone: renamed desk to table.")
 
 
 def test_a_new_class_is_named_at_once(desk):
@@ -65,11 +64,10 @@ def test_a_new_class_is_named_at_once(desk):
     tab.press("Enter", "Enter")
     tab.settled()
     assert names(server) == [*before, "2 lamps"]
-    tab.press("Control+z", "Control+z")
-    tab.wait_for_status(f"Undone: new class {new}.")
+    tab.press("Control+z", "Control+z", until=f"Undone: new class {new}.")
 
 
-def test_a_list_gives_the_keys_back_and_the_number_pad_chooses_no_class(desk):
+def test_a_list_gives_the_keys_back_and_the_number_pad_turns_the_view_as_in_blender(desk):
     _, tab = desk
     scheme = tab.locator("#scheme")
     scheme.click()
@@ -79,7 +77,13 @@ def test_a_list_gives_the_keys_back_and_the_number_pad_chooses_no_class(desk):
     assert "B brush, X split, L lasso" in tab.status
     chosen = "studio.workbench.currentPaint"
     paint = tab.evaluate(chosen)
-    tab.press("Numpad5", "Numpad2")
+    angles = "(({ azimuth, elevation }) => [azimuth, elevation])(studio.workbench.drawing.camera)"
+    pressed = {"Numpad7": [0, 90], "Numpad2": [0, 75], "Numpad4": [-15, 75], "Numpad6": [0, 75]}
+    for key, wanted in pressed.items():
+        tab.press(key)
+        assert np.degrees(tab.evaluate(angles)) == pytest.approx(wanted, abs=1e-6)
+    tab.press("Numpad5")
+    assert "only a perspective view" in tab.status
     assert tab.evaluate(chosen) == paint
     tab.press("2")
     assert tab.evaluate(chosen) != paint
@@ -118,12 +122,10 @@ def test_strokes_say_what_they_replace_and_undo_what_it_reverts(desk):
     tab.drag(a, b)
     n = len(set(tab.labels()[tab.classes() == 1]))
     assert f"{n} regions: class 1 #1. 1 of them was class 2 #1; K:" in tab.status
-    tab.press("Control+z")
-    tab.wait_for_status(f"Undone: {n} regions class 1 #1.")
+    tab.press("Control+z", until=f"Undone: {n} regions class 1 #1.")
     assert set(tab.classes()[tab.labels() == first]) == {2}
     assert not tab.classes()[tab.labels() == second].any()
-    tab.press("Control+Shift+Z")
-    tab.wait_for_status(f"Redone: {n} regions class 1 #1.")
+    tab.press("Control+Shift+Z", until=f"Redone: {n} regions class 1 #1.")
     np.testing.assert_array_equal(server.classes(), tab.classes())
 
 

@@ -71,23 +71,18 @@ export class Neighbors {
     return [...regions].filter((region) => this.of(region).some((other) => !regions.has(other)));
   }
 
-  /** All regions in breadth-first order, one connected component after another. */
+  /** All regions in depth-first order, so that most regions are adjacent to the next one. */
   walk(): number[] {
-    const order: number[] = [];
-    const seen = new Uint8Array(this.lists.length);
+    const order = new Set<number>();
     for (let first = 0; first < this.lists.length; first++) {
-      if (seen[first]) continue;
-      seen[first] = 1;
-      let at = order.push(first) - 1;
-      for (; at < order.length; at++) {
-        for (const other of this.of(order[at])) {
-          if (seen[other]) continue;
-          seen[other] = 1;
-          order.push(other);
-        }
+      const waiting = [first];
+      for (let region = waiting.pop(); region !== undefined; region = waiting.pop()) {
+        if (order.has(region)) continue;
+        order.add(region);
+        waiting.push(...this.of(region).filter((other) => !order.has(other)).reverse());
       }
     }
-    return order;
+    return [...order];
   }
 }
 

@@ -27,7 +27,11 @@ const ARROWS: [string, number, number][] = [["Left", -1, 0], ["Right", 1, 0], ["
 const FIELDS = "input:not([type=radio]):not([type=checkbox]):not([type=range]), select, textarea";
 
 // Keys of the number pad in the Blender scheme, and the names of keys with the same function.
-const NUMPAD: Record<string, string> = { Numpad1: "Alt+1", Numpad3: "Alt+2", Numpad7: "Alt+3", NumpadDecimal: "g" };
+const NUMPAD: Record<string, string> = {
+  Numpad1: "Alt+1", Numpad3: "Alt+2", Numpad7: "Alt+3", NumpadDecimal: "g", NumpadAdd: "i", NumpadSubtract: "Shift+i",
+};
+const STEP = Math.PI / 12;
+const TURNS: [string, number, number][] = [["4", STEP, 0], ["6", -STEP, 0], ["8", 0, STEP], ["2", 0, -STEP], ["9", Math.PI, 0]];
 
 interface Parts {
   modes: Modes;
@@ -191,6 +195,8 @@ export class Keys {
       { names: ["Shift+i"], what: words.zoomOut, run: () => camera.zoomBy(0.8) },
       ...views.keys(),
       { names: ["q"], what: words.walk, run: () => this.walk.toggle() },
+      ...TURNS.map(([digit, x, y]) => ({ names: [`Numpad${digit}`], shown: "", what: "", run: () => camera.orbit(x, y) })),
+      { names: ["Numpad5"], shown: "", what: "", run: () => this.workbench.say(text.mouse.noParallel) },
     ];
   }
 
@@ -213,9 +219,9 @@ export class Keys {
     if (document.querySelector("dialog[open]") || !this.workbench.session.paints || target.closest(FIELDS)) return;
     if (this.walk.press(event)) return event.preventDefault();
     const isBlender = this.scheme.value === "blender";
-    // The other keys of the number pad must not choose classes, because Blender uses them to change the view.
-    if (isBlender && /^Numpad\d$/.test(event.code) && !(event.code in NUMPAD)) return;
-    const key = this.table.get((isBlender && NUMPAD[event.code]) || nameOf(event));
+    // In Blender, digits of the number pad change the view, so here they must not choose classes.
+    const isNumpad = isBlender && /^Numpad(\d|Add|Subtract|Decimal)$/.test(event.code);
+    const key = this.table.get(isNumpad ? NUMPAD[event.code] ?? event.code : nameOf(event));
     if (!key || (target.matches("[type=range], [type=radio]") && /^(Arrow|Page|Home)/.test(event.key))) return;
     if (key.paints && !this.isOnMesh(event)) return this.refuse(event);
     event.preventDefault();

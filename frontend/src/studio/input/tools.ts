@@ -191,6 +191,7 @@ export class CellBrush extends Brush {
 export const OUTLINES = ["lasso", "rectangle", "polygon"] as const;
 const CLOSE = 10; // a click this close to the first or the last corner closes a polygon, in pixels
 const MIN_PIECE = 0.05; // smallest piece that can be the front piece, as a fraction of the pixels inside the outline
+const MAX_LOOKED_UP = 16; // largest number of cells of a region that are looked up to find whether it is inside an outline
 const NEAR = 4; // largest distance between the middles of neighboring cells of a piece, in multiples of their sizes
 
 /**
@@ -269,14 +270,14 @@ export class Lasso extends Tool {
   }
 
   private close(): void {
-    const isArea = this.places.length > 2;
+    const outline = this.places;
     const seen = this.workbench.picker.cellsSeen();
     const all = this.countInside(seen);
     this.leave();
-    if (!isArea) return;
+    if (outline.length < 3) return;
     const inside = this.isFront ? this.frontPiece(all, seen) : all;
     if (this.ofCells) this.paintCells(inside);
-    else this.paintRegions(inside, seen);
+    else this.paintRegions(inside, seen, outline);
   }
 
   /** Number of pixels of each visible cell that are inside the outline. */
@@ -331,7 +332,7 @@ export class Lasso extends Tool {
     this.workbench.sayPainted(text.cells(inside.size), this.paint);
   }
 
-  private paintRegions(inside: Map<number, number>, seen: Seen): void {
+  private paintRegions(inside: Map<number, number>, seen: Seen, outline: Place[]): void {
     const { workbench } = this;
     const total = new Map<number, number>();
     for (const cell of seen.cells) {
@@ -345,7 +346,24 @@ export class Lasso extends Tool {
     const replaced = new Map<number, number>();
     workbench.countReplaced(chosen, this.paint, replaced);
     workbench.paintRegions(chosen, this.paint);
-    workbench.sayPainted(chosen, this.paint, replaced, text.painting.onlySeen);
+    workbench.sayPainted(chosen, this.paint, replaced, text.painting.leftOut(this.countCovered(outline, isSeen)));
+  }
+
+  /** Number of regions that are mostly inside an outline but not seen. Only some cells of each region are looked up. */
+  private countCovered(outline: Place[], isSeen: (region: number) => boolean): number {
+    const { workbench, workbench: { picker, drawing: { hidesBacks }, session: { mesh, regions } } } = this;
+    const isInside = (cell: number): boolean => {
+      const middle = mesh.middleOf(cell);
+      if (!middle || workbench.isHidden(cell) || (hidesBacks && workbench.isBack(cell))) return false;
+      const place = picker.placeIn(middle);
+      return place !== null && crossingsOf(outline, place.y).filter((x) => x < place.x).length % 2 === 1;
+    };
+    const isMostlyInside = (region: number): boolean => {
+      const cells = regions.cellsOf(region);
+      const some = cells.filter((_, i) => i % Math.ceil(cells.length / MAX_LOOKED_UP) === 0);
+      return 2 * some.filter(isInside).length >= some.length;
+    };
+    return [...regions.areas.keys()].filter((region) => isMostlyInside(region) && !isSeen(region)).length;
   }
 
   /**

@@ -15,7 +15,11 @@ export class ExchangePanel {
     session.events.on("file", () => this.fillWhat());
     this.what.addEventListener("change", () => this.fillFormats());
     this.format.addEventListener("change", () => this.setDownload());
-    onClick("download", () => session.events.emit("message", words.downloaded(this.downloadName)));
+    session.events.on("state", () => (element("export-old").hidden = !session.isExportOld));
+    onClick("download", () => {
+      session.noteExport();
+      session.events.emit("message", words.downloaded(this.downloadName));
+    });
     onClick("export", () => void session.exportTo(this.format.value, this.what.value));
     const files = element<HTMLInputElement>("import");
     files.addEventListener("change", () => void this.read([...(files.files ?? [])]).then(() => (files.value = "")));

@@ -36,8 +36,8 @@ export class Palette {
   }
 
   private fill(): void {
-    const { session, currentPaint } = this.workbench;
-    const found = classesFor(session.state.classes, this.field.value);
+    const { classesByUse, currentPaint } = this.workbench;
+    const found = classesFor(classesByUse, this.field.value);
     this.choices = [...found.map(({ id, name, color }) => this.choice(id, name, color)), ...this.additions()];
     const current = found.findIndex(({ id }) => id === classOf(currentPaint));
     this.list.replaceChildren(...this.choices.map((choice, i) => this.option(choice, i)));

@@ -2,7 +2,6 @@
 
 import { button, element, onClick } from "../../shared/dom";
 import { NONE } from "../../shared/shape";
-import { dot, minus, plus } from "../../shared/vectors";
 import type { Workbench } from "../workbench";
 import { text } from "../text/index";
 
@@ -32,6 +31,7 @@ export class Views {
       { name: words.top, key: "Alt+3", what: words.topWhat, run: turn(0, quarter) },
       { name: words.frame, key: "g", what: words.frameWhat, run: () => workbench.frameActive() },
       { name: words.reset, key: "Home", what: words.resetWhat, run: () => camera.home() },
+      { name: words.back, key: "z", what: words.backWhat, run: () => workbench.goBack() },
     ];
     const buttons = this.usual.map(({ name, key, what, run }) => {
       return button(name, words.tip(what, key.length === 1 ? key.toUpperCase() : key), run);
@@ -59,11 +59,8 @@ export class Views {
 
   /** Whether many visible cells are seen from behind, for example the walls of a room seen from outside. */
   get isSeenFromBehind(): boolean {
-    const { drawing, session: { mesh } } = this.workbench;
-    const eye = plus(drawing.camera.target, drawing.camera.directions()[2], drawing.camera.distance);
-    const seen = [...new Set(drawing.cellsSeen().cells)].filter((cell) => cell !== NONE);
-    const isBack = (cell: number): boolean => dot(mesh.normalOf(cell), minus(eye, mesh.middleOf(cell)!)) < 0;
-    return seen.filter(isBack).length > MANY_BACKS * seen.length;
+    const seen = [...new Set(this.workbench.drawing.cellsSeen().cells)].filter((cell) => cell !== NONE);
+    return seen.filter((cell) => this.workbench.isBack(cell)).length > MANY_BACKS * seen.length;
   }
 
   keys(): { names: string[]; what: string; run: () => void }[] {

@@ -9,6 +9,7 @@ import { Events } from "./events";
 import { Paints, Regions } from "../data/labeling";
 import { Mesh } from "../data/mesh";
 import { type Side, stepName } from "../data/names";
+import { remember, remembered } from "./remembered";
 import { newStrokeId, Saver } from "./saver";
 import { NOTHING_SUGGESTED, type Suggested, suggestedFrom } from "../data/suggested";
 import { text } from "../text/index";
@@ -451,13 +452,42 @@ export class Session {
   async exportTo(format: string, what: string, replace = false): Promise<void> {
     const { fileId } = this;
     try {
-      const { path } = await this.alone(() => this.post<{ path: string }>("export", { format, what, replace }));
+      const { path } = await this.alone(async () => {
+        const { labels } = this;
+        const reply = await this.post<{ path: string }>("export", { format, what, replace });
+        this.noteExport(labels);
+        return reply;
+      });
       this.tell(text.exchange.written(path), fileId);
     } catch (error) {
       const isThere = error instanceof ServerError && error.status === 409 && !replace;
       if (!isThere || fileId !== this.fileId) this.report(error, fileId);
       else if (confirm(text.exchange.replace(error.message))) await this.exportTo(format, what, true);
     }
+  }
+
+  /** All labels and names as a short text that differs from that of other labels: an FNV hash, and the names. */
+  private get labels(): string {
+    const { state: { classes, object_names }, paints } = this;
+    let hash = 2166136261;
+    for (const paint of paints.of) hash = Math.imul(hash ^ paint, 16777619);
+    return JSON.stringify([hash, classes.map(({ id, name }) => [id, name]), object_names]);
+  }
+
+  private get exportKey(): string {
+    return `superfacets exported ${this.state.work}`;
+  }
+
+  /** Remember which labels were exported last. */
+  noteExport(labels = this.labels): void {
+    remember(this.exportKey, labels);
+    this.events.emit("state", this.state);
+  }
+
+  /** Whether labels or names have changed since the last export. */
+  get isExportOld(): boolean {
+    const exported = remembered(this.exportKey);
+    return exported !== null && exported !== this.labels;
   }
 
   downloadAddress(format: string, what: string): string {

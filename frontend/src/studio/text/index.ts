@@ -1,10 +1,12 @@
 // The texts of the studio in the language in use, and the static texts of the page.
 
-import { en } from "./en";
+import { en, touch } from "./en";
 
 export type Text = typeof en;
 
-export const text: Text = en;
+const isTouched = typeof matchMedia === "function" && matchMedia("(pointer: coarse)").matches; // false in tests without a page
+
+export const text: Text = isTouched ? touch : en;
 
 /** Attributes of index.html with the key of a text, and where the text is put. */
 const PLACES: Record<string, (element: HTMLElement, value: string) => void> = {

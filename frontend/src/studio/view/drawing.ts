@@ -288,7 +288,7 @@ export class Drawing {
     this.imageProgram.use({
       ...this.theme, regions, cells: cells.table, region_colors: regionColors, class_colors: classColors,
       suggestions: this.suggestions, suggestion_colors: this.suggestionColors, has_suggestions: this.hasSuggestions,
-      ids: frame.colors[0], lights: frame.colors[1], depths: frame.depth, near_far: this.camera.eye.near_far,
+      ids: frame.colors[0], lights: frame.colors[1], depths: frame.depth, near_far: this.camera.eye.near_far, focal: this.camera.pixelsOf(frame.height),
       blinks: this.nBlinks % 2 === 1, stride, samples: Math.min(samples, stride), hovered, cursor, has_borders: this.hasBorders, has_labels: this.hasClasses,
       line: Math.max(1, Math.round(1.1 * stride * window.devicePixelRatio)),
       blend: this.ownColors.isShown ? this.blend.opacity : 0,

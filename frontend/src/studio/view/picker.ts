@@ -33,6 +33,7 @@ export class Picker {
   /** The visible cell at each pixel of the canvas, or NONE. Cells seen only through gaps are not visible. */
   cellsSeen(): Seen {
     const seen = this.drawing.cellsSeen();
+    if (!this.mesh.isCloud) return seen; // surfaces have no gaps
     const { width, height, scale } = seen;
     const front = this.frontOf();
     const cells = seen.cells.map((cell, i) => {

@@ -30,7 +30,7 @@ void main() {
   vec2 off = gl_PointCoord - 0.5;
   if (is_cloud && dot(off, off) > 0.25) discard;
   code = codeOf(cell);
-  brightness = vec4(light() / 1.5, own_color);
+  brightness = vec4(light(vec3(0.45, 0.75, 0.5)) / 1.5, own_color);
 }`;
 
 /** Vertex shader of the second pass: one triangle that covers the canvas. */
@@ -62,6 +62,7 @@ uniform float blend;  // opacity of the mesh's own colors or texture, 0 to 1
 uniform bool is_cloud;
 uniform bool hides_backs;
 uniform vec2 near_far;
+uniform float focal;  // size of a segment of length 1 at distance 1, in first-pass pixels
 uniform vec3 high;  // background color at the top
 uniform vec3 low;  // background color at the bottom
 uniform vec3 accent;  // color of highlights
@@ -83,6 +84,14 @@ float distanceAt(ivec2 p) {
   float z = 2.0 * texelFetch(depths, p, 0).r - 1.0;
   return 2.0 * near_far.x * near_far.y / (near_far.y + near_far.x - z * (near_far.y - near_far.x));
 }
+// Approximate angle between the surfaces at both sides of a pixel: 0 on a plane, positive in valleys and behind the edge of
+// an object, negative on ridges and at the edge. Inverse distances are linear on a plane.
+float bendAt(ivec2 p, ivec2 way, ivec2 limit) {
+  vec2 sides = vec2(distanceAt(max(p - way, ivec2(0))), distanceAt(min(p + way, limit)));
+  vec2 slopes = focal / float(line) * (distanceAt(p) / sides - 1.0);
+  float flatter = min(abs(slopes.x), abs(slopes.y));
+  return (slopes.x + slopes.y) / (1.0 + flatter * flatter);
+}
 vec3 shade(ivec2 p, ivec2 limit) {
   uint cell = cellAt(p);
   for (int k = 0; blinks && k < 9; k++) {  // a single cell can be as small as a pixel, so pixels near it blink, too
@@ -98,8 +107,8 @@ vec3 shade(ivec2 p, ivec2 limit) {
     base = texel.rgb;
     is_active = texel.a > 0.5 || region == hovered || region == cursor;
   }
-  if (has_labels) base = vec3(dot(base, vec3(0.3, 0.6, 0.1))); // gray, so that only classes have colors
-  base = mix(vec3(0.88), base, 0.42);
+  if (has_labels) base = vec3(dot(base, vec3(0.3, 0.6, 0.1)));  // gray, so that only classes have colors
+  base = mix(vec3(0.88), base, has_labels ? 0.25 : 0.42);  // nearly one gray, so that the light shows the shapes
   uint id = state.r | state.g << 8;
   if (id != 0u) {
     float shift = float((region * 2654435761u) >> 29) / 7.0 - 0.5;
@@ -125,6 +134,10 @@ vec3 shade(ivec2 p, ivec2 limit) {
       shadow += max(0.0, here - log2(distanceAt(q)));
     }
     light *= mix(0.45, 1.0, exp(-60.0 * shadow));
+  }
+  if (has_labels && id == 0u && !is_cloud) {  // without colors, edges of objects would hardly be visible
+    float bend = bendAt(p, ivec2(line, 0), limit) + bendAt(p, ivec2(0, line), limit);
+    light *= 1.0 - clamp(0.3 * bend, -0.2, 0.5);
   }
   vec3 result = min(base * light, 1.0);
   bool is_marked = (state.b & 3u) != 0u;
