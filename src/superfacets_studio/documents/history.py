@@ -34,7 +34,7 @@ def last_stroke(changes: list[Change]) -> list[Change]:
 
 
 Recorder = Callable[[Line], object]
-"""Function that writes a step to the journal. Steps read from the journal have no such function."""
+"""Function that writes a step to the journal: `Document._write`; None for steps of the journal."""
 
 
 @dataclass
@@ -51,7 +51,7 @@ class History:
     redo_stack: list[Change] = field(default_factory=list)
     seq: int = 0  # number of steps in the journal
     effort: Effort | None = NO_STEP  # None if unknown
-    parts: dict[str, int] = field(default_factory=dict)  # last part of each stroke that has parts
+    parts: dict[str, int] = field(default_factory=dict)  # last part of each stroke, also if undone
     _made: list[Change] = field(default_factory=list)  # changes of the current or last step
     _reverting: contextlib.ExitStack | None = None  # reverts `_made`; None between two steps
 
@@ -155,7 +155,7 @@ class History:
                 yield
                 if self._made:
                     self._reverting.callback(setattr, self.state, "is_changed", was_changed)
-                    self.state.is_changed = self._is_changed(name == "undo")
+                    self.state.is_changed = self._is_changed_since_review(name == "undo")
                     if record is not None:
                         line = {"op": name} if name else line_of(self._made)
                         times = line_after(self.effort, self._n_strokes(name))
@@ -171,11 +171,11 @@ class History:
 
         `name` is "undo" or "redo", and None for an operation.
         """
-        is_new = len(last_stroke([*self.undo_stack[-1:], self._made[0]])) == 1
+        is_new = len(last_stroke([*self.undo_stack[-1:], self._made[0]])) == 1  # no change before
         is_stroke = any(change.kind in ("paint", "split") for change in self._made)
         return int(name is None and is_new and is_stroke)
 
-    def _is_changed(self, is_undo: bool) -> bool:
+    def _is_changed_since_review(self, is_undo: bool) -> bool:
         """Return whether labels may differ from the reviewed labels after the current step.
 
         If the document is not reviewed, the result is False. If undoing a review restores an older

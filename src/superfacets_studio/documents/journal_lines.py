@@ -63,7 +63,7 @@ def _class_list(value: Any) -> ClassList:
 
 
 def _write_paint(change: Change) -> Line:
-    values = change.after.unpacked()
+    values = change.after.unpacked()  # one value if all are equal
     line = {
         "cells": base64_of(change.after.cells),
         **_write_numbers("class", "es", class_of(values)),

@@ -222,7 +222,7 @@ export class Pointer {
   private up(event: PointerEvent): void {
     this.fingers.delete(event.pointerId);
     if (this.fingers.size && this.drag === "fingers") return;
-    this.beginTap();
+    this.beginTap(); // a tap without movement
     if (this.waiting) this.move();
     if (this.drag === "tool") this.tool.end();
     this.drag = null;

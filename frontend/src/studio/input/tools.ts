@@ -24,10 +24,10 @@ export abstract class Tool {
   readonly takesAlt: boolean = false; // whether a stroke with Alt is a stroke of this tool instead of a movement of the view
 
   /**
-   * Begin a stroke. If Shift is held, `isOther` is true: the stroke erases or, in split mode, is blue. If Alt is held and
+   * Begin a stroke. If Shift is held, `withShift` is true: the stroke erases or, in split mode, is blue. If Alt is held and
    * the tool takes it, `isFront` is true.
    */
-  abstract begin(place: Place, isOther: boolean, isFront?: boolean): void;
+  abstract begin(place: Place, withShift: boolean, isFront?: boolean): void;
   abstract move(place: Place): void;
   abstract end(): void;
   enter(): void {}
@@ -78,8 +78,8 @@ abstract class Brush extends Tool {
 
   protected abstract touch(place: Place): void;
 
-  begin(place: Place, isOther: boolean): void {
-    this.paint = isOther ? 0 : this.workbench.currentPaint;
+  begin(place: Place, withShift: boolean): void {
+    this.paint = withShift ? 0 : this.workbench.currentPaint;
     this.last = place;
     this.strokeId = newStrokeId();
     this.touched.clear();
@@ -222,7 +222,7 @@ export class Lasso extends Tool {
     return words.lassoHint(words.outlineHints[this.outline]);
   }
 
-  begin(place: Place, isOther: boolean, isFront = false): void {
+  begin(place: Place, withShift: boolean, isFront = false): void {
     const { places } = this;
     if (this.outline === "polygon" && places.length) {
       const isClosed = [places[0], places[places.length - 1]].some(({ x, y }) => Math.hypot(x - place.x, y - place.y) < CLOSE);
@@ -230,7 +230,7 @@ export class Lasso extends Tool {
       else this.add(place);
       return;
     }
-    this.paint = isOther ? 0 : this.workbench.currentPaint;
+    this.paint = withShift ? 0 : this.workbench.currentPaint;
     [this.isFront, this.isWarned] = [isFront, false];
     this.places = [place];
   }
@@ -449,8 +449,8 @@ export class Splitter extends Tool {
     this.workbench.drawing.redraw();
   }
 
-  begin(place: Place, isOther: boolean): void {
-    this.isBlue = isOther;
+  begin(place: Place, withShift: boolean): void {
+    this.isBlue = withShift;
     this.last = place;
     const region = this.workbench.regionOf(this.workbench.picker.cellAt(place));
     if (this.region < 0) this.region = region;

@@ -104,7 +104,7 @@ export class Saver {
       this.waiting = this.waiting.filter((one) => one !== entry);
       for (const key of entry.keys) remember(key, null);
       if (reply instanceof Error) this.listener.refused(reply);
-      else this.listener.saved(reply);
+      else this.listener.saved(reply); // see `Session.openNow`
     }
     this.isRunning = false; // without a gap in which a new stroke could miss the end of the loop
   }
@@ -122,7 +122,7 @@ export class Saver {
   /** The first entry, joined with the next entries of its stroke if none of them has been sent before. */
   private joinFirst(): Entry {
     const [first] = this.waiting;
-    if (first.isSent) return first;
+    if (first.isSent) return first; // later entries are sent only after it
     const end = this.waiting.findIndex(({ strokeId }) => strokeId !== first.strokeId);
     const parts = this.waiting.splice(0, end < 0 ? this.waiting.length : end);
     const { part } = parts[parts.length - 1];

@@ -279,8 +279,8 @@ export class Session {
    */
   paint(cells: Uint32Array, paint: number, strokeId = newStrokeId(), isLocked = this.isLocked): void {
     const { of } = this.paints;
-    const isKept = (cell: number): boolean => isLocked && paint !== 0 && of[cell] !== 0;
-    const changed = cells.filter((cell) => of[cell] !== paint && !isKept(cell));
+    const keepsLabel = (cell: number): boolean => isLocked && paint !== 0 && of[cell] !== 0;
+    const changed = cells.filter((cell) => of[cell] !== paint && !keepsLabel(cell));
     if (!changed.length) return;
     this.setPaint(changed, paint);
     this.saver.add({ paint, cells: changed, strokeId });

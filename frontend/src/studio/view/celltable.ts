@@ -10,7 +10,7 @@ export const MARK_HIDDEN = 4; // the cell is hidden
 export const MARK_CURSOR = 8; // the keyboard cursor is on the cell
 export const MARK_DIFFERS = 16; // the cell is labeled differently in the two compared files
 
-const SHADE = 5; // number of mark bits; the upper 3 bits of their byte contain the shade of the object
+export const N_MARK_BITS = 5; // the upper 3 bits of their byte contain the shade of the object
 
 /** A texture with four bytes per cell: class (two bytes), mark bits and shade, and object. */
 export class CellTable {
@@ -41,7 +41,7 @@ export class CellTable {
       const object = stuff.has(classOf(paint[cell])) ? 0 : objectOf(paint[cell]);
       texels[4 * cell + 3] = object && 1 + ((object - 1) % 255); // values repeat after 255 objects, which suffices to distinguish neighbors
       const shade = object && (shades.get(paint[cell]) ?? usualShade(object));
-      texels[4 * cell + 2] = (texels[4 * cell + 2] & ((1 << SHADE) - 1)) | (shade << SHADE);
+      texels[4 * cell + 2] = (texels[4 * cell + 2] & ((1 << N_MARK_BITS) - 1)) | (shade << N_MARK_BITS);
       this.table.touch(cell);
     };
     if (cells) cells.forEach(set);

@@ -5,6 +5,7 @@
 import { N_SHADES } from "../data/colors";
 import { OWN_COLORS, TINTED } from "../../shared/owncolors";
 import { CODE, EYE, HEAD, LEFT_OUT, LIGHT } from "../../shared/shaders";
+import { MARK_BLUE, MARK_CURSOR, MARK_DIFFERS, MARK_HIDDEN, MARK_RED, N_MARK_BITS } from "./celltable";
 
 // With "See inside", and in clouds, no border is drawn between neighboring pixels if their distances to the eye differ by more than this fraction.
 const GAP = 0.01;
@@ -20,7 +21,7 @@ layout(location = 0) out vec4 code;
 layout(location = 1) out vec4 brightness;  // r: brightness; g, b, a: own color
 void main() {
   vec3 own_color = has_own_colors ? ownColor() : vec3(0.0);  // must be computed before any discard, because derivatives need neighboring pixels
-  if (has_hidden && (texelFetch(cells, place(cell), 0).b & 4u) != 0u) discard;
+  if (has_hidden && (texelFetch(cells, place(cell), 0).b & ${MARK_HIDDEN}u) != 0u) discard;
   if (isLeftOut()) discard;
   if (has_focus && texelFetch(focused, place(cell), 0).r == 0u) {
     vec3 middle = rotation * (focus - target) - vec3(0.0, 0.0, distance_);
@@ -43,7 +44,7 @@ export const IMAGE = `${HEAD}${TINTED}
 uniform sampler2D ids;
 uniform sampler2D lights;
 uniform sampler2D depths;
-uniform usampler2D regions;  // region of each cell, or NONE
+uniform usampler2D regions;  // region of each cell, or NONE; regionOf gives NONE - 1 where no cell is drawn
 uniform usampler2D cells;  // class, marks with shade, object: see CellTable
 uniform sampler2D region_colors;  // color of each region; alpha is 1 if the region is selected
 uniform sampler2D class_colors;  // ${N_SHADES} shades of each class, for its objects
@@ -112,7 +113,7 @@ vec3 shade(ivec2 p, ivec2 limit) {
   uint id = state.r | state.g << 8;
   if (id != 0u) {
     float shift = float((region * 2654435761u) >> 29) / 7.0 - 0.5;
-    base = texelFetch(class_colors, place(${N_SHADES}u * id + (state.b >> 5)), 0).rgb * (1.0 + 0.12 * shift);
+    base = texelFetch(class_colors, place(${N_SHADES}u * id + (state.b >> ${N_MARK_BITS})), 0).rgb * (1.0 + 0.12 * shift);
   }
   uint suggestion = id == 0u ? suggestionOf(cell) : 0u;
   vec4 tone = vec4(0.0);
@@ -122,8 +123,8 @@ vec3 shade(ivec2 p, ivec2 limit) {
   }
   vec4 lit = texelFetch(lights, p, 0);
   if (blend > 0.0) base = id != 0u || suggestion != 0u ? tinted(base, lit.gba, blend) : mix(base, lit.gba, blend);
-  if ((state.b & 1u) != 0u) base = vec3(0.85, 0.07, 0.12);
-  if ((state.b & 2u) != 0u) base = vec3(0.08, 0.25, 0.9);
+  if ((state.b & ${MARK_RED}u) != 0u) base = vec3(0.85, 0.07, 0.12);
+  if ((state.b & ${MARK_BLUE}u) != 0u) base = vec3(0.08, 0.25, 0.9);
   float light = 1.5 * lit.r;
   if (is_cloud) {
     float here = log2(distanceAt(p));
@@ -140,10 +141,10 @@ vec3 shade(ivec2 p, ivec2 limit) {
     light *= 1.0 - clamp(0.3 * bend, -0.2, 0.5);
   }
   vec3 result = min(base * light, 1.0);
-  bool is_marked = (state.b & 3u) != 0u;
+  bool is_marked = (state.b & ${MARK_RED | MARK_BLUE}u) != 0u;
   if (is_active && !is_marked) result = mix(result, vec3(1.0), region == hovered ? 0.3 : 0.16);
-  if ((state.b & 16u) != 0u && (p.x + p.y) / (3 * line) % 2 == 0) result = mix(result, accent, 0.75);
-  if ((state.b & 8u) != 0u) result = mix(result, accent, 0.6);
+  if ((state.b & ${MARK_DIFFERS}u) != 0u && (p.x + p.y) / (3 * line) % 2 == 0) result = mix(result, accent, 0.75);
+  if ((state.b & ${MARK_CURSOR}u) != 0u) result = mix(result, accent, 0.6);
   if (!has_borders && !is_active && state.a == 0u && suggestion == 0u) return result;
   bool is_outline = false;  // whether the pixel is at the border of a suggestion
   bool is_border = false;  // whether the pixel is at the border between two regions
