@@ -67,16 +67,26 @@ export class Camera {
     this.aspect = width / height;
   }
 
-  /** Note the view before a jump, or the goal of a running animation, so that `back` can return to it. */
-  private jump(): void {
+  /** The view, or the goal of a running animation. */
+  private get pose(): Pose {
     const { azimuth, elevation, distance, target } = this.flight ?? this;
-    this.earlier.push({ azimuth, elevation, distance: distance * this.slope, target });
+    return { azimuth, elevation, distance: distance * this.slope, target };
+  }
+
+  /** Note the view before a jump, so that `back` can return to it. */
+  private jump(): void {
+    this.earlier.push(this.pose);
     this.flight = null;
   }
 
-  /** Animate the camera to the view before the last jump. Repeated calls go back several jumps. Returns false if there is none. */
+  /**
+   * Animate the camera to the last view before a jump that differs from this one. Repeated calls go back several jumps.
+   * Returns false if there is none.
+   */
   back(): boolean {
-    const pose = this.earlier.pop();
+    const here = JSON.stringify(this.pose);
+    let pose = this.earlier.pop();
+    while (pose && JSON.stringify(pose) === here) pose = this.earlier.pop();
     if (pose) this.animate({ ...pose, distance: pose.distance / this.slope });
     return pose !== undefined;
   }
