@@ -272,9 +272,12 @@ export class Workbench {
     this.select([], false);
   }
 
-  /** Give cells the class and object encoded by `paint`; `showPaint` draws them. Calls with the same stroke are one step for undo. */
-  paintCells(cells: Uint32Array, paint: number, strokeId?: string): void {
-    this.session.paint(cells, paint, strokeId);
+  /**
+   * Give cells the class and object encoded by `paint`; `showPaint` draws them. Calls with the same stroke are one step
+   * for undo. Returns the number of cells that change.
+   */
+  paintCells(cells: Uint32Array, paint: number, strokeId?: string): number {
+    return this.session.paint(cells, paint, strokeId);
   }
 
   /** Paint regions and select them, so that `grow` and `shrink` can change the painted area. */
@@ -511,11 +514,13 @@ export class Workbench {
     return dot(mesh.normalOf(cell), plus(toward, camera.directions()[2], camera.distance)) < 0;
   }
 
-  /** Move the camera to the active region or the current object, without changing the viewing direction. */
+  /** Move the camera to the active region, or else the current object, without changing the viewing direction. */
   frameActive(): void {
     const { activeRegion, session, currentPaint } = this;
-    const cells = activeRegion >= 0 ? session.regions.cellsOf(activeRegion)
+    const chosen = activeRegion >= 0 ? session.regions.cellsOf(activeRegion)
       : session.paints.cellsOf(classOf(currentPaint), objectOf(currentPaint));
+    const areHidden = chosen.length > 0 && chosen.every((cell) => this.isHidden(cell)); // then, all that is shown is framed
+    const cells = areHidden ? Uint32Array.from(session.paints.of.keys()).filter((cell) => !this.isHidden(cell)) : chosen;
     if (!cells.length || !this.fly(cells, true)) this.say(regionMessages.nothingToFrame);
   }
 
@@ -552,8 +557,9 @@ export class Workbench {
   isolatePaint(paint: number): void {
     if (!paint) return this.say(painting.noCell);
     const [cells, name] = [this.session.paints.cellsOf(classOf(paint), objectOf(paint)), this.paintName(paint)];
-    if (cells.length) this.isolate(cells, hiding.alone(name));
-    else this.say(hiding.noCells(name));
+    if (!cells.length) return this.say(hiding.noCells(name));
+    this.isolate(cells, hiding.alone(name));
+    this.fly(cells, true);
   }
 
   /** Hide all cells of a class; id 0 hides the cells without a class. */

@@ -4,7 +4,10 @@ import type { ClassEntry } from "./contract";
 
 const KEYS = ["1", "2", "3", "4", "5", "6", "7", "8", "9"];
 
-/** Classes of the keys 1 to 9. A key that the user has assigned stays; the others have the classes that were used last. */
+/**
+ * Classes of the keys 1 to 9. Keys that the user has assigned, and keys of classes with labels, stay; the others have the
+ * classes that were used last.
+ */
 export class ClassKeys {
   private assigned = new Map<string, number>(); // class id by key
   private held: Map<string, number>; // class id by key, for keys that are not assigned; the least recently used class first
@@ -30,12 +33,11 @@ export class ClassKeys {
   }
 
   /**
-   * Note that a class is used. If it has no key, it gets the key of the class that was not used for the longest time, if
-   * possible of one without labels. Returns the class that loses its key, or 0.
+   * Note that a class is used. If it has no key, it gets that of the class without labels that was not used for the
+   * longest time, if there is one. Returns the class that loses its key, or 0.
    */
   use(id: number, hasLabels: (id: number) => boolean = () => false): number {
-    const held = [...this.held];
-    const key = this.keyOf(id) || ((held.find(([, other]) => !hasLabels(other)) ?? held[0])?.[0] ?? "");
+    const key = this.keyOf(id) || ([...this.held].find(([, other]) => !hasLabels(other))?.[0] ?? "");
     if (!id || !key || this.assigned.has(key)) return 0;
     const before = this.classOf(key);
     this.held.delete(key);

@@ -73,16 +73,25 @@ export class Neighbors {
 
   /** All regions in depth-first order, so that most regions are adjacent to the next one. */
   walk(): number[] {
-    const order = new Set<number>();
-    for (let first = 0; first < this.lists.length; first++) {
-      const waiting = [first];
+    return this.pieces(new Set(this.lists.keys())).flat();
+  }
+
+  /** The connected pieces of a set of regions, each in depth-first order. */
+  pieces(regions: ReadonlySet<number>): number[][] {
+    const found = new Set<number>();
+    const pieces: number[][] = [];
+    for (const first of regions) {
+      if (found.has(first)) continue;
+      const [piece, waiting] = [[] as number[], [first]];
       for (let region = waiting.pop(); region !== undefined; region = waiting.pop()) {
-        if (order.has(region)) continue;
-        order.add(region);
-        waiting.push(...this.of(region).filter((other) => !order.has(other)).reverse());
+        if (found.has(region)) continue;
+        found.add(region);
+        piece.push(region);
+        waiting.push(...this.of(region).filter((other) => regions.has(other) && !found.has(other)).reverse());
       }
+      pieces.push(piece);
     }
-    return [...order];
+    return pieces;
   }
 }
 

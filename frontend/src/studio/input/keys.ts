@@ -29,6 +29,7 @@ const FIELDS = "input:not([type=radio]):not([type=checkbox]):not([type=range]), 
 // Keys of the number pad in the Blender scheme, and the names of keys with the same function.
 const NUMPAD: Record<string, string> = {
   Numpad1: "Alt+1", Numpad3: "Alt+2", Numpad7: "Alt+3", NumpadDecimal: "g", NumpadAdd: "i", NumpadSubtract: "Shift+i",
+  NumpadDivide: "Shift+o",
 };
 const STEP = Math.PI / 12;
 const TURNS: [string, number, number][] = [["4", STEP, 0], ["6", -STEP, 0], ["8", 0, STEP], ["2", 0, -STEP], ["9", Math.PI, 0]];
@@ -177,7 +178,7 @@ export class Keys {
       { names: ["Shift+l"], what: words.outline, run: () => modes.nextOutline() },
       { names: ["x"], what: words.split, run: () => modes.choose("split") },
       { names: ["Shift+x"], what: words.divide, run: () => void this.workbench.refineActive() },
-      { names: ["?"], what: words.help, run: () => this.openHelp() },
+      { names: ["?", "F1"], what: words.help, run: () => this.openHelp() },
     ];
   }
 
@@ -220,7 +221,7 @@ export class Keys {
     if (this.walk.press(event)) return event.preventDefault();
     const isBlender = this.scheme.value === "blender";
     // In Blender, digits of the number pad change the view, so here they must not choose classes.
-    const isNumpad = isBlender && /^Numpad(\d|Add|Subtract|Decimal)$/.test(event.code);
+    const isNumpad = isBlender && /^Numpad(\d|Add|Subtract|Decimal|Divide)$/.test(event.code);
     const key = this.table.get(isNumpad ? NUMPAD[event.code] ?? event.code : nameOf(event));
     if (!key || (target.matches("[type=range], [type=radio]") && /^(Arrow|Page|Home)/.test(event.key))) return;
     if (key.paints && !this.isOnMesh(event)) return this.refuse(event);

@@ -71,6 +71,7 @@ export class Pointer {
   private readonly tip = element("tip");
   private turned = { at: -Infinity, place: { x: 0, y: 0 } }; // time and place of the last press that turned or moved the view
   private waiting: PointerEvent | null = null;
+  private isOver = false; // whether a mouse pointer is over the canvas
   private scheme = SCHEMES.studio;
 
   constructor(private readonly workbench: Workbench, private readonly modes: Modes) {
@@ -86,6 +87,7 @@ export class Pointer {
     canvas.addEventListener("contextmenu", (event) => event.preventDefault());
     canvas.addEventListener("auxclick", (event) => event.preventDefault());
     canvas.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
+    workbench.drawing.afterView.push(() => this.hoverAgain());
     workbench.events.on("hover", (cell) => this.showTip(cell));
     workbench.session.events.on("state", () => this.showTip(workbench.hoveredCell));
     this.watchScheme(element<HTMLSelectElement>("scheme"));
@@ -163,6 +165,7 @@ export class Pointer {
   private moved(event: PointerEvent): void {
     if (!this.isReady) return;
     if (this.drag === "fingers") return this.moveFinger(event);
+    this.isOver = event.pointerType === "mouse";
     if (!this.waiting) requestAnimationFrame(() => this.move());
     this.waiting = event;
   }
@@ -228,7 +231,15 @@ export class Pointer {
     this.drag = null;
   }
 
+  /** Look up the cell under a resting mouse pointer after a jump of the view, unless keys act on a region they have chosen. */
+  private hoverAgain(): void {
+    const { workbench, last } = this;
+    if (!this.isOver || this.drag || this.waiting || !this.isReady || workbench.cursor >= 0) return;
+    workbench.hover(workbench.picker.cellAt(last));
+  }
+
   private left(): void {
+    this.isOver = false;
     this.waiting = null;
     if (!this.drag && this.isReady) this.workbench.hover(-1);
   }

@@ -6,7 +6,7 @@ import { lengthOf, minus } from "../../shared/vectors";
 import type { CellCursor } from "./cellcursor";
 import { MARK_BLUE, MARK_RED } from "../view/celltable";
 import type { Workbench } from "../workbench";
-import { addTo, type Regions } from "../data/labeling";
+import { addTo, objectOf, type Regions } from "../data/labeling";
 import type { Seen } from "../view/drawing";
 import { placesBetween } from "../view/picker";
 import { newStrokeId } from "../session/saver";
@@ -67,6 +67,7 @@ const STEP = 6; // distance in pixels between the points of a stroke at which ce
 abstract class Brush extends Tool {
   protected paint = 0; // class and object that the current stroke gives, as one number; 0 removes labels
   protected strokeId = "";
+  protected nChanged = 0; // number of cells that the current stroke has changed
   protected readonly touched = new Set<number>();
   protected readonly replaced = new Map<number, number>(); // number of repainted regions, keyed by their previous class and object
   private last: Place = { x: 0, y: 0 };
@@ -82,6 +83,7 @@ abstract class Brush extends Tool {
     this.paint = withShift ? 0 : this.workbench.currentPaint;
     this.last = place;
     this.strokeId = newStrokeId();
+    this.nChanged = 0;
     this.touched.clear();
     this.replaced.clear();
     this.touch(place);
@@ -109,7 +111,7 @@ export class RegionBrush extends Brush {
     if (region >= 0 && !this.touched.has(region)) {
       this.touched.add(region);
       workbench.countReplaced([region], this.paint, this.replaced);
-      workbench.paintCells(workbench.session.regions.cellsOf(region), this.paint, this.strokeId);
+      this.nChanged += workbench.paintCells(workbench.session.regions.cellsOf(region), this.paint, this.strokeId);
     }
     workbench.hover(cell);
   }
@@ -118,7 +120,9 @@ export class RegionBrush extends Brush {
     const { workbench } = this;
     if (!this.touched.size || this.regions !== workbench.session.regions) return;
     workbench.select(this.touched, true);
-    workbench.sayPainted([...this.touched], this.paint, this.replaced);
+    const isAlready = this.paint !== 0 && !this.nChanged && !workbench.session.isLocked;
+    if (isAlready) workbench.say(text.painting.already(text.painting.several([...this.touched]), workbench.paintName(this.paint)));
+    else workbench.sayPainted([...this.touched], this.paint, this.replaced);
   }
 }
 
@@ -343,10 +347,15 @@ export class Lasso extends Tool {
     const isMostlyInside = (region: number): boolean => region >= 0 && 2 * enclosed.get(region)! >= total.get(region)!;
     const isSeen = this.isSeenIn(seen);
     const chosen = [...enclosed.keys()].filter(isMostlyInside).filter(isSeen);
+    const covered = text.painting.leftOut(this.countCovered(outline, isSeen));
+    if (!chosen.length) return workbench.say(`${text.painting.noneInside}${covered}`);
     const replaced = new Map<number, number>();
     workbench.countReplaced(chosen, this.paint, replaced);
     workbench.paintRegions(chosen, this.paint);
-    workbench.sayPainted(chosen, this.paint, replaced, text.painting.leftOut(this.countCovered(outline, isSeen)));
+    const { regions, paints } = workbench.session;
+    const painted = chosen.filter((region) => paints.mainPaint(regions.cellsOf(region)) === this.paint);
+    const pieces = objectOf(this.paint) ? regions.neighbors.pieces(new Set(painted)).length : 1;
+    workbench.sayPainted(painted.length ? painted : chosen, this.paint, replaced, `${text.painting.apart(pieces)}${covered}`);
   }
 
   /** Number of regions that are mostly inside an outline but not seen. Only some cells of each region are looked up. */

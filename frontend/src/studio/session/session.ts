@@ -275,17 +275,19 @@ export class Session {
 
   /**
    * Give cells the class and object encoded by `paint`; 0 removes class and object. The change is shown
-   * immediately and saved in the background. If `isLocked`, cells that have a class keep it.
+   * immediately and saved in the background. If `isLocked`, cells that have a class keep it. Returns the number of cells
+   * that change.
    */
-  paint(cells: Uint32Array, paint: number, strokeId = newStrokeId(), isLocked = this.isLocked): void {
+  paint(cells: Uint32Array, paint: number, strokeId = newStrokeId(), isLocked = this.isLocked): number {
     const { of } = this.paints;
     const keepsLabel = (cell: number): boolean => isLocked && paint !== 0 && of[cell] !== 0;
     const changed = cells.filter((cell) => of[cell] !== paint && !keepsLabel(cell));
-    if (!changed.length) return;
+    if (!changed.length) return 0;
     this.setPaint(changed, paint);
     this.saver.add({ paint, cells: changed, strokeId });
     this.events.emit("painted", changed);
     this.events.emit("state", this.state);
+    return changed.length;
   }
 
   undo(): Promise<void> {
