@@ -74,8 +74,8 @@ def _values_named(color_by: str | None, data: CellData) -> Array | str | None:
     option("--clip", get_args(Clip),
            "Cut a mesh of tetrahedra open: x keeps the half with larger x, -x the half with smaller"
            " x.  [default: draw the outer surface]"),
-    option("--smooth-borders/--no-smooth-borders", None,
-           "Draw borders as smooth curves.  [default: up to 500,000 faces]", default=None),
+    option("--smooth-borders", FLAG,
+           "Draw region borders of a mesh as smooth curves, as computed by superfacets cut."),
     option("--numbers", FLAG, "Write the number (label) of each visible region on the region."),
     option("--see-inside", FLAG,
            "Hide surfaces seen from behind, such as the walls in front of a room that was scanned"

@@ -52,11 +52,11 @@ def unpack_draco(
     scene.take(_BYTES_PER_VERTEX * n_vertices + _BYTES_PER_FACE * n_faces, where)
     with named_errors(where):
         corners, found = decode_draco(bytes(scene.view(view)), n_faces, n_vertices)
-        decoded: dict[int, Array | None] = {primitive["indices"]: corners}
+        decoded: list[tuple[Any, Array | None]] = [(primitive["indices"], corners)]
         for name in ids:
             if name in primitive["attributes"] and name.startswith(("POSITION", "TEXCOORD")):
-                decoded[primitive["attributes"][name]] = found.get(scene.whole(ids, name))
-        for index, rows in decoded.items():
+                decoded.append((primitive["attributes"][name], found.get(scene.whole(ids, name))))
+        for index, rows in decoded:
             accessor = f"accessors[{index}]"
             dtype, width = scene.form(scene.item("accessors", index), accessor)
             is_wrong = rows is not corners and (rows is None or rows.dtype != dtype)

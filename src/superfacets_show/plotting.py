@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from superfacets import Hierarchy, RegionGraph, kit, region_graph
+from superfacets import Hierarchy, RegionGraph, Segmentation, kit, region_graph
 from superfacets.kit import Array, Cells, Floats, MeshLike
 
 from .animation import MOVING_ENDINGS, check_video, gif_of, write_video
@@ -35,7 +35,7 @@ _SIZE, _MOVING_SIZE = (1200, 900), (640, 480)
 
 _N_FRAMES = 60
 
-_MOST_CUT = 500_000  # maximum number of faces of meshes whose borders are smooth by default
+_MOST_CUT = 500_000  # maximum number of cells of a segmentation with smooth borders by default
 
 _ENDINGS = (".png", *MOVING_ENDINGS)
 
@@ -116,7 +116,7 @@ class Plot:
 
 def plot(
     mesh: MeshLike,
-    labels: npt.ArrayLike | Hierarchy | None = None,
+    labels: npt.ArrayLike | Segmentation | Hierarchy | None = None,
     output: str | os.PathLike[str] | None = None,
     *,
     compare: Sequence[npt.ArrayLike] = (),
@@ -147,7 +147,7 @@ def plot(
     ----------
     mesh : Mesh or mesh-like, PointCloud or cloud-like
         Same as in `segment`. Points are drawn as small hexagons on the surface, without borders.
-    labels : array_like of integers, shape (F,) or (V,), or Hierarchy, optional
+    labels : array_like of integers, shape (F,) or (V,), Segmentation or Hierarchy, optional
         Region of each face, tetrahedron or point, or of each vertex of a mesh: any integers. Cells
         with label -1 are gray. Without labels, a cloud with colors is drawn in its own colors,
         other clouds and all meshes in a single color. The levels of a `Hierarchy` are side by side,
@@ -193,8 +193,9 @@ def plot(
         a smaller x. By default, the outer surface of the whole mesh is shown.
     smooth_borders : bool, optional
         Whether borders are drawn as smooth curves across faces, computed by `cut_borders`, instead
-        of as lines along edges. By default, they are on meshes of at most 500,000 faces, because
-        edges of larger meshes are shorter than a pixel. Clouds are drawn without borders.
+        of as lines along edges. Small pieces of a region may then vanish. The default is True if
+        `labels` is a `Segmentation` of at most 500,000 cells and `compare` is empty, else False.
+        Clouds are drawn without borders.
     numbers : bool, default False
         Whether the label of each visible region is written on it, near the center of its visible
         part. The label -1 is not written. Labels do not overlap: if there is no room, labels of
@@ -231,7 +232,9 @@ def plot(
     (120, 160, 3)
     """
     whole = kit.as_cells(mesh)
-    wants_curves = whole.n_cells <= _MOST_CUT if smooth_borders is None else smooth_borders
+    if smooth_borders is None:
+        is_small = isinstance(labels, Segmentation) and whole.n_cells <= _MOST_CUT
+        smooth_borders = is_small and not len(compare)
     n = _n_frames(n_frames, output)
     path = None if output is None else _checked_target(output, n)
     levels = labels.levels if isinstance(labels, Hierarchy) else [labels]
@@ -248,7 +251,7 @@ def plot(
     if color_by is not None:
         shades, scale = _colors_by(whole, series, color_by, scale_title)
     frames, up = _draw_side_by_side(
-        _Panels(whole, series, shades, clip, kit.checked_flag(wants_curves, "smooth_borders")),
+        _Panels(whole, series, shades, clip, kit.checked_flag(smooth_borders, "smooth_borders")),
         style,
         n,
         titles,

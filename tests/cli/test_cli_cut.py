@@ -135,7 +135,6 @@ def test_smooth_borders_are_drawn(run, sheet, labels, tmp_path):
     if not can_render():
         pytest.skip("no OpenGL to draw with")
     edges, smooth = tmp_path / "edges.png", tmp_path / "smooth.png"
-    given = ("render", sheet, "--labels", labels)
-    assert run(*given, "--no-smooth-borders", "-o", edges)[0] == 0
-    assert run(*given, "-o", smooth)[0] == 0
+    assert run("render", sheet, "--labels", labels, "-o", edges)[0] == 0
+    assert run("render", sheet, "--labels", labels, "--smooth-borders", "-o", smooth)[0] == 0
     assert edges.read_bytes() != smooth.read_bytes()

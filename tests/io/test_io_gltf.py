@@ -216,6 +216,7 @@ PRIMITIVE = ["meshes", 0, "primitives", 0]
     (["accessors", 0, "sparse"], {"count": 1}, "accessors[0] has no indices or values of"),
     (["accessors", 0, "bufferView"], 2, "there is no bufferViews[2]"),
     (["accessors", 0, "componentType"], 5124, "accessors[0] has an unknown type of numbers"),
+    (["accessors", 0, "type"], ["VEC3"], "accessors[0] has an unknown type of numbers"),
     (["accessors", 0, "componentType"], [], "componentType must be an integer >= 0, got []"),
     (["accessors", 0, "count"], 4_000_000_000, "accessors[0] is longer than its buffer view"),
     (["accessors", 0, "count"], 6, "accessors[0] is longer than its buffer view"),

@@ -120,7 +120,7 @@ def test_sparse_rows_replace_others(document, path, has_base):
     accessor = document.accessors[primitive["attributes"]["POSITION"]]
     accessor["sparse"] = {
         "count": 2, "indices": {"bufferView": places, "componentType": 5123},
-        "values": {"bufferView": document.view(rows)},
+        "values": {"bufferView": document.view(rows), "componentType": 5121, "count": 1},
     }  # fmt: skip
     if not has_base:
         del accessor["bufferView"]

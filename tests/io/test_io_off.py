@@ -102,6 +102,8 @@ def test_off_files_that_are_wrong_are_refused(refuse, old, new, message):
 @pytest.mark.parametrize("data", [b"OFF", b"OFF\n", b"OFF\n0 0 0\n", b"OFF\n4 0 0\n" + V4.encode()])
 def test_off_files_without_faces_are_refused(refuse, data):
     refuse("a.off", data, "expected the counts" if len(data) < 5 else "no faces")
+    if len(data) > 20:  # four points, also in one line
+        refuse("a.off", data[:10] + data[10:].replace(b"\n", b" "), "no faces")
 
 
 def test_a_benchmark_model_is_read_exactly(data_dir):

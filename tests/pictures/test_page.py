@@ -262,6 +262,7 @@ def test_the_first_view_is_that_of_pictures():
      r" one value per vertex, \(4,\); got shape \(0,\)"),
     ({"features": {"a": ["x", "y"]}}, TypeError, "feature 'a' must be numbers"),
     ({"features": {"a": [0, np.inf]}}, ValueError, "feature 'a' has infinite values"),
+    ({"labels": np.ma.array([0, 1, 1, 1], mask=[1, 0, 0, 0])}, ValueError, "masked entries"),
     ({"labels": np.ma.array([0, 1], mask=[1, 0])}, ValueError,
      "labels must not have masked entries: fill or remove these entries"),
     ({"features": {"a": np.ma.array([0, 1], mask=[1, 0])}}, ValueError,

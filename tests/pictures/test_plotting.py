@@ -126,7 +126,7 @@ def test_text_on_a_dark_background_is_light():
 
 
 def test_values_of_cells_and_regions_have_the_colors_of_the_scale(gl):
-    settings = {"size": SIZE, "border_width": 0, "smooth_borders": False}
+    settings = {"size": SIZE, "border_width": 0}
     by_region = np.array([3.0, 1.0, np.nan, 2.0, 5.0])
     of_cells = by_region[LABELS]
     one = plot(SHEET, LABELS, color_by=by_region, **settings).image

@@ -9,14 +9,7 @@ import pytest
 from shapes import bumpy_sheet, cube, fins, inside_out_cube, moebius, slivers, soup, strip, table
 from tools.sample_bear import parts_of
 
-from superfacets import (
-    Mesh,
-    MissingExtraError,
-    PointCloud,
-    PolygonMesh,
-    TetMesh,
-    plot,
-)
+from superfacets import Mesh, MissingExtraError, PointCloud, PolygonMesh, TetMesh, plot, segment
 from superfacets_show import drawing
 from superfacets_show.backend import RenderError
 from superfacets_show.colors import face_colors
@@ -257,12 +250,18 @@ def test_smooth_borders_are_shorter_lines_and_keep_the_colors_of_regions(gl):
     labels = (np.floor(x) + np.floor(y) > 23).astype(int) * 8  # any numbers
     colors = np.where((labels > 0)[:, None], [250, 0, 0], [0, 0, 250]).astype(np.uint8)
     style = {"colors": colors, "view": FRONT, "size": (200, 200), "border_width": 2}
-    edges = plot(mesh, labels, smooth_borders=False, **style).image
-    smooth = plot(mesh, labels, **style).image  # the default
+    edges = plot(mesh, labels, **style).image
+    smooth = plot(mesh, labels, smooth_borders=True, **style).image
     assert dark(smooth).sum() < 0.85 * dark(edges).sum()
     above, below = smooth[60:90, 140:170], smooth[130:160, 30:60]
     assert difference(above, edges[60:90, 140:170]) == 0
     assert difference(below, edges[130:160, 30:60]) == 0
+    found = segment(mesh, 4)
+    default, curves, edges = (
+        plot(mesh, given, smooth_borders=is_smooth, **style).image
+        for given, is_smooth in ((found, None), (found.labels, True), (found.labels, None))
+    )
+    assert difference(default, curves) == 0 < difference(default, edges)
     with pytest.raises(TypeError, match="smooth_borders must be True or False"):
         plot(mesh, labels, smooth_borders="yes")
 
@@ -386,9 +385,8 @@ def test_many_regions_do_not_drown_in_outlines(gl):
 def test_lines_on_the_far_side_are_hidden(gl, bear):
     behind = bear.vertices[bear.faces].mean(axis=1)[:, 2] < -0.3
     labels = (behind & (np.arange(bear.n_faces) % 2 == 0)).astype(int)
-    style = {"size": SIZE, "smooth_borders": False}
-    assert dark(plot(bear, labels, view=View(azimuth=180, up="y"), **style).image).sum() > 150
-    assert dark(plot(bear, labels, view=FRONT, **style).image).sum() < 8
+    assert dark(plot(bear, labels, size=SIZE, view=View(azimuth=180, up="y")).image).sum() > 150
+    assert dark(plot(bear, labels, size=SIZE, view=FRONT).image).sum() < 8
 
 
 def test_regions_have_their_colors(gl):

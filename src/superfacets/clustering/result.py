@@ -168,7 +168,7 @@ class Segmentation:
         return graph
 
     def plot(self, output: str | os.PathLike[str] | None = None, **options: Any) -> Plot:
-        """Return ``superfacets.plot(cells, labels, output, **options)``: a picture of the regions.
+        """Return ``superfacets.plot(cells, self, output, **options)``: a picture of the regions.
 
         Raises
         ------
@@ -176,7 +176,7 @@ class Segmentation:
             If ``cells`` is None.
         """
         shown: Plot = load("superfacets_show.plotting:plot")(
-            self._known_cells("plot"), self.labels, output, **options
+            self._known_cells("plot"), self, output, **options
         )
         return shown
 

@@ -15,7 +15,7 @@ from typing import Any, ClassVar, NamedTuple, TypeAlias, cast
 import numpy as np
 
 from .. import _core
-from ..base.checks import checked_threads, counted
+from ..base.checks import checked_threads, counted, refuse_mask
 from ..base.errors import MeshError
 from ..base.lazy import Table, load
 from ..base.types import ArcLists, Array, Bools, Floats, Ints, Longs
@@ -399,16 +399,24 @@ def labels_of_corners(cells: Any, of_vertices: Array) -> Array:
 def of_cells(values: Any, cells: Any) -> Any:
     """Convert labels of vertices, (V,), to labels of cells; return anything else unchanged.
 
-    Apps use it for labels given by users. If V is also the number of cells, labels are of cells.
+    Apps use it for labels given by users. If V is also the number of cells, the labels are taken
+    for labels of cells.
     """
-    return labels_of_corners(cells, np.asarray(values)) if fit_vertices(values, cells) else values
+    if not fit_vertices(values, cells):
+        return values
+    refuse_mask(values, "labels")
+    return labels_of_corners(cells, np.asarray(values))
 
 
 def fit_vertices(values: Any, cells: Any) -> bool:
     """Return whether there is one value per vertex and not one per cell, as in `of_cells`."""
     n_vertices = getattr(cells, "n_vertices", None)  # point clouds have no vertices
-    may_fit = not isinstance(values, Sized) or len(values) == n_vertices  # else no array is made
-    return may_fit and bool(np.shape(values) == (n_vertices,) != (cells.n_cells,))
+    if isinstance(values, Sized) and len(values) != n_vertices:
+        return False  # no array is made
+    try:
+        return bool(np.shape(values) == (n_vertices,) != (cells.n_cells,))
+    except ValueError:  # items of different shapes
+        return False
 
 
 def are_of_vertices(labels: Sized, cells: Any, name: str = "labels") -> bool:

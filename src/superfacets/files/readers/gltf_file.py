@@ -165,17 +165,18 @@ class Gltf:
             places, values = sparse.get("indices"), sparse.get("values")
             if not isinstance(places, dict) or not isinstance(values, dict):
                 raise MeshError(f"broken glTF: {where} has no indices or values of sparse rows")
-            form = {**accessor, "byteOffset": 0, "count": sparse["count"]}
-            at = self._rows_at({**form, "componentType": None, **places, "type": "SCALAR"}, where)
+            form = {name: accessor[name] for name in ("componentType", "type")}
+            form["count"] = sparse["count"]
+            at = self._rows_at(form | places | {"count": form["count"], "type": "SCALAR"}, where)
             if len(at) and (at.dtype.kind != "u" or at.max() >= n_rows):
                 raise MeshError(f"broken glTF: {where} has a sparse row beyond its end")
-            rows[at] = self._rows_at({**form, **values}, where)
+            rows[at] = self._rows_at(values | form, where)
         return rows
 
     @classmethod
     def form(cls, accessor: dict[str, Any], where: str) -> tuple[np.dtype[Any], int]:
         """Return the type of the numbers of an accessor, and how many there are per row."""
-        component, kind = cls.whole(accessor, "componentType"), accessor.get("type")
+        component, kind = cls.whole(accessor, "componentType"), str(accessor.get("type"))
         if component not in COMPONENTS or kind not in WIDTHS:
             raise MeshError(f"broken glTF: {where} has an unknown type of numbers")
         return np.dtype(COMPONENTS[component]), WIDTHS[kind]

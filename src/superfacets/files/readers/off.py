@@ -77,8 +77,9 @@ def _read_wrapped(body: Lines, n_vertices: int, n_faces: int) -> tuple[Array, Ar
             f" but {counted(len(numbers), 'number')} in {counted(len(body), 'line')} follow:"
             " the file may be truncated"
         )
-    sizes = _corner_counts(rest[places])
-    corners = as_integers(rest[runs(np.array(places) + 1, sizes)], "vertex indices")
+    starts = np.array(places, np.int64)
+    sizes = _corner_counts(rest[starts])
+    corners = as_integers(rest[runs(starts + 1, sizes)], "vertex indices")
     return vertices.reshape(-1, 3), faces_of(sizes, corners)
 
 
