@@ -100,8 +100,8 @@ def smooth_borders(
 
     where w is the weight of the arc across the edge, g is the length of the path between the two
     centroids through the midpoint of the edge, and r is the expected radius of a region. So borders
-    in creases have a low cost. A stiffness s keeps small regions from shrinking: it
-    penalizes changes of their initial areas :math:`A_{0,i}` and centroids :math:`x_{0,i}`:
+    in creases have a low cost. A stiffness s keeps small regions from shrinking: it penalizes
+    changes of their initial areas :math:`A_{0,i}` and centroids :math:`x_{0,i}`:
 
     .. math:: \frac{s}{r} \sum_i \left( \frac{\bar A}{2} \left(\frac{A_i}{A_{0,i}} - 1\right)^2
         + \frac{0.13}{r^2} \int_i |x - x_{0,i}|^2 dA \right)

@@ -23,7 +23,7 @@ class RegionSize(NamedTuple):
     """Number k of regions: set by the caller, number of seeds, computed from r, or the default."""
     radius: float
     """Radius r in the unit of the positions: set by the caller, or computed as in `radius_of`."""
-    total: float  # measure of all cells
+    total: float  # measure of all cells inside the mask
 
 
 def region_size(

@@ -84,6 +84,6 @@ def _parsed(text: str) -> tuple[tuple[int, ...], np.dtype[Any], bool]:
             if are_integers and not others and "," not in kind:  # a comma is of structured types
                 return tuple(shape), np.dtype(kind), is_fortran
     raise ValueError(
-        "expected a type such as '<i4' as descr, fortran_order, and integers as shape, got"
+        "expected descr, a type such as '<i4', fortran_order, and shape, a tuple of integers, got"
         f" {text.strip()}"
     )
