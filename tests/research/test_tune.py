@@ -1,8 +1,8 @@
 """The search for constants."""
 
 import numpy as np
-
 from research import tune
+
 from superfacets.stages import borders
 
 
@@ -18,4 +18,4 @@ def test_the_strategy_finds_the_minimum_of_a_narrow_valley():
 def test_no_shift_keeps_the_constants():
     tune.use(np.zeros(len(tune.SCALES)))
     assert tuple(tune.values_of(np.zeros(len(tune.SCALES))).values()) == tune.PRESENT
-    assert borders.BORDER_FACTOR == tune.PRESENT[0]
+    assert tune.PRESENT[0] == borders.BORDER_FACTOR
