@@ -6,8 +6,7 @@
 and the coefficients of the rate of borders, which `research.border_rates` fits, are shifted. Every
 second model is used. All models are turned at random, by other rotations in each generation,
 because the quality of one rotation varies by chance. Every fifth generation is compared with the
-present constants on the models that are not used. The constants of the package are rounded results
-of 60 generations.
+present constants on the models that are not used. A generation takes about a minute on two cores.
 """
 
 from __future__ import annotations
