@@ -378,7 +378,7 @@ export const en = {
     done: (what: string, paint: string): string => `${what}: ${paint}.`,
     already: (what: string, paint: string): string => `${what}: already ${paint}, so nothing changed.`,
     noneInside: "Nothing was painted: no visible region is mostly inside the outline. L switches to single cells.",
-    apart: (n: number): string => (n > 1 ? ` They are ${n} pieces that are not connected. If they are several objects, Ctrl+Z undoes, and Alt+drag paints only the front piece.` : ""),
+    apart: (n: number): string => (n > 1 ? ` They are ${n} pieces that are not connected. If they are several objects, Ctrl+Z undoes, and with Alt an outline paints only the front piece.` : ""),
     leftOut: (n: number): string => (n ? ` ${counted(n, "region")} behind ${n === 1 ? "was" : "were"} left out, because other cells cover ${n === 1 ? "it" : "them"}.` : ""),
     otherPaints: (n: number): string => `${n} other classes or objects`,
     wasReplaced: (old: string): string => `It was ${old}; K: paint only unlabeled cells.`,
@@ -616,5 +616,11 @@ export const touch: typeof en = {
     suggestionHint: "“Accept”, “Reject” and “Next” are in the list of suggestions · ",
   },
   mouse: { ...en.mouse, studioHint: FINGERS, blenderHint: FINGERS, meshlabHint: FINGERS },
-  painting: { ...en.painting, nowhere: "Nothing was painted: tap the mesh instead." },
+  painting: {
+    ...en.painting,
+    nowhere: "Nothing was painted: tap the mesh instead.",
+    noneInside: "Nothing was painted: no visible region is mostly inside the outline.",
+    apart: (n) => (n > 1 ? ` They are ${n} pieces that are not connected.` : ""),
+  },
+  regionMessages: { ...en.regionMessages, emptyView: "No cell is in view. “Frame” shows the chosen object, “Reset” the whole mesh." },
 };
