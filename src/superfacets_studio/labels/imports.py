@@ -143,13 +143,10 @@ def _integers(values: Any, name: str) -> Longs:
 
 
 def _of_corners(cells: Any, of_vertices: Longs) -> Longs:
-    """Return the most frequent label at the corners of each cell; of several, the lowest.
-
-    Labels may be any integers of 64 bits, because other tools use such numbers of segments.
-    """
+    """Return the most frequent label at the corners of each cell; of several, the lowest."""
     n_vertices = cells.n_cells if kit.kind_of(cells).are_points else cells.n_vertices
     kit.check_length(of_vertices, n_vertices, "segIndices", "vertex", error=MeshError)
-    ids, ranks = np.unique(of_vertices, return_inverse=True)
+    ids, ranks = np.unique(of_vertices, return_inverse=True)  # ids of other tools may be large
     of_cells: Longs = ids[face_labels(cells, ranks)]
     return of_cells
 
