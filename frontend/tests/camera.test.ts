@@ -57,6 +57,34 @@ test("going back returns to the view before each jump, also before one that inte
   vi.unstubAllGlobals();
 });
 
+test("going back skips views that differ only by rounding or by full turns, and no others", () => {
+  vi.stubGlobal("matchMedia", () => ({ matches: true }));
+  const pose = { azimuth: 1, elevation: 0.7, distance: 2.1, target: [0.1, 0.3, 0.7] as Vector };
+  camera.flyTo(pose);
+  camera.flyTo({ ...pose, azimuth: 1 + 2 * Math.PI });
+  camera.turnTo(camera.azimuth - 4 * Math.PI + 1e-12, 0.7);
+  expect(camera.back()).toBe(true);
+  expect(camera.isAt(0, 0)).toBe(true);
+  expect(camera.back()).toBe(false);
+  const near = { ...pose, distance: 0.02 };
+  camera.flyTo(near);
+  camera.flyTo({ ...near, target: [0.101, 0.3, 0.7] }); // a small part of the mesh, but a large part of the view
+  expect(camera.back()).toBe(true);
+  expect(camera.target[0]).toBeCloseTo(0.1, 9);
+  vi.unstubAllGlobals();
+});
+
+test("a view that was reached by going back is equal to its angles", () => {
+  vi.stubGlobal("matchMedia", () => ({ matches: true }));
+  camera.turnTo(0.1, 0.2);
+  camera.turnTo(0.7 * Math.PI, 0.3);
+  camera.back();
+  expect(camera.isAt(0.1, 0.2)).toBe(true);
+  expect(camera.isAt(0.1 + 2 * Math.PI, 0.2)).toBe(true);
+  expect([camera.isAt(0.11, 0.2), camera.isAt(0.1, 0.21), camera.isAt(0.1 + Math.PI, 0.2)]).toEqual([false, false, false]);
+  vi.unstubAllGlobals();
+});
+
 test("eight poses look at a place from eight sides, and the first faces it", () => {
   const poses = camera.posesAround([0, 0, 0], [1, 0, 0], 2);
   expect(new Set(poses.map(({ azimuth }) => (azimuth * 180) / Math.PI % 360)).size).toBe(8);

@@ -3,6 +3,7 @@
 import { beforeEach, expect, test, vi } from "vitest";
 import page from "../index.html?raw";
 import { ClassesPanel } from "../src/studio/panels/classes";
+import { ExchangePanel } from "../src/studio/panels/exchange";
 import { FilesPanel } from "../src/studio/panels/files";
 import { watchFolds } from "../src/studio/panels/folds";
 import { Palette } from "../src/studio/panels/palette";
@@ -129,6 +130,44 @@ test("the list scrolls to a newly chosen class and object, and to nothing when c
   expect(scroll.mock.contexts.map((one) => (one as Element).className)).toEqual(["class", "object"]);
   session.events.emit("painted", new Uint32Array(1));
   expect(scroll).toHaveBeenCalledTimes(2);
+});
+
+test("exports are compared with the labels when the labels have not changed for a while, and not in each step", () => {
+  vi.useFakeTimers({ toFake: ["setTimeout", "clearTimeout"] });
+  const isOld = vi.spyOn(session, "isExportOld", "get").mockReturnValue(true);
+  const mark = document.querySelector<HTMLElement>("#export-old")!;
+  Object.assign(workbench.drawing, { setMesh: vi.fn() });
+  new ExchangePanel(session);
+  for (let i = 0; i < 9; i++) {
+    session.events.emit("state", session.state);
+    vi.advanceTimersByTime(99);
+  }
+  expect(isOld).not.toHaveBeenCalled();
+  vi.advanceTimersByTime(999);
+  expect(isOld).toHaveBeenCalledOnce();
+  expect(mark.hidden).toBe(false);
+  session.events.emit("file", session.mesh); // whose exports are not compared yet
+  expect(mark.hidden).toBe(true);
+  vi.useRealTimers();
+});
+
+test("a click on the link downloads after the strokes are saved, with the address of that time", async () => {
+  new ExchangePanel(session);
+  const clicked: string[] = [];
+  vi.spyOn(HTMLAnchorElement.prototype, "click").mockImplementation(function (this: HTMLAnchorElement) { clicked.push(this.href); });
+  const download = vi.spyOn(session, "download").mockResolvedValue(true);
+  const told: string[] = [];
+  session.events.on("message", (line) => told.push(line));
+  const event = new MouseEvent("click", { cancelable: true });
+  const link = document.querySelector<HTMLAnchorElement>("#download")!;
+  link.href = "http://localhost/a.npy";
+  link.dispatchEvent(event);
+  expect(event.defaultPrevented).toBe(true);
+  await vi.waitFor(() => expect(told).toEqual(["Downloaded: "]));
+  expect(clicked).toEqual([]);
+  link.href = "http://localhost/b.npy";
+  download.mock.lastCall![0]();
+  expect(clicked).toEqual(["http://localhost/a.npy"]);
 });
 
 test("active time and strokes are shown, and nothing if they are unknown", () => {

@@ -4,11 +4,14 @@ import type { Drawing } from "../src/studio/view/drawing";
 import { Picker } from "../src/studio/view/picker";
 import type { Workbench } from "../src/studio/workbench";
 import { Mesh } from "../src/studio/data/mesh";
+import { Neighbors, paintOf } from "../src/studio/data/labeling";
 import { packet } from "./fake";
 
 const SIZE = 8; // width and height of the picture in pixels
 const painted = vi.fn();
 const said = vi.fn();
+const saidPainted = vi.fn();
+const paintedRegions = vi.fn();
 
 /** A workbench whose picture shows cell 8 * row + column at each pixel; `depthOf` gives their depths. */
 function fakeWorkbench(depthOf: (column: number) => number = () => 5): Workbench {
@@ -16,7 +19,7 @@ function fakeWorkbench(depthOf: (column: number) => number = () => 5): Workbench
   const middleOf = (cell: number): number[] => [cell % SIZE, Math.floor(cell / SIZE), -depthOf(cell % SIZE)];
   const camera = { distance: 5, pixelsOf: () => 5, depths: ([, , z]: number[]) => -z };
   const workbench = {
-    currentPaint: 7, paintCells: painted, sayPainted: vi.fn(), say: said, paintActive: vi.fn(),
+    currentPaint: 7, paintCells: painted, sayPainted: saidPainted, say: said, paintActive: vi.fn(),
     harmAt: (cell: number) => (cell === 9 ? "it would replace" : ""),
     picker: { cellsSeen: () => ({ cells, width: SIZE, height: SIZE, scale: 1 }), cellAt: ({ x, y }: { x: number; y: number }) => Math.floor(x) + SIZE * Math.floor(y) },
     drawing: { onView: [] as (() => void)[], camera, canvas: { clientHeight: SIZE } },
@@ -89,6 +92,38 @@ test("an outline that touches labels warns before it replaces them", () => {
   lasso.move({ x: 1, y: 1 });
   expect(said).toHaveBeenCalledWith("The outline: it would replace");
   expect(painted).not.toHaveBeenCalled();
+});
+
+/** Draw a rectangle with a lasso for regions, whose columns are regions; columns 3 and 4 are not adjacent. */
+function outlineRegions(paint: number, right: number, bottom: number): void {
+  const workbench = fakeWorkbench();
+  const columnOf = (cell: number): number => cell % SIZE;
+  const cellsOf = (region: number): Uint32Array => Uint32Array.from({ length: SIZE }, (_, row) => SIZE * row + region);
+  const neighbors = new Neighbors(packet({}, { arcs: Uint32Array.of(0, 1, 1, 2, 2, 3, 4, 5, 5, 6, 6, 7) }), SIZE);
+  Object.assign(workbench, { currentPaint: paint, regionOf: columnOf, countReplaced: vi.fn(), paintRegions: paintedRegions, isHidden: () => false });
+  Object.assign(workbench.session, { regions: { cellsOf, neighbors, areas: new Float32Array(SIZE) }, paints: { mainPaint: () => paint } });
+  Object.assign(workbench.picker, { placeIn: ([x, y]: number[]) => ({ x: x + 0.5, y: SIZE - 0.5 - y }) });
+  const lasso = new Lasso(workbench, { setAttribute: vi.fn() } as unknown as SVGPolygonElement, false);
+  lasso.outline = "rectangle";
+  lasso.begin({ x: 0, y: 0 }, false);
+  lasso.move({ x: right, y: bottom });
+  lasso.end();
+}
+
+test("an outline that takes separate pieces of one object says so", () => {
+  const moreOf = (paint: number, right: number): string => {
+    outlineRegions(paint, right, 8);
+    return saidPainted.mock.lastCall![3] as string;
+  };
+  expect(moreOf(paintOf(1, 1), 8)).toContain("They are 2 pieces that are not connected.");
+  expect(moreOf(paintOf(1, 1), 4)).toBe(""); // all are connected
+  expect(moreOf(paintOf(1, 0), 8)).toBe(""); // stuff
+});
+
+test("an outline with nothing inside says so, and paints nothing", () => {
+  outlineRegions(paintOf(1, 1), 8, 2);
+  expect(said).toHaveBeenLastCalledWith(expect.stringContaining("Nothing was painted: no visible region is mostly inside"));
+  expect(paintedRegions).not.toHaveBeenCalled();
 });
 
 test("a ball takes both sides of a thin wall, and the brush on the surface only one", () => {

@@ -4,6 +4,7 @@ import { Saver } from "../src/studio/session/saver";
 import { Session } from "../src/studio/session/session";
 import { Workbench } from "../src/studio/workbench";
 import { paintOf } from "../src/studio/data/labeling";
+import { RegionBrush } from "../src/studio/input/tools";
 import { FakeServer, fakeDrawing, fakeFile } from "./fake";
 
 let server: FakeServer;
@@ -195,6 +196,115 @@ test("the next unlabeled region is the nearest one in view; those chosen before 
   expect(chosen(2)).toEqual([6, 7]);
   workbench.cursor = -1;
   expect(chosen(1)).toEqual([6]);
+});
+
+test("each press goes to another unlabeled region, also in the next rounds, as long as there is another", () => {
+  const camera = { target: [5, 0, 0] };
+  vi.spyOn(session.mesh, "middleOf").mockImplementation((cell) => [cell, 0, 0]);
+  vi.spyOn(workbench, "setCursor").mockImplementation((region) => {
+    workbench.cursor = region;
+    camera.target = [region, 0, 0];
+  });
+  Object.assign(workbench, { picker: { cellsSeen: () => ({ cells: session.regions.labels }) } });
+  Object.assign(workbench.drawing, { camera, isCut: () => false });
+  const press = (): number => (workbench.showNextBare(), workbench.cursor);
+  const chosen = Array.from({ length: 29 }, press);
+  expect(new Set(chosen.slice(0, 8)).size).toBe(8);
+  chosen.slice(1).forEach((region, i) => expect(region).not.toBe(chosen[i]));
+  workbench.cursor = 3; // by N, or by a click
+  expect(press()).not.toBe(3);
+  workbench.paintCells(Uint32Array.of(0, 1, 2, 3, 4, 6, 7), ONE);
+  expect([press(), press()]).toEqual([5, 5]);
+});
+
+/** Hide cells; the result counts the cells that are looked up. */
+function hide(...cells: number[]): ReturnType<typeof vi.fn> {
+  const isHidden = vi.fn((cell: number) => cells.includes(cell));
+  Object.assign(workbench.drawing.cells, { isHidden });
+  Object.assign(workbench.drawing, { isCut: () => false });
+  return isHidden;
+}
+
+test("N and P go to the regions that are shown, look no farther, and say so if there is none", () => {
+  vi.spyOn(workbench, "setCursor").mockImplementation((region) => (workbench.cursor = region));
+  const isHidden = hide(1, 2, 6);
+  const moved = (...steps: (1 | -1)[]): number[] => steps.map((step) => (workbench.moveCursor(step), workbench.cursor));
+  workbench.cursor = 0;
+  expect(moved(1)).toEqual([3]);
+  expect(isHidden).toHaveBeenCalledTimes(3);
+  expect(moved(1, 1, 1, 1, -1, -1, -1, -1, -1)).toEqual([4, 5, 7, 0, 7, 5, 4, 3, 0]);
+  workbench.cursor = 2; // it was hidden after it was chosen
+  expect(moved(-1)).toEqual([0]);
+  hide(0, 1, 2, 3, 4, 5, 6, 7);
+  expect(moved(1, -1)).toEqual([0, 0]);
+  expect(said).toEqual(Array(2).fill(expect.stringContaining("All regions are hidden")));
+  hide(0, 1, 2, 4, 5, 6, 7);
+  workbench.cursor = 3;
+  expect(moved(1, -1)).toEqual([3, 3]);
+});
+
+test("G frames the chosen region, or all that is shown if this region is hidden; an object shown alone is framed", () => {
+  const fly = vi.spyOn(workbench, "fly").mockReturnValue(true);
+  workbench.cursor = 2;
+  hide(3);
+  workbench.frameActive();
+  expect(fly).toHaveBeenLastCalledWith(Uint32Array.of(2), true);
+  hide(2, 3);
+  workbench.frameActive();
+  expect(fly).toHaveBeenLastCalledWith(Uint32Array.of(0, 1, 4, 5, 6, 7), true);
+  Object.assign(workbench.drawing, { changeView: vi.fn() });
+  Object.assign(workbench.drawing.cells, { mark: vi.fn() });
+  workbench.paintCells(Uint32Array.of(4, 6), ONE);
+  workbench.isolatePaint(ONE);
+  expect(fly).toHaveBeenLastCalledWith(Uint32Array.of(4, 6), true);
+  expect(said.pop()).toContain("Only class 1 #1 is shown");
+});
+
+test("a click on a region that has this class already says so", () => {
+  Object.assign(workbench, { picker: { cellAt: () => 2 } });
+  const brush = new RegionBrush(workbench);
+  const click = (withShift = false): string => {
+    brush.begin({ x: 0, y: 0 }, withShift);
+    brush.end();
+    return said.pop()!;
+  };
+  workbench.choose(1);
+  expect(click()).toBe("Region 2: class 1 #1.");
+  expect(click()).toBe("Region 2: already class 1 #1, so nothing changed.");
+  session.isLocked = true;
+  expect(click()).toContain("already");
+  workbench.choose(2);
+  expect(click()).toContain("nothing was painted");
+  expect(click(true)).toContain("class removed");
+  expect(click()).toBe("Region 2: class 2 #1.");
+});
+
+test("a download starts when all strokes are saved, and is out of date after the next stroke", async () => {
+  const start = vi.fn(() => expect(session.nWaiting).toBe(0));
+  server.mode = "wait";
+  session.paint(Uint32Array.of(1), ONE);
+  const done = session.download(start);
+  session.paint(Uint32Array.of(2), ONE); // before the strokes are saved
+  expect(session.isExportOld).toBe(false); // nothing was exported
+  server.answer();
+  expect(await done).toBe(true);
+  expect(start).toHaveBeenCalledOnce();
+  expect([...server.paint[0].slice(0, 3)]).toEqual([0, 1, 1]);
+  expect(session.isExportOld).toBe(false);
+  session.paint(Uint32Array.of(2), 0);
+  expect(session.isExportOld).toBe(true);
+  session.paint(Uint32Array.of(2), ONE);
+  expect(session.isExportOld).toBe(false);
+});
+
+test("a download without a server does not start, and notes nothing", async () => {
+  const start = vi.fn();
+  server.mode = "fails";
+  session.paint(Uint32Array.of(1), ONE);
+  expect(await session.download(start)).toBe(false);
+  expect(start).not.toHaveBeenCalled();
+  session.paint(Uint32Array.of(2), ONE);
+  expect(session.isExportOld).toBe(false);
 });
 
 test("classes chosen last come first, then classes of labeled cells, and then the others", () => {

@@ -185,7 +185,10 @@ def test_points_have_labels_of_their_own():
 
 
 def test_a_cell_gets_what_most_of_its_corners_have():
-    for files in ({"a.segs.json": b'{"segIndices":[1,1,2,2]}'}, {"a.txt": b"1\n1\n2\n2\n"}):
+    groups = b'{"segGroups":[{"label":"x","segments":[-9]},{"label":"y","segments":[4294967296]}]}'
+    ids = b'{"segIndices":[-9,-9,4294967296,4294967296]}'  # as of other tools
+    far = {"a.segs.json": ids, "a.aggregation.json": groups}
+    for files in (far, {"a.segs.json": b'{"segIndices":[1,1,2,2]}'}, {"a.txt": b"1\n1\n2\n2\n"}):
         assert _read(files).classes.tolist() == [1, 2]
 
 
@@ -199,7 +202,7 @@ def test_a_cell_gets_what_most_of_its_corners_have():
     ({"a.segs.json": b"\xff"}, "is not valid JSON"),
     ({"a.exe": b""}, "expected the ending .sstk.json"),
     ({"a.seg": b"0\n1\n2\n"},
-     r"a\.seg: labels must have one value per face \(2\), got 3 values"),
+     r"a\.seg: labels must have one value per face \(2\) or per vertex \(4\), got 3 values"),
     ({"a.seg": b"0\n70000\n"},
      "label 70000 is not a class: classes are 1 to 65535, and 0 and -1 mean no class"),
     ({"a.seg": b"0\n-5\n"}, r"a\.seg: labels\[1\] must be -1 to 2147483647, got -5"),

@@ -13,6 +13,7 @@ const MIN_NEAR = 0.02; // smallest distance of the near plane, relative to the d
 const STEEP = 1.2; // largest elevation to which an animation turns the camera, in radians
 const LOOKS = [0.35, 0.8]; // elevations from which `posesAround` looks at a place from other sides, in radians
 const FLIGHT_MS = 300; // duration of a camera animation in milliseconds
+const ALIKE = 1e-3; // largest difference between views that count as equal: angles in radians, lengths as fractions
 
 /** Camera angles in degrees, and a zoom factor; zoom 1 shows the whole mesh. */
 export interface View {
@@ -37,6 +38,9 @@ export interface Eye {
   projection: number[];
   near_far: [number, number];
 }
+
+/** Whether two angles are equal, apart from rounding and full turns. */
+const areAlike = (one: number, other: number): boolean => Math.abs(Math.sin((one - other) / 2)) < ALIKE / 2;
 
 export class Camera {
   target: Vector = [0, 0, 0];
@@ -84,9 +88,12 @@ export class Camera {
    * Returns false if there is none.
    */
   back(): boolean {
-    const here = JSON.stringify(this.pose);
+    const { pose: { azimuth, elevation, distance, target } } = this;
+    const isHere = (one: Pose): boolean =>
+      areAlike(one.azimuth, azimuth) && areAlike(one.elevation, elevation)
+      && Math.abs(one.distance - distance) < ALIKE * distance && lengthOf(minus(one.target, target)) < ALIKE * distance;
     let pose = this.earlier.pop();
-    while (pose && JSON.stringify(pose) === here) pose = this.earlier.pop();
+    while (pose && isHere(pose)) pose = this.earlier.pop();
     if (pose) this.animate({ ...pose, distance: pose.distance / this.slope });
     return pose !== undefined;
   }
@@ -114,9 +121,9 @@ export class Camera {
     this.changed();
   }
 
-  /** Whether azimuth and elevation, in radians, are equal to the given angles. */
+  /** Whether azimuth and elevation, in radians, are equal to the given angles, apart from rounding. */
   isAt(azimuth: number, elevation: number): boolean {
-    return this.azimuth === azimuth && this.elevation === elevation;
+    return areAlike(this.azimuth, azimuth) && areAlike(this.elevation, elevation);
   }
 
   /** Angles in radians, distance from the eye to the target, and target. */

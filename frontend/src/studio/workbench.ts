@@ -288,11 +288,17 @@ export class Workbench {
     this.select(list, true);
   }
 
-  moveCursor(steps: number): void {
-    const shown = this.order.filter((region) => region === this.cursor || !this.isRegionHidden(region));
-    const at = shown.indexOf(this.cursor);
-    if (!shown.length) this.say(regionMessages.allHidden);
-    else this.setCursor(at < 0 ? this.nearestOf(shown) : shown[(at + steps + shown.length) % shown.length]);
+  /** Go to the next region (`step` is 1) or the previous one that is not hidden; at first, to the nearest one. */
+  moveCursor(step: 1 | -1): void {
+    const { order } = this;
+    const isShown = (region: number): boolean => !this.isRegionHidden(region);
+    const at = order.indexOf(this.cursor);
+    const first = step > 0 ? at + 1 : at;
+    const others = [...order.slice(first), ...order.slice(0, first)]; // the current region is the last one
+    if (step < 0) others.reverse();
+    const next = at < 0 ? this.nearestOf(order.filter(isShown)) : others.find(isShown) ?? -1;
+    if (next < 0) this.say(regionMessages.allHidden);
+    else this.setCursor(next);
   }
 
   setCursor(region: number): void {
@@ -417,7 +423,7 @@ export class Workbench {
 
   /**
    * Go to the nearest region (see `nearestOf`) that is mostly unlabeled and has an unlabeled cell that is not hidden. If
-   * an earlier call chose the current region, all others come before those chosen already.
+   * an earlier call chose the current region, all others come before those chosen already. The current region comes last.
    */
   showNextBare(): void {
     const { regions, paints } = this.session;
@@ -428,10 +434,12 @@ export class Workbench {
     });
     const shown = bare.filter((region) => regions.cellsOf(region).some(isShown));
     if (!shown.length) return this.say(bare.length ? regionMessages.allUnlabeledHidden : regionMessages.allLabeled);
-    const isLeft = (region: number): boolean => !this.visited.has(region);
-    if (!this.visited.has(this.cursor) || !shown.some(isLeft)) this.visited.clear();
+    const { cursor, visited } = this;
+    const isLeft = (region: number): boolean => !visited.has(region);
+    if (!visited.has(cursor) || !shown.some(isLeft)) visited.clear();
+    if (cursor >= 0 && shown.length > 1) visited.add(cursor);
     const next = this.nearestOf(shown.filter(isLeft));
-    this.visited.add(next);
+    visited.add(next);
     this.setCursor(next);
   }
 

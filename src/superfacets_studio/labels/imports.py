@@ -101,7 +101,13 @@ def _labels_in(data: bytes, ending: str, cells: Cells) -> Longs:
             except MeshError as error:
                 raise MeshError(str(error).removeprefix(f"{path}: ")) from None
         of_cells: Longs = kit.of_cells(labels, cells)
-        kit.check_length(of_cells, n_cells, "labels", kit.kind_of(cells).noun, error=MeshError)
+        if len(of_cells) != n_cells:
+            n_vertices = getattr(cells, "n_vertices", None)  # point clouds have no vertices
+            vertices = "" if n_vertices is None else f" or per vertex ({n_vertices})"
+            raise MeshError(
+                f"labels must have one value per {kit.kind_of(cells).noun} ({n_cells}){vertices},"
+                f" got {kit.counted(len(labels), 'value')}"
+            )
         return of_cells
     document = kit.parsed_json(data)
     if ending == SEGMENTS:
@@ -140,7 +146,9 @@ def _of_corners(cells: Any, of_vertices: Longs) -> Longs:
     """Return the most frequent label at the corners of each cell; of several, the lowest."""
     n_vertices = cells.n_cells if kit.kind_of(cells).are_points else cells.n_vertices
     kit.check_length(of_vertices, n_vertices, "segIndices", "vertex", error=MeshError)
-    return face_labels(cells, of_vertices).astype(np.int64)
+    ids, ranks = np.unique(of_vertices, return_inverse=True)  # ids of other tools may be large
+    of_cells: Longs = ids[face_labels(cells, ranks)]
+    return of_cells
 
 
 def _by_number(labels: Longs, known: ClassList) -> Imported:

@@ -98,7 +98,7 @@ def test_an_empty_view_and_a_card_of_another_view(desk):
     tab.press("Alt+1")
     assert tab.locator("#tip").is_hidden()
     tab.evaluate("studio.workbench.drawing.camera.pan(3, 0)")
-    tab.wait_for_status("No cell is in view. Home shows the whole mesh.")
+    tab.wait_for_status("No cell is in view. G shows the chosen region or object, Home")
     tab.locator("#views button", has_text="Reset").click()
     tab.until("document.querySelector('#status').textContent === ''")
     toward = "JSON.stringify(studio.workbench.drawing.camera.directions()[2])"

@@ -220,8 +220,9 @@ export class Keys {
     if (document.querySelector("dialog[open]") || !this.workbench.session.paints || target.closest(FIELDS)) return;
     if (this.walk.press(event)) return event.preventDefault();
     const isBlender = this.scheme.value === "blender";
-    // In Blender, digits of the number pad change the view, so here they must not choose classes.
-    const isNumpad = isBlender && /^Numpad(\d|Add|Subtract|Decimal|Divide)$/.test(event.code);
+    // In Blender, digits of the number pad change the view, so here they must not choose classes. Ctrl with + is the browser's.
+    const isPlain = !event.ctrlKey && !event.metaKey && !event.altKey;
+    const isNumpad = isBlender && isPlain && /^Numpad(\d|Add|Subtract|Decimal|Divide)$/.test(event.code);
     const key = this.table.get(isNumpad ? NUMPAD[event.code] ?? event.code : nameOf(event));
     if (!key || (target.matches("[type=range], [type=radio]") && /^(Arrow|Page|Home)/.test(event.key))) return;
     if (key.paints && !this.isOnMesh(event)) return this.refuse(event);

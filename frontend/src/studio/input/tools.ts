@@ -120,7 +120,8 @@ export class RegionBrush extends Brush {
     const { workbench } = this;
     if (!this.touched.size || this.regions !== workbench.session.regions) return;
     workbench.select(this.touched, true);
-    const isAlready = this.paint !== 0 && !this.nChanged && !workbench.session.isLocked;
+    const { paints: { of }, regions } = workbench.session;
+    const isAlready = this.paint !== 0 && !this.nChanged && regions.cellsOfAll(this.touched).every((cell) => of[cell] === this.paint);
     if (isAlready) workbench.say(text.painting.already(text.painting.several([...this.touched]), workbench.paintName(this.paint)));
     else workbench.sayPainted([...this.touched], this.paint, this.replaced);
   }

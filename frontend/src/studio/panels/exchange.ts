@@ -6,23 +6,40 @@ import type { Session } from "../session/session";
 import { text } from "../text/index";
 
 const words = text.exchange;
+const REST_MS = 500; // time without changes after which exports are compared with the labels
 
 export class ExchangePanel {
   private readonly what = element<HTMLSelectElement>("export-what");
   private readonly format = element<HTMLSelectElement>("export-format");
+  private readonly link = element<HTMLAnchorElement>("download");
+  private resting = 0; // timer that ends when the labels have not changed for a while
 
   constructor(private readonly session: Session) {
-    session.events.on("file", () => this.fillWhat());
+    session.events.on("file", () => {
+      this.fillWhat();
+      element("export-old").hidden = true;
+    });
     this.what.addEventListener("change", () => this.fillFormats());
     this.format.addEventListener("change", () => this.setDownload());
-    session.events.on("state", () => (element("export-old").hidden = !session.isExportOld));
-    onClick("download", () => {
-      session.noteExport();
-      session.events.emit("message", words.downloaded(this.downloadName));
-    });
+    session.events.on("state", () => this.markOldSoon());
+    this.link.addEventListener("click", (event) => void this.download(event));
     onClick("export", () => void session.exportTo(this.format.value, this.what.value));
     const files = element<HTMLInputElement>("import");
     files.addEventListener("change", () => void this.read([...(files.files ?? [])]).then(() => (files.value = "")));
+  }
+
+  /** Tell whether exports are out of date, but not while the user paints. */
+  private markOldSoon(): void {
+    clearTimeout(this.resting);
+    this.resting = window.setTimeout(() => (element("export-old").hidden = !this.session.isExportOld), REST_MS);
+  }
+
+  private async download(event: Event): Promise<void> {
+    event.preventDefault();
+    const { session, downloadName, link: { href } } = this;
+    const { fileId } = session;
+    const isStarted = await session.download(() => make("a", { href, download: "" }).click());
+    if (isStarted) session.tell(words.downloaded(downloadName), fileId);
   }
 
   private get formats(): Record<string, Record<string, string>> {
@@ -60,8 +77,7 @@ export class ExchangePanel {
 
   private setDownload(): void {
     element("export-name").textContent = this.name;
-    const link = element<HTMLAnchorElement>("download");
-    link.href = this.session.downloadAddress(this.format.value, this.what.value);
+    this.link.href = this.session.downloadAddress(this.format.value, this.what.value);
   }
 
   private async read(files: File[]): Promise<void> {

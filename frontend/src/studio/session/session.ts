@@ -480,13 +480,23 @@ export class Session {
     return `superfacets exported ${this.state.work}`;
   }
 
+  /** Call `start`, which downloads an export, as soon as all strokes are saved. Returns false on failure. */
+  download(start: () => void): Promise<boolean> {
+    return this.attempt(() => {
+      if (this.nWaiting) throw new ServerGone();
+      start();
+      this.noteExport();
+      return Promise.resolve();
+    });
+  }
+
   /** Remember which labels were exported last. */
-  noteExport(labels = this.labels): void {
+  private noteExport(labels = this.labels): void {
     remember(this.exportKey, labels);
     this.events.emit("state", this.state);
   }
 
-  /** Whether labels or names have changed since the last export. */
+  /** Whether labels or names have changed since the last export. Takes time on large meshes once a file was exported. */
   get isExportOld(): boolean {
     const exported = remembered(this.exportKey);
     return exported !== null && exported !== this.labels;
