@@ -9,14 +9,7 @@ import pytest
 from shapes import bumpy_sheet, cube, fins, inside_out_cube, moebius, slivers, soup, strip, table
 from tools.sample_bear import parts_of
 
-from superfacets import (
-    Mesh,
-    MissingExtraError,
-    PointCloud,
-    PolygonMesh,
-    TetMesh,
-    plot,
-)
+from superfacets import Mesh, MissingExtraError, PointCloud, PolygonMesh, TetMesh, plot
 from superfacets_show import drawing
 from superfacets_show.backend import RenderError
 from superfacets_show.colors import face_colors

@@ -43,13 +43,15 @@ class Lines:
     counts: Ints  # (L,) number of tokens, which are separated by whitespace
 
     @classmethod
-    def of(cls, data: Content, *, begin: int = 0, comment: bytes = b"") -> Lines:
-        r"""Find all lines of `data`, from byte `begin` on, that have at least one token.
+    def of(
+        cls, data: Content, *, begin: int = 0, end: int | None = None, comment: bytes = b""
+    ) -> Lines:
+        r"""Find all lines of `data`, from byte `begin` to byte `end`, that have a token.
 
         Lines end at ``\n``, or at ``\r`` in old files without ``\n``. The character `comment`
         begins a comment, which ends with the line and is skipped.
         """
-        return cls._between(_plain(data), begin, len(data), comment)
+        return cls._between(_plain(data), begin, len(data) if end is None else end, comment)
 
     @classmethod
     def blocks(cls, data: Content, *, comment: bytes = b"") -> Iterator[Lines]:
