@@ -230,7 +230,7 @@ class _MshFile:
         self._is_text, count = is_binary == b"0", f"u{int(size)}"
         # The number of counts before the first block (none: a line), and the type of other numbers:
         form = (0, "i4") if version[:1] == b"2" else (2, "i4") if version == b"4.0" else (4, count)
-        nodes = np.full(n_nodes, 0 if form[0] == 4 else 3 if self._is_text else 6)
+        nodes = np.full(n_nodes, 0 if form[0] == 4 else 3 if self._is_text else 6)  # coordinates
         return {
             "NodeData": self._numbers("Nodes", nodes, *form, count),
             "ElementData": self._numbers("Elements", sizes, *form, count),
@@ -248,21 +248,21 @@ class _MshFile:
         """Return the first number in each row of a section; `sizes` are how many others follow."""
         place, parts, n_found = self._sections[name][0], [np.empty(0)], 0
         begin = place.start if n_counts else self._data.index(b"\n", place.start) + 1
-        content = self._content(begin, place.stop, only_first=not n_counts)
-        reader = BinaryReader(content)
+        only_first = self._is_text and name == "Elements" and not n_counts
+        content = self._content(begin, place.stop, only_first=only_first)
+        reader, widths = BinaryReader(content), np.append(1 + sizes * (not only_first), 1)
 
         def take(n: int, kind: str) -> Array:
             return reader.numbers(n, "f8" if self._is_text else kind)
 
         take(n_counts, count)
         while len(content) - reader.at > 2:  # one block after the other, of which some are empty
-            n, width = max(len(sizes), 1), 1 if self._is_text else 7  # a coordinate is 2 * 4 bytes
+            n, width = max(len(sizes), 1), int(widths[n_found])
             if n_counts:
                 _, n = take(3, "i4"), int(take(1, count)[0])
-                width = 1 + int(sizes[n_found]) if n else 1
             elif name == "Elements" and not self._is_text:
                 _, n, n_tags = take(3, "i4").tolist()
-                width = 1 + n_tags + int(sizes[n_found])
+                width += n_tags
             parts.append(take(n * width, kind)[::width])
             take(3 * n if name == "Nodes" and n_counts == 4 else 0, "f8")
             n_found += n
