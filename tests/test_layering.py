@@ -34,7 +34,7 @@ HIGHEST_CORE_LAYERS = {
 
 EXCEPTIONS = {
     # Eigenvectors are computed on groups of cells.
-    ("weights/parts.py", "_core.CoarseGraph"),
+    ("weights/parts.py", "_core.CoarseGraph")
 }
 """Pairs (file, name of `_core`) that break a rule. This list may only shrink, and no list of
 exceptions exists for imports and includes."""

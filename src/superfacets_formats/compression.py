@@ -103,8 +103,7 @@ def _check_draco_size(content: bytes, n_faces: int, n_vertices: int) -> None:
     if faces != n_faces or vertices > n_vertices:
         raise MeshError(
             f"the Draco data has {counted(faces, 'face')} and {counted(vertices, 'vertex')}, but"
-            f" the accessors declare {counted(n_faces, 'face')} and"
-            f" {counted(n_vertices, 'vertex')}"
+            f" the accessors declare {counted(n_faces, 'face')} and {counted(n_vertices, 'vertex')}"
         )
 
 

@@ -72,11 +72,8 @@ def _write_gifti(
     pair = "<MD><Name>AnatomicalStructurePrimary</Name><Value>{}</Value></MD>"
     found = [line.removeprefix(STRUCTURE) for line in comments if line.startswith(STRUCTURE)]
     stored = "".join(pair.format(escape(name)) for name in found[:1])
-    file.write(
-        _GIFTI.format(table="\n".join(rows), n=len(labels), data=data, structure=stored).encode(
-            "ascii", "xmlcharrefreplace"
-        )
-    )
+    text = _GIFTI.format(table="\n".join(rows), n=len(labels), data=data, structure=stored)
+    file.write(text.encode("ascii", "xmlcharrefreplace"))
 
 
 def _write_annot(

@@ -101,8 +101,7 @@ def _check_description(data: Content) -> None:
     pages = data[at : at + n_pages * _PAGE]
     text = b"".join(
         pages[place : place + _PAGE - _CHECKSUM] for place in range(0, len(pages), _PAGE)
-    )[begin - at :]
-    text = text.removeprefix(b"\xef\xbb\xbf")
+    )[begin - at :].removeprefix(b"\xef\xbb\xbf")
     declared = re.match(rb"<\?xml[^>]*encoding\s*=\s*.([\w-]+)", text)
     is_utf_8 = not declared or declared[1].lower() == b"utf-8"
     if not re.match(rb"<[^\0]", text) or not is_utf_8 or b"<!DOCTYPE" in text:
@@ -149,8 +148,7 @@ def _viewpoints_of(scans: list[_Scan]) -> Floats | None:
         return None
     if len(found) == 1:
         return np.asarray(found[0][0])
-    places = [frame[0] for frame in found]
-    return np.repeat(places, [len(scan.is_valid) for scan in scans], axis=0)
+    return np.repeat([frame[0] for frame in found], [len(scan.is_valid) for scan in scans], axis=0)
 
 
 def _read_scan(pye57: Any, file: Any, place: int, source: Input) -> _Scan:

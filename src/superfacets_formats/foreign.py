@@ -11,14 +11,14 @@ import json
 import re
 import tempfile
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
 
-from superfacets import MeshError
-from superfacets.kit import Array, counted, shortened
+from superfacets import MeshError, kit
+from superfacets.kit import Array, BinaryReader, Lines, counted, shortened, shown
 
-from .grids import NAMES
+from .grids import NAMES, as_count
 
 Found = dict[str, "Array | str"]
 
@@ -34,11 +34,11 @@ _KEYWORD = re.compile(rb"(?m)^[ \t]*(vertices|dimension|edges|triangles|quadrila
 _MESHIO_KINDS = {name: kind for kind, name in NAMES.items()}
 """VTK types of cells, keyed by meshio's names."""
 
-_DATA = re.compile(rb"^\$(Node|Element)Data[ \t\r]*\n.*?\$End\1Data\b[^\n]*\n?", re.M | re.S)
-"""Matches data in an MSH file, which meshio would assign by position."""
+_BEGIN = re.compile(rb"\s*\$(\S+)[ \t\r]*\n")
+"""Matches the first line of a section of an MSH file."""
 
-_OWNERS = {b"$Nodes": "point", b"$Elements": "cell", b"$NodeData": "point", b"$ElementData": "cell"}
-"""What the rows of each section of an MSH file belong to."""
+_MESH = {"MeshFormat": 1, "PhysicalNames": 0, "Entities": 0, "Nodes": 1, "Elements": 1}
+"""How often an MSH file has the sections that meshio reads at least, each after those it needs."""
 
 _MAX_NAMED = 10_000
 """Largest value of a property of which the values have names."""
@@ -127,30 +127,31 @@ def _check_declared(data: bytes, found: Found) -> None:
         declared.setdefault(word.decode().upper(), int(count))
     n_points = declared.pop("POINTS", 0)
     n_cells = sum(max(count - shift, 0) for count in declared.values())
-    for what, expected, read in (
-        ("point", n_points, len(found["vertices"])), ("cell", n_cells, len(found["sizes"]))
-    ):  # fmt: skip
-        if expected != read:
-            raise MeshError(
-                f"the file declares {counted(expected, what)}, but has {read}: it may be truncated"
-            )
+    for what, n, key in (("point", n_points, "vertices"), ("cell", n_cells, "sizes")):
+        if n != (n_read := len(found[key])):
+            message = f"the file declares {counted(n, what)}, but has {n_read}: it may be truncated"
+            raise MeshError(message)
 
 
 def read_with_meshio(data: bytes, ending: str) -> Found:
     """Return the cells of an MSH file of Gmsh, or of a MESH file of Medit."""
+    if ending == ".msh":
+        return _MshFile(data).read()
+    return _mesh_in(_KEYWORD.sub(lambda found: found[0].capitalize(), data), ending)
+
+
+def _mesh_in(data: bytes, ending: str) -> Found:
+    """Return what meshio reads, without the data of MSH files."""
     from meshio import ReadError, gmsh, medit  # type: ignore[import-untyped]
 
-    if ending == ".mesh":  # keywords in any letter case
-        data = _KEYWORD.sub(lambda found: found[0].capitalize(), data)
-    elif any(data.find(b"$End%s" % section) < 0 for section in (b"Nodes", b"Elements")):
-        raise MeshError("the file has no end of its nodes and elements: it may be truncated")
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, f"mesh{ending}")
-        path.write_bytes(without_data := _DATA.sub(b"", data))
+        path.write_bytes(data)
         try:
             mesh: Any = (medit if ending == ".mesh" else gmsh).read(path)
-        except (ReadError, ValueError, LookupError) as error:
-            reason = str(error) or "it is damaged, or binary with gaps in the numbers of nodes"
+        except (ReadError, ValueError, LookupError, OverflowError) as error:
+            reason = "" if isinstance(error, LookupError) else str(error)
+            reason = reason or "it is damaged, or binary with nodes that are not 1, 2, 3, ..."
             raise MeshError(f"meshio cannot read the file: {reason}") from None
     if unknown := {block.type for block in mesh.cells} - _MESHIO_KINDS.keys():
         raise MeshError(f"cells of type {', '.join(sorted(unknown))} are not supported")
@@ -160,19 +161,16 @@ def read_with_meshio(data: bytes, ending: str) -> Found:
     blocks = [np.asarray(block.data) for block in mesh.cells]
     kinds = [_MESHIO_KINDS[block.type] for block in mesh.cells]
     none = [np.empty(0, np.int64)]
-    sizes = np.concatenate([*none, *(np.full(len(rows), rows.shape[1]) for rows in blocks)])
     result: Found = {
         "vertices": points,
         "kinds": np.repeat(kinds, [len(rows) for rows in blocks]).astype(np.int64),
-        "sizes": sizes,
+        "sizes": np.concatenate([*none, *(np.full(len(rows), rows.shape[1]) for rows in blocks)]),
         "corners": np.concatenate([*none, *(rows.ravel() for rows in blocks)]),
     }
     for name, values in mesh.point_data.items():
         result[f"point {name}"] = np.asarray(values)
     for name, parts in mesh.cell_data.items():
         result[f"cell {name}"] = np.concatenate([np.asarray(part) for part in parts])
-    if without_data != data:
-        result |= _data_of(data, sizes)
     highest = max((kind for kind in kinds if kind in (5, 9, 10)), default=0)
     groups = {
         int(tag): name for name, (tag, dimension) in mesh.field_data.items()
@@ -184,91 +182,121 @@ def read_with_meshio(data: bytes, ending: str) -> Found:
     return result
 
 
-def _data_of(content: bytes, sizes: Array) -> Found:
-    """Return the data in an MSH file; `sizes` are the numbers of nodes of all elements."""
-    with tempfile.TemporaryFile() as file:  # for `numpy.fromfile`
-        file.write(content)
-        file.seek(0)
-        try:
-            return _MshData(file, sizes).read()
-        except (ValueError, LookupError) as error:
-            raise MeshError(f"the data of nodes and elements are damaged: {error}") from None
+class _MshFile:
+    """An MSH file in sections. Rows of data have the number of their node or element."""
 
-
-class _MshData:
-    """Cursor in an MSH file. Rows of data have the number of their node or element."""
-
-    def __init__(self, file: IO[bytes], sizes: Array) -> None:
-        while file.readline().strip() != b"$MeshFormat":  # meshio has found it
-            pass
-        self._version, is_binary, size = file.readline().split()[:3]
-        self._file, self._sizes, self._count = file, sizes, f"u{int(size)}"
-        self._is_old, self._is_text = self._version[:1] == b"2", is_binary == b"0"
+    def __init__(self, data: bytes) -> None:
+        self._data, self._left, at = data, kit.most_bytes_of(len(data)), 0
+        self._sections: dict[str, list[slice]] = {}
+        while at < len(data):
+            if (begin := _BEGIN.match(data, at)) is None:
+                raise MeshError(f"expected a section like $Nodes, got {shown(data[at : at + 50])}")
+            name = begin[1].decode("utf-8", "replace")
+            ends = re.compile(rb"\$End%b[ \t\r]*(\n\s*|\Z)" % re.escape(begin[1]))
+            if (end := ends.search(data, begin.end())) is None:
+                raise MeshError(f"the section ${name} has no end: the file may be truncated")
+            self._sections.setdefault(name, []).append(slice(begin.end(), end.start()))
+            at = end.end()
 
     def read(self) -> Found:
-        """Return data in the order of nodes and elements; missing values are NaN."""
-        if self._version == b"4.0":
-            return {"field data": "which are not read in version 4.0"}
-        found: Found = {}
-        numbers: dict[str, Array] = {}
-        for line in iter(self._file.readline, b""):
-            owner = _OWNERS.get(line.strip(), "")
-            if owner and b"Data" not in line:
-                numbers[owner] = self._numbers(are_of_nodes=owner == "point")
-            elif owner:
-                name, values = self._values_of(numbers[owner])
-                if found.setdefault(f"{owner} {name}", values) is not values:
-                    found[f"field {name}"] = "whose name is repeated"
-        return found
+        """Return the mesh, and data in the order of nodes and elements; missing values are NaN."""
+        content = b""
+        for name, n_needed in _MESH.items():
+            places = self._sections.get(name, [])
+            if not n_needed <= len(places) <= 1:
+                raise MeshError(f"expected one section ${name}, got {len(places)}")
+            for part in (self._data[place] for place in places):
+                text = part.decode("utf-8", "replace").encode() if name == "PhysicalNames" else part
+                content += b"$%b\n%b$End%b\n" % (name.encode(), text, name.encode())
+        result = _mesh_in(content, ".msh")
+        try:
+            numbers = self._numbers_of(len(result["vertices"]), np.asarray(result["sizes"]))
+        except (ValueError, LookupError):
+            raise MeshError("$Nodes or $Elements has other rows than it declares") from None
+        for name, places in self._sections.items():
+            if name not in (*_MESH, *numbers):
+                result[f"field ${name}"] = "which is not read"
+            for place in places if name in numbers else []:
+                with kit.named_errors(f"the section ${name}"):
+                    title, values = self._values_of(place, numbers[name])
+                owner = "point" if name == "NodeData" else "cell"
+                if result.setdefault(f"{owner} {title}", values) is not values:
+                    result[f"field {title}"] = "whose name is repeated"
+        return result
 
-    def _take(self, n: int, kind: str = "") -> Array:
-        """Return the next numbers, by default counts."""
-        return np.fromfile(self._file, kind or self._count, n, " " if self._is_text else "")
+    def _numbers_of(self, n_nodes: int, sizes: Array) -> dict[str, Array]:
+        """Return the numbers of nodes and elements, in their order, keyed by sections of data."""
+        version, is_binary, size = self._data[self._sections["MeshFormat"][0]].split()[:3]
+        self._is_text, count = is_binary == b"0", f"u{int(size)}"
+        # The number of counts before the first block (none: a line), and the type of other numbers:
+        form = (0, "i4") if version[:1] == b"2" else (2, "i4") if version == b"4.0" else (4, count)
+        nodes = np.full(n_nodes, 0 if form[0] == 4 else 3 if self._is_text else 6)  # coordinates
+        return {
+            "NodeData": self._numbers("Nodes", nodes, *form, count),
+            "ElementData": self._numbers("Elements", sizes, *form, count),
+        }
 
-    def _table(self, n: int, width: int) -> tuple[Array, Array]:
-        """Return the numbers of the next `n` rows, and their values, (n, width)."""
-        if self._is_text:
-            rows = self._take(n * (1 + width), "f8").reshape(n, 1 + width)
-            return rows[:, 0], rows[:, 1:]
-        stored = self._take(n, f"i4,({width},)f8")
-        return stored["f0"], stored["f1"]
+    def _content(self, begin: int, end: int, *, only_first: bool = False) -> bytes:
+        """Return numbers as bytes; those of a text are float64, of each line all or the first."""
+        if not self._is_text:
+            return self._data[begin:end]
+        lines = Lines.of(self._data, begin=begin, end=end)
+        values = lines.parse(np.float64)
+        return (values[np.cumsum(lines.counts) - lines.counts] if only_first else values).tobytes()
 
-    def _numbers(self, *, are_of_nodes: bool) -> Array:
-        """Return the numbers of all nodes or elements, in the order of the file."""
-        n_rows = int(self._file.readline() if self._is_old else self._take(4)[1])
-        if self._is_old and are_of_nodes:
-            return self._table(n_rows, 3)[0]
-        if self._is_old and self._is_text:
-            return np.array([self._file.readline().split()[0] for _ in range(n_rows)], np.int64)
-        parts, n_found = [], 0
-        while n_found < n_rows:  # one block after the other
-            if self._is_old:
-                _, n, n_tags = self._take(3, "i4").tolist()
-                width = 1 + n_tags + self._sizes[n_found]
-            else:
-                self._take(3, "i4")
-                n = int(self._take(1)[0])
-                width = 1 if are_of_nodes else 1 + self._sizes[n_found]
-            rows = self._take(n * width, "i4" if self._is_old else "").reshape(n, width)
-            parts.append(rows[:, 0])
-            if are_of_nodes:
-                self._take(3 * n, "f8")
+    def _numbers(self, name: str, sizes: Array, n_counts: int, kind: str, count: str) -> Array:
+        """Return the first number in each row of a section; `sizes` are how many others follow."""
+        place, parts, n_found = self._sections[name][0], [np.empty(0)], 0
+        begin = place.start if n_counts else self._data.index(b"\n", place.start) + 1
+        only_first = self._is_text and name == "Elements" and not n_counts
+        content = self._content(begin, place.stop, only_first=only_first)
+        reader, widths = BinaryReader(content), np.append(1 + sizes * (not only_first), 1)
+
+        def take(n: int, kind: str) -> Array:
+            return reader.numbers(n, "f8" if self._is_text else kind)
+
+        take(n_counts, count)
+        while len(content) - reader.at > 2:  # one block after the other, of which some are empty
+            n, width = max(len(sizes), 1), int(widths[n_found])
+            if n_counts:
+                _, n = take(3, "i4"), int(take(1, count)[0])
+            elif name == "Elements" and not self._is_text:
+                _, n, n_tags = take(3, "i4").tolist()
+                width += n_tags
+            parts.append(take(n * width, kind)[::width])
+            take(3 * n if name == "Nodes" and n_counts == 4 else 0, "f8")
             n_found += n
-        return np.concatenate(parts)
+        if n_found != len(sizes):
+            raise MeshError("rows that are not declared")
+        return np.concatenate(parts).astype(np.int64)
 
-    def _values_of(self, numbers: Array) -> tuple[str, Array]:
+    def _values_of(self, place: slice, numbers: Array) -> tuple[str, Array]:
         """Return the name of data, and a value or row for each of the `numbers`."""
-        names, _, counts = (
-            [self._file.readline().decode().strip() for _ in range(int(self._file.readline()))]
-            for _ in range(3)
-        )
-        width = int(counts[1])
-        given, values = self._table(int(counts[2]), width)
-        order = np.argsort(numbers, kind="stable")
-        ranks = np.searchsorted(numbers, given, sorter=order)
-        places = order[np.minimum(ranks, len(order) - 1)]
-        if len(lost := given[numbers[places] != given]):
-            raise ValueError(f"they have the number {lost[0]:.0f}, which no node or element has")
-        found = np.full((len(numbers), width), np.nan)
-        found[places] = values
+        reader = BinaryReader(self._data, "<", place.start)
+
+        def lines() -> list[str]:
+            n_lines = as_count(reader.text(b"\n").strip(), "numbers of tags")
+            return [reader.text(b"\n").strip() for _ in range(n_lines)]
+
+        names, _, tags = lines(), lines(), lines()
+        if len(tags) < 3:
+            raise MeshError(f"expected 3 integer tags, got {len(tags)}")
+        width, n = (as_count(tag, "integer tags") for tag in tags[1:3])
+        declared = f"{counted(n, 'row')} of {counted(width, 'value')}"
+        self._left -= 8 * width * max(n, len(numbers), 1)
+        if self._left < 0:
+            raise MeshError(f"it declares {declared}, too many for the file size")
+        stored = np.dtype(f"{'f8' if self._is_text else 'i4'},({width},)f8")
+        content, n_bytes = self._content(reader.at, place.stop), n * stored.itemsize
+        if reader.at > place.stop or len(content) < n_bytes or content[n_bytes:].strip():
+            raise MeshError(f"it declares {declared}, but has more or less")
+        rows = np.frombuffer(content, stored, n)
+        given = kit.as_integers(rows["f0"], "numbers of nodes and elements")
+        if len(lost := given[~np.isin(given, numbers)]):
+            raise MeshError(f"it has the number {lost[0]}, which no node or element has")
+        for what, some in (("rows", given), ("nodes or elements", numbers)):
+            if len(twice := np.sort(some)[1:][np.diff(np.sort(some)) == 0]):
+                raise MeshError(f"two {what} have the number {twice[0]}")
+        found, order = np.full((len(numbers), width), np.nan), np.argsort(numbers)
+        found[order[np.searchsorted(numbers, given, sorter=order)]] = rows["f1"]
         return (*names, "data")[0].strip('"'), found[:, 0] if width == 1 else found

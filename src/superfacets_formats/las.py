@@ -104,7 +104,8 @@ def _header_of(data: Content) -> _Header:
     if data[:4] != b"LASF" or len(data) < 227:
         raise MeshError("not a LAS file: the header is missing or truncated")
     minor = data[25]
-    begin, n_records, point_format, size, n_points = struct.unpack_from("<IIBHI", data, 96)
+    form = "<HIIBHI"
+    header_size, begin, n_records, point_format, size, n_points = struct.unpack_from(form, data, 94)
     if minor >= 4:
         if len(data) < 375:
             raise MeshError("the file ends within its header: it may be truncated")
@@ -120,17 +121,14 @@ def _header_of(data: Content) -> _Header:
         )
     if not n_points:
         raise MeshError("the file has no points")
-    (header_size,) = struct.unpack_from("<H", data, 94)
     numbers = struct.unpack_from("<6d", data, 131)
     records = _records(data, (header_size, begin), n_records)
     if minor >= 4:  # more records may follow the points
         place, n_records = struct.unpack_from("<QI", data, 235)
         records = _records(data, (place, len(data)), n_records, records, is_extended=True)
-    projection = {
-        number: content for (user, number), content in records.items() if user == PROJECTION
-    }
+    system = tuple((n, content) for (user, n), content in records.items() if user == PROJECTION)
     frame = LasFrame(
-        minor, point_format, numbers[:3], numbers[3:], tuple(projection.items()),
+        minor, point_format, numbers[:3], numbers[3:], system,
         is_wkt=bool(data[6] & 16), has_standard_time=bool(data[6] & 1),
         origin=tuple((begin, data[begin:end]) for begin, end in ORIGIN),
     )  # fmt: skip

@@ -159,17 +159,15 @@ class LasFrame(NamedTuple):
             if kind > 30:
                 raise MeshError(f"an extra dimension of the points has the unknown type {kind}")
             n = (kind - 1) // 10 + 1 if kind else 1
-            factors = struct.unpack_from(f"<{n}d", record, begin + 112)
-            terms = struct.unpack_from(f"<{n}d", record, begin + 136)
-            scaling = (
-                factors if options & 8 else (1.0,) * n, terms if options & 16 else (0.0,) * n
-            )  # fmt: skip
+            numbers = struct.unpack_from("<6d", record, begin + 112)
+            scales = numbers[:n] if options & 8 else (1.0,) * n
+            offsets = numbers[3 : 3 + n] if options & 16 else (0.0,) * n
             dimension = LasDimension(
                 name.split(b"\0")[0].decode("utf-8", "replace"),
                 _EXTRA_TYPES[(kind - 1) % 10 + 1] if kind else "",
                 n,
                 record[begin + 160 : begin + 192].split(b"\0")[0].decode("ascii", "ignore"),
-                *(scaling if kind > 0 and options & 24 else ()),
+                *((scales, offsets) if kind > 0 and options & 24 else ()),
             )
             yield dimension, n * np.dtype(dimension.kind).itemsize if kind else options
 

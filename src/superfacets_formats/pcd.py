@@ -241,9 +241,8 @@ def write_pcd(file: IO[bytes], content: Output) -> None:
         row = " ".join(map(kit.number_format, flat))
         kit.write_rows(file, f"{row}\n", flat)
         return
-    record = np.dtype(
-        [(name, values.dtype, values.shape[1:]) for name, values in columns.items()]
-    ).newbyteorder("<")
+    fields = [(name, values.dtype, values.shape[1:]) for name, values in columns.items()]
+    record = np.dtype(fields).newbyteorder("<")
     for begin in range(0, n_points, ROWS_AT_ONCE):
         rows = np.empty(min(ROWS_AT_ONCE, n_points - begin), record)
         for name, values in columns.items():
@@ -270,8 +269,5 @@ def _columns_of(content: Output) -> dict[str, Array]:
     if labels is not None:
         columns["label"] = labels if labels.min() < 0 else labels.astype(np.uint32)
     own |= {_OTHER_NAMES.get(field, field): values for field, values in columns.items()}
-    columns |= {
-        _NORMALS.get(name, name): values
-        for name, values in content.properties("vertex", own).items()
-    }
-    return columns
+    added = content.properties("vertex", own)
+    return columns | {_NORMALS.get(name, name): values for name, values in added.items()}

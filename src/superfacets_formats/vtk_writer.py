@@ -23,13 +23,9 @@ _BLOCK = 1 << 20
 
 
 def write_vtk_xml(
-    file: IO[bytes],
-    kind: str,
-    counts: Mapping[str, int],
-    sections: Mapping[str, Arrays],
-    *,
+    file: IO[bytes], kind: str, counts: Mapping[str, int], sections: Mapping[str, Arrays], *,
     ascii: bool,
-) -> None:
+) -> None:  # fmt: skip
     """Write a VTK XML file with a single ``Piece`` element. Names of arrays are escaped."""
     order = f"{sys.byteorder.capitalize()}Endian"
     numbers = " ".join(f'{name}="{count}"' for name, count in counts.items())
@@ -141,10 +137,8 @@ def write_vtk(file: IO[bytes], content: Output) -> None:
             word = quote(name, safe=string.punctuation.replace("%", "").replace('"', ""))
             size = f"{table.shape[1]} {len(table)}"
             parts.append((f"{begin}{word} {size} {_WORDS[values.dtype.str[1:]]}", table))
-    form = "ASCII" if ascii else "BINARY"
-    file.write(
-        f"# vtk DataFile Version 3.0\nsuperfacets\n{form}\nDATASET UNSTRUCTURED_GRID\n".encode()
-    )
+    form = f"{'ASCII' if ascii else 'BINARY'}\nDATASET UNSTRUCTURED_GRID\n"
+    file.write(f"# vtk DataFile Version 3.0\nsuperfacets\n{form}".encode())
     for head, values in parts:
         file.write(f"{head}\n".encode())
         if ascii:

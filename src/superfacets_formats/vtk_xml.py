@@ -218,11 +218,7 @@ class XmlFile:
         form = array.get("format", "ascii")
         if form == "ascii":
             values = parsed_numbers((array.text or "").encode(), stored)
-            if len(values) != n:
-                n_found = len(values)
-                raise MeshError(
-                    f"expected {counted(n, 'number')}, got {n_found}: the file may be truncated"
-                )
+            _check_size(len(values), n, "number")
             return values
         if form == "binary":
             data: Any = "".join((array.text or "").split()).encode()
@@ -285,10 +281,7 @@ def _stored_size(n: int, is_base64: bool) -> int:
 def _first_bytes(data: bytes | memoryview, n: int, is_base64: bool) -> bytes:
     """Return the first `n` bytes; the size is checked before memory is allocated."""
     size = _stored_size(n, is_base64)
-    if size > len(data):
-        raise MeshError(
-            f"expected {counted(size, 'byte')}, got {len(data)}: the file may be truncated"
-        )
+    _check_size(min(size, len(data)), size)
     if not is_base64:
         return bytes(data[:n])
     try:  # the last group of 4 characters may encode more than `n` bytes
@@ -312,16 +305,15 @@ def parsed_xml(text: bytes, tag: str) -> Element:
 
 
 def parsed_numbers(text: bytes, stored: np.dtype[Any]) -> Array:
-    """Parse all numbers in a text, and convert them to the type `stored`."""
+    """Parse all numbers in a text, and convert them to the type `stored`, if integers fit."""
     lines = Lines.of(text)
     if stored.kind != "f":
-        return kit.as_integers(lines.parse_integers_or_floats(), "values")
+        found = kit.as_integers(lines.parse_integers_or_floats(), "values")
+        return converted if np.array_equal(converted := found.astype(stored), found) else found
     with np.errstate(over="ignore", invalid="ignore"):
         return lines.parse(np.float64).astype(stored)
 
 
-def _check_size(found: int, n_bytes: int) -> None:
-    if found != n_bytes:
-        raise MeshError(
-            f"expected {counted(n_bytes, 'byte')}, got {found}: the file may be damaged"
-        )
+def _check_size(found: int, n: int, what: str = "byte") -> None:
+    if found != n:
+        raise MeshError(f"expected {counted(n, what)}, got {found}: the file may be damaged")

@@ -58,7 +58,7 @@ def test_parts_that_barriers_keep_from_joining_are_told(run, tmp_path):
     assert status == 0
     assert err.splitlines() == [
         "superfacets: note: 2 regions instead of 1: 1 part between barriers got no seed and cannot"
-        " join a region",
+        " join a region"
     ]
 
 

@@ -33,17 +33,16 @@ LABELS = np.arange(MESH.n_faces) // 2 * 3  # a region per side, with gaps
 
 def gifti_bytes(arrays, **options):
     """Return a GIFTI file with these arrays, keyed by intent."""
-    made = [
-        gifti.GiftiDataArray(
-            values, f"NIFTI_INTENT_{intent}", f"NIFTI_TYPE_{values.dtype.name.upper()}", **options
-        )
-        for intent, values in arrays.items()
-    ]
-    return gifti.GiftiImage(darrays=made).to_bytes()
+    image = gifti.GiftiImage()
+    for intent, values in arrays.items():
+        kinds = f"NIFTI_INTENT_{intent}", f"NIFTI_TYPE_{values.dtype.name.upper()}"
+        image.add_gifti_data_array(gifti.GiftiDataArray(values, *kinds, **options))
+    return image.to_bytes()
 
 
 def surface_bytes(**options):
-    return gifti_bytes({"POINTSET": SURFACE[0], "TRIANGLE": SURFACE[1]}, **options)
+    arrays = {"POINTSET": SURFACE[0], "TRIANGLE": SURFACE[1], "SHAPE": np.uint8([9] * 8)}
+    return gifti_bytes(arrays, **options)
 
 
 @pytest.fixture
@@ -54,7 +53,7 @@ def freesurfer_file(tmp_path):
 
 @pytest.mark.parametrize("encoding", ["ASCII", "B64BIN", "B64GZ"])
 @pytest.mark.parametrize("options", [{}, {"endian": "big"}, {"ordering": "F"}])
-def test_surfaces_of_gifti(read, encoding, options):
+def test_surfaces_of_gifti(read, tmp_path, encoding, options):
     if encoding == "ASCII" and "ordering" in options:
         pytest.skip("nibabel writes text in the other order than it declares")
     data = surface_bytes(encoding=encoding, **options)
@@ -62,6 +61,7 @@ def test_surfaces_of_gifti(read, encoding, options):
     assert np.array_equal(mesh.vertices, MESH.vertices)
     assert np.array_equal(mesh.faces, MESH.faces)
     assert recognized_ending(data) == ".gii"
+    assert read_attributes(tmp_path / "cube.surf.gii").vertex["shape"].dtype == np.uint8
 
 
 def test_surfaces_of_freesurfer(read, freesurfer_file):

@@ -4,8 +4,6 @@ import pytest
 from mesh_files import FACES, VERTICES, off
 from numpy.testing import assert_array_equal
 
-from superfacets.files.readers.read import read_mesh
-
 V4 = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n"
 
 
@@ -65,12 +63,9 @@ def test_polygons_keep_their_corners_and_their_order(read, color):
     ("4 2 0", "4", "expected the counts of vertices, faces and edges, got '4'"),
     ("4 2 0", "4 -2 0", "expected the counts"),
     ("4 2 0", "4 2 0 0", "expected the counts"),
-    ("4 2 0", "4 3 0",
-     "the header declares 4 vertices and 3 faces, but 20 numbers in 6 lines follow"),
-    ("4 2 0", f"4 {'9' * 5000} 0",
-     "the header declares 4 vertices and 999999999999999999999999999999 faces, but 20"),
-    ("4 2 0", "4000000000 4000000000 0",
-     "the header declares 4000000000 vertices and 4000000000 faces, but 20 numbers"),
+    ("4 2 0", "4 3 0", "declares 4 vertices and 3 faces, but 20 numbers in 6 lines follow"),
+    ("4 2 0", f"4 {'9' * 5000} 0", f"declares 4 vertices and {'9' * 30} faces, but 20 numbers"),
+    ("4 2 0", "4000000000 1 0", "declares 4000000000 vertices and 1 face, but 20 numbers"),
     ("4 2 0", "4 1 0", "declares 4 vertices and 1 face, but 20 numbers in 6 lines follow"),
     ("1 1 0\n", "1 1\n", "line 5: a vertex needs 3 coordinates, got 2"),
     ("1 1 0\n", "1 one 0\n", "line 5: expected a number, got 'one'"),
@@ -104,12 +99,3 @@ def test_off_files_without_faces_are_refused(refuse, data):
     refuse("a.off", data, "expected the counts" if len(data) < 5 else "no faces")
     if len(data) > 20:  # four points, also in one line
         refuse("a.off", data[:10] + data[10:].replace(b"\n", b" "), "no faces")
-
-
-def test_a_benchmark_model_is_read_exactly(data_dir):
-    path = data_dir / "psb" / "off" / "125.off"
-    rows = [line.split() for line in path.read_text().splitlines()]
-    n_vertices = int(rows[1][0])
-    mesh = read_mesh(path)
-    assert_array_equal(mesh.vertices, [[float(x) for x in row] for row in rows[2 : 2 + n_vertices]])
-    assert_array_equal(mesh.faces, [[int(i) for i in row[1:]] for row in rows[2 + n_vertices :]])

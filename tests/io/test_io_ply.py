@@ -133,11 +133,7 @@ def test_a_decimal_beyond_single_precision_is_refused(refuse):
 
 @pytest.mark.parametrize("form", FORMS)
 def test_a_point_cloud_is_refused(refuse, form):
-    refuse(
-        "a.ply",
-        ply(form, faces=[]),
-        "the file contains points, but no faces: use read_cloud",
-    )
+    refuse("a.ply", ply(form, faces=[]), "the file contains points, but no faces: use read_cloud")
 
 
 def test_a_ply_file_without_the_element_face_is_refused(refuse):

@@ -1,6 +1,7 @@
 """Files of VTK, Gmsh and Medit: written by their libraries, truncated, and with false sizes."""
 
 import itertools
+import re
 import struct
 
 import numpy as np
@@ -23,10 +24,7 @@ POLYGONS = [[0, 1, 3, 2], [4, 5, 6], [0, 4, 5, 6, 1]]
 def cells_of(rows):
     cells = vtk.vtkCellArray()
     for row in rows:
-        ids = vtk.vtkIdList()
-        for index in row:
-            ids.InsertNextId(int(index))
-        cells.InsertNextCell(ids)
+        cells.InsertNextCell(len(row), [*map(int, row)])
     return cells
 
 
@@ -139,8 +137,8 @@ def numbered_msh(version, is_text, nodes):
             head = (number, kind, 2) if is_text else (kind, 1, 2, number)
             parts.append(row(f"{len(head) + 2 + len(corners)}i", *head, 0, 1, *corners))
     else:
-        parts.append(row("4Q", 2, 5, 4, 30))
-        for block in (points[:2], points[2:]):
+        parts.append(row("4Q", 3, 5, 4, 30))
+        for block in (points[:2], points[2:], []):
             parts += [row("3iQ", 3, 1, 0, len(block)), *(row("Q", node) for node, _ in block)]
             parts += [row("3d", *point) for _, point in block]
         parts += [b"\n$EndNodes\n$Elements\n", row("4Q", 3, 3, 2, 9)]
@@ -165,18 +163,44 @@ def test_data_of_msh_belong_to_the_numbers_of_nodes_and_cells(tmp_path, version,
     assert attributes.left_out == ("1 cell of type triangle",)
 
 
-def test_data_of_msh_that_cannot_be_assigned_are_named(refuse, tmp_path):
+@pytest.mark.parametrize(("text", "other", "message"), [
+    ("\n30 0.5\n", "\n31 0.5\n", "number 31, which no node or"),
+    ("\n30 0.5\n", "\n5 0.5\n", "two rows have the number 5"),
+    ("$Nodes\n5\n", "$Nodes\n6\n7 9 9 9\n", "two nodes or elements have the number 7"),
+    ("\n30 0.5\n", "\n30.5 0.5\n", "must be integers, got 30.5"),
+    ("\n30 0.5\n", "\n30\n", "3 rows of 1 value, but has more or less"),
+    ("\n0\n1\n3\n", "\n0\n1\n2\n", "2 rows of 1 value, but has more or less"),
+    ("\n0\n1\n3\n", "\n0\n1\n0\n", "0 rows of 1 value, but has more or less"),
+    ("\n0\n1\n3\n", f"\n0\n1\n{10**30}\n", "integer tags must be integers >= 0, got '1000"),
+    ("\n0\n1\n3\n", "\n0\n20000000\n0\n", "0 rows of 20000000 values, too many for the file"),
+    ("\n3\n0\n1\n3\n", "\n2\n0\n1\n", "expected 3 integer tags, got 2"),
+    ("$EndNodeData\n", "", "$NodeData has no end"),
+    ("$Elements\n3\n", "$Elements\n2\n", "$Elements has other rows than it declares"),
+    ("$Nodes", "$Nodes\n$EndNodes\n$Nodes", "expected one section $Nodes, got 2"),
+    ("$EndNodes", "$EndNodes\n9 9 9", "expected a section like $Nodes, got '9 9 9"),
+])  # fmt: skip
+def test_data_of_msh_that_cannot_be_assigned_are_refused(refuse, text, other, message):
     content = numbered_msh(2.2, True, [30, 7, 8, 4, 5])
-    refuse("a.msh", content.replace(b"\n30 0.5\n", b"\n31 0.5\n"), "number 31, which no node or")
-    refuse("b.msh", content.replace(b"\n30 0.5\n", b"\n30\n"), "are damaged")
-    refuse("c.msh", numbered_msh(2.2, False, [30, 7, 8, 4, 5]), "gaps in the numbers of nodes")
-    (tmp_path / "d.msh").write_bytes(content + content[content.index(b"$NodeData") :])
-    left_out = sf.read_attributes(tmp_path / "d.msh").left_out
-    assert {*left_out} >= {f"field {name}, whose name is repeated" for name in ("heat", "flow")}
+    refuse("a.msh", content.replace(text.encode(), other.encode(), 1), message)
+
+
+def test_sections_of_msh_have_any_order_and_others_are_named(refuse, tmp_path):
+    refuse("c.msh", numbered_msh(2.2, False, [30, 7, 8, 4, 5]), "nodes that are not 1, 2, 3")
+    content = numbered_msh(2.2, True, [30, 7, 8, 4, 5]).replace(b"flow", b"gmsh:physical")
+    head, mesh, data = re.split(rb"(?=\$Nodes|\$NodeData)", content)
+    others = b'$PhysicalNames\n1\n2 1 "\xe9"\n$EndPhysicalNames\n$Comments\n$Nodes\n$EndComments\n'
+    (tmp_path / "d.msh").write_bytes(head + others + data + mesh + data)
+    attributes = sf.read_attributes(tmp_path / "d.msh")
+    assert str(attributes.vertex["heat"].tolist()) == "[0.5, nan, nan, 3.5, 4.5]"
+    assert [name for name in attributes.left_out if name.startswith("field")] == [
+        "field $Comments, which is not read", "field heat, whose name is repeated",
+        "field gmsh:physical, whose name is repeated",
+    ]  # fmt: skip
     mesh = meshio.Mesh(POINTS, [("tetra", TETS)], {"heat": POINTS})
     meshio.gmsh.main.write(tmp_path / "e.msh", mesh, "4.0")
-    left_out = sf.read_attributes(tmp_path / "e.msh").left_out
-    assert left_out == ("field data, which are not read in version 4.0",)
+    attributes = sf.read_attributes(tmp_path / "e.msh")
+    assert np.array_equal(attributes.vertex["heat"], POINTS)
+    assert attributes.left_out == ()
 
 
 POLYDATA = (
@@ -206,14 +230,10 @@ HUGE = 10**10
      "NumberOfPoints must be integers >= 0, got '-1'"),
     ("a.vtp", "<!DOCTYPE x []>" + POLYDATA,
      "the XML must not have a DOCTYPE, which VTK files never have"),
-    (
-        "a.vtk",
-        "# vtk DataFile Version 3.0\nx\nBINARY\nDATASET UNSTRUCTURED_GRID\n"
-        f"POINTS {HUGE} double\n" + " " * 100,
-        "VTK cannot read the file",
-    ),
+    ("a.vtk", "# vtk DataFile Version 3.0\nx\nBINARY\nDATASET UNSTRUCTURED_GRID\n"
+     f"POINTS {HUGE} double\n" + " " * 100, "VTK cannot read the file"),
     ("a.msh", f"$MeshFormat\n2.2 1 8\n\1\0\0\0\n$EndMeshFormat\n$Nodes\n{HUGE}\n" + "\0" * 50,
-     "no end of its nodes"),
+     "$Nodes has no end"),
     ("a.mesh", f"MeshVersionFormatted 1\nDimension 3\nVertices\n{HUGE}\n0 0 0 1\nEnd\n",
      "memory"),
 ])  # fmt: skip

@@ -83,9 +83,10 @@ GUARDS = {
         ("_corners_of", "arange"): "corners in memory",
         ("_corners_of", "repeat"): "corners in memory"},
     "superfacets_formats/foreign.py": {
-        ("_take", "fromfile"): "in a process with a limit",
-        ("_values_of", "full"): "in a process with a limit",
-        ("read_with_meshio", "repeat"): "cells in memory, of a process with a limit"},
+        ("_mesh_in", "repeat"): "cells in memory, of a process with a limit",
+        ("_numbers_of", "full"): "vertices in memory",
+        ("_values_of", "frombuffer"): "the size is compared with the section",
+        ("_values_of", "full"): "the sum of sizes is compared with the file"},
     "superfacets_formats/las.py": {
         ("_add_extra_columns", "ndarray"): "a view of the records in memory",
         ("decompressed", "decompress_points_with_chunk_table"): "in a process with a limit",

@@ -423,8 +423,7 @@ def test_a_truth_without_annotation_is_refused():
     tets = TetMesh(np.r_[np.eye(3), [[0, 0, 0]]], [[0, 1, 2, 3]])
     for compare in (boundary_agreement, cut_discrepancy, undersegmentation_error):
         with pytest.raises(
-            MeshError,
-            match="truth must be 0 or greater for at least one cell, but all are -1",
+            MeshError, match="truth must be 0 or greater for at least one cell, but all are -1"
         ):
             compare(mesh, [0] * 4, [-1] * 4)
         with pytest.raises(MeshError, match=r"truth\[1\] must be at least -1, got -2"):

@@ -43,13 +43,13 @@ class Lines:
     counts: Ints  # (L,) number of tokens, which are separated by whitespace
 
     @classmethod
-    def of(cls, data: Content, *, begin: int = 0, comment: bytes = b"") -> Lines:
-        r"""Find all lines of `data`, from byte `begin` on, that have at least one token.
+    def of(cls, data: Content, *, begin: int = 0, end: int = 2**62, comment: bytes = b"") -> Lines:
+        r"""Find all lines of `data`, from byte `begin` to byte `end`, that have a token.
 
         Lines end at ``\n``, or at ``\r`` in old files without ``\n``. The character `comment`
         begins a comment, which ends with the line and is skipped.
         """
-        return cls._between(_plain(data), begin, len(data), comment)
+        return cls._between(_plain(data), begin, end, comment)
 
     @classmethod
     def blocks(cls, data: Content, *, comment: bytes = b"") -> Iterator[Lines]:
