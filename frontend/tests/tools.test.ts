@@ -69,8 +69,13 @@ test("a polygon that is not closed ends when the view changes", () => {
   const workbench = fakeWorkbench();
   const lasso = makeLasso(workbench);
   lasso.outline = "polygon";
-  for (const place of [{ x: 0, y: 0 }, { x: 600, y: 0 }, { x: 600, y: 600 }]) lasso.begin(place, false);
+  for (const place of [{ x: 0, y: 0 }, { x: 600, y: 0 }, { x: 600, y: 600 }]) {
+    lasso.begin(place, false);
+    if (place.y === 0) lasso.confirm(); // too few corners: paints nothing, and keeps them
+  }
+  expect(said).toHaveBeenLastCalledWith("An outline needs at least three corners.");
   for (const run of workbench.drawing.onView) run();
+  expect(said).toHaveBeenLastCalledWith(expect.stringContaining("the unfinished outline is removed"));
   lasso.confirm();
   expect(painted).not.toHaveBeenCalled();
 });
@@ -115,7 +120,7 @@ test("an outline that takes separate pieces of one object says so", () => {
     outlineRegions(paint, right, 8);
     return saidPainted.mock.lastCall![3] as string;
   };
-  expect(moreOf(paintOf(1, 1), 8)).toContain("They are 2 pieces that are not connected.");
+  expect(moreOf(paintOf(1, 1), 8)).toContain("They are 2 pieces that are not connected (Ctrl+Z undoes; with Alt");
   expect(moreOf(paintOf(1, 1), 4)).toBe(""); // all are connected
   expect(moreOf(paintOf(1, 0), 8)).toBe(""); // stuff
 });

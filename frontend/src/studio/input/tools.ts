@@ -215,7 +215,7 @@ export class Lasso extends Tool {
 
   constructor(workbench: Workbench, private readonly line: SVGPolygonElement, private readonly ofCells: boolean) {
     super(workbench);
-    workbench.drawing.onView.push(() => this.places.length && this.leave()); // other cells are inside the outline now
+    workbench.drawing.onView.push(() => this.drop());
   }
 
   get name(): string {
@@ -263,10 +263,18 @@ export class Lasso extends Tool {
     this.draw();
   }
 
+  /** Remove an unfinished outline after a change of the view: other cells are inside it now. */
+  private drop(): void {
+    if (!this.places.length) return;
+    this.leave();
+    this.workbench.say(text.painting.outlineDropped);
+  }
+
   /** Close a polygon; otherwise, do what Enter does for all tools. */
   override confirm(): void {
-    if (this.outline === "polygon" && this.places.length > 2) this.close();
-    else super.confirm();
+    if (this.outline !== "polygon" || !this.places.length) super.confirm();
+    else if (this.places.length > 2) this.close();
+    else this.workbench.say(text.painting.threeCorners);
   }
 
   end(): void {
@@ -356,7 +364,7 @@ export class Lasso extends Tool {
     const { regions, paints } = workbench.session;
     const painted = chosen.filter((region) => paints.mainPaint(regions.cellsOf(region)) === this.paint);
     const pieces = objectOf(this.paint) ? regions.neighbors.pieces(new Set(painted)).length : 1;
-    workbench.sayPainted(painted.length ? painted : chosen, this.paint, replaced, `${text.painting.apart(pieces)}${covered}`);
+    workbench.sayPainted(painted.length ? painted : chosen, this.paint, replaced, `${text.painting.apart(pieces, this.isFront)}${covered}`);
   }
 
   /** Number of regions that are mostly inside an outline but not seen. Only some cells of each region are looked up. */

@@ -377,8 +377,11 @@ export const en = {
     erased: (what: string): string => `${what}: class removed.`,
     done: (what: string, paint: string): string => `${what}: ${paint}.`,
     already: (what: string, paint: string): string => `${what}: already ${paint}, so nothing changed.`,
+    threeCorners: "An outline needs at least three corners.",
+    outlineDropped: "The view has changed, so the unfinished outline is removed. Enter closes an outline.",
     noneInside: "Nothing was painted: no visible region is mostly inside the outline. L switches to single cells.",
-    apart: (n: number): string => (n > 1 ? ` They are ${n} pieces that are not connected. If they are several objects, Ctrl+Z undoes, and with Alt an outline paints only the front piece.` : ""),
+    apart: (n: number, isFront: boolean): string =>
+      n < 2 ? "" : ` They are ${n} pieces that are not connected (Ctrl+Z undoes${isFront ? "" : "; with Alt, an outline paints only what is in front"}).`,
     leftOut: (n: number): string => (n ? ` ${counted(n, "region")} behind ${n === 1 ? "was" : "were"} left out, because other cells cover ${n === 1 ? "it" : "them"}.` : ""),
     otherPaints: (n: number): string => `${n} other classes or objects`,
     wasReplaced: (old: string): string => `It was ${old}; K: paint only unlabeled cells.`,
