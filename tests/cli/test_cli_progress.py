@@ -38,7 +38,7 @@ def test_a_pipe_shows_no_progress_bar_and_a_terminal_does(large, tmp_path):
     termios.tcsetwinsize(theirs, (24, 80))
     subprocess.run(command, check=True, stdout=subprocess.PIPE, stderr=theirs, timeout=60)
     os.set_blocking(ours, False)  # all output has been written by now
-    with open(ours, "rb", buffering=0) as reader:
+    with os.fdopen(ours, "rb", buffering=0) as reader:
         shown = reader.read()
     os.close(theirs)
     assert b"iteration " in shown
