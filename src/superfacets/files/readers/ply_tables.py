@@ -14,7 +14,7 @@ from ... import _core
 from ...base.checks import checked_threads, counted
 from ...base.errors import MeshError
 from ...base.types import Array, Longs
-from ...mesh.attributes import PLY_TYPES
+from ...mesh.attributes import INDEX_NAMES, PLY_TYPES
 from ..guards import Content
 from .text import Lines, as_integers
 
@@ -175,10 +175,7 @@ def _read_text(header: Header, data: Content) -> list[Table]:
         has_integers = any(stored.is_integer for stored in element.properties)
         values = rows.parse_integers_or_floats() if has_integers else rows.parse(np.float64)
         form = values.dtype.str
-        plain = [
-            Property(stored.name, form, stored.count_dtype and form)
-            for stored in element.properties
-        ]
+        plain = [Property(each.name, form, each.count_dtype and form) for each in element.properties]
         columns, _ = _read_element(Element(element.name, n_rows, plain), values, 0, rows)
         tables.append(Table(element.name, element.n_rows, [
             Column(stored, _as_declared(column.values, stored), column.lengths)
@@ -192,8 +189,9 @@ def _read_text(header: Header, data: Content) -> list[Table]:
 def _as_declared(values: Array, stored: Property) -> Array:
     """Convert numbers of a text file to the declared type, unless it cannot store an integer."""
     with np.errstate(invalid="ignore", over="ignore"):  # `Mesh` refuses infinite coordinates
-        declared = values.astype(stored.dtype)
-    return declared if not stored.is_integer or np.array_equal(declared, values) else values
+        declared = values if stored.name in INDEX_NAMES else values.astype(stored.dtype)
+    is_same = declared is values or not stored.is_integer or np.array_equal(declared, values)
+    return declared if is_same else values
 
 
 def _raise_cut(element: Element, what: str) -> NoReturn:
