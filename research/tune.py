@@ -33,7 +33,7 @@ NAMES = ("BORDER_FACTOR", "alpha", "gamma", "stiffness", "max_distance", "PART_C
 
 COEFFICIENTS = parts.BORDER_COEFFICIENTS
 SCALES = np.concatenate([0.25 * np.abs(COEFFICIENTS) + 0.15, np.full(len(NAMES), 0.25)])
-"""Typical steps: of the coefficients, and of the logarithms of the factors."""
+"""Initial step size of each coefficient, and then of the logarithm of each factor."""
 
 DEFAULTS = formulas.WEIGHTS["parts"].defaults
 PRESENT = (borders.BORDER_FACTOR, DEFAULTS["alpha"], DEFAULTS["gamma"], smooth.OF_PARTS.stiffness,
@@ -43,11 +43,11 @@ PRESENT = (borders.BORDER_FACTOR, DEFAULTS["alpha"], DEFAULTS["gamma"], smooth.O
 
 KS = (50, 150, 300)
 LEAST_ERRORS = np.array([0.172, 0.1035, 0.074])
-"""Undersegmentation errors that are aimed at, for each number of regions."""
+"""Target undersegmentation error for each number of regions."""
 
 PRICES = np.array([0.45, 0.28, 0.17])
-"""Price of compactness in relative errors. With these prices, a change of ``BORDER_FACTOR`` alone
-gains nothing: it exchanges the error for compactness."""
+"""Factors of compactness in `loss`. They were chosen so that the loss does not change if only
+``BORDER_FACTOR`` changes, which lowers the error and raises the compactness, or the reverse."""
 
 N_TRIED = 12
 """Number of candidates in a generation."""
@@ -98,7 +98,7 @@ def quality(task: tuple[str, Sequence[int], Floats, int]) -> Floats:
 
 
 def loss(found: Floats) -> float:
-    """Return the relative errors plus the prices of compactness."""
+    """Return the errors relative to their targets, plus the compactness times `PRICES`."""
     errors, compactness = found
     return float((errors / LEAST_ERRORS).sum() + (PRICES * compactness).sum())
 

@@ -183,7 +183,7 @@ def _mesh_in(data: bytes, ending: str) -> Found:
 
 
 class _MshFile:
-    """An MSH file in sections. Rows of data have the number of their node or element."""
+    """The sections of an MSH file. A row of data begins with the number of its node or element."""
 
     def __init__(self, data: bytes) -> None:
         self._data, self._left, at = data, kit.most_bytes_of(len(data)), 0
@@ -294,8 +294,8 @@ class _MshFile:
         given = kit.as_integers(rows["f0"], "numbers of nodes and elements")
         if len(lost := given[~np.isin(given, numbers)]):
             raise MeshError(f"it has the number {lost[0]}, which no node or element has")
-        for what, some in (("rows", given), ("nodes or elements", numbers)):
-            if len(twice := np.sort(some)[1:][np.diff(np.sort(some)) == 0]):
+        for what, some in (("rows", np.sort(given)), ("nodes or elements", np.sort(numbers))):
+            if len(twice := some[1:][np.diff(some) == 0]):
                 raise MeshError(f"two {what} have the number {twice[0]}")
         found, order = np.full((len(numbers), width), np.nan), np.argsort(numbers)
         found[order[np.searchsorted(numbers, given, sorter=order)]] = rows["f1"]

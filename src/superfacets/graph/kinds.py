@@ -399,8 +399,8 @@ def labels_of_corners(cells: Any, of_vertices: Array) -> Array:
 def of_cells(values: Any, cells: Any) -> Any:
     """Convert labels of vertices, (V,), to labels of cells; return anything else unchanged.
 
-    Apps use it for labels given by users. If V is also the number of cells, the labels are taken
-    for labels of cells.
+    Apps use it for labels given by users. If a mesh has as many vertices as cells, the labels
+    count as labels of cells.
     """
     if not fit_vertices(values, cells):
         return values

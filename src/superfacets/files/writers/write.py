@@ -323,9 +323,8 @@ class OutputFiles:
         are_sorted = cell_labels is None or (cell_labels[1:] >= cell_labels[:-1]).all()
         if not are_sorted and all_endings & {*FORMATS.label_outputs, ".sstk.json"}:
             lost |= {end: [*lost[end], ORDER] for end in FORMATS.sorted_outputs if end in lost}
-        is_unchanged = of_vertices is not None or kind_of(cells).are_points
-        of_ids = {*FORMATS.vertex_outputs, *FORMATS.graph_outputs}
-        has_ids = not is_unchanged and not all_endings.isdisjoint(of_ids)
+        keeps_ids = of_vertices is not None or kind_of(cells).are_points
+        has_ids = not keeps_ids and all_endings & {*FORMATS.vertex_outputs, *FORMATS.graph_outputs}
         return Written(lost, ids.region_sizes if has_ids else np.zeros(0, np.int64))
 
     def _write_with(self, writers: Mapping[str, Callable[..., list[str]]]) -> dict[str, list[str]]:
