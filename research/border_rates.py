@@ -2,8 +2,9 @@
 
     python -m research.border_rates psb
 
-`psb` is a folder with off/N.off and seg/Benchmark/N/N_j.seg. Prints the value of
-`superfacets.weights.parts.BORDER_COEFFICIENTS`, and the cross-validated log loss per arc.
+`psb` is a folder with off/N.off and seg/Benchmark/N/N_j.seg. Prints the coefficients
+and the cross-validated log loss per arc. `superfacets.weights.parts.BORDER_COEFFICIENTS` are these
+coefficients, tuned by `research.tune` for the quality of regions.
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ from ..weights.parts import BORDER_COEFFICIENTS, conducting_graph, embedding, st
 from .prepare import Prepared
 from .weigh import Lengths, Weighed
 
-BORDER_FACTOR = 8.0
+BORDER_FACTOR = 6.7
 """Cost of an arc across which people draw a border, as a multiple of the expected radius. With 10
 and 50 regions, the undersegmentation error is 0.002 lower, and the compactness 0.02 higher."""
 
@@ -81,7 +81,7 @@ def add_borders(
         values = _core.add_group_costs(*arcs, group_of, *between, costs, n_threads)
         arcs = arcs._replace(lengths=values)
         ordered.set_lengths(*arcs, n_threads)
-        for level in begun:  # at most one graph, which is the first of `levels`
+        for level in begun:  # empty, or only the first of `levels`
             coarse, group_of_coarse = level.arcs(), groups_of_cells(levels[1:], n_threads)
             values = _core.add_group_costs(*coarse, group_of_coarse, *between, costs, n_threads)
             level.set_lengths(values, n_threads)
@@ -95,12 +95,12 @@ def _costs_between(
     levels: Sequence[_core.CoarseGraph], cells: tuple[_core.OrderedGraph, ArcLengths],
     normals: Singles, weighed: Weighed,
 ) -> tuple[ArcLists, Singles]:  # fmt: skip
-    """Return arcs of the last graph in `levels`, or else of `cells`, and the cost of each arc."""
+    """Return arcs of the last graph in `levels`, or of `cells` if empty, and the cost of each."""
     plan, surface, (graph, arcs) = weighed.plan, weighed.surface, cells
     inside, n_threads = plan.inside, surface.n_threads
     if levels:
         graph, between = levels[-1].graph, levels[-1].arcs()[:2]
-        widths = np.empty(0)  # of arcs between groups: `_core` estimates them
+        widths = np.empty(0)  # `_core` estimates the widths of arcs between groups
     else:
         between, widths = arcs[:2], surface.arc_measures().border_lengths
         widths = widths if inside is None else widths[inside.arcs]

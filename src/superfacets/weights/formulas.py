@@ -59,10 +59,10 @@ most 10 % of the edges are flat."""
 
 MIN_MADE = 0.7
 """Minimum sum, on a made thing, of the share of flat edges and the share of the turn at edges of 40
-degrees or more. It is at least 0.73 for CAD parts, also if all edges are rounded, and at most 0.66
-for the chairs of the benchmark, on which people do not draw borders at all bends."""
+degrees or more. This sum is at least 0.73 for CAD parts, even if all edges are rounded, and at most
+0.66 for the chairs of the benchmark, on which people do not draw borders at all bends."""
 
-MADE_FACTOR = 1.5
+MADE_FACTOR = 2.17
 """Factor of the cost of all bends on made things. With a factor of 1, up to 2 % of the rims of
 machine parts are not borders of regions."""
 
@@ -115,8 +115,8 @@ class EdgeFactors(NamedTuple):
 class EdgeSums(NamedTuple):
     """Sums over the edges of a mesh. Boundary edges are not included.
 
-    Turns are sums of length times angle, in the unit that `CURVATURE_BITS` defines. All but
-    `curvature` are 0 unless ridges cost more than other convex edges.
+    Turns are sums of length times angle, in the unit that `CURVATURE_BITS` defines. All sums
+    but `curvature` are 0 unless ridges cost more than other convex edges.
     """
 
     curvature: int  # turn of all edges except ridges, in which concave edges are negative
@@ -162,8 +162,8 @@ def superfacet_weights(
     otherwise.
 
     If two neighbors are inconsistently oriented, the normal of the smaller face is flipped for
-    their arc; if the areas are equal, that of the face with the higher index. If the normals of a
-    closed mesh point inward, concave and convex are swapped. If a face has no normal, theta is 0.
+    their arc; if the areas are equal, the one of the face with the higher index. If normals of
+    a closed mesh point inward, concave and convex are swapped. If a face has no normal, theta is 0.
 
     Parameters
     ----------
@@ -247,10 +247,10 @@ def crease_weights(
     the first rule, an edge of three or more faces, or the boundary of an open mesh.
 
     On hollow shapes, such as a cup or a ring, the costs of smooth edges (below 40 degrees) change,
-    because otherwise only those on the inside would cost. Let V be the volume of a closed mesh, A
-    its area, and M its total mean curvature: half the sum of length times angle over all edges
-    except ridges, negative for concave edges. The roundness :math:`y = 3 V M / A^2` is 1 for a
-    ball, 3/4 for a long rod, below 0.2 for cups, and about 0 or less for rings. If y is less than
+    because otherwise only those with concave angles would cost. Let V be the volume of a closed
+    mesh, A its area, and M its total mean curvature: half the sum of length times angle over all
+    edges except ridges, negative for concave edges. The roundness :math:`y = 3 V M / A^2` is 1 for
+    a ball, 3/4 for a long rod, below 0.2 for cups, and about 0 or less for rings. If y is less than
     0.3, smooth convex edges have the relative cost s = min(2 - y / 0.15, 1) / 4 (or `eta_convex`,
     if this is larger), and smooth concave edges have the relative cost 1 - s. Open and
     inconsistently oriented meshes are never hollow.
@@ -328,7 +328,7 @@ WEIGHTS: Mapping[WeightName, Formula] = {
     "parts": Formula(
         about='like ``"creases"``, with straight lines between cells up to three arcs apart, and a'
         " cost of arcs between parts of the shape, such as a finger and the palm",
-        defaults={"alpha": 12.0, "eta_convex": 0.0, "ridges": 1.0, "gamma": 2.1},  # of PartCosts
+        defaults={"alpha": 8.3, "eta_convex": 0.0, "ridges": 1.0, "gamma": 1.68},  # of PartCosts
         compute=lambda surface, arrays, radius, params: _adapted_weights(
             surface, arrays, _crease_factors(radius, params)._replace(is_straight=True)
         ),

@@ -31,7 +31,7 @@ MAX_CELLS = 16
 MIN_GROUPED = 96_000
 """Minimum number of cells of a graph for which `groups_to_embed` makes groups."""
 
-CREASE_STEEPNESS = 20.0
+CREASE_STEEPNESS = 12.0
 """Conductances across creases are multiplied by exp(-CREASE_STEEPNESS * eta * theta / pi). Theta is
 the angle between the normals of the two faces. Eta is the relative cost of the crease: usually 1
 for concave edges and ridges, and 0 for other convex edges."""
@@ -64,10 +64,9 @@ most the first value, and have their full value if it is at least the second. In
 increase linearly. The fraction is 0 for surfaces without concave edges and ridges, such as smooth
 convex bodies, which have no parts. It is at least 0.037 for all benchmark models."""
 
-BORDER_COEFFICIENTS = np.array(
-    [-0.384, 3.137, 7.489, 1.259, -0.822, -0.055, 1.333, 2.316, -6.815, -6.605]
-)
-"""Coefficients of the rate of borders (see `_core.border_rates`), from research/border_rates.py."""
+BORDER_COEFFICIENTS = np.array([-0.02, 3.82, 7.86, 0.70, -1.06, 0.02, 1.29, 3.16, -8.66, -4.44])
+"""Coefficients of the rate of borders (see `_core.border_rates`): research/border_rates.py fitted
+them to borders that people drew, and research/tune.py tuned them for the quality of regions."""
 
 
 class ConductingGraph(NamedTuple):
@@ -99,7 +98,7 @@ def strength_of_parts(level: ConductingGraph) -> float:
 
 
 def scale(level: ConductingGraph, vectors: Singles, n_threads: int) -> float:
-    """Return the length of all arcs divided by their length in the embedding; 0 if that is 0."""
+    """Return the length of all arcs divided by that in the embedding, or 0 if the latter is 0."""
     zeros, table = np.zeros(len(level.steps)), vectors.astype(np.float64)
     distances = _core.add_feature_steps(*level.arcs, zeros, table, 1.0, n_threads)
     total = _core.sum_of(distances, n_threads)
@@ -134,7 +133,7 @@ def _coarser(
         graph = coarse[-1].graph
         arcs = coarse[-1].arcs()[:2]
         steps = _core.straight_steps(graph, n_threads)
-        # of the arcs that a coarse arc joins: the sum of conductance times length
+        # sum of conductance times length over the arcs that a coarse arc joins
         flows = _core.sum_between(*level.arcs, level.conductances, level.steps, coarse_of, *arcs)
         conductances = np.where(flows > 0.0, flows / steps, MIN_CONDUCTANCE)
         level = ConductingGraph(arcs, steps, conductances, graph.measures())
