@@ -110,9 +110,9 @@ def batch(
         the same version of the package, and access to all files at the same paths.
     workers : int, optional
         Number of worker processes on this machine, by default one per core if Dask is installed and
-        there are several files, else 1. Each processes one file at a time, on one thread. With 1,
-        files are processed in this process, on all cores: a file that crashes it or does not end
-        stops the batch, and the next call continues with the files after it.
+        there are several files, else 1. Each worker processes one file at a time, on one thread.
+        With 1, files are processed in this process, on all cores: a file that crashes the process
+        or never finishes stops the batch, and the next call continues with the other files.
     timeout : float, optional
         Maximum seconds for a file, by default unlimited. A file that takes longer is recorded as
         failed, and its worker restarts. Needs several workers or a scheduler.
@@ -284,7 +284,7 @@ def _todo(jobs: Sequence[BatchJob], manifest: Manifest, *, retry_failed: bool) -
 
 
 def _in_turn(jobs: Sequence[BatchJob], manifest: Manifest) -> Generator[tuple[BatchJob, Record]]:
-    """Run jobs in this process, first those during which no process ended."""
+    """Run jobs in this process; jobs during which a process ended come last."""
     for job in sorted(jobs, key=lambda job: manifest.n_begun(job.name)):
         if manifest.n_begun(job.name) >= MOST_ENDS:
             yield job, failed(job, "the process ended twice while it processed this file")
@@ -301,7 +301,7 @@ def _in_turn(jobs: Sequence[BatchJob], manifest: Manifest) -> Generator[tuple[Ba
 def _on_workers(
     jobs: Sequence[BatchJob], open_many: OpenClient, open_one: OpenClient, timeout: float | None
 ) -> Generator[tuple[BatchJob, Record]]:
-    """Run jobs that fit in the memory of a worker, then others, and repeats, one at a time."""
+    """Run jobs that fit in a worker's memory; then run larger jobs and repeats one at a time."""
     needs = {job.name: InputFile(job.path, job.name).memory for job in jobs}
     with open_many() as client:
         crew = Crew(client)

@@ -30,7 +30,7 @@ CONNECT_TIMEOUT = 10.0  # maximum seconds to connect to a scheduler
 
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 _ENVIRONMENT = {**dict.fromkeys(_THREADS, "1"), "PYTHONSAFEPATH": "1"}
-"""Workers here start no more threads, and import no modules from the current folder."""
+"""Variables of local workers: no additional threads, no imports from the current folder."""
 
 
 @dataclass
@@ -132,7 +132,7 @@ class Crew:
 
 
 def _record_of(future: Any, job: BatchJob) -> Record | None:
-    """Return the record of an ended job, None if its worker ended; TimeoutError if it was lost."""
+    """Return the record of a job, or None if its worker ended; raise TimeoutError if it is lost."""
     from distributed import KilledWorker
 
     if future.cancelled():
@@ -228,7 +228,7 @@ def _connected(distributed: Any, address: str) -> Any:
 
 
 def _check_workers(client: Any, folder: str) -> None:
-    """Raise a ConnectionError if a worker has no or another superfacets, or no such folder."""
+    """Raise a ConnectionError if a worker lacks the folder or this version of superfacets."""
     # Workers may lack this package, so they run functions of the standard library.
     versions = client.run(metadata.version, "superfacets", on_error="return")
     seen = client.run(os.path.isdir, folder)

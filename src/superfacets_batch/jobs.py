@@ -97,7 +97,7 @@ class Manifest:
     `records` maps the name of each input file to its last record. Damaged lines are ignored, for
     example an incomplete last line from a killed process; `notes` has a message for each other
     damaged line. Damaged and replaced lines are removed before the first `append`, and at the end
-    of the block if it raises nothing. Lines with ``begun`` count processes that began with a file.
+    of the block unless it fails. Lines with ``begun`` count processes that began with a file.
     """
 
     def __init__(self, path: Path) -> None:

@@ -175,7 +175,7 @@ OTHER_OPTIONS = {
     "--classes": "names of regions are given in Python: write_mesh(..., classes=...)",
     **dict.fromkeys(("--min-size", "--segMinVerts"), "merge small regions in Python instead"),
 }  # fmt: skip
-"""What to write instead of options of other tools."""
+"""Advice for options that other tools have."""
 
 
 def _text_of(error: click.UsageError) -> str:

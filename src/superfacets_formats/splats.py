@@ -71,7 +71,7 @@ def _table(columns: Mapping[str, Array], names: Sequence[str]) -> Floats:
 def unpacked(packed: Mapping[str, Any], limits: Mapping[str, Any]) -> Iterator[tuple[str, Array]]:
     """Yield the properties of packed splats, named and scaled as in PLY files without compression.
 
-    `packed` are the properties of the vertices, and `limits` those of the element chunk.
+    `packed` contains properties of the vertices, and `limits` properties of the element chunk.
     """
     names = [f"packed_{name}" for name in ("position", "rotation", "scale", "color")]
     words = [packed.get(name) for name in names]

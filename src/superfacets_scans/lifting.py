@@ -121,7 +121,7 @@ def lift(
     labels : Segmentation, or array_like of int, shape (N,) or (V,)
         Labels of the cells of K regions. Each label from 0 to K - 1 must occur; -1 marks cells in
         no region. For superpoints, labels of the vertices, which may have gaps: region i has the
-        i-th lowest label >= 0. If N = V, labels are those of cells.
+        i-th lowest label >= 0. If N = V, labels belong to cells.
     masks : iterable, one item per camera
         Masks of each image, in one of these forms:
 

@@ -40,7 +40,7 @@ Content = bytes | mmap.mmap
 
 
 def known_ending(path: StrPath, endings: Sequence[str]) -> str:
-    """Return the longest of `endings` with which a file name ends, to choose its format.
+    """Return the longest ending in `endings` that a file name has; it selects the format.
 
     Raises a MeshError if the file name has none of the endings. Letter case is ignored. An ending
     may contain several dots, for example ``.segs.json``.
