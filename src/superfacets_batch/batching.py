@@ -18,8 +18,8 @@ from .cluster import Crew, local_client, remote_client
 from .jobs import BatchJob, Manifest, Record, failed, hash_of, run_job
 
 MANIFEST = "manifest.jsonl"
-MEMORY_SHARE = 0.8  # of the memory per worker thread, for a file: estimates may be too low
-MOST_ENDS = 2  # a file is not processed again after so many processes ended with it
+MEMORY_SHARE = 0.8  # usable fraction of the memory per worker thread: estimates may be low
+MOST_ENDS = 2  # number of processes that may end while they process the same file
 START_CELLS = 2_000  # fixed time per file, as the number of cells processed in the same time
 
 OpenClient = Callable[[], contextlib.AbstractContextManager[Any]]
@@ -61,7 +61,7 @@ class BatchProgress:
     record : dict
         Record of the file, as in `BatchResult`.
     n_ended, n_files : int
-        Number of files processed so far, including failed files, of all that this call processes.
+        Numbers of files that this call has processed, including failures, and will process in all.
     n_cells, seconds, seconds_left : int, float, float
         Number of cells of the files segmented so far, the wall time since the start, and the
         remaining time, estimated from the sizes of the files.
@@ -162,7 +162,7 @@ def batch(
     Notes
     -----
     Files whose estimated memory exceeds 80% of the memory of a worker per thread, and files whose
-    worker ended, are processed last, one at a time. If it ends again, the file has failed.
+    worker ended, are processed last, one at a time. If a worker ends again, its file has failed.
 
     Examples
     --------

@@ -95,8 +95,8 @@ _NAME = "superfacets-work"  # name of the threads of `run_in_background`
 def run_in_background(work: Callable[[], T], *, is_shown: bool = True) -> T:
     """Run `work` in a thread, and return its result or raise its error.
 
-    A terminal shows meanwhile that the command works, if `is_shown`. A KeyboardInterrupt ends only
-    the waiting: the thread continues until the process ends. Therefore `work` must not write files.
+    If `is_shown`, a terminal shows progress meanwhile. A KeyboardInterrupt ends only the waiting:
+    the thread continues until the process ends. Therefore `work` must not write files.
     """
     import click  # importing it earlier would end the process differently on Ctrl-C
 

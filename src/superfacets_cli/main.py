@@ -142,7 +142,7 @@ def _is_input(text: str) -> bool:
 
 
 def _in_python(name: str) -> str | None:
-    """Return advice on the function that is called like a command or an option, or None."""
+    """Return advice on the Python function with the name of a command or an option, or None."""
     words = name.strip("-").replace("-", "_")
     found = [each for each in dir(sys.modules["superfacets"]) if f"{each}_".startswith(f"{words}_")]
     return f"in Python: superfacets.{found[0]}" if found else None

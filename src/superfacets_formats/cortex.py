@@ -31,7 +31,7 @@ _IDENTITY = [*("1", *[""] * 4) * 3, "1"]
 """Numbers of an identity matrix, without zeros at their ends."""
 
 STRUCTURE = "comment AnatomicalStructurePrimary "
-"""Begin of the comment that stores the anatomical structure of a surface."""
+"""Beginning of the comment that stores the anatomical structure of a surface."""
 
 _TYPES = {f"NIFTI_TYPE_{word.upper()}": code for word, code in NUMBER_TYPES.items()}
 

@@ -245,7 +245,7 @@ class _MshFile:
         return (values[np.cumsum(lines.counts) - lines.counts] if only_first else values).tobytes()
 
     def _numbers(self, name: str, sizes: Array, n_counts: int, kind: str, count: str) -> Array:
-        """Return the first number in each row of a section; `sizes` are how many others follow."""
+        """Return the first number in each row of a section; `sizes` counts the other numbers."""
         place, parts, n_found = self._sections[name][0], [np.empty(0)], 0
         begin = place.start if n_counts else self._data.index(b"\n", place.start) + 1
         only_first = self._is_text and name == "Elements" and not n_counts

@@ -133,7 +133,7 @@ def _add_dimension(las: Any, name: str, other: str, values: Array, frame: LasFra
 
 
 def _frame_of(cloud: PointCloud, given: LasFrame | None) -> LasFrame:
-    """Return settings that represent the points: `given`, adapted if needed, or new for None."""
+    """Return settings that represent the points: `given`, adapted if needed, or new settings."""
     low, high = cloud.bounds
     with np.errstate(divide="ignore"):  # steps are powers of ten, as is common in LAS
         scales = 10.0 ** np.maximum(np.ceil(np.log10((high - low) / _LAS_STEPS)), -6.0)

@@ -12,7 +12,7 @@ from superfacets import MeshError
 from superfacets.kit import Array, Bools, Floats
 
 _CHUNK = 256
-"""Number of splats whose numbers are relative to the same limits."""
+"""Number of splats whose values are relative to the same limits."""
 
 _COLOR = 0.5 / math.sqrt(math.pi)
 """Value of the spherical harmonic of degree 0. The color of a splat is 0.5 plus this value times

@@ -330,7 +330,7 @@ def _elect(votes: Votes, label_of: Ints, n_regions: int) -> tuple[Ints, Floats, 
 
 
 def _without_gaps(label_of: Ints, winners: Ints) -> tuple[Ints, Ints]:
-    """Renumber labels of masks and regions, ordered by lowest region; -1 without a region."""
+    """Renumber labels of masks and regions by their lowest regions; -1 for labels of no region."""
     kept, firsts = np.unique(winners, return_index=True)
     names = np.full(max(label_of.max(), winners.max()) + 2, -1, np.int32)  # names[-1] is -1
     order = kept[np.argsort(firsts)]

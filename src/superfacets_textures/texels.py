@@ -23,7 +23,7 @@ BLEED = 2
 interpolate at these borders, they also read texels outside of the charts."""
 
 
-@dataclass(frozen=True, eq=False, repr=False)  # it would print the arrays
+@dataclass(frozen=True, eq=False, repr=False)  # a generated repr would print the arrays
 class FaceTexels:
     """Result of `texture_colors`: the color of each face.
 

@@ -1,7 +1,7 @@
 """Table of file formats: functions that read and write each format, named by strings.
 
 Other packages add formats by entry points of the group ``superfacets.formats``. The name of an
-entry point is a role and an ending, for example ``read_faces.abc``; its value is a function:
+entry point is a role and an ending, for example ``read.abc``; its value is a function:
 
 - ``read``: takes an `Input`, and returns the result of `Input.mesh`, `Input.of_cells` or
   `Input.cloud`: cells and attributes of a mesh file, or of its points if it has no cells;

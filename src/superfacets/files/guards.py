@@ -138,8 +138,8 @@ def faces_of(corner_counts: Array, corners: Array) -> Array | Polygons:
 class BinaryReader:
     """Cursor that reads numbers and texts from bytes; sizes are checked before memory is used.
 
-    Readers of binary formats use it. `order` is the byte order, `begin` the first offset, and `at`
-    the next offset.
+    Readers of binary formats use this class. `order` is the byte order, `begin` the first offset,
+    and `at` the next offset.
     """
 
     def __init__(self, data: Content, order: Literal["<", ">"] = "<", begin: int = 0) -> None:

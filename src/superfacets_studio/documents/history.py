@@ -34,7 +34,7 @@ def last_stroke(changes: list[Change]) -> list[Change]:
 
 
 Recorder = Callable[[Line], object]
-"""Function that writes a step to the journal, `Document._write`. Replayed steps have none."""
+"""Function that writes a step to the journal, `Document._write`; not used to replay steps."""
 
 
 @dataclass

@@ -168,7 +168,7 @@ def _name_of(document: Document, what: str, format: str) -> str:
 
 
 def _stem_of(document: Document) -> str:
-    """Return the stem of export names; it differs between work files, so exports do not collide."""
+    """Return the stem of export names, which differs between work files to avoid collisions."""
     work, default = document.journal.path, work_file_of(document.path)
     usual = kit.FORMATS.stem_of(document.path)
     if work.resolve() == default.resolve():

@@ -55,7 +55,7 @@ _OTHER_BEGINS = {
     rb"ISO-10303-21": _CAD.format("STEP"),
     rb"%PDF": "the file is a PDF document, not a mesh",
 }
-"""Error messages for other content, keyed by a pattern that matches its begin."""
+"""Error messages for other content, keyed by a pattern of its first bytes."""
 
 _GZIP, _UTF_16 = b"\x1f\x8b", {b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be"}
 
