@@ -18,8 +18,8 @@ from .cluster import Crew, local_client, remote_client
 from .jobs import BatchJob, Manifest, Record, failed, hash_of, run_job
 
 MANIFEST = "manifest.jsonl"
-MEMORY_SHARE = 0.8  # of the memory per worker thread, for a file: estimates may be too low
-MOST_ENDS = 2  # a file is not processed again after so many processes ended with it
+MEMORY_SHARE = 0.8  # usable fraction of the memory per worker thread: estimates may be low
+MOST_ENDS = 2  # number of processes that may end while they process the same file
 START_CELLS = 2_000  # fixed time per file, as the number of cells processed in the same time
 
 OpenClient = Callable[[], contextlib.AbstractContextManager[Any]]
@@ -61,7 +61,7 @@ class BatchProgress:
     record : dict
         Record of the file, as in `BatchResult`.
     n_ended, n_files : int
-        Number of files processed so far, including failed files, of all that this call processes.
+        Numbers of files that this call has processed, including failures, and will process in all.
     n_cells, seconds, seconds_left : int, float, float
         Number of cells of the files segmented so far, the wall time since the start, and the
         remaining time, estimated from the sizes of the files.
@@ -110,9 +110,9 @@ def batch(
         the same version of the package, and access to all files at the same paths.
     workers : int, optional
         Number of worker processes on this machine, by default one per core if Dask is installed and
-        there are several files, else 1. Each processes one file at a time, on one thread. With 1,
-        files are processed in this process, on all cores: a file that crashes it or does not end
-        stops the batch, and the next call continues with the files after it.
+        there are several files, else 1. Each worker processes one file at a time, on one thread.
+        With 1, files are processed in this process, on all cores: a file that crashes the process
+        or never finishes stops the batch, and the next call continues with the other files.
     timeout : float, optional
         Maximum seconds for a file, by default unlimited. A file that takes longer is recorded as
         failed, and its worker restarts. Needs several workers or a scheduler.
@@ -162,7 +162,7 @@ def batch(
     Notes
     -----
     Files whose estimated memory exceeds 80% of the memory of a worker per thread, and files whose
-    worker ended, are processed last, one at a time. If it ends again, the file has failed.
+    worker ended, are processed last, one at a time. If a worker ends again, its file has failed.
 
     Examples
     --------
@@ -284,7 +284,7 @@ def _todo(jobs: Sequence[BatchJob], manifest: Manifest, *, retry_failed: bool) -
 
 
 def _in_turn(jobs: Sequence[BatchJob], manifest: Manifest) -> Generator[tuple[BatchJob, Record]]:
-    """Run jobs in this process, first those during which no process ended."""
+    """Run jobs in this process; jobs during which a process ended come last."""
     for job in sorted(jobs, key=lambda job: manifest.n_begun(job.name)):
         if manifest.n_begun(job.name) >= MOST_ENDS:
             yield job, failed(job, "the process ended twice while it processed this file")
@@ -301,7 +301,7 @@ def _in_turn(jobs: Sequence[BatchJob], manifest: Manifest) -> Generator[tuple[Ba
 def _on_workers(
     jobs: Sequence[BatchJob], open_many: OpenClient, open_one: OpenClient, timeout: float | None
 ) -> Generator[tuple[BatchJob, Record]]:
-    """Run jobs that fit in the memory of a worker, then others, and repeats, one at a time."""
+    """Run jobs that fit in a worker's memory; then run larger jobs and repeats one at a time."""
     needs = {job.name: InputFile(job.path, job.name).memory for job in jobs}
     with open_many() as client:
         crew = Crew(client)

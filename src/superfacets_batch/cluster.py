@@ -24,13 +24,13 @@ from superfacets.kit import import_extra, reason_of
 from .jobs import BatchJob, Record, failed, other_version, run_job
 
 PATIENCE = 60.0  # maximum seconds without a worker: a job scheduler may need longer to start one
-TICK = 1.0  # seconds between looks at the workers
+TICK = 1.0  # seconds between checks of the workers
 GATHER_TIMEOUT = 10.0  # maximum seconds to receive a record of a few kilobytes
 CONNECT_TIMEOUT = 10.0  # maximum seconds to connect to a scheduler
 
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 _ENVIRONMENT = {**dict.fromkeys(_THREADS, "1"), "PYTHONSAFEPATH": "1"}
-"""Workers here start no more threads, and import no modules from the current folder."""
+"""Variables of local workers: no additional threads, no imports from the current folder."""
 
 
 @dataclass
@@ -81,7 +81,7 @@ class Crew:
                             record = _record_of(future, started[future.key].job)
                         except TimeoutError:  # the record was lost: Dask repeats the job
                             future.add_done_callback(ended.put)
-                            self._looked = time.monotonic()  # this wait may be without workers
+                            self._looked = time.monotonic()  # there may be no workers meanwhile
                             self._look(0.0, {})
                             continue
                         if record is None:
@@ -97,7 +97,7 @@ class Crew:
                 self._client.cancel([one.future for one in started.values()])
 
     def _look(self, tick: float, started: Mapping[str, _Started]) -> None:
-        """Once per tick, count threads, and find workers of jobs; another worker is a new start."""
+        """Once per tick, count threads and find workers of jobs; a new worker restarts a job."""
         now = time.monotonic()
         if now < self._looked + tick:
             return
@@ -106,7 +106,7 @@ class Crew:
             working = self._client.processing() if started else {}
         except OSError:
             raise _scheduler_lost() from None
-        if self._count or now > self._looked + 5 * TICK:  # it waited for something else
+        if self._count or now > self._looked + 5 * TICK:  # the last check was long ago
             self._seen = now
         self._looked = now
         places = {key: place for place, keys in working.items() for key in keys}
@@ -132,7 +132,7 @@ class Crew:
 
 
 def _record_of(future: Any, job: BatchJob) -> Record | None:
-    """Return the record of an ended job, None if its worker ended; TimeoutError if it was lost."""
+    """Return the record of a job, or None if its worker ended; raise TimeoutError if it is lost."""
     from distributed import KilledWorker
 
     if future.cancelled():
@@ -191,7 +191,7 @@ async def _block_ctrl_c() -> None:
 
 @contextlib.contextmanager
 def _own_settings() -> Iterator[None]:
-    """Let workers start with `_ENVIRONMENT`, and without the script, which may lack a guard."""
+    """Start workers with `_ENVIRONMENT`, and without the script, which may lack a main guard."""
     main, environment = sys.modules["__main__"], os.environ.copy()
     sys.modules["__main__"] = types.ModuleType("__main__")
     os.environ.update(_ENVIRONMENT)
@@ -228,7 +228,7 @@ def _connected(distributed: Any, address: str) -> Any:
 
 
 def _check_workers(client: Any, folder: str) -> None:
-    """Raise a ConnectionError if a worker has no or another superfacets, or no such folder."""
+    """Raise a ConnectionError if a worker lacks the folder or this version of superfacets."""
     # Workers may lack this package, so they run functions of the standard library.
     versions = client.run(metadata.version, "superfacets", on_error="return")
     seen = client.run(os.path.isdir, folder)

@@ -44,7 +44,7 @@ class BatchJob:
 
 
 def other_version(worker: str, version: str, own: str) -> ConnectionError:
-    """Return the error that a worker has another version than this process."""
+    """Return the error for a worker whose version differs from the version of this process."""
     problem = f"has superfacets {version}, but this process has {own}"
     return ConnectionError(f"{worker} {problem}: install the same version on both")
 
@@ -97,7 +97,7 @@ class Manifest:
     `records` maps the name of each input file to its last record. Damaged lines are ignored, for
     example an incomplete last line from a killed process; `notes` has a message for each other
     damaged line. Damaged and replaced lines are removed before the first `append`, and at the end
-    of the block if it raises nothing. Lines with ``begun`` count processes that began with a file.
+    of the block unless it fails. Lines with ``begun`` count processes that began with a file.
     """
 
     def __init__(self, path: Path) -> None:
@@ -134,7 +134,7 @@ class Manifest:
         self._take(record)
 
     def count_begin(self, name: str, change: int = 1) -> None:
-        """Write to the disk that this process begins with a file; with -1, take this back."""
+        """Write to the disk that this process begins with a file; a `change` of -1 reverts this."""
         self._write({"name": name, "begun": self.n_begun(name) + change})
         self._begun[name] = self.n_begun(name) + change
         self._is_tidy = False

@@ -61,7 +61,7 @@ def info_command(inputs: tuple[str, ...], format: str | None, as_json: bool) -> 
 
 
 def _read(text: str, format: str | None) -> tuple[Any, dict[str, Any]]:
-    """Return the measures of a file, what it declares by what became of it, and its header."""
+    """Return the measures of a file, and its declared items (see `fates`) and header facts."""
     source = read_input(text, format)
     cells, attributes = source.cells_and_attributes(keep=True)
     measure: Any = cloud_info if kind_of(cells).are_points else mesh_info

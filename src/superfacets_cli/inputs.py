@@ -100,8 +100,8 @@ def ranked_labels_beside(
     """Read labels from the file `labels` or, if it is None, from the input `source`.
 
     Returns four values: labels 0 to K - 1 of cells; the label of each region in the file; labels 0
-    to K - 1 of what the file labels, cells or vertices; and the names of regions that are parts of
-    the input, else (). Raises a MeshError if there are no labels, or if all are -1.
+    to K - 1 of the cells or vertices that the file labels; and names of regions if they are parts
+    of the input, otherwise (). Raises a MeshError if there are no labels, or if all are -1.
     """
     titles: tuple[str, ...] = ()
     if labels is not None:

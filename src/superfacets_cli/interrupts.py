@@ -34,7 +34,7 @@ def end_at_signals() -> None:
 def hear_signals() -> None:
     """Make signals raise a KeyboardInterrupt after `end_at_signals`, so that files are cleaned up.
 
-    Only the first SIGTERM or SIGHUP does: `timeout` sends two, the second during the clean-up.
+    Only the first SIGTERM or SIGHUP raises: `timeout` sends a second one during the clean-up.
     """
     for number in (signal.SIGINT, *_ENDING):
         if signal.getsignal(number) is _end:
@@ -95,8 +95,8 @@ _NAME = "superfacets-work"  # name of the threads of `run_in_background`
 def run_in_background(work: Callable[[], T], *, is_shown: bool = True) -> T:
     """Run `work` in a thread, and return its result or raise its error.
 
-    A terminal shows meanwhile that the command works, if `is_shown`. A KeyboardInterrupt ends only
-    the waiting: the thread continues until the process ends. Therefore `work` must not write files.
+    If `is_shown`, a terminal shows progress meanwhile. A KeyboardInterrupt ends only the waiting:
+    the thread continues until the process ends. Therefore `work` must not write files.
     """
     import click  # importing it earlier would end the process differently on Ctrl-C
 
@@ -117,7 +117,7 @@ def run_in_background(work: Callable[[], T], *, is_shown: bool = True) -> T:
     thread.start()
     with Progress() if is_shown else contextlib.nullcontext():
         while thread.is_alive():
-            thread.join(0.1)  # without a timeout, Windows hears no Ctrl-C
+            thread.join(0.1)  # without a timeout, Windows blocks Ctrl-C
     if errors:
         raise errors.pop()
     return results.pop()

@@ -142,7 +142,7 @@ def _is_input(text: str) -> bool:
 
 
 def _in_python(name: str) -> str | None:
-    """Return advice on the function that is called like a command or an option, or None."""
+    """Return advice on the Python function with the name of a command or an option, or None."""
     words = name.strip("-").replace("-", "_")
     found = [each for each in dir(sys.modules["superfacets"]) if f"{each}_".startswith(f"{words}_")]
     return f"in Python: superfacets.{found[0]}" if found else None
@@ -175,7 +175,7 @@ OTHER_OPTIONS = {
     "--classes": "names of regions are given in Python: write_mesh(..., classes=...)",
     **dict.fromkeys(("--min-size", "--segMinVerts"), "merge small regions in Python instead"),
 }  # fmt: skip
-"""What to write instead of options of other tools."""
+"""Advice for options that other tools have."""
 
 
 def _text_of(error: click.UsageError) -> str:

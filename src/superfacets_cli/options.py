@@ -202,7 +202,7 @@ ascii_option = option("--ascii", FLAG, "Write .ply, .pcd, .stl, .vtp, .vtu and .
 
 
 def quiet_option(about: str = "Print only errors.") -> Decorator:
-    """Add the option ``--quiet``, which `failures.is_quiet` returns."""
+    """Add the option ``--quiet``, which `failures.is_quiet` reads."""
     return option("-q --quiet is_quiet", FLAG, about, expose_value=False,
                   callback=lambda ctx, _, value: ctx.meta.update({QUIET: value}))  # fmt: skip
 

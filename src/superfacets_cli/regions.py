@@ -130,7 +130,7 @@ def _pooled_columns(
 
 
 def _values_of(name: str, file: str, data: kit.CellData, at_vertices: bool) -> kit.Floats:
-    """Return `CellData.values` of property `name`; the MeshError for missing ones lists all."""
+    """Return `CellData.values` of property `name`; if it is missing, the MeshError lists all."""
     values = data.values(name, at_vertices=at_vertices)
     if values is None:
         kept = data.attributes

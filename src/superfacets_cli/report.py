@@ -81,7 +81,7 @@ def notes_on_written(
     labels: Ints | None, attributes: MeshAttributes | None, endings: Collection[str],
     written: Written,
 ) -> list[str]:  # fmt: skip
-    """Return notes on data that outputs with these file endings do not store, or store otherwise.
+    """Return notes on data that outputs with these endings do not store, or store in another form.
 
     `written` is the result of `OutputFiles.write`.
     """

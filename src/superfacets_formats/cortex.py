@@ -31,7 +31,7 @@ _IDENTITY = [*("1", *[""] * 4) * 3, "1"]
 """Numbers of an identity matrix, without zeros at their ends."""
 
 STRUCTURE = "comment AnatomicalStructurePrimary "
-"""Begin of the comment that stores the anatomical structure of a surface."""
+"""Beginning of the comment that stores the anatomical structure of a surface."""
 
 _TYPES = {f"NIFTI_TYPE_{word.upper()}": code for word, code in NUMBER_TYPES.items()}
 
@@ -158,7 +158,7 @@ def read_surface(source: Input) -> Read:
     if not is_surface(data):
         raise MeshError("not a FreeSurfer surface of triangles: the magic number is missing")
     reader = BinaryReader(data, ">", 3)
-    for _ in range(2):  # when and by whom the file was created, and an empty line
+    for _ in range(2):  # a line with creator and date, and an empty line
         reader.text(b"\n")
     n_vertices, n_faces = reader.take("2i")
     vertices = reader.numbers(3 * n_vertices, "f4").reshape(-1, 3)
@@ -178,7 +178,7 @@ def curve_values(data: Content) -> Array:
     if data[:3] != _CURVE:
         raise MeshError("not a FreeSurfer file of values: the magic number is missing")
     reader = BinaryReader(data, ">", 3)
-    n_vertices, _, n_numbers = reader.take("3i")  # the second number is that of the faces
+    n_vertices, _, n_numbers = reader.take("3i")  # the second number is the face count
     if n_numbers != 1:
         raise MeshError(f"expected one number per vertex, got {n_numbers}")
     return reader.numbers(n_vertices, "f4")
@@ -197,7 +197,7 @@ def listed_vertices(data: Content) -> Array:
 def label_names(path: kit.StrPath) -> dict[int, str]:
     """Return the names in the table of a ``.label.gii`` or ``.annot`` file, keyed by label.
 
-    Labels are those of `read_labels`; -1 is no area. Raises a MeshError if the file is damaged.
+    Labels are as in `read_labels`; -1 means no area. Raises a MeshError if the file is damaged.
     """
     path = Path(path)
     ending, data = kit.known_ending(path, kit.FORMATS.key_labels), kit.read_content(path)

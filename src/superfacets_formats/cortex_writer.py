@@ -97,7 +97,7 @@ def _write_annot(
 
 
 def _distinct(colors: Bytes) -> Iterator[tuple[int, ...]]:
-    """Yield each color. If it is black, `_UNKNOWN` or already in use, its low bits are changed."""
+    """Yield each color, with changed low bits if it is black, `_UNKNOWN` or already in use."""
     taken, tried = {_UNKNOWN, (0, 0, 0)}, dict[tuple[int, ...], int]()
     for color in map(tuple, colors.tolist()):
         changed = color

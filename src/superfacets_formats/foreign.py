@@ -1,8 +1,8 @@
 """Read files with VTK and meshio; these functions run in a process of their own.
 
-They return the fields of `Grid` as named arrays: ``point NAME`` and ``cell NAME`` are data of
-vertices and cells, or the reason why they cannot be read, ``names NAME`` are names of values, and
-``field NAME`` is the reason why other data are left out.
+The functions return the fields of `Grid` as named arrays: ``point NAME`` and ``cell NAME`` are data
+of vertices and cells, or the reason why the data cannot be read, ``names NAME`` are names of
+values, and ``field NAME`` is the reason why other data are left out.
 """
 
 from __future__ import annotations
@@ -38,10 +38,10 @@ _BEGIN = re.compile(rb"\s*\$(\S+)[ \t\r]*\n")
 """Matches the first line of a section of an MSH file."""
 
 _MESH = {"MeshFormat": 1, "PhysicalNames": 0, "Entities": 0, "Nodes": 1, "Elements": 1}
-"""How often an MSH file has the sections that meshio reads at least, each after those it needs."""
+"""Sections that meshio reads, in the required order, and the minimum number of each."""
 
 _MAX_NAMED = 10_000
-"""Largest value of a property of which the values have names."""
+"""Largest value of a property whose values have names."""
 
 
 def read_with_vtk(data: bytes, ending: str) -> Found:
@@ -237,7 +237,7 @@ class _MshFile:
         }
 
     def _content(self, begin: int, end: int, *, only_first: bool = False) -> bytes:
-        """Return numbers as bytes; those of a text are float64, of each line all or the first."""
+        """Return numbers as bytes; numbers of a text are float64, all or the first of each line."""
         if not self._is_text:
             return self._data[begin:end]
         lines = Lines.of(self._data, begin=begin, end=end)
@@ -245,7 +245,7 @@ class _MshFile:
         return (values[np.cumsum(lines.counts) - lines.counts] if only_first else values).tobytes()
 
     def _numbers(self, name: str, sizes: Array, n_counts: int, kind: str, count: str) -> Array:
-        """Return the first number in each row of a section; `sizes` are how many others follow."""
+        """Return the first number in each row of a section; `sizes` counts the other numbers."""
         place, parts, n_found = self._sections[name][0], [np.empty(0)], 0
         begin = place.start if n_counts else self._data.index(b"\n", place.start) + 1
         only_first = self._is_text and name == "Elements" and not n_counts
@@ -256,7 +256,7 @@ class _MshFile:
             return reader.numbers(n, "f8" if self._is_text else kind)
 
         take(n_counts, count)
-        while len(content) - reader.at > 2:  # one block after the other, of which some are empty
+        while len(content) - reader.at > 2:  # one block per round; blocks may be empty
             n, width = max(len(sizes), 1), int(widths[n_found])
             if n_counts:
                 _, n = take(3, "i4"), int(take(1, count)[0])

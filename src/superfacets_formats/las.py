@@ -33,7 +33,7 @@ EXTRA_BYTES = (b"LASF_Spec", 4)
 _LASZIP = (b"laszip encoded", 22204)
 
 _WAVES = ("wavepacket_", "return_point_wave", "x_t", "y_t", "z_t")
-"""Begins of the names of fields that refer to wave packets, which are not read."""
+"""Prefixes of the names of fields that refer to wave packets, which are not read."""
 
 
 class _Header(NamedTuple):
@@ -139,7 +139,7 @@ def _records(
     data: Content, part: tuple[int, int], n_records: int,
     found: dict[tuple[bytes, int], bytes] | None = None, *, is_extended: bool = False,
 ) -> dict[tuple[bytes, int], bytes]:  # fmt: skip
-    """Return the variable length records in a part of the file, with those `found`.
+    """Return `found` and the variable length records in a part of the file.
 
     Descriptions of extra dimensions are concatenated; of other records, the first counts.
     """

@@ -23,8 +23,8 @@ _CITATIONS, _CODES, _USER_DEFINED = (3073, 1026, 2049), (3072, 2048), 32767
 """GeoTIFF keys of names and of EPSG codes, and the code of a system that EPSG does not define."""
 
 ORIGIN = ((4, 6), (8, 24), (26, 58), (90, 94))
-"""Begins and ends, in the header of a LAS file, of its source id (for example the number of the
-flight line), GUID, system identifier, and day and year of creation."""
+"""Byte ranges in the header of a LAS file: source id (for example the number of the flight line),
+GUID, system identifier, and day and year of creation."""
 
 DIMENSION = 192
 """Size in bytes of the description of an extra dimension in a LAS file."""
@@ -58,7 +58,7 @@ class LasDimension(NamedTuple):
         return values
 
     def encoded(self, values: Array) -> Array | None:
-        """Return the numbers to store; None if the shape is wrong or decoding them gives others."""
+        """Return the numbers to store; None if the shape is wrong or decoding changes values."""
         if values.shape[1:] != ((self.n_numbers,) if self.n_numbers > 1 else ()):
             return None
         dtype = np.dtype(self.kind)
@@ -100,7 +100,7 @@ class LasFrame(NamedTuple):
 
     @property
     def facts(self) -> dict[str, str | int]:
-        """What `superfacets info` shows."""
+        """Facts that `superfacets info` shows."""
         return {
             "LAS_version": f"1.{self.minor}",
             "point_format": self.point_format,
@@ -142,7 +142,7 @@ class LasFrame(NamedTuple):
 
     @property
     def _keys(self) -> dict[int, tuple[int, int, int]]:
-        """GeoTIFF keys: record with the value (0: none), its length, and its offset or value."""
+        """GeoTIFF keys: record with the value (0: no record), length, and offset or value."""
         content = dict(self.projection).get(_GEOTIFF, b"")
         rows = struct.iter_unpack("<4H", content[8 : len(content) // 8 * 8])
         return {key: (at, n, value) for key, at, n, value in rows}

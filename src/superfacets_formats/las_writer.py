@@ -80,7 +80,7 @@ def write_las(file: IO[bytes], content: Output) -> None:
 
 
 def _add_columns(las: Any, stored: dict[str, Array], content: Output, frame: LasFrame) -> None:
-    """Store each array in the field of its name, or in a new dimension if the field rounds it."""
+    """Store each array in the field of its name, or in a new dimension if it would be rounded."""
     fields = {field.name: field for field in las.point_format.standard_dimensions}
     for name, values in stored.items():
         if name in fields and _fits(values, fields[name]):
@@ -110,8 +110,8 @@ def _fits(values: Array, field: Any) -> bool:
 def _add_dimension(las: Any, name: str, other: str, values: Array, frame: LasFrame | None) -> bool:
     """Add a property as an extra dimension named `other`, and return whether this is possible.
 
-    Name and type are those of the dimension of this property in `frame` if its type can represent
-    all values; otherwise the type is that of the array. A dimension has 1 to 3 numbers per point.
+    Name and type come from the dimension of this property in `frame` if its type can represent all
+    values; otherwise the array determines the type. A dimension has 1 to 3 numbers per point.
     """
     n = 1 if values.ndim == 1 else values.shape[1]
     if not 1 <= n <= 3:
@@ -133,7 +133,7 @@ def _add_dimension(las: Any, name: str, other: str, values: Array, frame: LasFra
 
 
 def _frame_of(cloud: PointCloud, given: LasFrame | None) -> LasFrame:
-    """Return settings that represent the points: `given`, adapted if needed, or new for None."""
+    """Return settings that represent the points: `given`, adapted if needed, or new settings."""
     low, high = cloud.bounds
     with np.errstate(divide="ignore"):  # steps are powers of ten, as is common in LAS
         scales = 10.0 ** np.maximum(np.ceil(np.log10((high - low) / _LAS_STEPS)), -6.0)

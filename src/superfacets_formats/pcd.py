@@ -36,7 +36,7 @@ _MAX_COMPRESSED = 100
 """Upper bound of the compression ratio. LZF compresses at most 264 bytes to 3 bytes."""
 
 _MAX_NUMBERS = 10_000
-"""Maximum number of numbers per point. The largest known descriptors have 2,000."""
+"""Maximum number of values per point. The largest known descriptors have 2,000."""
 
 ROWS_AT_ONCE = 1 << 14
 """Number of records that are written at a time."""

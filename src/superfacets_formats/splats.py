@@ -12,7 +12,7 @@ from superfacets import MeshError
 from superfacets.kit import Array, Bools, Floats
 
 _CHUNK = 256
-"""Number of splats whose numbers are relative to the same limits."""
+"""Number of splats whose values are relative to the same limits."""
 
 _COLOR = 0.5 / math.sqrt(math.pi)
 """Value of the spherical harmonic of degree 0. The color of a splat is 0.5 plus this value times
@@ -71,7 +71,7 @@ def _table(columns: Mapping[str, Array], names: Sequence[str]) -> Floats:
 def unpacked(packed: Mapping[str, Any], limits: Mapping[str, Any]) -> Iterator[tuple[str, Array]]:
     """Yield the properties of packed splats, named and scaled as in PLY files without compression.
 
-    `packed` are the properties of the vertices, and `limits` those of the element chunk.
+    `packed` contains properties of the vertices, and `limits` properties of the element chunk.
     """
     names = [f"packed_{name}" for name in ("position", "rotation", "scale", "color")]
     words = [packed.get(name) for name in names]

@@ -80,10 +80,10 @@ def build_tet_graph(
 ) -> TetGraph:
     """Return the graph of a tetrahedral mesh, with arcs between tetrahedra that share a triangle.
 
-    Tetrahedra that share a triangle are neighbors, but not all pairs if more than 64 share it, as
-    in `build_face_graph`. A tetrahedron and its duplicate share four triangles, so they are joined
-    by four arcs in each direction. Triangles with a repeated vertex are ignored. Time and memory
-    are linear in the number of tetrahedra and arcs.
+    Tetrahedra that share a triangle are neighbors. If more than 64 share a triangle, only some
+    pairs are neighbors, as in `build_face_graph`. A tetrahedron and its duplicate share four
+    triangles, so they are joined by four arcs in each direction. Triangles with a repeated vertex
+    are ignored. Time and memory are linear in the number of tetrahedra and arcs.
 
     Parameters
     ----------

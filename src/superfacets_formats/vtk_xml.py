@@ -305,7 +305,7 @@ def parsed_xml(text: bytes, tag: str) -> Element:
 
 
 def parsed_numbers(text: bytes, stored: np.dtype[Any]) -> Array:
-    """Parse all numbers in a text, as the type `stored` unless it cannot store an integer."""
+    """Parse all numbers in a text as type `stored`, unless this type cannot store an integer."""
     lines = Lines.of(text)
     if stored.kind != "f":
         found = kit.as_integers(lines.parse_integers_or_floats(), "values")

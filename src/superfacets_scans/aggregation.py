@@ -85,7 +85,7 @@ def group_segments(
     objects : array_like of int, shape (K,)
         Object of each of the K segments, in ascending order of their ids, or -1 for no object.
         Numbers may have gaps. An example is ``lift(...).region_labels``. In files written by this
-        package, a vertex without a face is a segment of its own, and has the highest ids.
+        package, each vertex without a face is a segment, with one of the highest ids.
     classes, scores, force
         Same as in `write_mesh`, with one class and one score per object, in ascending order.
 
@@ -142,8 +142,8 @@ def regroup_segments(
     """Write an ``.aggregation.json`` file with the same objects, but with new segments.
 
     Each new segment is assigned to the object that contains the largest number of its vertices, or
-    to no object if even more of its vertices are in no object. Where a new segment crosses the
-    border of an object, the border moves to the border of the segment.
+    to no object if more of its vertices are in no object. Where a new segment crosses the border of
+    an object, the border moves to the border of the segment.
 
     Parameters
     ----------

@@ -113,7 +113,7 @@ def _pose_of(numbers: list[float]) -> Floats:
     """Return the matrix from camera to world, (4, 4)."""
     pose, to_camera = np.eye(4), rotation_of(numbers[:4])
     if to_camera is None or not np.isfinite(numbers).all():
-        raise MeshError(f"a pose must be a quaternion and a translation, got {numbers}")
+        raise MeshError(f"a pose must be finite, with a quaternion other than 0, got {numbers}")
     pose[:3, :3] = to_camera.T
     with np.errstate(over="ignore"):  # `PinholeCamera` refuses infinite poses
         pose[:3, 3] = -(to_camera * np.array(numbers[4:])[:, np.newaxis]).sum(axis=0)

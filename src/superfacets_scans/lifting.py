@@ -121,7 +121,7 @@ def lift(
     labels : Segmentation, or array_like of int, shape (N,) or (V,)
         Labels of the cells of K regions. Each label from 0 to K - 1 must occur; -1 marks cells in
         no region. For superpoints, labels of the vertices, which may have gaps: region i has the
-        i-th lowest label >= 0. If N = V, labels are those of cells.
+        i-th lowest label >= 0. If N = V, labels belong to cells.
     masks : iterable, one item per camera
         Masks of each image, in one of these forms:
 
@@ -330,7 +330,7 @@ def _elect(votes: Votes, label_of: Ints, n_regions: int) -> tuple[Ints, Floats, 
 
 
 def _without_gaps(label_of: Ints, winners: Ints) -> tuple[Ints, Ints]:
-    """Renumber labels of masks and regions, ordered by lowest region; -1 without a region."""
+    """Renumber labels of masks and regions by their lowest regions; -1 for labels of no region."""
     kept, firsts = np.unique(winners, return_index=True)
     names = np.full(max(label_of.max(), winners.max()) + 2, -1, np.int32)  # names[-1] is -1
     order = kept[np.argsort(firsts)]

@@ -168,7 +168,7 @@ def _votes_of(ids: Array, regions: Ints, areas: Floats) -> _ImageVotes:
 
 
 def _check_images(images: list[_ImageVotes], cameras: list[PinholeCamera]) -> None:
-    """Warn about images without visible region or mask; raise a MeshError if all are such."""
+    """Warn about images without visible region or mask; raise a MeshError if no image has both."""
     titles = [_title(i, camera) for i, camera in enumerate(cameras)]
     blind = [title for title, image in zip(titles, images, strict=True) if not image.n_seen]
     empty = [title for title, image in zip(titles, images, strict=True) if not len(image.ids)]

@@ -268,7 +268,7 @@ def _is_tensor(values: Any) -> bool:
 
 
 def _like(labels: npt.NDArray[np.integer[Any]], indices: Any) -> Any:
-    """Return labels renumbered without gaps, as a tensor if `indices` is one, else as an array."""
+    """Return labels renumbered without gaps, as an array, or as a tensor if `indices` is one."""
     ids = ranked_labels(labels)[0].astype(np.int64)
     return indices.new_tensor(ids).long() if _is_tensor(indices) else ids
 

@@ -136,7 +136,7 @@ def _places(
 def _clearances(regions: Ints) -> Longs:
     """Return the number of pixels from each pixel to the end of its region, >= 1.
 
-    The number is the minimum over the directions left, right, up and down. It counts the pixel.
+    The number is the minimum over the directions left, right, up and down, and includes the pixel.
     """
     room = np.full(regions.shape, max(regions.shape), dtype=np.int64)
     for turns in range(4):
@@ -174,7 +174,7 @@ def _fitting_font(text: str, size: float, width: float) -> Any:
 
 
 def _ticks(low: float, high: float) -> list[float]:
-    """Return the round numbers from low to high, at which the scale has ticks.
+    """Return the ticks of the scale: round numbers from low to high.
 
     If the difference of low and high is below `_TINY` or overflows, only low and high are returned.
     """

@@ -263,7 +263,7 @@ def _choices() -> Bytes:
 def _distances() -> Floats:
     """Return the distance between all pairs of colors of `_choices`, (C, C).
 
-    It is that of `color_distances` or, if it is smaller, the distance for normal vision with half
+    The distance is the smaller of `color_distances`, and the distance for normal vision with half
     of the difference in lightness, because shading changes the lightness.
     """
     places = oklab(_choices()) * (0.5, 1.0, 1.0)

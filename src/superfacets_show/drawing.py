@@ -94,7 +94,7 @@ def draw(
     `frame` is (width, height), and `line_width` is the width of borders in pixels; with 0, no
     borders are drawn. All cameras must have the same field of view. If `has_numbers` is True, the
     label of each visible region is written on it. If `hides_backs` is True, triangles seen from
-    behind are hidden, and borders between two such triangles.
+    behind are hidden, and so are borders between two such triangles.
     """
     vtk = import_vtk()
     width, height = frame
@@ -272,8 +272,8 @@ def _shoot_regions(
     """Return the region visible in each pixel, (height, width), or -1 for no region.
 
     `regions` contains the region of each triangle, or -1. The surface is drawn without light, and
-    the color of a region is its index + 1 in base 256. Then triangles get their `colors` back.
-    Border lines must be hidden, as in the image of ambient occlusion.
+    the color of a region is its index + 1 in base 256. Afterwards, triangles have their `colors`
+    again. Border lines must be hidden, as in the image of ambient occlusion.
     """
     codes = ((regions[:, np.newaxis] + 1) >> np.array([0, 8, 16])).astype(np.uint8)
     faces, look = stage.surface.GetMapper().GetInput(), stage.surface.GetProperty()

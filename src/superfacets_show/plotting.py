@@ -201,10 +201,10 @@ def plot(
         part. The label -1 is not written. Labels do not overlap: if there is no room, labels of
         small regions are left out.
     see_inside : bool, default False
-        Whether surfaces seen from behind are hidden, with the borders on them, so that the inside
-        of a room that was scanned from inside is visible. The corners of a face are
-        counterclockwise as seen from its front. Of a cloud, points whose normals face away are
-        hidden; a cloud must have normals, or viewpoints, which estimated normals face.
+        Whether surfaces seen from behind are hidden, with their borders. This shows the inside of a
+        room that was scanned from inside. The corners of a face are counterclockwise as seen from
+        its front. Points of a cloud are hidden if their normals face away; the cloud must have
+        normals or viewpoints, which orient estimated normals.
 
     Returns
     -------

@@ -23,7 +23,7 @@ _WEBP, _BASIS = "EXT_texture_webp", "KHR_texture_basisu"
 
 
 def read_texture(scene: GltfScene, folder: Path | None) -> tuple[Texture | None, list[str]]:
-    """Return the texture of a scene and what is left out, or raise a MeshError if it is damaged."""
+    """Return the texture of a scene, and the left-out items; raise a MeshError if it is damaged."""
     reader = _Reader(scene, folder)
     return reader.texture(), reader.left_out
 

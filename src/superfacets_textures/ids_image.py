@@ -16,15 +16,15 @@ from .textures import Material, Texture
 from .writing import write_beside
 
 PLAIN_SIZE = (2048, 2048)
-"""Width and height of an id image if the texture has no color image, or if it cannot be read."""
+"""Width and height of an id image if the texture has no color image that can be read."""
 
 
 def write_ids(file: IO[bytes], content: Output) -> None:
     """Write an image with the region id of each texel, and a table of ids in the same folder.
 
     The id of a region is its label + 1, encoded as red + 256 green + 65,536 blue; 0 means no
-    region. There is an image for each image of the texture, but only the first, and no table, in a
-    stream.
+    region. There is one id image per image of the texture. A stream gets only the first id image,
+    and no table.
     """
     texture, labels = content.texture, content.labels
     if texture is None or labels is None:

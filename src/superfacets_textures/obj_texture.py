@@ -31,7 +31,7 @@ class _Found:
 
 
 def read_texture(data: Content, folder: Path | None) -> tuple[Texture | None, list[str]]:
-    """Return the texture of an OBJ file without continued lines, and what is left out of it."""
+    """Return the texture of an OBJ file without continued lines, and the left-out items."""
     found = _Found()
     for lines in Lines.blocks(data, comment=b"#"):
         kinds = lines.keywords(KEYWORDS)

@@ -23,7 +23,7 @@ BLEED = 2
 interpolate at these borders, they also read texels outside of the charts."""
 
 
-@dataclass(frozen=True, eq=False, repr=False)  # it would print the arrays
+@dataclass(frozen=True, eq=False, repr=False)  # a generated repr would print the arrays
 class FaceTexels:
     """Result of `texture_colors`: the color of each face.
 
@@ -169,7 +169,7 @@ def _uv_areas(texture: Texture, triangles: Array) -> Floats:
 def _means_by_face(
     means: Floats, spreads: Floats, areas: Floats, faces: Ints, n_faces: int
 ) -> tuple[Floats, Floats, Bools]:
-    """Average means and deviations of triangles per face; return also which faces have any."""
+    """Average means and deviations of triangles per face; return also whether a face has any."""
     if len(faces) == n_faces and np.array_equal(faces, np.arange(n_faces)):
         return means, spreads, np.ones(n_faces, np.bool_)
     totals = np.bincount(faces, areas, n_faces)

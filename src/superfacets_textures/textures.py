@@ -33,7 +33,7 @@ class MaterialSource:
 
 
 def with_textures(value: Any, convert: Callable[[str, dict[str, Any]], Any]) -> Any:
-    """Copy a glTF material with the results of ``convert(key, texture)``; None removes one."""
+    """Copy a glTF material; ``convert(key, texture)`` replaces textures, or removes (None) them."""
     if isinstance(value, list):
         return [with_textures(each, convert) for each in value]
     if not isinstance(value, dict):

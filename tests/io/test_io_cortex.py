@@ -177,7 +177,7 @@ def test_annotations_of_others_are_read(tmp_path):
      "must have 3 numbers"),
     ("a.label.gii", lambda data: data, "the GIFTI file has no labels of vertices"),
     ("a.label", lambda _: b"2\n1 0 0 0 0", "expected the number of listed vertices, 1, before"),
-    ("a.label", lambda _: b"1\n1 0 0 0 0", "pass the number of all as n_faces"),
+    ("a.label", lambda _: b"1\n1 0 0 0 0", "pass the number of vertices as n_faces"),
     ("9.label", lambda _: b"1\n9 0 0 0 0", "listed vertices[0] must be 0 to 8, got 9"),
 ])  # fmt: skip
 def test_what_is_wrong_with_a_gifti_file_is_said(tmp_path, name, change, message):

@@ -213,7 +213,7 @@ export class Camera {
     return this.closeness * Math.max(12 * radius, 0.3 * this.size);
   }
 
-  /** Choose a wide or the usual view. What is at the target keeps its size on the screen. */
+  /** Choose a wide or the usual view. Objects at the target keep their size on the screen. */
   widen(isWide: boolean): void {
     this.flight = null;
     const height = this.distance * this.slope;

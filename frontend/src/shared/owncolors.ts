@@ -1,4 +1,4 @@
-// Own colors of a mesh or cloud: its texture or, without a texture, the colors of its vertices, points or cells.
+// The own colors of a mesh or cloud: its texture or, without a texture, the colors of its vertices, points or cells.
 
 import type { Arrays } from "./arrays";
 import { type Gpu, opaque, Table, type Values } from "./gl";
@@ -19,8 +19,8 @@ vec3 ownColor() {
 `;
 
 /**
- * Function `tinted()`: a color with the hue of `color`, and with its chroma as far as sRGB has it at the new lightness,
- * which is between both colors. With part 1, it is the own color. Computed in OKLab (Ottosson, 2020) with gamma 2.2.
+ * Function `tinted()`: a color with the hue of `color` and with its chroma, limited to sRGB at the new lightness, which
+ * is between both colors. With part 1, the result is the own color. Computed in OKLab (Ottosson, 2020) with gamma 2.2.
  */
 export const TINTED = `
 const mat3 LMS = mat3(0.4122, 0.2119, 0.0883, 0.5363, 0.6807, 0.2817, 0.0514, 0.1074, 0.6300);
@@ -115,7 +115,7 @@ export class Blend {
     this.set(hasColors ? opacity : 0);
   }
 
-  /** Make own colors fully opaque, or hide them if they already are. Returns false if there are no own colors. */
+  /** Make the mesh's own colors opaque, or hide opaque colors. Returns false if the mesh has no own colors. */
   toggle(): boolean {
     if (!this.row.hidden) this.set(this.opacity === 1 ? 0 : 1);
     return !this.row.hidden;

@@ -24,7 +24,7 @@ export interface Sphere {
   radius: number;
 }
 
-/** The mean of points, and their largest distance from it; null without points. */
+/** The mean of points, and the largest distance of a point from the mean; null without points. */
 export function sphereOf(points: readonly Vector[]): Sphere | null {
   if (!points.length) return null;
   const middle = scaled(points.reduce((sum, point) => plus(sum, point)), 1 / points.length);

@@ -124,7 +124,7 @@ export class Workbench {
     return new Set([...this.session.paints.countOf].filter(([, n]) => n > 0).map(([paint]) => classOf(paint)));
   }
 
-  /** All classes: those chosen in this file, the last one first, then those of labeled cells, and then the others. */
+  /** All classes: those chosen in this file, from last to first, then classes of labeled cells, then all others. */
   get classesByUse(): ClassEntry[] {
     const { classes } = this.session.state;
     const first = [...[...this.lastObjects.keys()].reverse(), ...this.labeledClasses];
@@ -288,7 +288,7 @@ export class Workbench {
     this.select(list, true);
   }
 
-  /** Go to the next region (`step` is 1) or the previous one that is not hidden; at first, to the nearest one. */
+  /** Go to the next (`step` is 1) or previous region that is not hidden; the first call goes to the nearest region. */
   moveCursor(step: 1 | -1): void {
     const { order } = this;
     const isShown = (region: number): boolean => !this.isRegionHidden(region);
@@ -405,7 +405,7 @@ export class Workbench {
     return (region) => counts[region] >= IN_SIGHT * cells.length;
   }
 
-  /** Of some regions, the one nearest to the target of the camera. Regions in sight come first; cells inside a body are far away. */
+  /** The candidate nearest to the target of the camera. Regions in sight come first; cells inside a body are far away. */
   private nearestOf(candidates: readonly number[]): number {
     const { drawing: { camera: { target } }, session: { mesh, regions } } = this;
     const seen = candidates.filter(this.isInSight);
@@ -422,8 +422,8 @@ export class Workbench {
   }
 
   /**
-   * Go to the nearest region (see `nearestOf`) that is mostly unlabeled and has an unlabeled cell that is not hidden. If
-   * an earlier call chose the current region, all others come before those chosen already. The current region comes last.
+   * Go to the nearest region (see `nearestOf`) that is mostly unlabeled and has an unlabeled cell that is not hidden.
+   * If an earlier call chose the current region, regions not chosen yet come first, and the current region comes last.
    */
   showNextBare(): void {
     const { regions, paints } = this.session;

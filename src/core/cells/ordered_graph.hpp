@@ -72,7 +72,7 @@ struct PlacedCells {
  private:
   void sort(ThreadTeam& team);
 
-  Buffer<Point> own_positions_;  // memory of `positions`, unless they are those of the caller
+  Buffer<Point> own_positions_;  // memory of `positions`, unless the caller owns it
   Buffer<double> own_measures_;  // memory of `measures`, likewise
 };
 

@@ -66,7 +66,7 @@ inline float with_cost(float length, double factor, double cost) {
 
 // Adds factor |psi_i - psi_j| to the length of each arc, where i and j are the groups of the arc's
 // two cells. The result is rounded to a whole number. If an arc and its reverse arc have the same
-// length, they get the same result.
+// length, their results are equal, too.
 Buffer<float> add_part_costs(const Arcs& arcs, std::span<const float> lengths,
                              const PartVectors& vectors, double factor, ThreadTeam& team);
 
@@ -76,7 +76,7 @@ Buffer<float> add_group_costs(const Arcs& arcs, std::span<const float> lengths,
 
 // Returns given[a] + factor |f_i - f_j| for each arc a, where f_i and f_j are the features of the
 // arc's two cells. `features` has n_features numbers per cell. If the given values of an arc and
-// its reverse arc are bit-identical, so are their results.
+// its reverse arc are bit-identical, the results are, too.
 Buffer<double> add_feature_steps(const Arcs& arcs, std::span<const double> given,
                                  std::span<const double> features, std::size_t n_features,
                                  double factor, ThreadTeam& team);

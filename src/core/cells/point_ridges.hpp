@@ -14,8 +14,7 @@ namespace superfacets {
 // Estimated normals spread an edge over several arcs. Where half this width exceeds `radius`, the
 // radius of a region, nothing is marked, because limbs would look like ridges on sparse points.
 //
-// A mark depends on the points up to 10 arcs away and on their shape operators (see STEPS in
-// tiles/halos.py).
+// A mark depends on the points up to 10 arcs away and on their shape operators.
 Buffer<std::uint8_t> find_point_ridges(std::span<const Point> positions,
                                        std::span<const Point> normals, const Arcs& arcs,
                                        std::span<const Cell> order, const Bends& bends,

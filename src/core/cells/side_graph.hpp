@@ -18,8 +18,8 @@ inline constexpr std::int64_t kMostPaired = 64;
 
 // Calls visit(i) for the neighbors of a cell among the n cells on a side, in any order. Cells on a
 // side have the numbers 0 to n - 1, in ascending order of their indices. If n is above kMostPaired,
-// the numbers of neighbors differ by a power of two, where n - 1 is followed by 0. So each pair of
-// cells is joined by a path of fewer than log2(n) arcs.
+// the numbers of neighbors differ by a power of two modulo n, so each pair of cells is joined by a
+// path of fewer than log2(n) arcs.
 template <typename Visit>
 void for_each_linked(std::int64_t n, std::int64_t own, const Visit& visit) {
   for (std::int64_t step = 1; step < n && n <= kMostPaired; ++step) visit((own + step) % n);
@@ -87,8 +87,8 @@ inline constexpr std::int64_t kMaxParts = 1024;
 // Number of cells per parallel task that counts or writes arcs.
 inline constexpr std::int64_t kCellsPerTask = 1 << 14;
 
-// Replaces welded vertices by their representative. If there are none, as in most meshes, this
-// needs no memory access.
+// Replaces welded vertices by their representative. If no vertices are welded, as in most meshes,
+// this needs no memory access.
 class Welding {
  public:
   explicit Welding(std::span<const Vertex> representative) : representative_(representative) {
@@ -149,7 +149,7 @@ class Crowds {
   std::vector<std::int64_t> starts_{0};
 };
 
-// What is on the other side of each side of each cell. Sides are numbered through all cells.
+// The cells on the other side of each cell's sides. Sides of all cells are numbered in order.
 struct SideLinks {
   Buffer<std::uint8_t> kinds;  // (S,) values of Link
   // (S,) the other cell if the link is kOpposed or kAlike, an index in `crowds` if it is kCrowd
@@ -343,7 +343,7 @@ class Linker {
     }
   }
 
-  // Links the sides of a group. They belong to different cells, in ascending order.
+  // Links the sides of a group, which belong to different cells in ascending order.
   void link_group(std::span<const CellSide> sides) {
     const Link link = sides.size() == 2 ? pair_link(sides[0], sides[1]) : kCrowd;
     tally_.count(sides.size(), link == kAlike);

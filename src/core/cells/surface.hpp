@@ -120,8 +120,8 @@ class Surface {
   // Whether there may be arcs without a reverse arc.
   virtual bool may_have_one_way_arcs() const { return false; }
 
-  // Whether corners are defined. If not, n_sides, corner_between, next_around and leads_around must
-  // not be called.
+  // Whether corners are defined. Otherwise, n_sides, corner_between, next_around and leads_around
+  // must not be called.
   virtual bool has_corners() const { return false; }
   virtual int n_sides(Cell) const { return 0; }
 

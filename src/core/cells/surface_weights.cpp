@@ -70,7 +70,7 @@ class SurfaceWeigher {
 };
 
 // Minimum share of the area of a flat patch that counts as a flat side whatever its neighbors, such
-// as a side of a gable roof. A triangle of an organic mesh has less, also if it is subdivided.
+// as a side of a gable roof. Triangles of organic meshes have less, even if they are subdivided.
 constexpr double kLargeShare = 0.02;
 
 // Up to four different neighbors of a flat patch of faces.

@@ -19,8 +19,8 @@ struct NeighborRows {
 // Flips normals so that neighbors agree. Neighbors are compared along a minimum spanning tree of
 // each connected component, with the cost 1 - |n_i . n_j| (Hoppe et al. 1992). Pairs of normals
 // that differ by less than ten degrees are joined first. Then flips all normals of a component if
-// the component encloses a negative volume. Of pairs of equal cost, the one with the lowest indices
-// is joined first.
+// the component encloses a negative volume. Of pairs of equal cost, the pair with the lowest
+// indices is joined first.
 void turn_consistently(const NeighborRows& neighbors, std::span<const Point> positions,
                        std::span<const double> areas, std::span<Point> normals);
 

@@ -6,7 +6,7 @@ namespace {
 // Initial value of a maximum, less than every squared distance and less than kIsCenter.
 constexpr double kBelowAll = -2.0;
 
-// A center that is farther away than all others.
+// Position of a center that is farther away than all other centers.
 constexpr Point kNowhere{kInfinity, kInfinity, kInfinity};
 
 // Tree level whose nodes are updated on several threads, if a new center may change at least

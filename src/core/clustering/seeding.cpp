@@ -222,9 +222,9 @@ class SeededComponents {
 };
 
 // All cells, sorted by component, then by path length from the start of its flood, then by input
-// index. The component of `first` comes first, and its flood starts at `first`. The others follow
-// in the order of their lowest cells, at which their floods start; this is the order of their
-// numbers.
+// index. The component of `first` comes first, and its flood starts at `first`. The other
+// components follow in the order of their numbers, which is the order of their lowest cells. Their
+// floods start at these cells.
 std::vector<Place> visiting_order(const OrderedGraph& graph, const SeededComponents& components,
                                   Place first, ThreadTeam& team) {
   std::vector<Place> starts(components.n_components(), kNoPlace);
@@ -250,8 +250,8 @@ std::vector<Place> visiting_order(const OrderedGraph& graph, const SeededCompone
 }
 
 // In a graph with one-way arcs, there may be cells that no path from a seed reaches. This function
-// repeatedly makes the lowest such cell of a large component a seed, until there are n_seeds seeds
-// or all cells of large components are reached.
+// repeatedly makes the lowest unreached cell of a large component a seed, until there are n_seeds
+// seeds or all cells of large components are reached.
 void place_unreached(const OrderedGraph& graph, const SeededComponents& components, Cell n_seeds,
                      LongestPaths& paths, std::vector<Place>& seeds) {
   if (graph.is_symmetric) return;

@@ -31,7 +31,7 @@ std::int64_t n_cells_of_large_components(const OrderedGraph& graph, Cell n_seeds
 std::vector<Cell> farthest_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds,
                                  Islands islands, ThreadTeam& team);
 
-// Seeds, and the paths from them, which are those of Classification.
+// Seeds, and the paths from the seeds, as computed by Classification.
 using SeedsAndPaths = std::pair<std::vector<Cell>, PathArrays>;
 
 // Farthest-point sampling with path lengths. Starts with `first`, and repeatedly adds the cell with

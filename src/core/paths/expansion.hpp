@@ -10,8 +10,7 @@ namespace superfacets {
 inline constexpr PathLength kUnreached = std::numeric_limits<PathLength>::max();
 
 // A path from a center to a cell. The best path is the shortest, or the path with the lowest label
-// if several are equally short. So the best of several paths does not depend on the order of
-// comparisons.
+// if several are equally short. So the best path does not depend on the order of comparisons.
 struct Path {
   PathLength length = kUnreached;
   Label label = kNoLabel;  // index of the center

@@ -103,9 +103,9 @@ class Members {
   std::vector<Cell> front_;
 };
 
-// Regions from which searches have failed since a cell has moved or the test has changed. Further
-// searches would reach the same regions, and fail. Without this set, time would grow with the
-// square of the number of regions.
+// Regions from which searches have failed since the last move of a cell or change of the test.
+// Further searches would reach the same regions, and fail. Without this set, time would grow with
+// the square of the number of regions.
 class DeadEnds {
  public:
   explicit DeadEnds(std::size_t n_regions) : is_dead_(n_regions) {}
@@ -366,8 +366,8 @@ class CellTransfer {
   // (K,) predecessor of each region in the last search; kNoLabel if not reached
   std::vector<Label> parents_;
   std::vector<Label> queue_;  // regions in the order in which the last search reached them
-  DeadEnds sinks_;            // regions from which no region with room is reached
-  DeadEnds sources_;          // regions that are reached from no region with cells to spare
+  DeadEnds sinks_;            // regions without a path to a region with room
+  DeadEnds sources_;          // regions without a path from a region with cells to spare
   // pairs of regions between which no cell could move since the last successful path
   std::vector<Leg> blocked_;
   std::vector<Cell> candidates_;

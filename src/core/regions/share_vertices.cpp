@@ -95,7 +95,7 @@ class VertexSharer {
   std::vector<std::int64_t> counts_;  // number of vertices of each region
   std::vector<Label> lost_;           // regions without a vertex, ascending
   // Number of chain links from a region without a vertex to each region; kNoLevel if the region is
-  // not reached, or is not to be tried again in this round.
+  // not reached, or must not be tried again in this round.
   std::vector<std::int32_t> levels_;
   std::int32_t last_level_ = kNoLevel;
   std::vector<Link> chain_;

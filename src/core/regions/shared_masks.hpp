@@ -20,7 +20,7 @@ struct MaskedAreas {
 // groups is the probability that two random points, one of each group and both in masks of the same
 // image, are in the same mask. This is the sum over all images of the products of areas in the same
 // mask, divided by the sum of the products of areas in any two masks of the image. If several pairs
-// have the same agreement, the lowest numbers are joined first; a new group gets the highest one.
+// have the same agreement, the lowest pair is first; a new group gets the highest number.
 //
 // Returns the group of each region, (K,). Groups are numbered in the order of their lowest regions.
 // A region that is not visible in any mask is not joined. Time at most O(K P L), if each group

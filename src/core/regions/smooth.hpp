@@ -14,12 +14,12 @@ struct SmoothOptions {
 // Moves chains of cells across borders between regions, as long as this decreases the sum of border
 // costs (see BorderCosts) and stiffness costs (see StiffnessOptions).
 //
-// Regions are grouped in patches (see make_patches), which are processed color by color. Patches of
-// one color are processed in parallel. These patches are independent, because they are never
-// adjacent: moves that would make two patches of one color adjacent are not allowed. Within a
-// patch, cells are tried in ascending order. The costs of a move depend on area changes within the
-// patch and in patches of earlier colors, but not in other patches of the same color. So the result
-// is the same for any number of threads.
+// Regions are grouped in patches (see make_patches), which are processed color by color, in
+// parallel for all patches of one color. Patches of one color are independent, because they are
+// never adjacent: moves that would make two of them adjacent are not allowed. Within a patch, cells
+// are tried in ascending order. The costs of a move depend on area changes within the patch and in
+// patches of earlier colors, but not in other patches of the same color. So the result is the same
+// for any number of threads.
 //
 // Invariants: Connected cells of a region stay connected. No region loses its last cell. Cells in
 // `fixed` do not move. A border moves by at most max_distance, which is measured as the path length

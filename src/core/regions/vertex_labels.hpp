@@ -7,7 +7,7 @@
 
 namespace superfacets {
 
-// Labels that each vertex may get: vertex * n_labels + label, in ascending order; empty for any.
+// Labels that each vertex may get: vertex * n_labels + label, ascending; empty to allow all.
 struct AllowedLabels {
   std::span<const std::int64_t> keys;
   Label n_labels;

@@ -25,11 +25,11 @@ class Curve {
 // including the result, or 20 if nearly all cells are within a tenth of the box along each axis.
 Buffer<Cell> morton_order(std::span<const Point> positions, const Box& bounds, ThreadTeam& team);
 
-// Like morton_order, but cells with equal codes are sorted by position, then by index. If there are
-// more than n_together of them, they are first split recursively at the median along the longest
-// axis of their box. So consecutive cells are near in space even if the density of cells varies
-// widely, and the order of different positions does not depend on indices. Takes O(N log N) time at
-// most.
+// Like morton_order, but cells with equal codes are sorted by position, then by index. If more than
+// n_together cells have the same code, they are first split recursively at the median along the
+// longest axis of their box. So consecutive cells are near in space even if the density of cells
+// varies widely, and the order of different positions does not depend on indices. Takes O(N log N)
+// time at most.
 Buffer<Cell> refined_morton_order(std::span<const Point> positions, std::size_t n_together,
                                   ThreadTeam& team);
 

@@ -19,7 +19,7 @@ constexpr std::size_t kFewCandidates = 256;
 
 constexpr std::size_t kNoBlock = std::numeric_limits<std::size_t>::max();
 
-// Factor by which squared bounds are enlarged. The increase is larger than all rounding errors.
+// Factor that enlarges squared bounds by more than all rounding errors.
 constexpr double kSlack = 1.0 + 1e-9;
 
 // Inserts a neighbor into a sorted list of limited length. The list keeps only the nearest

@@ -49,7 +49,7 @@ struct AxisSpread {
 };
 
 // The mean direction of the included axes: a unit vector of arbitrary sign. Zero if the mean is not
-// unique or there are no axes.
+// unique, or if there are no axes.
 Point common_axis(const AxisSpread& spread);
 
 // The direction of least variance of the included points: a unit vector of arbitrary sign. Zero if

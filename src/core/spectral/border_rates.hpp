@@ -9,11 +9,12 @@ namespace superfacets {
 
 // The expected number of borders that people draw across each arc: the rate of borders times the
 // length of the arc. Arcs, widths and rows are in the order of the input; `widths` are as in
-// Smoother. `normals` has one unit normal per cell, or the mean normal of its cells; 0 if it is not
-// known. `vectors` is the spectral embedding.
+// Smoother. `normals` has a unit normal, or the mean normal of a group, per cell; 0 if unknown.
+// `vectors` is the spectral embedding.
 //
-// The rate is a logistic function of a polynomial of degree 2 of three features. `coefficients` has
-// those of the features, of their products 11, 12, 13, 22, 23, 33, and the constant. The features:
+// The rate is a logistic function of a polynomial of degree 2 of three features. `coefficients`
+// contains coefficients of features, of their products 11, 12, 13, 22, 23, 33, and a constant.
+// Features:
 // - the bend along the arc: the turn of the smoothed normals per length, negative if concave,
 // - the change of the embedding along the arc, relative to the mean change around,
 // - the mean of concave bends around.

@@ -31,9 +31,9 @@ void relax_row(const Arcs& arcs, const float* weights, std::size_t any_width, Ce
   for (std::size_t i = 0; i < width; ++i) result[i] += kept * here[i];
 }
 
-// Returns the given rows after n_sweeps sweeps over all cells. `weights` are those of the
-// neighbors' rows for each arc. The rest of the weight is that of the cell's given row if
-// `keeps_given`, and otherwise of its current row.
+// Returns the given rows after n_sweeps sweeps over all cells. `weights` has the weight of the
+// neighbor's row for each arc. The rest of the weight goes to the cell's given row if
+// `keeps_given`, and otherwise to its current row.
 Buffer<float> swept(const Arcs& arcs, std::span<const float> weights, const CellRows& given,
                     int n_sweeps, bool keeps_given, ThreadTeam& team) {
   const std::size_t width = given.width;

@@ -27,8 +27,8 @@ struct ConductingArcs {
 ConductingArcs conducting_arcs(const OrderedGraph& graph, double crease_unit, double steepness,
                                ThreadTeam& team);
 
-// The distance between the positions of the two cells of an arc. The result is at least a fraction
-// of the width of their border, so it is never 0, even if two cells have the same position.
+// The distance between the positions of the two cells of an arc. It is at least a fraction of the
+// width of their border, so it is never 0, even if both cells have the same position.
 double straight_step(const OrderedGraph& graph, Place from, const Arc& arc);
 
 // The straight_step of each arc of a graph whose cells are sorted in the order of the input. The

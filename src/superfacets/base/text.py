@@ -13,7 +13,7 @@ MAX_DIGITS = 20  # maximum length of an integer in JSON; int64 has 19 digits and
 
 
 def parsed_json(text: str | bytes | bytearray, name: str = "it") -> Any:
-    """Return the content of JSON text. Apps read files and requests of users with it.
+    """Return the content of JSON text. Apps parse files and requests with this function.
 
     Numbers must fit into int64 or float64, and the keys of an object must differ. Raises a
     MeshError that begins with `name` for all other text. As NaN and infinity are refused, `int` of

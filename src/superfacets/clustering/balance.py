@@ -50,7 +50,7 @@ MAX_TOTAL = 1e150
 of sizes are finite."""
 
 MIN_SIZE = 1e-300
-"""Smallest size by which sizes are divided, for regions whose cells all have size 0."""
+"""Minimum divisor of sizes, which avoids a division by 0 if all cells of a region have size 0."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,8 +68,8 @@ class SizeRules:
     ) -> SizeRules | None:  # fmt: skip
         """Return the rules for the cells inside the mask, or None if `options` restrict no sizes.
 
-        `order` is `Prepared.input_index`, and `measures` are those before smoothing. Raises a
-        MeshError if the sum of all sizes is 0, or out of the range of `MAX_TOTAL`.
+        `order` is `Prepared.input_index`, and `measures` are the measures before smoothing. Raises
+        a MeshError if the sum of all sizes is 0, or out of the range of `MAX_TOTAL`.
         """
         if not options.is_used:
             return None
@@ -186,7 +186,7 @@ def _divided(n: int, totals: Floats, least: Floats, most: Floats) -> Longs:
 
 
 def _exact_goals(found: Floats, components: Ints, per_region: int) -> Floats:
-    """Return the number of cells of each region; the smallest of each component gets the rest."""
+    """Return the target cell count of each region; the smallest in a component gets the rest."""
     goals = np.full(len(found), float(per_region))
     order = np.lexsort((found, components))
     is_first = np.ones(len(order), bool)
@@ -286,8 +286,8 @@ def shared_seeds(
 ) -> Ints:
     """Add and remove seeds until components have numbers of seeds in proportion to their sizes.
 
-    Each component has at least one seed; if ``loop.islands`` is "nearest", only the components that
-    have a seed before. There are `n_seeds` seeds if there are not more components.
+    Each component gets at least one seed or, if ``loop.islands`` is "nearest", each component that
+    already has a seed. The result has `n_seeds` seeds, unless there are more components.
     """
     sizes, n_cells = graph.measures(), np.bincount(components)
     _, firsts = np.unique(components, return_index=True)

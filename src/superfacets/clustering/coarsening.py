@@ -53,7 +53,7 @@ EACH_ALONE: Ints = np.empty(0, np.int32)
 def can_be_coarse(graph: OrderedGraph, plan: Plan, loop: LoopOptions) -> bool:
     """Return whether the loop may start on coarse cells.
 
-    It may not with seeds, `radius_factor`, ``tol=0``, one iteration, or arcs without equal reverse.
+    Exceptions: given seeds, `radius_factor`, ``tol=0``, one iteration, and an asymmetric graph.
     """
     is_exact = loop.radius_factor is None and loop.tol > 0 and loop.max_num_iter > 1
     return not plan.has_seeds and is_exact and graph.is_symmetric
@@ -135,7 +135,7 @@ def groups_of_cells(levels: Sequence[_core.CoarseGraph], n_threads: int) -> Ints
 
 
 def _rules(graph: OrderedGraph, plan: Plan) -> tuple[int, int, int]:
-    """Return the size of the finest coarse cells, or 0, and least numbers of them and of others."""
+    """Return the size of the finest coarse cells, or 0; minimum counts on this and other levels."""
     sizes, finest, coarser = CELL_SIZES, FINEST_PER_REGION, COARSEST_PER_REGION
     if not gets_part_costs(graph):
         finest = coarser = CELLS_PER_REGION

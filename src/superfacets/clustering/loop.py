@@ -40,7 +40,7 @@ compactness from 4.309 to 4.303."""
 
 @dataclass
 class Loop:
-    """Options and state of the clustering loop. Its levels are coarse cells and all cells."""
+    """Options and state of the clustering loop, which runs on coarse cells and on all cells."""
 
     radius: float  # expected radius of a region, in the unit of the positions
     options: LoopOptions
@@ -152,8 +152,8 @@ class Loop:
     ) -> tuple[int, StopReason]:
         """Move some centers to the farthest cells of regions with long paths, and iterate again.
 
-        Returns the number of all iterations on this level, of which there were `n_iter`, and why it
-        ended.
+        `n_iter` is the number of earlier iterations on this level. Returns the number of all
+        iterations on this level, and the stop reason.
         """
         fractions, most = RELOCATED_FRACTIONS, ITERATIONS_PER_ROUND
         if self.is_short:

@@ -59,9 +59,9 @@ def place_seeds(
     islands : {"keep", "nearest"}
         Whether ``"farthest"`` and ``"flood"`` place seeds on islands (``"keep"``); ``"geodesic"``
         and ``"curve"`` never do. With ``"nearest"``, ``"farthest"`` starts with the same cells as
-        ``"geodesic"``. Islands are small components: sorted from the largest measure to the
-        smallest, all after the first k, and those with a measure below A / (2 k) if the components
-        before have at least k cells.
+        ``"geodesic"``. An island is a small component: in descending order of measure, any after
+        the first k, or with a measure below A / (2 k) if the components before it have at least k
+        cells.
     n_threads : int, optional
         Same as in `segment`.
 

@@ -84,9 +84,9 @@ def remove_leftovers(targets: Iterable[Path], *, older_than: float = OLD) -> Non
 def checked_targets(paths: Sequence[StrPath]) -> list[Path]:
     """Return the real path of each output: symbolic links to its folder are resolved.
 
-    Apps call it before long work. If the output itself is a link, it is not resolved. Raises an
-    OSError if a folder is missing or not writable, or if an existing file is write-protected or not
-    a regular file. Raises a ValueError if two paths refer to the same file.
+    Apps call this function before long work. An output that is a link itself is not resolved.
+    Raises an OSError if a folder is missing or not writable, or if an existing file is
+    write-protected or not a regular file. Raises a ValueError if two paths refer to the same file.
     """
     targets: dict[Path, None] = {}  # an ordered set
     for path in paths:
@@ -112,9 +112,9 @@ def writable_folder(folder: Path) -> None:
 def output_folder(folder: Path) -> Iterator[None]:
     """Create a missing folder for outputs of the block; remove it after the block if it is empty.
 
-    Commands use it for a folder that the user names, so that failures leave no empty folder.
-    A folder that existed before is not removed. Missing parent folders are created and removed in
-    the same way. Raises an OSError if the folder is not writable.
+    Commands use this for folders that the user names, so that failures leave no empty folder. A
+    folder that existed before is not removed. Missing parent folders are created and removed in the
+    same way. Raises an OSError if the folder is not writable.
     """
     missing = [path for path in (folder, *folder.parents) if not path.exists()]
     writable_folder(folder)
@@ -145,8 +145,8 @@ def _check_target(path: StrPath, target: Path) -> None:
 def open_own(path: Path, flags: int, busy: str | None = None) -> int:
     """Open a file that only this package writes, and return its descriptor.
 
-    Apps open their journals with it. If `busy` is given, the file is locked until it is closed, or
-    a ValueError with the message `busy` is raised if it is already locked. Raises an OSError if the
+    Apps use this for journals. If `busy` is given, the file is locked until it is closed, or a
+    ValueError with the message `busy` is raised if it is already locked. Raises an OSError if the
     path is not a regular file. Links are refused, because they may lead to an important file.
     """
     with contextlib.suppress(FileNotFoundError):

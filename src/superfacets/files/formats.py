@@ -1,15 +1,15 @@
 """Table of file formats: functions that read and write each format, named by strings.
 
 Other packages add formats by entry points of the group ``superfacets.formats``. The name of an
-entry point is a role and an ending, for example ``read_faces.abc``; its value is a function:
+entry point is a role and an ending, for example ``read.abc``; its value is a function:
 
 - ``read``: takes an `Input`, and returns the result of `Input.mesh`, `Input.of_cells` or
   `Input.cloud`: cells and attributes of a mesh file, or of its points if it has no cells;
 - ``read_points``: the same for formats that contain only points;
-- ``labels``: takes the content of a label file; returns the labels of cells. In a table
-  ``vertex_labels``, labels are of vertices; ``groups`` also, but the argument is an `Input`;
-  ``vertex_lists`` return the vertices with label 0, while others get -1. Labels in other formats
-  are attributes of the cells or vertices;
+- ``labels``: takes the content of a label file, and returns labels of cells; ``vertex_labels``
+  returns labels of vertices; ``groups`` does the same from an `Input`; ``vertex_lists`` returns the
+  vertices with label 0, and all others get -1. In other formats, labels are attributes of the cells
+  or vertices;
 - ``steps``: takes the content, and returns the quantization steps of x, y and z;
 - ``recognize``: takes the content of a file without a name; returns whether it has this format;
 - ``write_KIND``: takes a binary file and an `Output`. ``write_polygons`` also writes triangles.
@@ -109,8 +109,8 @@ _ROLES: dict[str, dict[str, str]] = {
 class Formats(dict[str, Table]):
     """Functions that read or write a format, keyed by role, then by file name ending.
 
-    Attributes list file name endings, in lower case. Apps use them to offer and check formats, and
-    to know what a format stores. Formats of other packages are included, but replace none.
+    Attributes list file name endings, in lower case. Apps use them to offer formats, check formats,
+    and know what a format stores. Formats of other packages are included, but replace none.
     """
 
     def __init__(self, roles: Mapping[str, Mapping[str, str]]) -> None:
@@ -202,7 +202,7 @@ class Formats(dict[str, Table]):
 
     @staticmethod
     def stem_of(path: PurePath) -> str:
-        """Return a file name without its ending, or with it if it is the name of the content."""
+        """Return a file name without its ending; endings that name the content (``.pial``) stay."""
         return path.name if path.suffix.lower() in (*_SURFACES, *_CURVES) else path.stem
 
     def usual_output(self, kind: str) -> str:

@@ -43,10 +43,10 @@ _CODE = "from superfacets.files.guarded import main; main()"
 def guarded(reader: str, data: Content, ending: str) -> dict[str, Array | str]:
     """Return the result of a function that reads a file, called in a process of its own.
 
-    Readers of formats use it. `reader` names the function, ``"package.module:function"``. It takes
-    the content and the ending of a file, and returns named arrays and texts. Raises a MeshError if
-    the function raises an error, ends its process, or needs more time or memory than the size of
-    the file allows. On Windows, memory is not limited.
+    Readers of formats call `guarded`. `reader` names the function, ``"package.module:function"``,
+    which takes the content and the ending of a file, and returns named arrays and texts. Raises a
+    MeshError if the function raises an error, ends its process, or needs more time or memory than
+    the size of the file allows. On Windows, memory is not limited.
     """
     options = [reader, ending, str(len(data))]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
@@ -98,7 +98,7 @@ def _limit_memory(n_bytes: int) -> None:
     with suppress(ImportError, ValueError, OSError):  # not available, or already lower
         import resource
 
-        with suppress(OSError):  # only Linux says how much it uses: much if tools watch its memory
+        with suppress(OSError):  # Linux only: address space in use, large under memory checkers
             pages = Path("/proc/self/statm").read_text(encoding="ascii").split()[0]
             n_bytes += int(pages) * resource.getpagesize()
         resource.setrlimit(resource.RLIMIT_AS, (n_bytes, n_bytes))

@@ -40,7 +40,7 @@ Content = bytes | mmap.mmap
 
 
 def known_ending(path: StrPath, endings: Sequence[str]) -> str:
-    """Return the longest of `endings` with which a file name ends, to choose its format.
+    """Return the longest ending in `endings` that a file name has; it selects the format.
 
     Raises a MeshError if the file name has none of the endings. Letter case is ignored. An ending
     may contain several dots, for example ``.segs.json``.
@@ -138,8 +138,8 @@ def faces_of(corner_counts: Array, corners: Array) -> Array | Polygons:
 class BinaryReader:
     """Cursor that reads numbers and texts from bytes; sizes are checked before memory is used.
 
-    Readers of binary formats use it. `order` is the byte order, `begin` the first offset, and `at`
-    the next offset.
+    Readers of binary formats use this class. `order` is the byte order, `begin` the first offset,
+    and `at` the next offset.
     """
 
     def __init__(self, data: Content, order: Literal["<", ">"] = "<", begin: int = 0) -> None:

@@ -33,16 +33,16 @@ Columns: TypeAlias = Iterable[tuple[str, Array | str]]
 replaced by the reason."""
 
 Read: TypeAlias = tuple[Cells, MeshAttributes | None]
-"""Cells of a file, and its attributes, or None if they are not wanted."""
+"""Cells and attributes of a file; the attributes are None if they are not wanted."""
 
 
 @dataclass(frozen=True)
 class Input:
-    """Content of a file to read, and the account of all that the file declares.
+    """Content of a file to read, and a record of everything that the file declares.
 
-    Functions that read a format get it, see `files.formats`. They declare what the file has other
-    than properties of vertices and faces, and return the result of `mesh` or `cloud`, which gets
-    all properties and accounts for them.
+    Functions that read a format get an `Input`; see `files.formats`. They declare everything in the
+    file except properties of vertices and faces, and return the result of `mesh` or `cloud`, which
+    gets all properties and declares them.
     """
 
     data: Content
@@ -104,7 +104,7 @@ class Input:
         return self.of_cells(cells, vertex=vertex, face=face, **others)
 
     def _without_gaps(self, vertices: Floats, faces: Array | Polygons) -> Floats:
-        """Move vertices that have no position, and that no face uses, to a corner of a face."""
+        """Move unused vertices without a position to a corner of a face."""
         with np.errstate(over="ignore", invalid="ignore"):
             if np.isfinite(vertices.sum()):  # the sum of finite numbers is rarely infinite
                 return vertices
@@ -118,7 +118,7 @@ class Input:
         return np.where(is_lost[:, np.newaxis], vertices[used[0]], vertices)
 
     def polygons(self, vertices: Floats, sizes: Array, corners: Array, **others: Any) -> Read:
-        """Return the same as `mesh` for polygons with the given numbers of corners, and corners."""
+        """Return the same as `mesh`; `sizes` are the corner counts of the faces in `corners`."""
         return self.mesh(vertices, faces_of(sizes, corners), **others)
 
     def of_cells(
@@ -163,7 +163,7 @@ class Input:
         return cloud, MeshAttributes(vertex=kept, declared=self.declared, records=records, **others)
 
     def _normals_of(self, columns: Mapping[str, Array]) -> Floats | None:
-        """Return the normals, with zeros, which mean no normal, where they are not finite."""
+        """Return the normals; zero replaces normals that are not finite, and means no normal."""
         if not _has(columns, NORMALS):
             return None
         normals = as_rows([columns[name] for name in NORMALS], np.float64)
@@ -175,7 +175,7 @@ class Input:
         return normals if normals.any() else None  # normals of Gaussian splats are often zero
 
     def _kept(self, owner: str, columns: Columns, n_rows: int) -> dict[str, Array]:
-        """Return the properties that attributes can store, and account for all."""
+        """Return the properties that attributes can store, and declare all properties."""
         kept: dict[str, Array] = {}
         for name, values in columns:
             item, key = self._new(f"{owner} property {name}"), "_".join(name.split())
@@ -201,7 +201,7 @@ def _has(columns: Mapping[str, Array], names: Sequence[str]) -> bool:
 def _cloud_of(
     columns: Mapping[str, Array], normals: Floats | None, viewpoints: Floats | None
 ) -> PointCloud:
-    """Return the cloud of columns, (N,) each, with the names in `Input.cloud`."""
+    """Return the cloud of `columns`, (N,) each, whose names are as in `Input.cloud`."""
     colors = None
     if _has(columns, COLORS):
         kinds = {columns[name].dtype.kind + str(columns[name].dtype.itemsize) for name in COLORS}

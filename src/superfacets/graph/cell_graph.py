@@ -148,7 +148,7 @@ class CsrArcs:
 class BaseGraph(CsrArcs):
     """Base class of graphs of cells. The cells have positions, measures and arcs.
 
-    A package that adds a kind derives from it if arcs have no weights yet, else from `CellGraph`.
+    Graphs of added kinds derive from this class if arcs have no weights, else from `CellGraph`.
     """
 
     positions: Floats  # (N, 3) representative point of each cell
@@ -197,8 +197,8 @@ class CellGraph(BaseGraph):
         Representative point of each cell, finite. N is at least 1.
     measures : array_like, shape (N,)
         Area of each cell, finite and >= 0, in the squared unit of the positions; or volume, if
-        ``dimension`` is 3. Centroids of regions are weighted by it. The sum A of all areas defines
-        the expected radius r = sqrt(A / (pi k)) of k regions.
+        ``dimension`` is 3. Centroids of regions are weighted by area. The sum A of all areas
+        defines the expected radius r = sqrt(A / (pi k)) of k regions.
     offsets : array_like of integers, shape (N + 1,)
         The arcs that leave cell i are ``offsets[i]`` to ``offsets[i + 1] - 1``.
     neighbors : array_like of integers, shape (M,)

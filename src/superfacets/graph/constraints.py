@@ -349,7 +349,7 @@ def _crossed_by(
 
 
 def edge_keys(edges: Ints) -> Longs:
-    """Return an integer key for each edge. It does not depend on the order of the two ends."""
+    """Return an integer key for each edge, which does not depend on the order of its ends."""
     low, high = edges.min(axis=1).astype(np.int64), edges.max(axis=1)
     return np.asarray((low << 32) | high)
 
@@ -367,9 +367,9 @@ def edge_lengths(mesh: FaceMesh, keys: Longs) -> Floats:
 
 
 def _groups_apart(graph: CsrArcs, before: Bools, after: Bools, sources: Ints) -> Ints:
-    """Return the group of each cell: its component after barriers cut the graph, if it was cut.
+    """Return the group of each cell: the piece with the cell if barriers cut its component.
 
-    `before` marks the arcs that the mask keeps, and `after` those that also cross no barrier.
+    Other cells get `ANY_GROUP`. `before` marks arcs that the mask keeps; `after` excludes barriers.
     """
     whole, n_whole = components_of(graph, before, sources)
     pieces, n_pieces = components_of(graph, after, sources)

@@ -118,11 +118,11 @@ def build_face_graph(
     """Return the graph of the faces of a mesh, with arcs between faces that share an edge.
 
     All pairs of faces at a non-manifold edge are neighbors, unless the edge has more than 64 faces.
-    Then only those pairs are neighbors whose numbers in the sequence of these faces differ by a
-    power of two; the last face is followed by the first. A boundary edge has no arc. Two faces that
-    share two edges are joined by two arcs in each direction. A side whose two corners are the same
-    vertex is not an edge, and no face is its own neighbor. The arcs of a face are sorted by side,
-    then by neighbor. Time and memory are linear in the number of faces and arcs.
+    Then its n faces are numbered in ascending order, and two faces are neighbors if their numbers
+    differ by a power of two modulo n. A boundary edge has no arc. Two faces that share two edges
+    are joined by two arcs in each direction. A side whose two corners are the same vertex is not an
+    edge, and no face is its own neighbor. The arcs of a face are sorted by side, then by neighbor.
+    Time and memory are linear in the number of faces and arcs.
 
     Parameters
     ----------

@@ -1,9 +1,9 @@
 """Define the operations that depend on the kind of cells, for example triangles or points.
 
 To add a kind, derive a class from `Cells` and another class from `Kind`, and name both by an entry
-point of the group ``superfacets.kinds``: its name is the class of the cells, for example
-``package.module.Class``, and its value is a `Kind`. File formats of the kind are entry points, too
-(see `files.formats`).
+point of the group ``superfacets.kinds``. The name of the entry point is the class of the cells, for
+example ``package.module.Class``, and its value is a `Kind`. File formats of the kind are entry
+points, too (see `files.formats`).
 """
 
 from __future__ import annotations
@@ -54,11 +54,11 @@ class Kind:
 
     The argument `cells` of the methods is an object of the class for which the kind is registered.
     If `build_graph` returns a `CellGraph` with `ArcMeasures`, all other methods can be inherited.
-    Its weights are then the weights of arcs, unless the caller of `segment` gives weights.
+    The arcs then have the weights of this graph, unless the caller of `segment` gives weights.
     """
 
     name: ClassVar[str] = "cells"
-    """Name of the kind. It is a key in tables of other modules."""
+    """Name of the kind, and its key in tables of other modules."""
     noun: ClassVar[str] = "cell"
     """Noun for one cell in messages that count cells. For the plural, an "s" is appended."""
     plural: ClassVar[str] = "cells"
@@ -106,7 +106,7 @@ class Kind:
         return ordered, False, found.order
 
     def surface(self, cells: Any, graph: Any, n_threads: int) -> Surface:
-        """Return the `Surface` of the cells. It computes lengths and angles of arcs."""
+        """Return the `Surface` of the cells, which computes lengths and angles of arcs."""
         return Surface.of_graph(graph, n_threads)
 
     def bare_surface(self, surface: Surface, cells: Any, graph: Any, n_threads: int) -> Surface:
@@ -163,7 +163,7 @@ class Kind:
         return mesh_like(cells, vertices, corners, offsets, bounds)
 
     def has_fronts(self, cells: Any) -> bool:
-        """Return whether it is known from which side cells are seen from the front."""
+        """Return whether the front sides of the cells are known."""
         return True
 
     def seen_from(self, cells: Any, viewpoint: Sequence[float]) -> PointCloud:

@@ -58,7 +58,7 @@ def find_point_graph(
     """Return the graph of a cloud, or raise a MeshError if all points coincide.
 
     Points that are not in `is_kept`, (N,), have no arcs and no area. If `is_sorted`, points are
-    sorted along a curve, those not kept last, which makes later stages two to three times as fast.
+    sorted along a curve (others last), which makes later stages two to three times as fast.
     """
     part, kept = _kept_part(cloud, is_kept)
     check_extent(part.bounds, "points", "cloud")
@@ -157,8 +157,8 @@ def _are_turned_away(
 ) -> Bools:
     """Return which components must be flipped, assuming that normals point outward, (C,).
 
-    An open component is flipped if most of it is seen from behind; a closed one only if one
-    viewpoint is inside, where the surface covers a solid angle of 4 pi.
+    An open component is flipped if most of it is seen from behind. A closed component is flipped
+    only if a viewpoint is inside, where the surface covers a solid angle of 4 pi.
     """
     measures, toward = graph.measures, viewpoints - graph.positions
     farthest = np.abs(toward).max(axis=1, keepdims=True)

@@ -27,15 +27,15 @@ def sorted_corners(
 ) -> SortedCorners:
     """Sort vertices and cells, after welding; each face begins with its lowest vertex.
 
-    The result does not depend on the order of the input, except for `order` and for vertices that
-    are at the same position, but not welded. Corners of cells that are not faces are sorted.
+    The result does not depend on the order of the input, except for `order`, and for vertices at
+    the same position that are not welded. Corners of cells that are not faces are sorted.
     """
     chosen = _representatives(vertices, weld, n_threads)
     return SortedCorners(*_core.sort_mesh(vertices, chosen, *corners.lists, are_faces, n_threads))
 
 
 def _representatives(vertices: Floats, weld: float, n_threads: int) -> Ints:
-    """Return, for each vertex, the one with the lowest position among those welded to it, (V,)."""
+    """Return the vertex with the lowest position that is welded to each vertex, (V,)."""
     if isinstance(weld, bool):
         return lowest_vertices(vertices, weld, n_threads)
     order = np.lexsort(vertices.T).astype(np.int32)

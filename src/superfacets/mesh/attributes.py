@@ -30,14 +30,14 @@ INDEX_NAMES = ("vertex_indices", "vertex_index")
 """Possible names in PLY of the list with the corners of a face."""
 
 TAKEN = ("cells", "attributes", "texture")
-"""Values of `MeshAttributes.declared` for what is not left out."""
+"""Values of `MeshAttributes.declared` for items that are not left out."""
 
 NAMES_COMMENT = "comment names "
-"""Begin of the comments in PLY with the name of a property of faces, and the names of its values as
-a JSON list."""
+"""Beginning of a PLY comment with the name of a property of faces, and a JSON list of the names of
+its values."""
 
 IMAGE_COMMENT = "comment TextureFile "
-"""Begin of the comments in PLY that name an image of the texture."""
+"""Beginning of a PLY comment that names an image of the texture."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,12 +64,12 @@ class MeshAttributes:
         the property: for example names of the groups of an OBJ file, or of the solids of an STL
         file.
     declared : mapping of str to str, optional
-        What a file declares, such as elements, properties, arrays, materials, poses and cells of
-        other kinds, and what became of each: "cells", "attributes", "texture", or the reason why it
-        was left out, which may be empty.
+        Items that a file declares, such as elements, properties, arrays, materials, poses and cells
+        of other kinds. The value says where an item is stored: in "cells", "attributes" or
+        "texture". Otherwise it is the reason why the item is left out, which may be empty.
     records : array_like of bool, shape (R,), optional
-        Whether each record of a point cloud file is a point of the cloud. By default, all are.
-        Records without a position are not.
+        Whether each record of a point cloud file is a point of the cloud. By default, all records
+        are points. Records without a position are not.
     header : object, optional
         Further data of the file that was read, for the writer of the same format: for LAS the
         version, point format, quantization, coordinate reference system and extra dimensions.
@@ -118,12 +118,12 @@ class MeshAttributes:
 
     @property
     def left_out(self) -> tuple[str, ...]:
-        """What the file declares, but is neither in the cells nor in the attributes, and why."""
+        """Declared items that are neither in the cells nor in the attributes, and the reasons."""
         return self.fates["left_out"]
 
     @property
     def fates(self) -> dict[str, tuple[str, ...]]:
-        """What the file declares, by what became of it: `declared`, and `left_out` for the rest."""
+        """Declared items, keyed by value in `declared`; other items have the key `left_out`."""
         rest = tuple(
             f"{item}, {fate}" if fate else item
             for item, fate in self.declared.items()

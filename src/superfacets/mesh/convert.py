@@ -77,8 +77,8 @@ def as_cells(source: MeshLike) -> Cells:
     """Convert a parameter, any input of `segment`, to a mesh or a point cloud.
 
     A (vertices, faces) pair becomes a `Mesh` if all faces are triangles, else a `PolygonMesh`.
-    Objects of other libraries, which are not imported, are recognized by their attributes: of
-    PyVista, ``PolyData``, and ``UnstructuredGrid`` of tetrahedra; of Open3D, both APIs. Raises a
+    Objects of other libraries, which are not imported, are recognized by their attributes: from
+    PyVista, ``PolyData`` and ``UnstructuredGrid`` of tetrahedra; from Open3D, both APIs. Raises a
     MeshError if the mesh or the cloud is not valid, and a TypeError if `source` is not `MeshLike`.
     """
     if isinstance(source, Cells):
@@ -244,8 +244,8 @@ def has_blocks(source: Any) -> bool:
 def cell_blocks(source: Any) -> list[int]:
     """Return the indices of the blocks of a meshio mesh that contain the cells to segment.
 
-    These are tetrahedra, or faces, or none for a point cloud. Raises a MeshError if a block has
-    cells of any other type than vertices and lines, such as hexahedra.
+    The cells are tetrahedra if there are any, otherwise faces; a point cloud has none. Raises a
+    MeshError if a block has other cells, such as hexahedra. Vertices and lines are ignored.
     """
     filled = [i for i, block in enumerate(source.cells) if len(block.data)]
     kinds = {i: source.cells[i].type for i in filled}

@@ -128,7 +128,7 @@ def cut_into_triangles(mesh: FaceMesh) -> tuple[Ints, Array | None]:
 def corner_triangles(mesh: FaceMesh) -> tuple[Ints, Array | None]:
     """Do the same as `cut_into_triangles`, but return indices of corners instead of vertices.
 
-    These are indices in ``corners_of(mesh).vertices``, for data of corners such as textures.
+    The corners are indices in ``corners_of(mesh).vertices``, for data such as texture coordinates.
     """
     corners = corners_of(mesh)
     indices = np.arange(len(corners.vertices), dtype=np.int32)

@@ -58,7 +58,7 @@ class EdgePaths:
         distances = np.full(len(self.nodes), np.inf)
         if len(sources):
             paths = _core.Clustering(self.graph, self.nodes[sources], np.inf, self.n_threads)
-            # `Clustering` adds sources in components without a source. Their labels are higher.
+            # `Clustering` adds sources, with higher labels, in components without a source.
             is_reached = paths.labels() < len(sources)
             reached = np.where(is_reached, paths.lengths() * self.unit, np.inf)
             has_edges = self.nodes >= 0
@@ -133,7 +133,7 @@ def find_borders(mesh: MeshEdges, labels: Ints) -> Borders:
 class Cuts:
     """Borders between labels, and the distance of each vertex from the nearest border.
 
-    Distances are infinite where no path leads to a border, and except at
+    Distances are infinite at vertices without a path to a border, and at welded vertices other than
     `MeshEdges.representative`.
     """
 
@@ -153,9 +153,9 @@ def boundary_agreement(
     """Return the recall and the precision of the borders of regions; 1 is best.
 
     Martin, Fowlkes and Malik, "Learning to detect natural image boundaries", 2004. The recall is
-    the fraction of true borders within `tolerance`, a fraction of the diagonal, of borders of
-    regions, or 1 if there are none; the precision exchanges the roles. Distances are measured along
-    edges, so they exceed geodesic distances, and from both ends of each border edge.
+    the fraction of true borders whose distance from borders of regions is at most `tolerance` times
+    the diagonal; 1 without true borders. The precision exchanges the roles. Distances are measured
+    along edges, so they exceed geodesic distances, and from both ends of each border edge.
     """
     within = tolerance * mesh.graph.diagonal
     recall = _fraction_near(true.borders, found.distances, within)

@@ -207,9 +207,9 @@ def achievable_iou(mesh: Labeled, labels: Labels = None, truth: Labels = None) -
     """Return the mean intersection over union (IoU) of true segments, if labels are per region.
 
     Each region gets the label of the true segment with which it has the largest overlap. The IoU of
-    a segment is the area that has and gets its label, divided by the area that has or gets it. The
-    result is the mean over all segments with an area above 0; 1 is best. For superpoints, this is
-    the oracle mIoU: the best that a classifier of superpoints can achieve.
+    a segment is the area in it that gets its label, divided by the area that is in it or gets its
+    label. The result is the mean over all segments with an area above 0; 1 is best. For
+    superpoints, this is the oracle mIoU: the best that a classifier of superpoints can achieve.
 
     Parameters
     ----------
@@ -249,9 +249,9 @@ def hamming_distance(overlap: Overlap) -> tuple[float, float, float]:
 def rand_index(overlap: Overlap) -> float:
     """Return the probability that labels and truth agree on a pair of points; 1 is best.
 
-    Rand, "Objective criteria for the evaluation of clustering methods", 1971. They agree if the two
-    points have equal labels and equal truth, or different labels and different truth. Points are
-    random, and may be in the same face. The Princeton benchmark plots one minus this number.
+    Rand, "Objective criteria for the evaluation of clustering methods", 1971. Labels and truth
+    agree if both are equal at the two points, or if both differ. Points are random, and may be in
+    the same face. The Princeton benchmark plots one minus this number.
     """
     together = [
         float(np.square(areas / overlap.total).sum())

@@ -156,9 +156,9 @@ def _labeled_part(cells: Any, labels: Ints) -> tuple[Any, Ints]:
 
 
 def _labels_along_creases(edges: VertexEdges, regions: _Regions, n_threads: int) -> Ints:
-    """Return the label of each welded vertex. Prim's algorithm labels the vertices at borders.
+    """Return the label of each welded vertex; Prim's algorithm labels vertices at borders.
 
-    It starts at vertices inside regions, or in their majority. Stray pieces are then labeled again.
+    Seeds are inside each region, or where it has the majority. Stray pieces are then labeled again.
     """
     majority, at_border = _majority(regions, len(edges.positions), n_threads)
     inside = majority[~at_border]
@@ -187,8 +187,8 @@ def _majority(regions: _Regions, n_vertices: int, n_threads: int) -> Majority:
 def _in_stray_pieces(edges: VertexEdges, regions: _Regions, found: Ints, n_threads: int) -> Array:
     """Return whether each vertex is in a stray piece of its region and must be labeled again.
 
-    Of the connected vertices with one label on a connected part of its cells, the largest set is
-    kept.
+    Each connected part of a region's cells keeps its largest set of connected vertices. All smaller
+    sets are stray.
     """
     pieces, n_pieces = _core.find_components(edges.offsets, edges.neighbors, found)
     label_of_piece = np.empty(n_pieces, np.int32)

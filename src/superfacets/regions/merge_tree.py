@@ -87,8 +87,8 @@ def _gaps_between(
 ) -> tuple[Ints, Ints]:
     """Return pairs of lower and higher regions, to connect components across gaps.
 
-    Each component is connected with the nearest cell of a larger one; the one with the lowest
-    region counts as larger. `cells` are positions and measures of the labeled cells.
+    Each component is joined to the nearest cell of a larger component, or of an equal one with a
+    lower region. `cells` are positions and measures of the labeled cells.
     """
     low, high, *_ = borders
     order = np.argsort(low, kind="stable")

@@ -77,8 +77,8 @@ def transfer(
     -------
     ndarray of int32, shape (M,)
         Label of each point or cell of the target; -1 if the nearest cell is labeled -1 or farther
-        away than `max_distance`. Of equally near cells, that with the lowest index is used; of
-        labels with equal areas in a face, the lowest.
+        away than `max_distance`. If several cells are equally near, the lowest index is used; if
+        labels have equal areas in a face, the lowest label.
 
     Warns
     -----

@@ -54,9 +54,9 @@ class RegionGraph:
         of a `CellGraph`, and for regions without area.
     plane_normals : ndarray of float64, shape (K, 3)
         Unit normal of the least-squares plane of each region: the principal axis of the smallest of
-        the ``deviations`` s0 >= s1 >= s2. It does not depend on the normals of cells. It is on the
-        side of ``normals``; where those are NaN, its largest component by absolute value is
-        positive. NaN if no plane fits best (s1 = s2), as for a line, a point, a cube or a ball.
+        the ``deviations`` s0 >= s1 >= s2, independent of the normals of cells. It is on the side of
+        ``normals``; where ``normals`` is NaN, its largest component by absolute value is positive.
+        NaN if no plane fits best (s1 = s2), as for a line, a point, a cube or a ball.
     deviations : ndarray of float64, shape (K, 3)
         Standard deviations of each region along its three principal axes, in descending order.
         Triangles, polygons and tetrahedra are integrated exactly, so the result does not depend on
@@ -379,9 +379,9 @@ def region_graph(
         Same as in `segment`, or a graph of any cells.
     labels : array_like of int, shape (N,)
         Labels of regions. Each label from 0 to K - 1 must occur; -1 marks cells in no region. If
-        there is one label per vertex (superpoints), (V,), and not one per cell, region i consists
-        of the cells to which `face_labels` gives superpoint i. A superpoint without such cells gets
-        one that it touches, or else the area 0, no neighbors, and the mean of its vertices.
+        there is one label per vertex (superpoints), (V,), instead of one per cell, region i
+        consists of the cells to which `face_labels` gives label i. A superpoint without cells takes
+        a cell that it touches, or else has area 0, no neighbors, and the mean of its vertices.
     centers : array_like of int, shape (K,), optional
         Representative cell of each region. The default is the cell nearest to the centroid.
     weld, n_threads

@@ -21,9 +21,9 @@ class MaskedAreas(NamedTuple):
     def groups(self, n_regions: int, least: float) -> Ints:
         """Return the group of each region, (n_regions,), numbered by their lowest regions.
 
-        At first, each region is a group. Then the groups with the highest agreement are joined, if
-        it is `least` > 0 or more: the probability that two random points, one of each group and
-        both in masks of the same image, are in the same mask.
+        At first, each region is a group. Then the two groups with the highest agreement are joined,
+        while it is at least `least` > 0. Agreement is the probability that two random points, one
+        of each group and both in masks of the same image, are in the same mask.
         """
         for found, n in ((self.regions, n_regions), (self.masks, len(self.image_of))):
             if len(found) != len(self.areas) or not np.all((found >= 0) & (found < n)):

@@ -51,8 +51,8 @@ def vertex_labels(
         region may have no vertices. Vertices are not welded.
 
         ``"creases"``: Borders follow creases. A vertex gets the label of its cells if they all have
-        the same label; other vertices get a label of their cells (see Notes). Each
-        region has at least one vertex if there are enough. The vertices of a connected region are
+        the same label; other vertices get a label of their cells (see Notes). Each region has at
+        least one vertex if there are enough vertices. The vertices of a connected region are
         connected along edges of the mesh: only the largest connected set of vertices keeps the
         label. Disconnected cells with the same label are separate regions. Vertices at the same
         position get the same label.
@@ -86,7 +86,7 @@ def vertex_labels(
     x_j) > 0. In a volume, all weights are equal. Of all edges from labeled to unlabeled vertices,
     the one with the lowest weight passes its label on next, if a cell of the unlabeled vertex has
     this label. Of equal weights, edges whose ends have the same label by ``"majority"`` come first.
-    So borders are in concave creases. Only disconnected and small regions get other vertices.
+    So borders are in concave creases. Afterwards, only disconnected and small regions change.
 
     References
     ----------
@@ -172,8 +172,8 @@ def face_labels(mesh: MeshLike, vertex_labels: npt.ArrayLike) -> Ints:
 def superpoint_cells(cells: Any, superpoints: Ints) -> tuple[Any, Ints]:
     """Label cells as in `face_labels`, but so that each label >= 0 of the vertices has a cell.
 
-    A superpoint without a cell takes the first cell at its vertices whose label has other cells, or
-    else a cell without area is appended at each of its vertices. Returns the cells and labels.
+    A superpoint without a cell takes the first cell at its vertices whose label has other cells; if
+    there is none, each of its vertices gets a cell without area. Returns the cells and labels.
     """
     labels, corners = labels_of_corners(cells, superpoints), corners_in(cells)
     counts = np.bincount(labels + 1, minlength=int(superpoints.max()) + 2)

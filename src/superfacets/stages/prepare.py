@@ -87,7 +87,7 @@ class Prepared:
         """Smooth a mesh as `denoise` requires, and build the graph of the mesh or cloud.
 
         Cells are sorted if `may_sort` is true. `denoise` is None if an earlier graph had cells
-        other than faces; such cells raise a ValueError if it is a number of steps > 0.
+        other than faces. A number of steps > 0 raises a ValueError for such cells.
         """
         kind = kind_of(source)
         if not kind.has_faces:

@@ -52,7 +52,7 @@ class CellFile:
 
     @classmethod
     def of_stream(cls, data: Content, name: str, ending: str | None = None) -> CellFile | None:
-        """Return a file from a stream, or None if its format is neither given nor recognized."""
+        """Return the file in `data`, or None if its format is neither given nor recognized."""
         ending = ending or recognized_ending(data)
         return None if ending is None else cls(name, data, ending)
 
@@ -94,7 +94,7 @@ class CellFile:
     def labels_in(
         self, path: Path, cells: Cells, name: str, *, are_values: bool = False
     ) -> tuple[Ints, bool]:
-        """Read a label file, and return its labels, and whether they are labels of vertices.
+        """Read a label file; return the labels, and whether they are labels of vertices.
 
         `cells` are the cells in this file. `name` is the same as in `read_labels`. If `are_values`
         is True, an array of bools is accepted. Raises a MeshError if the number of labels is wrong,

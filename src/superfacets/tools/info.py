@@ -91,9 +91,9 @@ class CloudInfo:
     spacing: float
     """Typical distance between neighbors: the square root of the median area around one point."""
     area: float
-    """Sum of the areas around the points; see `build_point_graph`. For uniformly random points on a
-    surface, it is the area. It is 15% too large for evenly spaced points, and up to 40% too large
-    or 60% too small for scan lines."""
+    """Sum of the areas around the points; see `build_point_graph`. For uniformly random points, it
+    is the area of the surface. It is 15% too large for evenly spaced points, and up to 40% too
+    large or 60% too small for scan lines."""
     bounds: tuple[tuple[float, float, float], tuple[float, float, float]]
     """Minimum and maximum corner of the bounding box of all points."""
     diagonal: float

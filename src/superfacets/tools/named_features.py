@@ -49,7 +49,7 @@ class CellData:
         """Return the features with the given names, or None if there are no names.
 
         - ``"color"`` is the red, green and blue of each cell, from the cloud or from the file. If
-          there are no such colors, but a texture, it is the same as ``"texture"``.
+          there is only a texture, ``"color"`` is the same as ``"texture"``.
         - ``"texture"`` is the mean color of the texels of a face in OKLab, and ``"texture_spread"``
           is the standard deviation of the texel colors in a face.
         - ``"normals"`` and ``"height"`` (z) are computed from the mesh or the cloud.
@@ -99,7 +99,7 @@ class CellData:
         return np.asarray(np.rint(_per_cell(colors.astype(np.float64), self.cells)), np.uint8)
 
     def attributes_of(self, parts: Subdivision | BorderCut) -> MeshAttributes | None:
-        """Return the attributes of parts of the faces; `left_out` names the others."""
+        """Return the attributes for parts of the faces; `left_out` names lost attributes."""
         given = self.attributes
         if given is None:
             return None
@@ -173,7 +173,7 @@ class CellData:
 
     @property
     def _stored(self) -> tuple[Mapping[str, Array], Mapping[str, Array]]:
-        """Properties in the file: those of faces, and those of vertices or points."""
+        """Properties of faces, and properties of vertices or points, in the file."""
         found = self.attributes or MeshAttributes()
         return found.face, found.vertex
 

@@ -47,7 +47,7 @@ def write_regions(
         Ending of the files, which selects a format as in `write_mesh`. By default ``.vtu`` for
         tetrahedra, and ``.ply`` for other cells.
     attributes : MeshAttributes, optional
-        Other properties, of which each file gets those of its vertices and faces, but no texture.
+        Other properties; each file gets the properties of its vertices and faces, but no texture.
     ascii : bool, default False
         Same as in `write_mesh`.
 

@@ -49,8 +49,8 @@ from .named_features import CellData
 from .subdivision import Subdivision, subdivide
 
 Load = Callable[[bool], tuple[Cells, MeshAttributes | None, dict[str, Array]]]
-"""Function that reads a file. Its argument says whether to read attributes in addition to cells. It
-returns the cells, the attributes, and arguments of `segment`: ``mask`` and ``barriers``, if any."""
+"""Function that reads a file; the argument says whether to read attributes in addition to cells.
+Returns the cells, the attributes, and arguments of `segment`: ``mask`` and ``barriers``, if any."""
 
 _ARRAYS = {"mesh", "features", "mask", "barriers", "callback"}
 """Parameters that are not in `FileOptions.keywords`, mostly because they are arrays. The names in

@@ -25,8 +25,8 @@ def build_point_graph(
 
     Two points are neighbors if one of them is among the `n_neighbors` nearest points of the other,
     and if their distance is not too large; see `cutoff`. Each arc has a reverse arc. Of points at
-    the same position, only the point with the lowest index has other neighbors; the duplicates are
-    joined to it by arcs of length 0, and all get an equal part of the area around them.
+    the same position, only the point with the lowest index has other neighbors. Duplicates are
+    joined to this point by arcs of length 0, and all get an equal part of its area.
 
     Parameters
     ----------
@@ -38,9 +38,9 @@ def build_point_graph(
         Maximum length of an arc, > 0, as a multiple of the square root of an area: the smaller of
         the areas around its two points. The maximum prevents arcs to outliers and across gaps.
     radius : float, default 0.0
-        Expected radius r = sqrt(A / (pi k)) of regions, >= 0, in the unit of the points, for the
-        weights: those of `crease_weights`, where the angle of an arc is estimated from the
-        curvature at its two points. With 0, weights are distances.
+        Expected radius r = sqrt(A / (pi k)) of regions, >= 0, in the unit of the points. Weights
+        are as in `crease_weights`, with angles of arcs that are estimated from the curvature at
+        both points. With 0, weights are distances.
     alpha, eta_convex
         Same as in `crease_weights`.
     ridges : float, default 0.35

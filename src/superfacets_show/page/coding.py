@@ -44,9 +44,9 @@ class Arrays:
 
         "plain" stores the bytes of the numbers in little-endian order. The other codings compress
         better, because they store byte planes: the lowest bytes of all numbers, then their second
-        bytes, and so on. "planes" stores the numbers column by column. "difference" does the same,
-        but first replaces each number of a column, except the first number, by its difference from
-        the previous number. "newest" stores the `newest_codes` of the numbers, row by row.
+        bytes, and so on. "planes" stores the numbers column by column. "difference" is like
+        "planes", but first replaces each number of a column, except the first, by its difference
+        from the previous number. "newest" stores the `newest_codes` of the numbers, row by row.
         """
         self.entries.append(
             {

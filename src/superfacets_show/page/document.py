@@ -111,7 +111,7 @@ def view(
     Parameters
     ----------
     mesh : Mesh or mesh-like, PointCloud or cloud-like
-        Same as in `segment`. Polygons are drawn as triangles. Of tetrahedra, only the outer surface
+        Same as in `segment`. Polygons are drawn as triangles. Only the outer surface of tetrahedra
         is drawn.
     labels : array_like of integers, shape (N,), (V,) or (L, N), or Hierarchy, optional
         Region of each cell or vertex, any integers; cells with label -1 are gray. For several

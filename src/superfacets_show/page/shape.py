@@ -157,8 +157,8 @@ def _surface_shape(
 ) -> DrawnSurface:
     """Return the `DrawnSurface` of a mesh whose faces are either cells or sides of tetrahedra.
 
-    `cells`, `measures` and `cell_arcs` are the tetrahedron of each face, and the volumes and the
-    neighbors of all tetrahedra. They are None if the faces are cells.
+    `cells` is the tetrahedron of each face, and `measures` and `cell_arcs` are the volumes and the
+    neighbors of all tetrahedra. All are None if the faces are cells.
     """
     threads = kit.checked_threads(None)
     graph = build_face_graph(mesh)

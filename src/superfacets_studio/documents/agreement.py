@@ -104,7 +104,7 @@ def _overlaps(mine: Array, theirs: Array, areas: Floats) -> list[tuple[int, int,
     """Return triples (my value, their value, IoU) for all pairs of values that share a cell.
 
     The IoU is the area with both values, divided by the area with at least one of the two values.
-    It is 0 if the divisor is 0.
+    The IoU is 0 if the divisor is 0.
     """
     (own, a), (other, b) = (np.unique(one, return_inverse=True) for one in (mine, theirs))
     keys, pairs = np.unique(a * len(other) + b, return_inverse=True)
@@ -119,12 +119,12 @@ def _overlaps(mine: Array, theirs: Array, areas: Floats) -> list[tuple[int, int,
 def agreement(mine: State, theirs: Theirs, areas: Floats) -> dict[str, Any]:
     """Return a dict that says how well my labels and their labels agree.
 
-    ``area`` is the whole area. ``labeled`` is the fraction of the whole area that both people have
-    labeled, and ``share`` is the fraction of this part with equal class and object. ``classes`` is
-    a list with the IoU, in this part, of each class and of its objects; the IoU is None if the
-    class or object has no cell in this part. The ``area`` of a class is the divisor of its IoU.
-    ``mine`` and ``theirs`` are the numbers of an object in the two files, or None, and ``object``
-    is its number in merged work: my number, or a new one if only they have it.
+    ``area`` is the area of the mesh. ``labeled`` is the fraction of this area that both people have
+    labeled, and ``share`` is the fraction of this labeled part with equal class and object.
+    ``classes`` is a list with the IoU, in this part, of each class and of its objects; the IoU is
+    None if the class or object has no cell in this part. The ``area`` of a class is the divisor of
+    its IoU. ``mine`` and ``theirs`` are the numbers of an object in the two files, or None, and
+    ``object`` is its number in merged work: my number, or a new number if only their file has it.
     """
     paint = np.where(mine.objects > 0, mine.paint, mine.classes.astype(np.uint32))
     both = (paint > 0) & (theirs.paint > 0)
@@ -203,7 +203,7 @@ def _padded(rows: Sequence[Sequence[str]]) -> list[str]:
 
 
 def _rows(mine: Paint, theirs: Theirs, both: Bools, areas: Floats) -> list[dict[str, Any]]:
-    """Return the ``classes`` of `agreement`; `areas` are those of the cells in the mask `both`."""
+    """Return the ``classes`` of `agreement`; `areas` has one area per cell in the mask `both`."""
     paint, other = mine[both], theirs.paint[both]
     of_classes, of_objects = (
         _ious(class_of(paint), class_of(other), areas), _ious(paint, other, areas)

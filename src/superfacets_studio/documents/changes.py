@@ -64,7 +64,7 @@ class Painted:
 
     @classmethod
     def of(cls, cells: bytes, values: Paint) -> Painted:
-        """Compress the values (class and object) of packed cells; if all are equal, store one."""
+        """Compress the values (class and object) of packed cells; store equal values only once."""
         row = values[:1] if bool((values == values[0]).all()) else values
         return cls(cells, len(values), zlib.compress(row.tobytes(), level=1))
 
@@ -79,13 +79,13 @@ class Painted:
 
 @dataclass(frozen=True)
 class Change:
-    """A change of a `State`, with the values before and after it, so that it can be undone."""
+    """A change of a `State`, with the values before and after the change, to undo and redo it."""
 
     kind: Literal["paint", "split", "segment", "classes", "objects", "review", "suggest", "settle"]
     before: Any  # old `Painted` for the kind "paint", otherwise old value of a field, see `_FIELDS`
     after: Any  # new `Painted` or new value of the field
     stroke: str | None = None  # a name; successive changes with the same name are undone together
-    part: int | None = None  # number of the request that made it; requests of a stroke count upward
+    part: int | None = None  # number of its request; later requests of a stroke have higher ones
 
     @classmethod
     def painting(
@@ -132,7 +132,7 @@ class Change:
 
 
 def unsettled(state: State, ids: set[int]) -> Suggestions:
-    """Return the suggestions without those in `ids`; raise a ValueError if one does not exist."""
+    """Return the suggestions except `ids`; raise a ValueError if one of `ids` does not exist."""
     if lacking := ids - {one.id for one in state.suggestions}:
         raise ValueError(f"suggestion {min(lacking)} does not exist")
     return tuple(one for one in state.suggestions if one.id not in ids)

@@ -100,8 +100,8 @@ class Document:
         """Read an input file and its work file for exports; the document cannot be changed.
 
         The work file is neither locked nor written, so a studio may have it open. `classes` is the
-        list that the meshes of a folder share, or None to use the list in the work file. Raises the
-        same errors as `open`, and FileNotFoundError if there is no work file.
+        class list that the meshes of a folder share, or None to use the list in the work file.
+        Raises the same errors as `open`, and FileNotFoundError if there is no work file.
         """
         source = Source.read(path)
         return cls._of(source, parsed_work(work, work.read_bytes()), classes)
@@ -198,10 +198,10 @@ class Document:
 
         `cells` are indices in ascending order. The number 0 means no class or no object. Returns
         the change, or None if no cell changes. A client that got no reply sends a `part` of a
-        stroke again: a part that is in the journal, also if it was undone, changes nothing. Parts
-        of a stroke have ascending numbers. Raises ValueError if a class does not exist or if an
-        object number exceeds `MAX_OBJECT`, JournalError if the change could not be written, and
-        ChangedError if the input file has changed.
+        stroke again. If the part is in the journal already, even if it was undone, it changes
+        nothing. Parts of a stroke have ascending numbers. Raises ValueError if a class does not
+        exist or if an object number exceeds `MAX_OBJECT`, JournalError if the change could not be
+        written, and ChangedError if the input file has changed.
         """
         with self.lock:
             if np.max(objects, initial=0) > MAX_OBJECT:
@@ -242,7 +242,7 @@ class Document:
             return new
 
     def free_objects(self, class_id: int) -> Iterator[int]:
-        """Return the object numbers of a class that no cell and no name has, in ascending order."""
+        """Yield object numbers that no cell and no name of the class has, in ascending order."""
         used = {*np.unique(self.state.objects[self.state.classes == class_id]).tolist()}
         used |= {one["object"] for one in self.state.object_names if one["class"] == class_id}
         return (number for number in itertools.count(1) if number not in used)
@@ -364,10 +364,10 @@ class Document:
         """Accept and reject suggestions; return the changes, which a single undo reverts.
 
         `accepted` maps ids of suggestions to classes, and `rejected` contains ids. The unlabeled
-        cells of an accepted suggestion become a new object of its class, or get only the class if
-        it is a class without objects. Raises ValueError if a suggestion or class does not exist, if
-        a suggestion is both accepted and rejected, if no suggestion is given, or if an object
-        number would exceed `MAX_OBJECT`.
+        cells of an accepted suggestion become a new object of its class; if the class has no
+        objects, the cells get only the class. Raises ValueError if a suggestion or class does not
+        exist, if a suggestion is both accepted and rejected, if no suggestion is given, or if an
+        object number would exceed `MAX_OBJECT`.
         """
         if both := {*accepted}.intersection(rejected):
             raise ValueError(f"suggestion {min(both)} is both accepted and rejected")
@@ -421,9 +421,9 @@ class Document:
     def accept(self, cells: CellNumbers, side: Side) -> Change | None:
         """Resolve differences in `cells`: use the labels of the second work file, or keep mine.
 
-        With "theirs", `cells` get the labels of the second file, except where that file has none.
-        With "mine", only the copy of that file in memory changes: `cells` get my labels there, so
-        they no longer differ. Returns the change of my labels, or None if no label changes.
+        With "theirs", `cells` get the labels of the second file, except where it has no labels.
+        With "mine", only the copy of the second file in memory changes: its `cells` get my labels,
+        so they no longer differ. Returns the change of my labels, or None if no label changes.
         """
         with self._operation():
             theirs = self._compared()
@@ -475,7 +475,7 @@ class Document:
                 self.state.class_list = before
 
     def _move(self, name: str) -> list[Change]:
-        """Undo the last operation or stroke, or redo the last undone one; return its changes.
+        """Undo the last operation or stroke, or redo what was undone last; return the changes.
 
         `name` is "undo" or "redo". Raises NothingError if there is nothing to undo or redo.
         """
@@ -497,7 +497,7 @@ class Document:
             self.history.make(change)
 
     def _operation(self) -> contextlib.AbstractContextManager[list[Change]]:
-        """Make all changes of a `with` block one operation, which is done whole or not at all.
+        """Make all changes of a `with` block one operation, which is done completely or not at all.
 
         The operation is one line of the journal, which is written when the block ends.
         """
@@ -565,9 +565,9 @@ def merged_work(
     """Compare two work files of a mesh, and return the same dict as `agreement`.
 
     If `output` is given, a copy of my work file is written there. In this copy, cells without a
-    class get their label from `theirs`. With `prefer_theirs`, cells whose labels differ get it,
-    too. If a work file belongs to a folder whose meshes share classes, `shared` has these classes
-    for both work files, or they are read.
+    class get their label from `theirs`; with `prefer_theirs`, so do cells whose labels differ. If a
+    work file belongs to a folder whose meshes share classes, `shared` has the classes for both work
+    files; empty lists are read from the folders.
 
     Raises MeshError, JournalError or OSError if a file cannot be read or written.
     """
@@ -599,7 +599,7 @@ def shared_classes(folders: Iterable[Path]) -> ClassList:
 def _with_own_classes(work: Path, shared: ClassList) -> bytes:
     """Return the content of a work file, with the shared classes of its folder in the header.
 
-    They are `shared` or, if this is empty, in the folder of the work file or the nearest above.
+    If `shared` is empty, they come from the folder of the work file or the nearest above it.
     """
     data = work.read_bytes()
     header = parsed_work(work, data).header

@@ -89,8 +89,8 @@ class Files:
     def targets(self, output: Path | None) -> list[tuple[int, Path]]:
         """Return number and target of each file that has a work file.
 
-        The target has the folder and the first part of the names of exports. Raises an OSError if
-        there is no work file.
+        A target consists of the folder and the first part of the names of exports. Raises an
+        OSError if there is no work file.
         """
         started = [i for i in range(len(self.paths)) if self.work_of(i).exists()]
         if not started:

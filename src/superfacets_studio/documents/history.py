@@ -34,15 +34,15 @@ def last_stroke(changes: list[Change]) -> list[Change]:
 
 
 Recorder = Callable[[Line], object]
-"""Function that writes a step to the journal, `Document._write`. Replayed steps have none."""
+"""Function that writes a step to the journal, `Document._write`; not used to replay steps."""
 
 
 @dataclass
 class History:
     """State of a document, and stacks of changes that can be undone and redone.
 
-    Each step (operation, undo or redo) is done whole or not at all. It ends with a call of a
-    function `record`, which writes its line to the journal. If the step or `record` raises an
+    Each step (operation, undo or redo) is done completely or not at all. At its end, a step calls
+    the function `record`, which writes a line to the journal. If the step or `record` raises an
     error, the state is the same as before the step.
     """
 

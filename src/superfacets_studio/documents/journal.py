@@ -36,7 +36,7 @@ class JournalError(MeshError):
 
 
 class WriteError(JournalError):
-    """Error raised if an operation cannot be written to the work file, and so is not done."""
+    """Error raised if an operation is not done because it cannot be written to the work file."""
 
 
 @dataclass

@@ -33,7 +33,7 @@ def first_state(header: Line, n_cells: int, classes: ClassList | None) -> State:
 
 
 def line_of(changes: list[Change]) -> Line:
-    """Return the changes of an operation as one line of the journal, which is read whole or not."""
+    """Return the changes of an operation as one line of the journal, to replay all or none."""
     entries = []
     for change in changes:
         values = {"stroke": change.stroke, "part": change.part}

@@ -68,8 +68,8 @@ def names_of_exports(document: Document) -> dict[str, dict[str, str]]:
 def parsed_export(name: str) -> tuple[str, str | None]:
     """Return the kind and the format of an export like "objects.json"; the format may be missing.
 
-    Names are the ends of the default file names: marker and format. Raises ValueError if there is
-    no such kind of export.
+    A name is the end of the default file names: marker and format. Raises ValueError if there is no
+    such kind of export.
     """
     kinds = {mark[1:]: what for what, mark in {**MARKS, "regions": kit.InputFile.MARK}.items()}
     kind, _, format = name.partition(".")
@@ -82,8 +82,8 @@ def write_exports(
 ) -> tuple[list[Path], list[str]]:  # fmt: skip
     """Write exports of a file beside its target; return the paths, and notes for the user.
 
-    `targets` are the result of `Files.targets`, of which `index` selects one. If nothing is
-    labeled, only regions are exported. Raises a FileExistsError if files have the same exports.
+    `targets` are the result of `Files.targets`; `index` selects one of them. If nothing is labeled,
+    only regions are exported. Raises a FileExistsError if files have the same exports.
     """
     number, target = targets[index]
     path = files.path(number)
@@ -168,7 +168,7 @@ def _name_of(document: Document, what: str, format: str) -> str:
 
 
 def _stem_of(document: Document) -> str:
-    """Return the stem of export names; it differs between work files, so exports do not collide."""
+    """Return the stem of export names, which differs between work files to avoid collisions."""
     work, default = document.journal.path, work_file_of(document.path)
     usual = kit.FORMATS.stem_of(document.path)
     if work.resolve() == default.resolve():

@@ -51,9 +51,9 @@ _CODES = """
 _COLORS = tuple(f"#{code}" for code in _CODES.split())
 """Default colors of classes 1, 2, 3 and so on. The first seven are the palette of Okabe and Ito,
 which color-blind people can distinguish; the first twelve differ by at least 10 (CIEDE2000), also
-for color-blind people. Each of the others has a large distance from all before it, and from gray,
-because unlabeled cells are gray: at least 13 up to color 40, and at least 9 up to the last. A
-difference of 6 is clear on two separate surfaces."""
+for color-blind people. Each other color has a large distance from all colors before it, and from
+gray, because unlabeled cells are gray: at least 13 up to color 40, and at least 9 up to the last
+color. A difference of 6 is clear on two separate surfaces."""
 
 _MIN_DISTANCE = 0.046
 """Minimum OKLab distance of a new color to the colors in use: the minimum between two `_COLORS`."""
@@ -122,9 +122,9 @@ def _index_of_color(class_id: int) -> int:
 def _free_colors(class_ids: Collection[int], classes: Iterable[Mapping[str, Any]]) -> list[str]:
     """Return a default color for each new class, given other classes, some without a color.
 
-    It is the first default color that differs clearly from all colors in use and of the new classes
-    before it. The search begins with the default color of the class number, which is the result if
-    there is no such color.
+    The result is the first default color that differs clearly from all colors in use and from the
+    colors of the new classes before it. The search begins with the default color of the class
+    number, and returns this color if none differs clearly.
     """
     is_free = np.ones(len(_COLORS), bool)
     used = {entry["color"] for entry in classes} - {None}
@@ -145,8 +145,8 @@ def _free_colors(class_ids: Collection[int], classes: Iterable[Mapping[str, Any]
 def with_named(classes: ClassList, name: str, wanted: object = 0) -> tuple[int, ClassList]:
     """Return the number of the class with this name, ignoring case, and the list of classes.
 
-    If there is no such class, a new class is added to the list. It gets the number `wanted` if that
-    is a free class number, and otherwise the number after the highest in use.
+    If there is no such class, a new class is added to the list. Its number is `wanted` if this is a
+    free class number, and otherwise the number after the highest number in use.
     """
     for entry in classes:
         if entry["name"].casefold() == name.casefold():

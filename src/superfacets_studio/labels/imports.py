@@ -233,7 +233,7 @@ class _Gathered:
             self._names[class_id, object_id] = own_name
 
     def _keep_score(self, class_id: int, object_id: int, entry: Any) -> None:
-        """Store the score of an object if the entry has one; of several scores, keep the lowest."""
+        """Store the score of an object if the entry has one; keep the lowest of several scores."""
         score = checked_score(entry.get("score"))
         if score is not None:
             key = class_id, object_id

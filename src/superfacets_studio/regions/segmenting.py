@@ -61,9 +61,9 @@ def ranges(n_cells: int) -> dict[str, list[float]]:
 def checked_parameters(given: Mapping[str, Any], usual: Parameters, n_cells: int) -> Parameters:
     """Check parameters from a client, and take missing parameters from `usual`.
 
-    `level` is the number of regions after merging. It becomes None (no merging) if it equals
-    `n_segments`, or if a new `n_segments` is given without a level.
-    Raises ValueError or TypeError if a parameter is unknown, out of range or of the wrong type.
+    `level`, the number of regions after merging, becomes None (no merging) if it equals
+    `n_segments`, or if a new `n_segments` is given without a level. Raises ValueError or TypeError
+    if a parameter is unknown, out of range or of the wrong type.
     """
     unknown = sorted(set(given) - set(usual))
     if unknown:

@@ -33,8 +33,8 @@ def split_cells(
     """Split a region, and return the cells on the side of the blue stroke.
 
     The border is a minimum cut. Its cost is its length, reduced in creases, plus a term that
-    attracts each cell to the nearer stroke. If a connected component of one side contains no cell
-    of this side's stroke, it moves to the other side. `cells` (the region), `red` and `blue` (the
+    attracts each cell to the nearer stroke. A connected component of one side that contains no cell
+    of this side's stroke moves to the other side. `cells` (the region), `red` and `blue` (the
     strokes) are cell indices in ascending order. Cells of strokes outside the region are ignored.
     Raises ValueError if a stroke has no cell in the region, or if the strokes share a cell.
     """

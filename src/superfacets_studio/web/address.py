@@ -1,4 +1,4 @@
-"""Choose the port and access token of a server, store both, and pass both to a browser.
+"""Choose the port and access token of a server, store them, and pass them to a browser.
 
 The next server for the same work file or folder uses the same address. Therefore, a page that is
 still open works again after its server was killed and restarted. Only the owner can read the file

@@ -5,8 +5,8 @@ import type { ClassEntry } from "./contract";
 const KEYS = ["1", "2", "3", "4", "5", "6", "7", "8", "9"];
 
 /**
- * Classes of the keys 1 to 9. Keys that the user has assigned, and keys of classes with labels, stay; the others have the
- * classes that were used last.
+ * Classes of the keys 1 to 9. Keys that the user has assigned, and keys of classes with labels, do not change. The
+ * other keys choose the classes that were used last.
  */
 export class ClassKeys {
   private assigned = new Map<string, number>(); // class id by key
@@ -33,8 +33,8 @@ export class ClassKeys {
   }
 
   /**
-   * Note that a class is used. If it has no key, it gets that of the class without labels that was not used for the
-   * longest time, if there is one. Returns the class that loses its key, or 0.
+   * Note that a class is used. If it has no key, it gets the key of the least recently used class without labels, if
+   * there is one. Returns the class that loses its key, or 0.
    */
   use(id: number, hasLabels: (id: number) => boolean = () => false): number {
     const key = this.keyOf(id) || ([...this.held].find(([, other]) => !hasLabels(other))?.[0] ?? "");

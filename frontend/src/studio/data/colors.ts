@@ -13,7 +13,7 @@ export function parseColor(text: string): Rgb {
 export const cssColor = (color: Rgb): string => `rgb(${color.join()})`;
 
 export const N_SHADES = 8; // number of shades of a class, for its objects
-const N_USUAL = 5; // number of shades that successive objects have in turn; the others are for objects that touch
+const N_USUAL = 5; // number of shades that successive objects repeat; other shades are for objects that touch
 
 /** Fractions of white (positive) or black (negative) mixed into the class color, in order of preference. */
 const SHIFTS = [0.5, -0.4, 0.28, -0.22, 0.65, -0.55, 0.39, -0.31];
@@ -72,8 +72,8 @@ export function shadesOfClasses(classes: readonly { id: number; color: string }[
 export const usualShade = (object: number): number => Math.max(0, object - 1) % N_USUAL;
 
 /**
- * Shade of each object, by paint; without entry, `usualShade`. Objects of a class in one region, or in adjacent regions,
- * get different shades, unless all are taken. Objects give way to lower numbers, so a new object changes no other.
+ * Shade of each object, by paint; without entry, `usualShade`. Objects of a class in one region, or in adjacent
+ * regions, get different shades, unless all are taken. Lower numbers choose first, so a new object changes no other.
  */
 export function shadesOfObjects({ of, countOf }: Paints, { labels, neighbors, count }: Regions): Map<number, number> {
   const shades = new Map<number, number>();

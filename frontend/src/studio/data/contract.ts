@@ -26,7 +26,7 @@ export interface ObjectName {
   name: string;
 }
 
-/** What the work on a file took. */
+/** Active time and strokes of the work on a file. */
 export interface Statistics {
   seconds: number; // active time: without pauses of more than a minute
   strokes: number;

@@ -311,7 +311,7 @@ export class Lasso extends Tool {
     return counts;
   }
 
-  /** Of the cells inside the outline, the connected piece nearest to the eye, except small pieces. */
+  /** The connected piece of the cells inside the outline that is nearest to the eye, except small pieces. */
   private frontPiece(inside: Map<number, number>, { cells, width }: Seen): Map<number, number> {
     const { drawing: { camera, canvas }, session: { mesh } } = this.workbench;
     const pixel = camera.distance / camera.pixelsOf(canvas.clientHeight);

@@ -54,7 +54,7 @@ export class FilesPanel {
     row.bar.title = this.told(this.session.paints.progress, this.session.state.statistics);
   }
 
-  /** The labeled fraction, and what it took if that is known. */
+  /** The labeled fraction, and the time and strokes of the work if they are known. */
   private told(done: number, took?: Statistics): string {
     return text.list([text.percent(done), ...(took ? [text.files.effort(took.seconds, took.strokes)] : [])]);
   }

@@ -25,7 +25,7 @@ export class Palette {
     onClick("find-class", () => this.open());
     this.field.addEventListener("input", () => this.fill());
     this.field.addEventListener("keydown", (event) => this.pressed(event));
-    this.dialog.addEventListener("click", ({ target }) => target === this.dialog && this.dialog.close()); // a click beside the list
+    this.dialog.addEventListener("click", ({ target }) => target === this.dialog && this.dialog.close()); // a click outside the list
     this.dialog.addEventListener("close", () => workbench.drawing.canvas.focus());
   }
 

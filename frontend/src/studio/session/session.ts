@@ -103,7 +103,7 @@ export class Session {
     return this.saver?.count ?? 0;
   }
 
-  /** Whether unsaved strokes survive the end of the page. */
+  /** Whether unsaved strokes are kept if the page is closed. */
   get isKept(): boolean {
     return this.saver?.isKept ?? true;
   }
@@ -345,9 +345,9 @@ export class Session {
   }
 
   /**
-   * Load the state again, labels if `withPaint`, regions if they have changed, and suggestions if there are or were any.
+   * Load the state again; also labels if `withPaint`, changed regions, and suggestions if there are or were any.
    *
-   * The state is fetched before the labels: if they change in between, its `seq` is out of date, which `beat` finds.
+   * The state is fetched before the labels. If labels change in between, `beat` detects that `state.seq` is too low.
    */
   async reload(withPaint = false): Promise<void> {
     const state = await this.api.get<State>(`${this.path}/state`);
@@ -468,7 +468,7 @@ export class Session {
     }
   }
 
-  /** All labels and names as a short text that differs from that of other labels: an FNV hash, and the names. */
+  /** A short text that identifies all labels and names: an FNV hash of the labels, and the names. */
   private get labels(): string {
     const { state: { classes, object_names }, paints } = this;
     let hash = 2166136261;

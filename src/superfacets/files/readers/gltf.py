@@ -69,8 +69,8 @@ class Visit(NamedTuple):
 class GltfScene(Gltf):
     """A glTF document, and the meshes of its default scene.
 
-    The reader of textures gets it, to read materials, images and the corners of primitives.
-    Without `folder`, `open` refuses files that refer to other files.
+    The reader of textures uses it to read materials, images and the corners of primitives. Without
+    `folder`, `open` refuses files that refer to other files.
     """
 
     @cached_property

@@ -40,7 +40,7 @@ SUPPORTED = (
 """Extensions that affect the geometry, and are read."""
 
 GEOMETRY = re.compile(r"mesh|geometry|gaussian|node|visibility|primitive")
-"""Matches names of extensions that affect the geometry. If one is required, a file is refused."""
+"""Matches names of extensions that affect the geometry. Files that require one are refused."""
 
 
 @dataclass(eq=False)
@@ -94,7 +94,7 @@ class Gltf:
         self.check_growth(self.n_unpacked, name)
 
     def check_growth(self, n_bytes: int, name: str) -> None:
-        """Raise a MeshError if arrays of so many bytes, the last of `name`, exceed the limit."""
+        """Raise a MeshError if `n_bytes` of arrays, the last named `name`, exceed the limit."""
         if n_bytes > guards.most_bytes_of(self.n_bytes):
             raise MeshError(
                 f"the arrays, including {name}, have more than {guards.MAX_GROWTH} times the size"

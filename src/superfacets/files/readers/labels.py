@@ -35,16 +35,16 @@ def read_labels(
 
         - ``.npy``: a one-dimensional array of any integer type;
         - ``.seg`` and ``.txt``: one integer per line, without a header;
-        - other formats of `read_mesh` and `read_cloud`: the integer property ``label`` of the
-          cells; without it the named parts of the mesh, such as solids and groups, numbered in the
-          order of the file (the numbers in names like ``region_17`` are labels); without parts the
-          property ``label`` of the vertices, as in ``.labels.ply`` of ScanNet;
-        - labels of vertices: ``.segs.json`` (ScanNet), and ``.aggregation.json``, the ``objectId``
-          of each vertex, with the segments file that it names; ``.label.gii`` (GIFTI) and
-          ``.annot`` (FreeSurfer), the key of the vertex or its row in the color table, minus 1;
-          whole numbers in ``.shape.gii``, ``.func.gii``, ``.curv``, ``.thickness``, ``.sulc`` and
-          ``.area``; ``.label`` (FreeSurfer), 0 for listed vertices and -1 for others.
-          `face_labels` converts labels of vertices to labels of faces.
+        - other formats of `read_mesh` and `read_cloud`: the integer property ``label`` of cells; if
+          it is missing, named parts of the mesh, such as solids and groups, numbered in the order
+          of the file (numbers in names like ``region_17`` are labels); if parts are missing, too,
+          the property ``label`` of vertices, as in ``.labels.ply`` of ScanNet;
+        - labels of vertices: ``.segs.json`` (ScanNet); ``.aggregation.json``: the ``objectId`` of
+          each vertex, by the segments file that it names; ``.label.gii`` (GIFTI) and ``.annot``
+          (FreeSurfer): the key of the vertex, or its row in the color table, minus 1; whole numbers
+          in ``.shape.gii``, ``.func.gii``, ``.curv``, ``.thickness``, ``.sulc`` and ``.area``;
+          ``.label`` (FreeSurfer): 0 for listed vertices and -1 for others. `face_labels` converts
+          labels of vertices to labels of faces.
     n_faces : int, optional
         Number of labels that the file must have: one per cell, or one per vertex. By default, any
         number is accepted. Required for ``.label``, which does not list all vertices.
@@ -128,7 +128,7 @@ def parse_labels(source: Input, n_cells: int | None, name: str) -> tuple[Ints, b
 def _expanded(listed: Array, n_vertices: int | None) -> Ints:
     """Return label 0 for listed vertices, and -1 for others."""
     if n_vertices is None:
-        raise MeshError("the file lists only some vertices: pass the number of all as n_faces")
+        raise MeshError("the file lists only some vertices: pass the number of vertices as n_faces")
     is_wrong = (listed < 0) | (listed >= n_vertices)
     refuse_first(is_wrong, "listed vertices", listed, f"0 to {n_vertices - 1}", MeshError)
     return np.isin(np.arange(n_vertices), listed).astype(np.int32) - np.int32(1)

@@ -62,7 +62,7 @@ def _bytes_of(colors: Array) -> Array:
 
 
 def _read_wrapped(body: Lines, n_vertices: int, n_faces: int) -> tuple[Array, Array | Polygons]:
-    """Return vertices and faces of which a row may have several lines, and a line several rows."""
+    """Return vertices and faces of a file whose rows span several lines or share a line."""
     numbers = body.parse_integers_or_floats()
     vertices, rest = numbers[: 3 * n_vertices].astype(np.float64), numbers[3 * n_vertices :]
     n_corners = np.nan_to_num(np.clip(rest, 0, len(rest))).astype(np.int64)

@@ -24,7 +24,7 @@ _BEGINS = {
     ".off": OFF_MAGIC.pattern,
     ".obj": rb"(?:v|vn|vt|vp|f|l|p|o|g|s|mtllib|usemtl)(?!\S)",
 }  # fmt: skip
-"""Patterns that match the begin of files without white space and comments, keyed by ending."""
+"""Patterns of the first word of files, after white space and comments, keyed by ending."""
 
 _SKIPPED = rb"(?:\s*+#[^\n]*+\n)*+\s*+"
 
@@ -55,7 +55,7 @@ _OTHER_BEGINS = {
     rb"ISO-10303-21": _CAD.format("STEP"),
     rb"%PDF": "the file is a PDF document, not a mesh",
 }
-"""Error messages for other content, keyed by a pattern that matches its begin."""
+"""Error messages for other content, keyed by a pattern of its first bytes."""
 
 _GZIP, _UTF_16 = b"\x1f\x8b", {b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be"}
 
@@ -72,8 +72,8 @@ def read_mesh(path: str | os.PathLike[str]) -> AnyMesh:
         Mesh file. The ending, in upper or lower case, selects the format:
 
         - surfaces: ``.ply``, ``.stl``, ``.obj``, ``.off``, ``.vtp``, ``.glb`` and ``.gltf``
-          (2.0), and of a brain cortex ``.gii`` (GIFTI) and FreeSurfer's ``.white``, ``.pial``,
-          ``.inflated``, ``.smoothwm``, ``.orig`` and ``.sphere``;
+          (2.0), and surfaces of a brain cortex: ``.gii`` (GIFTI) and FreeSurfer's ``.white``,
+          ``.pial``, ``.inflated``, ``.smoothwm``, ``.orig`` and ``.sphere``;
         - tetrahedra, or else faces: ``.vtu``, ``.vtk`` (legacy; needs the extra ``viz``), ``.msh``
           (Gmsh) and ``.mesh`` (Medit; both need the extra ``mesh``).
 
@@ -175,7 +175,7 @@ def read_attributes(path: str | os.PathLike[str]) -> MeshAttributes:
     -------
     MeshAttributes
         Arrays in the order of the file, with the types that the file declares. `declared` lists
-        what the file has, and what became of each; `left_out` is the part that was not read.
+        everything in the file, and how it is used; `left_out` lists items that are not read.
 
     Raises
     ------
@@ -241,7 +241,7 @@ def recognized_ending(data: Content) -> str | None:
 
 
 def as_declared(data: Content) -> Content:
-    """Return the content after decompression, in UTF-8; raise a MeshError if it is not a mesh."""
+    """Return decompressed content in UTF-8; raise a MeshError for a file that is not a mesh."""
     if data[:2] == _GZIP:
         data = _unpacked(data)
     if data[:2] in _UTF_16:

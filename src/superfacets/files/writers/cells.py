@@ -102,8 +102,8 @@ def _checked_class(value: object) -> str:
 class Output:
     """Checked cells to write, with their labels, colors, attributes and format options.
 
-    Functions that write a format get it as their second argument; see `files.formats`. They mark
-    in `taken` which attributes they store, so that all others are known to be lost.
+    Functions that write a format get an `Output` as second argument; see `files.formats`. They mark
+    the attributes that they store in `taken`; all other attributes are reported as lost.
     """
 
     cells: Any
@@ -178,13 +178,13 @@ class Output:
         return np.asarray(np.rint(self.cells.colors * 255), np.uint8)
 
     def parts(self) -> tuple[Array, list[str]] | None:
-        """Return the number of each face's named part of the file, and the names of the parts.
+        """Return the number of the named part of each face, and the names of the parts.
 
         There is a part per region: ``region_17`` for label 17, or the class of the region with
         underscores instead of spaces, and ``unlabeled`` for label -1. If the input has named parts,
         such as solids, and a region is inside of one part, its name begins with the name of the
-        part, for example ``inlet_region_17``. Without labels, the parts are those of the input. The
-        result is None if there are none.
+        part, for example ``inlet_region_17``. Without labels, the input defines the parts. The
+        result is None if there are no parts.
         """
         given = self._given_parts
         if self.labels is None:

@@ -43,9 +43,9 @@ class IdWriter:
     attributes: MeshAttributes | None = None  # attributes of the cells
     of_vertices: Ints | None = None  # given labels of vertices; None to compute them from `labels`
     segments: tuple[Ints, Ints, Path] | None = None
-    """Segments to write in place of the labels of vertices: the id of each vertex, (V,), -1 for no
-    segment; the object of each segment, (K,), in ascending order of ids, -1 for no object; and the
-    ``.segs.json`` file that contains the ids."""
+    """Segments that replace the labels of vertices: the segment id of each vertex, (V,), or -1; the
+    object of each segment, (K,), in ascending order of ids, or -1; and the ``.segs.json`` file that
+    contains the ids."""
     segments_file: Path | None = None  # the ``.segs.json`` file that is written together with this
     coarser: Sequence[Ints] = ()  # coarser levels of `labels`
     groups: Ints | None = None  # `ConstraintOptions.groups_of_vertices` of the cells

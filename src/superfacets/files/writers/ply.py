@@ -138,7 +138,7 @@ def _rows(columns: Columns, rows: Longs, *, ascii: bool) -> list[bytes]:
 
 
 def _filled(columns: Columns, rows: slice | Longs, corners: Array | None = None) -> Array:
-    """Return rows as a structured array; `corners` are those of faces that differ in size."""
+    """Return rows as a structured array; `corners` has one row per polygon."""
     parts: dict[str, Any] = {
         name: values[rows] if isinstance(values, np.ndarray) else corners
         for name, values in columns.items()

@@ -47,7 +47,7 @@ def text_rows(row: str, columns: Sequence[Array]) -> bytes:
 def write_rows(file: IO[bytes], row: str, columns: Sequence[Array]) -> None:
     """Write columns of equal length as rows of text; `row` is the format string of one row.
 
-    Writers of text formats use it, because it formats many rows at a time.
+    Writers of text formats use this function, because it formats many rows at a time.
     """
     for begin in range(0, len(columns[0]), ROWS_AT_ONCE):
         file.write(text_rows(row, [column[begin : begin + ROWS_AT_ONCE] for column in columns]))

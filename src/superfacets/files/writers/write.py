@@ -75,7 +75,7 @@ def write_mesh(
     colors : array_like of uint8, shape (F, 3), optional
         Red, green and blue of each face. With labels, the default is the result of `face_colors`.
     attributes : MeshAttributes, optional
-        Other properties of vertices and faces. Those that the writer writes itself, such as
+        Other properties of vertices and faces. Properties that the writer adds itself, such as
         ``label`` or ``red``, are skipped.
     ascii : bool, default False
         Whether to write text instead of binary numbers.
@@ -85,9 +85,9 @@ def write_mesh(
         Whether a PLY file also has a vertex property ``label``, given or from
         `superfacets.vertex_labels`.
     classes : sequence of str or int, length K, optional
-        Class of each region, in ascending order of the labels: a column of the table in GLB, names
-        of groups in OBJ, of solids in STL, of areas in ``.label.gii`` and ``.annot``, and labels
-        of groups in ``.aggregation.json``.
+        Class of each region, in ascending order of the labels: a column of the table in GLB, and
+        names of groups in OBJ, solids in STL, areas in ``.label.gii`` and ``.annot``, and labels of
+        groups in ``.aggregation.json``.
     scores : array_like of float, length K, optional
         Score of each region, 0 to 1, in ascending order of the labels, for example
         `LiftedLabels.label_scores`. Only ``.aggregation.json`` stores scores.
@@ -193,7 +193,7 @@ def write_labels(path: StrPath, labels: npt.ArrayLike, *, force: bool = False) -
 
 
 ORDER = "the order of faces (they are sorted by region, so the label files do not fit)"
-"""Name of what `Formats.sorted_outputs` lose."""
+"""Message for the data that is lost in the formats in `Formats.sorted_outputs`."""
 
 
 class Written(NamedTuple):
@@ -212,8 +212,8 @@ class OutputFiles:
 
     Commands check outputs before a long computation with `check` and `check_fit`, and write them
     with `write`. Endings are the same as for `write_mesh` and `write_labels`; `endings` is the set
-    of all, and `streams` maps endings to streams, which need not be seekable. Streams are written
-    after all files are complete. If this fails, no file appears.
+    of all endings, and `streams` maps endings to streams, which need not be seekable. Streams are
+    written after all files are complete. If this fails, no file appears.
     """
 
     files: Sequence[StrPath]
@@ -276,15 +276,15 @@ class OutputFiles:
     ) -> Written:
         """Write all files and streams.
 
-        Files with one label per cell get one per record of the input (`MeshAttributes.records`), -1
-        for records without a position; or `listed`, labels of `listed_mesh`, such as the mesh
-        before subdivision. Formats with one label per vertex store `of_vertices` if it is given,
-        and otherwise labels of vertices computed from labels of cells. Such labels do not cross
-        `constraints`, the ``mask`` and ``barriers`` of the segmentation, if these have a value per
-        vertex of the mesh, or of `listed_mesh`; by default, those that `labels` keep. If `segments`
-        are given, as in `IdWriter`, formats in `Formats.vertex_outputs` get them, and
-        ``.aggregation.json`` gets groups of them, which name the ``.segs.json`` file in `files`, if
-        there is one.
+        Files with one label per cell get one label per record of the input
+        (`MeshAttributes.records`), -1 for records without a position; or `listed`, labels of
+        `listed_mesh`, such as the mesh before subdivision. Formats with one label per vertex store
+        `of_vertices` if it is given, and otherwise labels of vertices computed from labels of
+        cells. Such labels do not cross `constraints`, the ``mask`` and ``barriers`` of the
+        segmentation, if these have a value per vertex of the mesh, or of `listed_mesh`; by default,
+        the constraints that `labels` keep. If `segments` are given, as in `IdWriter`, formats in
+        `Formats.vertex_outputs` store the segments, and ``.aggregation.json`` stores groups of
+        segments, and names the ``.segs.json`` file in `files`, if any.
 
         Raises the errors of `write_mesh`, and a ValueError if a path is given twice, or if a format
         needs labels but there are none.
