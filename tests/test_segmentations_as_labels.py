@@ -34,7 +34,7 @@ CALLS = {
     ],
     "lift": lambda labels: sf.lift(MESH, labels, [np.ones((48, 64), int)], CAMERAS).labels,
     "merge_small_regions": lambda labels: sf.merge_small_regions(MESH, labels, 0.9).labels,
-    "plot": lambda labels: np.asarray(sf.plot(MESH, labels)),
+    "plot": lambda labels: np.asarray(sf.plot(MESH, labels, smooth_borders=False)),
     "pool": lambda labels: sf.pool(labels, GRAPH.measures),
     "region_graph": lambda labels: sf.region_graph(MESH, labels).areas,
     "segment": lambda labels: sf.segment(MESH, 12, barriers=labels).labels,

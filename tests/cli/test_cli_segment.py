@@ -100,7 +100,7 @@ def test_json_is_one_object_with_the_facts(run, sheet):
     assert status == 0
     assert (facts["n_faces"], facts["n_segments"]) == (1152, 20)
     assert set(facts["seconds"]) == set(STAGES)
-    assert facts["params"]["alpha"] == 12
+    assert facts["params"]["alpha"] == 8.3
     assert facts["outputs"] == [str(sheet.with_name("sheet.superfacets.ply"))]
 
 
