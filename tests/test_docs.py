@@ -25,6 +25,7 @@ import textured_meshes
 from tools.sample_bear import parts_of
 
 import superfacets as sf
+from superfacets.kit import FORMATS
 from superfacets_cli.main import commands
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -266,6 +267,19 @@ def test_every_public_name_has_a_page():
     for name in {*listed} - {*public_names()}:  # results, and names of apps
         module, _, attribute = name.rpartition(".")
         assert hasattr(import_module(module), attribute), name
+
+
+def test_docstrings_name_all_formats_that_are_read():
+    for role, reader in (("read", sf.read_mesh), ("read_points", sf.read_cloud)):
+        assert [each for each in FORMATS[role] if f"``{each}``" not in reader.__doc__] == []
+
+
+def test_the_docstring_and_the_page_name_all_metrics():
+    square = ([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    page = (DOCS / "metrics.md").read_text(encoding="utf-8")
+    for name in sf.metrics.evaluate(square, [0, 1], [[3, 3]]):
+        assert f"``{name}``" in sf.metrics.evaluate.__doc__, name
+        assert f"`{name}`" in page, name
 
 
 def test_every_example_has_a_place_in_the_gallery_and_one_page_for_it():

@@ -5,6 +5,7 @@ import page from "../index.html?raw";
 import { Keys } from "../src/studio/input/keys";
 import type { Modes } from "../src/studio/input/modes";
 import { Pointer } from "../src/studio/input/pointer";
+import { Views } from "../src/studio/panels/views";
 import { Session } from "../src/studio/session/session";
 import { Api } from "../src/studio/session/api";
 import { Workbench } from "../src/studio/workbench";
@@ -13,6 +14,7 @@ import { fakeDrawing, fakeFile, fakeStorage } from "./fake";
 const camera = { orbit: vi.fn(), zoomBy: vi.fn(), isWide: false };
 let canvas: HTMLCanvasElement;
 let workbench: Workbench;
+let parts: Record<string, unknown>;
 
 beforeEach(() => {
   vi.useFakeTimers({ toFake: ["setInterval"] });
@@ -28,7 +30,7 @@ beforeEach(() => {
   Object.assign(workbench, { picker: { cellAt: () => 3 } });
   const modes = { tool: { resize: vi.fn(), turnsBeside: false } } as unknown as Modes;
   new Pointer(workbench, modes);
-  const parts = { modes, views: { keys: () => [] }, clip: {}, comparison: {}, palette: {}, suggestions: {}, walk: { press: () => false }, goToFile: vi.fn() };
+  parts = { modes, views: new Views(workbench), clip: {}, comparison: {}, palette: {}, suggestions: {}, walk: { press: () => false }, goToFile: vi.fn() };
   new Keys(workbench, parts as never);
 });
 
@@ -47,6 +49,11 @@ test("with keys as in Blender, the number pad turns, zooms and shows an object a
   expect(camera.zoomBy.mock.calls).toEqual([[1.25], [0.8]]);
   expect(camera.orbit).toHaveBeenCalledWith(Math.PI, 0);
   expect(isolate).toHaveBeenCalledOnce();
+});
+
+test("no two commands have the same key", () => {
+  const views = { keys: () => [{ names: ["Alt+9", "f"], what: "", run: vi.fn() }] };
+  expect(() => new Keys(workbench, { ...parts, views } as never)).toThrow("two commands have the key f");
 });
 
 test("F1 opens the help", () => {

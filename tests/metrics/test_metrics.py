@@ -273,14 +273,9 @@ def test_single_metrics_are_those_of_evaluate():
 def test_what_cannot_be_measured_is_refused():
     mesh = shapes.strip(4)
     flat = Mesh([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2]])
-    with pytest.raises(
-        ValueError, match=r"labels must have one value per cell \(4\), got 3 values"
-    ):
-        evaluate(mesh, [0, 0, 0])
-    with pytest.raises(
-        ValueError, match=r"labels must have one value per cell \(4\), got 3 values"
-    ):
-        evaluate(mesh, [0] * 4, [[0] * 3])
+    for labels, truths in (([0] * 3, ()), ([0] * 4, [[0] * 3])):
+        with pytest.raises(ValueError, match=r"one value per cell \(4\), got 3 values"):
+            evaluate(mesh, labels, truths)
     per_vertex = [0] * mesh.n_vertices
     for call in (
         lambda: evaluate(mesh, per_vertex),
@@ -288,10 +283,7 @@ def test_what_cannot_be_measured_is_refused():
         lambda: undersegmentation_error(mesh, per_vertex, [0] * 4),
         lambda: undersegmentation_error(mesh, [0] * 4, per_vertex),
     ):
-        message = (
-            r"labels must have one value per cell \(4\), got 6 values\. For one label per vertex"
-        )
-        with pytest.raises(ValueError, match=message):
+        with pytest.raises(ValueError, match=r"\(4\), got 6 values\. For one label per vertex"):
             call()
     with pytest.raises(TypeError, match="labels must contain integers, got float64"):
         compactness(mesh, [0.5] * 4)
@@ -307,14 +299,11 @@ def test_what_cannot_be_measured_is_refused():
         message = "ground_truths must be an array of one label per face, or a sequence of such"
         with pytest.raises(TypeError, match=re.escape(f"{message} arrays, got {truths}")):
             evaluate(mesh, [0] * 4, truths)
+    no_area = "the total area must be positive, but all cells have area 0"
     for measure in (compactness, evaluate):
-        with pytest.raises(
-            ValueError, match="the total area must be positive, but all cells have area 0"
-        ):
+        with pytest.raises(ValueError, match=no_area):
             measure(flat, [0])
-    with pytest.raises(
-        ValueError, match="the total area must be positive, but all cells have area 0"
-    ):
+    with pytest.raises(ValueError, match=no_area):
         area_overlap([0], [0], [0.0])
 
 
@@ -399,9 +388,7 @@ def test_unannotated_cells_are_left_out_of_every_comparison():
     alone = evaluate(annotated, labels[:6], [truth[:6]])
     scale = MeshEdges.of(mesh, weld=True, n_threads=1)
     scale_alone = MeshEdges.of(annotated, weld=True, n_threads=1)
-    for name in sorted(
-        {*alone} - {"n_regions", "n_left_out", "compactness", "explained_variation"}
-    ):
+    for name in sorted({*alone} - {*evaluate(mesh, labels)}):
         value = values[name]
         if name == "cut_discrepancy":  # relative to the radius of the whole surface
             value *= scale.mean_radius / scale_alone.mean_radius

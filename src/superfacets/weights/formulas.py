@@ -327,7 +327,7 @@ class Formula:
 WEIGHTS: Mapping[WeightName, Formula] = {
     "parts": Formula(
         about='like ``"creases"``, with straight lines between cells up to three arcs apart, and a'
-        " cost of arcs between parts of the shape, such as a finger and the palm",
+        " cost between parts of the shape",
         defaults={"alpha": 8.3, "eta_convex": 0.0, "ridges": 1.0, "gamma": 1.68},  # of PartCosts
         compute=lambda surface, arrays, radius, params: _adapted_weights(
             surface, arrays, _crease_factors(radius, params)._replace(is_straight=True)
@@ -335,14 +335,14 @@ WEIGHTS: Mapping[WeightName, Formula] = {
         has_part_costs=True,
     ),
     "creases": Formula(
-        about="`crease_weights`, with costs of creases that do not depend on the resolution",
+        about="`crease_weights`, whose costs do not depend on the resolution",
         defaults={"alpha": 20.0, "eta_convex": 0.0, "ridges": 0.35},
         compute=lambda surface, arrays, radius, params: _adapted_weights(
             surface, arrays, _crease_factors(radius, params)
         ),
     ),
     "superfacets": Formula(
-        about="`superfacet_weights`, the formula of the paper",
+        about="`superfacet_weights` of the paper",
         defaults={"alpha": 200.0, "eta_convex": 0.2},
         compute=lambda surface, arrays, _, params: ArcWeights(
             weights_of(surface, arrays, EdgeFactors(params["alpha"], params["eta_convex"], 0.0))

@@ -83,7 +83,10 @@ export class Keys {
       ],
     };
     for (const key of Object.values(this.groups).flat()) {
-      for (const name of key.names) this.table.set(name, key);
+      for (const name of key.names) {
+        if (this.table.has(name)) throw new Error(words.isUsed(name));
+        this.table.set(name, key);
+      }
     }
     onClick("help-button", () => this.openHelp());
     window.addEventListener("keydown", (event) => this.pressed(event));

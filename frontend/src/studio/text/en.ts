@@ -533,6 +533,7 @@ export const en = {
   },
 
   keys: {
+    isUsed: (key: string): string => `two commands have the key ${key}`,
     find: "find a class by its name, or make a new one",
     classKey: "choose a class; its key’s box assigns a key, and other keys have the classes that were used last",
     noClassHasKey: (key: string): string => `No class has the key ${key}.`,
