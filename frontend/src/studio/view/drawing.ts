@@ -12,7 +12,7 @@ import type { Sphere, Vector } from "../../shared/vectors";
 import { CellTable } from "./celltable";
 import { N_SHADES, parseColor, type Rgb } from "../data/colors";
 import type { Mesh } from "../data/mesh";
-import { CELLS, IMAGE, WHOLE } from "./shaders";
+import { CELLS, image, type Switches, WHOLE } from "./shaders";
 import { text } from "../text/index";
 
 const REFINE_MS = 160; // time in milliseconds after the last change until the canvas is drawn antialiased
@@ -44,7 +44,7 @@ export class Drawing {
   private readonly ownColors: OwnColors;
   private readonly surface: Surface;
   private readonly cellsProgram: Program;
-  private readonly imageProgram: Program;
+  private readonly imagePrograms = new Map<string, Program>(); // programs of the second pass, by fragment shader
   private readonly regions: Table; // region of each cell
   private readonly regionColors: Table; // color of each region; alpha is 255 if the region is selected
   private readonly classColors: Table;
@@ -81,7 +81,7 @@ export class Drawing {
     this.frames = [new Frame(gpu, 2), new Frame(gpu, 2)];
     this.coverFrame = new Frame(gpu, 1);
     this.cellsProgram = new Program(gpu, SURFACE, CELLS);
-    this.imageProgram = new Program(gpu, WHOLE, IMAGE);
+    this.imageProgram({ is_cloud: false, blends: false, has_suggestions: false, blinks: false }); // fails early if it cannot be built
     canvas.addEventListener("webglcontextlost", (event) => {
       event.preventDefault(); // without this call, the browser would never restore the context
       failed(text.session.noGraphics);
@@ -283,21 +283,30 @@ export class Drawing {
     for (const table of [this.cells.table, this.regionColors]) table.send();
     const frame = this.isStale || !this.frame ? this.drawCells() : this.frame;
     const { regions, cells, regionColors, classColors, stride, hovered, cursor } = this;
+    const blend = this.ownColors.isShown ? this.blend.opacity : 0;
+    const switches = { is_cloud: this.mesh.isCloud, blends: blend > 0, has_suggestions: this.hasSuggestions, blinks: this.nBlinks % 2 === 1 };
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     gl.viewport(0, 0, this.canvas.width, this.canvas.height);
-    this.imageProgram.use({
+    this.imageProgram(switches).use({
       ...this.theme, regions, cells: cells.table, region_colors: regionColors, class_colors: classColors,
-      suggestions: this.suggestions, suggestion_colors: this.suggestionColors, has_suggestions: this.hasSuggestions,
+      suggestions: this.suggestions, suggestion_colors: this.suggestionColors,
       ids: frame.colors[0], lights: frame.colors[1], depths: frame.depth, near_far: this.camera.eye.near_far, focal: this.camera.pixelsOf(frame.height),
-      blinks: this.nBlinks % 2 === 1, stride, samples: Math.min(samples, stride), hovered, cursor, has_borders: this.hasBorders, has_labels: this.hasClasses,
+      stride, samples: Math.min(samples, stride), hovered, cursor, has_borders: this.hasBorders, has_labels: this.hasClasses,
       line: Math.max(1, Math.round(1.1 * stride * window.devicePixelRatio)),
-      blend: this.ownColors.isShown ? this.blend.opacity : 0,
-      is_cloud: this.mesh.isCloud, hides_backs: this.hidesBacks, height: this.canvas.height,
+      blend, hides_backs: this.hidesBacks, height: this.canvas.height,
     });
     gl.disable(gl.DEPTH_TEST);
     this.gpu.drawNumbers(3);
     gl.enable(gl.DEPTH_TEST);
     for (const run of this.afterDraw) run();
+  }
+
+  /** Returns the program of the second pass for these switches, which is built on first use. */
+  private imageProgram(switches: Switches): Program {
+    const fragment = image(switches);
+    const program = this.imagePrograms.get(fragment) ?? new Program(this.gpu, WHOLE, fragment);
+    this.imagePrograms.set(fragment, program);
+    return program;
   }
 
   private drawCells(): Frame {

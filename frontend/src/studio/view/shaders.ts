@@ -40,7 +40,20 @@ void main() {
   gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0);
 }`;
 
-export const IMAGE = `${HEAD}${TINTED}
+/** Features of the second pass that change seldom. */
+export interface Switches {
+  is_cloud: boolean;
+  blends: boolean; // whether the mesh's own colors or texture are visible
+  has_suggestions: boolean;
+  blinks: boolean; // whether unlabeled cells are highlighted
+}
+
+/**
+ * Fragment shader of the second pass. Switches are constants, so that compilers omit features that are off. Without a
+ * graphics card, both sides of every other branch are computed, and these features would take half of the time.
+ */
+export const image = (switches: Switches): string => `${HEAD}${TINTED}
+${Object.entries(switches).map(([name, isOn]) => `const bool ${name} = ${isOn};`).join("\n")}
 uniform sampler2D ids;
 uniform sampler2D lights;
 uniform sampler2D depths;
@@ -50,17 +63,14 @@ uniform sampler2D region_colors;  // color of each region; alpha is 1 if the reg
 uniform sampler2D class_colors;  // ${N_SHADES} shades of each class, for its objects
 uniform usampler2D suggestions;  // 1-based index of the suggestion of each cell; 0 if the cell has none
 uniform sampler2D suggestion_colors;  // color of each suggestion; alpha is 1 for the chosen suggestion
-uniform bool has_suggestions;
 uniform int stride;  // number of first-pass pixels per canvas pixel, in each direction
 uniform int samples;  // number of first-pass pixels averaged per canvas pixel, in each direction
 uniform int line;  // width of borders in first-pass pixels
 uniform uint hovered;  // region under the pointer, or NONE
 uniform uint cursor;  // region selected by keyboard, or NONE
 uniform bool has_borders;
-uniform bool blinks;  // whether unlabeled cells are highlighted
 uniform bool has_labels;  // whether any cell has a class
 uniform float blend;  // opacity of the mesh's own colors or texture, 0 to 1
-uniform bool is_cloud;
 uniform bool hides_backs;
 uniform vec2 near_far;
 uniform float focal;  // size of a segment of length 1 at distance 1, in first-pass pixels
@@ -122,7 +132,7 @@ vec3 shade(ivec2 p, ivec2 limit) {
     base = mix(base, tone.rgb, (p.x + 65536 - p.y) / (4 * line) % 2 == 0 ? 0.9 : 0.3);
   }
   vec4 lit = texelFetch(lights, p, 0);
-  if (blend > 0.0) base = id != 0u || suggestion != 0u ? tinted(base, lit.gba, blend) : mix(base, lit.gba, blend);
+  if (blends) base = id != 0u || suggestion != 0u ? tinted(base, lit.gba, blend) : mix(base, lit.gba, blend);
   if ((state.b & ${MARK_RED}u) != 0u) base = vec3(0.85, 0.07, 0.12);
   if ((state.b & ${MARK_BLUE}u) != 0u) base = vec3(0.08, 0.25, 0.9);
   float light = 1.5 * lit.r;
