@@ -3,8 +3,8 @@
     python -m research.border_rates psb
 
 `psb` is a folder with off/N.off and seg/Benchmark/N/N_j.seg. Prints the coefficients
-and the cross-validated log loss per arc. `superfacets.weights.parts.BORDER_COEFFICIENTS` are these
-coefficients, tuned by `research.tune` for the quality of regions.
+and the cross-validated log loss per arc. `superfacets.weights.parts.BORDER_COEFFICIENTS` are the
+means of these coefficients and of those that `research.tune` finds.
 """
 
 from __future__ import annotations

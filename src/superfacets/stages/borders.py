@@ -16,7 +16,7 @@ from ..weights.parts import BORDER_COEFFICIENTS, conducting_graph, embedding, st
 from .prepare import Prepared
 from .weigh import Lengths, Weighed
 
-BORDER_FACTOR = 6.7
+BORDER_FACTOR = 8.5
 """Cost of an arc across which people draw a border, as a multiple of the expected radius. With 10
 and 50 regions, the undersegmentation error is 0.002 lower, and the compactness 0.02 higher."""
 
