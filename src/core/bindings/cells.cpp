@@ -109,17 +109,25 @@ std::vector<double> measures_of(const OrderedGraph& graph) {
   return measures;
 }
 
-void make_ordered_graph(OrderedGraph* self, PlacedCells& cells, Offsets offsets, Integers neighbors,
-                        Floats lengths, int n_threads, bool is_symmetric, double straight_unit) {
-  const WeightedArcs arcs{{offsets, neighbors}, lengths, is_symmetric, straight_unit};
+// The graph may refer to `lengths`. An attribute keeps them alive until they are replaced.
+constexpr const char* kKept = "_lengths";
+
+void make_ordered_graph(nb::pointer_and_handle<OrderedGraph> self, PlacedCells& cells,
+                        Offsets offsets, Integers neighbors, const nb::object& lengths,
+                        int n_threads, bool is_symmetric, double straight_unit, bool are_shared) {
+  const WeightedArcs arcs{
+      {offsets, neighbors}, nb::cast<Floats>(lengths), is_symmetric, straight_unit, are_shared};
   on_team(cells.n_cells(), n_threads,
-          [&](ThreadTeam& team) { new (self) OrderedGraph(std::move(cells), arcs, team); });
+          [&](ThreadTeam& team) { new (self.p) OrderedGraph(std::move(cells), arcs, team); });
+  if (are_shared) nb::setattr(self.h, kKept, lengths);
 }
 
-void set_lengths_of(OrderedGraph& graph, Offsets offsets, Integers neighbors, Floats lengths,
+void set_lengths_of(nb::handle self, Offsets offsets, Integers neighbors, const nb::object& lengths,
                     int n_threads) {
-  const WeightedArcs arcs{{offsets, neighbors}, lengths};
+  auto& graph = nb::cast<OrderedGraph&>(self);
+  const WeightedArcs arcs{{offsets, neighbors}, nb::cast<Floats>(lengths)};
   on_team(graph.n_cells(), n_threads, [&](ThreadTeam& team) { graph.set_lengths(arcs, team); });
+  if (graph.shares_arcs()) nb::setattr(self, kKept, lengths);
 }
 
 auto positions_of(const OrderedGraph& graph, Integers cells) {
@@ -248,11 +256,12 @@ void bind_graphs(nb::module_& module) {
   nb::class_<PlacedCells> placed(module, "PlacedCells");
   def_view(placed, &make_placed_cells, "positions"_a, "measures"_a, "n_threads"_a,
            "is_sorted"_a = false);
-  nb::class_<OrderedGraph, PlacedCells>(module, "OrderedGraph")
+  nb::class_<OrderedGraph, PlacedCells>(module, "OrderedGraph", nb::dynamic_attr())
       .def("__init__", &make_ordered_graph, "cells"_a, "offsets"_a, "neighbors"_a, "lengths"_a,
-           "n_threads"_a, "is_symmetric"_a = false, "straight_unit"_a = 0.0, nb::keep_alive<1, 2>(),
+           "n_threads"_a, "is_symmetric"_a = false, "straight_unit"_a = 0.0, "are_shared"_a = false,
+           nb::keep_alive<1, 2>(), nb::keep_alive<1, 3>(), nb::keep_alive<1, 4>(),
            "Build a graph from sorted cells. The arrays of `cells` are moved, so `cells` is empty "
-           "afterwards.")
+           "afterwards. If `are_shared`, the graph refers to the arrays of arcs.")
       .def("set_lengths", &set_lengths_of, "offsets"_a, "neighbors"_a, "lengths"_a, "n_threads"_a)
       .def_prop_ro("n_cells", &OrderedGraph::n_cells)
       .def_ro("is_symmetric", &OrderedGraph::is_symmetric)

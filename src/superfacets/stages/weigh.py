@@ -10,6 +10,7 @@ import numpy.typing as npt
 from .. import _core
 from ..base.timing import Clock
 from ..base.types import Singles
+from ..clustering.coarsening import may_share_arcs
 from ..clustering.plan import ArcLengths, Plan
 from ..graph.cell_graph import BaseGraph, checked_weights
 from ..graph.surface import Surface
@@ -112,12 +113,14 @@ def ordered_graph(
     """Build the graph for the loop. The arrays of `placed.cells` are moved to the graph."""
     options = weighed.options.weights
     with clock.timed("order", begins=False):
+        n_cells = len(placed.arcs.offsets) - 1
         is_symmetric = options.given is None  # formulas give symmetric weights
         # Length of an integer step in the unit of positions; 0 without costs between parts.
         straight_unit = unit * weighed.surface.weight_unit if weighed.has_part_costs else 0.0
         ordered = _core.OrderedGraph(
-            placed.cells, *placed.arcs, weighed.surface.n_threads, is_symmetric, straight_unit
-        )
+            placed.cells, *placed.arcs, weighed.surface.n_threads, is_symmetric, straight_unit,
+            may_share_arcs(n_cells, is_symmetric, weighed.plan, weighed.options.loop),
+        )  # fmt: skip
         if weighed.of_made_thing:  # made things have costs between parts, so the unit is above 0
             limit = options.crease_limit(weighed.plan.size.radius)
             ordered.crease_limit = limit / straight_unit
