@@ -182,9 +182,8 @@ Buffer<Cell> walked(Offsets offsets, Integers neighbors, Integers labels, Label 
 }
 
 WeighedArcs weights_of_triangles(const TriangleSurface& surface, Points centroids, Doubles areas,
-                                 Points normals, const EdgeFactors& factors, bool wants_sums,
-                                 ThreadTeam& team) {
-  return triangle_weights(surface, {centroids, areas, normals}, factors, wants_sums, team);
+                                 const EdgeFactors& factors, bool wants_sums, ThreadTeam& team) {
+  return triangle_weights(surface, {centroids, areas}, factors, wants_sums, team);
 }
 
 Buffer<float> with_part_costs(Offsets offsets, Integers neighbors, Floats lengths,
@@ -194,11 +193,11 @@ Buffer<float> with_part_costs(Offsets offsets, Integers neighbors, Floats length
                         {vectors.shape(1), values_of(vectors), group_of}, factor, team);
 }
 
-Buffer<float> with_group_costs(Offsets offsets, Integers neighbors, Floats lengths,
-                               Integers group_of, Offsets group_offsets, Integers group_neighbors,
-                               Floats costs, ThreadTeam& team) {
-  return add_group_costs({offsets, neighbors}, lengths,
-                         {{group_offsets, group_neighbors}, costs, group_of}, team);
+void add_group_costs_to(Offsets offsets, Integers neighbors, const WritableArray<float>& lengths,
+                        Integers group_of, Offsets group_offsets, Integers group_neighbors,
+                        Floats costs, ThreadTeam& team) {
+  add_group_costs({offsets, neighbors}, {lengths.data(), lengths.size()},
+                  {{group_offsets, group_neighbors}, costs, group_of}, team);
 }
 
 Buffer<double> with_feature_steps(Offsets offsets, Integers neighbors, Doubles weights,
@@ -295,11 +294,11 @@ void bind_graphs(nb::module_& module) {
 
 void bind_weights(nb::module_& module) {
   nb::class_<EdgeFactors>(module, "EdgeFactors")
-      .def(nb::init<double, double, double, double, double, double, bool, double>(), nb::kw_only(),
-           "alpha"_a, "eta_convex"_a, "crease_length"_a, "diagonal"_a, "ridges"_a, "convex_share"_a,
-           "is_straight"_a, "slack"_a);
+      .def(nb::init<double, double, double, double, double, double, bool, double, double>(),
+           nb::kw_only(), "alpha"_a, "eta_convex"_a, "crease_length"_a, "diagonal"_a, "ridges"_a,
+           "convex_share"_a, "is_straight"_a, "slack"_a, "unit_factor"_a);
   module.def("triangle_weights", threaded(&weights_of_triangles), "surface"_a, "centroids"_a,
-             "areas"_a, "normals"_a, "factors"_a, "wants_sums"_a, "n_threads"_a);
+             "areas"_a, "factors"_a, "wants_sums"_a, "n_threads"_a);
   module.def("share_of_flat_sides", threaded(&share_of_flat_sides), "surface"_a, "areas"_a,
              "normals"_a, "n_threads"_a);
   module.def("surface_weights", threaded(&surface_weights), "surface"_a, "factors"_a,
@@ -309,9 +308,9 @@ void bind_weights(nb::module_& module) {
              "weights"_a, "features"_a.noconvert(), "factor"_a, "n_threads"_a);
   module.def("add_part_costs", threaded(&with_part_costs), "offsets"_a, "neighbors"_a, "lengths"_a,
              "group_of"_a, "vectors"_a.noconvert(), "factor"_a, "n_threads"_a);
-  module.def("add_group_costs", threaded(&with_group_costs), "offsets"_a, "neighbors"_a,
-             "lengths"_a, "group_of"_a, "group_offsets"_a, "group_neighbors"_a, "costs"_a,
-             "n_threads"_a);
+  module.def("add_group_costs", threaded(&add_group_costs_to), "offsets"_a, "neighbors"_a,
+             "lengths"_a.noconvert(), "group_of"_a, "group_offsets"_a, "group_neighbors"_a,
+             "costs"_a, "n_threads"_a);
   module.def("quantize_weights", threaded(&quantize_weights), "weights"_a, "n_threads"_a);
   module.def("unit_of_lengths", &unit_of_lengths, "total_weight"_a);
   module.def("round_weights", threaded(&round_weights), "weights"_a, "unit"_a, "n_threads"_a);
