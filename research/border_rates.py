@@ -42,17 +42,16 @@ class Sample(NamedTuple):
 def features_of(model: Model) -> tuple[Ints, Floats, Floats, Floats]:
     """Return ends, features, relative lengths and border lengths of all arcs."""
     kind = kind_of(model.mesh)
-    graph, shapes = kind.build_graph(model.mesh, True, 1)
+    graph, _ = kind.build_graph(model.mesh, True, 1)
     surface = kind.surface(model.mesh, graph, 1)
-    assert shapes is not None
     radius = radius_of(graph.measures, 150, 1)
     options = WeightOptions.checked("parts", None)
-    weights = weights_of_kind(kind, surface, graph, radius, options, shapes.normals).weights
+    weights = weights_of_kind(kind, surface, graph, radius, options).weights
     lengths, unit = graph.quantized(weights, 1)
     placed = _core.PlacedCells(graph.positions, graph.measures, 1)
     ordered = _core.OrderedGraph(placed, *surface.arcs, lengths, 1, True, unit * graph.diagonal)
     base = conducting_graph(ordered, options.crease_cost(radius), 1)
-    normals = kind.normals(surface, graph, shapes).astype(np.float32)
+    normals = kind.normals(surface, graph)
     vectors: Singles = embedding(base, ordered, 1)
     widths = surface.arc_measures().border_lengths
     ends = np.stack([graph.sources, graph.neighbors])

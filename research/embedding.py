@@ -74,13 +74,12 @@ def spectral_embedding(
     threads = checked_threads(n_threads)
     cells = as_cells(mesh)
     kind = kind_of(cells)
-    graph, shapes = kind.build_graph(cells, weld, threads)
+    graph, _ = kind.build_graph(cells, weld, threads)
     surface = kind.surface(cells, graph, threads)
     n_regions = min(DEFAULT_N_SEGMENTS, surface.n_cells)
     radius = radius_of(graph.measures, n_regions, threads, kind.dimension)
     options = WeightOptions.checked("parts", None)
-    normals = None if shapes is None else shapes.normals
-    weights = weights_of_kind(kind, surface, graph, radius, options, normals)
+    weights = weights_of_kind(kind, surface, graph, radius, options)
     lengths, unit = graph.quantized(weights.weights, threads)
     placed = _core.PlacedCells(graph.positions, graph.measures, threads)
     unit *= surface.weight_unit

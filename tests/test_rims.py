@@ -86,10 +86,10 @@ def test_rims_are_borders(name):
 
 def weighed(mesh, n_threads=1, **options):
     kind = kind_of(mesh)
-    graph, found = kind.build_graph(mesh, True, n_threads)
+    graph, _ = kind.build_graph(mesh, True, n_threads)
     surface = kind.surface(mesh, graph, n_threads)
     options = WeightOptions.checked(sf.Weights(**options), None)
-    return graph, weights_of_kind(kind, surface, graph, 0.3, options, found.normals)
+    return graph, weights_of_kind(kind, surface, graph, 0.3, options)
 
 
 def weights_of_parts(mesh, n_threads=1, **options):

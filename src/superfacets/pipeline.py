@@ -16,7 +16,7 @@ from .clustering.plan import Start
 from .clustering.result import Segmentation
 from .mesh.convert import MeshLike
 from .mesh.denoising import Denoise
-from .stages.borders import add_borders, grouped_for_borders, normals_at_borders
+from .stages.borders import add_borders, grouped_for_borders
 from .stages.cluster import clean, cluster, finish
 from .stages.options import SegmentOptions
 from .stages.part_costs import add_parts
@@ -155,17 +155,15 @@ def run(mesh: MeshLike | Prepared, options: SegmentOptions) -> Segmentation:
         # From here on, `weighed.options` replaces `options`.
         weights, feature_costs = add_features(weights, weighed, prepared, clock)  # 2 weights
         graph, source, input_index = prepared.graph, prepared.source, prepared.input_index
+        kind = prepared.kind
         lengths = round_weights(weights, graph, weighed, clock)  # 2 weights
-        del mesh, weights
-        normals = normals_at_borders(prepared, weighed, clock)  # 2 weights
-        del prepared
+        del mesh, weights, prepared
         placed = place(graph, lengths, weighed, clock)  # order
         ordered = ordered_graph(placed, lengths.unit, weighed, clock)  # order
-        grouped = grouped_for_borders(ordered, normals, weighed, clock)  # coarsen, 2 weights
-        del graph, normals
-        arcs, lengths = add_borders(  # 2 weights
-            ordered, grouped, placed.arcs, lengths, weighed, clock
-        )
+        grouped = grouped_for_borders(ordered, kind, graph, weighed, clock)  # coarsen, 2 weights
+        del graph
+        arcs = placed.arcs
+        add_borders(ordered, grouped, arcs, lengths, weighed, clock)  # 2 weights
         loop, begun = weighed.options.loop, [*grouped.begun]  # `coarsened` appends to this copy
         del placed, grouped
         coarsening = coarsened(ordered, weighed.plan, loop, clock.timings, begun)  # coarsen

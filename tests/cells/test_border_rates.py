@@ -13,14 +13,14 @@ BEAR = sf.sample_mesh(5_000)
 
 def rates(mesh, vectors, n_threads=1):
     kind = kind_of(mesh)
-    graph, shapes = kind.build_graph(mesh, True, 1)
+    graph, _ = kind.build_graph(mesh, True, 1)
     surface = kind.surface(mesh, graph, 1)
     lengths, unit = graph.quantized(surface.arc_measures().step_lengths / graph.diagonal, 1)
     placed = _core.PlacedCells(graph.positions, graph.measures, 1)
     ordered = _core.OrderedGraph(placed, *surface.arcs, lengths, 1, True, unit * graph.diagonal)
-    widths, normals = surface.arc_measures().border_lengths, kind.normals(surface, graph, shapes)
+    widths, normals = surface.arc_measures().border_lengths, kind.normals(surface, graph)
     found = _core.border_rates(
-        ordered, *surface.arcs, widths, normals.astype(np.float32), vectors, BORDER_COEFFICIENTS,
+        ordered, *surface.arcs, widths, normals, vectors, BORDER_COEFFICIENTS,
         n_threads,
     )  # fmt: skip
     return graph, found

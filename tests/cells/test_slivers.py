@@ -15,8 +15,8 @@ from superfacets.metrics import compactness
 
 
 def share_of(mesh, radius):
-    faces, known = FaceArcs.of(mesh, True, 2).measured(mesh, 2)
-    return sliver_share(mesh, faces.measures, known.longest, radius, 2)
+    faces, longest = FaceArcs.of(mesh, True, 2).measured(mesh, 2)
+    return sliver_share(mesh, faces.measures, longest, radius, 2)
 
 
 def test_the_share_counts_faces_longer_than_two_radii_and_thinner_than_half_of_one():
@@ -39,8 +39,8 @@ def test_a_surface_without_area_has_no_slivers():
 def test_the_share_does_not_depend_on_the_number_of_threads():
     mesh = shapes.bumpy_sheet(120)
     squeezed = sf.Mesh(mesh.vertices * [1, 0.02, 0.02], mesh.faces)
-    faces, known = FaceArcs.of(squeezed, True, 2).measured(squeezed, 2)
-    shares = {sliver_share(squeezed, faces.measures, known.longest, 0.004, n) for n in (1, 2, 3, 8)}
+    faces, longest = FaceArcs.of(squeezed, True, 2).measured(squeezed, 2)
+    shares = {sliver_share(squeezed, faces.measures, longest, 0.004, n) for n in (1, 2, 3, 8)}
     assert len(shares) == 1
     assert 0 < shares.pop() < 1
 

@@ -109,17 +109,25 @@ std::vector<double> measures_of(const OrderedGraph& graph) {
   return measures;
 }
 
-void make_ordered_graph(OrderedGraph* self, PlacedCells& cells, Offsets offsets, Integers neighbors,
-                        Floats lengths, int n_threads, bool is_symmetric, double straight_unit) {
-  const WeightedArcs arcs{{offsets, neighbors}, lengths, is_symmetric, straight_unit};
+// The graph may refer to `lengths`. An attribute keeps them alive until they are replaced.
+constexpr const char* kKept = "_lengths";
+
+void make_ordered_graph(nb::pointer_and_handle<OrderedGraph> self, PlacedCells& cells,
+                        Offsets offsets, Integers neighbors, const nb::object& lengths,
+                        int n_threads, bool is_symmetric, double straight_unit, bool are_shared) {
+  const WeightedArcs arcs{
+      {offsets, neighbors}, nb::cast<Floats>(lengths), is_symmetric, straight_unit, are_shared};
   on_team(cells.n_cells(), n_threads,
-          [&](ThreadTeam& team) { new (self) OrderedGraph(std::move(cells), arcs, team); });
+          [&](ThreadTeam& team) { new (self.p) OrderedGraph(std::move(cells), arcs, team); });
+  if (are_shared) nb::setattr(self.h, kKept, lengths);
 }
 
-void set_lengths_of(OrderedGraph& graph, Offsets offsets, Integers neighbors, Floats lengths,
+void set_lengths_of(nb::handle self, Offsets offsets, Integers neighbors, const nb::object& lengths,
                     int n_threads) {
-  const WeightedArcs arcs{{offsets, neighbors}, lengths};
+  auto& graph = nb::cast<OrderedGraph&>(self);
+  const WeightedArcs arcs{{offsets, neighbors}, nb::cast<Floats>(lengths)};
   on_team(graph.n_cells(), n_threads, [&](ThreadTeam& team) { graph.set_lengths(arcs, team); });
+  if (graph.shares_arcs()) nb::setattr(self, kKept, lengths);
 }
 
 auto positions_of(const OrderedGraph& graph, Integers cells) {
@@ -174,9 +182,8 @@ Buffer<Cell> walked(Offsets offsets, Integers neighbors, Integers labels, Label 
 }
 
 WeighedArcs weights_of_triangles(const TriangleSurface& surface, Points centroids, Doubles areas,
-                                 Points normals, const EdgeFactors& factors, bool wants_sums,
-                                 ThreadTeam& team) {
-  return triangle_weights(surface, {centroids, areas, normals}, factors, wants_sums, team);
+                                 const EdgeFactors& factors, bool wants_sums, ThreadTeam& team) {
+  return triangle_weights(surface, {centroids, areas}, factors, wants_sums, team);
 }
 
 Buffer<float> with_part_costs(Offsets offsets, Integers neighbors, Floats lengths,
@@ -186,11 +193,11 @@ Buffer<float> with_part_costs(Offsets offsets, Integers neighbors, Floats length
                         {vectors.shape(1), values_of(vectors), group_of}, factor, team);
 }
 
-Buffer<float> with_group_costs(Offsets offsets, Integers neighbors, Floats lengths,
-                               Integers group_of, Offsets group_offsets, Integers group_neighbors,
-                               Floats costs, ThreadTeam& team) {
-  return add_group_costs({offsets, neighbors}, lengths,
-                         {{group_offsets, group_neighbors}, costs, group_of}, team);
+void add_group_costs_to(Offsets offsets, Integers neighbors, const WritableArray<float>& lengths,
+                        Integers group_of, Offsets group_offsets, Integers group_neighbors,
+                        Floats costs, ThreadTeam& team) {
+  add_group_costs({offsets, neighbors}, {lengths.data(), lengths.size()},
+                  {{group_offsets, group_neighbors}, costs, group_of}, team);
 }
 
 Buffer<double> with_feature_steps(Offsets offsets, Integers neighbors, Doubles weights,
@@ -248,11 +255,12 @@ void bind_graphs(nb::module_& module) {
   nb::class_<PlacedCells> placed(module, "PlacedCells");
   def_view(placed, &make_placed_cells, "positions"_a, "measures"_a, "n_threads"_a,
            "is_sorted"_a = false);
-  nb::class_<OrderedGraph, PlacedCells>(module, "OrderedGraph")
+  nb::class_<OrderedGraph, PlacedCells>(module, "OrderedGraph", nb::dynamic_attr())
       .def("__init__", &make_ordered_graph, "cells"_a, "offsets"_a, "neighbors"_a, "lengths"_a,
-           "n_threads"_a, "is_symmetric"_a = false, "straight_unit"_a = 0.0, nb::keep_alive<1, 2>(),
+           "n_threads"_a, "is_symmetric"_a = false, "straight_unit"_a = 0.0, "are_shared"_a = false,
+           nb::keep_alive<1, 2>(), nb::keep_alive<1, 3>(), nb::keep_alive<1, 4>(),
            "Build a graph from sorted cells. The arrays of `cells` are moved, so `cells` is empty "
-           "afterwards.")
+           "afterwards. If `are_shared`, the graph refers to the arrays of arcs.")
       .def("set_lengths", &set_lengths_of, "offsets"_a, "neighbors"_a, "lengths"_a, "n_threads"_a)
       .def_prop_ro("n_cells", &OrderedGraph::n_cells)
       .def_ro("is_symmetric", &OrderedGraph::is_symmetric)
@@ -286,11 +294,11 @@ void bind_graphs(nb::module_& module) {
 
 void bind_weights(nb::module_& module) {
   nb::class_<EdgeFactors>(module, "EdgeFactors")
-      .def(nb::init<double, double, double, double, double, double, bool, double>(), nb::kw_only(),
-           "alpha"_a, "eta_convex"_a, "crease_length"_a, "diagonal"_a, "ridges"_a, "convex_share"_a,
-           "is_straight"_a, "slack"_a);
+      .def(nb::init<double, double, double, double, double, double, bool, double, double>(),
+           nb::kw_only(), "alpha"_a, "eta_convex"_a, "crease_length"_a, "diagonal"_a, "ridges"_a,
+           "convex_share"_a, "is_straight"_a, "slack"_a, "unit_factor"_a);
   module.def("triangle_weights", threaded(&weights_of_triangles), "surface"_a, "centroids"_a,
-             "areas"_a, "normals"_a, "factors"_a, "wants_sums"_a, "n_threads"_a);
+             "areas"_a, "factors"_a, "wants_sums"_a, "n_threads"_a);
   module.def("share_of_flat_sides", threaded(&share_of_flat_sides), "surface"_a, "areas"_a,
              "normals"_a, "n_threads"_a);
   module.def("surface_weights", threaded(&surface_weights), "surface"_a, "factors"_a,
@@ -300,9 +308,9 @@ void bind_weights(nb::module_& module) {
              "weights"_a, "features"_a.noconvert(), "factor"_a, "n_threads"_a);
   module.def("add_part_costs", threaded(&with_part_costs), "offsets"_a, "neighbors"_a, "lengths"_a,
              "group_of"_a, "vectors"_a.noconvert(), "factor"_a, "n_threads"_a);
-  module.def("add_group_costs", threaded(&with_group_costs), "offsets"_a, "neighbors"_a,
-             "lengths"_a, "group_of"_a, "group_offsets"_a, "group_neighbors"_a, "costs"_a,
-             "n_threads"_a);
+  module.def("add_group_costs", threaded(&add_group_costs_to), "offsets"_a, "neighbors"_a,
+             "lengths"_a.noconvert(), "group_of"_a, "group_offsets"_a, "group_neighbors"_a,
+             "costs"_a, "n_threads"_a);
   module.def("quantize_weights", threaded(&quantize_weights), "weights"_a, "n_threads"_a);
   module.def("unit_of_lengths", &unit_of_lengths, "total_weight"_a);
   module.def("round_weights", threaded(&round_weights), "weights"_a, "unit"_a, "n_threads"_a);

@@ -37,9 +37,11 @@ void make_coarse_graph(CoarseGraph* self, const OrderedGraph& fine, Place cell_s
 
 auto arcs_of(const CoarseGraph& coarse) {
   const OrderedGraph& graph = coarse.graph();
-  const std::vector<Arc> arcs(graph.arcs.begin(), graph.arcs.end());
-  return std::tuple_cat(std::tuple(std::vector(graph.offsets.begin(), graph.offsets.end())),
-                        columns(arcs, &Arc::to, &Arc::length));
+  Buffer<Place> targets(graph.arcs.size());
+  Buffer<float> lengths(graph.arcs.size());
+  std::ranges::transform(graph.arcs, targets.begin(), &Arc::to);
+  std::ranges::transform(graph.arcs, lengths.begin(), &Arc::length);
+  return std::tuple(copy_of(graph.offsets.span()), std::move(targets), std::move(lengths));
 }
 
 // Returns the positions and measures of the coarse cells.

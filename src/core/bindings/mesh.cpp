@@ -76,6 +76,8 @@ void bind_mesh(nb::module_& module) {
   module.def("triangulate", threaded(&triangles_of), "vertices"_a, "offsets"_a, "corners"_a,
              "n_threads"_a);
   module.def("measure_faces", threaded(&measure_faces), "vertices"_a, "faces"_a, "n_threads"_a);
+  module.def("unit_normals", threaded(&unit_normals), "vertices"_a, "faces"_a, "n_threads"_a);
+  module.def("single_normals", threaded(&single_normals), "vertices"_a, "faces"_a, "n_threads"_a);
   module.def("sliver_area", threaded(&sliver_area), "vertices"_a, "faces"_a, "areas"_a, "longest"_a,
              "min_length"_a, "max_height"_a, "n_threads"_a);
   module.def("area_vectors", threaded(&area_vectors), "vertices"_a, "faces"_a, "n_threads"_a);

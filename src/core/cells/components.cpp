@@ -16,7 +16,7 @@ Components find_components(const OrderedGraph& graph, std::span<const Label> lab
                            ThreadTeam& team) {
   SUPERFACETS_ASSERT(std::cmp_equal(labels.size(), graph.n_cells()));
   const auto for_each_neighbor = [&](Place place, const auto& visit) {
-    for (const Arc& arc : graph.arcs_of(place)) {
+    for (const Arc arc : graph.arcs_of(place)) {
       if (labels[arc.to] == labels[place]) visit(arc.to);
     }
   };

@@ -18,8 +18,8 @@ std::int64_t block_size(const OrderedGraph& graph) {
 Buffer<float> crease_costs(const OrderedGraph& graph, ThreadTeam& team) {
   Buffer<float> costs(graph.arcs.size());
   team.for_each_slow(graph.n_cells(), [&](Place place) {
-    auto next = static_cast<std::size_t>(graph.arcs_of(place).data() - graph.arcs.data());
-    for (const Arc& arc : graph.arcs_of(place)) {
+    std::size_t next = graph.first_arc(place);
+    for (const Arc arc : graph.arcs_of(place)) {
       costs[next++] = static_cast<float>(round_to_whole(graph.crease_cost(place, arc)));
     }
   });
@@ -99,8 +99,8 @@ class ArcFinder {
   // Extends a walk by each arc that leaves its last cell. A new walk is not stored if the arc leads
   // back to the previous cell, or if it is a padding arc, which leads from a cell to itself.
   void extend(const Walk walk) {
-    const std::span<const Arc> arcs = graph_.arcs_of(walk.here);
-    const float* cost = costs_.data() + (arcs.data() - graph_.arcs.data());
+    const ArcList arcs = graph_.arcs_of(walk.here);
+    const float* cost = costs_.data() + graph_.first_arc(walk.here);
     reserve(walks_, n_walks_ + arcs.size());
     reserve(reached_, n_reached_ + arcs.size());
     for (const Arc& arc : arcs) {
@@ -145,7 +145,7 @@ std::size_t most_walks(const OrderedGraph& graph, int n_steps, ThreadTeam& team)
   };
   const auto n_walks_from = [&](Place place) {
     double n_walks = 0.0;
-    for (const Arc& arc : graph.arcs_of(place)) {
+    for (const Arc arc : graph.arcs_of(place)) {
       n_walks += 1.0 + n_ways_on(place) * (n_steps > 2 ? 1.0 + n_ways_on(arc.to) : 1.0);
     }
     return n_walks;
@@ -161,6 +161,7 @@ void add_far_arcs(OrderedGraph& graph, int most_steps, ThreadTeam& team) {
   SUPERFACETS_ASSERT(graph.is_symmetric && graph.straight_unit > 0.0);
   const int n_steps = std::min(steps_of(graph), most_steps);
   if (n_steps == 1) return;
+  graph.own_arcs(team);
   const Buffer<float> costs = crease_costs(graph, team);
   const std::int64_t size = block_size(graph);
   std::vector<std::vector<Arc>> found(std::size_t{8} * team.size());

@@ -97,6 +97,21 @@ OrderedGraph::OrderedGraph(PlacedCells&& placed, const WeightedArcs& input, Thre
       straight_unit(input.straight_unit),
       units_per_length(straight_unit > 0.0 ? 1.0 / straight_unit : 0.0) {
   SUPERFACETS_ASSERT(input.arcs.are_valid() && input.arcs.n_cells() == n_cells());
+  if (input.are_shared) {
+    SUPERFACETS_ASSERT(cells.size() == 0 && input.is_known_symmetric);
+    shared_ = input;
+  } else {
+    copy_arcs(input, team);
+  }
+  SUPERFACETS_ASSERT(!input.is_known_symmetric || all_lead_back(team));
+  is_symmetric = input.is_known_symmetric || all_lead_back(team);
+}
+
+void OrderedGraph::own_arcs(ThreadTeam& team) {
+  if (shares_arcs()) copy_arcs(std::exchange(shared_, {}), team);
+}
+
+void OrderedGraph::copy_arcs(const WeightedArcs& input, ThreadTeam& team) {
   if (fits_rows(input, team)) {
     arcs = Buffer<Arc>(std::size_t{kRow} * n_cells());
   } else {
@@ -107,24 +122,26 @@ OrderedGraph::OrderedGraph(PlacedCells&& placed, const WeightedArcs& input, Thre
       offsets[place + 1] = offsets[place] + std::ssize(input.arcs.neighbors(cell_at(place)));
     }
   }
-  set_lengths(input, team);
-  SUPERFACETS_ASSERT(!input.is_known_symmetric || all_lead_back(team));
-  is_symmetric = input.is_known_symmetric || all_lead_back(team);
+  has_rows() ? copy_rows(input, team) : copy_lists(input, team);
 }
 
 bool OrderedGraph::all_lead_back(ThreadTeam& team) const {
   std::atomic<bool> all = true;
   team.for_each_index(n_cells(), [&](Place place) {
-    const bool lead_back =
-        std::ranges::all_of(arcs_of(place), [&](const Arc& arc) { return leads_back(place, arc); });
-    if (!lead_back) all = false;
+    for (const Arc arc : arcs_of(place)) {
+      if (!leads_back(place, arc)) all = false;
+    }
   });
   return all;
 }
 
 void OrderedGraph::set_lengths(const WeightedArcs& input, ThreadTeam& team) {
   SUPERFACETS_ASSERT(std::ssize(input.lengths) == n_arcs && are_quantized(input.lengths));
-  has_rows() ? copy_rows(input, team) : copy_lists(input, team);
+  if (shares_arcs()) {
+    shared_.lengths = input.lengths;
+  } else {
+    has_rows() ? copy_rows(input, team) : copy_lists(input, team);
+  }
   SUPERFACETS_ASSERT(!is_symmetric || all_lead_back(team));
 }
 
@@ -132,14 +149,14 @@ void OrderedGraph::copy_rows(const WeightedArcs& input, ThreadTeam& team) {
   team.for_each_index(n_cells(), [&](Place place) {
     prefetch_arcs(input, place);
     const std::size_t row = std::size_t{kRow} * place;
-    const std::size_t n_copied = copy_arcs(input, place, row);
+    const std::size_t n_copied = copy_arcs_of(input, place, row);
     std::fill_n(arcs.data() + row + n_copied, kRow - n_copied, Arc{place, 1.0F});
   });
 }
 
 void OrderedGraph::copy_lists(const WeightedArcs& input, ThreadTeam& team) {
   team.for_each_index(n_cells(), [&](Place place) {
-    const std::size_t n_copied = copy_arcs(input, place, offsets[place]);
+    const std::size_t n_copied = copy_arcs_of(input, place, offsets[place]);
     Arc* list = arcs.data() + offsets[place];
     std::sort(list, list + n_copied, is_before);
   });
@@ -158,7 +175,7 @@ void OrderedGraph::prefetch_arcs(const WeightedArcs& input, std::int64_t place) 
 
 // Copies the arcs of the cell at `place` into the array of arcs, beginning at index `first`.
 // Returns the number of copied arcs.
-std::size_t OrderedGraph::copy_arcs(const WeightedArcs& input, Place place, std::size_t first) {
+std::size_t OrderedGraph::copy_arcs_of(const WeightedArcs& input, Place place, std::size_t first) {
   std::size_t next = first;
   for (const auto [arc, neighbor] : input.arcs.steps(cell_at(place))) {
     arcs[next++] = {place_of(neighbor), input.lengths[arc]};
@@ -170,6 +187,7 @@ void OrderedGraph::add_part_costs(const PartVectors& vectors, double factor, Thr
   SUPERFACETS_ASSERT(vectors.groups.empty() || vectors.groups.size() == positions.size());
   SUPERFACETS_ASSERT(!vectors.groups.empty() ||
                      vectors.rows.size() == vectors.width * positions.size());
+  own_arcs(team);
   Buffer<Cell> groups(positions.size());  // group of each cell, in sorted order
   team.for_each_index(n_cells(),
                       [&](Place place) { groups[place] = vectors.group_of(cell_at(place)); });
@@ -200,10 +218,14 @@ std::vector<Cell> OrderedGraph::cells_at(std::span<const Place> some_places) con
 bool OrderedGraph::leads_back(Place from, const Arc& arc) const {
   const auto back = arcs_of(arc.to);
   const Arc wanted{from, arc.length};
-  if (!has_rows()) return std::ranges::binary_search(back, wanted, is_before);
-  return std::ranges::any_of(back, [&](const Arc& other) {
-    return other.to == wanted.to && other.length == wanted.length;
-  });
+  if (!has_rows() && !shares_arcs()) {
+    const std::span<const Arc> sorted{arcs.data() + offsets[arc.to], back.size()};
+    return std::ranges::binary_search(sorted, wanted, is_before);
+  }
+  for (const Arc other : back) {
+    if (other.to == wanted.to && other.length == wanted.length) return true;
+  }
+  return false;
 }
 
 }  // namespace superfacets

@@ -20,6 +20,56 @@ struct Arc {
 // levels.
 inline constexpr PathLength kLongest = PathLength{1} << 60;
 
+// The arcs that leave a cell. Targets and lengths are in one array of Arc, or in two arrays.
+class ArcList {
+ public:
+  struct Iterator {
+    const Place* to;
+    const float* length;
+    std::ptrdiff_t stride;
+
+    Arc operator*() const { return {*to, *length}; }
+    Iterator& operator++() {
+      to += stride;
+      length += stride;
+      return *this;
+    }
+    bool operator!=(const Iterator& other) const { return to != other.to; }
+  };
+
+  ArcList(const Arc* arcs, std::size_t size)
+      : to_(&arcs->to), length_(&arcs->length), stride_(2), size_(size) {
+    static_assert(sizeof(Arc) == 2 * sizeof(Place) && sizeof(Place) == sizeof(float));
+  }
+  ArcList(const Place* targets, const float* lengths, std::size_t size)
+      : to_(targets), length_(lengths), stride_(1), size_(size) {}
+
+  // Calls visit(i, arc) for all arcs, faster than an iterator.
+  template <typename Visit>
+  SUPERFACETS_ALWAYS_INLINE void for_each(const Visit& visit) const {
+    if (stride_ == 2) {
+      for (std::size_t i = 0; i < size_; ++i) visit(i, Arc{to_[2 * i], length_[2 * i]});
+    } else {
+      for (std::size_t i = 0; i < size_; ++i) visit(i, Arc{to_[i], length_[i]});
+    }
+  }
+  std::size_t size() const { return size_; }
+  Iterator begin() const { return {to_, length_, stride_}; }
+  Iterator end() const {
+    return {to_ + stride_ * static_cast<std::ptrdiff_t>(size_), length_, stride_};
+  }
+  void prefetch() const {
+    superfacets::prefetch(to_);
+    superfacets::prefetch(length_);
+  }
+
+ private:
+  const Place* to_;
+  const float* length_;
+  std::ptrdiff_t stride_;  // distance in memory between consecutive targets, and lengths
+  std::size_t size_;
+};
+
 // Length of a path extended by an arc.
 inline PathLength longer_by(PathLength length, const Arc& arc) {
   SUPERFACETS_ASSERT(length < kLongest);
@@ -36,6 +86,9 @@ struct WeightedArcs {
   // The unit of `lengths`, in the unit of the positions, or 0 if the lengths are arbitrary. See
   // OrderedGraph::straight_unit.
   double straight_unit = 0.0;
+  // If true, the graph refers to the arrays of the caller, as long as lengths do not change: 8
+  // bytes per arc less, but slower searches. The cells must be sorted, and the arcs symmetric.
+  bool are_shared = false;
 };
 
 // Cells sorted along a space-filling curve, so that neighbors are near in memory for any order of
@@ -76,8 +129,8 @@ struct PlacedCells {
   Buffer<double> own_measures_;  // memory of `measures`, likewise
 };
 
-// Sorted cells with the arcs between them. Uses 66 bytes per cell if cells have three arcs, or 26
-// if the input was sorted.
+// Sorted cells with the arcs between them. Uses 66 bytes per cell if cells have three arcs, 26 if
+// the input was sorted, or 2 if arcs are shared, too.
 class OrderedGraph : public PlacedCells {
  public:
   OrderedGraph() = default;  // creates a graph without cells
@@ -91,12 +144,32 @@ class OrderedGraph : public PlacedCells {
   // If no cell has more than kRow arcs, arcs are stored in rows of kRow entries, which may include
   // padding. A padding arc leads from a cell to itself, so it never shortens a path.
   static constexpr int kRow = 3;
-  bool has_rows() const { return offsets.size() == 0; }
-  std::span<const Arc> arcs_of(Place place) const {
+  bool has_rows() const { return offsets.size() == 0 && !shares_arcs(); }
+  bool shares_arcs() const { return !shared_.arcs.offsets.empty(); }
+  ArcList arcs_of(Place place) const {
     SUPERFACETS_ASSERT(place >= 0 && place < n_cells());
-    if (has_rows()) return arcs.span().subspan(first_arc(place), kRow);
-    return arcs.span().subspan(first_arc(place), offsets[place + 1] - offsets[place]);
+    if (has_rows()) return {arcs.data() + first_arc(place), kRow};
+    if (!shares_arcs()) {
+      return {arcs.data() + offsets[place],
+              static_cast<std::size_t>(offsets[place + 1] - offsets[place])};
+    }
+    const std::int64_t first = shared_.arcs.offsets[place];
+    return {shared_.arcs.targets.data() + first, shared_.lengths.data() + first,
+            static_cast<std::size_t>(shared_.arcs.offsets[place + 1] - first)};
   }
+
+  // Index in `arcs` of the first arc of a cell. Arcs must not be shared.
+  std::size_t first_arc(Place place) const {
+    return has_rows() ? std::size_t{kRow} * place : offsets[place];
+  }
+
+  // Prefetches where the arcs of a cell begin, before arcs_of(place).prefetch().
+  void prefetch_start(Place place) const {
+    if (shares_arcs()) superfacets::prefetch(&shared_.arcs.offsets[place]);
+  }
+
+  // Copies shared arcs, so that they can be changed.
+  void own_arcs(ThreadTeam& team);
 
   // Crease cost of an arc: its length minus the straight distance between its ends, in quantized
   // units.
@@ -105,8 +178,8 @@ class OrderedGraph : public PlacedCells {
     return std::max(0.0, static_cast<double>(arc.length) - straight);
   }
 
-  // Replaces the lengths of arcs. `input` has the arcs from which the graph was built. If
-  // is_symmetric, reverse arcs must again have equal lengths.
+  // Replaces the lengths of arcs. `input` has the arcs from which the graph was built, and are
+  // shared if they were. If is_symmetric, reverse arcs must again have equal lengths.
   void set_lengths(const WeightedArcs& input, ThreadTeam& team);
 
   // Adds factor |psi_i - psi_j| to the length of each arc from cell i to cell j, where psi_i is the
@@ -116,8 +189,9 @@ class OrderedGraph : public PlacedCells {
   std::vector<Place> places_of(std::span<const Cell> some_cells) const;
   std::vector<Cell> cells_at(std::span<const Place> some_places) const;
 
-  Buffer<std::int64_t> offsets;  // (N + 1,) start of each cell in `arcs`; empty if arcs are in rows
-  Buffer<Arc> arcs;
+  // (N + 1,) start of each cell in `arcs`; empty if arcs are in rows or shared
+  Buffer<std::int64_t> offsets;
+  Buffer<Arc> arcs;           // empty if arcs are shared
   std::int64_t n_arcs = 0;    // number of arcs without padding
   bool is_symmetric = false;  // whether each arc has a reverse arc of equal length
   // If positive: the length of an arc is the straight distance between its ends plus a crease cost,
@@ -130,15 +204,15 @@ class OrderedGraph : public PlacedCells {
   double crease_limit = HUGE_VAL;
 
  private:
-  std::size_t first_arc(Place place) const {
-    return has_rows() ? std::size_t{kRow} * place : offsets[place];
-  }
+  void copy_arcs(const WeightedArcs& input, ThreadTeam& team);
   void copy_rows(const WeightedArcs& input, ThreadTeam& team);
   void copy_lists(const WeightedArcs& input, ThreadTeam& team);
   void prefetch_arcs(const WeightedArcs& input, std::int64_t place) const;
-  std::size_t copy_arcs(const WeightedArcs& input, Place place, std::size_t first);
+  std::size_t copy_arcs_of(const WeightedArcs& input, Place place, std::size_t first);
   bool leads_back(Place from, const Arc& arc) const;
   bool all_lead_back(ThreadTeam& team) const;
+
+  WeightedArcs shared_;  // arcs of the caller; empty if arcs are not shared
 };
 
 // Search for the cell nearest to a point. If several cells are equally near, the cell with the

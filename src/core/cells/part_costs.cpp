@@ -5,18 +5,16 @@ namespace {
 
 // Adds factor times cost(group, other group) to the length of each arc between two groups.
 template <typename Groups, typename Cost>
-Buffer<float> added(const Arcs& arcs, std::span<const float> lengths, const Groups& groups,
-                    double factor, const Cost& cost, ThreadTeam& team) {
+void add(const Arcs& arcs, std::span<float> lengths, const Groups& groups, double factor,
+         const Cost& cost, ThreadTeam& team) {
   SUPERFACETS_ASSERT(std::ssize(lengths) == arcs.n_arcs());
-  Buffer<float> sums(lengths.size());
   team.for_each_index(arcs.n_cells(), [&](Cell cell) {
     const Cell here = groups.group_of(cell);
     for (const auto [arc, neighbor] : arcs.steps(cell)) {
       const Cell there = groups.group_of(neighbor);
-      sums[arc] = here == there ? lengths[arc] : with_cost(lengths[arc], factor, cost(here, there));
+      if (here != there) lengths[arc] = with_cost(lengths[arc], factor, cost(here, there));
     }
   });
-  return sums;
 }
 
 }  // namespace
@@ -24,13 +22,16 @@ Buffer<float> added(const Arcs& arcs, std::span<const float> lengths, const Grou
 Buffer<float> add_part_costs(const Arcs& arcs, std::span<const float> lengths,
                              const PartVectors& vectors, double factor, ThreadTeam& team) {
   const auto cost = [&](Cell here, Cell there) { return vectors.distance(here, there); };
-  return added(arcs, lengths, vectors, factor, cost, team);
+  Buffer<float> sums(lengths.size());
+  team.for_each_index(std::ssize(lengths), [&](std::int64_t arc) { sums[arc] = lengths[arc]; });
+  add(arcs, sums.span(), vectors, factor, cost, team);
+  return sums;
 }
 
-Buffer<float> add_group_costs(const Arcs& arcs, std::span<const float> lengths,
-                              const GroupCosts& costs, ThreadTeam& team) {
+void add_group_costs(const Arcs& arcs, std::span<float> lengths, const GroupCosts& costs,
+                     ThreadTeam& team) {
   const auto cost = [&](Cell here, Cell there) { return costs.between(here, there); };
-  return added(arcs, lengths, costs, 1.0, cost, team);
+  add(arcs, lengths, costs, 1.0, cost, team);
 }
 
 Buffer<double> add_feature_steps(const Arcs& arcs, std::span<const double> given,

@@ -70,9 +70,9 @@ inline float with_cost(float length, double factor, double cost) {
 Buffer<float> add_part_costs(const Arcs& arcs, std::span<const float> lengths,
                              const PartVectors& vectors, double factor, ThreadTeam& team);
 
-// Adds the costs between groups to the length of each arc, in the same way.
-Buffer<float> add_group_costs(const Arcs& arcs, std::span<const float> lengths,
-                              const GroupCosts& costs, ThreadTeam& team);
+// Adds the costs between groups to the length of each arc, in the same way, but in place.
+void add_group_costs(const Arcs& arcs, std::span<float> lengths, const GroupCosts& costs,
+                     ThreadTeam& team);
 
 // Returns given[a] + factor |f_i - f_j| for each arc a, where f_i and f_j are the features of the
 // arc's two cells. `features` has n_features numbers per cell. If the given values of an arc and

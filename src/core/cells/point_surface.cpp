@@ -30,10 +30,9 @@ double PointSurface::angle(Cell from, std::int64_t arc) const {
       .signed_angle(false);
 }
 
-Buffer<double> point_weights(const PointSurface& surface, const EdgeFactors& factors,
-                             ThreadTeam& team) {
+WeighedArcs point_weights(const PointSurface& surface, const EdgeFactors& factors,
+                          ThreadTeam& team) {
   SUPERFACETS_ASSERT(factors.diagonal > 0.0);
-  Buffer<double> weights(surface.arcs().n_arcs());
   const bool has_costs = factors.alpha > 0.0;
   const bool has_ridges = factors.has_ridges();
   const bool has_convex = has_ridges || factors.eta_convex > 0.0;
@@ -56,15 +55,22 @@ Buffer<double> point_weights(const PointSurface& surface, const EdgeFactors& fac
     return kCertainty * factors.alpha * (length > 0.0 ? length : surface.border_length(from, arc)) *
            angle / std::numbers::pi;  // eq. 2
   };
-  team.for_each_index(surface.n_cells(), [&](Place place) {
-    const Cell point = surface.order()[place];
-    for (const auto [arc, neighbor] : surface.arcs().steps(point)) {
-      const double geodesic = surface.step_length(point, arc);  // eq. 1
-      const double angular = has_costs ? cost(point, arc) : 0.0;
-      weights[arc] = (geodesic + angular) / factors.diagonal;  // eq. 3
-    }
+  return weigh_arcs(surface.arcs(), factors.unit_factor, [&](const ArcWriter& writer, auto every) {
+    const auto weigh_block = [&](std::int64_t begin, std::int64_t end) {
+      double total = 0.0;
+      for (const Cell point : surface.order().subspan(begin, end - begin)) {
+        for (const auto [arc, neighbor] : surface.arcs().steps(point)) {
+          const double geodesic = surface.step_length(point, arc);  // eq. 1
+          const double angular = has_costs ? cost(point, arc) : 0.0;
+          const double weight = (geodesic + angular) / factors.diagonal;  // eq. 3
+          writer.write(arc, weight);
+          total += weight;
+        }
+      }
+      return total;
+    };
+    return sum_of_sample(surface.n_cells(), every, weigh_block, team);
   });
-  return weights;
 }
 
 }  // namespace superfacets

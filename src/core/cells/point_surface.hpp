@@ -74,7 +74,7 @@ class PointSurface final : public Surface {
 // which the shape operators at both ends rotate the normal along the step (see Bend). Convex angles
 // have a larger weight on ridges (point_ridges.hpp). An arc and its reverse arc get bit-identical
 // weights.
-Buffer<double> point_weights(const PointSurface& surface, const EdgeFactors& factors,
-                             ThreadTeam& team);
+WeighedArcs point_weights(const PointSurface& surface, const EdgeFactors& factors,
+                          ThreadTeam& team);
 
 }  // namespace superfacets

@@ -45,7 +45,8 @@ CellShape PolygonSurface::shape(Cell face) const {
 bool PolygonSurface::is_valid() const {
   const std::size_t n_arcs = arcs().targets.size();
   if (!arcs().are_valid() || !faces_.are_valid() || faces_.n_faces() != n_cells()) return false;
-  if (same_turn_.size() != n_arcs || sides_.size() != n_arcs) return false;
+  const bool has_turns = same_turn_.empty() || same_turn_.size() == n_arcs;
+  if (!has_turns || sides_.size() != n_arcs) return false;
   for (Face face = 0; face < n_cells(); ++face) {
     for (const auto [arc, neighbor] : arcs().steps(face)) {
       if (sides_[arc] < 0 || sides_[arc] >= faces_.n_sides(face)) return false;
@@ -73,7 +74,7 @@ double PolygonSurface::border_length(Cell from, std::int64_t arc) const {
 double PolygonSurface::angle(Cell from, std::int64_t arc) const {
   const Face to = arcs().targets[arc];
   std::array normals{shapes_.normals[from], shapes_.normals[to]};
-  if (same_turn_[arc] != 0) {
+  if (!same_turn_.empty() && same_turn_[arc] != 0) {
     Point& turned = normals[turns_second(from, to, measure(from), measure(to)) ? 1 : 0];
     turned = -1.0 * turned;
   }

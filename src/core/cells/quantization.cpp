@@ -1,7 +1,5 @@
 #include "cells/quantization.hpp"
 
-#include "base/elementary.hpp"
-
 namespace superfacets {
 
 QuantizedWeights quantize_weights(std::span<const double> weights, ThreadTeam& team) {
@@ -17,10 +15,8 @@ double unit_of_lengths(double total_weight) {
 
 Buffer<float> round_weights(std::span<const double> weights, double unit, ThreadTeam& team) {
   Buffer<float> lengths(weights.size());
-  team.for_each_index(std::ssize(weights), [&](std::int64_t arc) {
-    // Rounds to the 24 bits of a float. The result is at least 1, so every arc makes a path longer.
-    lengths[arc] = static_cast<float>(std::max(1.0, round_to_whole(weights[arc] / unit)));
-  });
+  team.for_each_index(std::ssize(weights),
+                      [&](std::int64_t arc) { lengths[arc] = rounded_weight(weights[arc], unit); });
   return lengths;
 }
 

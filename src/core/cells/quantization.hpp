@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/buffer.hpp"
+#include "base/elementary.hpp"
 #include "base/threads.hpp"
 
 namespace superfacets {
@@ -25,6 +26,10 @@ QuantizedWeights quantize_weights(std::span<const double> weights, ThreadTeam& t
 // The two steps of quantize_weights. unit_of_lengths returns the unit for a given sum of weights.
 // round_weights rounds weights to multiples of a given unit.
 double unit_of_lengths(double total_weight);
+inline float rounded_weight(double weight, double unit) {
+  // Rounds to the 24 bits of a float. The result is at least 1, so every arc makes a path longer.
+  return static_cast<float>(std::max(1.0, round_to_whole(weight / unit)));
+}
 Buffer<float> round_weights(std::span<const double> weights, double unit, ThreadTeam& team);
 
 }  // namespace superfacets

@@ -71,10 +71,11 @@ void check_number_of_arcs(const EdgeTally& tally, std::int64_t n_faces);
 // `Side` is the integer type of side numbers.
 template <typename Side>
 struct SideGraph {
-  Buffer<std::int64_t> offsets;    // (N + 1,) arcs of cell i: offsets[i] .. offsets[i+1]-1
-  Buffer<Cell> neighbors;          // (M,) target cell of each arc
-  Buffer<Side> sides;              // (M,) side of the cell that each arc crosses
-  Buffer<std::uint8_t> same_turn;  // (M,) 1 if both cells traverse the side in the same direction
+  Buffer<std::int64_t> offsets;  // (N + 1,) arcs of cell i: offsets[i] .. offsets[i+1]-1
+  Buffer<Cell> neighbors;        // (M,) target cell of each arc
+  Buffer<Side> sides;            // (M,) side of the cell that each arc crosses
+  // (M,) 1 if both cells traverse the side in the same direction; empty if all values are 0
+  Buffer<std::uint8_t> same_turn;
   EdgeCounts counts;
 };
 
@@ -413,7 +414,7 @@ void write_arcs(const Cells& cells, const SideLinks& links, std::int64_t begin, 
                       turns = graph.same_turn.data()](Cell neighbor, auto side, bool same_turn) {
     neighbors[arc] = neighbor;
     sides[arc] = static_cast<Side>(side);
-    turns[arc] = static_cast<std::uint8_t>(same_turn);
+    if (turns != nullptr) turns[arc] = static_cast<std::uint8_t>(same_turn);
     ++arc;
   };
   std::vector<CellSide> found;
@@ -458,7 +459,7 @@ template <typename Cells, typename Side>
 void take_links(const Cells& cells, SideLinks&& links, ThreadTeam& team, SideGraph<Side>& graph) {
   graph.sides = Buffer<Side>(links.kinds.size());
   graph.neighbors = std::move(links.others);
-  graph.same_turn = std::move(links.kinds);
+  if (graph.counts.inconsistent > 0) graph.same_turn = std::move(links.kinds);
   team.for_each_index(std::int64_t{cells.n_cells()} + 1, [&](std::int64_t cell) {
     graph.offsets[cell] = cells.first_place(cell);
     if (cell == cells.n_cells()) return;
@@ -486,7 +487,9 @@ void collect_arcs(const Cells& cells, const SideLinks& links, ThreadTeam& team,
   graph.offsets[n_cells] = total;
   graph.neighbors = Buffer<Cell>(total);
   graph.sides = Buffer<Side>(total);
-  graph.same_turn = Buffer<std::uint8_t>(total);
+  if (graph.counts.inconsistent > 0 || links.crowds.size() > 0) {
+    graph.same_turn = Buffer<std::uint8_t>(total);
+  }
   team.for_each_block(
       n_cells,
       [&](std::int64_t begin, std::int64_t end) { write_arcs(cells, links, begin, end, graph); },

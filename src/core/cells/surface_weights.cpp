@@ -92,7 +92,8 @@ WeighedArcs surface_weights(const Surface& surface, const EdgeFactors& factors, 
                             ThreadTeam& team) {
   SUPERFACETS_ASSERT(factors.diagonal > 0.0);
   const CrowdedFaces crowded = crowded_faces(surface.arcs(), SurfaceBends{surface}, factors);
-  WeighedArcs weighed{Buffer<double>(surface.arcs().n_arcs()), {}};
+  WeighedArcs weighed;
+  weighed.weights = Buffer<double>(surface.arcs().n_arcs());
   std::mutex adding;  // protects the sums; sums of integers do not depend on the order of terms
   team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
     SurfaceWeigher weigher(surface, factors, wants_sums, crowded);

@@ -19,19 +19,36 @@ constexpr std::int64_t kFacesPerList = 64;
 // index are computed. On most meshes, kFacesPerList faces have at most this many such arcs.
 constexpr std::size_t kArcsPerBlock = 128;
 
-Buffer<Point> unit_normals(const TriangleSurface& surface, ThreadTeam& team) {
-  Buffer<Point> normals(surface.n_cells());  // (F,) zero if a face has no normal
-  team.for_each_index(surface.n_cells(), [&](std::int64_t face) {
-    normals[face] = unit_normal(surface.vertices(), surface.faces()[face]);
-  });
-  return normals;
-}
+// Unit normals of faces. The normals of a range of faces are stored. Sorted faces have most of
+// their neighbors in the same range; the normals of all other faces are computed when needed.
+class FaceNormals {
+ public:
+  explicit FaceNormals(const TriangleSurface& surface) : surface_(surface) {}
+
+  // Stores the normals of faces begin .. end-1.
+  void store(std::int64_t begin, std::int64_t end) {
+    begin_ = begin;
+    stored_.resize(end - begin);
+    write_unit_normals(surface_.vertices(), surface_.faces().subspan(begin, end - begin), stored_);
+  }
+
+  Point operator[](Face face) const {
+    const auto i = static_cast<std::size_t>(face - begin_);  // very large if face < begin_
+    if (i < stored_.size()) return stored_[i];
+    return unit_normal(surface_.vertices(), surface_.faces()[face]);
+  }
+
+ private:
+  const TriangleSurface& surface_;
+  std::int64_t begin_ = 0;
+  std::vector<Point> stored_;
+};
 
 // The data of a mesh from which eq. 1-3 compute weights.
 struct Geometry {
   const TriangleSurface& surface;
   const FaceMeasures& faces;
-  std::span<const Point> normals;
+  const FaceNormals& normals;
 
   const Arcs& arcs() const { return surface.arcs(); }
 };
@@ -121,8 +138,8 @@ struct FaceBends {
   double angle(Face face, std::int64_t arc, Face other) const {
     // flipping either normal negates the cosine
     const double sign = geometry.surface.same_turn(arc) ? -1.0 : 1.0;
-    const Point& normal = geometry.normals[other];
-    const Fold fold = fold_of(geometry.normals[face], sign * normal, {0.0, 0.0, 0.0});
+    const Fold fold =
+        fold_of(geometry.normals[face], sign * geometry.normals[other], {0.0, 0.0, 0.0});
     return arctangent(fold.sine, fold.cosine);
   }
   bool is_convex(Face face, std::int64_t arc, Face other) const {
@@ -183,7 +200,6 @@ void list_rising_arcs(const Geometry& geometry, std::int64_t begin, std::int64_t
   for (const RisingArc& step : rising) {
     prefetch(&arcs.offsets[step.to]);
     prefetch(&geometry.faces.centroids[step.to]);
-    prefetch(&geometry.normals[step.to]);
   }
   // Computes an address instead of indexing, because the offset of a face without arcs may be one
   // past the last arc.
@@ -245,23 +261,26 @@ bool is_pair(const Arcs& arcs, const RisingArc& step, std::int64_t& back) {
 // arc if the reverse arc is unique.
 class Weigher {
  public:
-  Weigher(const Geometry& geometry, const EdgeFactors& factors, bool wants_sums,
-          const CrowdedFaces& crowded, std::span<double> weights)
-      : geometry_(geometry),
+  Weigher(const TriangleSurface& surface, const FaceMeasures& faces, const EdgeFactors& factors,
+          bool wants_sums, const CrowdedFaces& crowded, const ArcWriter& writer)
+      : normals_(surface),
+        geometry_{surface, faces, normals_},
         factors_(factors),
         of_ridges_(factors.of_ridges()),
-        bends_{geometry},
-        ridges_(geometry.surface, bends_, crowded),
+        bends_{geometry_},
+        ridges_(surface, bends_, crowded),
         wants_sums_(wants_sums),
         net_turn_(factors.diagonal),
-        weights_(weights) {}
+        writer_(writer) {}
 
   // Sums over all arcs processed so far.
   const EdgeSums& sums() const { return sums_; }
+  double total() const { return total_; }  // sum of all weights written so far
 
   // Processes the arcs that leave faces begin .. end-1. Returns the number of weights written.
   std::int64_t weigh_range(std::int64_t begin, std::int64_t end) {
     std::int64_t n_weighed = 0;
+    normals_.store(begin, end);
     for (std::int64_t first = begin; first < end; first += kFacesPerList) {
       list_rising_arcs(geometry_, first, std::min(end, first + kFacesPerList), listed_);
       for (std::span<const RisingArc> rest = listed_; !rest.empty();) {
@@ -283,10 +302,12 @@ class Weigher {
     if (wants_sums_) add_turns(rising.size());
     std::int64_t n_weighed = std::ssize(rising);
     for (std::size_t i = 0; i < rising.size(); ++i) {
-      weights_[rising[i].arc] = numbers_[i];
+      writer_.write(rising[i].arc, numbers_[i]);
+      total_ += numbers_[i];
       std::int64_t back = -1;
       if (!is_pair(geometry_.arcs(), rising[i], back)) continue;
-      weights_[back] = numbers_[i];
+      writer_.write(back, numbers_[i]);
+      total_ += numbers_[i];
       ++n_weighed;
     }
     return n_weighed;
@@ -340,14 +361,16 @@ class Weigher {
     sums_.sharp += static_cast<std::int64_t>(sharp);
   }
 
-  const Geometry& geometry_;
+  FaceNormals normals_;
+  const Geometry geometry_;
   const EdgeFactors& factors_;
   const EdgeFactors of_ridges_;
   const FaceBends bends_;
   const Ridges<TriangleSurface, FaceBends> ridges_;
   const bool wants_sums_;
   const NetTurn net_turn_;
-  const std::span<double> weights_;
+  const ArcWriter& writer_;
+  double total_ = 0.0;
   const InstructionSet with_ = best_instruction_set();
   std::vector<RisingArc> listed_;
   Block block_;
@@ -358,10 +381,11 @@ class Weigher {
 };
 
 // Computes the weights that class Weigher skips: weights of arcs to faces with a lower index for
-// which is_pair is false.
-void weigh_other_arcs(const Geometry& geometry, const EdgeFactors& factors,
-                      const CrowdedFaces& crowded, std::int64_t begin, std::int64_t end,
-                      std::span<double> weights) {
+// which is_pair is false. Returns their sum.
+double weigh_other_arcs(const Geometry& geometry, const EdgeFactors& factors,
+                        const CrowdedFaces& crowded, std::int64_t begin, std::int64_t end,
+                        const ArcWriter& writer) {
+  double total = 0.0;
   const double up = up_of(geometry);
   const EdgeFactors of_ridges = factors.of_ridges();
   const FaceBends bends{geometry};
@@ -372,9 +396,12 @@ void weigh_other_arcs(const Geometry& geometry, const EdgeFactors& factors,
       if (neighbor > face || is_pair(geometry.arcs(), {face, neighbor, arc}, back)) continue;
       const ArcData data = arc_data(geometry, face, neighbor, arc);
       const bool is_ridge = factors.has_ridges() && ridges.crosses(face, arc);
-      weights[arc] = any_arc_weight(data, is_ridge ? of_ridges : factors, up);
+      const double weight = any_arc_weight(data, is_ridge ? of_ridges : factors, up);
+      writer.write(arc, weight);
+      total += weight;
     }
   }
+  return total;
 }
 
 }  // namespace
@@ -383,26 +410,33 @@ WeighedArcs triangle_weights(const TriangleSurface& surface, const FaceMeasures&
                              const EdgeFactors& factors, bool wants_sums, ThreadTeam& team) {
   SUPERFACETS_ASSERT(std::cmp_equal(faces.centroids.size(), surface.n_cells()) &&
                      faces.areas.size() == faces.centroids.size());
-  SUPERFACETS_ASSERT(faces.normals.empty() || faces.normals.size() == faces.areas.size());
   SUPERFACETS_ASSERT(factors.diagonal > 0.0);
   SUPERFACETS_ASSERT(!factors.is_straight || factors.crease_length > 0.0 || factors.alpha == 0.0);
-  const bool is_given = !faces.normals.empty();
-  const Buffer<Point> normals = is_given ? Buffer<Point>() : unit_normals(surface, team);
-  const Geometry geometry{surface, faces, is_given ? faces.normals : normals.span()};
+  const FaceNormals normals(surface);
+  const Geometry geometry{surface, faces, normals};
   const CrowdedFaces crowded = crowded_faces(surface.arcs(), FaceBends{geometry}, factors);
-  std::atomic<std::int64_t> n_weighed = 0;
-  WeighedArcs weighed{Buffer<double>(surface.arcs().n_arcs()), {}};
+  const std::int64_t n = surface.n_cells();
+  EdgeSums sums;
   std::mutex adding;  // protects the sums; sums of integers do not depend on the order of terms
-  team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
-    Weigher weigher(geometry, factors, wants_sums, crowded, weighed.weights.span());
-    n_weighed += weigher.weigh_range(begin, end);
-    const std::scoped_lock lock(adding);
-    weighed.sums.add(weigher.sums());
-  });
-  if (n_weighed == surface.arcs().n_arcs()) return weighed;
-  team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
-    weigh_other_arcs(geometry, factors, crowded, begin, end, weighed.weights.span());
-  });
+  const auto weigh = [&](const ArcWriter& writer, std::int64_t every) {
+    std::atomic<std::int64_t> n_weighed = 0;
+    sums = {};
+    const auto weigh_block = [&](std::int64_t begin, std::int64_t end) {
+      Weigher weigher(surface, faces, factors, wants_sums, crowded, writer);
+      n_weighed += weigher.weigh_range(begin, end);
+      const std::scoped_lock lock(adding);
+      sums.add(weigher.sums());
+      return weigher.total();
+    };
+    const double total = sum_of_sample(n, every, weigh_block, team);
+    if (every > 1 || n_weighed == surface.arcs().n_arcs()) return total;
+    const auto weigh_others = [&](std::int64_t begin, std::int64_t end) {
+      return weigh_other_arcs(geometry, factors, crowded, begin, end, writer);
+    };
+    return total + sum_of_sample(n, 1, weigh_others, team);
+  };
+  WeighedArcs weighed = weigh_arcs(surface.arcs(), factors.unit_factor, weigh);
+  weighed.sums = sums;
   return weighed;
 }
 

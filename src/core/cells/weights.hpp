@@ -5,8 +5,10 @@
 #pragma once
 
 #include <numbers>
+#include <numeric>
 
 #include "base/versions.hpp"
+#include "cells/quantization.hpp"
 #include "cells/triangle_surface.hpp"
 
 namespace superfacets {
@@ -30,6 +32,8 @@ struct EdgeFactors {
   // If true, a step is the straight line from centroid to centroid, not the path via the edge.
   bool is_straight = false;
   double slack = 0.0;  // angle in radians that is subtracted from the angle of each edge
+  // If positive, weights on large graphs are rounded at once to this factor times unit_of_lengths.
+  double unit_factor = 0.0;
 
   // eta of an edge with angle theta that is not a ridge. The edge is concave if rise > 0. An edge
   // is smooth if its angle is less than kSharpAngle.
@@ -100,16 +104,67 @@ class NetTurn {
 };
 
 struct WeighedArcs {
-  Buffer<double> weights;  // (M,) weight of each arc, finite and >= 0
+  Buffer<double> weights;  // (M,) weight of each arc, finite and >= 0; empty if there are lengths
+  Buffer<float> lengths;   // (M,) weights rounded by round_weights, or empty
+  double unit = 0.0;       // the unit of lengths
   EdgeSums sums;           // 0 if they are not wanted
 };
 
-// Centroids, areas and unit normals of faces. The caller computes them once, because each arc needs
-// them. If `normals` is empty, the kernel computes normals, which takes 24 bytes per face.
+// Writes the weight of an arc to one of two arrays, or nowhere if both are empty.
+struct ArcWriter {
+  std::span<double> weights;
+  std::span<float> lengths;
+  double unit = 1.0;
+
+  void write(std::int64_t arc, double weight) const {
+    if (!lengths.empty()) lengths[arc] = rounded_weight(weight, unit);
+    if (!weights.empty()) weights[arc] = weight;
+  }
+};
+
+// Smallest graph whose weights may be rounded at once, and inverse of the fraction of its cells
+// from whose arcs the unit is estimated. The estimate is rarely wrong, and then the weights are
+// computed again.
+inline constexpr std::int64_t kMinRounded = 1 << 17;
+inline constexpr std::int64_t kSampled = 32;
+
+// Weighs all arcs, without an array of weights if they may be rounded at once, which takes 4
+// instead of 12 bytes per arc. weigh(writer, every) must write the weights of all arcs of one block
+// of cells in `every` blocks, with sum_of_sample, and return their sum.
+template <typename Weigh>
+WeighedArcs weigh_arcs(const Arcs& arcs, double unit_factor, const Weigh& weigh) {
+  WeighedArcs found;
+  if (unit_factor > 0.0 && arcs.n_cells() >= kMinRounded) {
+    double total = kSampled * weigh(ArcWriter(), kSampled);
+    found.lengths = Buffer<float>(arcs.n_arcs());
+    while (std::isfinite(total)) {
+      found.unit = unit_factor * unit_of_lengths(total);
+      total = weigh(ArcWriter{{}, found.lengths.span(), found.unit}, 1);
+      if (found.unit == unit_factor * unit_of_lengths(total)) return found;
+    }
+    found.lengths = {};  // Python refuses weights that are not finite
+  }
+  found.weights = Buffer<double>(arcs.n_arcs());
+  weigh(ArcWriter{found.weights.span(), {}}, 1);
+  return found;
+}
+
+// The sum of sum(begin, end) over blocks of cells: over all, or over one small block in `every`.
+template <typename Sum>
+double sum_of_sample(std::int64_t n, std::int64_t every, const Sum& sum, ThreadTeam& team) {
+  const std::int64_t size = every == 1 ? 1 << 14 : 1 << 6;
+  std::vector<double> partial((n + size * every - 1) / (size * every));
+  team.for_each(std::ssize(partial), [&](std::int64_t task, int) {
+    const std::int64_t begin = task * size * every;
+    partial[task] = sum(begin, std::min(n, begin + size));
+  });
+  return std::accumulate(partial.begin(), partial.end(), 0.0);
+}
+
+// Centroids and areas of faces. The caller computes them once, because each arc needs them.
 struct FaceMeasures {
   std::span<const Point> centroids;
   std::span<const double> areas;
-  std::span<const Point> normals;
 };
 
 // weights[a] = (|c_i - m| + |m - c_j| + alpha eta |e| theta / pi) / d. A positive crease_length

@@ -71,26 +71,27 @@ void CellGrower::expand_in_order() {
 }
 
 void CellGrower::prefetch_arcs(std::size_t index) const {
-  prefetch(graph_.arcs_of(begin_ + static_cast<Place>(index)).data());
+  graph_.arcs_of(begin_ + static_cast<Place>(index)).prefetch();
 }
 
 template <typename Push>
 void CellGrower::expand(std::size_t index, const Push& push) {
   const PackedPath path = paths_[index];
   const bool has_costs = graph_.straight_unit > 0.0;
-  for (const Arc& arc : graph_.arcs_of(begin_ + static_cast<Place>(index))) {
+  const auto extend = [&](std::size_t, Arc arc) {
     const auto length = static_cast<PathLength>(static_cast<std::int64_t>(arc.length));
     const PackedPath longer = path + (length << kRangeBits);
     const std::size_t to = index_of(arc.to);
-    if (longer >= paths_[to]) continue;
+    if (longer >= paths_[to]) return;
     if (has_costs) {
       const double cost = graph_.crease_cost(begin_ + static_cast<Place>(index), arc);
-      if (cost >= graph_.crease_limit) continue;
+      if (cost >= graph_.crease_limit) return;
       costs_[to] = costs_[index] + static_cast<float>(cost);
     }
     paths_[to] = longer;
     push(to);
-  }
+  };
+  graph_.arcs_of(begin_ + static_cast<Place>(index)).for_each(extend);
 }
 
 }  // namespace superfacets

@@ -40,13 +40,16 @@ CoarseGraph::CoarseGraph(const OrderedGraph& fine, Place cell_size, ThreadTeam& 
   Buffer<float> lengths(fine.n_cells());
   std::vector<Part> parts = divide(cell_size, lengths, team);
   number(parts);
-  Buffer<Point> positions = this->positions(parts, team);
+  Buffer<Point> positions(centers_.size());
+  Buffer<double> measures(centers_.size());
+  measure(parts, positions, measures, team);
   const bool is_straight = fine.straight_unit > 0.0;
   const CrossingLengths crossing{fine, lengths.span(),
                                  is_straight ? positions.span() : std::span<const Point>()};
   team.for_each(std::ssize(parts),
                 [&](std::int64_t range, int) { connect(range, crossing, parts[range]); });
-  graph_ = joined(parts, std::move(positions), team);
+  lengths = {};  // returns memory that `joined` takes
+  graph_ = joined(parts, PlacedCells(std::move(positions), std::move(measures), team), team);
   graph_.crease_limit = fine.crease_limit;
 }
 
@@ -79,13 +82,15 @@ void CoarseGraph::number(std::span<const Part> parts) {
   }
 }
 
-Buffer<Point> CoarseGraph::positions(std::span<const Part> parts, ThreadTeam& team) const {
-  Buffer<Point> positions(centers_.size());
+void CoarseGraph::measure(std::span<Part> parts, Buffer<Point>& positions, Buffer<double>& measures,
+                          ThreadTeam& team) const {
   team.for_each(std::ssize(parts), [&](std::int64_t range, int) {
     Cell cell = first_cells_[range];
-    for (const WeightedSum& sum : parts[range].cells.sums) positions[cell++] = sum.mean();
+    for (const WeightedSum& sum : std::exchange(parts[range].cells.sums, {})) {
+      positions[cell] = sum.mean();
+      measures[cell++] = sum.measure;
+    }
   });
-  return positions;
 }
 
 void CoarseGraph::connect(std::int64_t range, const CrossingLengths& lengths, Part& part) const {
@@ -94,12 +99,11 @@ void CoarseGraph::connect(std::int64_t range, const CrossingLengths& lengths, Pa
                                coarse_of, lengths);
 }
 
-OrderedGraph CoarseGraph::joined(std::span<const Part> parts, Buffer<Point> positions,
+OrderedGraph CoarseGraph::joined(std::span<const Part> parts, PlacedCells cells,
                                  ThreadTeam& team) const {
   std::vector<std::int64_t> first_arcs{0};
   for (const Part& part : parts)
     first_arcs.push_back(first_arcs.back() + std::ssize(part.leaving.arcs));
-  Buffer<double> measures(centers_.size());
   Buffer<std::int64_t> offsets(centers_.size() + 1);
   Buffer<Arc> arcs(first_arcs.back());
   offsets[0] = 0;
@@ -108,11 +112,9 @@ OrderedGraph CoarseGraph::joined(std::span<const Part> parts, Buffer<Point> posi
     std::copy(part.leaving.arcs.begin(), part.leaving.arcs.end(), arcs.begin() + first_arcs[range]);
     for (std::size_t i = 0; i < part.cells.centers.size(); ++i) {
       const Cell cell = first_cells_[range] + static_cast<Cell>(i);
-      measures[cell] = part.cells.sums[i].measure;
       offsets[cell + 1] = first_arcs[range] + part.leaving.ends[i];
     }
   });
-  PlacedCells cells(std::move(positions), std::move(measures), team);
   return {std::move(cells), std::move(offsets), std::move(arcs), fine_.straight_unit};
 }
 

@@ -89,9 +89,11 @@ class CoarseGraph {
   struct Part;
   std::vector<Part> divide(Place cell_size, Buffer<float>& lengths, ThreadTeam& team);
   void number(std::span<const Part> parts);
-  Buffer<Point> positions(std::span<const Part> parts, ThreadTeam& team) const;
+  // Writes the positions and measures of all coarse cells, and frees the sums of the parts.
+  void measure(std::span<Part> parts, Buffer<Point>& positions, Buffer<double>& measures,
+               ThreadTeam& team) const;
   void connect(std::int64_t range, const CrossingLengths& lengths, Part& part) const;
-  OrderedGraph joined(std::span<const Part> parts, Buffer<Point> positions, ThreadTeam& team) const;
+  OrderedGraph joined(std::span<const Part> parts, PlacedCells cells, ThreadTeam& team) const;
 
   const OrderedGraph& fine_;
   std::vector<Cell> first_cells_;  // first coarse cell of each range

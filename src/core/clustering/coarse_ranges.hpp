@@ -112,11 +112,11 @@ RangeArcs connect_range(std::pair<Place, Place> range,
     const Cell from = first + static_cast<Cell>(cell);
     leaving.clear();
     for (const Place place : members[static_cast<std::int64_t>(cell)]) {
-      if (place + 64 < fine.n_cells()) prefetch(fine.arcs_of(place + 64).data());
-      for (const Arc& arc : fine.arcs_of(place)) {
+      if (place + 64 < fine.n_cells()) fine.arcs_of(place + 64).prefetch();
+      fine.arcs_of(place).for_each([&](std::size_t, Arc arc) {
         const Cell to = coarse_of(arc.to);
         if (to != from) add_or_shorten(leaving, {to, lengths.across(place, arc)});
-      }
+      });
     }
     remove_parallel(leaving);
     for (Arc& arc : leaving) arc.length = lengths.of(from, arc.to, arc.length);

@@ -31,7 +31,7 @@ class Flood {
       stack_.pop_back();
       const double squared = squared_norm(graph_.positions[place] - graph_.positions[seed]);
       if (squared > squared_reach_) continue;
-      for (const Arc& arc : graph_.arcs_of(place)) {
+      for (const Arc arc : graph_.arcs_of(place)) {
         if (visited_by_[arc.to] != label) reach_place(arc.to, label);
       }
     }
@@ -93,7 +93,7 @@ constexpr double kMinWeight = 1e-300;
 double curve_weight(const OrderedGraph& graph, Place place) {
   double lengths = 0.0;
   double steps = 0.0;
-  for (const Arc& arc : graph.arcs_of(place)) {
+  for (const Arc arc : graph.arcs_of(place)) {
     if (arc.to == place) continue;  // a padding arc, or an arc from a cell to itself
     lengths += double{arc.length};
     steps += norm(graph.positions[arc.to] - graph.positions[place]);

@@ -30,11 +30,10 @@ inline double area(std::span<const Point> vertices, const Triangle& face) {
   return 0.5 * norm(double_area_vector(vertices, face));
 }
 
-// Centroids, areas and normals of faces, as needed by stages 1 and 2.
+// Centroids and areas of faces, as needed by stages 1 and 2.
 struct FaceShapes {
   Buffer<Point> centroids;  // (F,) centroid of each face
   Buffer<double> areas;     // (F,) area of each face
-  Buffer<Point> normals;    // (F,) unit normal of each face, computed like unit_normal
   // (F / kSumBlock, rounded up) squared length of the longest side in each block of kSumBlock faces
   Buffer<double> longest;
 };
@@ -61,6 +60,16 @@ Point unit_normal_along(const Point& direction, double longest_squared);
 // Unit normal of a face. Returns zero if the face has no normal, because two corners are at the
 // same position or its area is not larger than rounding errors.
 Point unit_normal(std::span<const Point> vertices, const Triangle& face);
+
+// Writes the unit normals of faces, with the same bits as unit_normal.
+void write_unit_normals(std::span<const Point> vertices, std::span<const Triangle> faces,
+                        std::span<Point> normals);
+
+// Unit normal of each face; also as (3 F,) numbers in single precision.
+Buffer<Point> unit_normals(std::span<const Point> vertices, std::span<const Triangle> faces,
+                           ThreadTeam& team);
+Buffer<float> single_normals(std::span<const Point> vertices, std::span<const Triangle> faces,
+                             ThreadTeam& team);
 
 // Number of faces that have no normal.
 std::int64_t count_degenerate(std::span<const Point> vertices, std::span<const Triangle> faces);

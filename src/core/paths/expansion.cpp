@@ -16,6 +16,7 @@ constexpr std::int64_t kChunksPerThread = 4;
 constexpr std::size_t kMaxHandled = 4;
 
 // Prefetch distances: arcs and paths are prefetched this number of cells in advance.
+constexpr std::size_t kStartsAhead = 24;
 constexpr std::size_t kArcsAhead = 16;
 constexpr std::size_t kPathsAhead = 6;
 
@@ -38,6 +39,7 @@ Expansion::Expansion(const OrderedGraph& graph, PathArrays&& paths, ThreadTeam& 
       chunk_bits_(chunk_bits_for(graph.n_cells(), team.size())),
       paths_(std::move(paths)),
       chunks_((static_cast<std::int64_t>(graph.n_cells()) + (1 << chunk_bits_) - 1) >> chunk_bits_),
+      has_few_arcs_(graph.n_arcs <= OrderedGraph::kRow * std::int64_t{graph.n_cells()}),
       workers_(team.size(), Worker(graph.n_arcs)) {
   SUPERFACETS_ASSERT(std::cmp_equal(paths_.lengths.size(), graph.n_cells()) &&
                      paths_.labels.size() == paths_.lengths.size());
@@ -94,7 +96,7 @@ void Expansion::compare_labels(std::int64_t chunk, std::span<const PathLength> b
   for (Place place = begin; place < end; ++place) {
     const Label label = paths_.labels[place];
     if (label != kNoLabel && by_label[label] == 0) continue;
-    for (const Arc& arc : graph_.arcs_of(place)) {
+    for (const Arc arc : graph_.arcs_of(place)) {
       if (paths_.labels[arc.to] == label || paths_.labels[arc.to] == kNoLabel) continue;
       const Path other{longer_by(paths_.lengths[arc.to], arc), paths_.labels[arc.to]};
       if (other.is_better_than(path(place))) worker.proposals.push_back({place, other});
@@ -150,17 +152,18 @@ void Expansion::expand_chunk(std::int64_t chunk, Worker& worker) {
     if (worker.queue.n_handled() > n_allowed) return expand_in_order(chunk, worker);
     const std::vector<Place>& taken = worker.queue.take();
     for (std::size_t i = 0; i < taken.size(); ++i) {
-      if (i + kArcsAhead < taken.size()) prefetch(graph_.arcs_of(taken[i + kArcsAhead]).data());
-      // Prefetches paths only if arcs are stored in rows. Otherwise each cell has many arcs, and
-      // their targets are usually in the cache already.
-      if (graph_.has_rows() && i + kPathsAhead < taken.size()) {
-        for (const Arc& arc : graph_.arcs_of(taken[i + kPathsAhead])) {
+      if (i + kStartsAhead < taken.size()) graph_.prefetch_start(taken[i + kStartsAhead]);
+      if (i + kArcsAhead < taken.size()) graph_.arcs_of(taken[i + kArcsAhead]).prefetch();
+      // Prefetches paths only if cells have few arcs. Otherwise their targets are usually in the
+      // cache already.
+      if (has_few_arcs_ && i + kPathsAhead < taken.size()) {
+        graph_.arcs_of(taken[i + kPathsAhead]).for_each([&](std::size_t, Arc arc) {
           prefetch(&paths_.lengths[arc.to]);
           prefetch(&paths_.labels[arc.to]);
-        }
+        });
       }
       if (worker.queue.is_stale(paths_.lengths[taken[i]])) continue;
-      if (graph_.has_rows()) {
+      if (has_few_arcs_) {
         expand_row(taken[i], chunk, worker, worker.queue);
       } else {
         expand(taken[i], chunk, worker, worker.queue);
@@ -183,7 +186,7 @@ void Expansion::expand_in_order(std::int64_t chunk, Worker& worker) {
 template <typename Queue>
 void Expansion::expand(Place place, std::int64_t chunk, Worker& worker, Queue& queue) {
   const Path path = this->path(place);
-  for (const Arc& arc : graph_.arcs_of(place)) {
+  for (const Arc arc : graph_.arcs_of(place)) {
     const PathLength longer = longer_by(path.length, arc);
     if (longer <= length(arc.to)) {
       relax({arc.to, {longer, path.label}}, chunk, worker, queue);
@@ -191,21 +194,24 @@ void Expansion::expand(Place place, std::int64_t chunk, Worker& worker, Queue& q
   }
 }
 
-// Relaxes a row of arcs. Branches on single arcs are unpredictable, so all arcs of the row are
-// compared before the first branch.
+// Relaxes the arcs of a cell that has at most kRow arcs. Branches on single arcs are unpredictable,
+// so all arcs of the row are compared before the first branch.
 template <typename Queue>
 void Expansion::expand_row(Place place, std::int64_t chunk, Worker& worker, Queue& queue) {
   const Path path = this->path(place);
-  const Arc* row = &graph_.arcs[std::size_t{OrderedGraph::kRow} * place];
+  const ArcList row = graph_.arcs_of(place);
+  if (row.size() > OrderedGraph::kRow) return expand(place, chunk, worker, queue);
   std::array<PathLength, OrderedGraph::kRow> longer{};
+  std::array<Place, OrderedGraph::kRow> targets{};
   unsigned improved = 0;  // bit i is set if arc i may improve a path
-  for (unsigned i = 0; i < OrderedGraph::kRow; ++i) {
-    longer[i] = longer_by(path.length, row[i]);
-    improved |= static_cast<unsigned>(longer[i] <= length(row[i].to)) << i;
-  }
+  row.for_each([&](std::size_t i, Arc arc) {
+    longer[i] = longer_by(path.length, arc);
+    targets[i] = arc.to;
+    improved |= static_cast<unsigned>(longer[i] <= length(arc.to)) << i;
+  });
   for (; improved != 0; improved &= improved - 1) {
     const int i = std::countr_zero(improved);
-    relax({row[i].to, {longer[i], path.label}}, chunk, worker, queue);
+    relax({targets[i], {longer[i], path.label}}, chunk, worker, queue);
   }
 }
 

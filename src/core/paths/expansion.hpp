@@ -111,6 +111,7 @@ class Expansion {
   PathArrays paths_;      // the best path to each cell
   std::vector<Chunk> chunks_;
   std::vector<std::int64_t> active_;  // chunks with waiting cells
+  const bool has_few_arcs_;           // whether cells have at most kRow arcs on average
   std::vector<Worker> workers_;       // working memory of each thread
 };
 

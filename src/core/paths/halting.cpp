@@ -53,7 +53,7 @@ void HaltedPaths::find_doubts(const Expansion& exact, std::span<const Place> cen
   for (std::size_t i = 0; i < halted.size(); ++i) {
     const Path path = exact.path(halted[i]);
     if (path.label == kNoLabel) continue;
-    for (const Arc& arc : graph_.arcs_of(halted[i])) {
+    for (const Arc arc : graph_.arcs_of(halted[i])) {
       const Path behind = exact.path(arc.to);
       if (behind.label != path.label || behind.length != longer_by(path.length, arc)) continue;
       if (doubt_of_[arc.to] != kNoDoubt) continue;
@@ -88,7 +88,7 @@ std::vector<Label> HaltedPaths::centers_in_doubt(std::span<const Place> centers)
   };
   for (const Doubt& doubt : doubts_) {
     mark(doubt.place);
-    for (const Arc& arc : graph_.arcs_of(doubt.place)) mark(arc.to);
+    for (const Arc arc : graph_.arcs_of(doubt.place)) mark(arc.to);
   }
   for (std::size_t label = 0; label < centers.size(); ++label) {
     const Point& center = graph_.positions[centers[label]];

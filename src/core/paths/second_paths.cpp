@@ -19,7 +19,7 @@ void enter_regions(const OrderedGraph& graph, std::span<const Path> nearest, Thr
   team.for_each_slow(graph.n_cells(), [&](Place place) {
     const Label label = nearest[place].label;
     Path best;
-    for (const Arc& arc : graph.arcs_of(place)) {
+    for (const Arc arc : graph.arcs_of(place)) {
       const Path& there = nearest[arc.to];
       const bool crosses = both(there.label != label, there.label != kNoLabel);
       const PathLength length = longer_by(crosses ? there.length : 0, arc);
@@ -38,7 +38,7 @@ void enter_along_arcs(const OrderedGraph& graph, std::span<const Path> nearest, 
   for (Place place = 0; place < graph.n_cells(); ++place) {
     const Path path = nearest[place];
     if (path.label == kNoLabel) continue;
-    for (const Arc& arc : graph.arcs_of(place)) {
+    for (const Arc arc : graph.arcs_of(place)) {
       if (nearest[arc.to].label == path.label) continue;
       const Path longer{longer_by(path.length, arc), path.label};
       if (longer.is_better_than(seconds[arc.to])) seconds[arc.to] = longer;
@@ -94,7 +94,7 @@ class Inwards {
   void relax(Place place, const Push& push) {
     const Path path = seconds_[place];
     const Label label = nearest_[place].label;
-    for (const Arc& arc : graph_.arcs_of(place)) {
+    for (const Arc arc : graph_.arcs_of(place)) {
       // Skips other regions, whose paths may be written by other threads.
       if (nearest_[arc.to].label != label) continue;
       const Path longer{longer_by(path.length, arc), path.label};

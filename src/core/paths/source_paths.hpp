@@ -63,7 +63,7 @@ class SourcePaths {
   template <typename IsFollowed, typename Queue>
   void follow(Place place, PathLength length, const IsFollowed& is_followed, Queue& queue) {
     if (!is_followed(place, length)) return;
-    for (const Arc& arc : graph_.arcs_of(place)) {
+    for (const Arc arc : graph_.arcs_of(place)) {
       relax(arc.to, longer_by(length, arc), queue);
     }
   }

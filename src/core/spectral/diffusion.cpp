@@ -67,7 +67,7 @@ Buffer<double> straight_steps(const OrderedGraph& graph, ThreadTeam& team) {
   Buffer<double> steps(graph.n_arcs);
   team.for_each_index(graph.n_cells(), [&](Place place) {
     std::int64_t next = graph.offsets[place];
-    for (const Arc& arc : graph.arcs_of(place)) steps[next++] = straight_step(graph, place, arc);
+    for (const Arc arc : graph.arcs_of(place)) steps[next++] = straight_step(graph, place, arc);
   });
   return steps;
 }
@@ -80,10 +80,8 @@ ConductingArcs conducting_arcs(const OrderedGraph& graph, double crease_unit, do
   found.offsets[0] = 0;
   for (Cell cell = 0; cell < graph.n_cells(); ++cell) {
     const Place place = graph.place_of(cell);
-    const auto arcs = graph.arcs_of(place);
-    const auto n =
-        // padding arcs, which lead to the cell itself, are not counted
-        std::ranges::count_if(arcs, [&](const Arc& arc) { return arc.to != place; });
+    std::int64_t n = 0;  // padding arcs, which lead to the cell itself, are not counted
+    for (const Arc arc : graph.arcs_of(place)) n += static_cast<std::int64_t>(arc.to != place);
     found.offsets[cell + 1] = found.offsets[cell] + n;
   }
   found.neighbors = Buffer<Cell>(found.offsets[graph.n_cells()]);
@@ -95,7 +93,7 @@ ConductingArcs conducting_arcs(const OrderedGraph& graph, double crease_unit, do
         const Place place = graph.place_of(cell);
         std::int64_t next = found.offsets[cell];
         double sum = 0.0;
-        for (const Arc& arc : graph.arcs_of(place)) {
+        for (const Arc arc : graph.arcs_of(place)) {
           if (arc.to == place) continue;
           const double kappa =
               crease_unit > 0.0 ? graph.crease_cost(place, arc) / crease_unit : 0.0;
@@ -115,7 +113,7 @@ ConductingArcs conducting_arcs(const OrderedGraph& graph, double crease_unit, do
       [&](Cell cell) {
         const Place place = graph.place_of(cell);
         double sum = 0.0;
-        for (const Arc& arc : graph.arcs_of(place)) {
+        for (const Arc arc : graph.arcs_of(place)) {
           if (arc.to != place) sum += width_of(graph, place, arc);
         }
         return sum;

@@ -43,6 +43,10 @@ ENOUGH_OF_SEEDED = 0.75
 """A coarse graph is used only if its components with seeds together have at least this fraction of
 the required number of coarse cells."""
 
+MIN_SHARED = 100_000
+"""Minimum number of cells of a graph that refers to given arcs (see `may_share_arcs`). In smaller
+graphs, copied arcs, with target and length side by side, make the loop faster."""
+
 MIN_REDUCTION = 2
 """Minimum factor by which the number of cells must decrease from level to level."""
 
@@ -50,13 +54,19 @@ EACH_ALONE: Ints = np.empty(0, np.int32)
 """Value of `PartCosts.group_of` if each cell is its own group."""
 
 
-def can_be_coarse(graph: OrderedGraph, plan: Plan, loop: LoopOptions) -> bool:
+def can_be_coarse(is_symmetric: bool, plan: Plan, loop: LoopOptions) -> bool:
     """Return whether the loop may start on coarse cells.
 
     Exceptions: given seeds, `radius_factor`, ``tol=0``, one iteration, and an asymmetric graph.
     """
     is_exact = loop.radius_factor is None and loop.tol > 0 and loop.max_num_iter > 1
-    return not plan.has_seeds and is_exact and graph.is_symmetric
+    return not plan.has_seeds and is_exact and is_symmetric
+
+
+def may_share_arcs(n_cells: int, is_symmetric: bool, plan: Plan, loop: LoopOptions) -> bool:
+    """Return whether the graph may refer to given arcs, as few searches visit all its cells."""
+    least = max(MIN_SHARED, CELL_SIZES[-1] * FINEST_PER_REGION * plan.size.n_segments)
+    return n_cells >= least and plan.is_sorted and can_be_coarse(is_symmetric, plan, loop)
 
 
 @dataclass
@@ -97,7 +107,8 @@ def finest_coarse(
 ) -> list[CoarseGraph]:
     """Build the finest coarse graph, if it has about `n_least` cells; return it in a list."""
     size, _, _ = _rules(graph, plan)
-    if not size or graph.n_cells < size * n_least or not can_be_coarse(graph, plan, loop):
+    may_be = can_be_coarse(graph.is_symmetric, plan, loop)
+    if not size or graph.n_cells < size * n_least or not may_be:
         return []
     with timed(timings, "coarsen", loop.report):
         return _coarser(graph, plan, loop.n_threads, [], most=1)
@@ -108,7 +119,7 @@ def coarsened(
     begun: list[CoarseGraph],
 ) -> Coarsening:  # fmt: skip
     """Build the coarse graphs after those of `begun`, if `can_be_coarse`; record the run time."""
-    if not can_be_coarse(graph, plan, loop):
+    if not can_be_coarse(graph.is_symmetric, plan, loop):
         return Coarsening([])
     with timed(timings, "coarsen", None if begun else loop.report):
         return Coarsening.of(graph, plan, loop.n_threads, begun)

@@ -110,14 +110,9 @@ def segment_checked(
 
 
 def segment_cells(
-    graph: OrderedGraph,
-    coarsening: Coarsening,
-    bounds: Floats,
-    plan: Plan,
-    loop: LoopOptions,
-    joining_arcs: ArcLengths | None = None,
-    balancer: Balancer | None = None,
-) -> Segmentation:
+    graph: OrderedGraph, coarsening: Coarsening, bounds: Floats, plan: Plan, loop: LoopOptions,
+    joining_arcs: ArcLengths | None = None, balancer: Balancer | None = None,
+) -> Segmentation:  # fmt: skip
     """Place seeds and run the loop on a graph of the cells inside the mask, without checks.
 
     Coarse graphs are removed after their last use. Far arcs and coarse cells lead over other cells,

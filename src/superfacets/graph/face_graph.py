@@ -76,6 +76,11 @@ class FaceGraph(BaseGraph):
         object.__setattr__(self, "edge_counts", state["edge_counts"])
         freeze(self, **{name: value for name, value in state.items() if name != "edge_counts"})
 
+    @property
+    def has_turns(self) -> bool:
+        """Whether some faces are inconsistently oriented."""
+        return self.same_turn.strides != (0,) and bool(self.same_turn.any())
+
     def with_weights(self, weights: npt.ArrayLike, *, n_threads: int | None = None) -> CellGraph:
         """Return a `CellGraph` with one weight per arc; weights must be finite and >= 0."""
         return self._weighted(weights, n_threads)
@@ -93,11 +98,10 @@ def core_surface(
     graph was made from another mesh.
     """
     corners, is_of_triangles = corners_of(mesh), graph.sides.dtype == np.uint8
-    same_turn = graph.same_turn
+    same_turn = graph.same_turn if graph.has_turns else np.empty(0, np.uint8)
     if corners.offsets is None:
         if not is_of_triangles:
             raise ValueError("the graph was built for polygons, but the mesh has triangles")
-        same_turn = same_turn if same_turn.any() else np.empty(0, np.uint8)
         faces = corners.vertices.reshape(-1, 3)
         return _core.TriangleSurface(
             mesh.vertices, faces, *graph.arcs, graph.sides, same_turn, is_inside_out
@@ -156,15 +160,6 @@ def build_face_graph(
     return FaceArcs.of(faces, weld, threads).measured(faces, threads)[0]
 
 
-class FaceShapes(NamedTuple):
-    """Normals and longest sides of faces, for weights and `sliver_share`; not part of the graph."""
-
-    normals: Floats
-    """Unit normals, shape (F, 3); 0 for a degenerate face."""
-    longest: Floats | None
-    """Squared length of the longest side in each block of consecutive faces; None for polygons."""
-
-
 class FaceArcs(NamedTuple):
     """The arrays of a `FaceGraph` that do not depend on positions, and the welded vertices."""
 
@@ -191,15 +186,17 @@ class FaceArcs(NamedTuple):
         except ValueError as error:  # `_core` raises this error for too many arcs
             raise MeshError(str(error)) from None
         offsets, neighbors, sides, same_turn, counts = found
+        if not len(same_turn):  # no face is inconsistently oriented: all values are one 0
+            same_turn = np.broadcast_to(np.uint8(0), neighbors.shape)
         return cls(offsets, neighbors, sides, same_turn, EdgeCounts(*counts), lowest)
 
-    def measured(self, mesh: FaceMesh, n_threads: int) -> tuple[FaceGraph, FaceShapes]:
-        """Return the graph and the `FaceShapes` of the mesh, whose vertices may have moved."""
-        positions, measures, normals, longest = measure_shapes(mesh, n_threads)
+    def measured(self, mesh: FaceMesh, n_threads: int) -> tuple[FaceGraph, Floats | None]:
+        """Return the graph of the mesh, whose vertices may have moved, and sides for slivers."""
+        positions, measures, longest = measure_shapes(mesh, n_threads)
         graph = FaceGraph(
             positions, measures, *self[:4], bounds=mesh.bounds, edge_counts=self.edge_counts
         )
-        return graph, FaceShapes(normals, longest)
+        return graph, longest
 
 
 def arcs_at_borders(mesh: Mesh, labels: Ints, n_threads: int) -> tuple[ArcLists, Ints]:

@@ -18,14 +18,14 @@ from .. import _core
 from ..base.checks import checked_threads, counted, refuse_mask
 from ..base.errors import MeshError
 from ..base.lazy import Table, load
-from ..base.types import ArcLists, Array, Bools, Floats, Ints, Longs
+from ..base.types import ArcLists, Array, Bools, Floats, Ints, Longs, Singles
 from ..mesh.base import Cells, CellsOfVertices
 from ..mesh.convert import MeshLike, as_cells
 from ..mesh.faces import Corners, FaceMesh, corners_of, cut_into_triangles, measure_faces, mesh_like
 from ..mesh.meshes import Mesh, PolygonMesh
 from ..mesh.point_cloud import PointCloud
 from .cell_graph import BaseGraph, CellGraph
-from .face_graph import FaceArcs, FaceGraph, FaceShapes, arcs_at_borders
+from .face_graph import FaceArcs, FaceGraph, arcs_at_borders
 from .point_graph import PointGraph, find_point_graph, point_surface
 from .size import sliver_share
 from .sorting import sorted_corners
@@ -45,7 +45,7 @@ class OrderedCells(NamedTuple):
 
     cells: Cells  # mesh or cloud of the same class as the input
     graph: BaseGraph
-    shapes: FaceShapes | None  # measures of faces for weights and `sliver_share`
+    longest: Floats | None  # longest sides of faces, for `sliver_share`
     input_index: Ints | None  # (N,) index of each cell in the input; None if cells are not sorted
 
 
@@ -74,8 +74,8 @@ class Kind:
 
     def build_graph(
         self, cells: Any, weld: float, n_threads: int
-    ) -> tuple[BaseGraph, FaceShapes | None]:
-        """Return the graph of the cells, and additional measures of cells that are faces."""
+    ) -> tuple[BaseGraph, Floats | None]:
+        """Return the graph of the cells, and the longest sides of cells that are faces."""
         return cells, None
 
     def ordered(
@@ -113,16 +113,16 @@ class Kind:
         """Return the surface without arrays that are only needed for weights, to save memory."""
         return surface
 
-    def normals(self, surface: Surface, graph: Any, shapes: Any) -> Floats:
+    def normals(self, surface: Surface, graph: Any) -> Singles:
         """Return the outward unit normal of each cell, (N, 3); 0 if it is not known."""
-        return np.zeros((surface.n_cells, 3))
+        return np.zeros((surface.n_cells, 3), np.float32)
 
     def tells_concave(self, graph: Any) -> bool:
         """Return whether concave and convex creases can be distinguished."""
         return True
 
     def sliver_share(
-        self, cells: Any, areas: Floats, shapes: Any, radius: float, n_threads: int
+        self, cells: Any, areas: Floats, longest: Floats | None, radius: float, n_threads: int
     ) -> float:
         """Return the fraction of the area in long and thin faces; 0 if cells are not faces."""
         return 0.0
@@ -228,24 +228,25 @@ class _Polygons(Kind):
 
     def build_graph(
         self, cells: FaceMesh, weld: float, n_threads: int
-    ) -> tuple[FaceGraph, FaceShapes]:
+    ) -> tuple[FaceGraph, Floats | None]:
         return FaceArcs.of(cells, weld, n_threads).measured(cells, n_threads)
 
     def surface(self, cells: FaceMesh, graph: FaceGraph, n_threads: int) -> Surface:
         return Surface.of_faces(cells, graph, n_threads)
 
-    def normals(self, surface: Surface, graph: FaceGraph, shapes: FaceShapes) -> Floats:
+    def normals(self, surface: Surface, graph: FaceGraph) -> Singles:
         handle = cast(_core.TriangleSurface | _core.PolygonSurface, surface.handle)
-        normals = -shapes.normals if handle.is_inside_out else shapes.normals
-        if graph.same_turn.any():  # which of two inconsistent neighbors is right is not known
-            normals = normals.copy()
+        normals = surface.single_normals()
+        if handle.is_inside_out:
+            np.negative(normals, out=normals)
+        if graph.has_turns:  # which of two inconsistent neighbors is right is not known
             normals[graph.sources[graph.same_turn]] = 0.0
         return normals
 
     def sliver_share(
-        self, cells: FaceMesh, areas: Floats, shapes: FaceShapes, radius: float, n_threads: int
+        self, cells: FaceMesh, areas: Floats, longest: Floats | None, radius: float, n_threads: int
     ) -> float:
-        return sliver_share(cells, areas, shapes.longest, radius, n_threads)
+        return sliver_share(cells, areas, longest, radius, n_threads)
 
     def measures(self, cells: FaceMesh, n_threads: int) -> Floats:
         return measure_faces(cells, n_threads)[1]
@@ -313,8 +314,10 @@ class _Points(Kind):
     def tells_concave(self, graph: PointGraph) -> bool:
         return graph.tells_concave
 
-    def normals(self, surface: Surface, graph: PointGraph, shapes: None) -> Floats:
-        return graph.normals if graph.tells_concave else np.zeros_like(graph.normals)
+    def normals(self, surface: Surface, graph: PointGraph) -> Singles:
+        if not graph.tells_concave:
+            return super().normals(surface, graph)
+        return _core.narrowed(graph.normals.reshape(-1), surface.n_threads).reshape(-1, 3)
 
     def positions(self, cells: PointCloud) -> Floats:
         return cells.points

@@ -10,9 +10,9 @@ import numpy.typing as npt
 
 from .. import _core
 from ..base.checks import checked_classes, checked_threads, counted
-from ..base.types import Floats, Ints, Longs
+from ..base.types import Floats, Ints, Longs, Singles
 from ..mesh.convert import MeshLike, as_mesh
-from ..mesh.faces import FaceMesh, signed_volume
+from ..mesh.faces import FaceMesh, signed_volume, single_normals
 from .cell_graph import ArcMeasures, BaseGraph, CellGraph, CsrArcs
 from .face_graph import FaceGraph, core_surface
 from .tet_cells import TetCells
@@ -58,7 +58,7 @@ class Surface(CsrArcs):
             )
         volume, noise = _signed_volume(mesh, graph, n_threads), VOLUME_NOISE * graph.diagonal**3
         handle = core_surface(mesh, graph, volume < -noise, n_threads)
-        volume = 0.0 if graph.same_turn.any() or abs(volume) <= noise else abs(volume)
+        volume = 0.0 if graph.has_turns or abs(volume) <= noise else abs(volume)
         return cls(
             handle, graph.offsets, graph.neighbors, graph.bounds, graph.diagonal, n_threads,
             mesh, volume=volume,
@@ -114,6 +114,11 @@ class Surface(CsrArcs):
     @cached_property
     def _cells(self) -> tuple[Floats, Floats]:
         return self.handle.cells(self.n_threads)
+
+    def single_normals(self) -> Singles:
+        """Return the unit normal of each face of `mesh`, (N, 3), in single precision."""
+        assert self.mesh is not None
+        return single_normals(self.mesh, self.n_threads)
 
     def arc_measures(self) -> ArcMeasures:
         """Return the lengths and angles of all arcs, as the function `arc_measures` does."""

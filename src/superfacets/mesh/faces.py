@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from .. import _core
 from ..base.checks import checked_threads, freeze
-from ..base.types import Array, Floats, Ints, Longs
+from ..base.types import Array, Floats, Ints, Longs, Singles
 from .base import CellsOfVertices
 from .meshes import Mesh, PolygonMesh
 
@@ -151,19 +151,31 @@ def is_same_mesh(one: FaceMesh, other: FaceMesh) -> bool:
 
 def measure_faces(mesh: FaceMesh, n_threads: int) -> tuple[Floats, Floats]:
     """Return the centroids (F, 3) and the areas (F,) of all faces."""
-    if isinstance(mesh, Mesh):
-        return _core.measure_faces(mesh.vertices, mesh.faces, n_threads)[:2]
-    return _measure_polygons(mesh, n_threads)[:2]
+    return measure_shapes(mesh, n_threads)[:2]
 
 
-def measure_shapes(mesh: FaceMesh, n_threads: int) -> tuple[Floats, Floats, Floats, Floats | None]:
-    """Return centroids, areas and unit normals (0 if undefined) of faces, and longest sides.
+def measure_shapes(mesh: FaceMesh, n_threads: int) -> tuple[Floats, Floats, Floats | None]:
+    """Return centroids, areas, and the squared longest side in each block of faces.
 
-    The longest are squared lengths in each block of consecutive faces; None for polygons.
+    For polygons, the third result is None.
     """
     if isinstance(mesh, Mesh):
         return _core.measure_faces(mesh.vertices, mesh.faces, n_threads)
-    return *_measure_polygons(mesh, n_threads), None
+    return *_measure_polygons(mesh, n_threads)[:2], None
+
+
+def unit_normals(mesh: FaceMesh, n_threads: int) -> Floats:
+    """Return the unit normal of each face, (F, 3); 0 if it is undefined."""
+    if isinstance(mesh, Mesh):
+        return _core.unit_normals(mesh.vertices, mesh.faces, n_threads)
+    return _measure_polygons(mesh, n_threads)[2]
+
+
+def single_normals(mesh: FaceMesh, n_threads: int) -> Singles:
+    """Return the result of `unit_normals` in single precision."""
+    if isinstance(mesh, Mesh):
+        return _core.single_normals(mesh.vertices, mesh.faces, n_threads).reshape(-1, 3)
+    return unit_normals(mesh, n_threads).astype(np.float32)
 
 
 def area_vectors(mesh: FaceMesh, n_threads: int) -> Floats:
@@ -188,17 +200,13 @@ def signed_volume(mesh: FaceMesh, origin: tuple[float, float, float], n_threads:
 
 
 def sliver_area(
-    mesh: FaceMesh,
-    areas: Floats,
-    longest: Floats | None,
-    min_length: float,
-    max_height: float,
+    mesh: FaceMesh, areas: Floats, longest: Floats | None, min_length: float, max_height: float,
     n_threads: int,
-) -> float:
+) -> float:  # fmt: skip
     """Return the total area of faces with length > `min_length` and height < `max_height`.
 
     Triangles are measured at their longest side. Other faces count as rectangles with the longest
-    side or diagonal from corner 0 as length. `longest` is the fourth result of `measure_shapes`.
+    side or diagonal from corner 0 as length. `longest` is the third result of `measure_shapes`.
     """
     limits = (min_length, max_height, n_threads)
     if isinstance(mesh, Mesh):

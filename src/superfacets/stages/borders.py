@@ -12,9 +12,11 @@ from ..base.timing import Clock
 from ..base.types import ArcLists, Singles
 from ..clustering.coarsening import EACH_ALONE, finest_coarse, groups_of_cells
 from ..clustering.plan import ArcLengths
+from ..graph.cell_graph import BaseGraph
+from ..graph.kinds import Kind
+from ..weights.formulas import Lengths
 from ..weights.parts import BORDER_COEFFICIENTS, conducting_graph, embedding, strength_of_parts
-from .prepare import Prepared
-from .weigh import Lengths, Weighed
+from .weigh import Weighed
 
 BORDER_FACTOR = 8.5
 """Cost of an arc across which people draw a border, as a multiple of the expected radius. With 10
@@ -26,17 +28,6 @@ least as many groups of cells as the second number. With 8,000 groups, the under
 at k = 300 is 0.0009 higher."""
 
 
-def normals_at_borders(prepared: Prepared, weighed: Weighed, clock: Clock) -> Singles | None:
-    """Return normals of cells inside the mask for `add_borders`, (n, 3), or None without costs."""
-    if not weighed.has_part_costs or weighed.of_made_thing:
-        return None
-    with clock.timed("weights", begins=False):
-        normals = prepared.kind.normals(weighed.surface, prepared.graph, prepared.shapes)
-        inside, n_threads = weighed.plan.inside, weighed.surface.n_threads
-        normals = normals if inside is None else normals[inside.cells]
-        return _core.narrowed(normals.reshape(-1), n_threads).reshape(-1, 3)
-
-
 class Grouped(NamedTuple):
     """Groups of cells for `add_borders`: the cells of the last of `levels`, or all cells."""
 
@@ -46,17 +37,19 @@ class Grouped(NamedTuple):
 
 
 def grouped_for_borders(
-    ordered: _core.OrderedGraph, normals: Singles | None, weighed: Weighed, clock: Clock
+    ordered: _core.OrderedGraph, kind: Kind, graph: BaseGraph, weighed: Weighed, clock: Clock
 ) -> Grouped:
     """Group the cells of a large graph for `add_borders`, if possible from cells of the loop."""
-    if normals is None:
+    if not weighed.has_part_costs or weighed.of_made_thing:
         return Grouped(None)
-    n_threads = weighed.surface.n_threads
+    n_threads, inside = weighed.surface.n_threads, weighed.plan.inside
     begun = finest_coarse(ordered, weighed.plan, weighed.options.loop, N_GROUPS, clock.timings)
     with clock.timed("weights", begins=False):
-        levels, graph = [*begun], begun[-1].graph if begun else ordered
-        if graph.n_cells >= MIN_RATED_IN_GROUPS:
-            levels.append(_core.CoarseGraph(graph, graph.n_cells // N_GROUPS, n_threads))
+        levels, grouped = [*begun], begun[-1].graph if begun else ordered
+        if grouped.n_cells >= MIN_RATED_IN_GROUPS:
+            levels.append(_core.CoarseGraph(grouped, grouped.n_cells // N_GROUPS, n_threads))
+        normals = kind.normals(weighed.surface, graph)  # not earlier, to save memory
+        normals = normals if inside is None else normals[inside.cells]
         for level in levels:
             normals = level.means_of(normals, EACH_ALONE, n_threads).reshape(-1, 3)
     return Grouped(normals, levels, begun)
@@ -65,30 +58,27 @@ def grouped_for_borders(
 def add_borders(
     ordered: _core.OrderedGraph, grouped: Grouped, arcs: ArcLengths, lengths: Lengths,
     weighed: Weighed, clock: Clock,
-) -> tuple[ArcLengths, Lengths]:  # fmt: skip
+) -> None:  # fmt: skip
     """Add a cost to arcs across which people probably draw borders, except on made things.
 
-    `ordered` and `grouped.begun` get new lengths of arcs. Returns `arcs`, which are inside the
-    mask, with these lengths, and the lengths of all arcs.
+    Changes lengths in place: of `arcs`, which are inside the mask, and of all arcs (`lengths`).
+    The graphs `ordered` and `grouped.begun` get new lengths, too.
     """
     levels, begun, inside = grouped.levels, grouped.begun, weighed.plan.inside
     if grouped.normals is None:
-        return arcs, lengths
+        return
     n_threads = weighed.surface.n_threads
     with clock.timed("weights", begins=False):
         between, costs = _costs_between(levels, (ordered, arcs), grouped.normals, weighed)
         group_of = groups_of_cells(levels, n_threads)
-        values = _core.add_group_costs(*arcs, group_of, *between, costs, n_threads)
-        arcs = arcs._replace(lengths=values)
+        _core.add_group_costs(*arcs, group_of, *between, costs, n_threads)  # in place
         ordered.set_lengths(*arcs, n_threads)
         for level in begun:  # empty, or only the first of `levels`
             coarse, group_of_coarse = level.arcs(), groups_of_cells(levels[1:], n_threads)
-            values = _core.add_group_costs(*coarse, group_of_coarse, *between, costs, n_threads)
-            level.set_lengths(values, n_threads)
+            _core.add_group_costs(*coarse, group_of_coarse, *between, costs, n_threads)
+            level.set_lengths(coarse[2], n_threads)
         if inside is not None:
-            values = lengths.values.copy()
-            values[inside.arcs] = arcs.lengths
-        return arcs, lengths._replace(values=arcs.lengths if inside is None else values)
+            lengths.values[inside.arcs] = arcs.lengths
 
 
 def _costs_between(

@@ -22,11 +22,11 @@ from ..clustering.result import Segmentation
 from ..clustering.run import segment_cells
 from ..mesh.base import Cells
 from ..weights.features import FeatureCosts
-from ..weights.formulas import creases_of
+from ..weights.formulas import Lengths, creases_of
 from .notes import radius_note, sliver_advice, warn_of_islands
 from .part_costs import PART_CREASE_SCALE, PartCosts
 from .prepare import Planned
-from .weigh import Lengths, Weighed
+from .weigh import Weighed
 
 MAX_SPREAD = 0.15
 """Maximum coefficient of variation of the target sizes of equal regions without a warning."""

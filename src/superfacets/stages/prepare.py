@@ -17,7 +17,7 @@ from ..clustering.balance import SizeRules
 from ..clustering.plan import Plan
 from ..graph.cell_graph import BaseGraph
 from ..graph.constraints import ConstraintOptions
-from ..graph.face_graph import FaceArcs, FaceShapes
+from ..graph.face_graph import FaceArcs
 from ..graph.kinds import Kind, graph_and_surface, kind_of
 from ..graph.surface import Surface
 from ..mesh.base import Cells
@@ -61,9 +61,9 @@ class Prepared:
         Angle in radians that is subtracted from the angle of each edge, because noise remains.
     kind : Kind
         Kind of the cells: faces, tetrahedra or points.
-    cells, graph, shapes, input_index
-        The smoothed cells in working order (a cloud: as given), their graph, facts about the shapes
-        of faces, and the index in `source` of each cell of the graph (None: in the given order).
+    cells, graph, longest, input_index
+        The smoothed cells in working order (a cloud: as given), their graph, the longest sides of
+        faces, and the index in `source` of each cell of the graph (None: in the given order).
     """
 
     source: Cells
@@ -73,7 +73,7 @@ class Prepared:
     kind: Kind
     cells: Cells
     graph: BaseGraph
-    shapes: FaceShapes | None
+    longest: Floats | None
     input_index: Ints | None
 
     def __repr__(self) -> str:
@@ -96,7 +96,7 @@ class Prepared:
                     f"denoise needs a mesh of faces, got {kind.plural}: leave denoise out"
                 )
             made = kind.ordered(source, weld, n_threads, may_sort=may_sort, is_kept=is_kept)
-            return cls(source, weld, None, 0.0, kind, *made)  # cells, graph, shapes, input_index
+            return cls(source, weld, None, 0.0, kind, *made)  # cells, graph, longest, input_index
         found = kind.sorted(source, weld, n_threads, may_sort=may_sort)
         # `to_weld` is False if vertices were welded while sorting, else `weld`.
         mesh, to_weld, order = cast(FaceMesh, found[0]), *found[1:]
@@ -114,8 +114,8 @@ class Prepared:
             slack = slack_of(n_steps, is_regular=roughness.is_regular)
         if n_steps:
             mesh = smoothed(mesh, arcs, n_steps, n_threads)
-        graph, shapes = arcs.measured(mesh, n_threads)
-        return cls(source, weld, n_steps, slack, kind, mesh, graph, shapes, order)
+        graph, longest = arcs.measured(mesh, n_threads)
+        return cls(source, weld, n_steps, slack, kind, mesh, graph, longest, order)
 
     def surface(self, *, n_threads: int) -> Surface:
         """Return the `Surface` of `source`, whose cells are in the order of the caller."""
@@ -132,11 +132,7 @@ class Prepared:
 
 
 def prepare(
-    mesh: MeshLike,
-    *,
-    weld: float = True,
-    denoise: Denoise = "auto",
-    n_threads: int | None = None,
+    mesh: MeshLike, *, weld: float = True, denoise: Denoise = "auto", n_threads: int | None = None
 ) -> Prepared:
     """Return a mesh or cloud with the graph of its cells, for several calls of `segment`.
 
@@ -245,10 +241,7 @@ def plan_regions(prepared: Prepared, options: SegmentOptions, clock: Clock) -> P
     n_threads = options.loop.n_threads
     with clock.timed("face_graph", begins=False):
         inside = options.constraints.kept_cells(
-            prepared.source,
-            prepared.graph,
-            weld=prepared.weld,
-            n_threads=n_threads,
+            prepared.source, prepared.graph, weld=prepared.weld, n_threads=n_threads,
             order=prepared.input_index,
         )  # fmt: skip
         measures = prepared.graph.measures
@@ -268,6 +261,6 @@ def plan_regions(prepared: Prepared, options: SegmentOptions, clock: Clock) -> P
             areas = np.zeros_like(areas)
             areas[inside.cells] = prepared.graph.measures[inside.cells]
         share = prepared.kind.sliver_share(
-            prepared.cells, areas, prepared.shapes, plan.size.radius, n_threads
+            prepared.cells, areas, prepared.longest, plan.size.radius, n_threads
         )
     return Planned(plan, sizes, share)

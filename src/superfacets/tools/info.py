@@ -169,7 +169,7 @@ def cloud_info(cloud: CloudLike) -> CloudInfo:
 
 def _face_info(mesh: FaceMesh, weld: float) -> MeshInfo:
     n_threads = checked_threads(None)
-    graph, shapes = FaceArcs.of(mesh, weld, n_threads).measured(mesh, n_threads)
+    graph, longest = FaceArcs.of(mesh, weld, n_threads).measured(mesh, n_threads)
     handle: Any = Surface.of_faces(mesh, graph, n_threads).handle
     edges, boundary, non_manifold, inconsistent = graph.edge_counts
     low, high = graph.bounds.tolist()
@@ -190,7 +190,7 @@ def _face_info(mesh: FaceMesh, weld: float) -> MeshInfo:
         area=area,
         bounds=(tuple(low), tuple(high)),
         diagonal=graph.diagonal,
-        sliver_share=sliver_share(mesh, graph.measures, shapes.longest, radius, n_threads),
+        sliver_share=sliver_share(mesh, graph.measures, longest, radius, n_threads),
     )
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from ..base.checks import checked_count, checked_number, checked_threads
 from ..graph.cell_graph import CellGraph
 from ..graph.point_graph import CUTOFF, N_NEIGHBORS, find_point_graph, point_surface
-from ..graph.surface import NO_NORMALS
 from ..mesh.convert import CloudLike, as_cloud
 from .formulas import WEIGHTS, EdgeFactors, weights_of
 
@@ -86,7 +85,7 @@ def build_point_graph(
     n_neighbors = min(n_neighbors, checked.n_points - 1)
     graph = find_point_graph(checked, threads, n_neighbors=n_neighbors, cutoff=cutoff)
     surface = point_surface(graph, threads)
-    arrays = (graph.positions, graph.measures, NO_NORMALS)
+    arrays = (graph.positions, graph.measures)
     return CellGraph(
         graph.positions,
         graph.measures,

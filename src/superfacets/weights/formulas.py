@@ -12,12 +12,13 @@ import numpy.typing as npt
 
 from .. import _core
 from ..base.checks import checked_choice, checked_number, checked_threads
-from ..base.types import Floats
+from ..base.types import Floats, Singles
 from ..graph.cell_graph import BaseGraph
 from ..graph.face_graph import FaceGraph
 from ..graph.kinds import Kind
 from ..graph.surface import NO_NORMALS, Surface
 from ..mesh.convert import MeshLike, as_mesh
+from ..mesh.faces import unit_normals
 
 SOLID = 0.3
 """Shapes with at least this roundness y (defined in `crease_weights`) are not treated as hollow."""
@@ -77,9 +78,8 @@ WeightName = Literal["parts", "creases", "superfacets"]
 ArcValues: TypeAlias = Sequence[float] | npt.NDArray[np.floating[Any] | np.integer[Any]]
 """Weights given by the caller, one per arc."""
 
-CellArrays = tuple[Floats, Floats, Floats]
-"""Three arrays: positions of all cells (N, 3), their areas (N,), and their unit normals (N, 3). The
-last array may be `NO_NORMALS`."""
+CellArrays = tuple[Floats, Floats]
+"""Two arrays: positions of all cells (N, 3), and their areas (N,)."""
 
 
 class EdgeFactors(NamedTuple):
@@ -92,6 +92,7 @@ class EdgeFactors(NamedTuple):
     is_straight: bool = False  # distances are straight lines, and made things are recognized
     convex_share: float = 0.0  # s in `crease_weights`: relative cost of smooth convex edges
     slack: float = 0.0  # radians by which each angle is reduced, but not below 0
+    unit_factor: float = 0.0  # see `Lengths`; 0 if weights are not to be rounded
 
     @classmethod
     def checked(cls, radius: float, alpha: float, eta_convex: float, ridges: float) -> EdgeFactors:
@@ -130,26 +131,30 @@ class EdgeSums(NamedTuple):
         flat, sharp = self.n_flat / max(self.n_edges, 1), self.sharp / max(self.bent, 1)
         if flat < MIN_FLAT or flat + sharp < MIN_MADE:
             return False
-        flat = min(flat, _core.share_of_flat_sides(surface.handle, *arrays[1:], surface.n_threads))
+        n_threads = surface.n_threads
+        normals = NO_NORMALS if surface.mesh is None else unit_normals(surface.mesh, n_threads)
+        flat = min(flat, _core.share_of_flat_sides(surface.handle, arrays[1], normals, n_threads))
         return flat >= MIN_FLAT and flat + sharp >= MIN_MADE
+
+
+class Lengths(NamedTuple):
+    """Weights of arcs, rounded to integers so that sums of weights are exact."""
+
+    values: Singles  # (M,) weight of each arc as an integer multiple of `unit`
+    unit: float  # weight that corresponds to a value of 1: see `BaseGraph.quantized`
 
 
 class ArcWeights(NamedTuple):
     """Weights of all arcs of a graph."""
 
-    weights: npt.ArrayLike  # (M,) weight of each arc
+    weights: Any  # weight of each arc, (M,): an array, or `Lengths` if factors say so
     of_made_thing: bool = False  # whether the factors of `EdgeFactors.of_made_thing` were used
 
 
 def superfacet_weights(
-    mesh: MeshLike,
-    graph: FaceGraph,
-    *,
-    alpha: float = 200.0,
-    eta_convex: float = 0.2,
-    crease_length: float | None = None,
-    n_threads: int | None = None,
-) -> Floats:
+    mesh: MeshLike, graph: FaceGraph, *, alpha: float = 200.0, eta_convex: float = 0.2,
+    crease_length: float | None = None, n_threads: int | None = None,
+) -> Floats:  # fmt: skip
     r"""Return the weight of each arc: the distance on the surface plus a cost for creases.
 
     For faces i and j with centroids c and a common edge e with midpoint m,
@@ -216,7 +221,7 @@ def superfacet_weights(
     if crease_length is not None:
         crease_length = checked_number(crease_length, "crease_length", zero=False)
     surface = Surface.of_faces(mesh, graph, threads)
-    arrays = (graph.positions, graph.measures, NO_NORMALS)
+    arrays = (graph.positions, graph.measures)
     return weights_of(surface, arrays, EdgeFactors(alpha, eta_convex, crease_length or 0.0))
 
 
@@ -294,7 +299,7 @@ def crease_weights(
     threads = checked_threads(n_threads)
     factors = EdgeFactors.checked(radius, alpha, eta_convex, ridges)
     surface = Surface.of_faces(mesh, graph, threads)
-    arrays = (graph.positions, graph.measures, NO_NORMALS)
+    arrays = (graph.positions, graph.measures)
     if not hollows:
         return weights_of(surface, arrays, factors)
     return np.asarray(_adapted_weights(surface, arrays, factors).weights)
@@ -302,7 +307,8 @@ def crease_weights(
 
 def _crease_factors(radius: float, params: Mapping[str, float]) -> EdgeFactors:
     costs = (params[name] for name in ("alpha", "eta_convex", "ridges"))
-    return EdgeFactors.checked(radius, *costs)._replace(slack=params.get("slack", 0.0))
+    slack, unit_factor = params.get("slack", 0.0), params.get("unit_factor", 0.0)
+    return EdgeFactors.checked(radius, *costs)._replace(slack=slack, unit_factor=unit_factor)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -470,11 +476,11 @@ class WeightOptions:
 
 def weights_of_kind(
     kind: Kind, surface: Surface, graph: BaseGraph, radius: float, options: WeightOptions,
-    normals: Floats | None,
+    unit_factor: float = 0.0,
 ) -> ArcWeights:  # fmt: skip
     """Return one weight per arc between cells of any kind, for regions with this radius."""
     if kind.has_angles or options.given is not None:
-        return arc_weights(surface, graph, radius, options, normals)
+        return arc_weights(surface, graph, radius, options, unit_factor)
     if options.has_other_unit:
         name = options.params["weights"]
         raise ValueError(
@@ -486,21 +492,18 @@ def weights_of_kind(
 
 
 def arc_weights(
-    surface: Surface,
-    faces: BaseGraph | Surface,
-    radius: float,
-    options: WeightOptions,
-    normals: Floats | None = None,
-) -> ArcWeights:
+    surface: Surface, faces: BaseGraph | Surface, radius: float, options: WeightOptions,
+    unit_factor: float = 0.0,
+) -> ArcWeights:  # fmt: skip
     """Return one weight per arc of a mesh or cloud, for regions with the expected radius `radius`.
 
-    `faces` has positions and measures. `_core` computes the normals of faces if `normals` is None.
+    `faces` has positions and measures. See `EdgeFactors` for `unit_factor`.
     """
     if options.given is not None:
         return ArcWeights(options.given)
-    arrays = (faces.positions, faces.measures, NO_NORMALS if normals is None else normals)
+    arrays = (faces.positions, faces.measures)
     assert options.formula is not None
-    params = {**options.params, "slack": options.angle_slack}
+    params = {**options.params, "slack": options.angle_slack, "unit_factor": unit_factor}
     return options.formula.compute(surface, arrays, radius, params)
 
 
@@ -509,27 +512,31 @@ def creases_of(surface: Surface, radius: float, ridges: float | None = None) -> 
     factors = _crease_factors(radius, WEIGHTS["creases"].defaults)
     if ridges is not None:
         factors = factors._replace(ridges=ridges)
-    return weights_of(surface, (surface.positions, surface.measures, NO_NORMALS), factors)
+    return weights_of(surface, (surface.positions, surface.measures), factors)
 
 
 def weights_of(surface: Surface, arrays: CellArrays, factors: EdgeFactors) -> Floats:
     """Return one weight per arc, computed with equations 1 to 3 of the paper and these factors."""
-    if isinstance(surface.handle, _core.PointSurface):
-        core_factors = factors.for_core(surface.diagonal)
-        return _core.point_weights(surface.handle, core_factors, surface.n_threads)
-    return weights_and_sums(surface, arrays, factors, wants_sums=False)[0]
+    weights: Floats = weights_and_sums(surface, arrays, factors, wants_sums=False)[0]
+    return weights
 
 
 def weights_and_sums(
     surface: Surface, arrays: CellArrays, factors: EdgeFactors, *, wants_sums: bool
-) -> tuple[Floats, EdgeSums]:
-    """Return the weights of arcs between faces, and `EdgeSums`, which are 0 unless `wants_sums`."""
+) -> tuple[Any, EdgeSums]:
+    """Return the result of `weights_of`, and `EdgeSums`, which are 0 unless `wants_sums`.
+
+    On large graphs, weights are `Lengths` instead of an array if `factors.unit_factor` is positive.
+    """
     handle, costs = surface.handle, factors.for_core(surface.diagonal)
     if isinstance(handle, _core.TriangleSurface):
         found = _core.triangle_weights(handle, *arrays, costs, wants_sums, surface.n_threads)
+    elif isinstance(handle, _core.PointSurface):
+        found = _core.point_weights(handle, costs, surface.n_threads)
     else:
         found = _core.surface_weights(handle, costs, wants_sums, surface.n_threads)
-    return found[0], EdgeSums(*found[1])
+    weights, lengths, unit, sums = found
+    return Lengths(lengths, unit) if len(lengths) else weights, EdgeSums(*sums)
 
 
 def _adapted_weights(surface: Surface, arrays: CellArrays, factors: EdgeFactors) -> ArcWeights:
@@ -546,5 +553,6 @@ def _adapted_weights(surface: Surface, arrays: CellArrays, factors: EdgeFactors)
         convex_share = convex_share_of(sums.curvature, surface.volume, area, surface.diagonal)
         adapted = adapted._replace(convex_share=convex_share)
     if adapted != factors:
+        del weights  # to save memory
         weights = weights_of(surface, arrays, adapted)
     return ArcWeights(weights, of_made_thing)
