@@ -20,9 +20,8 @@ def rates(mesh, vectors, n_threads=1):
     ordered = _core.OrderedGraph(placed, *surface.arcs, lengths, 1, True, unit * graph.diagonal)
     widths, normals = surface.arc_measures().border_lengths, kind.normals(surface, graph)
     found = _core.border_rates(
-        ordered, *surface.arcs, widths, normals, vectors, BORDER_COEFFICIENTS,
-        n_threads,
-    )  # fmt: skip
+        ordered, *surface.arcs, widths, normals, vectors, BORDER_COEFFICIENTS, n_threads
+    )
     return graph, found
 
 

@@ -76,8 +76,7 @@ class SmoothOptions(NamedTuple):
 
 OF_PARTS = SmoothOptions(max_distance=3.0, max_chain=16, stiffness=1.25)
 """Options for weights ``"parts"``. On the benchmark models with 150 regions, the undersegmentation
-error and the compactness are 0.1040 and 4.478. With a `max_distance` of 2.75 and a `stiffness` of
-1.5, they are 0.1038 and 4.495; with 3.25 and 1, they are 0.1045 and 4.460."""
+error is 0.002 higher if the stiffness is 0, and equal if it is 1.6."""
 
 
 def smooth_borders(

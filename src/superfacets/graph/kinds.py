@@ -240,7 +240,7 @@ class _Polygons(Kind):
         if handle.is_inside_out:
             np.negative(normals, out=normals)
         if graph.has_turns:  # which of two inconsistent neighbors is right is not known
-            normals[graph.sources[graph.same_turn]] = 0.0
+            normals[graph.sources[graph.same_turn != 0]] = 0.0
         return normals
 
     def sliver_share(

@@ -82,7 +82,8 @@ def sliver_share(
 ) -> float:
     """Return the fraction of the area, 0 to 1, in faces longer than 2 r and thinner than r / 2.
 
-    `areas` are 0 for faces to ignore, `radius` is r, and `longest` is `FaceShapes.longest`.
+    `areas` are 0 for faces to ignore, `radius` is r, and `longest` is the last result of
+    `measure_shapes`, the longest edge of each face.
     """
     total = _core.sum_of(areas, n_threads)
     if total <= 0.0:

@@ -278,7 +278,7 @@ export class Drawing {
 
   /** Draw immediately, with `samples` x `samples` samples per pixel, but at most `stride` x `stride`. */
   draw(samples: number): void {
-    if (!this.hasSize || !this.mesh || !this.classColors.bytes) return;
+    if (!this.hasSize || !this.mesh || !this.classColors.bytes || this.gpu.gl.isContextLost()) return;
     const { gl } = this.gpu;
     for (const table of [this.cells.table, this.regionColors]) table.send();
     const frame = this.isStale || !this.frame ? this.drawCells() : this.frame;
