@@ -389,7 +389,7 @@ def test_f_stays_where_similar_regions_are_connected_and_tells_what_is_left(stud
 
 def test_g_makes_the_region_under_the_pointer_the_center_of_rotation(studio):
     _, tab = studio
-    region, x, y = tab.spots(3)[2]
+    region, x, y = tab.spots(1)[0]
     tab.page.mouse.move(*tab._on_page(x, y))
     tab.until(f"studio.workbench.regionOf(studio.workbench.hoveredCell) === {region}")
     tab.press("g")
