@@ -97,6 +97,7 @@ OrderedGraph::OrderedGraph(PlacedCells&& placed, const WeightedArcs& input, Thre
       straight_unit(input.straight_unit),
       units_per_length(straight_unit > 0.0 ? 1.0 / straight_unit : 0.0) {
   SUPERFACETS_ASSERT(input.arcs.are_valid() && input.arcs.n_cells() == n_cells());
+  SUPERFACETS_ASSERT(input.arcs.n_arcs() == ssize(input.lengths) && are_quantized(input.lengths));
   if (input.are_shared) {
     SUPERFACETS_ASSERT(cells.size() == 0 && input.is_known_symmetric);
     shared_ = input;
