@@ -61,8 +61,8 @@ def add_borders(
 ) -> None:  # fmt: skip
     """Add a cost to arcs across which people probably draw borders, except on made things.
 
-    Changes lengths in place: of `arcs`, which are inside the mask, and of all arcs (`lengths`).
-    The graphs `ordered` and `grouped.begun` get new lengths, too.
+    Costs are added in place to two arrays: `lengths` of all arcs, and those in `arcs`, which has
+    the arcs inside the mask. The graphs `ordered` and `grouped.begun` get new lengths, too.
     """
     levels, begun, inside = grouped.levels, grouped.begun, weighed.plan.inside
     if grouped.normals is None:

@@ -62,8 +62,8 @@ class Prepared:
     kind : Kind
         Kind of the cells: faces, tetrahedra or points.
     cells, graph, longest, input_index
-        The smoothed cells in working order (a cloud: as given), their graph, the longest sides of
-        faces, and the index in `source` of each cell of the graph (None: in the given order).
+        The smoothed cells in working order (points of a cloud are not smoothed), their graph, the
+        longest side of each face, and the index in `source` of each cell; None if not sorted.
     """
 
     source: Cells

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any
 
-SCANS: Mapping[str, Any] = MappingProxyType({"denoise": "scan", "alpha": 80.0})
+SCANS: Mapping[str, Any] = MappingProxyType({"denoise": "scan", "alpha": 60.0})
 """Keywords for room scans that were fused from depth images: ``segment(mesh, 1000, **SCANS)``.
 Noise is smoothed before creases are measured, and an `alpha` above the default makes borders follow
 creases more closely."""

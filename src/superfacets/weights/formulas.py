@@ -252,7 +252,7 @@ def crease_weights(
     the first rule, an edge of three or more faces, or the boundary of an open mesh.
 
     On hollow shapes, such as a cup or a ring, the costs of smooth edges (below 40 degrees) change,
-    because otherwise only those with concave angles would cost. Let V be the volume of a closed
+    because otherwise only concave ones would have a cost. Let V be the volume of a closed
     mesh, A its area, and M its total mean curvature: half the sum of length times angle over all
     edges except ridges, negative for concave edges. The roundness :math:`y = 3 V M / A^2` is 1 for
     a ball, 3/4 for a long rod, below 0.2 for cups, and about 0 or less for rings. If y is less than
