@@ -16,6 +16,8 @@ import numpy as np
 from superfacets import MeshError, kit
 from superfacets.kit import Array, Bools, Content, Floats, Input, Read, counted
 
+from .foreign import as_small
+
 _CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ")
 _SPHERICAL = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
 _COLORS = ("colorRed", "colorGreen", "colorBlue")
@@ -203,7 +205,7 @@ def _read_columns(pye57: Any, file: Any, place: int, source: Input) -> dict[str,
     reader.close()
     if n_read != n_records:
         raise MeshError(f"scan {place} declares {counted(n_records, 'point')} but has {n_read}")
-    return columns
+    return {name: as_small(values) for name, values in columns.items()}
 
 
 def _from(axes: tuple[str, ...], points: Floats) -> Floats:

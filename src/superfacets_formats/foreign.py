@@ -85,6 +85,12 @@ def read_with_vtk(data: bytes, ending: str) -> Found:
     return result
 
 
+def as_small(values: Array) -> Array:
+    """Return integers of 64 bits as int32 if they fit."""
+    is_long = values.dtype.kind in "iu" and values.itemsize == 8
+    return small if is_long and np.array_equal(small := values.astype(np.int32), values) else values
+
+
 def _numbers_of(array: Any) -> Array | None:
     from vtkmodules.util.numpy_support import vtk_to_numpy
 
@@ -168,9 +174,9 @@ def _mesh_in(data: bytes, ending: str) -> Found:
         "corners": np.concatenate([*none, *(rows.ravel() for rows in blocks)]),
     }
     for name, values in mesh.point_data.items():
-        result[f"point {name}"] = np.asarray(values)
+        result[f"point {name}"] = as_small(np.asarray(values))
     for name, parts in mesh.cell_data.items():
-        result[f"cell {name}"] = np.concatenate([np.asarray(part) for part in parts])
+        result[f"cell {name}"] = as_small(np.concatenate([np.asarray(part) for part in parts]))
     highest = max((kind for kind in kinds if kind in (5, 9, 10)), default=0)
     groups = {
         int(tag): name for name, (tag, dimension) in mesh.field_data.items()

@@ -184,27 +184,19 @@ def _add_extra_columns(
     for dimension, n_bytes in LasFrame.dimensions(described if place < header.size else b""):
         if place + n_bytes > header.size:
             raise MeshError(f"the extra dimensions of a point do not fit in {header.size} bytes")
-        name, n_numbers = dimension.attribute, dimension.n_numbers
+        name, n_numbers = dimension.name, dimension.n_numbers
         if dimension.kind and name not in columns:
             shape = (header.n_points, n_numbers) if n_numbers > 1 else (header.n_points,)
             strides = (header.size, n_bytes // n_numbers)[: len(shape)]
             stored: Array = np.ndarray(shape, dimension.kind, records, place, strides)
             columns[name] = dimension.decoded(stored)
             added.append(dimension)
-            if not dimension.scales and _is_rounded(stored):
-                source.declare(f"last digits of {name}", "which are rounded above 2^53")
         else:
             source.declare(f"extra dimension {dimension.name!r}")
         place += n_bytes
     if place < header.size:
         source.declare(f"{counted(header.size - place, 'byte')} per point, which have no names")
     return header.frame._replace(extra=tuple(added))
-
-
-def _is_rounded(stored: Array) -> bool:
-    """Return whether an integer is beyond ±2**53, where float64 does not represent all integers."""
-    is_long = stored.dtype.kind in "iu" and stored.itemsize == 8
-    return is_long and max(int(stored.max()), -int(stored.min())) > 2**53
 
 
 def decompressed(data: bytes, _ending: str) -> dict[str, Array]:

@@ -44,11 +44,6 @@ class LasDimension(NamedTuple):
     """A value is its stored number times `scales`, plus `offsets`. Both tuples are empty if the
     stored numbers are the values."""
 
-    @property
-    def attribute(self) -> str:
-        """Name of the dimension in `MeshAttributes`, where underscores replace spaces."""
-        return "_".join(self.name.split())
-
     def decoded(self, stored: Array) -> Array:
         """Return the values that stored numbers represent."""
         if not self.scales:

@@ -117,7 +117,7 @@ def _add_dimension(las: Any, name: str, other: str, values: Array, frame: LasFra
     if not 1 <= n <= 3:
         return False
     shape = () if n == 1 else (n,)
-    given = next((each for each in frame.extra if each.attribute == name), None) if frame else None
+    given = next((each for each in frame.extra if each.name == name), None) if frame else None
     stored = None if given is None else given.encoded(values)
     more: dict[str, Any] = {"type": np.dtype((values.dtype.str, shape))}
     if given is not None and stored is not None:

@@ -15,6 +15,8 @@ import numpy as np
 
 from superfacets.kit import Array, Output, corners_of, number_format, write_rows
 
+from .foreign import as_small
+
 Arrays = Mapping[str, Array]
 """Arrays of shape (N,) or (N, n), by name."""
 
@@ -112,7 +114,8 @@ def _with_labels(content: Output, colors: Array | None = None) -> dict[str, Arra
 
 _WORDS = {
     "i1": "char", "u1": "unsigned_char", "i2": "short", "u2": "unsigned_short", "i4": "int",
-    "u4": "unsigned_int", "f4": "float", "f8": "double",
+    "u4": "unsigned_int", "f4": "float", "f8": "double", "i8": "vtktypeint64",
+    "u8": "vtktypeuint64",
 }  # fmt: skip
 """Names of types in legacy VTK, keyed by NumPy's type code."""
 
@@ -133,10 +136,11 @@ def write_vtk(file: IO[bytes], content: Output) -> None:
     ):
         for place, (name, values) in enumerate(arrays.items()):
             begin = "" if place else f"{head}\nFIELD FieldData {len(arrays)}\n"
-            table = values.reshape(len(values), -1)
+            # Most programs do not know the types of 64 bits.
+            table = as_small(values.reshape(len(values), -1))
             word = quote(name, safe=string.punctuation.replace("%", "").replace('"', ""))
             size = f"{table.shape[1]} {len(table)}"
-            parts.append((f"{begin}{word} {size} {_WORDS[values.dtype.str[1:]]}", table))
+            parts.append((f"{begin}{word} {size} {_WORDS[table.dtype.str[1:]]}", table))
     form = f"{'ASCII' if ascii else 'BINARY'}\nDATASET UNSTRUCTURED_GRID\n"
     file.write(f"# vtk DataFile Version 3.0\nsuperfacets\n{form}".encode())
     for head, values in parts:

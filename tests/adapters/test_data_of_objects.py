@@ -12,10 +12,10 @@ def test_data_and_colors_of_pyvista_are_features():
     mesh["a height"] = mesh.points[:, 2]
     mesh.cell_data["RGB"] = np.repeat([[255, 0, 0], [0, 0, 255]], mesh.n_cells // 2, axis=0)
     mesh.cell_data["RGB"] = mesh.cell_data["RGB"].astype(np.uint8)
-    assert sf.segment(mesh, 20, features=["a_height", "color"]).n_segments == 20
+    assert sf.segment(mesh, 20, features=["a height", "color"]).n_segments == 20
     shades = sf.segment(mesh, 2, features=sf.Features("color", weight=100.0)).labels
     assert np.array_equal(shades == shades[0], np.arange(mesh.n_cells) < mesh.n_cells // 2)
-    with pytest.raises(sf.MeshError, match=r"it has color, normals, height.* a_height"):
+    with pytest.raises(sf.MeshError, match=r"it has color, normals, height.* a height"):
         sf.segment(mesh, 20, features="press")
 
 

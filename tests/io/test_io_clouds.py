@@ -174,9 +174,9 @@ def test_las_holds_what_laspy_reads(laspy, point_format, compressed):
     assert np.array_equal(cloud.points, np.transpose([las.x, las.y, las.z]))
     waves = ("wavepacket", "return_point_wave", "x_t", "y_t", "z_t", "X", "Y", "Z")
     names = [name for name in las.point_format.dimension_names if not name.startswith(waves)]
-    assert list(columns) == [name.replace(" ", "_") for name in names]
+    assert list(columns) == names
     for name in names:
-        assert np.array_equal(columns[name.replace(" ", "_")], las[name]), name
+        assert np.array_equal(columns[name], las[name]), name
 
 
 def test_chunks_of_any_size_are_read(laspy):
@@ -285,9 +285,7 @@ def test_names_that_are_no_words_are_left_out(laspy):
     _, found = las_cloud(bytes(content))
     assert "long" in found.vertex
     assert "scaled" not in found.vertex
-    assert found.left_out == (
-        "point property \x07caled, whose name is repeated or not a word of ASCII",
-    )
+    assert found.left_out == ("point property \x07caled, whose name is repeated or not one line",)
 
 
 def test_dimensions_with_a_taken_name_or_without_a_description_are_left_out(laspy):
@@ -310,18 +308,18 @@ def test_extra_dimensions_go_back_into_las_as_they_are(laspy, tmp_path):
         ("normal", "3f4", {"description": "of the surface"}),
         ("id", "u8", {}),
         ("pair", "2i4", {"scales": np.array([0.5, 2.0]), "offsets": np.array([1.0, -1.0])}),
-        ("rounded", "i8", {}),
+        ("long", "i8", {}),
         ("label", "u1", {"description": "of another program"}),
     ]:
         las.add_extra_dim(laspy.ExtraBytesParams(name=name, type=kind, **more))
     las["Pulse width"] = np.arange(4) * 0.01 - 1
     las["normal"] = np.arange(12).reshape(4, 3) + [0, 0.5, np.nan]
-    las["id"] = np.arange(4) + 2**40
+    las["id"] = np.arange(4, dtype=np.uint64) + np.uint64(2**63)
     las["pair"] = np.arange(8).reshape(4, 2)
-    las["rounded"] = np.arange(4) - 2**60
+    las["long"] = np.arange(4) - 2**60
     las.write(tmp_path / "in.laz")
     cloud, attributes = read_cloud(tmp_path / "in.laz"), read_attributes(tmp_path / "in.laz")
-    assert attributes.left_out == ("last digits of rounded, which are rounded above 2^53",)
+    assert attributes.left_out == ()
     assert attributes.vertex["normal"].shape == (4, 3)
     assert attributes.vertex["pair"][3].tolist() == [6.0, 7.0]
     attributes = pickle.loads(pickle.dumps(attributes))
@@ -334,7 +332,7 @@ def test_extra_dimensions_go_back_into_las_as_they_are(laspy, tmp_path):
     assert [some.description for some in kept] == [some.description for some in given]
     assert (label.name, label.dtype, label.description) == ("label", np.int32, "")
     assert made["label"].tolist() == LABELS
-    for dimension in given[:-1]:
+    for dimension in given:
         stored, expected = (some.points.array[dimension.name] for some in (made, las))
         assert stored.tobytes() == expected.tobytes()
 
@@ -347,11 +345,11 @@ def test_extra_dimensions_go_back_into_las_as_they_are(laspy, tmp_path):
 def test_changed_values_keep_the_type_only_if_they_fit(laspy, tmp_path, values, kind):
     dimension = LasDimension("a b", "<u2", 1, "", (0.01,), (-1.0,))
     frame = LasFrame(4, 6, (0.01,) * 3, (0.0,) * 3, extra=(dimension,))
-    attributes = MeshAttributes(vertex={"a_b": values}, header=frame)
+    attributes = MeshAttributes(vertex={"a b": values}, header=frame)
     write_mesh(tmp_path / "a.las", PointCloud(POINTS), attributes=attributes)
     made = laspy.read(tmp_path / "a.las")
     (found,) = made.point_format.extra_dimensions
-    assert (found.name, found.dtype) == ("a b" if kind == "u2" else "a_b", np.dtype(kind))
+    assert (found.name, found.dtype) == ("a b", np.dtype(kind))
     assert np.array_equal(made[found.name], values)
 
 
@@ -418,9 +416,7 @@ def test_without_lazrs_the_extra_is_named(laspy, monkeypatch):
 
 
 @pytest.mark.parametrize(("ending", "package"), [(".las", "laspy"), (".pcd", "pypcd4")])
-def test_a_package_that_reads_or_writes_a_format_is_named(
-    cloud, tmp_path, monkeypatch, ending, package
-):
+def test_the_package_of_a_format_is_named(cloud, tmp_path, monkeypatch, ending, package):
     pytest.importorskip(package)
     write_mesh(tmp_path / f"a{ending}", cloud)
     monkeypatch.setattr(
@@ -467,9 +463,7 @@ def test_records_of_extra_dimensions_are_joined_in_their_order(laspy):
     ("return_number", [16, 1, 1, 1], False), ("user_data", [np.nan, 1, 1, 1], False),
     ("gps_time", [0.5, 1, 2, 3], True),
 ])  # fmt: skip
-def test_values_that_a_field_of_las_would_round_get_a_dimension(
-    laspy, cloud, tmp_path, name, values, kept
-):
+def test_values_that_las_would_round_get_a_dimension(laspy, cloud, tmp_path, name, values, kept):
     attributes, path = MeshAttributes(vertex={name: np.array(values)}), tmp_path / "a.las"
     if kept:
         write_mesh(path, cloud, attributes=attributes)
@@ -527,9 +521,9 @@ def test_quoted_names_of_columns_may_have_spaces(tmp_path):
         '//X Y Z "M3C2 distance"\n1 2 3 0.5\n',
         "x\ty\tz\tM3C2 distance\n1\t2\t3\t.5",
     ):
-        (tmp_path / "a.csv").write_text(text)
-        assert read_cloud(tmp_path / "a.csv").points.tolist() == [[1, 2, 3]]
-        assert read_attributes(tmp_path / "a.csv").vertex["m3c2_distance"].tolist() == [0.5]
+        (path := tmp_path / "a.csv").write_text(text)
+        assert read_cloud(path).points.tolist() == [[1, 2, 3]]
+        assert read_attributes(path).vertex["m3c2 distance"].tolist() == [0.5]
 
 
 PACKED_SPLATS = (
@@ -615,9 +609,7 @@ def test_the_coordinate_reference_system_goes_back_into_las(
     moved = PointCloud(cloud.points * 100)
     write_mesh(tmp_path / f"out{ending}", moved, LABELS, attributes=attributes)
     made = laspy.read(tmp_path / f"out{ending}").header
-    found = {
-        vlr.record_id: vlr.record_data_bytes() for vlr in made.vlrs.get_by_id("LASF_Projection")
-    }
+    found = {v.record_id: v.record_data_bytes() for v in made.vlrs.get_by_id("LASF_Projection")}
     assert found == records
     assert made.global_encoding.wkt == (point_format == 7)
     assert not made.vlrs.get_by_id("someone else")

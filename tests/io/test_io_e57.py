@@ -314,9 +314,7 @@ def test_memory_that_runs_out_is_no_fault_of_the_file(write, broken, pye57):
 
 
 @pytest.mark.skipif(os.name != "posix", reason="Windows opens files by name alone")
-def test_no_file_is_left_by_a_process_that_is_killed(
-    write, tmp_path, monkeypatch, temporary, pye57
-):
+def test_no_file_is_left_by_a_killed_process(write, tmp_path, monkeypatch, temporary, pye57):
     path = write((scan(), {}))
     seen = []
 

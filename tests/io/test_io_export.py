@@ -497,9 +497,7 @@ class TestNamesAndVertices:
              r"classes must have one value per region \(2\), got 1 value"),
         ],
     )  # fmt: skip
-    def test_options_without_a_use_are_refused(
-        self, square, tmp_path, name, keywords, error, message
-    ):
+    def test_options_of_no_use_are_refused(self, square, tmp_path, name, keywords, error, message):
         with pytest.raises(error, match=message):
             write_mesh(tmp_path / name, square, [0, 1], **keywords)
         assert not list(tmp_path.iterdir())

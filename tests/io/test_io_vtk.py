@@ -245,9 +245,10 @@ def test_sizes_are_compared_with_the_file_before_memory_is_taken(refuse, name, t
 @pytest.mark.parametrize("ascii", [False, True])
 def test_any_name_of_labels_is_written_such_that_vtk_reads_it(tmp_path, name, ascii):
     pyvista = pytest.importorskip("pyvista")
-    label_name, path = 'a<b> & "c" 100%', tmp_path / name
+    label_name, path, ids = 'a<b> & "c" 100%', tmp_path / name, LABELS + 2**60
     mesh = sf.Mesh(POINTS, TETS[:, :3]) if name == "a.vtp" else sf.TetMesh(POINTS, TETS)
-    sf.write_mesh(path, mesh, LABELS, ascii=ascii, label_name=label_name)
+    attributes = sf.MeshAttributes(face={"an id": ids})
+    sf.write_mesh(path, mesh, LABELS, ascii=ascii, label_name=label_name, attributes=attributes)
     assert np.array_equal(sf.read_labels(path, name=label_name), LABELS)
     other = pyvista.read(path)
     assert np.array_equal(other.points, POINTS)
@@ -255,3 +256,6 @@ def test_any_name_of_labels_is_written_such_that_vtk_reads_it(tmp_path, name, as
     assert np.array_equal(corners, mesh.faces if name == "a.vtp" else mesh.tets)
     assert np.array_equal(other.cell_data[label_name], LABELS)
     assert other.cell_data[label_name].dtype == np.int32
+    for found in (other.cell_data["an id"], sf.read_attributes(path).face["an id"]):
+        assert found.dtype == np.int64
+        assert np.array_equal(found, ids)

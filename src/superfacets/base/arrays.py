@@ -37,11 +37,12 @@ def as_rows(columns: Sequence[Array], dtype: npt.DTypeLike) -> Array:
 
 
 def narrowed(column: Array) -> Array:
-    """Convert 64-bit integers, which PLY does not support, to int32 if they fit, or to float64."""
+    """Convert 64-bit integers to int32, uint32 or float64, the first that has their range."""
     if column.dtype.kind not in "iu" or column.itemsize < 8:
         return column
-    fits = int(column.min()) >= -(2**31) and int(column.max()) < 2**31
-    return column.astype(np.int32 if fits else np.float64)
+    low, high = int(column.min(initial=0)), int(column.max(initial=0))
+    unsigned = np.uint32 if low >= 0 and high < 2**32 else np.float64
+    return column.astype(np.int32 if low >= -(2**31) and high < 2**31 else unsigned)
 
 
 def rotation_of(quaternion: Sequence[float] | Floats) -> Floats | None:

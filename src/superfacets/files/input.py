@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from ..base.arrays import as_rows, narrowed
+from ..base.arrays import as_rows
 from ..base.checks import counted
 from ..base.errors import MeshError
 from ..base.lazy import load
 from ..base.types import Array, Bools, Floats
 from ..graph.kinds import kind_of
-from ..mesh.attributes import COLORS, MeshAttributes, is_word
+from ..mesh.attributes import COLORS, MeshAttributes, is_name
 from ..mesh.base import Cells
 from ..mesh.meshes import Mesh, PolygonMesh
 from ..mesh.point_cloud import PointCloud
@@ -178,7 +178,7 @@ class Input:
         """Return the properties that attributes can store, and declare all properties."""
         kept: dict[str, Array] = {}
         for name, values in columns:
-            item, key = self._new(f"{owner} property {name}"), "_".join(name.split())
+            item = self._new(f"{owner} property {name}")
             self.declared[item] = "attributes"
             if isinstance(values, str):
                 self.declared[item] = values
@@ -187,10 +187,10 @@ class Input:
             elif len(values) != n_rows:
                 rows = counted(n_rows, owner)
                 raise MeshError(f"{item} has {counted(len(values), 'value')} for {rows}")
-            elif key in kept or not is_word(key):
-                self.declared[item] = "whose name is repeated or not a word of ASCII"
+            elif name in kept or not is_name(name):
+                self.declared[item] = "whose name is repeated or not one line"
             else:
-                kept[key] = narrowed(values)
+                kept[name] = values
         return kept
 
 

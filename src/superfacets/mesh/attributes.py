@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import re
 import reprlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
+from ..base.arrays import narrowed
 from ..base.checks import counted, owned, refuse_mask
 from ..base.lazy import load
 from ..base.types import Array, Bools, Bytes
@@ -51,8 +52,8 @@ class MeshAttributes:
     ----------
     vertex : mapping of str to array_like, shape (V,) or (V, n), optional
         Properties of the vertices other than x, y and z, by name: one number, or n numbers, per
-        vertex. Arrays are copied, made read-only, and converted to types that PLY supports: bool
-        becomes uint8, int64 becomes int32 or uint32, and float16 becomes float32.
+        vertex. Arrays are copied and made read-only. Bool becomes uint8, and float16 becomes
+        float32.
     face : mapping of str to array_like, shape (F,) or (F, n), optional
         Properties of the faces other than their corners.
     comments : sequence of str, optional
@@ -77,20 +78,19 @@ class MeshAttributes:
     Raises
     ------
     ValueError
-        If a name is not one word of printable ASCII, if an array does not have one or two
-        dimensions, if no type of PLY can store an integer, or if a comment is not one line that
-        begins with ``comment`` or ``obj_info``.
+        If a name is not one line of printable text, if an array does not have one or two
+        dimensions, or if a comment is not one line that begins with ``comment`` or ``obj_info``.
     TypeError
         If an array does not contain real numbers, if `vertex` or `face` is not a mapping, or if
         ``texture`` is not a `Texture`.
 
     Examples
     --------
-    >>> attributes = MeshAttributes(face={"material": [0, 2]}, comments=["comment by hand"])
+    >>> attributes = MeshAttributes(face={"is steep": [True, False]}, comments=["comment by hand"])
     >>> attributes
-    MeshAttributes(vertex: none; face: material; 1 comment)
-    >>> attributes.face["material"].dtype
-    dtype('int32')
+    MeshAttributes(vertex: none; face: is steep; 1 comment)
+    >>> attributes.face["is steep"].dtype
+    dtype('uint8')
     """
 
     vertex: Mapping[str, Array] = field(default_factory=dict)
@@ -160,6 +160,27 @@ class MeshAttributes:
                 return _bytes_of(np.column_stack([stored[name] for name in COLORS])[:, :3])
         return None
 
+    def as_in_ply(self) -> tuple[MeshAttributes, list[str]]:
+        """Return attributes with names and types of PLY, and a list of what is lost.
+
+        Names become words of ASCII, and integers of 64 bits become `narrowed` numbers.
+        """
+        vertex, face = dict[str, Array](), dict[str, Array]()
+        lost, is_new = list[str](), False
+        for owner, stored, kept in ("vertex", self.vertex, vertex), ("face", self.face, face):
+            for name, values in stored.items():
+                item, word = f"{owner} property {name}", "_".join(name.split())
+                plain = narrowed(values)
+                is_new |= plain is not values
+                if not word.isascii() or word in {*stored, *kept} - {name}:
+                    lost.append(item)
+                    continue
+                kept[word] = plain
+                lost += [f"{item} by this name, but as {word}"] * (word != name)
+                is_rounded = plain.dtype.kind == "f" != values.dtype.kind
+                lost += [f"{item} as integers, but as float64"] * is_rounded
+        return (replace(self, vertex=vertex, face=face) if is_new or lost else self), lost
+
     def __reduce__(self) -> tuple[type[MeshAttributes], tuple[Any, ...]]:
         others = dict(self.names), dict(self.declared), self.records, self.header
         stored = dict(self.vertex), dict(self.face), self.comments, self.texture
@@ -201,34 +222,20 @@ def _bytes_of(colors: Array) -> Bytes | None:
 
 
 def _checked(values: Any, name: str, owner: str) -> Array:
-    """Return the values as a read-only (N,) or (N, n) array of a type that PLY supports."""
+    """Return the values as a read-only (N,) or (N, n) array of integers or floats."""
     what = f"{owner} property {reprlib.repr(name)}"
-    if not is_word(name):
-        raise ValueError(f"{what}: the name must be one word of printable ASCII")
+    if not is_name(name):
+        raise ValueError(f"{what}: the name must be one line of printable text")
     refuse_mask(values, what)
     array = np.asarray(values)
     if array.dtype.kind not in "biuf":
         raise TypeError(f"{what} must be real numbers, got {array.dtype}")
     if array.ndim not in (1, 2):
         raise ValueError(f"{what} must have one or two dimensions, got shape {array.shape}")
-    stored = owned(array, _stored_type(array, what))
+    others = {"?": np.uint8, "e": np.float32, "g": np.float64}  # bool, float16, long double
+    stored = owned(array, others.get(array.dtype.char, array.dtype.newbyteorder("=")))
     stored.flags.writeable = False
     return stored
-
-
-def _stored_type(array: Array, what: str) -> npt.DTypeLike:
-    """Return the type in which PLY stores an array; raise ValueError if integers are too large."""
-    if array.dtype.str[1:] in PLY_TYPES:
-        return array.dtype.newbyteorder("=")
-    if array.dtype.kind == "b":
-        return np.uint8
-    if array.dtype.kind == "f":  # float16 or long double
-        return np.float32 if array.dtype.itemsize < 4 else np.float64
-    for kind in (np.int32, np.uint32):
-        limits = np.iinfo(kind)
-        if not array.size or limits.min <= array.min() <= array.max() <= limits.max:
-            return kind
-    raise ValueError(f"{what} must fit in 32-bit integers, got {array.min()} to {array.max()}")
 
 
 def is_image(comment: str) -> bool:
@@ -242,25 +249,21 @@ def images_in(comments: Sequence[str]) -> list[str]:
     return [name for name in found if name]
 
 
-def is_word(name: object) -> bool:
-    """Return whether an object can be a name in a PLY header: one word of printable ASCII."""
-    is_text = isinstance(name, str) and name.isascii() and name.isprintable()
-    return is_text and str(name).split() == [name]
+def is_name(name: object) -> bool:
+    """Return whether an object can be the name of a property: one line of printable text."""
+    return isinstance(name, str) and name.isprintable() and bool(name.strip())
+
+
+def found_name(stored: Mapping[str, Array], name: str) -> str:
+    """Return the name of a property in `stored` that is `name` but for spaces, or else `name`."""
+    words = {"_".join(key.split()): key for key in stored}
+    return name if name in stored else words.get("_".join(name.split()), name)
 
 
 def _checked_comment(line: object) -> str:
-    is_line = isinstance(line, str) and not {"\n", "\r"} & set(line) and is_encodable(line)
+    is_line = isinstance(line, str) and not re.search("[\n\r\ud800-\udfff]", line)
     if not is_line or str(line).split(" ")[0] not in ("comment", "obj_info"):
         raise ValueError(
             f"comments must be lines that begin with comment or obj_info, got {reprlib.repr(line)}"
         )
     return str(line)
-
-
-def is_encodable(text: str) -> bool:
-    """Return whether a text can be encoded as UTF-8."""
-    try:
-        text.encode()
-    except UnicodeEncodeError:  # the text has a lone surrogate
-        return False
-    return True

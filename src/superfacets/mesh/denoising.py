@@ -87,9 +87,7 @@ def checked_denoise(denoise: object) -> Denoise:
     if denoise is None or denoise in ("auto", "scan"):
         return denoise
     if isinstance(denoise, str):
-        raise ValueError(
-            f"denoise must be 'auto', 'scan', a number of steps, or None, got {denoise!r}"
-        )
+        raise ValueError(f"denoise must be 'auto', 'scan', an integer or None, got {denoise!r}")
     n_steps = checked_count(denoise, "denoise", low=0)
     if n_steps > MAX_STEPS:
         raise ValueError(f"denoise must be at most {MAX_STEPS} steps, got {n_steps}")

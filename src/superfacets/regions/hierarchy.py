@@ -272,9 +272,7 @@ def _checked_counts(counts: Any) -> tuple[int, ...]:
         raise TypeError(
             f"counts must be a sequence of numbers of regions, got {reprlib.repr(counts)}"
         )
-    checked = sorted(
-        (checked_count(count, "each number in counts") for count in counts), reverse=True
-    )
+    checked = sorted((checked_count(n, "each number in counts") for n in counts), reverse=True)
     if not checked:
         raise ValueError("counts must contain at least one number of regions, but it is empty")
     for count, next_count in pairwise(checked):

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from ..base.arrays import narrowed
 from ..base.errors import MeshError
 from ..base.lazy import load
 from ..base.types import Array, Bools, Bytes, Floats
@@ -17,7 +16,7 @@ from ..files.formats import FORMATS
 from ..files.guards import named_errors
 from ..graph.kinds import are_of_vertices, kind_of
 from ..graph.point_graph import find_point_graph
-from ..mesh.attributes import COLORS, MeshAttributes, is_word, stored_colors
+from ..mesh.attributes import COLORS, MeshAttributes, found_name, is_name, stored_colors
 from ..mesh.convert import as_mesh
 from ..mesh.faces import area_vectors
 from ..regions.border_cut import BorderCut
@@ -160,6 +159,7 @@ class CellData:
         """
         of_faces, of_vertices = self._stored
         for stored in (of_faces, of_vertices):
+            names = [found_name(stored, name) for name in names]
             if all(name in stored for name in names):
                 columns = [stored[name].reshape(len(stored[name]), -1) for name in names]
                 table = np.concatenate(columns, axis=1).astype(np.float64)
@@ -202,13 +202,12 @@ def attributes_of(mesh: Any, cells: Any) -> MeshAttributes:
             for name in stored.keys():  # noqa: SIM118  # data of PyVista is no mapping
                 values = np.asarray(stored[name])
                 values = values[0] if values.ndim == 3 and len(values) == 1 else values  # meshio
-                key = "_".join(str(name).split())
-                if values.dtype.kind in "biuf" and values.ndim in (1, 2) and len(values) == n:
-                    found[owner][key] = narrowed(values)
-                    if key in ("RGB", "RGBA") and values.shape[1:] in ((3,), (4,)):
+                is_table = values.dtype.kind in "biuf" and values.ndim in (1, 2)
+                if is_table and len(values) == n and is_name(name):
+                    found[owner][name] = values
+                    if name in ("RGB", "RGBA") and values.shape[1:] in ((3,), (4,)):
                         found[owner] |= zip(COLORS, values.T, strict=False)
-    words = {owner: {k: v for k, v in data.items() if is_word(k)} for owner, data in found.items()}
-    return MeshAttributes(words["vertex"], words["face"])
+    return MeshAttributes(found["vertex"], found["face"])
 
 
 def _normals_of(cells: Any, n_threads: int, is_kept: Bools | None) -> Floats:

@@ -167,9 +167,7 @@ def _warn_if_constant(table: Floats, names: tuple[str, ...]) -> None:
     """Issue a FeatureWarning if a feature is constant; a table without names is one feature."""
     is_spread = np.ptp(table, axis=0) > 4 * CONSTANT * np.abs(table).max(axis=0)
     of_columns = np.array(names or ("features",) * len(is_spread))
-    constant = [
-        name for name in dict.fromkeys(of_columns) if not is_spread[of_columns == name].any()
-    ]
+    constant = [one for one in dict.fromkeys(of_columns) if not is_spread[of_columns == one].any()]
     if constant:
         note = f"{', '.join(constant)}: all cells have the same value, so this has no effect"
         warnings.warn(note, FeatureWarning, stacklevel=7)

@@ -14,7 +14,7 @@ from ...base.checks import checked_classes, integer_array, refuse_first, refuse_
 from ...base.errors import MeshError
 from ...base.types import Array, Ints
 from ...graph.kinds import kind_of, labels_of_corners
-from ...mesh.attributes import MeshAttributes
+from ...mesh.attributes import MeshAttributes, found_name
 from ...mesh.base import Cells
 from ..formats import FORMATS
 from ..guards import Content, known_ending, named_errors, read_content
@@ -114,13 +114,11 @@ def parse_labels(source: Input, n_cells: int | None, name: str) -> tuple[Ints, b
     own = find_labels(cells, attributes, name)
     of_vertices = {} if attributes is None or kind_of(cells).are_points else attributes.vertex
     are_of_vertices = own is None
-    found = of_vertices.get("_".join(name.split())) if own is None else own.values
+    found = of_vertices.get(found_name(of_vertices, name)) if own is None else own.values
     if found is not None and found.ndim == 1:
         return checked_labels(as_integers(found, "labels"), n_cells), are_of_vertices
     stored = {**_stored_of(cells, attributes), **of_vertices}
-    others = [
-        key for key, values in stored.items() if values.dtype.kind in "iu" and values.ndim == 1
-    ]
+    others = [key for key, each in stored.items() if each.dtype.kind in "iu" and each.ndim == 1]
     hint = f": the integer properties are {', '.join(others)}" if others else ""
     raise MeshError(f"the {kind_of(cells).plural} have no property {name}{hint}")
 
@@ -144,7 +142,8 @@ class OwnLabels(NamedTuple):
 
 def find_labels(cells: Cells, attributes: MeshAttributes | None, name: str) -> OwnLabels | None:
     """Return the property `name` of cells, or else named parts if it is ``"label"``, or None."""
-    stored, key = _stored_of(cells, attributes), "_".join(name.split())
+    stored = _stored_of(cells, attributes)
+    key = found_name(stored, name)
     parts = {} if attributes is None else attributes.names
     are_parts = key not in stored and name == "label"
     key = next(iter(parts), key) if are_parts else key

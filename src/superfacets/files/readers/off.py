@@ -105,9 +105,8 @@ def _read_header(lines: Lines) -> tuple[int, int, int]:
         n_header = 2
     tokens = counts.split()
     if not 2 <= len(tokens) <= 3 or not all(token.isdigit() for token in tokens):
-        raise MeshError(
-            f"expected the counts of vertices, faces and edges, got {shown(counts.strip())}"
-        )
+        got = shown(counts.strip())
+        raise MeshError(f"expected the counts of vertices, faces and edges, got {got}")
     # The length is limited, because `int` raises a ValueError for more than 4,300 digits.
     n_vertices, n_faces = (int(token[:30]) for token in tokens[:2])
     return n_vertices, n_faces, n_header

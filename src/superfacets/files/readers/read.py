@@ -32,9 +32,7 @@ _CAD = (
     "{} is a CAD format, not a mesh: export STL from your CAD program, or run"
     " gmsh part.step -2 -o part.stl"
 )
-_RASTER = (
-    "a raster file is not a mesh: convert its heights to a mesh (see Terrain in the documentation)"
-)
+_RASTER = "a raster file is not a mesh: convert its heights (see Terrain in the documentation)"
 _VECTOR = "a vector file is not a mesh: convert its triangles or points to .ply, .obj or .csv"
 _CAD_FORMATS = {".step": "STEP", ".stp": "STEP", ".iges": "IGES", ".igs": "IGES", ".brep": "BREP",
                 ".fcstd": "FCStd"}  # fmt: skip

@@ -31,6 +31,9 @@ if TYPE_CHECKING:
 _COLORLESS = (".obj", ".stl", ".csv", ".ids.png", *FORMATS["write_tetrahedra"])
 """Endings of formats that store no colors."""
 
+_ANY_PROPERTY = (".vtp", ".las", ".laz", *FORMATS["write_tetrahedra"])
+"""Endings of formats with any names of properties and integers of 64 bits, which PLY lacks."""
+
 
 @dataclass(frozen=True)
 class FormatOptions:
@@ -139,8 +142,7 @@ class Output:
         return np.column_stack([stored[name] for name in COLORS])
 
     def _stored(self, owner: str) -> Mapping[str, Array]:
-        stored: Mapping[str, Array] = getattr(self.attributes, owner, {})
-        return stored
+        return getattr(self.attributes, owner, {})
 
     @property
     def lost(self) -> list[str]:
@@ -254,19 +256,22 @@ class CellWriter:
     def write(self, file: IO[bytes], ending: str, path: Path | None = None) -> list[str]:
         """Write a file in the format of `ending`, and return the attributes that are lost."""
         options, of_vertices = self.options, None
+        attributes, changed = self.attributes, list[str]()
+        if attributes is not None and ending not in _ANY_PROPERTY:
+            attributes, changed = attributes.as_in_ply()
         if ending == ".ply" and options.vertex_labels:
             assert self.labels is not None
             of_vertices = self.of_vertices
             if of_vertices is None:
                 of_vertices = vertex_labels(self.cells, self.labels, barriers=self.groups)
-        texture = None if self.attributes is None else self.attributes.texture
+        texture = None if attributes is None else attributes.texture
         # Viewers multiply vertex colors with the texture. Therefore, a GLB file with a texture gets
         # only given colors, and no colors that are computed from labels.
         is_plain = ending in _COLORLESS or (ending == ".glb" and texture is not None)
         colors = self.given_colors if is_plain else self._colors
         content = Output(
-            self.cells, ending, self.labels, colors, self.attributes, of_vertices,
-            options.classes, options.label_name, options.ascii, path,
+            self.cells, ending, self.labels, colors, attributes, of_vertices,
+            options.classes, options.label_name, options.ascii, path, changed=changed,
         )  # fmt: skip
         FORMATS.writers[kind_of(self.cells).name][ending](file, content)
         return content.lost

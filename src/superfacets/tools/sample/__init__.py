@@ -57,9 +57,7 @@ def sample_mesh(n_faces: int = 60_000) -> Mesh:
     count = checked_count(n_faces, "n_faces", low=MIN_FACES)
     finest = round(max(0.0, math.log(count / _FINE[1], 4)))
     made = [(_COARSE, 0), (_COARSE, 1), (_FINE, finest)]
-    (name, _), n_splits = min(
-        made, key=lambda choice: abs(math.log(choice[0][1] * 4 ** choice[1] / count))
-    )
+    (name, _), n_splits = min(made, key=lambda one: abs(math.log(one[0][1] * 4 ** one[1] / count)))
     content = (_FOLDER / name).read_bytes()
     vertices = npz_array(content, "vertices").astype(np.float64)
     faces = np.cumsum(npz_array(content, "steps"), dtype=np.int32).reshape(-1, 3)
