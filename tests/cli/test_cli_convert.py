@@ -402,14 +402,10 @@ def test_labels_of_vertices_are_those_of_the_input_that_was_subdivided(run, fold
 def test_the_facts_are_printed_as_json(run, folder):
     status, printed, _ = run("convert", "a.ply", "a.npy", "--json", "--split", "d")
     assert status == 0
-    facts = json.loads(printed)
-    parts = [f"d/region_{region}.ply" for region in range(9)]
-    assert facts == {
-        "file": "a.ply", "n_faces": 72, "n_labels": 9, "outputs": parts,
-    }  # fmt: skip
-    assert json.loads(run("convert", "a.ply", "-o", "c.obj", "--json", "-q")[1]) == {
-        "file": "a.ply", "n_faces": 72, "n_labels": None, "outputs": ["c.obj"],
-    }  # fmt: skip
+    parts, facts = [f"d/region_{region}.ply" for region in range(9)], {"file": "a.ply"}
+    assert json.loads(printed) == facts | {"n_faces": 72, "n_labels": 9, "outputs": parts}
+    printed = run("convert", "a.ply", "-o", "c.obj", "--json", "-q")[1]
+    assert json.loads(printed) == facts | {"n_faces": 72, "n_labels": None, "outputs": ["c.obj"]}
 
 
 def test_all_meshes_of_a_folder_are_converted(run, folder):
@@ -428,14 +424,11 @@ def test_all_meshes_of_a_folder_are_converted(run, folder):
     assert_array_equal(np.load(folder / "out" / "two.superfacets.npy"), np.arange(72) // 36)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["own.ply.d", "a.npy", "-o", "x/"], "LABELS and --split need a single mesh"),
-        (["own.ply.d", "--split", "x"], "LABELS and --split need a single mesh"),
-        (["own.ply.d", "-o", "x.obj"], "x.obj is one file for 2 inputs: give -o a folder"),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "message"), [
+    (["own.ply.d", "a.npy", "-o", "x/"], "LABELS and --split need a single mesh"),
+    (["own.ply.d", "--split", "x"], "LABELS and --split need a single mesh"),
+    (["own.ply.d", "-o", "x.obj"], "x.obj is one file for 2 inputs: give -o a folder"),
+])  # fmt: skip
 def test_a_folder_is_converted_to_a_folder(run, folder, arguments, message):
     (folder / "own.ply.d").mkdir()
     for name in ("one.ply", "two.ply"):

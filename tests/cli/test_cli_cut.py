@@ -117,13 +117,9 @@ def test_a_mesh_of_few_faces_has_a_region_for_each(run, tmp_path):
     assert "12 faces cut into 12, 12 regions" in printed
 
 
-@pytest.mark.parametrize(
-    ("name", "cells"),
-    [
-        ("tets.vtu", TetMesh(np.eye(4, 3), [[0, 1, 2, 3]])),
-        ("cloud.ply", PointCloud(np.random.default_rng(0).random((30, 3)))),
-    ],
-)
+@pytest.mark.parametrize(("name", "cells"), [
+    ("tets.vtu", TetMesh(np.eye(4, 3), [[0, 1, 2, 3]])), ("cloud.ply", PointCloud(np.eye(3))),
+])  # fmt: skip
 def test_tetrahedra_and_points_have_no_borders_to_cut(run, tmp_path, name, cells):
     write_mesh(tmp_path / name, cells)
     status, _, err = run("cut", tmp_path / name, "-o", tmp_path / "cut.ply")
