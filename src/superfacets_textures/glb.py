@@ -106,6 +106,8 @@ def _add_primitive(
     if (colors := content.colors) is not None:
         shades = _LINEAR[colors[split.face_of_vertex]]
         attributes["COLOR_0"] = scene.accessor(shades, "VEC3", VERTICES)
+        for owner in ("vertex", "face"):
+            content.replace(owner, ("red", "green", "blue"))
     elif (own := content.stored_colors("vertex")) is not None:
         attributes["COLOR_0"] = scene.accessor(_LINEAR[own[split.vertices]], "VEC3", VERTICES)
     if regions is not None:

@@ -121,9 +121,7 @@ class Texture:
     format: str = ""
 
     def __post_init__(self) -> None:
-        coordinates = np.array(
-            _numbers(self.coordinates, "coordinates", "iuf"), np.float64, order="C"
-        )
+        coordinates = np.array(_numbers(self.coordinates, "coordinates", "iuf"), float, order="C")
         if coordinates.ndim != 2 or coordinates.shape[1] != 2:
             raise ValueError(f"coordinates must have shape (T, 2), got {coordinates.shape}")
         corners = _indices(self.corners, "corners", len(coordinates))

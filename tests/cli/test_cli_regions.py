@@ -127,12 +127,8 @@ def test_labels_and_a_property_of_vertices_are_averaged_at_the_vertices(run, fol
     heights, labels = np.arange(FOLD.n_vertices), np.arange(FOLD.n_vertices) // 3
     write_mesh(fold / "heat.ply", FOLD, attributes=MeshAttributes(vertex={"height": heights}))
     np.save(fold / "of_vertices.npy", labels)
-    given = (
-        fold / "heat.ply",
-        fold / "of_vertices.npy",
-        "--mean",
-        f"height,{fold}/v.npy,{fold}/./v.npy",
-    )
+    means = f"height,{fold}/v.npy,{fold}/./v.npy"
+    given = (fold / "heat.ply", fold / "of_vertices.npy", "--mean", means)
     np.save(fold / "v.npy", heights * 1.0)
     _, printed, notes = run("regions", *given, "--majority", "height")
     rows = rows_of(printed) if "pooled over vertices, by the labels of vertices" in notes else ()

@@ -35,8 +35,7 @@ def read_text_cloud(source: Input) -> Read:
         data = data[:].translate(bytes.maketrans(b",;", b"  "))
     lines = Lines.of(data, comment=b"#")
     names = _names_in(source.data, lines)
-    if names is not None:
-        lines = lines[1:]
+    lines = lines if names is None else lines[1:]
     if not len(lines):
         raise MeshError("the file has no points")
     n_columns = int(lines.counts[0])

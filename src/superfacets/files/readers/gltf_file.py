@@ -219,9 +219,7 @@ class Gltf:
             self.take(n_rows * row_size, f"bufferViews[{index}]")
             mode, filter = packed.get("mode"), packed.get("filter", "NONE")
             if not isinstance(mode, str) or not isinstance(filter, str):
-                raise MeshError(
-                    f"broken glTF: bufferViews[{index}] has an unknown compression mode"
-                )
+                raise MeshError(f"broken glTF: bufferViews[{index}] has an unknown compression")
             content = self._range(packed)
             with guards.named_errors(f"bufferViews[{index}]"):
                 unpack = load("superfacets_formats.compression:decode_meshopt")

@@ -118,9 +118,7 @@ def parse_labels(source: Input, n_cells: int | None, name: str) -> tuple[Ints, b
     if found is not None and found.ndim == 1:
         return checked_labels(as_integers(found, "labels"), n_cells), are_of_vertices
     stored = {**_stored_of(cells, attributes), **of_vertices}
-    others = [
-        key for key, values in stored.items() if values.dtype.kind in "iu" and values.ndim == 1
-    ]
+    others = [key for key, each in stored.items() if each.dtype.kind in "iu" and each.ndim == 1]
     hint = f": the integer properties are {', '.join(others)}" if others else ""
     raise MeshError(f"the {kind_of(cells).plural} have no property {name}{hint}")
 
