@@ -111,7 +111,11 @@ def ranked_labels_beside(
     elif own := source.own_labels(cells.n_cells, name):
         given = GivenLabels(Path(source.name), own.values, False, own.names)
     else:
-        raise MeshError(f"{source.name} has no labels: give a label file as LABELS")
+        kept, are_points = source.cells_and_attributes()[1], kit.kind_of(cells).are_points
+        stored = {} if kept is None else kept.vertex if are_points else kept.face
+        listed = [key for key, each in stored.items() if each.dtype.kind in "iu" and each.ndim == 1]
+        hint = f", or --labels-named with one of {', '.join(listed)}" if listed else ""
+        raise MeshError(f"{source.name} has no labels: give a label file as LABELS{hint}")
     compact, names = kit.ranked_labels(labels_of_cells(cells, given))
     if not len(names):
         raise MeshError(f"{given.path}: no cell is in a region: all labels are -1")

@@ -159,9 +159,8 @@ def transfer_command(
     noun = kit.kind_of(goal).noun
     facts = {f"n_{noun}s": len(carried), "n_labels": n_labels, "n_without": n_without}
     without = f", {n_without} without a label" if n_without else ""
-    job.report(
-        facts, f"{kit.counted(len(carried), noun)}, {kit.counted(n_labels, 'label')}{without}", noun
-    )
+    text = f"{kit.counted(len(carried), noun)}, {kit.counted(n_labels, 'label')}{without}"
+    job.report(facts, text, noun)
 
 
 @click.command("cut")

@@ -245,8 +245,7 @@ def _check_stream(stream: str | None, *, is_text: bool) -> None:
         raise OSError("standard output is closed")
     if stream not in TEXT_OUTPUTS and not is_text and sys.stdout.isatty():
         raise click.UsageError(
-            "standard output is a terminal, which cannot show binary data: give -o a file,"
-            " or --to txt"
+            "standard output is a terminal, which cannot show binary data: use -o FILE, or --to txt"
         )
 
 

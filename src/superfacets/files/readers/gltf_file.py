@@ -69,9 +69,7 @@ class Gltf:
         required = document.get("extensionsRequired", [])
         for name in map(str, required if isinstance(required, list) else []):
             if name not in SUPPORTED and GEOMETRY.search(name):
-                raise MeshError(
-                    f"the glTF extension {name} is not supported: save the file without it"
-                )
+                raise MeshError(f"the glTF extension {name} is not supported: save without it")
         files: dict[Path, memoryview] = {}
         buffers = [
             _content_of(buffer, index, binary, folder, files)
