@@ -34,12 +34,8 @@ def ciede2000(one, other):
     square = (mean_light - 50) ** 2
     of_light = (light[1] - light[0]) / (1 + 0.015 * square / np.sqrt(20 + square))
     of_chroma = (chroma[1] - chroma[0]) / (1 + 0.045 * mean_chroma)
-    of_hue = (
-        2
-        * np.sqrt(chroma.prod(axis=0))
-        * np.sin(np.radians(turn / 2))
-        / (1 + 0.015 * mean_chroma * t)
-    )
+    hue = 2 * np.sqrt(chroma.prod(axis=0)) * np.sin(np.radians(turn / 2))
+    of_hue = hue / (1 + 0.015 * mean_chroma * t)
     angle = np.radians(60 * np.exp(-(((mean_hue - 275) / 25) ** 2)))
     rotation = -2 * np.sin(angle) * np.sqrt(mean_chroma**7 / (mean_chroma**7 + 25.0**7))
     return np.sqrt(of_light**2 + of_chroma**2 + of_hue**2 + rotation * of_chroma * of_hue)

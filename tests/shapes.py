@@ -202,11 +202,8 @@ def revolved(profile, n_around, arc=2 * math.pi):
     """
     radii, heights = np.transpose(profile)
     turns = np.linspace(0, arc, n_around + 1)[:, np.newaxis]
-    points = [
-        radii * np.cos(turns),
-        radii * np.sin(turns),
-        np.broadcast_to(heights, (len(turns), len(radii))),
-    ]
+    heights = np.broadcast_to(heights, (len(turns), len(radii)))
+    points = [radii * np.cos(turns), radii * np.sin(turns), heights]
     places = np.arange(len(turns) * len(radii)).reshape(len(turns), -1)
     a, b, c, d = places[:-1, :-1], places[1:, :-1], places[1:, 1:], places[:-1, 1:]
     faces = np.concatenate([np.stack([a, b, c], axis=-1), np.stack([a, c, d], axis=-1)])

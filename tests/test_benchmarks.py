@@ -132,11 +132,8 @@ def test_a_speedup_compares_runs_that_differ_in_threads_alone():
 
 
 def stored(bear, labels):
-    return {
-        "meshes": {
-            BEAR: {"mesh": checks.hash_mesh(bear), "labels": {"run": checks.hash_labels(labels)}}
-        }
-    }
+    run = {"run": checks.hash_labels(labels)}
+    return {"meshes": {BEAR: {"mesh": checks.hash_mesh(bear), "labels": run}}}
 
 
 def test_a_hash_of_another_mesh_falls_back_to_what_must_hold(bear):

@@ -53,11 +53,8 @@ def read_blocks(path):
     found = list(FENCE.finditer(text))
     blocks = []
     for block, after in itertools.zip_longest(found, found[1:]):
-        is_output = (
-            after is not None
-            and after[2] == "text"
-            and not text[block.end() : after.start()].strip()
-        )
+        is_output = after is not None and after[2] == "text"
+        is_output = is_output and not text[block.end() : after.start()].strip()
         line = text.count("\n", 0, block.start(3)) + 1
         blocks.append(Block(*block.group(1, 2, 3), line, after[3] if is_output else ""))
     return blocks

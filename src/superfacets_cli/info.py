@@ -137,9 +137,7 @@ def evaluate_command(
     from superfacets import metrics
 
     if more and not truths:
-        raise click.UsageError(
-            f"Got unexpected extra argument ({more[0]}): give ground truth with --gt"
-        )
+        raise click.UsageError(f"unexpected argument ({more[0]}): give ground truth with --gt")
 
     def compute() -> dict[str, float]:
         source = read_input(str(mesh))

@@ -22,6 +22,7 @@ class GivenLabels(NamedTuple):
     path: Path
     labels: Ints
     are_of_vertices: bool  # whether there is one label per vertex of a mesh instead of one per cell
+    names: tuple[str, ...] = ()  # names of the labels 0, 1, ..., such as names of solids
 
 
 def name_of(text: str) -> str:
@@ -75,6 +76,8 @@ def given_labels(
     if path.suffix.lower() == ".jsonl":
         classes = _classes_in_work(source, path, cells.n_cells)
         return GivenLabels(path, np.where(classes > 0, classes, np.int32(-1)), False)
+    if str(path) == source.name and (own := source.own_labels(cells.n_cells, name)):
+        return GivenLabels(path, own.values, False, own.names)
     return GivenLabels(path, *source.labels_in(path, cells, name, are_values=are_values))
 
 
@@ -103,20 +106,23 @@ def ranked_labels_beside(
     to K - 1 of the cells or vertices that the file labels; and names of regions if they are parts
     of the input, otherwise (). Raises a MeshError if there are no labels, or if all are -1.
     """
-    titles: tuple[str, ...] = ()
     if labels is not None:
         given = given_labels(source, cells, labels, name)
     elif own := source.own_labels(cells.n_cells, name):
-        given, titles = GivenLabels(Path(source.name), own.values, False), own.names
+        given = GivenLabels(Path(source.name), own.values, False, own.names)
     else:
-        raise MeshError(f"{source.name} has no labels: give a label file as LABELS")
+        kept, are_points = source.cells_and_attributes()[1], kit.kind_of(cells).are_points
+        stored = {} if kept is None else kept.vertex if are_points else kept.face
+        listed = [key for key, each in stored.items() if each.dtype.kind in "iu" and each.ndim == 1]
+        hint = f", or --labels-named with one of {', '.join(listed)}" if listed else ""
+        raise MeshError(f"{source.name} has no labels: give a label file as LABELS{hint}")
     compact, names = kit.ranked_labels(labels_of_cells(cells, given))
     if not len(names):
         raise MeshError(f"{given.path}: no cell is in a region: all labels are -1")
     if not given.are_of_vertices:
-        return compact, names, compact, titles
+        return compact, names, compact, given.names
     found = np.where(np.isin(given.labels, names), given.labels, -1)
-    return compact, names, kit.ranked_labels(found)[0], titles
+    return compact, names, kit.ranked_labels(found)[0], given.names
 
 
 def read_input(text: str, format: str | None = None) -> CellFile:

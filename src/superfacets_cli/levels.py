@@ -42,8 +42,7 @@ ALL_LEVELS = (ARRAYS, ".sstk.json")  # file endings of formats that store all le
     option("--features NAMES", opts.Listed(),
            "Merge regions with similar values of this feature, instead of similar geometry; borders"
            " of the finest level follow the feature, too. NAMES are color, normals, height (z),"
-           " properties in IN, or files such as lh.sulc, separated by commas.",
-           multiple=True),
+           " properties in IN, or files such as lh.sulc, separated by commas.", multiple=True),
     scans_option,
     denoise_option,
     constraint_options,
@@ -98,9 +97,7 @@ def levels_command(
     cells, attributes, nested, constraints = run_in_background(compute)
     written = _write(paths, cells, attributes, nested, constraints)
     print_notes(notes_on_written(None, attributes, job.endings, written))
-    facts = {
-        "levels": list(nested.counts), "n_finest": nested.n_finest, "n_fewest": nested.n_fewest,
-    }  # fmt: skip
+    facts = {"levels": [*nested.counts], "n_finest": nested.n_finest, "n_fewest": nested.n_fewest}
     listed, noun = ", ".join(map(str, nested.counts)), kit.kind_of(cells).noun
     size = kit.counted(cells.n_cells, noun)
     job.report(facts, f"{size}, levels of {listed} regions", noun)
@@ -130,13 +127,10 @@ def _write(
             with temporary.open("wb") as file:
                 if ending == ARRAYS:
                     arrays: dict[str, Any] = {
-                        "counts": np.array(nested.counts),
-                        "labels": np.stack(nested.levels),
+                        "counts": np.array(nested.counts), "labels": np.stack(nested.levels),
                         **{f"parents_{i}": parents for i, parents in enumerate(nested.parents)},
-                        "finest": nested.finest,
-                        "children": nested.children,
-                        "costs": nested.costs,
-                    }
+                        "finest": nested.finest, "children": nested.children, "costs": nested.costs,
+                    }  # fmt: skip
                     np.savez(file, **arrays)
                 elif ending in ALL_LEVELS:
                     write_sstk(file, nested.levels)

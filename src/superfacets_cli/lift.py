@@ -14,7 +14,7 @@ from superfacets_scans import GROUPS, SEGMENTS, LiftedLabels, Overlap
 
 from . import options as opts
 from .failures import print_notes
-from .inputs import given_labels, labels_of_cells, ranked_labels_beside, read_input, stored_labels
+from .inputs import given_labels, labels_of_cells, ranked_labels_beside, read_input
 from .interrupts import run_in_background
 from .outputs import Job, one_job, one_output_options
 
@@ -140,28 +140,27 @@ def transfer_command(
     """
     job = one_job(target, given, (source, labels))
 
-    def compute() -> tuple[Cells, MeshAttributes | None, Ints]:
+    def compute() -> tuple[Cells, MeshAttributes | None, Ints, tuple[str, ...]]:
         origin = read_input(str(source), given["format"])
         cells = origin.cells()
-        of_source = given_labels(origin, cells, labels, given["labels_named"]).labels
+        known = given_labels(origin, cells, labels, given["labels_named"])
         file = read_input(str(target), given["target_format"])
         goal, attributes = file.cells_and_attributes(keep=job.keeps_attributes)
         job.outputs.check_fit(goal)
         carried = transfer(
-            cells, of_source, goal, max_distance=max_distance, n_threads=given["n_threads"]
+            cells, known.labels, goal, max_distance=max_distance, n_threads=given["n_threads"]
         )
-        return goal, attributes, carried
+        return goal, attributes, carried, known.names
 
-    goal, attributes, carried = run_in_background(compute)
-    job.write(goal, carried, attributes)
+    goal, attributes, carried, names = run_in_background(compute)
+    job.write(goal, carried, attributes, names=names)
     n_without = int(np.count_nonzero(carried < 0))
     n_labels = len(np.unique(carried[carried >= 0]))
     noun = kit.kind_of(goal).noun
     facts = {f"n_{noun}s": len(carried), "n_labels": n_labels, "n_without": n_without}
     without = f", {n_without} without a label" if n_without else ""
-    job.report(
-        facts, f"{kit.counted(len(carried), noun)}, {kit.counted(n_labels, 'label')}{without}", noun
-    )
+    text = f"{kit.counted(len(carried), noun)}, {kit.counted(n_labels, 'label')}{without}"
+    job.report(facts, text, noun)
 
 
 @click.command("cut")
@@ -169,8 +168,8 @@ def transfer_command(
 @opts.labels_argument
 @opts.option(
     "-n --n-segments", opts.COUNT,
-    "Segment the mesh into this many regions first.  [default: use the labels in IN; if IN has no"
-    f" labels, {opts.USUAL_COUNT}]",
+    "Segment the mesh into this many regions first.  [default: use the labels in IN, or else its"
+    f" named parts; if IN has neither, {opts.USUAL_COUNT}]",
 )  # fmt: skip
 @one_output_options("the cut mesh with its labels, or the labels of its faces alone", "IN")
 @opts.format_option("IN")
@@ -186,29 +185,27 @@ def cut_command(mesh: Path, n_segments: int | None, labels: Path | None, **given
         raise click.UsageError("give -n or LABELS, not both")
     job = one_job(mesh, given, (labels,))
 
-    def compute() -> tuple[Any, MeshAttributes | None, Array]:
+    def compute() -> tuple[Any, MeshAttributes | None, Array, tuple[str, ...]]:
         source, name = read_input(str(mesh), given["format"]), given["labels_named"]
         cells, attributes = source.cells_and_attributes(keep=job.keeps_attributes)
         if not kit.kind_of(cells).has_faces:
             raise MeshError(f"{mesh}: a mesh of faces is needed")
         surface, n_threads = kit.as_mesh(cells), given["n_threads"]
         job.outputs.check_fit(surface)
-        own = None if n_segments or labels else stored_labels(source, surface, name, None)
+        own = None if n_segments or labels else source.own_labels(surface.n_cells, name)
         if labels is not None or own is not None:
-            found, names, *_ = ranked_labels_beside(source, labels, surface, name)
+            found, numbers, _, names = ranked_labels_beside(source, labels, surface, name)
         else:
-            found = segment(surface, n_segments, n_threads=n_threads).labels
-            names = np.arange(found.max() + 1)
+            found, names = segment(surface, n_segments, n_threads=n_threads).labels, ()
+            numbers = np.arange(found.max() + 1)
         cut = cut_borders(surface, found, n_threads=n_threads)
-        return cut, kit.CellData(surface, attributes).attributes_of(cut), names
+        return cut, kit.CellData(surface, attributes).attributes_of(cut), numbers[cut.labels], names
 
-    cut, attributes, names = run_in_background(compute)
-    job.write(cut.mesh, np.append(names, -1)[cut.labels].astype(np.int32), attributes)
+    cut, attributes, new, names = run_in_background(compute)
+    job.write(cut.mesh, np.where(cut.labels < 0, -1, new).astype(np.int32), attributes, names=names)
     n_regions, n_kept = len(cut.is_kept), int(np.count_nonzero(cut.is_kept))
-    n_new = cut.mesh.n_faces
-    facts = {
-        "n_faces": cut.n_sources, "n_regions": n_regions, "n_new_faces": n_new, "n_kept": n_kept,
-    }  # fmt: skip
+    n_new, facts = cut.mesh.n_faces, {"n_faces": cut.n_sources, "n_regions": n_regions}
+    facts |= {"n_new_faces": n_new, "n_kept": n_kept}
     kept = f" ({n_kept} kept their old borders)" if n_kept else ""
     faces = f"{kit.counted(cut.n_sources, 'face')} cut into {n_new}"
     job.report(facts, f"{faces}, {kit.counted(n_regions, 'region')}{kept}")

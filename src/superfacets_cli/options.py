@@ -210,8 +210,7 @@ def quiet_option(about: str = "Print only errors.") -> Decorator:
 threads_option = option("--threads n_threads", COUNT, "Number of threads.  [default: one per core]")
 viewpoint_option = option(
     "--viewpoint X,Y,Z", Listed(Real()),
-    "Position of the scanner, for point clouds without normals: estimated normals point toward this"
-    " position.",
+    "Position of the scanner, for point clouds without normals: estimated normals point to it.",
 )  # fmt: skip
 force_option = option(
     "--force", FLAG,

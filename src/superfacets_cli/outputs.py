@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import click
+import numpy as np
 
 from superfacets import MeshAttributes, kit
 from superfacets.kit import FORMATS, Cells, FormatOptions, Ints, OutputFiles
@@ -88,13 +89,17 @@ class Job:
 
     def write(
         self, cells: Cells, labels: Ints | None, attributes: MeshAttributes | None = None, *,
-        form: Mapping[str, Any] | None = None, **more: Any,
+        form: Mapping[str, Any] | None = None, names: Sequence[str] = (), **more: Any,
     ) -> None:  # fmt: skip
         """Write the outputs, and print notes on data that the outputs do not store.
 
-        `form` are changes of the options of formats, and `more` are further arguments of
-        `OutputFiles.write`.
+        `form` are changes of the options of formats, `names` are names of the labels 0, 1, ..., and
+        `more` are further arguments of `OutputFiles.write`.
         """
+        if names and labels is not None:
+            form = {"classes": tuple(names[label] for label in np.unique(labels[labels >= 0]))}
+            if lacking := sorted(self.endings.difference(FORMATS.class_outputs)):
+                print_notes([f"names of regions are not stored in {' and '.join(lacking)}"])
         outputs = replace(self.outputs, options=replace(self.form, **(form or {})))
         with Progress():
             written = outputs.write(cells, labels, attributes=attributes, **more)
@@ -240,8 +245,7 @@ def _check_stream(stream: str | None, *, is_text: bool) -> None:
         raise OSError("standard output is closed")
     if stream not in TEXT_OUTPUTS and not is_text and sys.stdout.isatty():
         raise click.UsageError(
-            "standard output is a terminal, which cannot show binary data: give -o a file,"
-            " or --to txt"
+            "standard output is a terminal, which cannot show binary data: use -o FILE, or --to txt"
         )
 
 

@@ -36,8 +36,12 @@ def notes_on_result(
         )
     n_own = result.n_unreached if result.params["islands"] == "keep" else 0
     is_by_radius = result.params["n_segments"] is None and "cells" not in result.params
+    if is_by_radius and n_own and "barriers" not in result.params:
+        added = f"regions were added for {counted(n_own, 'component')} without a seed"
+        notes.append(f"{added}; to join them to the nearest region, use --islands nearest")
     if is_by_radius and n_made - n_own <= 1:
-        notes.append("the radius gives only one region: is -r in the unit of the file?")
+        one = "one other region" if n_own else "one region"
+        notes.append(f"the radius gives only {one}: is -r in the unit of the file?")
     notes += map(str, outcome.warnings)
     if outcome.sharp_inside is not None and outcome.sharp_inside.any():
         notes.append(_note_on_sharp_edges(outcome.sharp_inside))
@@ -108,10 +112,8 @@ def _notes_on_sizes(files: str, sizes: Longs) -> list[str]:
         lost = counted(n_lost, "region")
         notes.append(f"{lost} lost in {files}: all their vertices have labels of other regions")
     if n_small := int(np.count_nonzero((sizes > 0) & (sizes < least))):
-        small = f"{counted(n_small, 'region')} with fewer than {least} vertices"
-        notes.append(
-            f"{small} in {files}: no neighbor has vertices to spare, and regions are not merged"
-        )
+        small = f"{counted(n_small, 'region')} with fewer than {least} vertices in {files}"
+        notes.append(f"{small}: no neighbor has vertices to spare, and regions are not merged")
     return notes
 
 

@@ -99,13 +99,15 @@ def _add_primitive(
     indices = scene.accessor(split.triangles.ravel().astype("<u4"), "SCALAR", INDICES)
     primitive: dict[str, Any] = {"attributes": attributes, "indices": indices}
     if content.texture is not None and np.any(split.pairs >= 0):
-        given = content.texture.coordinates[np.maximum(split.pairs, 0)]
+        given = content.texture.shared.coordinates[np.maximum(split.pairs, 0)]
         pairs = np.where(split.pairs[:, np.newaxis] >= 0, given, 0.0)
         pairs = finite_singles(np.stack([pairs[:, 0], 1.0 - pairs[:, 1]], axis=1))
         attributes["TEXCOORD_0"] = scene.accessor(pairs, "VEC2", VERTICES)
     if (colors := content.colors) is not None:
         shades = _LINEAR[colors[split.face_of_vertex]]
         attributes["COLOR_0"] = scene.accessor(shades, "VEC3", VERTICES)
+        for owner in ("vertex", "face"):
+            content.replace(owner, ("red", "green", "blue"))
     elif (own := content.stored_colors("vertex")) is not None:
         attributes["COLOR_0"] = scene.accessor(_LINEAR[own[split.vertices]], "VEC3", VERTICES)
     if regions is not None:
@@ -128,7 +130,7 @@ class _Split:
 
     vertices: Longs  # mesh vertex of each written vertex
     face_of_vertex: Longs  # one of the mesh faces at each written vertex
-    pairs: Longs  # row of each vertex in `Texture.coordinates`; -1 for no row
+    pairs: Longs  # row of each vertex in `Texture.shared.coordinates`; -1: no row
     triangles: Longs  # (T, 3) indices of written vertices
     faces: Array  # mesh face of each triangle
 
@@ -157,8 +159,8 @@ def _split_vertices(
     corners = (keys[faces][:, np.newaxis] * mesh.n_vertices + vertices).ravel()
     pairs = np.full(len(corners), -1)
     if texture is not None:
-        pairs = texture.corners[places].ravel().astype(np.int64)
-        corners = _numbered(corners) * (len(texture.coordinates) + 1) + pairs + 1
+        pairs = texture.shared.corners[places].ravel().astype(np.int64)
+        corners = _numbered(corners) * (len(texture.shared.coordinates) + 1) + pairs + 1
     _, firsts, numbers = np.unique(corners, return_index=True, return_inverse=True)
     used = vertices.ravel()[firsts].astype(np.int64)
     return _Split(used, faces[firsts // 3], pairs[firsts], numbers.reshape(-1, 3), faces)
@@ -248,16 +250,13 @@ class _Scene:
 
     def write(self, file: IO[bytes]) -> None:
         """Write the GLB header, the JSON chunk and the binary chunk."""
-        used = sorted({*self.used, *self.document.get("extensions", {})})
-        if used:
+        if used := sorted({*self.used, *self.document.get("extensions", {})}):
             self.document["extensionsUsed"] = used
         self.document |= {
-            "asset": {"version": "2.0", "generator": "superfacets"},
-            "scene": 0,
-            "scenes": [{"nodes": [0]}],
-            "nodes": [self.node],
+            "asset": {"version": "2.0", "generator": "superfacets"}, "scene": 0,
+            "scenes": [{"nodes": [0]}], "nodes": [self.node],
             "buffers": [{"byteLength": self.n_bytes}],
-        }
+        }  # fmt: skip
         text = json.dumps(self.document, separators=(",", ":")).encode("ascii")
         text += b" " * (-(12 + 8 + len(text)) % ALIGNMENT)  # aligns the start of the buffer
         size = 12 + 8 + len(text) + 8 + self.n_bytes
@@ -308,12 +307,11 @@ class _Materials:
         return {"name": material.name, "pbrMetallicRoughness": shading}
 
     def _find_extensions(self, value: Any) -> None:
-        nested = value if isinstance(value, list) else []
         if isinstance(value, dict):
-            nested = list(value.values())
             if isinstance(value.get("extensions"), dict):
                 self.scene.used |= {*value["extensions"]}
-        for each in nested:
+            value = [*value.values()]
+        for each in value if isinstance(value, list) else ():
             self._find_extensions(each)
 
     def _texture(self, image: TextureImage, sampler: str) -> int:

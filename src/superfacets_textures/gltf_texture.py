@@ -66,8 +66,7 @@ class _Reader:
     def texture(self) -> Texture | None:
         """Return the texture of a scene, or None if it has neither coordinates nor materials."""
         parts = {index: self._parts(index) for index in {visit.mesh for visit in self.gltf.visits}}
-        corners: list[Array] = []
-        face_materials: list[Ints] = []
+        corners, face_materials = list[Array](), list[Ints]()
         for visit in self.gltf.visits:
             for indices, material in parts[visit.mesh]:
                 corners.append(indices[:, [0, 2, 1]] if visit.is_mirrored else indices)

@@ -137,8 +137,7 @@ def read_libraries(
 ) -> tuple[dict[str, Material], list[Path], list[str]]:
     """Return materials by name, the MTL files that were read, and notes about unreadable files."""
     materials: dict[str, Material] = {}
-    found: list[Path] = []
-    left_out: list[str] = []
+    found, left_out = list[Path](), list[str]()
     for name in dict.fromkeys(names):
         path = file_beside(name.replace("\\", "/"), folder)
         try:

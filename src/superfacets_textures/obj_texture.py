@@ -72,9 +72,7 @@ def _add_coordinates(lines: Lines, kinds: Array, found: _Found) -> None:
 
 
 def _add_materials(lines: Lines, kinds: Array, found: _Found) -> None:
-    found.libraries += [
-        _name_at(lines, place) for place in np.flatnonzero(kinds == LIBRARY).tolist()
-    ]
+    found.libraries += [_name_at(lines, at) for at in np.flatnonzero(kinds == LIBRARY).tolist()]
     is_face: Bools = kinds == FACE
     n_before = np.cumsum(is_face)
     of_faces = np.empty(int(is_face.sum()), np.int32)

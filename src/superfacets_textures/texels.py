@@ -220,9 +220,9 @@ def subdivided_texture(
         offset = parts.vertices[vertices] - a
         s = (np.cross(offset, aside) * normal).sum(axis=1, keepdims=True) / scale
         t = (np.cross(along, offset) * normal).sum(axis=1, keepdims=True) / scale
+        s, t = np.rint([s * 2.0**24, t * 2.0**24]) / 2.0**24  # equal for both triangles of an edge
         found.append((1 - s - t) * pairs[:, 0] + s * pairs[:, 1] + t * pairs[:, 2])
     coordinates = np.stack(found, axis=1).reshape(-1, 2)
-    has_pairs = np.repeat((given >= 0).all(axis=1), 3)
-    new = np.where(has_pairs, np.arange(len(coordinates)), -1)
+    new = np.where(np.repeat((given >= 0).all(axis=1), 3), np.arange(len(coordinates)), -1)
     of_faces = texture.face_materials[sources]
     return Texture(coordinates, new, texture.materials, of_faces, texture.libraries)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -120,9 +121,7 @@ class Texture:
     format: str = ""
 
     def __post_init__(self) -> None:
-        coordinates = np.array(
-            _numbers(self.coordinates, "coordinates", "iuf"), np.float64, order="C"
-        )
+        coordinates = np.array(_numbers(self.coordinates, "coordinates", "iuf"), float, order="C")
         if coordinates.ndim != 2 or coordinates.shape[1] != 2:
             raise ValueError(f"coordinates must have shape (T, 2), got {coordinates.shape}")
         corners = _indices(self.corners, "corners", len(coordinates))
@@ -140,11 +139,19 @@ class Texture:
         """Whether the texture is from a PLY file, so that its coordinates are also attributes."""
         return self.format == "ply"
 
+    @cached_property
+    def shared(self) -> Texture:
+        """The same texture, with equal coordinates stored once, in the order of their first row."""
+        pairs = self.coordinates.view(np.complex128)[:, 0]
+        _, firsts, numbers = np.unique(pairs, return_index=True, return_inverse=True)
+        kept = np.sort(firsts)
+        rows = np.append(np.searchsorted(kept, firsts)[numbers], -1)  # -1 means no coordinates
+        return replace(self, coordinates=self.coordinates[kept], corners=rows[self.corners])
+
     @property
     def images(self) -> list[TextureImage]:
         """Color images of the materials, without duplicates."""
-        images = [material.image for material in self.materials]
-        return list(dict.fromkeys(image for image in images if image is not None))
+        return [*dict.fromkeys(each.image for each in self.materials if each.image is not None)]
 
     def __repr__(self) -> str:
         coordinates = counted(len(self.coordinates), "coordinate")

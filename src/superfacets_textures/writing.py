@@ -64,12 +64,11 @@ class Placer:
         if found is not None or self.path is None:
             return found
         content = image.encoded()
-        name = f"{self.path.stem}_{_plain(Path(image.name).name)}"
-        ending = ENDING_OF_IMAGE.get(kind_of_image(content) or "", "")
-        stem = Path(name).stem if Path(name).suffix else name
-        name, number = f"{stem}{Path(name).suffix or ending}", 1
+        base = Path(f"{self.path.stem}_{_plain(Path(image.name).name)}")
+        ending = base.suffix or ENDING_OF_IMAGE.get(kind_of_image(content) or "", "")
+        name, number = f"{base.stem}{ending}", 1
         while name in self.names.values():
-            name, number = f"{stem}_{number}{Path(name).suffix}", number + 1
+            name, number = f"{base.stem}_{number}{ending}", number + 1
         write_beside(self.path, name, content)
         return name
 
@@ -101,7 +100,7 @@ def material_names(texture: Texture) -> list[str]:
 def library_lines(texture: Texture, path: Path | None) -> bytes:
     """Return the ``mtllib`` lines of an OBJ file; write an MTL file if none can be reused."""
     placer = Placer(path)
-    known = [placer.relative(library) for library in texture.libraries]
+    names, known = list[str](), [placer.relative(library) for library in texture.libraries]
     # MTL files are reused only if they are in the folder of the OBJ file. For other folders,
     # programs disagree on the folder to which image names are relative.
     if known and all(name is not None and "/" not in name for name in known):
@@ -110,8 +109,6 @@ def library_lines(texture: Texture, path: Path | None) -> bytes:
         names = [f"{path.stem}.mtl"]
         text = "\n".join(_mtl_lines(texture, placer)) + "\n"
         write_beside(path, names[0], text.encode("utf-8", "surrogateescape"))
-    else:
-        names = []
     return "".join(f"mtllib {name}\n" for name in names).encode("utf-8", "surrogateescape")
 
 

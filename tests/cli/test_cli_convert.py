@@ -283,10 +283,7 @@ def test_what_cannot_be_meant_is_refused(run, folder):
 
 
 def test_a_folder_and_standard_output_take_formats(run, folder):
-    status, printed, _ = run(
-        "convert", "a.ply", "a.npy", "-o", "out/", "--to", "glb", "--to", "bin"
-    )
-    assert status == 0
+    assert run("convert", "a.ply", "a.npy", "-o", "out/", "--to", "glb", "--to", "bin")[0] == 0
     assert files_in(folder / "out") == ["a.bin", "a.superfacets.glb"]
     status, printed, err = run("convert", "a.ply", "a.npy", "-o", "-", "--to", "seg")
     assert (status, err) == (0, "a.ply: 72 faces\n")
@@ -402,14 +399,10 @@ def test_labels_of_vertices_are_those_of_the_input_that_was_subdivided(run, fold
 def test_the_facts_are_printed_as_json(run, folder):
     status, printed, _ = run("convert", "a.ply", "a.npy", "--json", "--split", "d")
     assert status == 0
-    facts = json.loads(printed)
-    parts = [f"d/region_{region}.ply" for region in range(9)]
-    assert facts == {
-        "file": "a.ply", "n_faces": 72, "n_labels": 9, "outputs": parts,
-    }  # fmt: skip
-    assert json.loads(run("convert", "a.ply", "-o", "c.obj", "--json", "-q")[1]) == {
-        "file": "a.ply", "n_faces": 72, "n_labels": None, "outputs": ["c.obj"],
-    }  # fmt: skip
+    parts, facts = [f"d/region_{region}.ply" for region in range(9)], {"file": "a.ply"}
+    assert json.loads(printed) == facts | {"n_faces": 72, "n_labels": 9, "outputs": parts}
+    printed = run("convert", "a.ply", "-o", "c.obj", "--json", "-q")[1]
+    assert json.loads(printed) == facts | {"n_faces": 72, "n_labels": None, "outputs": ["c.obj"]}
 
 
 def test_all_meshes_of_a_folder_are_converted(run, folder):
@@ -428,14 +421,11 @@ def test_all_meshes_of_a_folder_are_converted(run, folder):
     assert_array_equal(np.load(folder / "out" / "two.superfacets.npy"), np.arange(72) // 36)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["own.ply.d", "a.npy", "-o", "x/"], "LABELS and --split need a single mesh"),
-        (["own.ply.d", "--split", "x"], "LABELS and --split need a single mesh"),
-        (["own.ply.d", "-o", "x.obj"], "x.obj is one file for 2 inputs: give -o a folder"),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "message"), [
+    (["own.ply.d", "a.npy", "-o", "x/"], "LABELS and --split need a single mesh"),
+    (["own.ply.d", "--split", "x"], "LABELS and --split need a single mesh"),
+    (["own.ply.d", "-o", "x.obj"], "x.obj is one file for 2 inputs: give -o a folder"),
+])  # fmt: skip
 def test_a_folder_is_converted_to_a_folder(run, folder, arguments, message):
     (folder / "own.ply.d").mkdir()
     for name in ("one.ply", "two.ply"):

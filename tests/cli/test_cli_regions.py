@@ -46,6 +46,10 @@ def test_the_labels_in_the_mesh_are_used_without_labels(run, fold):
     status, printed, notes = run("regions", fold / "fold.ply")
     assert (status, printed) == (1, "")
     assert notes.endswith("fold.ply has no labels: give a label file as LABELS\n")
+    own = MeshAttributes(face={"part": [1, 2], "size": [0.5, 2]}, vertex={"n": range(4)})
+    write_mesh(fold / "own.ply", FOLD, attributes=own)
+    assert run("regions", fold / "own.ply")[2].endswith("or --labels-named with one of part\n")
+    assert "got .npz (superfacets view shows" in run("regions", fold / "fold.ply", "a.npz")[2]
 
 
 def test_labels_of_the_input_do_not_fit_a_file_sorted_by_region(run, fold):
@@ -127,10 +131,10 @@ def test_labels_and_a_property_of_vertices_are_averaged_at_the_vertices(run, fol
     heights, labels = np.arange(FOLD.n_vertices), np.arange(FOLD.n_vertices) // 3
     write_mesh(fold / "heat.ply", FOLD, attributes=MeshAttributes(vertex={"height": heights}))
     np.save(fold / "of_vertices.npy", labels)
-    given = (fold / "heat.ply", fold / "of_vertices.npy", "--mean")
-    files = f"height,{fold}/v.npy,{fold}/./v.npy"
+    means = f"height,{fold}/v.npy,{fold}/./v.npy"
+    given = (fold / "heat.ply", fold / "of_vertices.npy", "--mean", means)
     np.save(fold / "v.npy", heights * 1.0)
-    _, printed, notes = run("regions", *given, files, "--majority", "height")
+    _, printed, notes = run("regions", *given, "--majority", "height")
     rows = rows_of(printed) if "pooled over vertices, by the labels of vertices" in notes else ()
     assert rows
     for row in rows:

@@ -243,7 +243,13 @@ def test_a_radius_larger_than_the_mesh_is_a_note(run, sheet, tmp_path):
     tiny = "regions have 1.0 faces on average: is the radius in the unit of the mesh?"
     assert run("segment", sheet, "-r", 1e-6)[2] == f"superfacets: note: {tiny}\n"
     sf.write_mesh(tmp_path / "islands.ply", shapes.two_islands())
-    assert run("segment", tmp_path / "islands.ply", "-r", 90)[2] == note
+    err, added = run("segment", tmp_path / "islands.ply", "-r", 90)[2], "for 1 component without"
+    assert added in err.splitlines()[0]
+    assert err.endswith(note.replace("only one region", "only one other region"))
+    large = sf.Mesh(sf.read_mesh(sheet).vertices * 9, sf.read_mesh(sheet).faces)
+    sf.write_mesh(tmp_path / "pair.ply", shapes.together([large, shapes.strip(1)]))
+    err = run("segment", tmp_path / "pair.ply", "-r", 2)[2]
+    assert (added in err, err.count("note")) == (True, 1)
 
 
 @pytest.mark.parametrize(
@@ -423,11 +429,11 @@ def test_a_labeled_mesh_keeps_what_the_input_held(run, colored):
     output = colored.with_name("out.ply")
     status, _, err = run("segment", colored, "-n", 5, "-o", output)
     assert status == 0
-    assert err.splitlines() == [
-        "superfacets: note: data of the input that is not copied: element edge",
-        "superfacets: note: data of the input that .ply does not store: face properties label,"
-        " quality, red, green, blue",
-    ]
+    notes = [
+        "data of the input that is not copied: element edge", "data of the input that .ply does not"
+        " store: face properties label, quality, red, green, blue (replaced by new values)",
+    ]  # fmt: skip
+    assert err.splitlines() == [f"superfacets: note: {note}" for note in notes]
     found = sf.read_attributes(output)
     assert np.array_equal(found.vertex["red"], np.arange(len(found.vertex["red"])) % 256)
     assert np.array_equal(found.face["material"], np.arange(72))

@@ -74,9 +74,8 @@ def test_images_that_a_format_has_no_place_for_are_noted(run, wall, tmp_path):
     shutil.copy(wall.with_name("facade.png"), wall.with_name("alpha.png"))
     for ending, is_noted in ((".glb", True), (".ply", True), (".obj", False)):
         _, _, err = run("convert", wall, "-o", tmp_path / f"a{ending}")
-        assert (
-            f"{ending} can store only the color and color image of 1 material" in err
-        ) == is_noted
+        note = f"{ending} can store only the color and color image of 1 material"
+        assert (note in err) == is_noted
 
 
 def test_a_missing_image_is_noted_and_then_refused(run, wall, tmp_path):
@@ -92,13 +91,19 @@ def test_a_missing_image_is_noted_and_then_refused(run, wall, tmp_path):
     assert not (tmp_path / "b.ply").exists()
 
 
-def test_subdivided_faces_have_coordinates_between_those_of_their_source(run, wall, tmp_path):
-    arguments = ["--subdivide", "--max-edge", 0.2, "-n", 9, "-o", tmp_path / "a.obj"]
-    assert run("segment", wall, *arguments)[0] == 0
-    mesh, texture = read_mesh(tmp_path / "a.obj"), read_attributes(tmp_path / "a.obj").texture
+@pytest.mark.parametrize("command", ["segment --subdivide --max-edge 0.2", "cut"])
+def test_parts_of_faces_share_coordinates_between_those_of_their_source(
+    run, wall, tmp_path, command
+):
+    paths = [tmp_path / name for name in ("a.ply", "a.obj", "a.glb")]  # PLY: a pair per corner
+    for path, source in zip(paths, (wall, paths[0], paths[0]), strict=True):
+        words = [*command.split(), wall, "-n", 9] if source is wall else ["convert", source]
+        assert run(*words, "-o", path, "-q")[0] == 0
+    mesh, texture = read_mesh(paths[1]), read_attributes(paths[1]).texture
     expected = mesh.vertices[mesh.faces.ravel()][:, [0, 2]] / [12, 9]
-    np.testing.assert_allclose(texture.coordinates[texture.corners], expected, atol=1e-9)
-    assert mesh.n_faces > 3000
+    np.testing.assert_allclose(texture.coordinates[texture.corners], expected, atol=1e-7)
+    assert len(texture.coordinates) == mesh.n_vertices > 475
+    assert len(read_attributes(paths[2]).texture.coordinates) < 2 * mesh.n_vertices
 
 
 def test_attributes_that_are_dropped_are_textures_too(run, wall, tmp_path):

@@ -202,7 +202,7 @@ def meshopt_of(document, view=0):
     (lambda d: meshopt_of(d).update(byteStride=7), "the meshopt data is damaged: a row must"),
     (lambda d: meshopt_of(d, 1).update(mode="STRIPS"), "bufferViews[1]: the meshopt data is"),
     (lambda d: meshopt_of(d).update(mode=None),
-     "bufferViews[0] has an unknown compression mode"),
+     "bufferViews[0] has an unknown compression"),
     (lambda d: meshopt_of(d).update(filter="BLUR"), "the meshopt data is damaged: filter"),
     (lambda d: meshopt_of(d).update(buffer=7), "there is no buffers[7]"),
     (lambda d: meshopt_of(d).update(byteOffset=10**6), "a buffer view is longer than its"),

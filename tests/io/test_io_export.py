@@ -480,6 +480,7 @@ class TestNamesAndVertices:
             ("a.ply", {"label_name": "Label"}, ValueError,
              r"label_name needs an output with the ending \.vtp or \.vtu or \.vtk"),
             ("a.msh", {}, MeshError, r"got \.msh \(meshio writes it\)"),
+            ("a.json", {}, MeshError, r"ending .segs.json, .sstk.json, .aggregation.json, got"),
             ("a.vtp", {"label_name": ""}, ValueError,
              "label_name must be one line of printable text, got ''"),
             ("a.vtp", {"label_name": 3}, ValueError,

@@ -126,11 +126,8 @@ def test_indices_of_many_digits_are_refused(refuse, digits, sign):
 
 
 def test_a_vertex_of_two_coordinates_is_refused(refuse):
-    refuse(
-        "a.obj",
-        (SQUARE + "v 1 2\nf 1 2 3\n").encode(),
-        "line 5: a vertex needs 3 coordinates, got 2",
-    )
+    data = (SQUARE + "v 1 2\nf 1 2 3\n").encode()
+    refuse("a.obj", data, "line 5: a vertex needs 3 coordinates, got 2")
 
 
 @pytest.mark.parametrize("data", [b"hello\nworld\n", b"\n \n"])

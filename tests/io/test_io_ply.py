@@ -120,11 +120,8 @@ def test_indices_out_of_range_are_refused(refuse, form, index):
 def test_coordinates_that_are_not_finite_are_refused(refuse, form, value):
     vertices = VERTICES.copy()
     vertices[2, 1] = value
-    refuse(
-        "a.ply",
-        ply(form, vertices=vertices),
-        f"vertices[2] must be finite, got {vertices[2].tolist()}",
-    )
+    message = f"vertices[2] must be finite, got {vertices[2].tolist()}"
+    refuse("a.ply", ply(form, vertices=vertices), message)
 
 
 def test_a_decimal_beyond_single_precision_is_refused(refuse):
@@ -222,11 +219,8 @@ def test_ascii_indices_must_be_integers(refuse):
 @pytest.mark.parametrize("row", ["3 0 1", "3 0 1 2 3", "2 0", "99999999999999999999 0 1 2"])
 def test_ascii_rows_of_another_length_than_declared_are_refused(refuse, row):
     data = ply_text().replace(b"3 0 1 2\n", row.encode() + b"\n")
-    refuse(
-        "a.ply",
-        data,
-        "expected as many numbers as the PLY header and the lengths of lists declare, got",
-    )
+    message = "expected as many numbers as the PLY header and the lengths of lists declare, got"
+    refuse("a.ply", data, message)
 
 
 def test_words_in_an_ascii_body_are_refused_with_their_line(refuse):

@@ -29,6 +29,10 @@ def test_an_unknown_ending_is_refused(refuse, name, got):
     refuse(name, b"ply", f"expected the ending {endings}, got {got}")
 
 
+def test_files_that_meshio_converts_are_refused_with_the_command(refuse):
+    refuse("a.bdf", b"CEND", "a.bdf: convert the file first: meshio convert IN OUT.msh")
+
+
 @pytest.mark.parametrize(
     ("name", "format"),
     [("a.STEP", "STEP"), ("a.stp", "STEP"), ("a.iges", "IGES"), ("a.igs", "IGES"),
@@ -36,7 +40,7 @@ def test_an_unknown_ending_is_refused(refuse, name, got):
 )  # fmt: skip
 def test_files_of_cad_programs_are_refused_with_advice(refuse, name, format):
     advice = "export STL from your CAD program, or run gmsh part.step -2 -o part.stl"
-    refuse(name, b"ISO-10303-21;\nHEADER;\n", f"{format} is a CAD format, not a mesh: {advice}")
+    refuse(name, b"ISO-10303-21;\nHEADER;\n", f"{format} is a CAD format: {advice}")
 
 
 @pytest.mark.parametrize("ending", FORMATS.meshes)

@@ -80,7 +80,7 @@ def test_ascii_files_of_another_structure_are_refused(refuse, old, new, message)
 
 
 def test_foreign_content_is_refused(refuse):
-    refuse("a.stl", b"hello\n", "not an STL file: it has only 6 bytes and no word solid")
+    refuse("a.stl", b"hello\n", "not an STL file: it has 6 bytes and no word solid")
     refuse("a.stl", b"\xff\xd8\xff\xe0\0\x10JFIF\0" * 20, "the file is a picture, not a mesh")
     refuse("a.stl", b"solid\0" + b"x" * 200, "not an STL file, or damaged")
 

@@ -100,8 +100,7 @@ _ROLES: dict[str, dict[str, str]] = {
         ".ply": f"{_WRITE}ply:write_cloud_ply",
         ".csv": f"{_WRITE}text_formats:write_csv",
         ".pcd": "superfacets_formats.pcd:write_pcd",
-        ".las": "superfacets_formats.las_writer:write_las",
-        ".laz": "superfacets_formats.las_writer:write_las",
+        **dict.fromkeys((".las", ".laz"), "superfacets_formats.las_writer:write_las"),
     },
 }
 
@@ -144,9 +143,8 @@ class Formats(dict[str, Table]):
         """Files with one label per vertex, where -1 means no area."""
 
     def _list_outputs(self) -> None:
-        tables = ((role, table) for role, table in self.items() if role[:6] == "write_")
         self.writers: dict[str, Mapping[str, Any]] = {
-            role.removeprefix("write_"): table for role, table in tables
+            role[6:]: table for role, table in self.items() if role[:6] == "write_"
         }
         """Writers of cells, keyed by `Kind.name`, then by ending. The first ending is the default.
         If a kind is missing here, only its labels can be written, to label files."""

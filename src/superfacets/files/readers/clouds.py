@@ -35,8 +35,7 @@ def read_text_cloud(source: Input) -> Read:
         data = data[:].translate(bytes.maketrans(b",;", b"  "))
     lines = Lines.of(data, comment=b"#")
     names = _names_in(source.data, lines)
-    if names is not None:
-        lines = lines[1:]
+    lines = lines if names is None else lines[1:]
     if not len(lines):
         raise MeshError("the file has no points")
     n_columns = int(lines.counts[0])
@@ -90,10 +89,8 @@ def _cloud_of_table(source: Input, table: Floats, names: list[str] | None) -> Re
         names += [f"column_{place}" for place in range(len(names) + 1, n_columns + 1)]
     if (double := next((name for name in "xyz" if names.count(name) > 1), None)) is not None:
         raise MeshError(f"the first line has two columns named {double}")
-    return source.cloud(
-        (name, column if name in [*"xyz"] else _narrowed(column))
-        for name, column in zip(names, table.T, strict=True)
-    )
+    columns = zip(names, table.T, strict=True)
+    return source.cloud((name, v if name in [*"xyz"] else _narrowed(v)) for name, v in columns)
 
 
 def _narrowed(column: Floats) -> Array:

@@ -100,9 +100,7 @@ class GltfScene(Gltf):
             index, above = stack.pop()
             node = self.item("nodes", index)
             if index in self._matrices:
-                raise MeshError(
-                    f"broken glTF: nodes[{index}] has two parents or is its own ancestor"
-                )
+                raise MeshError(f"broken glTF: nodes[{index}] has two parents or is in a loop")
             matrix = self._matrices[index] = _product(above, _local_matrix(node))
             if "mesh" in node:
                 self.item("meshes", node["mesh"])

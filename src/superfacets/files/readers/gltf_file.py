@@ -69,9 +69,7 @@ class Gltf:
         required = document.get("extensionsRequired", [])
         for name in map(str, required if isinstance(required, list) else []):
             if name not in SUPPORTED and GEOMETRY.search(name):
-                raise MeshError(
-                    f"the glTF extension {name} is not supported: save the file without it"
-                )
+                raise MeshError(f"the glTF extension {name} is not supported: save without it")
         files: dict[Path, memoryview] = {}
         buffers = [
             _content_of(buffer, index, binary, folder, files)
@@ -219,9 +217,7 @@ class Gltf:
             self.take(n_rows * row_size, f"bufferViews[{index}]")
             mode, filter = packed.get("mode"), packed.get("filter", "NONE")
             if not isinstance(mode, str) or not isinstance(filter, str):
-                raise MeshError(
-                    f"broken glTF: bufferViews[{index}] has an unknown compression mode"
-                )
+                raise MeshError(f"broken glTF: bufferViews[{index}] has an unknown compression")
             content = self._range(packed)
             with guards.named_errors(f"bufferViews[{index}]"):
                 unpack = load("superfacets_formats.compression:decode_meshopt")

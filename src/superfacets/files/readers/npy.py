@@ -77,8 +77,7 @@ def npy_header(data: Content) -> tuple[tuple[int, ...], np.dtype[Any], bool, int
 def _parsed(text: str) -> tuple[tuple[int, ...], np.dtype[Any], bool]:
     """Parse the header, a dict, as JSON, because `ast.literal_eval` is not thread-safe."""
     plain = text.translate(_AS_JSON).replace("True", "true").replace("False", "false")
-    fields = json.loads(_NOT_JSON.sub("", plain))
-    match fields:
+    match json.loads(_NOT_JSON.sub("", plain)):
         case {"descr": str(kind), "fortran_order": bool(is_fortran), "shape": [*shape], **others}:
             are_integers = all(type(side) is int for side in shape)
             if are_integers and not others and "," not in kind:  # a comma is of structured types

@@ -175,9 +175,7 @@ def _read_text(header: Header, data: Content) -> list[Table]:
         has_integers = any(stored.is_integer for stored in element.properties)
         values = rows.parse_integers_or_floats() if has_integers else rows.parse(np.float64)
         form = values.dtype.str
-        plain = [
-            Property(each.name, form, each.count_dtype and form) for each in element.properties
-        ]
+        plain = [Property(one.name, form, one.count_dtype and form) for one in element.properties]
         columns, _ = _read_element(Element(element.name, n_rows, plain), values, 0, rows)
         tables.append(Table(element.name, element.n_rows, [
             Column(stored, _as_declared(column.values, stored), column.lengths)

@@ -28,11 +28,8 @@ _BEGINS = {
 
 _SKIPPED = rb"(?:\s*+#[^\n]*+\n)*+\s*+"
 
-_CAD = (
-    "{} is a CAD format, not a mesh: export STL from your CAD program, or run"
-    " gmsh part.step -2 -o part.stl"
-)
-_RASTER = "a raster file is not a mesh: convert its heights (see Terrain in the documentation)"
+_CAD = "{} is a CAD format: export STL from your CAD program, or run gmsh part.step -2 -o part.stl"
+_RASTER = "a raster file is not a mesh: convert its heights to one (see Terrain in the user guide)"
 _VECTOR = "a vector file is not a mesh: convert its triangles or points to .ply, .obj or .csv"
 _CAD_FORMATS = {".step": "STEP", ".stp": "STEP", ".iges": "IGES", ".igs": "IGES", ".brep": "BREP",
                 ".fcstd": "FCStd"}  # fmt: skip
@@ -40,6 +37,8 @@ _CAD_FORMATS = {".step": "STEP", ".stp": "STEP", ".iges": "IGES", ".igs": "IGES"
 _OTHER_ENDINGS = {
     **{ending: _CAD.format(name) for ending, name in _CAD_FORMATS.items()},
     **dict.fromkeys((".tif", ".tiff", ".asc"), _RASTER), ".shp": _VECTOR, ".gpkg": _VECTOR,
+    **dict.fromkeys((".bdf", ".nas", ".inp", ".exo", ".med", ".cgns", ".xdmf", ".su2", ".ugrid"),
+                    "convert the file first: meshio convert IN OUT.msh"),
 }  # fmt: skip
 """Error messages for files that are neither meshes nor clouds, keyed by ending."""
 

@@ -78,9 +78,7 @@ def _triangles_in(data: Content) -> Array:
     """Return the triangles of a binary file, or raise a MeshError if it has another size."""
     n_faces, size = _declared(data)
     if len(data) < HEADER_SIZE + 4:
-        raise MeshError(
-            f"not an STL file: it has only {counted(len(data), 'byte')} and no word solid"
-        )
+        raise MeshError(f"not an STL file: it has {counted(len(data), 'byte')} and no word solid")
     if size > len(data) or data[size:].strip(b"\0 \r\n\t"):
         raise MeshError(
             f"not an STL file, or damaged: the size must be {size} bytes for"

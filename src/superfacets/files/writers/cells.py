@@ -126,12 +126,21 @@ class Output:
         """Return the properties of the "vertex" or the "face" to write, and mark them as stored.
 
         `own` are the names and values that the writer itself writes, for example of labels. A
-        property with such a name is lost, unless it has the same values.
+        property with such a name is replaced, unless it has the same values; it is lost if the own
+        values are None.
         """
         own, stored = own or {}, self._stored(owner)
-        same = [name for name in own.keys() & stored.keys() if _are_equal(own[name], stored[name])]
+        same = {name for name in own.keys() & stored.keys() if _are_equal(own[name], stored[name])}
         self.taken.update(f"{owner} property {name}" for name in (*(stored.keys() - own), *same))
+        self.replace(owner, [name for name in own if own[name] is not None and name not in same])
         return {name: values for name, values in stored.items() if name not in own}
+
+    def replace(self, owner: str, names: Sequence[str]) -> None:
+        """Report that other values replace these properties, as far as the attributes have them."""
+        replaced = [name for name in self._stored(owner) if name in names]
+        self.taken.update(f"{owner} property {name}" for name in replaced)
+        if replaced:
+            self.changed.append(f"{_listed(owner, replaced)} (replaced by new values)")
 
     def stored_colors(self, owner: str) -> Bytes | None:
         """Return the colors of the attributes, (n, 3), if all are bytes; mark them as stored."""
@@ -155,9 +164,7 @@ class Output:
         for owner in ("vertex", "face"):
             listed = [name for name in self._stored(owner) if name not in done]
             names = [name for name in listed if f"{owner} property {name}" not in self.taken]
-            if names:
-                many = "properties" if len(names) > 1 else "property"
-                lost.append(f"{owner} {many} {', '.join(names)}")
+            lost += [_listed(owner, names)] * bool(names)
         others = {
             "texture": self.texture is not None,
             **{f"names of {name}s": True for name in self.attributes.names},
@@ -184,26 +191,34 @@ class Output:
 
         There is a part per region: ``region_17`` for label 17, or the class of the region with
         underscores instead of spaces, and ``unlabeled`` for label -1. If the input has named parts,
-        such as solids, and a region is inside of one part, its name begins with the name of the
-        part, for example ``inlet_region_17``. Without labels, the input defines the parts. The
-        result is None if there are no parts.
+        such as solids, and each region is a whole part, regions have the names of the parts.
+        Otherwise, a region inside of one part has a name such as ``inlet_region_17``. Without
+        labels, the input defines the parts. The result is None if there are no parts.
         """
         given = self._given_parts
         if self.labels is None:
             return given
         values, ranks = np.unique(self.labels, return_inverse=True)
-        n_unlabeled = int((values < 0).any())
-        names = [f"region_{value}" for value in values[n_unlabeled:].tolist()]
+        names = [f"region_{value}" if value >= 0 else "unlabeled" for value in values.tolist()]
         if self.classes is not None:
-            names = ["_".join(name.split()) or "unnamed" for name in self.classes]
-        elif given is not None:
-            lowest, highest = np.full(len(values), len(given[1])), np.full(len(values), -1)
-            np.minimum.at(lowest, ranks, given[0])
-            np.maximum.at(highest, ranks, given[0])
-            for place, part in enumerate(highest[n_unlabeled:].tolist()):
-                if lowest[place + n_unlabeled] == part:
-                    names[place] = f"{given[1][part]}_{names[place]}"
-        return ranks, ["unlabeled"] * n_unlabeled + names
+            classes = ["_".join(name.split()) or "unnamed" for name in self.classes]
+            names[len(names) - len(classes) :] = classes
+        if given is not None and self._lose_parts(names, ranks, *given):
+            self.changed.append("names of parts, for regions with other names")
+        return ranks, names
+
+    def _lose_parts(self, names: list[str], ranks: Array, given: Array, parts: list[str]) -> bool:
+        """Name regions by parts, unless there are classes; return whether names are lost."""
+        pairs = np.unique(ranks * len(parts) + given % len(parts))  # -1, no part, is the last one
+        regions, numbers = np.divmod(pairs, len(parts))
+        words, is_inside = [parts[number] for number in numbers], np.bincount(regions) == 1
+        if self.classes is not None:
+            return not {*words} <= {*names}
+        is_same = "unlabeled" not in names and len(pairs) == len(names) == len({*words})
+        for region, word in zip(regions.tolist(), words, strict=True):
+            if is_inside[region] and names[region] != "unlabeled":
+                names[region] = word if is_same else f"{word}_{names[region]}"
+        return not is_inside.all()
 
     @property
     def _given_parts(self) -> tuple[Array, list[str]] | None:
@@ -213,8 +228,12 @@ class Output:
             if name in stored and stored[name].max() < len(names):
                 words = ["_".join(each.split()) or f"{name}_{i}" for i, each in enumerate(names)]
                 self.taken.update((f"names of {name}s", f"face property {name}"))
-                return stored[name], [*words, "unnamed"]  # -1, no part, stands for the last one
+                return stored[name], [*words, "unnamed"]
         return None
+
+
+def _listed(owner: str, names: Sequence[str]) -> str:
+    return f"{owner} {'properties' if len(names) > 1 else 'property'} {', '.join(names)}"
 
 
 def _are_equal(own: Any, stored: Array) -> bool:

@@ -129,18 +129,17 @@ class IdWriter:
         )  # fmt: skip
 
     def _write_cortex(self, file: IO[bytes], ending: str) -> None:
-        assert self.labels is not None
+        cells, labels = self.cells, self.labels
+        assert labels is not None
         comments = () if self.attributes is None else self.attributes.comments
         of_vertices, colors = self.of_vertices, load(_PALETTE)
         given = ranked_labels(self._labels_in(ending))[1].tolist()
         names = dict(zip(given, self.options.classes or (), strict=False))
         if of_vertices is None:
-            of_vertices = vertex_labels(
-                self.cells, self.labels, min_vertices=1, barriers=self.groups
-            )
-            regions, firsts = np.unique(self.labels, return_index=True)
+            of_vertices = vertex_labels(cells, labels, min_vertices=1, barriers=self.groups)
+            regions, firsts = np.unique(labels, return_index=True)
             shown = firsts[np.isin(regions, of_vertices) & (regions >= 0)]
-            colors = load("superfacets_show.colors:face_colors")(self.cells, self.labels)[shown]
+            colors = load("superfacets_show.colors:face_colors")(cells, labels)[shown]
         load(_CORTEX)(file, ending, of_vertices, colors, comments=comments, names=names)
 
     @property

@@ -29,10 +29,10 @@ def write_ply(file: IO[bytes], content: Output) -> None:
     faces |= _labels_and_colors(content.labels, content.colors)
     if content.vertex_labels is not None:
         vertices["label"] = content.vertex_labels
-    # If new labels of faces are written, labels of vertices in the attributes are outdated.
-    labels = () if attributes is None else attributes.face.get("label", ())
-    are_other = content.labels is not None and not np.array_equal(labels, content.labels)
-    outdated = {"label": None} if are_other else {}
+    # If new labels of faces replace others, labels of vertices in the attributes are outdated.
+    old = {} if attributes is None else attributes.face
+    is_new = "label" in old and not np.array_equal(old["label"], faces.get("label", old["label"]))
+    outdated = {"label": None} if is_new else {}
     vertices |= content.properties("vertex", outdated | vertices)
     faces |= content.properties("face", dict.fromkeys(INDEX_NAMES) | faces)
     comments = () if attributes is None else attributes.comments

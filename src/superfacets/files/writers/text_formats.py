@@ -80,8 +80,8 @@ def number_format(values: Array) -> str:
 
 def write_obj(file: IO[bytes], content: Output) -> None:
     """Write OBJ with one group per region, class or part; faces of a region keep their order."""
-    mesh, labels, texture = content.cells, content.labels, content.texture
-    parts = content.parts()
+    mesh, labels, parts = content.cells, content.labels, content.parts()
+    texture = None if content.texture is None else content.texture.shared
     if texture is not None:
         library_lines = load("superfacets_textures.writing:library_lines")
         file.write(library_lines(texture, content.path))

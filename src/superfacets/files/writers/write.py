@@ -148,8 +148,7 @@ def write_labels(path: StrPath, labels: npt.ArrayLike, *, force: bool = False) -
         - labels of vertices (for labels of faces, use `write_mesh`): ``.segs.json``; ``.bin``,
           ``_sp_label.npy`` or ``.pth`` (int64, renumbered without gaps); ``.label.gii`` or
           ``.annot`` (with a table of colors and names);
-        - labels of triangles: ``.sstk.json``;
-        - labels of segments: ``.aggregation.json`` (one group per label).
+        - labels of triangles: ``.sstk.json``; of segments: ``.aggregation.json`` (a group each).
 
         An existing file is replaced when the new file is complete, and its permissions are kept.
     labels : array_like of integers, shape (F,)
@@ -182,9 +181,7 @@ def write_labels(path: StrPath, labels: npt.ArrayLike, *, force: bool = False) -
         )
     _check_truth_stays([path], force)
     are_levels = ending == LEVELS and np.ndim(labels) == 2
-    levels = [
-        checked_labels(each) for each in ([*np.asarray(labels)] if are_levels else ()) or [labels]
-    ]
+    levels = [*map(checked_labels, ([*np.asarray(labels)] if are_levels else ()) or [labels])]
     options = FormatOptions.checked([ending])
     writer = IdWriter(None, levels[0], options, of_vertices=levels[0], coarser=levels[1:])
     writer.checked([ending])
