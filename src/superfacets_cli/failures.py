@@ -39,8 +39,7 @@ def for_each(names: Sequence[str], do: Callable[[int], object]) -> None:
     command line. A BrokenPipeError is raised again, too: click then ends the process silently, as
     is usual in a pipe.
     """
-    n_failed = 0
-    is_one_of_many = len(names) > 1
+    n_failed, is_one_of_many = 0, len(names) > 1
     context = click.get_current_context()
     for index, name in enumerate(names):
         try:

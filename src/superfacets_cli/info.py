@@ -153,8 +153,7 @@ def evaluate_command(
         regions, *segments = (labels_of_cells(cells, each) for each in given)
         return metrics.evaluate(cells, regions, segments, tolerance=tolerance)
 
-    values = run_in_background(compute)
-    n_truths = len(truths) + len(more)
+    values, n_truths = run_in_background(compute), len(truths) + len(more)
     if n_truths:
         click.echo(f"{labels} compared with {counted(n_truths, 'ground truth')}", err=True)
     if as_json:

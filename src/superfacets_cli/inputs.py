@@ -50,10 +50,8 @@ def labels_of_cells(cells: Cells, given: GivenLabels, *, is_noted: bool = True) 
 
     If labels of vertices are converted, a note is printed if `is_noted`.
     """
-    if not given.are_of_vertices:
-        return given.labels
-    labels = face_labels(cells, given.labels)
-    if not is_noted:
+    labels = face_labels(cells, given.labels) if given.are_of_vertices else given.labels
+    if not (given.are_of_vertices and is_noted):
         return labels
     n_lost = len(np.setdiff1d(given.labels[given.labels >= 0], labels))
     lost = f"; left out: {kit.counted(n_lost, 'region')} without a face" if n_lost else ""
@@ -119,10 +117,9 @@ def ranked_labels_beside(
     compact, names = kit.ranked_labels(labels_of_cells(cells, given))
     if not len(names):
         raise MeshError(f"{given.path}: no cell is in a region: all labels are -1")
-    if not given.are_of_vertices:
-        return compact, names, compact, given.names
     found = np.where(np.isin(given.labels, names), given.labels, -1)
-    return compact, names, kit.ranked_labels(found)[0], given.names
+    as_given = kit.ranked_labels(found)[0] if given.are_of_vertices else compact
+    return compact, names, as_given, given.names
 
 
 def read_input(text: str, format: str | None = None) -> CellFile:

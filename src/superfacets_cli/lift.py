@@ -155,8 +155,7 @@ def transfer_command(
     goal, attributes, carried, names = run_in_background(compute)
     job.write(goal, carried, attributes, names=names)
     n_without = int(np.count_nonzero(carried < 0))
-    n_labels = len(np.unique(carried[carried >= 0]))
-    noun = kit.kind_of(goal).noun
+    n_labels, noun = len(np.unique(carried[carried >= 0])), kit.kind_of(goal).noun
     facts = {f"n_{noun}s": len(carried), "n_labels": n_labels, "n_without": n_without}
     without = f", {n_without} without a label" if n_without else ""
     text = f"{kit.counted(len(carried), noun)}, {kit.counted(n_labels, 'label')}{without}"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import json
-import math
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -19,10 +18,13 @@ from superfacets_show import LINE_ENDINGS, write_borders
 
 from . import options as opts
 from .failures import print_note
-from .inputs import ranked_labels_beside, read_input
+from .inputs import given_labels, labels_of_cells, ranked_labels_beside, read_input
 from .interrupts import run_in_background
 from .options import FILE, option, options
 from .outputs import Job, check_files, print_report
+
+Columns = Mapping[str, kit.Array]
+"""Columns of a table, keyed by column name; all columns have the same length."""
 
 
 @click.command("regions")
@@ -38,7 +40,8 @@ from .outputs import Job, check_files, print_report
            "Write the borders of regions of a mesh as polylines to this .obj or .vtp file."),
     option("--majority NAMES", opts.Listed(),
            "Add a column majority_NAME with the most frequent value of this integer property of IN,"
-           " such as classification, in each region, as in --mean.", multiple=True),
+           " such as classification, or of a label file, in each region, as in --mean, and a column"
+           " majority_NAME_name if the values have names.", multiple=True),
     option("--mean NAMES", opts.Listed(),
            "Add a column mean_NAME with the mean of this property of IN, such as intensity, or of"
            " a file, such as lh.thickness, over the faces or points of each region, or its vertices"
@@ -68,12 +71,12 @@ def regions_command(
     def compute() -> tuple[RegionGraph, dict[str, kit.Array], tuple[Any, ...]]:
         source = read_input(cells, given["format"])
         whole: Any
-        whole, attributes = source.cells_and_attributes(keep=bool(given["mean"]))
+        whole, kept = source.cells_and_attributes(keep=bool(given["mean"] + given["majority"]))
         found = ranked_labels_beside(source, labels, whole, given["labels_named"])
         compact, names, as_given, titles = found
         if borders is not None and not kit.kind_of(whole).has_faces:
             raise click.UsageError(f"--borders needs a mesh with faces: {cells} has none")
-        pooled = _pooled_columns(source, kit.CellData(whole, attributes), compact, as_given, given)
+        pooled = _pooled_columns(source, kit.CellData(whole, kept), compact, as_given, given)
         if viewpoint is not None:
             whole = kit.kind_of(whole).seen_from(whole, viewpoint)
         graph = region_graph(whole, compact)
@@ -114,19 +117,34 @@ def _pooled_columns(
     source: kit.CellFile, data: kit.CellData, of_cells: kit.Ints, as_given: kit.Ints, given: Any
 ) -> dict[str, kit.Array]:
     """Return the columns of --majority and --mean, by labels of cells or, as given, of vertices."""
-    columns, at_vertices = {}, as_given is not of_cells
-    if at_vertices and (given["mean"] or given["majority"]):
+    at_vertices = as_given is not of_cells
+    if at_vertices and given["mean"] + given["majority"]:
         print_note("values of vertices are pooled over vertices, by the labels of vertices")
+    kept, columns = data.attributes, dict[str, kit.Array]()
+    of_faces, named = ({}, {}) if kept is None else (kept.face, kept.names)
     for name in given["majority"]:
-        values, is_own = source.integers(data.cells, name, at_vertices=at_vertices)
-        columns[f"majority_{name}"] = pool(as_given if is_own else of_cells, values, how="majority")
-    of_faces = () if data.attributes is None else data.attributes.face
+        if Path(name).suffix and Path(name).is_file():
+            found = given_labels(source, data.cells, Path(name), given["labels_named"])
+            is_own, titles = at_vertices and found.are_of_vertices, found.names
+            values = found.labels if is_own else labels_of_cells(data.cells, found)
+        else:
+            values, is_own = source.integers(data.cells, name, at_vertices=at_vertices)
+            titles = named.get(name, ())
+        most = pool(as_given if is_own else of_cells, values, how="majority")
+        columns[title := _title("majority", name, columns)] = most
+        if titles and most.max() < len(titles):
+            columns[f"{title}_name"] = np.array([*titles, ""])[most]  # -1, no value, is the last
     for name in given["mean"]:
         real = _values_of(name, source.name, data, at_vertices)
         labels = as_given if name not in of_faces and len(real) == len(as_given) else of_cells
-        title = f"mean_{Path(name).name}"  # of files with one name, the second keeps its path
-        columns[f"mean_{name}" if title in columns else title] = pool(labels, real)
+        columns[_title("mean", name, columns)] = pool(labels, real)
     return columns
+
+
+def _title(kind: str, name: str, columns: Columns) -> str:
+    """Return the title of a new column; of files with one name, the second keeps its path."""
+    title = f"{kind}_{Path(name).name if Path(name).is_file() else name}"
+    return f"{kind}_{name}" if title in columns else title
 
 
 def _values_of(name: str, file: str, data: kit.CellData, at_vertices: bool) -> kit.Floats:
@@ -139,9 +157,6 @@ def _values_of(name: str, file: str, data: kit.CellData, at_vertices: bool) -> k
         raise MeshError(f"{file} has no property {name}: {listed}")
     return values
 
-
-Columns = Mapping[str, kit.Array]
-"""Columns of a table, keyed by column name; all columns have the same length."""
 
 TABLE_ENDINGS = (".csv", ".json")
 
@@ -173,10 +188,6 @@ def print_csv(file: IO[str], columns: Columns) -> None:
 
 def _rows(columns: Columns) -> Iterable[tuple[Any, ...]]:
     """Return rows of Python numbers; NaN is replaced by None."""
-    lists = []
-    for column in columns.values():
-        values = column.tolist()
-        if column.dtype.kind == "f":
-            values = [None if math.isnan(value) else value for value in values]
-        lists.append(values)
-    return zip(*lists, strict=True)
+    none: Any = None
+    lists = [np.where(v.dtype.kind == "f" and np.isnan(v), none, v) for v in columns.values()]
+    return zip(*(values.tolist() for values in lists), strict=True)

@@ -24,13 +24,11 @@ from .report import note_on_up
 _OWN_COLORS = "color"  # value of --color-by for the colors in the file
 
 
-def _size(
-    ctx: click.Context, parameter: click.Parameter, text: str | None
-) -> tuple[int, int] | None:
+def _size(ctx: click.Context, param: click.Parameter, text: str | None) -> tuple[int, int] | None:
     """Parse a text such as 1200x900 into width and height in pixels (a callback of click)."""
     match = re.fullmatch(r"(\d{1,6})x(\d{1,6})", text or "0x0", re.ASCII)
     if match is None:
-        raise click.BadParameter(f"{text!r} is not a size such as 1200x900", ctx, parameter)
+        raise click.BadParameter(f"{text!r} is not a size such as 1200x900", ctx, param)
     return None if text is None else (int(match[1]), int(match[2]))
 
 

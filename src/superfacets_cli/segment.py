@@ -169,9 +169,7 @@ def options_of(*, scans: bool, is_subdivided: bool, **given: Any) -> kit.FileOpt
         given["features"] = Features(given["features"], weight)
     given = {**SCANS, **given} if scans else given
     try:
-        own: dict[str, Any] = {
-            name: given.pop(name) for name in ("eta_convex", "ridges") if name in given
-        }
+        own: dict[str, Any] = {n: given.pop(n) for n in ("eta_convex", "ridges") if n in given}
         if is_paper:
             given.update(own)
         elif own:
@@ -224,8 +222,7 @@ def segment_command(inputs: tuple[str, ...], **given: Any) -> None:
         raise click.UsageError("give --barriers or --barrier-angle, not both")
     if len(inputs) > 1 and (mask, barriers) != (None, None):
         raise click.UsageError("files of --mask and --barriers fit only one input")
-    jobs = plan_jobs(inputs, given, (mask, barriers))
-    run = _Run(chosen, given)
+    jobs, run = plan_jobs(inputs, given, (mask, barriers)), _Run(chosen, given)
     for_each([read.name_of(text) for text in inputs], lambda i: run.do(jobs[i]))
 
 

@@ -98,8 +98,7 @@ def _export(files: Files, exports: tuple[str, ...], output: Path | None) -> None
     """Write exports of all files that have a work file."""
     from superfacets_studio import parsed_export, write_exports
 
-    wanted = [parsed_export(name) for name in exports]
-    targets = files.targets(output)
+    wanted, targets = [parsed_export(name) for name in exports], files.targets(output)
 
     def write(index: int) -> None:
         paths, notes = write_exports(files, index, wanted, targets)

@@ -17,9 +17,7 @@ def test_the_demo_makes_nothing_where_it_cannot_draw(run, tmp_path, monkeypatch)
     assert files_in(tmp_path) == []
 
 
-def test_a_file_and_a_folder_that_may_not_be_written_are_found_before_the_work(
-    run, tmp_path, forbid
-):
+def test_a_file_and_folder_that_may_not_be_written_are_found_before_the_work(run, tmp_path, forbid):
     if not can_render():
         pytest.skip("no OpenGL to draw with")
     (tmp_path / "taken").write_text("")

@@ -107,17 +107,17 @@ def test_a_column_has_the_mean_of_a_property_in_each_region(run, tmp_path):
 def test_a_mean_over_faces_needs_one_number_per_face(run, fold):
     attributes = MeshAttributes(
         vertex={"height": np.arange(FOLD.n_vertices)},
-        face={"heat": np.arange(FOLD.n_faces), "wide": np.ones((FOLD.n_faces, 2))},
+        face={"heat (K/m)": np.arange(FOLD.n_faces), "wide": np.ones((FOLD.n_faces, 2))},
     )
-    write_mesh(fold / "heat.ply", FOLD, attributes=attributes)
-    given = (fold / "heat.ply", fold / "labels.seg")
+    write_mesh(fold / "heat.vtp", FOLD, attributes=attributes)
+    given = (fold / "heat.vtp", fold / "labels.seg")
     labels = np.loadtxt(fold / "labels.seg", dtype=int)
-    status, printed, _ = run("regions", *given, "--mean", "heat", "--mean", "height")
+    status, printed, _ = run("regions", *given, "--mean", "heat (K/m)", "--mean", "height")
     assert status == 0
     heights = FOLD.faces.mean(axis=1)
     for row in rows_of(printed):
         members = labels == int(row["region"])
-        assert float(row["mean_heat"]) == np.flatnonzero(members).mean()
+        assert float(row["mean_heat (K/m)"]) == np.flatnonzero(members).mean()
         assert float(row["mean_height"]) == pytest.approx(heights[members].mean())
     status, _, notes = run("regions", *given, "--mean", "wide")
     assert status == 1
@@ -142,8 +142,11 @@ def test_labels_and_a_property_of_vertices_are_averaged_at_the_vertices(run, fol
         assert float(row["mean_height"]) == heights[members].mean()
         assert row["mean_v.npy"] == row[f"mean_{fold}/./v.npy"] == row["mean_height"]
         assert int(row["majority_height"]) == heights[members].min()
-    of_faces = run("regions", given[0], fold / "labels.seg", "--majority", "height")[1]
-    assert [row["majority_height"] for row in rows_of(of_faces)] == ["0", "0"]
+    given = (given[0], fold / "labels.seg", "--majority", "height", "--majority")
+    for file, expected in (("labels.seg", ["3", "7"]), ("of_vertices.npy", ["0", "0"])):
+        rows = rows_of(run("regions", *given, fold / file)[1])
+        assert [row["majority_height"] for row in rows] == ["0", "0"]
+        assert [row[f"majority_{file}"] for row in rows] == expected
 
 
 def test_a_property_of_faces_is_averaged_over_faces_if_there_are_as_many_vertices(run, tmp_path):
@@ -155,8 +158,8 @@ def test_a_property_of_faces_is_averaged_over_faces_if_there_are_as_many_vertice
     assert [row["mean_heat"] for row in rows_of(run("regions", *given)[1])] == ["1.5"]
 
 
-@pytest.mark.parametrize("ending", ["stl", "obj"])
-def test_parts_in_another_order_than_the_faces_are_refused(run, fold, ending):
+@pytest.mark.parametrize(("ending", "noun"), [("stl", "solid"), ("obj", "group")])
+def test_parts_in_another_order_than_the_faces_are_refused(run, fold, ending, noun):
     parts = fold / f"parts.{ending}"
     write_mesh(parts, FOLD, [7, 3])  # sorted by region, which swaps the faces
     status, printed, notes = run("regions", fold / "fold.ply", parts)
@@ -165,6 +168,9 @@ def test_parts_in_another_order_than_the_faces_are_refused(run, fold, ending):
     assert run("regions", parts, parts)[0] == 0
     write_mesh(parts, FOLD, [3, 7])  # regions in the order of the mesh
     assert run("regions", fold / "fold.ply", parts)[0] == 0
+    write_mesh(parts, FOLD, [3, 7], classes=["lid", "box"])
+    rows = rows_of(run("regions", parts, fold / "labels.seg", "--majority", noun)[1])
+    assert [row[f"majority_{noun}_name"] for row in rows] == ["lid", "box"]
 
 
 @pytest.mark.parametrize("ending", ["ply", "csv"])

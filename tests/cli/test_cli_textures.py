@@ -92,9 +92,7 @@ def test_a_missing_image_is_noted_and_then_refused(run, wall, tmp_path):
 
 
 @pytest.mark.parametrize("command", ["segment --subdivide --max-edge 0.2", "cut"])
-def test_parts_of_faces_share_coordinates_between_those_of_their_source(
-    run, wall, tmp_path, command
-):
+def test_parts_of_faces_share_coordinates_as_their_source(run, wall, tmp_path, command):
     paths = [tmp_path / name for name in ("a.ply", "a.obj", "a.glb")]  # PLY: a pair per corner
     for path, source in zip(paths, (wall, paths[0], paths[0]), strict=True):
         words = [*command.split(), wall, "-n", 9] if source is wall else ["convert", source]

@@ -152,9 +152,7 @@ def test_targets_that_cannot_be_written_are_os_errors(tmp_path, call, forbid):
         call(tmp_path / "a.seg")
 
 
-def test_a_folder_for_outputs_is_made_unless_a_file_is_there_or_it_is_not_writable(
-    tmp_path, forbid
-):
+def test_a_folder_for_outputs_is_made_unless_a_file_is_there_or_it_is_readonly(tmp_path, forbid):
     writable_folder(tmp_path / "new" / "folder")
     writable_folder(tmp_path / "new" / "folder")
     assert (tmp_path / "new" / "folder").is_dir()
