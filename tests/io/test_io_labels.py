@@ -248,10 +248,10 @@ def test_named_parts_are_numbered_in_their_order(tmp_path):
     path.write_text("".join(f"SOLID {name}\n{2 * facet}endsolid\n" for name in names))
     assert_array_equal(read_labels(path), [0, 0, 1, 1, 2, 2, 1, 1, 3, 3])
     assert labels_in(path) is None
-    path = tmp_path / "a.obj"
-    vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
+    path, vertices = tmp_path / "a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
     path.write_text(f"{vertices}f 1 2 3\no car\nf 1 2 3\ng front \\\n door # left\nf 1 2 3\n")
     assert_array_equal(read_labels(path), [-1, 0, 1])
+    assert_array_equal(read_labels(path, name="object"), [-1, 0, 0])
     path.write_text(f"{vertices}g car\nf 1 2 3\ng region_7\nf 1 2 3\n")
     assert_array_equal(read_labels(path), [0, 1])
 

@@ -157,8 +157,7 @@ class BinaryReader:
         """Return the next `n` numbers as an array."""
         start, stored = self.at, np.dtype(dtype)
         self.skip(n * stored.itemsize)
-        found = np.frombuffer(self._data, stored.newbyteorder(self._order), n, start)
-        return found.astype(stored)
+        return np.frombuffer(self._data, stored.newbyteorder(self._order), n, start).astype(stored)
 
     def text(self, end: bytes = b"\0") -> str:
         """Return the next text, without the byte `end` that terminates it."""

@@ -93,8 +93,7 @@ class Input:
         if faces is None or not len(faces[0] if isinstance(faces, Polygons) else faces):
             if not len(vertices):
                 raise MeshError("the mesh has no faces")
-            positions: Columns = zip("xyz", vertices.T, strict=True)
-            return self.cloud((*positions, *vertex), **others)
+            return self.cloud((*zip("xyz", vertices.T, strict=True), *vertex), **others)
         vertices = self._without_gaps(vertices, faces)
         cells: Cells
         if isinstance(faces, Polygons):

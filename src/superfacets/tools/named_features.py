@@ -163,8 +163,7 @@ class CellData:
             if all(name in stored for name in names):
                 columns = [stored[name].reshape(len(stored[name]), -1) for name in names]
                 table = np.concatenate(columns, axis=1).astype(np.float64)
-                is_ready = stored is of_faces or at_vertices
-                return table if is_ready else _per_cell(table, self.cells)
+                return table if stored is of_faces or at_vertices else _per_cell(table, self.cells)
         if len(names) == 1 and names[0].lower().endswith(FORMATS.value_files):
             table = CellFile.values_in(names[0]).astype(np.float64)[:, np.newaxis]
             is_ready = not are_of_vertices(table, self.cells, names[0]) or at_vertices

@@ -42,6 +42,9 @@ def read_obj(source: Input) -> Read:
     part, texture = Parts([], {}), None
     if words & {b"g", b"o"}:
         part = parts_of(data, (b"f", b"g", b"o"), "group", comment=b"#")
+    if words >= {b"g", b"o"}:
+        objects = parts_of(data, (b"f", b"o"), "object", comment=b"#")
+        part = Parts(part.columns + objects.columns, part.names | objects.names)
     if words & {b"vt", b"usemtl", b"mtllib"}:
         texture = source.texture("obj_texture", data)
     return source.mesh(

@@ -85,8 +85,7 @@ def _labels_and_colors(labels: Ints | None, colors: Bytes | None) -> Columns:
 
 def _lists_of(corners: Corners) -> Array | Corners:
     sizes = np.asarray(corners.sizes)
-    is_ragged = sizes.min() < sizes.max()
-    return corners if is_ragged else corners.vertices.reshape(corners.n_cells, -1)
+    return corners if sizes.min() < sizes.max() else corners.vertices.reshape(corners.n_cells, -1)
 
 
 def _write_elements(
