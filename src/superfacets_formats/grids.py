@@ -17,8 +17,8 @@ from .tet_mesh import TetMesh
 Columns = Iterable[tuple[str, "Array | str"]]
 """Names and values of data, or the reasons why they cannot be read."""
 
-TETS = {10: 4, 24: 10}
-"""Number of nodes for each VTK type of tetrahedra. The first four nodes are the corners."""
+TETS = {10: 4, 24: 4}
+"""Number of nodes used for each VTK type of tetrahedra. The first four nodes are the corners."""
 
 _FLAT = (*range(10), 21, 22, 23, 28, 30, 34, 35, 36)
 """VTK types of cells without volume."""
@@ -78,9 +78,10 @@ class Grid:
         wanted: Mapping[int, int | None] = TETS if {*TETS} & {*kinds} else _FACES
         chosen = np.flatnonzero(np.isin(self.kinds, [*wanted]))
         for kind in kinds:
-            if kind not in wanted:
+            n_used = wanted.get(kind, 0)  # None means all nodes
+            if n_used is not None and n_used < _SIZES.get(kind, 1):
                 n = counted(int(np.count_nonzero(self.kinds == kind)), "cell")
-                source.declare(f"{n} of type {_named([kind])}")
+                source.declare(f"{'nodes on edges of ' * (n_used > 0)}{n} of type {_named([kind])}")
         if wanted is TETS:
             corners = self._corners_of(chosen, np.full(len(chosen), 4)).reshape(-1, 4)
             cells = TetMesh(self.vertices, corners)

@@ -130,8 +130,8 @@ VTP = f"""<VTKFile type="PolyData" byte_order="LittleEndian"><PolyData>
 VTU = f"""<VTKFile type="UnstructuredGrid" byte_order="LittleEndian"><UnstructuredGrid>
 <Piece NumberOfPoints="4" NumberOfCells="2">
 {DATA}<CellData>{array_of("label", "Int32", "3 4")}</CellData>{XML_POINTS}
-<Cells>{array_of("connectivity", "Int32", "0 1 2 3 0 1")}{array_of("offsets", "Int32", "4 6")}
-{array_of("types", "UInt8", "10 3")}</Cells></Piece></UnstructuredGrid></VTKFile>"""
+<Cells>{array_of("connectivity", "Int32", "0 1 2 3 0 0 1 0 0 1 0 1")}
+{array_of("offsets", "Int32", "10 12")}{array_of("types", "UInt8", "24 3")}</Cells></Piece></UnstructuredGrid></VTKFile>"""
 
 MSH = f"""$MeshFormat
 2.2 0 8
@@ -218,7 +218,7 @@ LEFT_OUT = {
     "a.vtk": ["1 cell of type polyline"],
     "tets.vtk": [FIELD, "1 cell of type triangle"],
     "a.vtp": [*TEXTS, FIELD, "1 cell in Lines, which has no polygons"],
-    "a.vtu": [*TEXTS, FIELD, "1 cell of type line"],
+    "a.vtu": [*TEXTS, FIELD, "1 cell of type line", "nodes on edges of 1 cell of type tetra10"],
     "a.msh": ["1 cell of type line"],
     "a.mesh": ["1 cell of type line"],
     "a.gii": [*(f"metadata {name}" for name in "ebdac"), "transform of coordinates",
