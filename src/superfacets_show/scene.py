@@ -186,10 +186,11 @@ def hexagons_of(positions: Floats, normals: Floats, areas: Floats) -> Floats:
     """Return the corners of one hexagon per point, (6 N, 3).
 
     The corners of a hexagon are counterclockwise as seen from outside. If the area of a point is 0,
-    the median of the positive areas is used.
+    the median of the positive areas is used. Isolated points have at most four times the area that
+    95 % of the points do not exceed.
     """
-    known = areas[areas > 0]
-    areas = np.where(areas > 0, areas, np.median(known) if len(known) else 0.0)
+    usual, high = np.quantile(known, [0.5, 0.95]) if len(known := areas[areas > 0]) else (0.0, 0.0)
+    areas = np.minimum(np.where(areas > 0, areas, usual), 4 * high)
     is_flat = np.abs(normals[:, :1]) < 0.7
     across = np.cross(normals, np.where(is_flat, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]]))
     lengths = np.linalg.norm(across, axis=1, keepdims=True)

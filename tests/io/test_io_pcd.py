@@ -121,10 +121,7 @@ def test_padding_and_repeated_fields_are_left_out(cloud_of):
     fields = [*XYZ, ("a", "U1", 1), ("_", "U1", 7), ("c", "U2", 1), ("c", "U2", 1), ("_", "U2", 1)]
     cloud, attributes = cloud_of(header(fields, "binary", 1) + record)
     assert cloud.points.tolist() == [[1, 2, 3]]
-    assert {name: values.tolist() for name, values in attributes.vertex.items()} == {
-        "a": [9],
-        "c": [4],
-    }
+    assert {n: values.tolist() for n, values in attributes.vertex.items()} == {"a": [9], "c": [4]}
     assert attributes.left_out == ("another point property c, whose name is repeated",)
 
 

@@ -131,7 +131,8 @@ VTU = f"""<VTKFile type="UnstructuredGrid" byte_order="LittleEndian"><Unstructur
 <Piece NumberOfPoints="4" NumberOfCells="2">
 {DATA}<CellData>{array_of("label", "Int32", "3 4")}</CellData>{XML_POINTS}
 <Cells>{array_of("connectivity", "Int32", "0 1 2 3 0 0 1 0 0 1 0 1")}
-{array_of("offsets", "Int32", "10 12")}{array_of("types", "UInt8", "24 3")}</Cells></Piece></UnstructuredGrid></VTKFile>"""
+{array_of("offsets", "Int32", "10 12")}{array_of("types", "UInt8", "24 3")}</Cells>
+</Piece></UnstructuredGrid></VTKFile>"""
 
 MSH = f"""$MeshFormat
 2.2 0 8

@@ -207,9 +207,7 @@ def _is_foreign(function):
 
 def _found():
     files = [file for place in PLACES for file in _files(SOURCE / place)]
-    return sorted(
-        {(file.relative_to(SOURCE).as_posix(), *site) for file in files for site in _sites(file)}
-    )
+    return sorted({(f.relative_to(SOURCE).as_posix(), *site) for f in files for site in _sites(f)})
 
 
 def _files(path):

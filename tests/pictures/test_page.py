@@ -109,10 +109,8 @@ def test_edges_are_those_between_regions_of_any_labeling():
     """Faces 1 and 2 differ in the labels, 2 and 3 in the ground truth."""
     _, arrays = contents(sf.view(strip(4), [0, 0, 1, 1], ground_truth=[4, 4, 4, 6]))
     points = arrays["positions"].tolist()
-    found = {
-        (one, other): sorted([points[a], points[b]])
-        for a, b, one, other in arrays["edges"].tolist()
-    }
+    edges = arrays["edges"].tolist()
+    found = {(one, other): sorted([points[a], points[b]]) for a, b, one, other in edges}
     middle, end = 32768, 65535
     assert found == {
         (1, 2): [[middle, 0, 0], [middle, end, 0]],

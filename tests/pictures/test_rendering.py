@@ -14,7 +14,7 @@ from superfacets_show import drawing
 from superfacets_show.backend import RenderError
 from superfacets_show.colors import face_colors
 from superfacets_show.rendering import View
-from superfacets_show.scene import build_scene
+from superfacets_show.scene import build_scene, hexagons_of
 
 SIZE = (160, 120)
 FRONT = View(azimuth=0, elevation=0, up="y")
@@ -331,10 +331,8 @@ def test_points_that_face_away_are_hidden(gl):
         red, green = shares(see_inside=True, **fronts)
         assert red == 0
         assert green > 0.3
-    with pytest.raises(
-        ValueError,
-        match=r"^see_inside needs a cloud with normals or viewpoints, but this cloud has neither$",
-    ):
+    message = "see_inside needs a cloud with normals or viewpoints, but this cloud has neither"
+    with pytest.raises(ValueError, match=f"^{message}$"):
         shares(see_inside=True)
 
 
@@ -514,6 +512,14 @@ def test_the_background_stays_clean_beside_soft_shadows(gl):
     for axis, shift in ((0, 1), (0, -1), (1, 1), (1, -1)):
         near |= np.roll(on_surface, shift, axis=axis)
     np.testing.assert_array_equal(np.unique(picture[~near], axis=0), [[0x20, 0x40, 0x60]])
+
+
+def test_isolated_points_are_not_large_discs():
+    areas = np.append(np.linspace(1, 2, 99), 1e4)
+    corners = hexagons_of(np.zeros((100, 3)), np.tile([0.0, 0.0, 1.0], (100, 1)), areas)
+    radii = np.linalg.norm(corners[::6], axis=1)
+    assert radii[:99] / radii[0] == pytest.approx(np.sqrt(areas[:99]))
+    assert 1 < radii[99] / radii[98] < 2.1
 
 
 def test_points_have_no_inside_to_clip():
