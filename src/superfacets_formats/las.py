@@ -91,8 +91,7 @@ def read_las(source: Input) -> Read:
     # Colors in LAS have 16 bits, but many programs write only values from 0 to 255.
     if colors and max(int(shades.max(initial=0)) for shades in colors.values()) <= 255:
         colors = {name: shades.astype(np.uint8) for name, shades in colors.items()}
-    columns = points | columns | colors
-    return source.cloud(columns.items(), header=frame)
+    return source.cloud((points | columns | colors).items(), header=frame)
 
 
 def las_steps(data: Content) -> tuple[float, float, float]:

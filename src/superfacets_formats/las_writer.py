@@ -26,8 +26,8 @@ _MAX_VLR_BYTES = 65535
 """Maximum size of a variable length record, in bytes. Larger records are written after the points,
 as extended variable length records, which LAS 1.4 introduced."""
 
-_MAX_LETTERS = 31
-"""Maximum length, in characters, of the name and of the description of an extra dimension."""
+_MAX_BYTES = 31
+"""Maximum length, in bytes, of the name and of the description of an extra dimension."""
 
 
 def write_las(file: IO[bytes], content: Output) -> None:
@@ -87,7 +87,8 @@ def _add_columns(las: Any, stored: dict[str, Array], content: Output, frame: Las
             las[name] = values
             continue
         is_label = name == "label" and content.labels is not None  # labels are always int32
-        other = (f"{name}_value" if name in fields else name)[:_MAX_LETTERS]
+        other = f"{name}_value" if name in fields else name
+        other = other.encode()[:_MAX_BYTES].decode("utf-8", "ignore")
         if not _add_dimension(las, name, other, values, None if is_label else frame):
             content.taken.discard(f"vertex property {name}")
         elif other != name:
@@ -123,7 +124,7 @@ def _add_dimension(las: Any, name: str, other: str, values: Array, frame: LasFra
     if given is not None and stored is not None:
         other, values = given.name, stored
         more = {
-            "type": np.dtype((given.kind, shape)), "description": given.description[:_MAX_LETTERS],
+            "type": np.dtype((given.kind, shape)), "description": given.description[:_MAX_BYTES],
             "offsets": given.offsets or None, "scales": given.scales or None,
         }  # fmt: skip
     extra_bytes = import_extra("laspy", "a .las or .laz file", "las").ExtraBytesParams
