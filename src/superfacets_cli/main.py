@@ -134,11 +134,7 @@ class LazyGroup(click.Group):
 
 def _is_input(text: str) -> bool:
     """Return whether an argument is the name of an input file, or ``-`` for standard input."""
-    if text == "-" or Path(text).is_file():
-        return True
-    from superfacets.kit import FORMATS  # slow to import
-
-    return text.lower().endswith(FORMATS.cells)
+    return text == "-" or Path(text).is_file() or bool(Path(text).suffix)
 
 
 def _in_python(name: str) -> str | None:

@@ -172,6 +172,7 @@ def test_a_command_that_is_not_there_is_one_line_that_names_the_nearest(run):
         status, _, err = run(wrong, "scan.ply")
         assert (status, err.count("\n")) == (2, 1)
         assert f"No such command '{wrong}': did you mean {meant}?" in err
+    assert "error: no.geojson: a vector file is not a mesh" in run("no.geojson")[2]
     assert "No such command 'cad': in Python: superfacets.cad_faces" in run("cad", "part.stl")[2]
 
 

@@ -254,15 +254,15 @@ def test_a_header_of_las_that_is_wrong_is_named(laspy, place, number, size, mess
         "the header declares 100000000 points of 50 bytes, more than 1000 times the"
         r" size of the file, \d+ bytes",
     ),
-    ("points", 51, "the chunk table does not match the 51 points|LazrsError|crashed"),
+    ("points", 51, "does not match the 51 points|truncated or damaged: LazrsError|crashed"),
     ("format", 128 + 7, "the extra dimensions of a point do not fit in 50 bytes"),
     ("compressor", 1, r"LASzip \d\.\d compressed .* without chunks, .*: decompress the file"),
-    ("item", 77, "LazrsError|does not match their format"),
+    ("item", 77, "truncated or damaged: LazrsError|does not match their format"),
     ("chunk size", 0, "the chunk table does not match the 50 points"),
-    ("place of the table", 2**31, "LazrsError|crashed"),
-    ("chunks", 2**32 - 1, "LazrsError|crashed|too much memory"),
+    ("place of the table", 2**31, "truncated or damaged: LazrsError|crashed"),
+    ("chunks", 2**32 - 1, "truncated or damaged: LazrsError|crashed|too much memory"),
     ("chunks", 0, "the chunk table does not match the 50 points"),
-    ("layer", 2**32 - 1, "LazrsError|crashed|too much memory"),
+    ("layer", 2**32 - 1, "truncated or damaged: LazrsError|crashed|too much memory"),
 ])  # fmt: skip
 def test_numbers_of_laz_are_compared_with_the_file(laspy, place, number, message):
     content = content_of(las_of(laspy, 6), True)
@@ -658,7 +658,7 @@ def test_arrays_that_are_no_points_are_refused(tmp_path, array, message):
 @pytest.mark.parametrize(("name", "message"), [
     ("a.tif", "a raster file is not a mesh"),
     ("a.ASC", "a raster file is not a mesh"),
-    ("a.gpkg", "a vector file is not a mesh"),
+    ("a.gpkg", "a vector file is not a mesh"), ("a.curv", "it has values for --features"),
     ("a.las", "the file contains points, use read_cloud"),
 ])  # fmt: skip
 def test_files_that_are_no_mesh_say_what_to_do(tmp_path, name, message):

@@ -235,7 +235,8 @@ def test_classes_of_a_csv_file_keep_their_numbers(serve, sheet, tmp_path, text):
     ("a.csv", b"0,road", "line 1: the id of road is 0, which means no class: count from 1"),
     ("a.csv", b"id,name,stuff\n1,a,?", r"line 2: stuff must be 0 or 1, found \?"),
     ("a.csv", b"1,a\n1,b", "two classes have the same id: 1"),
-    ("a.txt", b"\xff", "'utf-8' codec can't decode byte 0xff in position 0: invalid start byte"),
+    ("a.txt", b"\xff", "save it as UTF-8"), ("a.txt", b"a\nA", "two classes have the same name: a"),
+    ("a.csv", b"1,a,#12", r"line 1: classes\[0\]: color must be #rrggbb"),
 ])  # fmt: skip
 def test_a_file_that_is_no_list_of_classes_is_named(tmp_path, name, content, message):
     (tmp_path / name).write_bytes(content)

@@ -83,8 +83,8 @@ def main() -> None:
             _send(output, load(reader)(data, ending))
         except MemoryError:
             _refuse("reading takes too much memory: the file may be damaged")
-        except BaseException as error:  # libraries raise errors of many classes, and SystemExit
-            _refuse(str(error) if isinstance(error, MeshError) else reason_of(error))
+        except BaseException as e:  # libraries raise errors of many classes, and SystemExit
+            _refuse(str(e) if isinstance(e, MeshError) else f"truncated or damaged: {reason_of(e)}")
 
 
 def _refuse(message: str) -> None:

@@ -6,6 +6,7 @@ import contextlib
 import csv
 import json
 import re
+from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, cast
@@ -237,9 +238,7 @@ def with_object_name(
         raise ValueError("the name of an object must be a string of valid Unicode")
     if len(name) > _MAX_NAME:
         raise ValueError(f"the name of an object must have at most {_MAX_NAME} characters")
-    others = [
-        entry for entry in names if (entry["class"], entry["object"]) != (class_id, object_id)
-    ]
+    others = [one for one in names if (one["class"], one["object"]) != (class_id, object_id)]
     if name.strip():
         others.append({"class": class_id, "object": object_id, "name": name.strip()})
     return tuple(sorted(others, key=lambda entry: (entry["class"], entry["object"])))
@@ -268,9 +267,13 @@ def read_classes(path: Path) -> ClassList:
         classes = _tabled(text) if path.suffix.lower() == ".csv" else default_classes(names)
         if not names or not classes:
             raise ValueError("no line has a class")
+        name, n = Counter(entry["name"].casefold() for entry in classes).most_common(1)[0]
+        if n > 1:
+            raise ValueError(f"two classes have the same name: {name}")
         return checked_class_list(classes)
     except ValueError as error:
-        raise ValueError(f"{path}: not a list of classes: {error}") from None
+        why = "save it as UTF-8" if isinstance(error, UnicodeDecodeError) else error
+        raise ValueError(f"{path}: not a list of classes: {why}") from None
 
 
 def new_classes(file: Path | None, folder: Path) -> ClassList:
@@ -333,10 +336,11 @@ def _tabled(text: str) -> list[dict[str, Any]]:
     rows = [(table.line_num, [cell.strip() for cell in row]) for row in table if any(row)]
     header = [name.casefold().replace("_", "") for name in rows[0][1]] if rows else []
     columns = header if "name" in header else _COLUMNS
-    classes = []
+    classes = list[dict[str, Any]]()
     for number, row in rows[columns is header :]:
         try:
-            classes += _of_row(dict(zip(columns, row, strict=False)))
+            new = _of_row(dict(zip(columns, row, strict=False)))
+            classes += [_checked(entry, len(classes)) for entry in new]
         except ValueError as error:
             raise ValueError(f"line {number}: {error}") from None
     return classes

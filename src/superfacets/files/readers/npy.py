@@ -82,7 +82,5 @@ def _parsed(text: str) -> tuple[tuple[int, ...], np.dtype[Any], bool]:
             are_integers = all(type(side) is int for side in shape)
             if are_integers and not others and "," not in kind:  # a comma is of structured types
                 return tuple(shape), np.dtype(kind), is_fortran
-    raise ValueError(
-        "expected descr, a type such as '<i4', fortran_order, and shape, a tuple of integers, got"
-        f" {text.strip()}"
-    )
+    expected = "expected descr, a type such as '<i4', fortran_order, and shape, a tuple of integers"
+    raise ValueError(f"{expected}, got {text.strip()}")

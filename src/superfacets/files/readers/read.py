@@ -37,6 +37,7 @@ _CAD_FORMATS = {".step": "STEP", ".stp": "STEP", ".iges": "IGES", ".igs": "IGES"
 _OTHER_ENDINGS = {
     **{ending: _CAD.format(name) for ending, name in _CAD_FORMATS.items()},
     **dict.fromkeys((".tif", ".tiff", ".asc"), _RASTER), ".shp": _VECTOR, ".gpkg": _VECTOR,
+    ".geojson": _VECTOR, **dict.fromkeys(FORMATS.vertex_values, "it has values for --features"),
     **dict.fromkeys((".bdf", ".nas", ".inp", ".exo", ".med", ".cgns", ".xdmf", ".su2", ".ugrid"),
                     "convert the file first: meshio convert IN OUT.msh"),
 }  # fmt: skip

@@ -141,10 +141,9 @@ class Lines:
 
     def _parse(self, kernels: Sequence[_Kernel], read_token: Callable[[bytes], float]) -> Array:
         """Try C++ kernels in turn; `read_token` parses the lines that none of them can parse."""
+        tokens = self.text, self.starts, self.ends, self.counts
         for kernel in kernels:
-            values, left_out = kernel(
-                self.text, self.starts, self.ends, self.counts, checked_threads(None)
-            )
+            values, left_out = kernel(*tokens, checked_threads(None))
             if not len(left_out):
                 return values
         firsts = np.cumsum(self.counts, dtype=np.int64) - self.counts
@@ -208,8 +207,8 @@ def table(values: Array, counts: Ints, width: int) -> Array:
 def runs(starts: Array, lengths: Array) -> Longs:
     """Concatenate runs of indices; each run is start, start + 1, ..., start + length - 1."""
     lengths = lengths.astype(np.int64, copy=False)
-    before = np.cumsum(lengths) - lengths
-    return np.repeat(starts - before, lengths) + np.arange(int(lengths.sum()))
+    firsts = starts - np.cumsum(lengths) + lengths
+    return np.repeat(firsts, lengths) + np.arange(int(lengths.sum()))
 
 
 def as_integers(values: Array, what: str) -> Array:

@@ -317,7 +317,9 @@ def _check_kind(kind: Kind, ending: str) -> None:
     if ending not in fitting:
         listed = f"{', '.join(fitting[:-1])} or {fitting[-1]}"
         table = "; for a table of regions, use superfacets regions" if ending == ".csv" else ""
-        raise MeshError(f"{kind.plural} are written as {listed}, not as {ending}{table}")
+        is_cut = kind.has_faces and ending in FORMATS.writers["triangles"]
+        which = f"{kind.plural}{' with more than three corners' * is_cut}"
+        raise MeshError(f"{which} are written as {listed}, not as {ending}{table}")
 
 
 def _checked_colors(colors: Any, mesh: Cells) -> Bytes | None:
