@@ -338,11 +338,12 @@ class TestObj:
         assert read_mesh(tmp_path / "b.obj").sizes.tolist() == [4, 3]
 
     def test_coordinates_come_back_exactly(self, square, tmp_path):
-        moved = Mesh(square.vertices + 1 / 3, FACES)
-        for name in ("a.obj", "a.off"):
+        for name, shift in (("a.obj", 1 / 3), ("a.off", 1 / 3), ("a.obj", 467362.332)):
+            moved = Mesh(square.vertices + shift, FACES)
             write_mesh(tmp_path / name, moved)
             assert_array_equal(read_mesh(tmp_path / name).vertices, moved.vertices)
             assert_array_equal(read_mesh(tmp_path / name).faces, FACES)
+        assert (tmp_path / "a.obj").read_text().startswith("v 467362.332 467362.332 467362.332\n")
 
 
 class TestOff:

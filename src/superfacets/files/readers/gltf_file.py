@@ -120,9 +120,8 @@ class Gltf:
         """Return the integer >= 0 at `key`, or `default`; raise a MeshError for other values."""
         value = item.get(key, default)
         if type(value) is not int or value < 0:
-            raise MeshError(
-                f"broken glTF: {key} must be an integer >= 0, got {reprlib.repr(value)}"
-            )
+            got = reprlib.repr(value)
+            raise MeshError(f"broken glTF: {key} must be an integer >= 0, got {got}")
         return value
 
     @staticmethod

@@ -6,7 +6,7 @@ import io
 import json
 import math
 import re
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -43,8 +43,7 @@ def npy_array(data: Content, what: str = "numbers") -> Array:
             f"the .npy header declares {counted(n_bytes, 'byte')} of {what}, but is followed by"
             f" {len(data) - begin}: the file may be truncated or damaged"
         )
-    order: Literal["F", "C"] = "F" if is_fortran else "C"
-    return np.frombuffer(data, dtype=dtype, offset=begin).reshape(shape, order=order)
+    return np.frombuffer(data, dtype, offset=begin).reshape(shape, order="F" if is_fortran else "C")
 
 
 def npz_array(data: Content, name: str) -> Array:

@@ -238,9 +238,9 @@ def _listed(owner: str, names: Sequence[str]) -> str:
 
 def _are_equal(own: Any, stored: Array) -> bool:
     """Return whether a property is the same as own values; NaN equals NaN."""
+    # One value stands for all rows.
+    values = np.broadcast_to(own, stored.shape) if np.ndim(own) == 0 else np.asarray(own)
     is_real = stored.dtype.kind == "f"
-    values = np.asarray(own)  # one value stands for all rows
-    values = np.broadcast_to(values, stored.shape) if values.ndim == 0 else values
     return own is not None and np.array_equal(values, stored, equal_nan=is_real)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import chain
@@ -55,7 +56,7 @@ def write_rows(file: IO[bytes], row: str, columns: Sequence[Array]) -> None:
 
 def coordinate_format(values: Floats) -> str:
     """Return the shortest number format that preserves all values exactly."""
-    return "%.9g" if fits_single(values) else "%.17g"
+    return "%.9g" if fits_single(values) else number_format(values)
 
 
 def fits_single(values: Floats) -> bool:
@@ -74,8 +75,12 @@ def write_npy(file: IO[bytes], array: Array) -> None:
 
 
 def number_format(values: Array) -> str:
-    """Return a format string with enough digits to restore values of this type exactly."""
-    return "%d" if values.dtype.kind in "iu" else "%.9g" if values.dtype.itemsize == 4 else "%.17g"
+    """Return a format string with enough digits to restore the values exactly."""
+    if values.dtype.kind in "iu" or values.dtype.itemsize == 4:
+        return "%d" if values.dtype.kind in "iu" else "%.9g"
+    most = float(np.abs(values).max(initial=0.0))
+    scale = 10.0 ** (14 - math.floor(math.log10(most))) if 1e-6 < most < 1e15 else math.nan
+    return "%.15g" if np.array_equal(np.rint(values * scale) / scale, values) else "%.17g"
 
 
 def write_obj(file: IO[bytes], content: Output) -> None:
@@ -202,13 +207,11 @@ def write_csv(file: IO[bytes], content: Output) -> None:
     """Write points as CSV: a line with names, then one line per point with all its properties."""
     cloud = content.cells
     columns: dict[str, Array] = dict(zip("xyz", cloud.points.T, strict=True))
-    if content.labels is not None:
-        columns["label"] = content.labels
+    columns |= {} if content.labels is None else {"label": content.labels}
     for name, values in content.properties("vertex", columns).items():
-        parts = {name: values} if values.ndim == 1 else {
-            f"{name}_{place}": part for place, part in enumerate(values.T)
-        }  # fmt: skip
-        columns |= parts
+        parts = np.atleast_2d(values.T)
+        titles = [name] if values.ndim == 1 else [f"{name}_{i}" for i in range(len(parts))]
+        columns |= zip(titles, parts, strict=True)
     for names, table in ((NORMALS, cloud.normals), (COLORS, content.cloud_colors)):
         if table is not None and not columns.keys() & {*names}:
             columns |= zip(names, table.T, strict=True)

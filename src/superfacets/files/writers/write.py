@@ -117,9 +117,8 @@ def write_mesh(
     >>> print(Path("square.ply").read_text().splitlines()[-1])
     3 0 2 3 0 0 255 255
     """
-    ending = known_ending(
-        path, (*FORMATS.cell_outputs, *FORMATS.id_outputs, *FORMATS.graph_outputs)
-    )
+    endings = (*FORMATS.cell_outputs, *FORMATS.id_outputs, *FORMATS.graph_outputs)
+    ending = known_ending(path, endings)
     options = FormatOptions.checked(
         [ending], ascii=ascii, label_name=label_name, vertex_labels=vertex_labels,
         classes=classes, scores=scores, force=force,
