@@ -192,7 +192,7 @@ def cut_command(mesh: Path, n_segments: int | None, labels: Path | None, **given
         surface, n_threads = kit.as_mesh(cells), given["n_threads"]
         job.outputs.check_fit(surface)
         own = None if n_segments or labels else source.own_labels(surface.n_cells, name)
-        if labels is not None or own is not None:
+        if labels or (own and np.ptp(own.values) >= own.are_parts):  # a single part has no border
             found, numbers, _, names = ranked_labels_beside(source, labels, surface, name)
         else:
             found, names = segment(surface, n_segments, n_threads=n_threads).labels, ()

@@ -8,6 +8,7 @@ import shapes
 from command_line import can_render
 
 from superfacets import (
+    MeshAttributes,
     PointCloud,
     TetMesh,
     build_face_graph,
@@ -130,6 +131,9 @@ def test_a_mesh_of_few_faces_has_a_region_for_each(run, tmp_path):
     status, printed, _ = run("cut", tmp_path / "cube.ply", "-o", tmp_path / "cut.ply")
     assert status == 0
     assert "12 faces cut into 12, 12 regions" in printed
+    whole = MeshAttributes(face={"solid": np.zeros(12, int)}, names={"solid": ("body",)})
+    write_mesh(tmp_path / "cube.ply", shapes.cube(), attributes=whole)
+    assert "12 regions" in run("cut", tmp_path / "cube.ply", "-o", tmp_path / "cut.ply")[1]
 
 
 @pytest.mark.parametrize(("name", "cells"), [

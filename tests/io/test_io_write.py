@@ -176,7 +176,7 @@ def test_unknown_endings_are_refused(tmp_path, mesh):
         write_labels(tmp_path / "a.ply", LABELS)
     for call in (OutputFiles.check, lambda outputs: outputs.write(mesh, LABELS)):
         with pytest.raises(ValueError, match=rf"{meshes}, \.npy, \.seg, \.txt, {ids}, \.npz, got"):
-            call(OutputFiles([tmp_path / "a.npy", tmp_path / "a.json"]))
+            call(OutputFiles([tmp_path / "a.npy", tmp_path / "a.dae"]))
     assert not list(tmp_path.iterdir())
 
 

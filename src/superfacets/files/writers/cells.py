@@ -209,16 +209,16 @@ class Output:
 
     def _lose_parts(self, names: list[str], ranks: Array, given: Array, parts: list[str]) -> bool:
         """Name regions by parts, unless there are classes; return whether names are lost."""
-        pairs = np.unique(ranks * len(parts) + given % len(parts))  # -1, no part, is the last one
-        regions, numbers = np.divmod(pairs, len(parts))
-        words, is_inside = [parts[number] for number in numbers], np.bincount(regions) == 1
+        numbers = given.astype(np.int64) % len(parts)  # -1, no part, becomes the last one
+        regions, numbers = np.divmod(np.unique(ranks * len(parts) + numbers), len(parts))
+        words, counts = [parts[part] for part in numbers], np.unique(regions, return_counts=True)[1]
         if self.classes is not None:
             return not {*words} <= {*names}
-        is_same = "unlabeled" not in names and len(pairs) == len(names) == len({*words})
+        is_same = "unlabeled" not in names and len(words) == len(names) == len({*words})
         for region, word in zip(regions.tolist(), words, strict=True):
-            if is_inside[region] and names[region] != "unlabeled":
+            if counts[region] == 1 and names[region] != "unlabeled":
                 names[region] = word if is_same else f"{word}_{names[region]}"
-        return not is_inside.all()
+        return bool(counts.max() > 1)
 
     @property
     def _given_parts(self) -> tuple[Array, list[str]] | None:
