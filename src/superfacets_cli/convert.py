@@ -123,4 +123,4 @@ class _Run:
         own = source.own_labels(cells.n_cells, name)
         if own is None or (own.are_parts and not job.endings.isdisjoint(FORMATS.cell_outputs)):
             return cells, None, attributes
-        return cells, GivenLabels(Path(job.input), own.values, False), attributes
+        return cells, GivenLabels(Path(job.input), own.values, False, {}), attributes

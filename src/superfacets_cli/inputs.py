@@ -11,6 +11,7 @@ import numpy as np
 
 from superfacets import MeshError, face_labels, kit
 from superfacets.kit import FORMATS, Array, CellFile, Cells, Ints
+from superfacets_formats import label_names
 
 from .failures import print_line, print_note
 from .options import FILE, STANDARD_STREAM, Count, Listed, Real, option, options
@@ -22,7 +23,7 @@ class GivenLabels(NamedTuple):
     path: Path
     labels: Ints
     are_of_vertices: bool  # whether there is one label per vertex of a mesh instead of one per cell
-    names: tuple[str, ...] = ()  # names of the labels 0, 1, ..., such as names of solids
+    names: dict[int, str]  # names of labels, such as names of solids
 
 
 def name_of(text: str) -> str:
@@ -30,14 +31,14 @@ def name_of(text: str) -> str:
     return "standard input" if text == STANDARD_STREAM else text
 
 
-def _classes_in_work(source: CellFile, path: Path, n_cells: int) -> Ints:
-    """Return the class of each cell in a work file of the studio; 0 means no class."""
+def _classes_in_work(source: CellFile, path: Path, n_cells: int) -> tuple[Ints, dict[int, str]]:
+    """Return the class of each cell in a work file, where 0 means no class, and their names."""
     from superfacets_studio import classes_in_work
 
-    classes, notes = classes_in_work(path, bytes(kit.read_content(path)), source, n_cells)
+    classes, names, notes = classes_in_work(path, bytes(kit.read_content(path)), source, n_cells)
     for note in notes:
         print_line("note", note)
-    return classes
+    return classes, names
 
 
 def up_axis(source: CellFile, requested: Any) -> Any:
@@ -72,11 +73,12 @@ def given_labels(
     classes, and -1 for no class.
     """
     if path.suffix.lower() == ".jsonl":
-        classes = _classes_in_work(source, path, cells.n_cells)
-        return GivenLabels(path, np.where(classes > 0, classes, np.int32(-1)), False)
+        classes, names = _classes_in_work(source, path, cells.n_cells)
+        return GivenLabels(path, np.where(classes > 0, classes, np.int32(-1)), False, names)
     if str(path) == source.name and (own := source.own_labels(cells.n_cells, name)):
-        return GivenLabels(path, own.values, False, own.names)
-    return GivenLabels(path, *source.labels_in(path, cells, name, are_values=are_values))
+        return GivenLabels(path, own.values, False, dict(enumerate(own.names)))
+    named = label_names(path) if path.name.lower().endswith(FORMATS.key_labels) else {}
+    return GivenLabels(path, *source.labels_in(path, cells, name, are_values=are_values), named)
 
 
 def labels_for(source: CellFile, cells: Cells, path: Path, name: str) -> Ints:
@@ -97,17 +99,17 @@ def stored_labels(source: CellFile, cells: Cells, name: str, loss: str | None = 
 
 def ranked_labels_beside(
     source: CellFile, labels: Path | None, cells: Cells, name: str
-) -> tuple[Ints, Array, Ints, tuple[str, ...]]:
+) -> tuple[Ints, Array, Ints, dict[int, str]]:
     """Read labels from the file `labels` or, if it is None, from the input `source`.
 
     Returns four values: labels 0 to K - 1 of cells; the label of each region in the file; labels 0
-    to K - 1 of the cells or vertices that the file labels; and names of regions if they are parts
-    of the input, otherwise (). Raises a MeshError if there are no labels, or if all are -1.
+    to K - 1 of the cells or vertices that the file labels; and names of labels, if they have any.
+    Raises a MeshError if there are no labels, or if all are -1.
     """
     if labels is not None:
         given = given_labels(source, cells, labels, name)
     elif own := source.own_labels(cells.n_cells, name):
-        given = GivenLabels(Path(source.name), own.values, False, own.names)
+        given = GivenLabels(Path(source.name), own.values, False, dict(enumerate(own.names)))
     else:
         kept, are_points = source.cells_and_attributes()[1], kit.kind_of(cells).are_points
         stored = {} if kept is None else kept.vertex if are_points else kept.face
@@ -203,7 +205,7 @@ def _values_in(path: Path, source: CellFile, cells: Cells, name: str) -> Ints:
     If there are as many vertices as cells, values of vertices become values of cells.
     """
     if path.suffix.lower() == ".jsonl":
-        return _classes_in_work(source, path, cells.n_cells)
+        return _classes_in_work(source, path, cells.n_cells)[0]
     given = given_labels(source, cells, path, name, are_values=True)
     if len(given.labels) != cells.n_cells:
         return given.labels

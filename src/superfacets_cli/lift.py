@@ -85,8 +85,7 @@ def lift_command(
         own: dict[str, Any] = {}
         if has_segments:
             of_vertices, objects = result.of_segments(of_file.labels, names)
-            segments = (of_file.labels, objects, of_file.path)
-            own = {"of_vertices": of_vertices, "segments": segments}
+            own = {"of_vertices": of_vertices, "segments": (of_file.labels, objects, of_file.path)}
         return cells, attributes, result, own
 
     cells, attributes, result, own = run_in_background(compute)
@@ -140,7 +139,7 @@ def transfer_command(
     """
     job = one_job(target, given, (source, labels))
 
-    def compute() -> tuple[Cells, MeshAttributes | None, Ints, tuple[str, ...]]:
+    def compute() -> tuple[Cells, MeshAttributes | None, Ints, dict[int, str]]:
         origin = read_input(str(source), given["format"])
         cells = origin.cells()
         known = given_labels(origin, cells, labels, given["labels_named"])
@@ -184,7 +183,7 @@ def cut_command(mesh: Path, n_segments: int | None, labels: Path | None, **given
         raise click.UsageError("give -n or LABELS, not both")
     job = one_job(mesh, given, (labels,))
 
-    def compute() -> tuple[Any, MeshAttributes | None, Array, tuple[str, ...]]:
+    def compute() -> tuple[Any, MeshAttributes | None, Array, dict[int, str]]:
         source, name = read_input(str(mesh), given["format"]), given["labels_named"]
         cells, attributes = source.cells_and_attributes(keep=job.keeps_attributes)
         if not kit.kind_of(cells).has_faces:
@@ -195,7 +194,7 @@ def cut_command(mesh: Path, n_segments: int | None, labels: Path | None, **given
         if labels or (own and np.ptp(own.values) >= own.are_parts):  # a single part has no border
             found, numbers, _, names = ranked_labels_beside(source, labels, surface, name)
         else:
-            found, names = segment(surface, n_segments, n_threads=n_threads).labels, ()
+            found, names = segment(surface, n_segments, n_threads=n_threads).labels, {}
             numbers = np.arange(found.max() + 1)
         cut = cut_borders(surface, found, n_threads=n_threads)
         return cut, kit.CellData(surface, attributes).attributes_of(cut), numbers[cut.labels], names

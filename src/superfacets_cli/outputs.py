@@ -89,15 +89,16 @@ class Job:
 
     def write(
         self, cells: Cells, labels: Ints | None, attributes: MeshAttributes | None = None, *,
-        form: Mapping[str, Any] | None = None, names: Sequence[str] = (), **more: Any,
+        form: Mapping[str, Any] | None = None, names: Mapping[int, str] | None = None, **more: Any,
     ) -> None:  # fmt: skip
         """Write the outputs, and print notes on data that the outputs do not store.
 
-        `form` are changes of the options of formats, `names` are names of the labels 0, 1, ..., and
+        `form` are changes of the options of formats, `names` are names of labels, and
         `more` are further arguments of `OutputFiles.write`.
         """
         if names and labels is not None:
-            form = {"classes": tuple(names[label] for label in np.unique(labels[labels >= 0]))}
+            values = np.unique(labels[labels >= 0]).tolist()
+            form = {"classes": tuple(names.get(value, f"region_{value}") for value in values)}
             if lacking := sorted(self.endings.difference(FORMATS.class_outputs)):
                 print_notes([f"names of regions are not stored in {' and '.join(lacking)}"])
         outputs = replace(self.outputs, options=replace(self.form, **(form or {})))
@@ -261,9 +262,8 @@ def check_files(jobs: Sequence[Job], also_read: Iterable[Path | None]) -> None:
                 raise click.UsageError(f"{read[identity]}: the output would overwrite the input")
             other = writers.setdefault(identity, job)
             if other is not job:
-                raise click.UsageError(
-                    f"{other.input} and {job.input} would both be written to {path}"
-                )
+                both = f"{other.input} and {job.input}"
+                raise click.UsageError(f"{both} would both be written to {path}")
 
 
 def _identity(path: str | Path) -> tuple[int, int] | str:

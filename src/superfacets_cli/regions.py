@@ -81,7 +81,7 @@ def regions_command(
             whole = kit.kind_of(whole).seen_from(whole, viewpoint)
         graph = region_graph(whole, compact)
         columns = graph.table() | {"region": names}
-        columns |= ({"name": np.array(titles)[names]} if titles else {}) | pooled
+        columns |= ({"name": _named(titles, names)} if titles else {}) | pooled
         lines = () if borders is None else (whole.vertices, border_lines(whole, compact), names)
         return graph, columns, lines
 
@@ -125,20 +125,24 @@ def _pooled_columns(
     for name in given["majority"]:
         if Path(name).suffix and Path(name).is_file():
             found = given_labels(source, data.cells, Path(name), given["labels_named"])
-            is_own, titles = at_vertices and found.are_of_vertices, found.names
+            titles, is_own = found.names, at_vertices and found.are_of_vertices
             values = found.labels if is_own else labels_of_cells(data.cells, found)
         else:
             values, is_own = source.integers(data.cells, name, at_vertices=at_vertices)
-            titles = named.get(name, ())
+            titles = dict(enumerate(named.get(name, ())))
         most = pool(as_given if is_own else of_cells, values, how="majority")
         columns[title := _title("majority", name, columns)] = most
-        if titles and most.max() < len(titles):
-            columns[f"{title}_name"] = np.array([*titles, ""])[most]  # -1, no value, is the last
+        if titles:
+            columns[f"{title}_name"] = _named(titles, most)
     for name in given["mean"]:
         real = _values_of(name, source.name, data, at_vertices)
         labels = as_given if name not in of_faces and len(real) == len(as_given) else of_cells
         columns[_title("mean", name, columns)] = pool(labels, real)
     return columns
+
+
+def _named(titles: Mapping[int, str], values: kit.Array) -> kit.Array:
+    return np.array([titles.get(value, "") for value in values.tolist()])
 
 
 def _title(kind: str, name: str, columns: Columns) -> str:

@@ -256,5 +256,4 @@ def _limits_of(pye57: Any, header: Any, name: str) -> tuple[float, float]:
 
 
 def _number_in(node: Any) -> float:
-    is_scaled = hasattr(node, "scaledValue")
-    return float(node.scaledValue() if is_scaled else node.value())
+    return float(node.scaledValue() if hasattr(node, "scaledValue") else node.value())

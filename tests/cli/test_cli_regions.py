@@ -10,7 +10,7 @@ import pytest
 import shapes
 from command_line import COMMAND, files_in
 
-from superfacets import Mesh, MeshAttributes, PointCloud, write_mesh
+from superfacets import Mesh, MeshAttributes, PointCloud, write_labels, write_mesh
 
 FOLD = shapes.fold(90)
 
@@ -171,6 +171,9 @@ def test_parts_in_another_order_than_the_faces_are_refused(run, fold, ending, no
     write_mesh(parts, FOLD, [3, 7], classes=["lid", "box"])
     rows = rows_of(run("regions", parts, fold / "labels.seg", "--majority", noun)[1])
     assert [row[f"majority_{noun}_name"] for row in rows] == ["lid", "box"]
+    write_labels(areas := fold / "a.annot", [0, 0, 0, 0])
+    rows = rows_of(run("regions", fold / "fold.ply", areas, "--majority", areas)[1])
+    assert rows[0]["name"] == rows[0]["majority_a.annot_name"] == "region_0"
 
 
 @pytest.mark.parametrize("ending", ["ply", "csv"])

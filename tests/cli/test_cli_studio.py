@@ -346,6 +346,8 @@ def test_labels_of_a_command_may_be_a_work_file(run, sheet, labeled, classes, tm
     work, found = labeled.journal.path, tmp_path / "cells.npy"
     assert run("convert", sheet, work, "-o", found)[::2] == (0, "")
     assert np.array_equal(np.load(found), np.load(classes))
+    rows = run("regions", sheet, work)[1].splitlines()
+    assert [row.split(",")[-1] for row in rows] == ["name", "chair"]
     for labels in (work, classes):
         picture = tmp_path / f"{labels.name}.png"
         assert run("render", sheet, "--labels", labels, "-o", picture, "--size", "90x90")[0] == 0

@@ -12,9 +12,7 @@ def chains(lines):
     """Return {regions: (vertices, is closed)}, and check that each pair of regions has one line."""
     pairs = [tuple(pair) for pair in lines.regions.tolist()]
     assert len(set(pairs)) == len(pairs)
-    return {
-        pair: (lines.line(i).tolist(), bool(lines.is_closed[i])) for i, pair in enumerate(pairs)
-    }
+    return {p: (lines.line(i).tolist(), bool(lines.is_closed[i])) for i, p in enumerate(pairs)}
 
 
 def test_the_lines_of_a_strip():

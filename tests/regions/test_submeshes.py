@@ -49,9 +49,7 @@ def test_all_parts_together_are_the_mesh(mesh):
     labels = sf.segment(mesh, 8).labels
     parts = list(split_regions(mesh, labels))
     assert len(parts) == 8
-    assert sorted(np.concatenate([part.cells for part in parts]).tolist()) == list(
-        range(mesh.n_faces)
-    )
+    assert sorted(np.concatenate([p.cells for p in parts]).tolist()) == list(range(mesh.n_faces))
     areas = region_graph(mesh, labels).areas
     for region, part in enumerate(parts):
         assert (labels[part.cells] == region).all()

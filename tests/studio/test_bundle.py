@@ -36,9 +36,7 @@ def test_each_bundle_is_built_from_the_sources(bundle, folder, files):
     assert changed == [], "run `make frontend` and commit what it writes"
 
 
-@pytest.mark.parametrize(
-    "path", [*STUDIO.iterdir(), PAGE / "viewer.js"], ids=lambda path: path.name
-)
+@pytest.mark.parametrize("path", [*STUDIO.iterdir(), PAGE / "viewer.js"], ids=lambda p: p.name)
 def test_bundles_load_nothing_from_elsewhere_and_name_no_machine(path):
     text = path.read_text()
     own = ("/home/", f"{FRONTEND.parent}/", "frontend/", "node_modules")

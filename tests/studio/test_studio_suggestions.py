@@ -236,9 +236,7 @@ def test_exported_objects_are_suggestions_with_the_scores_that_were_added(docume
 
 
 def test_the_page_gets_suggestions_and_the_effect_of_settling_them(client, groups):
-    files = [
-        {"name": name, "data": base64.b64encode(data).decode()} for name, data in groups.items()
-    ]
+    files = [{"name": n, "data": base64.b64encode(d).decode()} for n, d in groups.items()]
     reply = client.done("import", files=files, as_suggestions=True)
     assert (reply["suggested"], reply["n_suggestions"], reply["progress"]) == (4, 4, 0)
     header, arrays = unpacked(client.get("suggestions").content)

@@ -12,7 +12,7 @@ import numpy as np
 
 from superfacets.kit import CellFile, Ints, shortened
 
-from ..labels.classes import ClassList
+from ..labels.classes import ClassList, names_of
 from .changes import Change, State
 from .effort import NO_STEP, Effort, line_after
 from .journal import Journal, JournalError, Line, parsed_work
@@ -189,8 +189,8 @@ class History:
 
 def classes_in_work(
     path: Path, data: bytes, source: CellFile, n_cells: int
-) -> tuple[Ints, list[str]]:
-    """Return the class of each cell, (N,), in the content of a work file, and notes about damage.
+) -> tuple[Ints, dict[int, str], list[str]]:
+    """Return classes of cells in a work file, (N,), names of classes, and notes about damage.
 
     The class 0 means no class. `source` is the file of the cells.
     Raises JournalError if the data is not a valid work file of this file.
@@ -199,7 +199,7 @@ def classes_in_work(
     digest = hashlib.sha256(source.data).hexdigest()
     journal.check_source(Path(source.name), digest, n_cells)
     state = History.replayed(journal, n_cells, None).state
-    return state.classes.astype(np.int32), journal.notes
+    return state.classes.astype(np.int32), names_of(state.class_list), journal.notes
 
 
 _LABELING = frozenset({"paint", "classes", "objects"})
