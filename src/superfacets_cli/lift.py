@@ -159,9 +159,8 @@ def transfer_command(
     noun = kit.kind_of(goal).noun
     facts = {f"n_{noun}s": len(carried), "n_labels": n_labels, "n_without": n_without}
     without = f", {n_without} without a label" if n_without else ""
-    job.report(
-        facts, f"{kit.counted(len(carried), noun)}, {kit.counted(n_labels, 'label')}{without}", noun
-    )
+    text = f"{kit.counted(len(carried), noun)}, {kit.counted(n_labels, 'label')}{without}"
+    job.report(facts, text, noun)
 
 
 @click.command("cut")
@@ -206,9 +205,8 @@ def cut_command(mesh: Path, n_segments: int | None, labels: Path | None, **given
     job.write(cut.mesh, np.append(names, -1)[cut.labels].astype(np.int32), attributes)
     n_regions, n_kept = len(cut.is_kept), int(np.count_nonzero(cut.is_kept))
     n_new = cut.mesh.n_faces
-    facts = {
-        "n_faces": cut.n_sources, "n_regions": n_regions, "n_new_faces": n_new, "n_kept": n_kept,
-    }  # fmt: skip
+    facts = {"n_faces": cut.n_sources, "n_regions": n_regions, "n_new_faces": n_new}
+    facts["n_kept"] = n_kept
     kept = f" ({n_kept} kept their old borders)" if n_kept else ""
     faces = f"{kit.counted(cut.n_sources, 'face')} cut into {n_new}"
     job.report(facts, f"{faces}, {kit.counted(n_regions, 'region')}{kept}")
