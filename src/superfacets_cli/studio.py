@@ -126,13 +126,13 @@ def agree_command(
     """Compare two people's work in the studio, and merge it.
 
     MINE and THEIRS are work files of the mesh or point cloud IN. The command prints the percentage
-    of the area that both have labeled, the percentage of it on which class and object agree, and
-    the IoU of each class and object; "-" means that no cell is labeled by both. Classes are matched
-    by name, and objects by their overlap. The merged work keeps labels of cells that only one
-    person has labeled, and objects that only THEIRS has get new numbers.
+    of the area that both have labeled and, of this area only, the percentage on which class and
+    object agree, and the IoU of each class and object ("-": no cell is labeled by both). Classes
+    are matched by name, and objects by their overlap. The merged work keeps labels of cells that
+    only one person has labeled, and objects that only THEIRS has get new numbers.
 
-    MINE and THEIRS may also be two folders with a work file NAME.studio.jsonl of each mesh, and IN
-    a folder of meshes. The table then has a row with mean IoUs for each mesh, and one for all.
+    MINE and THEIRS may also be two folders with work files NAME.studio.jsonl, and IN a folder of
+    meshes. A table then has mean IoUs of each mesh and of all. Work of only one person is copied.
     """
     _check_extra()
     from superfacets_studio import agreed
