@@ -6,14 +6,14 @@ import contextlib
 import json
 import webbrowser
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from superfacets.kit import import_extra
 
 from .failures import for_each, print_note, print_notes
-from .options import COUNT, FILE, FLAG, FOLDER, POSITIVE, json_option, option, options
+from .options import COUNT, FILE, FLAG, FOLDER, POSITIVE, json_option, option, options, up_option
 
 if TYPE_CHECKING:
     from superfacets_studio import Files
@@ -41,12 +41,13 @@ if TYPE_CHECKING:
            " vertex-classes, instances, objects, region-classes or superfacets, optionally with a"
            " format, such as objects.npz. May be given several times.", multiple=True),
     option("-o --output FOLDER", FOLDER, "Folder of exports.  [default: the folder of each input]"),
+    up_option,
     option("--no-browser", FLAG, "Print the address without opening a browser."),
 )  # fmt: skip
 def studio_command(
     path: Path, n_segments: int | None, radius: float | None, scans: bool, features: str | None,
     work: Path | None, classes: Path | None, port: int | None, is_list: bool,
-    exports: tuple[str, ...], output: Path | None, no_browser: bool,
+    exports: tuple[str, ...], output: Path | None, up: Any, no_browser: bool,
 ) -> None:  # fmt: skip
     """Label a mesh, a cloud or all files of a folder in a browser.
 
@@ -60,7 +61,8 @@ def studio_command(
     if output is not None and not exports:
         raise click.UsageError("-o is the folder of exports: say what to export with --export")
     files = Files.of(path, work, n_segments, new_classes(classes, path))
-    files.parameters = {"radius": radius, "scans": scans, "color": features is not None}
+    files.parameters = {"radius": radius, "scans": scans, "color": bool(features)}
+    files.up = up
     if exports:
         _export(files, exports, output)
     elif is_list:

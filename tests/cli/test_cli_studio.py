@@ -54,11 +54,11 @@ def test_the_address_is_printed_and_opened(run, sheet, served):
 def test_options_are_handed_on(run, sheet, served, tmp_path):
     (tmp_path / "names.txt").write_text("roof\nwall\n")
     work = tmp_path / "elsewhere.jsonl"
-    status, _, _ = run("studio", sheet, "--no-browser", "-n", 9, "--work", work,
+    status, _, _ = run("studio", sheet, "--no-browser", "-n", 9, "--work", work, "--up", "z",
                        "--classes", tmp_path / "names.txt")  # fmt: skip
     with served[0][0].document(0) as document:
         assert (status, len(served), document.journal.path) == (0, 1, work)
-        assert document.revision.n_regions == 9
+        assert (document.revision.n_regions, document.up) == (9, "z")
         assert [entry["name"] for entry in document.class_list] == ["roof", "wall"]
     assert "(a.npy): import labels in the browser" in run("studio", sheet, "a.npy")[2]
 

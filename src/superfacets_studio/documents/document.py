@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from superfacets.kit import Cells, Floats, Ints, atomic_outputs, checked_threads, counted, kind_of
+from superfacets_show import Up
 
 from ..labels import classes as labeling
 from ..labels.classes import MAX_OBJECT, ClassList, class_of, names_of, object_of, paint_of
@@ -57,6 +58,7 @@ class Document:
     revisions: Revisions = field(default_factory=Revisions)
     revision: Revision = field(init=False)
     theirs: Theirs | None = None  # labels to compare with, from another work file
+    up: Up = "auto"  # axis that points up in the first view
     lock: threading.RLock = field(default_factory=threading.RLock)
 
     def __post_init__(self) -> None:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from superfacets.kit import FORMATS, InputFile, atomic_outputs, counted, output_folder
+from superfacets_show import Up
 
 from ..labels import classes as labeling
 from ..labels.classes import ClassList, default_classes
@@ -34,6 +35,7 @@ class Files:
     classes: ClassList = ()  # classes for a new work file, or for all files of a folder
     folder: Path | None = None
     parameters: Mapping[str, Any] | None = None  # other parameters for a new work file
+    up: Up = "auto"  # axis that points up in the first view of each file
     _must_store: bool = False  # whether `classes` must be stored when the first document is opened
     # Open documents by index in `paths`, least recently used first, and the number of `with` blocks
     # that use each document.
@@ -100,7 +102,7 @@ class Files:
         return [(i, (output or root) / stems[i].relative_to(root)) for i in started]
 
     def listed(self) -> list[dict[str, Any]]:
-        """List all files and their progress, without opening them."""
+        """List all files and the progress in their work files, without opening the files."""
         return [self._entry(number) for number in range(len(self.paths))]
 
     @contextlib.contextmanager
@@ -137,6 +139,7 @@ class Files:
             self.path(number), self.work, self.n_segments, self.classes, share,
             parameters=self.parameters,
         )  # fmt: skip
+        document.up = self.up
         return document
 
     def _close_surplus(self) -> None:
@@ -152,10 +155,6 @@ class Files:
 
     def _entry(self, number: int) -> dict[str, Any]:
         entry: dict[str, Any] = {"id": number, "name": self.name_of(number)}
-        document = self._open.get(number)
-        if document is not None:
-            marks = {**document.state.review_marks, **document.statistics}
-            return {**entry, "done": document.progress, "n_cells": document.n_cells, **marks}
         try:
             return {**entry, **_progress_of(summary(self.work_of(number)))}
         except JournalError as error:
@@ -179,7 +178,8 @@ def _progress_of(found: tuple[Line, Line] | None) -> dict[str, Any]:
     if not isinstance(done, (int, float)) or not 0 <= done <= 1 or not isinstance(n_cells, int):
         raise JournalError("the work file is damaged: its progress or number of cells is missing")
     marks = {name: True for name in REVIEW_MARKS if found[1].get(name) is True}
-    return {"done": done, "n_cells": n_cells, **marks, **statistics(Effort.read(found[1]))}
+    times = {"time": effort.time} if (effort := Effort.read(found[1])) else {}  # of the last step
+    return {"done": done, "n_cells": n_cells, **marks, **times, **statistics(effort)}
 
 
 def agreed(
