@@ -109,6 +109,9 @@ def _export(files: Files, exports: tuple[str, ...], output: Path | None) -> None
         for path in paths:
             click.echo(f"wrote {path}")
 
+    if bare := {*range(len(files.paths))} - {*dict(targets)}:
+        names = ", ".join(files.name_of(number) for number in sorted(bare))
+        print_note(f"exports {len(targets)} of {len(files.paths)} files: no work file of {names}")
     for_each([str(files.path(number)) for number, _ in targets], write)
 
 

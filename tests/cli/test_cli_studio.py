@@ -316,10 +316,12 @@ def test_a_folder_is_exported_except_files_that_fail(run, tmp_path):
         document.paint(np.arange(9, dtype=np.uint32), 1, objects=2)
         document.close()
     (scans / "c.ply.studio.jsonl").write_text("no\n")
+    write_mesh(scans / "bare.ply", shapes.bumpy_sheet(8))
     Document.open(scans / "new.ply", None, 5, shared, lambda _: None).close()  # labels nothing
     status, printed, err = run("studio", scans, "--export", "objects", "-o", out)
     assert status == 1
     assert "c.ply.studio.jsonl: is not a work file" in err
+    assert "note: exports 6 of 7 files: no work file of bare.ply\n" in err
     assert err.count("inputs that differ only in the ending have the same exports") == 2
     assert err.count("export one input at a time, each to another folder with -o") == 2
     assert "3 of 6 files failed" in err
