@@ -54,8 +54,7 @@ def info_command(inputs: tuple[str, ...], format: str | None, as_json: bool) -> 
             if value == ():
                 continue
             title = re.sub("^(n|is|are|has)_", "", name).replace("tets", "tetrahedra")
-            title = title.replace("_", " ")
-            click.echo(f"{title:<20} {_text_of(value, info.diagonal)}")
+            click.echo(f"{title.replace('_', ' '):<20} {_text_of(value, info.diagonal)}")
 
     for_each([name_of(text) for text in inputs], report)
 

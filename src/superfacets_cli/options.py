@@ -227,10 +227,10 @@ label_options = options(
            default="label"),
     option("--vertex-labels", FLAG, "Also store a label for each vertex in .ply files."),
 )  # fmt: skip
+up_option = option("--up", ("auto", "x", "y", "z"), default="auto",
+    help="Axis that points up; auto is z for LAS and E57, otherwise a guess, y or z.")  # fmt: skip
 camera_options = options(
-    option("--up", ("auto", "x", "y", "z"),
-           "Axis that points up; auto is z for LAS and E57, and otherwise a guess, y or z.",
-           default="auto"),
+    up_option,
     option("--azimuth", Real(), "Direction of the camera around the up axis, in degrees.",
            default=30.0),
     option("--elevation", Real(-90, 90), "Angle of the camera above the horizon, in degrees.",
