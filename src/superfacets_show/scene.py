@@ -243,7 +243,7 @@ def guess_up(points: Floats, triangles: Array | None) -> Literal["y", "z"]:
     about equally stable with y up and with z up, such as a lying body, the result is "y". The
     result is "z" in georeferenced coordinates, which are far from the origin in x and y.
     """
-    used = points if triangles is None else points[np.unique(triangles)]
+    used = points if triangles is None else points[np.flatnonzero(np.bincount(triangles.ravel()))]
     low, high = used.min(axis=0), used.max(axis=0)
     middle, diagonal = (low + high) / 2, float(np.linalg.norm(high - low)) or 1.0
     if np.abs(middle[:2]).min() > max(_FAR, diagonal, abs(middle[2])):

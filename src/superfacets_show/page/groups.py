@@ -74,8 +74,8 @@ class Labeling:
         is_in = self.labels != NO_REGION
         inside = self.labels[is_in]
         counts = np.bincount(inside, minlength=self.n_regions)
-        sizes = np.bincount(inside, shape.measures[is_in], minlength=self.n_regions)
-        arrays.add(f"{name}_colors", region_colors(shape.arcs, self.labels).ravel(), "planes")
+        sizes = np.bincount(inside, shape.graph.measures[is_in], minlength=self.n_regions)
+        arrays.add(f"{name}_colors", region_colors(shape.graph.arcs, self.labels).ravel(), "planes")
         arrays.add(f"{name}_counts", counts.astype(np.uint32), "planes")
         arrays.add(f"{name}_sizes", sizes.astype(np.float32), "planes")
 
