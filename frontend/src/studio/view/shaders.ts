@@ -162,7 +162,7 @@ vec3 shade(ivec2 p, ivec2 limit) {
   bool is_object = false;  // whether the pixel is at the border between two objects of a class
   int before = line / 2;
   int after = line - before;
-  for (int k = 0; k < 4; k++) {
+  for (int k = 0; k < 4; k += before > 0 || is_active || tone.a > 0.5 ? 1 : 2) {  // thin lines have no pixels at odd k
     int reach = (k & 1) == 0 ? after : before;
     if (is_active || tone.a > 0.5) reach = after + (line + 1) / 2;
     if (reach == 0) continue;
