@@ -228,7 +228,7 @@ label_options = options(
            default="label"),
     option("--vertex-labels", FLAG, "Also store a label for each vertex in .ply files."),
 )  # fmt: skip
-camera_options = options(
+drawing_options = options(
     option("--up", ("auto", "x", "y", "z"),
            "Axis that points up; auto is z for LAS and E57, and otherwise a guess, y or z.",
            default="auto"),
@@ -236,4 +236,5 @@ camera_options = options(
            default=30.0),
     option("--elevation", Real(-90, 90), "Angle of the camera above the horizon, in degrees.",
            default=15.0),
+    option("--smooth-borders", FLAG, "Draw borders between regions of a mesh as smooth curves."),
 )  # fmt: skip

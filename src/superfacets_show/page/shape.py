@@ -14,7 +14,7 @@ from superfacets import FaceGraph, build_face_graph, kit
 from superfacets.kit import Array, BaseGraph, Cells, FaceMesh, Floats, Ints, Longs
 
 from ..camera import View, view_axes
-from ..scene import upright
+from ..scene import border_edges, upright
 from .coding import Coding
 
 STEPS = 65535
@@ -129,21 +129,10 @@ class _Outline:
         Each row contains the two vertices of an edge, as indices into `DrawnSurface.points`, and
         the two cells of the edge.
         """
-        sources = np.repeat(
-            np.arange(self.mesh.n_faces, dtype=np.int32), np.diff(self.graph.offsets)
-        )
-        targets = self.graph.neighbors
-        is_border = np.zeros(len(targets), dtype=bool)
-        for labels in labelings:
-            of_face = labels if self.cells is None else labels[self.cells]
-            is_border |= of_face[sources] != of_face[targets]
-        kept = np.flatnonzero(is_border & (sources < targets))
-        faces, others = sources[kept], targets[kept]
-        ends = self.places[kit.corners_of(self.mesh).ends_of_sides(faces, self.graph.sides[kept])]
-        cells = np.stack([faces, others], axis=1).astype(np.uint32)
-        if self.cells is not None:
-            cells = self.cells[cells]
-        return np.concatenate([ends, cells], axis=1)
+        of_faces = labelings if self.cells is None else [each[self.cells] for each in labelings]
+        ends, faces = border_edges(self.mesh, self.graph, of_faces)
+        cells = faces if self.cells is None else self.cells[faces]
+        return np.concatenate([self.places[ends], cells], axis=1, dtype=np.uint32, casting="unsafe")
 
 
 def shape_of(cells: Cells) -> DrawnSurface:
