@@ -212,8 +212,8 @@ export class Drawing {
     this.isViewNew = true;
     this.stride = 1;
     for (const run of this.onView) run();
-    clearTimeout(this.refining);
     this.schedule();
+    this.refineSoon();
   }
 
   /** Draw the same view with changed colors. */
@@ -226,7 +226,6 @@ export class Drawing {
     this.scheduled ||= requestAnimationFrame(() => {
       this.scheduled = 0;
       this.draw(1);
-      if (this.isViewNew) requestAnimationFrame(() => this.refineSoon()); // when this frame is on the screen
     });
   }
 
@@ -236,6 +235,7 @@ export class Drawing {
   }
 
   private settle(): void {
+    if (this.scheduled) return this.refineSoon(); // a frame that is late, for example because shaders are compiled
     if (this.isViewNew) for (const run of this.afterView) run();
     this.isViewNew = false;
     this.refine();
