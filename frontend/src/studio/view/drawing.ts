@@ -226,6 +226,7 @@ export class Drawing {
     this.scheduled ||= requestAnimationFrame(() => {
       this.scheduled = 0;
       this.draw(1);
+      if (this.isViewNew) this.refineSoon(); // this frame first
     });
   }
 
