@@ -229,10 +229,11 @@ label_options = options(
 )  # fmt: skip
 up_option = option("--up", ("auto", "x", "y", "z"), default="auto",
     help="Axis that points up; auto is z for LAS and E57, otherwise a guess, y or z.")  # fmt: skip
-camera_options = options(
+drawing_options = options(
     up_option,
     option("--azimuth", Real(), "Direction of the camera around the up axis, in degrees.",
            default=30.0),
     option("--elevation", Real(-90, 90), "Angle of the camera above the horizon, in degrees.",
            default=15.0),
+    option("--smooth-borders", FLAG, "Draw borders between regions of a mesh as smooth curves."),
 )  # fmt: skip
