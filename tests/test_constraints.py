@@ -347,39 +347,36 @@ def test_constrained_labels_do_not_depend_on_threads():
     assert np.array_equal(one.labels, two.labels)
 
 
-@pytest.mark.parametrize(
-    ("options", "error", "message"),
-    [
-        ({"mask": [1, 0]}, TypeError, "bool, such as labels >= 0, got int64"),
-        ({"mask": [True]}, ValueError, r"mask must have shape \(4,\), got \(1,\)"),
-        ({"mask": [False] * 4}, ValueError,
-         "mask must be True for at least one cell, but it is False everywhere"),
-        ({"mask": np.ma.array([True] * 4, mask=[0, 0, 0, 1])}, ValueError,
-         "mask must not have masked entries: fill or remove these entries"),
-        ({"mask": [True, True, False, True], "init": [1, 2]}, ValueError,
-         r"init\[1\] is cell 2, but the mask excludes this cell"),
-        ({"barriers": [0.5] * 4}, TypeError, "barriers must contain integers, got float64"),
-        ({"barriers": [1, 2]}, ValueError,
-         r"barriers must have one number per cell, shape \(4,\), or be edges of a mesh, shape \(E,"
-         r" 2\), got shape \(2,\)"),
-        ({"barriers": [[0, 1, 2]]}, ValueError, r"barriers must have shape \(E, 2\), got \(1, 3\)"),
-        ({"barriers": [[0, 9]]}, ValueError,
-         r"barriers\[0\] must be vertices from 0 to 5, got \[0, 9\]"),
-        ({"barriers": [[0, 1], [0, 5]]}, ValueError,
-         r"barriers\[1\] must be an edge of the mesh, got \[0, 5\]"),
-        ({"barriers": [[0.0, 1.0]]}, TypeError, "barriers must contain integers, got float64"),
-        ({"barriers": np.ma.array([1] * 4, mask=[0, 0, 0, 1])}, ValueError,
-         "barriers must not have masked entries: fill or remove these entries"),
-        ({"max_num_iter": -1}, ValueError, "max_num_iter must be at least 0, got -1"),
-        ({"init": [0, 0, 2, 2]}, ValueError,
-         "init must be seeds, or valid labels of all cells: labels must be consecutive integers"
-         " from 0, but no cell has label 1"),
-        ({"init": [-1] * 4}, ValueError,
-         "init must have a label >= 0 for a cell inside the mask, got only -1"),
-        ({"init": [0, 0, 1, 1], "n_segments": 3}, ValueError,
-         "n_segments must be the number of seeds in init, 2, got 3: leave n_segments out"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("options", "error", "message"), [
+    ({"mask": [1, 0]}, TypeError, "bool, such as labels >= 0, got int64"),
+    ({"mask": [True]}, ValueError, r"mask must have shape \(4,\), got \(1,\)"),
+    ({"mask": [False] * 4}, ValueError,
+     "mask must be True for at least one cell, but it is False everywhere"),
+    ({"mask": np.ma.array([True] * 4, mask=[0, 0, 0, 1])}, ValueError,
+     "mask must not have masked entries: fill or remove these entries"),
+    ({"mask": [True, True, False, True], "init": [1, 2]}, ValueError,
+     r"init\[1\] is cell 2, but the mask excludes this cell"),
+    ({"barriers": [0.5] * 4}, TypeError, "barriers must contain integers, got float64"),
+    ({"barriers": [1, 2]}, ValueError,
+     r"barriers must have one number per cell, shape \(4,\), or be edges of a mesh, shape \(E,"
+     r" 2\), got shape \(2,\)"),
+    ({"barriers": [[0, 1, 2]]}, ValueError, r"barriers must have shape \(E, 2\), got \(1, 3\)"),
+    ({"barriers": [[0, 9]]}, ValueError,
+     r"barriers\[0\] must be vertices from 0 to 5, got \[0, 9\]"),
+    ({"barriers": [[0, 1], [0, 5]]}, ValueError,
+     r"barriers\[1\] must be an edge of the mesh, got \[0, 5\]"),
+    ({"barriers": [[0.0, 1.0]]}, TypeError, "barriers must contain integers, got float64"),
+    ({"barriers": np.ma.array([1] * 4, mask=[0, 0, 0, 1])}, ValueError,
+     "barriers must not have masked entries: fill or remove these entries"),
+    ({"max_num_iter": -1}, ValueError, "max_num_iter must be at least 0, got -1"),
+    ({"init": [0, 0, 2, 2]}, ValueError,
+     "init must be seeds, or valid labels of all cells: labels must be consecutive integers"
+     " from 0, but no cell has label 1"),
+    ({"init": [-1] * 4}, ValueError,
+     "init must have a label >= 0 for a cell inside the mask, got only -1"),
+    ({"init": [0, 0, 1, 1], "n_segments": 3}, ValueError,
+     "n_segments must be the number of seeds in init, 2, got 3: leave n_segments out"),
+])  # fmt: skip
 def test_wrong_arguments_are_named(options, error, message):
     with pytest.raises(error, match=message):
         sf.segment(shapes.strip(4), **options)

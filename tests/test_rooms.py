@@ -261,15 +261,12 @@ def test_each_scanner_sees_its_side():
     assert np.array_equal(part.axes, replace(part).axes)
 
 
-@pytest.mark.parametrize(
-    ("viewpoints", "message"),
-    [
-        ([0, 0], r"viewpoints must have shape \(3,\) or \(2, 3\), got \(2,\)"),
-        ([[0, 0, 0]], r"viewpoints must have shape .* got \(1, 3\)"),
-        ([0, np.nan, 0], r"viewpoints\[0\] must be finite, got \[0.0, nan, 0.0\]"),
-        (["a", "b", "c"], "viewpoints must contain numbers, got <U1"),
-    ],
-)
+@pytest.mark.parametrize(("viewpoints", "message"), [
+    ([0, 0], r"viewpoints must have shape \(3,\) or \(2, 3\), got \(2,\)"),
+    ([[0, 0, 0]], r"viewpoints must have shape .* got \(1, 3\)"),
+    ([0, np.nan, 0], r"viewpoints\[0\] must be finite, got \[0.0, nan, 0.0\]"),
+    (["a", "b", "c"], "viewpoints must contain numbers, got <U1"),
+])  # fmt: skip
 def test_wrong_viewpoints_are_refused(viewpoints, message):
     with pytest.raises(sf.MeshError, match=message):
         sf.PointCloud([[0, 0, 0], [1, 0, 0]], viewpoints=viewpoints)

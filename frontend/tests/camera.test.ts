@@ -85,6 +85,28 @@ test("a view that was reached by going back is equal to its angles", () => {
   vi.unstubAllGlobals();
 });
 
+test("the side that faces the viewer points up from now on, also after a reload", () => {
+  const axes = (): number[][] => camera.directions({ azimuth: 0, elevation: 0 }).map((axis) => axis.map((value) => value + 0));
+  const { place } = camera;
+  expect(place.length).toBe(6); // the server knows the axes
+  camera.turnUp();
+  expect(axes()).toEqual([[1, 0, 0], [0, 0, 1], [0, -1, 0]]);
+  expect(camera.back()).toBe(false); // earlier views have other axes
+  camera.turnTo(0.3, 1.4);
+  camera.turnUp();
+  expect(axes()[1]).toEqual([0, 0, 1]); // it was seen from above
+  camera.turnTo(1.5, -0.2);
+  camera.turnUp();
+  expect(axes()).toEqual([[0, 1, 0], [1, 0, 0], [0, 0, -1]]);
+  camera.turnTo(0, -1.4);
+  camera.turnUp();
+  expect(axes()).toEqual([[0, -1, 0], [-1, 0, 0], [0, 0, -1]]);
+  const stored = JSON.parse(JSON.stringify(camera.place)) as number[];
+  camera.place = place;
+  camera.place = stored;
+  expect([axes()[1], camera.place]).toEqual([[-1, 0, 0], stored]);
+});
+
 test("eight poses look at a place from eight sides, and the first faces it", () => {
   const poses = camera.posesAround([0, 0, 0], [1, 0, 0], 2);
   expect(new Set(poses.map(({ azimuth }) => (azimuth * 180) / Math.PI % 360)).size).toBe(8);

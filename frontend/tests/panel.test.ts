@@ -7,7 +7,7 @@ import { ExchangePanel } from "../src/studio/panels/exchange";
 import { FilesPanel } from "../src/studio/panels/files";
 import { watchFolds } from "../src/studio/panels/folds";
 import { Palette } from "../src/studio/panels/palette";
-import { Api } from "../src/studio/session/api";
+import { Api, ServerError } from "../src/studio/session/api";
 import { Session } from "../src/studio/session/session";
 import { Workbench } from "../src/studio/workbench";
 import type { ClassEntry } from "../src/studio/data/contract";
@@ -168,6 +168,19 @@ test("a click on the link downloads after the strokes are saved, with the addres
   link.href = "http://localhost/b.npy";
   download.mock.lastCall![0]();
   expect(clicked).toEqual(["http://localhost/a.npy"]);
+});
+
+test("the file of the last step is opened first, and the first file if there is none", async () => {
+  const panel = new FilesPanel(session);
+  const open = vi.spyOn(session, "open").mockResolvedValue();
+  for (const times of [[0, 5, 7, 6], [0, 0]]) {
+    session.files = times.map((time, id) => ({ id, name: "a", done: 0, ...(time && { time }) }));
+    await panel.openFirst();
+  }
+  open.mockRejectedValueOnce(new ServerError("damaged", 400)).mockResolvedValue();
+  session.files = [3, 4, 5].map((time, id) => ({ id, name: "a", done: 0, time }));
+  await panel.openFirst();
+  expect(open.mock.calls.map(([id]) => id)).toEqual([2, 0, 2, 1]);
 });
 
 test("active time and strokes are shown, and nothing if they are unknown", () => {

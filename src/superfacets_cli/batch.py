@@ -65,9 +65,8 @@ def batch_command(
 
     arguments = options_of(**given).arguments
     tried: list[str] = []
-    is_hidden = True if is_quiet() else None  # None: hidden if stderr is no terminal
-    delay = Progress.DELAY
-    with tqdm(unit=" files", leave=False, disable=is_hidden, delay=delay) as bar, soon_ended():
+    hidden, delay = is_quiet() or None, Progress.DELAY  # None: hidden if stderr is no terminal
+    with tqdm(unit=" files", leave=False, disable=hidden, delay=delay) as bar, soon_ended():
 
         def progress(state: BatchProgress) -> None:
             bar.total = state.n_files

@@ -114,8 +114,7 @@ class _Run:
         job.report({f"n_{noun}s": cells.n_cells, "n_labels": n_labels}, size, noun, parts)
 
     def _read(self, job: Job) -> tuple[Cells, GivenLabels | None, MeshAttributes | None]:
-        name = self.given["labels_named"]
-        source = read_input(job.input, self.given["format"])
+        name, source = self.given["labels_named"], read_input(job.input, self.given["format"])
         keep = job.keeps_attributes if self.folder is None else not self.given["drop_attributes"]
         cells, attributes = source.cells_and_attributes(keep=keep)
         if self.labels is not None:

@@ -51,11 +51,9 @@ def info_command(inputs: tuple[str, ...], format: str | None, as_json: bool) -> 
             click.echo(json.dumps(facts))
             return
         for name, value in facts.items():
-            if value == ():
-                continue
-            title = re.sub("^(n|is|are|has)_", "", name).replace("tets", "tetrahedra")
-            title = title.replace("_", " ")
-            click.echo(f"{title:<20} {_text_of(value, info.diagonal)}")
+            if value != ():
+                title = re.sub("^(n|is|are|has)_", "", name).replace("tets", "tetrahedra")
+                click.echo(f"{title.replace('_', ' '):<20} {_text_of(value, info.diagonal)}")
 
     for_each([name_of(text) for text in inputs], report)
 

@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+import superfacets_formats
 from superfacets import MeshError, face_labels, kit
 from superfacets.kit import FORMATS, Array, CellFile, Cells, Ints
-from superfacets_formats import label_names
 
 from .failures import print_line, print_note
 from .options import FILE, STANDARD_STREAM, Count, Listed, Real, option, options
@@ -77,7 +77,8 @@ def given_labels(
         return GivenLabels(path, np.where(classes > 0, classes, np.int32(-1)), False, names)
     if str(path) == source.name and (own := source.own_labels(cells.n_cells, name)):
         return GivenLabels(path, own.values, False, dict(enumerate(own.names)))
-    named = label_names(path) if path.name.lower().endswith(FORMATS.key_labels) else {}
+    has_table = path.name.lower().endswith(FORMATS.key_labels)
+    named = superfacets_formats.label_names(path) if has_table else {}
     return GivenLabels(path, *source.labels_in(path, cells, name, are_values=are_values), named)
 
 

@@ -74,8 +74,7 @@ def levels_command(
     job = one_job(input, given, also_read)
 
     def compute() -> tuple[Cells, Any, Hierarchy, dict[str, Any]]:
-        source = read_input(input, given["format"])
-        keep = job.keeps_attributes or bool(features)
+        source, keep = read_input(input, given["format"]), job.keeps_attributes or bool(features)
         cells, attributes = source.cells_and_attributes(keep=keep)
         regions = None
         if labels is not None:  # label numbers in a file may have gaps

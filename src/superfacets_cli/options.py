@@ -111,8 +111,7 @@ INPUT = click.Path(allow_dash=True)  # type of a file, or - for standard input
 EXISTING_FOLDER = click.Path(path_type=Path, file_okay=False, exists=True)
 COUNT = Count(1)
 USUAL_COUNT = 150  # number of regions if no option says how many, or how large
-POSITIVE = Real(min=0, min_open=True)
-NOT_NEGATIVE = Real(min=0)
+POSITIVE, NOT_NEGATIVE = Real(min=0, min_open=True), Real(min=0)
 FLAG = object()  # the `kind` of an option without a value, see `option`
 
 STANDARD_STREAM = "-"  # name of standard input and standard output
@@ -227,12 +226,13 @@ label_options = options(
            default="label"),
     option("--vertex-labels", FLAG, "Also store a label for each vertex in .ply files."),
 )  # fmt: skip
-camera_options = options(
-    option("--up", ("auto", "x", "y", "z"),
-           "Axis that points up; auto is z for LAS and E57, and otherwise a guess, y or z.",
-           default="auto"),
+up_option = option("--up", ("auto", "x", "y", "z"), default="auto",
+    help="Axis that points up; auto is z for LAS and E57, otherwise a guess, y or z.")  # fmt: skip
+drawing_options = options(
+    up_option,
     option("--azimuth", Real(), "Direction of the camera around the up axis, in degrees.",
            default=30.0),
     option("--elevation", Real(-90, 90), "Angle of the camera above the horizon, in degrees.",
            default=15.0),
+    option("--smooth-borders", FLAG, "Draw borders between regions of a mesh as smooth curves."),
 )  # fmt: skip

@@ -53,7 +53,7 @@ def _values_named(color_by: str | None, data: CellData) -> Array | str | None:
     option("-o --output outputs OUT", FILE,
            "Write a picture to this .png file, or an animation of the rotating mesh to this .gif or"
            " .mp4 file; may be given several times.", multiple=True, required=True),
-    opts.camera_options,
+    opts.drawing_options,
     opts.labels_named_option,
     option("--compare L", FILE,
            "Label file for another picture beside the first; may be given several times.",
@@ -72,8 +72,6 @@ def _values_named(color_by: str | None, data: CellData) -> Array | str | None:
     option("--clip", get_args(Clip),
            "Cut a mesh of tetrahedra open: x keeps the half with larger x, -x the half with smaller"
            " x.  [default: draw the outer surface]"),
-    option("--smooth-borders", FLAG,
-           "Draw region borders of a mesh as smooth curves, as computed by superfacets cut."),
     option("--numbers", FLAG, "Write the number (label) of each visible region on the region."),
     option("--see-inside", FLAG,
            "Hide surfaces seen from behind, such as the walls in front of a room that was scanned"
@@ -158,11 +156,12 @@ def _series_of(
            "A .npy or .txt file with one value per cell, per region of the first level, or per"
            " vertex of a mesh; may be given several times.", multiple=True),
     option("--title TEXT", None, "Title of the page.  [default: the name of IN]"),
-    opts.camera_options,
+    opts.drawing_options,
 )  # fmt: skip
 def view_command(
     mesh: Path, output: Path | None, labels: Path | None, labels_named: str, gt: Path | None,
     features: tuple[Path, ...], title: str | None, up: Up, azimuth: float, elevation: float,
+    **style: Any,
 ) -> None:  # fmt: skip
     """Show a mesh or point cloud with its regions in a browser.
 
@@ -194,7 +193,7 @@ def view_command(
         return view(
             cells, shown, features=values, colors=stored_colors(cells, attributes),
             ground_truth=None if gt is None else labels_for(source, cells, gt, labels_named),
-            title=mesh.name if title is None else title, texture=texture,
+            title=mesh.name if title is None else title, texture=texture, **style,
             camera=View(azimuth=azimuth, elevation=elevation, up=up),
         )  # fmt: skip
 

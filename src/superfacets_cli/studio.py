@@ -6,14 +6,14 @@ import contextlib
 import json
 import webbrowser
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from superfacets.kit import import_extra
 
 from .failures import for_each, print_note, print_notes
-from .options import COUNT, FILE, FLAG, FOLDER, POSITIVE, json_option, option, options
+from .options import COUNT, FILE, FLAG, FOLDER, POSITIVE, json_option, option, options, up_option
 
 if TYPE_CHECKING:
     from superfacets_studio import Files
@@ -41,12 +41,13 @@ if TYPE_CHECKING:
            " vertex-classes, instances, objects, region-classes or superfacets, optionally with a"
            " format, such as objects.npz. May be given several times.", multiple=True),
     option("-o --output FOLDER", FOLDER, "Folder of exports.  [default: the folder of each input]"),
+    up_option,
     option("--no-browser", FLAG, "Print the address without opening a browser."),
 )  # fmt: skip
 def studio_command(
     path: Path, n_segments: int | None, radius: float | None, scans: bool, features: str | None,
     work: Path | None, classes: Path | None, port: int | None, is_list: bool,
-    exports: tuple[str, ...], output: Path | None, no_browser: bool,
+    exports: tuple[str, ...], output: Path | None, up: Any, no_browser: bool,
 ) -> None:  # fmt: skip
     """Label a mesh, a cloud or all files of a folder in a browser.
 
@@ -60,7 +61,8 @@ def studio_command(
     if output is not None and not exports:
         raise click.UsageError("-o is the folder of exports: say what to export with --export")
     files = Files.of(path, work, n_segments, new_classes(classes, path))
-    files.parameters = {"radius": radius, "scans": scans, "color": features is not None}
+    files.parameters = {"radius": radius, "scans": scans, "color": bool(features)}
+    files.up = up
     if exports:
         _export(files, exports, output)
     elif is_list:
@@ -106,6 +108,9 @@ def _export(files: Files, exports: tuple[str, ...], output: Path | None) -> None
         for path in paths:
             click.echo(f"wrote {path}")
 
+    if bare := {*range(len(files.paths))} - {*dict(targets)}:
+        names = ", ".join(files.name_of(number) for number in sorted(bare))
+        print_note(f"exports {len(targets)} of {len(files.paths)} files: no work file of {names}")
     for_each([str(files.path(number)) for number, _ in targets], write)
 
 
@@ -125,13 +130,13 @@ def agree_command(
     """Compare two people's work in the studio, and merge it.
 
     MINE and THEIRS are work files of the mesh or point cloud IN. The command prints the percentage
-    of the area that both have labeled, the percentage of it on which class and object agree, and
-    the IoU of each class and object; "-" means that no cell is labeled by both. Classes are matched
-    by name, and objects by their overlap. The merged work keeps labels of cells that only one
-    person has labeled, and objects that only THEIRS has get new numbers.
+    of the area that both have labeled and, of this area only, the percentage on which class and
+    object agree, and the IoU of each class and object ("-": no cell is labeled by both). Classes
+    are matched by name, and objects by their overlap. The merged work keeps labels of cells that
+    only one person has labeled, and objects that only THEIRS has get new numbers.
 
-    MINE and THEIRS may also be two folders with a work file NAME.studio.jsonl of each mesh, and IN
-    a folder of meshes. The table then has a row with mean IoUs for each mesh, and one for all.
+    MINE and THEIRS may also be two folders with work files NAME.studio.jsonl, and IN a folder of
+    meshes. A table then has mean IoUs of each mesh and of all. Work of only one person is copied.
     """
     _check_extra()
     from superfacets_studio import agreed

@@ -80,15 +80,9 @@ class _Lines:
 
 
 def draw(
-    scene: Scene,
-    cameras: Sequence[Camera],
-    frame: tuple[int, int],
-    line_width: float,
-    background: tuple[int, int, int],
-    *,
-    has_numbers: bool = False,
-    hides_backs: bool = False,
-) -> list[Picture]:
+    scene: Scene, cameras: Sequence[Camera], frame: tuple[int, int], line_width: float,
+    background: tuple[int, int, int], *, has_numbers: bool = False, hides_backs: bool = False,
+) -> list[Picture]:  # fmt: skip
     """Return a picture of the scene for each camera, (height, width, 3).
 
     `frame` is (width, height), and `line_width` is the width of borders in pixels; with 0, no

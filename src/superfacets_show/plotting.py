@@ -29,13 +29,11 @@ from .rendering import (
     png_of_picture,
     scene_of,
 )
-from .scene import Picture, surface_of, upright
+from .scene import MOST_CUT, Picture, surface_of, upright
 
 _SIZE, _MOVING_SIZE = (1200, 900), (640, 480)
 
 _N_FRAMES = 60
-
-_MOST_CUT = 500_000  # maximum number of cells of a segmentation with smooth borders by default
 
 _ENDINGS = (".png", *MOVING_ENDINGS)
 
@@ -233,7 +231,7 @@ def plot(
     """
     whole = kit.as_cells(mesh)
     if smooth_borders is None:
-        is_small = isinstance(labels, Segmentation) and whole.n_cells <= _MOST_CUT
+        is_small = isinstance(labels, Segmentation) and whole.n_cells <= MOST_CUT
         smooth_borders = is_small and not len(compare)
     n = _n_frames(n_frames, output)
     path = None if output is None else _checked_target(output, n)
@@ -252,11 +250,8 @@ def plot(
         shades, scale = _colors_by(whole, series, color_by, scale_title)
     frames, up = _draw_side_by_side(
         _Panels(whole, series, shades, clip, kit.checked_flag(smooth_borders, "smooth_borders")),
-        style,
-        n,
-        titles,
-        scale,
-    )
+        style, n, titles, scale,
+    )  # fmt: skip
     plotted = Plot(frames, up)
     if path is not None:
         plotted.save(path)

@@ -75,13 +75,9 @@ def checked_see_inside(see_inside: bool, cells: Cells) -> bool:
 
 
 def scene_of(
-    cells: Cells,
-    labels: npt.ArrayLike | None,
-    colors: npt.ArrayLike | None,
-    clip: Clip | None,
-    *,
-    is_smooth: bool = False,
-) -> Scene:
+    cells: Cells, labels: npt.ArrayLike | None, colors: npt.ArrayLike | None, clip: Clip | None,
+    *, is_smooth: bool = False,
+) -> Scene:  # fmt: skip
     """Build the scene of a mesh or a cloud; see `plot` for the parameters."""
     kind = kit.kind_of(cells)
     keep = None if clip is None else _half(cells, clip)
@@ -104,12 +100,9 @@ def scene_of(
 
 
 def _surface_scene(
-    surface: FaceMesh,
-    labels: npt.ArrayLike | None,
-    colors: npt.ArrayLike | None,
-    *,
-    is_smooth: bool,
-) -> Scene:
+    surface: FaceMesh, labels: npt.ArrayLike | None, colors: npt.ArrayLike | None,
+    *, is_smooth: bool,
+) -> Scene:  # fmt: skip
     """Build the scene of a surface; if `is_smooth`, faces are cut along smooth borders."""
     if labels is None or not is_smooth:
         return build_scene(surface, labels, colors)

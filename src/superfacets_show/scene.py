@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal
@@ -16,6 +17,8 @@ from superfacets.kit import Array, Bools, Bytes, Cells, FaceMesh, Floats, Ints, 
 from .camera import Camera, View
 from .colors import colors_of_cells, region_colors
 
+MOST_CUT = 500_000  # maximum number of cells of a segmentation with smooth borders by default
+
 # Width of a border line, as a fraction of the diameter of a region. A line of this width covers 4 %
 # of a round region, because half of the line is on the adjacent regions.
 _SHARE_OF_REGION = 0.02
@@ -27,12 +30,16 @@ _SHARE_OF_PICTURE = 1 / 250
 _MIN_WIDTH = 0.6
 
 
-def border_edges(mesh: FaceMesh, graph: FaceGraph, labels: Ints) -> Ints:
-    """Return the end vertices, (B, 2), of each edge between two faces with different labels."""
+def border_edges(mesh: FaceMesh, graph: FaceGraph, labelings: Sequence[Ints]) -> tuple[Ints, Ints]:
+    """Return the vertices, (B, 2), and faces, (B, 2), of edges that are borders in a labeling."""
     sources = np.repeat(np.arange(mesh.n_faces, dtype=np.int32), np.diff(graph.offsets))
-    between = (labels[sources] != labels[graph.neighbors]) & (sources < graph.neighbors)
-    faces, sides = sources[between], graph.sides[between]
-    return kit.corners_of(mesh).ends_of_sides(faces, sides)
+    targets = graph.neighbors
+    is_border = np.zeros(len(targets), dtype=bool)
+    for labels in labelings:
+        is_border |= labels[sources] != labels[targets]
+    kept = np.flatnonzero(is_border & (sources < targets))
+    faces = np.stack([sources[kept], targets[kept]], axis=1)
+    return kit.corners_of(mesh).ends_of_sides(faces[:, 0], graph.sides[kept]), faces
 
 
 def default_border_width(mean_area: float, camera: Camera, height: int) -> float:
@@ -141,7 +148,7 @@ def build_scene(
         graph, n_regions = build_face_graph(mesh), max(1, len(ids))
         if colors is None:
             face_colors = colors_of_cells(region_colors(graph.arcs, checked), checked)
-        borders = places[representative[border_edges(mesh, graph, checked)]]
+        borders = places[representative[border_edges(mesh, graph, [checked])[0]]]
     if colors is not None:
         face_colors = checked_colors(colors, mesh.n_faces)
     if sources is not None:
@@ -244,7 +251,7 @@ def guess_up(points: Floats, triangles: Array | None) -> Literal["y", "z"]:
     about equally stable with y up and with z up, such as a lying body, the result is "y". The
     result is "z" in georeferenced coordinates, which are far from the origin in x and y.
     """
-    used = points if triangles is None else points[np.unique(triangles)]
+    used = points if triangles is None else points[np.flatnonzero(np.bincount(triangles.ravel()))]
     low, high = used.min(axis=0), used.max(axis=0)
     middle, diagonal = (low + high) / 2, float(np.linalg.norm(high - low)) or 1.0
     if np.abs(middle[:2]).min() > max(_FAR, diagonal, abs(middle[2])):

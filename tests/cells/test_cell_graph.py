@@ -45,16 +45,10 @@ def test_lists_become_arrays_of_exact_types():
     ({"positions": np.array([[0, 0, 0], [1e200, 0, 0]])},
      r"the extent of positions must be 1e-15 to 1e\+15, got 1e\+200: rescale the positions"),
     ({"positions": [["a", "b", "c"]]}, "positions must contain numbers, got <U1"),
-    (
-        {"measures": [1, 1e200]},
-        r"the largest value of measures must be 1e-150 to 1e\+150, got 1e\+200:"
-        r" rescale the values",
-    ),
-    (
-        {"weights": [1e308, 1e308]},
-        r"the largest value of weights must be 1e-150 to 1e\+150, got 1e\+308:"
-        r" rescale the values",
-    ),
+    ({"measures": [1, 1e200]},
+     r"the largest value of measures must be 1e-150 to 1e\+150, got 1e\+200: rescale the values"),
+    ({"weights": [1e308, 1e308]},
+     r"the largest value of weights must be 1e-150 to 1e\+150, got 1e\+308: rescale the values"),
     ({"weights": [0, 1e-320]},
      r"the largest value of weights must be 1e-150 to 1e\+150, got 1e-320: rescale the values"),
     ({"bounds": [0, 1]},

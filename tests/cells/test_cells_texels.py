@@ -159,9 +159,9 @@ def texture_features(made, *names):
 
 def test_regions_of_a_flat_facade_follow_the_paint(tmp_path):
     made = facade(tmp_path)
-    bare = error_of(made, 200)
-    painted = error_of(made, 200, features=texture_features(made, "texture"))
-    assert painted < 0.1 * bare  # the requirement is at most half
+    features = texture_features(made, "texture")
+    painted = np.median([error_of(made, k, features=features) for k in (180, 200, 220)])
+    assert painted < 0.1 * error_of(made, 200)  # the requirement is at most half
     assert painted < 0.03
 
 

@@ -152,13 +152,10 @@ def test_levels_refuses_what_cannot_be(run, sheet, monkeypatch, tmp_path, option
     assert files_in(tmp_path) == ["sheet.ply"]
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        (("-o", "-"), "-: expected the ending"),
-        (("-o", "a.npz", "-o", "a.npz"), "the same output is given twice"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("options", "message"), [
+    (("-o", "-"), "-: expected the ending"),
+    (("-o", "a.npz", "-o", "a.npz"), "the same output is given twice"),
+])  # fmt: skip
 def test_levels_refuses_outputs_that_cannot_be(run, sheet, options, message):
     status, out, err = run("levels", sheet, "-n", 5, *options)
     assert (status, out) == (2, "")

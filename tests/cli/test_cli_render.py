@@ -116,25 +116,21 @@ def test_a_mesh_turns(run, sheet, labeled, tmp_path, limit):
     assert size_of(still) == ((64, 48), 1)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ([], "Missing option '-o'"),
-        (["-o", "picture.jpg"], "got 'picture.jpg'"),
-        (["-o", "p.png", "--azimuth", "nan"], "'nan' is not a finite number"),
-        (["-o", "p.png", "--elevation", "-inf"], "-inf is not in the range"),
-        (["-o", "p.png", "--elevation", 91], "91.0 is not in the range -90<=x<=90"),
-        (["-o", "p.png", "--size", "big"], "'big' is not a size such as 1200x900"),
-        (["-o", "p.png", "--size", "9000x10"], "must be at most 8192, got 9000"),
-        (["-o", "p.png", "--view", "above"], "'above' is not one of 'front'"),
-        (["-o", "p.png", "--color-by", "area"],
-         "error: --color-by area needs labels, and {sheet} has none: give LABELS (see"),
-        (["-o", "p.png", "--numbers"],
-         "error: --numbers needs labels, and {sheet} has none: give LABELS (see"),
-        (["-o", "p.png", "--color-by", "curvature"],
-         "needs labels"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("arguments", "message"), [
+    ([], "Missing option '-o'"),
+    (["-o", "picture.jpg"], "got 'picture.jpg'"),
+    (["-o", "p.png", "--azimuth", "nan"], "'nan' is not a finite number"),
+    (["-o", "p.png", "--elevation", "-inf"], "-inf is not in the range"),
+    (["-o", "p.png", "--elevation", 91], "91.0 is not in the range -90<=x<=90"),
+    (["-o", "p.png", "--size", "big"], "'big' is not a size such as 1200x900"),
+    (["-o", "p.png", "--size", "9000x10"], "must be at most 8192, got 9000"),
+    (["-o", "p.png", "--view", "above"], "'above' is not one of 'front'"),
+    (["-o", "p.png", "--color-by", "area"],
+     "error: --color-by area needs labels, and {sheet} has none: give LABELS (see"),
+    (["-o", "p.png", "--numbers"],
+     "error: --numbers needs labels, and {sheet} has none: give LABELS (see"),
+    (["-o", "p.png", "--color-by", "curvature"], "needs labels"),
+])  # fmt: skip
 def test_what_cannot_be_drawn_is_a_wrong_command_line(run, sheet, tmp_path, arguments, message):
     arguments = [tmp_path / a if str(a).endswith("png") else a for a in arguments]
     status, _, err = run("render", sheet, *arguments)

@@ -54,11 +54,11 @@ def test_the_address_is_printed_and_opened(run, sheet, served):
 def test_options_are_handed_on(run, sheet, served, tmp_path):
     (tmp_path / "names.txt").write_text("roof\nwall\n")
     work = tmp_path / "elsewhere.jsonl"
-    status, _, _ = run("studio", sheet, "--no-browser", "-n", 9, "--work", work,
+    status, _, _ = run("studio", sheet, "--no-browser", "-n", 9, "--work", work, "--up", "z",
                        "--classes", tmp_path / "names.txt")  # fmt: skip
     with served[0][0].document(0) as document:
         assert (status, len(served), document.journal.path) == (0, 1, work)
-        assert document.revision.n_regions == 9
+        assert (document.revision.n_regions, document.up) == (9, "z")
         assert [entry["name"] for entry in document.class_list] == ["roof", "wall"]
     assert "(a.npy): import labels in the browser" in run("studio", sheet, "a.npy")[2]
 
@@ -220,16 +220,17 @@ def teams(tmp_path, monkeypatch):
 def test_agree_compares_two_folders_in_one_table(run, teams):
     work = "a.ply.studio.jsonl"
     status, out, err = run("agree", "mine", "mine", "theirs", "-o", "merged/new")
-    assert (status, err) == (0, "superfacets: note: theirs: has no work file of b.ply\n")
+    note = "superfacets: note: theirs: has no work file of b.ply: copied from mine\n"
+    assert (status, err) == (0, note)
     assert out.splitlines() == [
-        "file       both labeled  agree   mean IoU of classes  mean IoU of objects",
-        "a.ply      50.0 %        75.0 %  0.583                0.583",
-        "sub/c.ply  31.2 %        80.0 %  0.400                0.400",
-        "all 2      40.6 %        76.9 %  0.409                0.492", "wrote merged/new",
+        "file       both labeled  agree there  mean IoU of classes  mean IoU of objects",
+        "a.ply      50.0 %        75.0 %       0.583                0.583",
+        "sub/c.ply  31.2 %        80.0 %       0.400                0.400",
+        "all 2      40.6 %        76.9 %       0.409                0.492", "wrote merged/new",
     ]  # fmt: skip
     stored = Path("merged", "new", "superfacets-classes.json")
     assert [one["name"] for one in json.loads(stored.read_text())] == ["chair", "table", "lamp"]
-    assert (Path("merged/new", work).is_file(), len([*stored.parent.rglob("*")])) == (True, 4)
+    assert (Path("merged/new", work).is_file(), len([*stored.parent.rglob("*")])) == (True, 5)
     Path("merged/new", work).unlink()
     status, out, err = run("agree", "mine", "mine", "theirs", "-o", "merged/new")
     assert (status, out, "c.ply.studio.jsonl exists already" in err) == (1, "", True)
@@ -244,6 +245,25 @@ def test_agree_compares_two_folders_in_one_table(run, teams):
     assert err.startswith(
         "superfacets: error: mine: no mesh has two work files, such as mine/a.ply"
     )
+
+
+def test_agree_keeps_work_that_only_one_person_has(run, teams):
+    from superfacets_studio.documents.document import Document
+
+    for first, second, chair in (("mine", "theirs", 1), ("theirs", "mine", 2)):
+        status, _, err = run("agree", "mine", first, second, "-o", first + "s", "--prefer=theirs")
+        assert (status, err.endswith("has no work file of b.ply: copied from mine\n")) == (0, True)
+        merged = Document.read(Path("mine/b.ply"), Path(first + "s", "b.ply.studio.jsonl"))
+        assert merged.instances[:2].tolist() == [1000 * chair + 1, 0]
+        assert merged.name_of(chair).casefold() == "chair"
+    Path("mine/superfacets-classes.json").unlink()  # so mine has the default classes
+    run("agree", "mine", "mine", "theirs", "-o", "named")
+    stored = json.loads(Path("named/superfacets-classes.json").read_text())
+    assert [one["name"] for one in stored[5:]] == ["class 6", "Table", "Chair", "lamp"]
+    Path("new").mkdir()
+    assert run("agree", "mine/b.ply", "new", "mine", "-o", "all")[1].startswith("file   both")
+    works = [Path(one, "b.ply.studio.jsonl").read_bytes() for one in ("mine", "all")]
+    assert [work.splitlines()[1:] for work in works] == [works[0].splitlines()[1:]] * 2
 
 
 @pytest.fixture
@@ -296,10 +316,12 @@ def test_a_folder_is_exported_except_files_that_fail(run, tmp_path):
         document.paint(np.arange(9, dtype=np.uint32), 1, objects=2)
         document.close()
     (scans / "c.ply.studio.jsonl").write_text("no\n")
+    write_mesh(scans / "bare.ply", shapes.bumpy_sheet(8))
     Document.open(scans / "new.ply", None, 5, shared, lambda _: None).close()  # labels nothing
     status, printed, err = run("studio", scans, "--export", "objects", "-o", out)
     assert status == 1
     assert "c.ply.studio.jsonl: is not a work file" in err
+    assert "note: exports 6 of 7 files: no work file of bare.ply\n" in err
     assert err.count("inputs that differ only in the ending have the same exports") == 2
     assert err.count("export one input at a time, each to another folder with -o") == 2
     assert "3 of 6 files failed" in err

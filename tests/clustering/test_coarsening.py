@@ -190,7 +190,7 @@ def test_cells_that_are_all_alone_have_no_levels():
 
 
 def test_progress_counts_through_the_levels_and_ends_all_of_them():
-    mesh = shapes.bumpy_sheet(60)
+    mesh = shapes.bumpy_sheet(130)
     for weights in ("creases", "parts"):
         told = []
         result = segment(mesh, 4, weights=weights, callback=lambda *call, to=told: to.append(call))

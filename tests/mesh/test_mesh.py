@@ -100,12 +100,8 @@ def test_a_signaling_nan_is_refused_without_a_warning():
     (np.array(TRIANGLE) * 1e300, [[0, 1, 2]],
      r"the longest side of the bounding box must be 1e-15 to 1e\+15, got 1e\+300: rescale the"
      r" mesh"),
-    (
-        [[0, 0, 0], [-1e308, 0, 0], [1e308, 1, 0]],
-        [[0, 1, 2]],
-        r"the longest side of the bounding box must be 1e-15 to 1e\+15, got inf:"
-        r" rescale the mesh",
-    ),
+    ([[0, 0, 0], [-1e308, 0, 0], [1e308, 1, 0]], [[0, 1, 2]],
+     r"the longest side of the bounding box must be 1e-15 to 1e\+15, got inf: rescale the mesh"),
 ])  # fmt: skip
 def test_invalid_arrays_are_refused_by_a_message_that_says_where(vertices, faces, message):
     with pytest.raises(MeshError, match=message):

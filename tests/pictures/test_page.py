@@ -22,8 +22,7 @@ NO_GROUP = 2**32 - 1
 
 
 def facts_of(page):
-    found = re.findall(r'<script type="application/json" id="facts">(.*?)</script>', page.html)
-    (text,) = found
+    (text,) = re.findall(r'<script type="application/json" id="facts">(.*?)</script>', page.html)
     return json.loads(text)
 
 
@@ -60,18 +59,32 @@ def test_positions_come_back_to_half_a_step(bear, make):
 
 
 def test_labels_counts_sizes_and_colors_of_all_levels_come_back(bear, bear_levels):
-    facts, arrays = contents(sf.view(bear, bear_levels))
-    labels = arrays["level_0_labels"].astype(int)
+    facts, arrays = contents(sf.view(bear, bear_levels))  # with smooth borders
+    labels = bear_levels.levels[0]
+    np.testing.assert_array_equal(arrays["level_0_labels"], sf.cut_borders(bear, labels).labels)
     areas = sf.build_face_graph(bear).measures
     for i, expected in enumerate(bear_levels.levels):
         found = labels if i == 0 else arrays[f"level_{i}_parents"][labels]
         np.testing.assert_array_equal(found, expected)
         np.testing.assert_array_equal(arrays[f"level_{i}_counts"], np.bincount(expected))
-        sizes = arrays[f"level_{i}_sizes"]
-        np.testing.assert_allclose(sizes, np.bincount(expected, areas), rtol=1e-6)
+        sizes = np.bincount(expected, areas)
+        np.testing.assert_allclose(arrays[f"level_{i}_sizes"], sizes, rtol=1e-6)
         colors = arrays[f"level_{i}_colors"].reshape(-1, 3)
         np.testing.assert_array_equal(colors[expected], face_colors(bear, expected))
     assert [level["ids"] for level in facts["levels"]] == [None] * 3
+
+
+def test_parts_of_cut_faces_have_the_ground_truth_and_the_values_of_their_faces(bear, bear_levels):
+    numbers = np.arange(bear.n_faces)
+    page = sf.view(bear, bear_levels, ground_truth=numbers % 7, features={"number": numbers})
+    facts, arrays = contents(page)
+    cut = sf.cut_borders(bear, bear_levels.levels[0])
+    drawn = drawn_corners(bear, facts, arrays)
+    np.testing.assert_allclose(drawn, cut.mesh.vertices[cut.mesh.faces], atol=1e-4)
+    np.testing.assert_array_equal(arrays["truth_labels"], cut.sources % 7)
+    np.testing.assert_array_equal(arrays["feature_0"], np.rint(cut.sources / numbers[-1] * 65534))
+    assert facts["n_cells"] == cut.mesh.n_faces > bear.n_faces
+    assert facts_of(sf.segment(bear, 20).view())["n_cells"] > bear.n_faces  # smooth by default
 
 
 def test_levels_that_are_not_nested_are_all_there(bear):
@@ -201,8 +214,7 @@ def test_titles_and_names_cannot_become_elements():
     page = sf.view(strip(2), [0, 1], title=EVIL, features={EVIL: [0, 1]})
     plain = sf.view(strip(2), [0, 1], features={"a": [0, 1]})
     assert "<script>alert" not in page.html
-    for end in ("<script", "</script>"):
-        assert page.html.count(end) == plain.html.count(end)
+    assert all(page.html.count(end) == plain.html.count(end) for end in ("<script", "</script>"))
     assert f"<title>{html.escape(EVIL)}</title>" in page.html
     assert facts_of(page)["features"][0]["name"] == EVIL
     assert "@SCRIPT@" in sf.view(strip(2), title="@SCRIPT@").html  # not replaced in the title
@@ -225,9 +237,8 @@ def test_a_page_is_saved_whole(tmp_path):
     page = sf.view(strip(2))
     assert page.save(tmp_path / "a.html") == tmp_path / "a.html"
     assert (tmp_path / "a.html").read_text(encoding="utf-8") == page.html
-    with pytest.raises(
-        ValueError, match=r"the name of a page must end in \.html or \.htm, got 'a\.txt'$"
-    ):
+    message = r"the name of a page must end in \.html or \.htm, got 'a\.txt'$"
+    with pytest.raises(ValueError, match=message):
         page.save(tmp_path / "a.txt")
     with pytest.raises(OSError, match="nowhere"):
         page.save(tmp_path / "nowhere" / "a.html")
@@ -247,11 +258,9 @@ def test_the_first_view_is_that_of_pictures():
 
 @pytest.mark.parametrize(("arguments", "error", "message"), [
     ({"labels": [0]}, ValueError, r"labels must have one value per cell \(2\), got 1 value"),
-    ({"labels": [[0, 1], [0]]}, ValueError,
-     r"labels must have one value per cell \(2\), got 1 value"),
+    ({"labels": [[0, 1], [0]]}, ValueError, r"labels must have one value per cell \(2\), got 1"),
     ({"labels": [0.5, 1]}, TypeError, "labels must contain integers, got float64"),
-    ({"ground_truth": [0, 1, 2]}, ValueError,
-     r"labels must have one value per cell \(2\), got 3 values"),
+    ({"ground_truth": [0, 1, 2]}, ValueError, r"must have one value per cell \(2\), got 3 values"),
     ({"features": {"a": [1, 2, 3]}}, ValueError,
      r"feature 'a' must have one value per cell, \(2,\), or one value per vertex, \(4,\);"
      r" got shape \(3,\)"),
@@ -279,10 +288,8 @@ def test_arrays_come_back_from_a_block_of_bytes(shape, dtype, coding):
     if coding == "newest":
         dtype, values = "uint32", np.arange(np.prod(shape)) % 5
     elif dtype == "float32":
-        coding, values = (
-            "plain" if coding == "difference" else coding,
-            np.arange(np.prod(shape)) / 3,
-        )
+        coding = "plain" if coding == "difference" else coding
+        values = np.arange(np.prod(shape)) / 3
     else:
         values = np.arange(np.prod(shape)) * 0x1234567 % np.iinfo(dtype).max
     arrays = Arrays()
@@ -305,8 +312,7 @@ def test_numbers_are_coded_by_the_newest():
 def test_meshes_without_area_or_far_away_are_shown(vertices):
     mesh = Mesh(vertices, [[0, 1, 2]])
     facts, arrays = contents(sf.view(mesh, [0]))
-    assert np.isfinite(facts["low"]).all()
-    assert np.isfinite(facts["step"]).all()
+    assert np.isfinite([*facts["low"], *facts["step"]]).all()
     np.testing.assert_allclose(drawn_corners(mesh, facts, arrays)[0], mesh.vertices, atol=2e-5)
 
 

@@ -41,8 +41,7 @@ def opened(browser, tmp_path):
 def pixels(tab):
     """Return the pixels of the canvas after drawing has ended, (height, width, 4)."""
     draw = """() => {
-        const { canvas, gpu } = superfacets.drawing;
-        const { gl } = gpu;
+        const { canvas, gpu: { gl } } = superfacets.drawing;
         superfacets.drawing.rest();
         superfacets.drawing.draw();
         const bytes = new Uint8Array(4 * canvas.width * canvas.height);
@@ -99,14 +98,12 @@ def test_pointer_colors_levels_and_values(opened, bear, levels):
     label = int(region.removeprefix("region "))
     assert cells == f"{np.bincount(levels.levels[0])[label]:,} faces"
     areas = np.bincount(levels.levels[0], sf.build_face_graph(bear).measures)
-    assert float(area.removeprefix("area ").replace(",", "")) == pytest.approx(
-        areas[label], rel=1e-3
-    )
+    found = float(area.removeprefix("area ").replace(",", ""))
+    assert found == pytest.approx(areas[label], rel=1e-3)
 
     tab.locator("#level").press("ArrowRight")
     assert tab.locator("#level-text").text_content() == "8 regions"
-    coarse = int(tip(tab)[0].removeprefix("region "))
-    assert coarse == levels.parents[0][label]
+    assert int(tip(tab)[0].removeprefix("region ")) == levels.parents[0][label]
 
     tab.locator("#coloring").select_option("Ground truth")
     assert "1 part" in tab.locator("#regions-text").text_content()
@@ -149,9 +146,8 @@ def test_regions_have_the_colors_of_pictures_and_take_others(opened, bear):
     first = tab.evaluate(f"{swatches}.map(swatch => swatch.style.background)")
     assert first == ["rgb({}, {}, {})".format(*PALETTE[0])]
     place = (225, 250)
-    np.testing.assert_allclose(
-        hue_at(before, *place), PALETTE[0] / PALETTE[0].astype(float).sum(), atol=0.02
-    )
+    wanted = PALETTE[0] / PALETTE[0].astype(float).sum()
+    np.testing.assert_allclose(hue_at(before, *place), wanted, atol=0.02)
     recolor(tab, "[0, 0, 255]")
     after = pixels(tab)
     np.testing.assert_allclose(hue_at(after, *place), [0, 0, 1], atol=0.02)

@@ -117,7 +117,7 @@ def test_the_guess_does_not_depend_on_the_clip(monkeypatch):
 
 def test_borders_run_between_faces_of_different_labels_only():
     mesh = strip(4)
-    (edge,) = border_edges(mesh, build_face_graph(mesh), np.array([0, 0, 1, 1])).tolist()
+    ((edge,), _) = border_edges(mesh, build_face_graph(mesh), [np.array([0, 0, 1, 1])])
     assert {*edge} == {*mesh.faces[1]} & {*mesh.faces[2]}
 
 

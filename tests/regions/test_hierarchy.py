@@ -355,13 +355,8 @@ def test_a_hierarchy_can_be_copied():
      "counts must contain distinct numbers, but 2 occurs repeatedly"),
     ([0], {}, ValueError, "each number in counts must be at least 1, got 0"),
     ([1.5], {}, TypeError, "each number in counts must be an integer, got 1.5"),
-    (
-        [5],
-        {"labels": [0, 0, 1, 1]},
-        ValueError,
-        "each number in counts must be at most 2, the number of regions on the"
-        " finest level, got 5",
-    ),
+    ([5], {"labels": [0, 0, 1, 1]}, ValueError,
+     "each number in counts must be at most 2, the number of regions on the finest level, got 5"),
     ([9], {}, ValueError, "n_segments must be at most 4, the number of faces, got 9"),
     ([2], {"islands": "join"}, ValueError, "islands must be one of keep, nearest, got 'join'"),
     ([2], {"labels": [-1] * 4}, ValueError,

@@ -40,6 +40,8 @@ def test_the_mesh_is_as_in_the_file(client, sheet):
     assert np.allclose(corners, mesh.vertices[mesh.faces], atol=1e-6)
     assert header["palette"] == PALETTE.tolist()  # regions have the colors of pictures
     assert arrays["areas"].sum() == pytest.approx(client.document().areas.sum())
+    client.document().up = "x"
+    assert unpacked(client.get("mesh").content)[0]["axes"][1] == [1, 0, 0] != header["axes"][1]
 
 
 def _cloud():
@@ -452,7 +454,9 @@ def test_a_thumbnail_is_drawn_by_a_process_of_its_own(sheet):
         pytest.skip(str(error))
     from superfacets_studio.web.thumbnails import Thumbnails
 
-    assert Thumbnails().png(sheet)[:4] == b"\x89PNG"
+    pictures = [Thumbnails().png(sheet, up) for up in ("auto", "x")]
+    assert [one[:4] for one in pictures] == [b"\x89PNG"] * 2
+    assert pictures[0] != pictures[1]
     sheet.write_text("no mesh")
     with pytest.raises(RenderError, match="MeshError"):
         Thumbnails().png(sheet)

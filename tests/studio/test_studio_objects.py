@@ -440,12 +440,13 @@ def test_two_works_are_merged_by_the_command(two, tmp_path, prefer):
     assert result.output.startswith("both labeled 56.2 % of the area\n")
     assert result.output.splitlines()[1:-1] == [
         "both agree on 88.9 % of the area that both have labeled",
-        "IoU    class  object in MINE  object in THEIRS  object when merged", "0.857  chair",
-        "1.000  chair  1               9                 1",
-        "0.750  chair  2               2                 2",
-        "-      chair  5               -                 5",
-        "-      chair  -               5                 6", "0.667  table",
-        "0.667  table  1               1                 1",
+        "IoU there  class  object in MINE  object in THEIRS  object when merged",
+        "0.857      chair",
+        "1.000      chair  1               9                 1",
+        "0.750      chair  2               2                 2",
+        "-          chair  5               -                 5",
+        "-          chair  -               5                 6", "0.667      table",
+        "0.667      table  1               1                 1",
     ]  # fmt: skip
     merged = Document.open(path, target)
     assert merged.instances[[0, 10, 60, 70, 90, 100]].tolist() == [

@@ -2,7 +2,7 @@
 // relative to the axes of the mesh.
 
 import type { Positions, ShapeFacts } from "./shape";
-import { dot, lengthOf, minus, normalized, plus, type Vector } from "./vectors";
+import { cross, dot, lengthOf, minus, normalized, plus, scaled, type Vector } from "./vectors";
 
 const SLOPE = Math.tan((10 * Math.PI) / 180); // half the visible height at distance 1 (vertical field of view: 20 degrees)
 const WIDE = Math.tan((30 * Math.PI) / 180); // the same with a wide view (vertical field of view: 60 degrees)
@@ -51,6 +51,7 @@ export class Camera {
   azimuth = 0;
   elevation = 0;
   private facts: ShapeFacts | null = null;
+  private axes: ShapeFacts["axes"] = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]; // of the facts, until the user turns them
   private positions: Positions | null = null;
   private fitted = 0; // distance from the eye to the target at zoom 1; 0 until `fit` has computed it
   private flight: Pose | null = null; // goal of the running animation; null if there is none
@@ -61,6 +62,7 @@ export class Camera {
   /** Set the mesh, which must be centered at the origin, and show its initial view. */
   show(facts: ShapeFacts, positions: Positions): void {
     this.facts = facts;
+    this.axes = facts.axes;
     this.positions = positions;
     this.earlier.length = 0;
     this.flight = null;
@@ -114,6 +116,23 @@ export class Camera {
     this.changed();
   }
 
+  /** Let the axis that points most toward the viewer point up from now on, and show the initial view. */
+  turnUp(): void {
+    const [, up, front] = this.axes;
+    const toward = this.directions()[2];
+    const ways = this.axes.flatMap((axis) => [axis, scaled(axis, -1)]);
+    const best = ways.reduce((most, way) => (dot(way, toward) > dot(most, toward) ? way : most));
+    this.setUp(best, Math.abs(dot(best, up)) > 0.5 ? front : scaled(up, -1));
+    this.begin();
+  }
+
+  private setUp(up: Vector, front: Vector): void {
+    this.axes = [cross(up, front), up, front];
+    this.flight = null;
+    this.earlier.length = 0; // angles of earlier views are relative to other axes
+    this.fitted = 0;
+  }
+
   /** Set azimuth and elevation in radians; at (0, 0) the camera looks at the front of the mesh. */
   turnTo(azimuth: number, elevation: number): void {
     this.jump();
@@ -126,12 +145,15 @@ export class Camera {
     return areAlike(this.azimuth, azimuth) && areAlike(this.elevation, elevation);
   }
 
-  /** Angles in radians, distance from the eye to the target, and target. */
+  /** Angles in radians, distance from the eye to the target, target and, if `turnUp` changed them, the axes up and front. */
   get place(): number[] {
-    return [this.azimuth, this.elevation, this.distance, ...this.target];
+    const { axes: [, up, front], facts } = this;
+    return [this.azimuth, this.elevation, this.distance, ...this.target, ...(up === facts?.axes[1] ? [] : [...up, ...front])];
   }
 
-  set place([azimuth, elevation, distance, ...target]: number[]) {
+  set place(place: number[]) {
+    const [[azimuth, elevation, distance], target, up, front] = [0, 3, 6, 9].map((start) => place.slice(start, start + 3));
+    if (front.length === 3) this.setUp(up as Vector, front as Vector);
     const { distance: _ } = this; // computes `fitted` from the initial angles
     this.target = target as Vector;
     this.setDistance(distance);
@@ -168,7 +190,7 @@ export class Camera {
 
   /** Unit vectors that point right, up, and toward the viewer, in mesh coordinates. */
   directions({ azimuth, elevation }: Pick<Pose, "azimuth" | "elevation"> = this): [Vector, Vector, Vector] {
-    const [right, up, front] = this.facts!.axes;
+    const [right, up, front] = this.axes;
     const [s, c] = [Math.sin(azimuth), Math.cos(azimuth)];
     const [t, d] = [Math.sin(elevation), Math.cos(elevation)];
     const mix = (x: number, y: number, z: number): Vector =>
@@ -341,7 +363,7 @@ export class Camera {
   /** Azimuth and elevation from which the camera faces a surface with this normal. */
   private anglesToward(normal: Vector): [number, number] {
     if (lengthOf(normal) === 0) return [this.azimuth, this.elevation];
-    const [right, up, front] = this.facts!.axes;
+    const [right, up, front] = this.axes;
     const n = normalized(normal);
     const elevation = Math.asin(Math.max(-1, Math.min(1, dot(n, up))));
     const isSteep = Math.abs(elevation) > 1.4;

@@ -216,9 +216,13 @@ export class Table implements Lookup, Held {
     this.last = Math.max(this.last, row);
   }
 
+  get isChanged(): boolean {
+    return this.last >= 0;
+  }
+
   /** Upload the range of rows that contains all changed rows. */
   send(): void {
-    if (this.last < 0) return;
+    if (!this.isChanged) return;
     const { gl } = this.gpu;
     const [, outer, type, channels] = this.layout;
     gl.activeTexture(gl.TEXTURE0 + this.unit);

@@ -58,10 +58,11 @@ async function start(): Promise<void> {
     watchFolds();
     welcome();
     window.studio = makeHook(workbench, modes, () => element("loading").hidden === true);
+    const isDrawn = new Promise<void>((resolve) => drawing.afterView.push(() => session.regions && drawing.hasSize && resolve()));
+    void isDrawn.then(() => (element("welcome-inside").hidden = element("welcome").hidden || !views.isSeenFromBehind));
     await session.loadFiles();
     await files.openFirst();
     element("welcome-name").hidden = session.state.classes[0]?.name !== "class 1";
-    element("welcome-inside").hidden = !views.isSeenFromBehind;
   } catch (error) {
     session.report(error);
   }

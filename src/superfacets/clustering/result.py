@@ -189,7 +189,7 @@ class Segmentation:
             If ``cells`` is None.
         """
         page: Page = load("superfacets_show.page.document:view")(
-            self._known_cells("view"), self.labels, **options
+            self._known_cells("view"), self, **options
         )
         return page
 

@@ -47,8 +47,7 @@ def cluster(
 ) -> Clustered:  # fmt: skip
     """Place seeds, and run the clustering loop, which labels cells and moves centers."""
     options, plan = weighed.options, weighed.plan
-    note = SliverWarning.text(planned.sliver_share, sliver_advice(plan.size.radius))
-    if note is not None:
+    if note := SliverWarning.text(planned.sliver_share, sliver_advice(plan.size.radius)):
         warnings.warn(note, SliverWarning, stacklevel=5)
     balancer = None
     if planned.sizes is not None:
@@ -147,7 +146,6 @@ def finish(
         vertex_groups=weighed.options.constraints.groups_of_vertices(source),
     )  # fmt: skip
     warn_of_islands(result, source)
-    note = radius_note(result)
-    if note is not None:
+    if (note := radius_note(result)) is not None:
         warnings.warn(note, RadiusWarning, stacklevel=5)
     return result

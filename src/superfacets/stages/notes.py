@@ -74,8 +74,7 @@ def warn_of_islands(result: Segmentation, cells: Cells) -> None:
     if asked is None or params["init"] == "given" or params["radius_factor"] is not None:
         return
     n_more, has_barriers = result.n_segments - asked, "barriers" in params
-    fewer = fewer_note(result)
-    if fewer is not None:
+    if (fewer := fewer_note(result)) is not None:
         warnings.warn(fewer, IslandWarning, stacklevel=6)
         return
     if params["islands"] == "keep" and result.n_unreached:

@@ -16,7 +16,7 @@ from ..weights import parts
 from ..weights.parts import conducting_graph, embedding, scale, strength_of_parts
 from .weigh import Weighed
 
-PART_CREASE_SCALE = 14.0
+PART_CREASE_SCALE = 17.0
 """Value that replaces `cleanup.edit.CREASE_SCALE` for weights ``"parts"``. With a lower
 value, borders are more accurate and less compact: research/tune.py balances both."""
 

@@ -66,9 +66,8 @@ convex bodies, which have no parts. It is at least 0.037 for all benchmark model
 
 BORDER_COEFFICIENTS = np.array([-0.2, 3.48, 7.67, 0.98, -0.94, -0.02, 1.31, 2.74, -7.74, -5.52])
 """Coefficients of the rate of borders (see `_core.border_rates`). Each is the mean of two values:
-research/border_rates.py fits one to borders that people drew, and research/tune.py finds the other.
-With the latter values alone, the undersegmentation error with 150 regions is 0.0006 lower, but
-areas vary more on smooth bodies with sharp creases."""
+research/border_rates.py fits one to borders that people drew, and research/tune.py finds the other,
+with which alone areas vary more on smooth bodies with sharp creases."""
 
 
 class ConductingGraph(NamedTuple):

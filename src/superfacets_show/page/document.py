@@ -13,15 +13,16 @@ from typing import Any
 
 import numpy.typing as npt
 
-from superfacets import Texture, kit
+from superfacets import BorderCut, Segmentation, Texture, cut_borders, kit
 from superfacets.kit import MeshLike
 
 from ..camera import Up, View
 from ..colors import scale_colors
-from ..scene import upright
+from ..scene import MOST_CUT, upright
 from .coding import Arrays
 from .groups import (
     Feature,
+    HasLevels,
     Labeling,
     LabelsLike,
     checked_features,
@@ -88,16 +89,11 @@ class Page:
 
 
 def view(
-    mesh: MeshLike,
-    labels: LabelsLike | None = None,
-    *,
-    ground_truth: npt.ArrayLike | None = None,
-    features: Mapping[str, npt.ArrayLike] | None = None,
-    texture: Texture | None = None,
-    colors: npt.ArrayLike | None = None,
-    title: str = "superfacets",
-    camera: View | None = None,
-) -> Page:
+    mesh: MeshLike, labels: LabelsLike | None = None, *,
+    ground_truth: npt.ArrayLike | None = None, features: Mapping[str, npt.ArrayLike] | None = None,
+    texture: Texture | None = None, colors: npt.ArrayLike | None = None, title: str = "superfacets",
+    camera: View | None = None, smooth_borders: bool | None = None,
+) -> Page:  # fmt: skip
     """Return an HTML page that shows a mesh and its regions, as a single file for offline use.
 
     On the page, the mesh can be rotated, zoomed and moved. Pointing at a region shows its label,
@@ -140,6 +136,10 @@ def view(
         Title of the page; only the first 200 characters are used.
     camera : View, optional
         Initial viewpoint. The default is from the right and slightly above.
+    smooth_borders : bool, optional
+        Same as in `plot`: whether borders of the first level are drawn as smooth curves. The
+        default is True if `labels` is a `Segmentation` or `Hierarchy` of at most 500,000 cells. The
+        option has no effect on clouds, on tetrahedra, and if there is a texture or colors.
 
     Returns
     -------
@@ -178,23 +178,27 @@ def view(
     own = own_colors(cells, colors, attributes) if texture is None else None
     shape = shape_of(cells)
     camera = upright(camera or View(), shape.points, shape.triangles)
-    arrays = _arrays(shape, levels, truth, values)
+    if smooth_borders is None:
+        smooth_borders = isinstance(labels, (Segmentation, HasLevels)) and n_cells <= MOST_CUT
+    is_smooth = kit.checked_flag(smooth_borders, "smooth_borders") and kind.has_faces
+    is_plain = texture is None and own is None  # `cut_borders` does not interpolate colors
+    is_smooth = is_smooth and is_plain and any(level.n_regions for level in levels[:1])
+    cut = cut_borders(cells, levels[0].labels) if is_smooth else None
+    arrays = _arrays(shape, cut, levels, truth, values)
     paint, parts = None, {} if own is None else color_parts(cells, shape, own)
     if texture is not None:
         paint, parts = texture_parts(kit.as_mesh(cells), texture)
     for name, (array, coding) in parts.items():
         arrays.add(name, array, coding)
     facts = {
-        **_facts_of_shape(shape, camera),
-        "noun": kind.noun,
-        "n_cells": n_cells,
+        **_facts_of_shape(shape, camera), "noun": kind.noun,
+        "n_cells": n_cells if cut is None else len(cut.sources),
         "measure": "volume" if kind.dimension == 3 else "area",
         "levels": [level.facts(shape) for level in levels],
         "truth": None if truth is None else truth.facts(shape),
-        "features": [feature.facts() for feature in values],
-        "texture": paint,
+        "features": [feature.facts() for feature in values], "texture": paint,
         "arrays": arrays.entries,
-    }
+    }  # fmt: skip
     size = f"{n_cells:,} {kind.noun}s"
     return Page(_assembled(str(title)[:_MAX_TITLE], size, facts, arrays.text()), camera.up)
 
@@ -213,14 +217,19 @@ def checked_page_path(path: str | os.PathLike[str]) -> Path:
 
 
 def _arrays(
-    shape: DrawnSurface, levels: list[Labeling], truth: Labeling | None, features: list[Feature]
-) -> Arrays:
-    arrays = Arrays()
+    shape: DrawnSurface, cut: BorderCut | None, levels: list[Labeling], truth: Labeling | None,
+    features: list[Feature],
+) -> Arrays:  # fmt: skip
+    arrays, drawn = Arrays(), shape
+    if cut is not None:
+        drawn, finest = shape_of(cut.mesh), levels[0]
+        levels = [level.along(cut, finest) for level in levels]
+        truth = truth and truth.along(cut, finest)
     labelings = [*levels, *([] if truth is None else [truth])]
-    for name, (array, coding) in shape.parts(shape.quantized()).items():
+    for name, (array, coding) in drawn.parts(drawn.quantized()).items():
         arrays.add(name, array, coding)
-    if shape.outline is not None and labelings:
-        edges = shape.outline.edges([labeling.labels for labeling in labelings])
+    if drawn.outline is not None and labelings:
+        edges = drawn.outline.edges([labeling.drawn for labeling in labelings])
         arrays.add("edges", edges, "difference")
     for i, level in enumerate(levels):
         level.add_to(arrays, f"level_{i}", shape, levels[0] if i else None)
@@ -229,7 +238,9 @@ def _arrays(
     if features:
         arrays.add("scale", scale_colors().ravel(), "planes")
     for i, feature in enumerate(features):
-        arrays.add(f"feature_{i}", feature.steps(), "difference")
+        steps = feature.steps()
+        steps = steps if cut is None or feature.of == "region" else steps[cut.sources]
+        arrays.add(f"feature_{i}", steps, "difference")
     return arrays
 
 
@@ -259,13 +270,10 @@ def _assembled(title: str, size: str, facts: dict[str, Any], payload: str) -> st
     )
     title = title.encode("utf-8", "replace").decode("utf-8")  # a file name may be invalid UTF-8
     parts = {
-        "TITLE": html.escape(title),
-        "SIZE": html.escape(size),
-        "STYLE": style.strip(),
-        "SCRIPT": script.strip(),
+        "TITLE": html.escape(title), "SIZE": html.escape(size), "PAYLOAD": payload,
+        "STYLE": style.strip(), "SCRIPT": script.strip(),
         "FACTS": json.dumps(facts, separators=(",", ":")).replace("<", "\\u003c"),
-        "PAYLOAD": payload,
-    }
+    }  # fmt: skip
     # The template is split before text is inserted, so that placeholders in the text stay as they
     # are.
     first, *rest = template.split("@")

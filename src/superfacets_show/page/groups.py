@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
 
+from superfacets import BorderCut
 from superfacets.kit import Cells, Floats, Ints, Longs, compact_partial_labels, refuse_mask
 
 from ..colors import checked_values, region_colors
@@ -41,6 +42,7 @@ class Labeling:
 
     labels: Ints
     ids: Longs  # (K,) original label of each region
+    drawn: Ints  # label of each drawn cell: `labels`, or the labels of parts of faces
 
     @property
     def n_regions(self) -> int:
@@ -68,16 +70,23 @@ class Labeling:
         """
         parents = None if finer is None else self._parents(finer)
         if parents is None:
-            arrays.add(f"{name}_labels", self.labels.view(np.uint32), "planes")
+            arrays.add(f"{name}_labels", self.drawn.view(np.uint32), "planes")
         else:
             arrays.add(f"{name}_parents", parents.view(np.uint32), "planes")
         is_in = self.labels != NO_REGION
         inside = self.labels[is_in]
         counts = np.bincount(inside, minlength=self.n_regions)
-        sizes = np.bincount(inside, shape.measures[is_in], minlength=self.n_regions)
-        arrays.add(f"{name}_colors", region_colors(shape.arcs, self.labels).ravel(), "planes")
+        sizes = np.bincount(inside, shape.graph.measures[is_in], minlength=self.n_regions)
+        arrays.add(f"{name}_colors", region_colors(shape.graph.arcs, self.labels).ravel(), "planes")
         arrays.add(f"{name}_counts", counts.astype(np.uint32), "planes")
         arrays.add(f"{name}_sizes", sizes.astype(np.float32), "planes")
+
+    def along(self, cut: BorderCut, finest: Labeling) -> Labeling:
+        """Return the labeling to be drawn on faces that are cut along borders of `finest`."""
+        parents = self._parents(finest)
+        if parents is None:
+            return replace(self, drawn=self.labels[cut.sources])
+        return replace(self, drawn=np.append(parents, np.int32(NO_REGION))[cut.labels])
 
     def _parents(self, finer: Labeling) -> Ints | None:
         """Return the region that contains each region of `finer`; None if regions are not nested.
@@ -149,7 +158,8 @@ def checked_levels(
 
 def checked_labeling(labels: Any, n_cells: int, n_vertices: int | None) -> Labeling:
     """Check the labels of cells, and return them with regions renumbered without gaps."""
-    return Labeling(*compact_partial_labels(labels, n_cells, n_vertices))
+    compact, ids = compact_partial_labels(labels, n_cells, n_vertices)
+    return Labeling(compact, ids, compact)
 
 
 def checked_features(

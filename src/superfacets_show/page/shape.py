@@ -11,11 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from superfacets import FaceGraph, build_face_graph, kit
-from superfacets.kit import Array, Cells, FaceMesh, Floats, Ints, Longs
+from superfacets.kit import Array, BaseGraph, Cells, FaceMesh, Floats, Ints, Longs
 
 from ..camera import View, view_axes
-from ..colors import Arcs
-from ..scene import upright
+from ..scene import border_edges, upright
 from .coding import Coding
 
 STEPS = 65535
@@ -40,10 +39,21 @@ class DrawnSurface:
     # Index of the cell of each triangle, (T,); None if each triangle is a cell, or for a cloud.
     sources: npt.NDArray[np.uint32] | None
     normals: Floats | None  # (P, 3) normal of each point of a cloud; None for a mesh
-    measures: Floats  # (N,) area or volume of each cell
-    areas: Floats  # area of each drawn face or point
-    arcs: Arcs  # neighbors of all cells
+    graph_of_cells: BaseGraph | None  # graph of tetrahedra or of points; None if faces are cells
     outline: _Outline | None  # edges that can be borders; None for a cloud
+
+    @property
+    def graph(self) -> BaseGraph:
+        """Graph of all cells: their areas or volumes, and their neighbors."""
+        if self.graph_of_cells is not None:
+            return self.graph_of_cells
+        assert self.outline is not None
+        return self.outline.graph
+
+    @property
+    def areas(self) -> Floats:
+        """Area of each drawn face or point."""
+        return np.asarray((self.outline or self).graph.measures)
 
     @cached_property
     def bounds(self) -> Floats:
@@ -105,9 +115,13 @@ class _Outline:
     """Edges between drawn faces. An edge is a border if the labels of its two faces differ."""
 
     mesh: FaceMesh
-    graph: FaceGraph
     cells: npt.NDArray[np.uint32] | None  # (F,) cell of each face; None if faces are cells
     places: npt.NDArray[np.uint32]  # (V,) index of each vertex in `DrawnSurface.points`
+
+    @cached_property
+    def graph(self) -> FaceGraph:
+        """Graph of the faces, which the studio does not need."""
+        return build_face_graph(self.mesh)
 
     def edges(self, labelings: Sequence[Ints]) -> npt.NDArray[np.uint32]:
         """Return the edges that are borders in at least one of the labelings, (B, 4).
@@ -115,21 +129,10 @@ class _Outline:
         Each row contains the two vertices of an edge, as indices into `DrawnSurface.points`, and
         the two cells of the edge.
         """
-        sources = np.repeat(
-            np.arange(self.mesh.n_faces, dtype=np.int32), np.diff(self.graph.offsets)
-        )
-        targets = self.graph.neighbors
-        is_border = np.zeros(len(targets), dtype=bool)
-        for labels in labelings:
-            of_face = labels if self.cells is None else labels[self.cells]
-            is_border |= of_face[sources] != of_face[targets]
-        kept = np.flatnonzero(is_border & (sources < targets))
-        faces, others = sources[kept], targets[kept]
-        ends = self.places[kit.corners_of(self.mesh).ends_of_sides(faces, self.graph.sides[kept])]
-        cells = np.stack([faces, others], axis=1).astype(np.uint32)
-        if self.cells is not None:
-            cells = self.cells[cells]
-        return np.concatenate([ends, cells], axis=1)
+        of_faces = labelings if self.cells is None else [each[self.cells] for each in labelings]
+        ends, faces = border_edges(self.mesh, self.graph, of_faces)
+        cells = faces if self.cells is None else self.cells[faces]
+        return np.concatenate([self.places[ends], cells], axis=1, dtype=np.uint32, casting="unsafe")
 
 
 def shape_of(cells: Cells) -> DrawnSurface:
@@ -138,41 +141,29 @@ def shape_of(cells: Cells) -> DrawnSurface:
     drawn = kind.drawn_faces(cells)
     if drawn is None:
         points = kind.point_graph(cells, threads)
-        return DrawnSurface(
-            points.positions, None, None, points.normals, points.measures, points.measures,
-            points.arcs, None,
-        )  # fmt: skip
+        return DrawnSurface(points.positions, None, None, points.normals, points, None)
     surface, sources = drawn
     if sources is None:
-        return _surface_shape(surface, None, None, None)
+        return _surface_shape(surface, None, None)
     graph, _ = kind.build_graph(cells, True, threads)
-    return _surface_shape(surface, sources.astype(np.uint32), graph.measures, graph.arcs)
+    return _surface_shape(surface, sources.astype(np.uint32), graph)
 
 
 def _surface_shape(
-    mesh: FaceMesh,
-    cells: npt.NDArray[np.uint32] | None,
-    measures: Floats | None,
-    cell_arcs: Arcs | None,
+    mesh: FaceMesh, cells: npt.NDArray[np.uint32] | None, graph: BaseGraph | None
 ) -> DrawnSurface:
     """Return the `DrawnSurface` of a mesh whose faces are either cells or sides of tetrahedra.
 
-    `cells` is the tetrahedron of each face, and `measures` and `cell_arcs` are the volumes and the
-    neighbors of all tetrahedra. All are None if the faces are cells.
+    `cells` is the tetrahedron of each face, and `graph` the graph of all tetrahedra. Both are None
+    if the faces are cells.
     """
-    threads = kit.checked_threads(None)
-    graph = build_face_graph(mesh)
-    areas = kit.kind_of(mesh).measures(mesh, threads)
     drawn, sources = kit.cut_into_triangles(mesh)
-    corners = kit.lowest_vertices(mesh.vertices, True, threads)
+    corners = kit.lowest_vertices(mesh.vertices, True, kit.checked_threads(None))
     used, triangles, places = _numbered_by_use(corners[drawn], mesh.n_vertices)
-    outline = _Outline(mesh, graph, cells, places[corners])
+    outline = _Outline(mesh, cells, places[corners])
     if sources is not None:
         cells = sources.astype(np.uint32)
-    return DrawnSurface(
-        mesh.vertices[used], triangles, cells, None,
-        areas if measures is None else measures, areas, cell_arcs or graph.arcs, outline,
-    )  # fmt: skip
+    return DrawnSurface(mesh.vertices[used], triangles, cells, None, graph, outline)
 
 
 def _numbered_by_use(

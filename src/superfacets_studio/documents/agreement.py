@@ -131,12 +131,10 @@ def agreement(mine: State, theirs: Theirs, areas: Floats) -> dict[str, Any]:
     whole, total = float(areas.sum()), float(areas[both].sum())
     agreed = float(areas[both & (paint == theirs.paint)].sum())
     return {
-        "name": theirs.name,
-        "area": whole,
-        "labeled": total / whole if whole else 0.0,
+        "name": theirs.name, "area": whole, "labeled": total / whole if whole else 0.0,
         "share": agreed / total if total else 0.0,
         "classes": _rows(paint, theirs, both, areas[both]),
-    }
+    }  # fmt: skip
 
 
 def agreement_text(found: dict[str, Any]) -> str:
@@ -145,7 +143,7 @@ def agreement_text(found: dict[str, Any]) -> str:
         f"both labeled {100 * found['labeled']:.1f} % of the area",
         f"both agree on {100 * found['share']:.1f} % of the area that both have labeled",
     ]
-    rows = [["IoU", "class", "object in MINE", "object in THEIRS", "object when merged"]]
+    rows = [["IoU there", "class", "object in MINE", "object in THEIRS", "object when merged"]]
     for row in found["classes"]:
         for one in [{**row, "mine": "", "theirs": "", "object": ""}, *row["objects"]]:
             iou = None if one["iou"] is None else f"{one['iou']:.3f}"
@@ -156,10 +154,8 @@ def agreement_text(found: dict[str, Any]) -> str:
 
 def with_means(name: str, found: Mapping[str, Any]) -> dict[str, Any]:
     """Add a name, and the mean IoU of classes and of objects, or None, to an `agreement`."""
-    rows = {
-        "class": found["classes"],
-        "object": [o for c in found["classes"] for o in c["objects"]],
-    }
+    classes = found["classes"]
+    rows = {"class": classes, "object": [one for row in classes for one in row["objects"]]}
     ious = {of: [one["iou"] for one in rows[of] if one["iou"] is not None] for of in rows}
     means = {of: round(sum(some) / len(some), 6) if some else None for of, some in ious.items()}
     return {"file": name, **{f"mean_{of}_iou": mean for of, mean in means.items()}, **found}
@@ -171,7 +167,7 @@ def together(files: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     Classes are matched by name. Objects of different files are different objects.
     """
     shares = [[one["area"], one["labeled"], one["share"]] for one in files]
-    whole, both, same = np.cumprod(shares, axis=1).sum(axis=0).tolist()
+    whole, both, same = np.cumprod(np.reshape(shares, (-1, 3)), axis=1).sum(axis=0).tolist()
     rows: dict[str, dict[str, Any]] = {}
     for row in (row for one in files for row in one["classes"]):
         new = {"name": row["name"], "iou": None, "area": 0.0, "objects": []}
@@ -187,7 +183,7 @@ def together(files: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 
 def folders_text(entries: Sequence[Mapping[str, Any]]) -> str:
     """Return a table for people with a row for each of the results of `with_means`."""
-    rows = [["file", "both labeled", "agree", "mean IoU of classes", "mean IoU of objects"]]
+    rows = [["file", "both labeled", "agree there", "mean IoU of classes", "mean IoU of objects"]]
     for one in entries:
         agree = f"{100 * one['share']:.1f} %" if one["labeled"] else "-"
         ious = (one["mean_class_iou"], one["mean_object_iou"])
@@ -205,9 +201,8 @@ def _padded(rows: Sequence[Sequence[str]]) -> list[str]:
 def _rows(mine: Paint, theirs: Theirs, both: Bools, areas: Floats) -> list[dict[str, Any]]:
     """Return the ``classes`` of `agreement`; `areas` has one area per cell in the mask `both`."""
     paint, other = mine[both], theirs.paint[both]
-    of_classes, of_objects = (
-        _ious(class_of(paint), class_of(other), areas), _ious(paint, other, areas)
-    )  # fmt: skip
+    of_classes = _ious(class_of(paint), class_of(other), areas)
+    of_objects = _ious(paint, other, areas)
     names, own = names_of(theirs.class_list), {*np.unique(mine).tolist()}
     rows: dict[int, dict[str, Any]] = {}
     for one in sorted({*own, *theirs.objects} - {0}):

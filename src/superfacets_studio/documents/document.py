@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from superfacets.kit import Cells, Floats, Ints, atomic_outputs, checked_threads, counted, kind_of
+from superfacets_show import Up
 
 from ..labels import classes as labeling
 from ..labels.classes import MAX_OBJECT, ClassList, class_of, names_of, object_of, paint_of
@@ -57,6 +58,7 @@ class Document:
     revisions: Revisions = field(default_factory=Revisions)
     revision: Revision = field(init=False)
     theirs: Theirs | None = None  # labels to compare with, from another work file
+    up: Up = "auto"  # axis that points up in the first view
     lock: threading.RLock = field(default_factory=threading.RLock)
 
     def __post_init__(self) -> None:
@@ -559,7 +561,7 @@ class Document:
 
 
 def merged_work(
-    path: Path, mine: Path, theirs: Path, output: Path | None = None, *,
+    path: Path, mine: Path | None, theirs: Path, output: Path | None = None, *,
     prefer_theirs: bool = False, shared: tuple[ClassList, ClassList] = ((), ()),
 ) -> dict[str, Any]:  # fmt: skip
     """Compare two work files of a mesh, and return the same dict as `agreement`.
@@ -567,17 +569,22 @@ def merged_work(
     If `output` is given, a copy of my work file is written there. In this copy, cells without a
     class get their label from `theirs`; with `prefer_theirs`, so do cells whose labels differ. If a
     work file belongs to a folder whose meshes share classes, `shared` has the classes for both work
-    files; empty lists are read from the folders.
+    files; empty lists are read from the folders. If `mine` is None, `output` is a copy of `theirs`,
+    or new work with its labels if my class numbers are others.
 
     Raises MeshError, JournalError or OSError if a file cannot be read or written.
     """
+    first, (own, other) = mine or theirs, map(names_of, shared)
+    data = _with_own_classes(first, shared[0])
+    if mine is None and own and (not other or other.items() - own.items()):
+        data = data[: data.index(b"\n") + 1]  # the first line, which names mesh and classes
     with tempfile.TemporaryDirectory(prefix="superfacets-") as folder:
-        copy = Path(folder, mine.name)
-        copy.write_bytes(_with_own_classes(mine, shared[0]))
+        copy = Path(folder, first.name)
+        copy.write_bytes(data)
         try:
             document = Document.open(path, copy)
         except JournalError as error:
-            raise JournalError(str(error).replace(str(copy), str(mine))) from None
+            raise JournalError(str(error).replace(str(copy), str(first))) from None
         with contextlib.closing(document):
             document.compare(str(theirs), _with_own_classes(theirs, shared[1]))
             found = document.agreement()

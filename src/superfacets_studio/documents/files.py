@@ -5,16 +5,16 @@ from __future__ import annotations
 import contextlib
 import threading
 from collections import Counter, OrderedDict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 from superfacets.kit import FORMATS, InputFile, atomic_outputs, counted, output_folder
+from superfacets_show import Up
 
 from ..labels import classes as labeling
-from ..labels.classes import ClassList
+from ..labels.classes import ClassList, default_classes
 from .agreement import agreement_text, folders_text, together, with_means
 from .changes import REVIEW_MARKS
 from .document import Document, merged_work, shared_classes, work_file_of
@@ -35,6 +35,7 @@ class Files:
     classes: ClassList = ()  # classes for a new work file, or for all files of a folder
     folder: Path | None = None
     parameters: Mapping[str, Any] | None = None  # other parameters for a new work file
+    up: Up = "auto"  # axis that points up in the first view of each file
     _must_store: bool = False  # whether `classes` must be stored when the first document is opened
     # Open documents by index in `paths`, least recently used first, and the number of `with` blocks
     # that use each document.
@@ -57,7 +58,7 @@ class Files:
         paths = [file for file in found if EXPORTED not in file.suffixes]
         if not paths:
             raise FileNotFoundError(f"{path}: contains only exported files, no mesh to label")
-        known = classes or shared_classes([path]) or labeling.default_classes()
+        known = classes or shared_classes([path]) or default_classes()
         return cls(paths, None, n_segments, known, path, _must_store=bool(classes))
 
     @property
@@ -101,7 +102,7 @@ class Files:
         return [(i, (output or root) / stems[i].relative_to(root)) for i in started]
 
     def listed(self) -> list[dict[str, Any]]:
-        """List all files and their progress, without opening them."""
+        """List all files and the progress in their work files, without opening the files."""
         return [self._entry(number) for number in range(len(self.paths))]
 
     @contextlib.contextmanager
@@ -138,6 +139,7 @@ class Files:
             self.path(number), self.work, self.n_segments, self.classes, share,
             parameters=self.parameters,
         )  # fmt: skip
+        document.up = self.up
         return document
 
     def _close_surplus(self) -> None:
@@ -153,10 +155,6 @@ class Files:
 
     def _entry(self, number: int) -> dict[str, Any]:
         entry: dict[str, Any] = {"id": number, "name": self.name_of(number)}
-        document = self._open.get(number)
-        if document is not None:
-            marks = {**document.state.review_marks, **document.statistics}
-            return {**entry, "done": document.progress, "n_cells": document.n_cells, **marks}
         try:
             return {**entry, **_progress_of(summary(self.work_of(number)))}
         except JournalError as error:
@@ -180,7 +178,8 @@ def _progress_of(found: tuple[Line, Line] | None) -> dict[str, Any]:
     if not isinstance(done, (int, float)) or not 0 <= done <= 1 or not isinstance(n_cells, int):
         raise JournalError("the work file is damaged: its progress or number of cells is missing")
     marks = {name: True for name in REVIEW_MARKS if found[1].get(name) is True}
-    return {"done": done, "n_cells": n_cells, **marks, **statistics(Effort.read(found[1]))}
+    times = {"time": effort.time} if (effort := Effort.read(found[1])) else {}  # of the last step
+    return {"done": done, "n_cells": n_cells, **marks, **times, **statistics(effort)}
 
 
 def agreed(
@@ -213,23 +212,34 @@ def _agreed_folders(
     works = [{name: work_file_of(one / name) for name in meshes} for one in folders]
     lacking = [[name for name, work in some.items() if not work.exists()] for some in works]
     paired = [name for name in meshes if not any(name in some for some in lacking)]
-    if not paired:
+    single = [name for name in meshes if (name in lacking[0]) != (name in lacking[1])]
+    if not paired and (output is None or not single):
         wanted = " and ".join(str(next(iter(some.values()))) for some in works)
         raise FileNotFoundError(f"{path}: no mesh has two work files, such as {wanted}")
     home = files.folder or path.parent
     mine, theirs = (shared_classes([*(one / "x").absolute().parents, home]) for one in folders)
-    for entry in theirs if mine else ():  # a class that only they have has one number in all files
-        _, mine = labeling.with_named(mine, entry["name"], entry["id"])
-    merge = partial(merged_work, prefer_theirs=prefer_theirs, shared=(mine, theirs))
+    for entry in theirs:  # a class that only they have has one number in all files
+        _, mine = labeling.with_named(mine or default_classes(), entry["name"], entry["id"])
     entries = []
-    with _new_files(output, paired, mine) as targets:
-        for name, target in zip(paired, targets, strict=True):
-            pair = works[0][name], works[1][name]
-            entries.append(with_means(name, merge(meshes[name], *pair, target)))
+    with _new_files(output, [*paired, *(single if output else ())], mine) as targets:
+        for name, target in targets:
+            *first, (last, classes) = [
+                (work[name], one) for work, one in zip(works, (mine, theirs), strict=True)
+                if work[name].exists()
+            ]  # fmt: skip
+            found = merged_work(
+                meshes[name], first[0][0] if first else None, last, target,
+                prefer_theirs=prefer_theirs, shared=(mine, classes),
+            )  # fmt: skip
+            entries += [with_means(name, found)] if first else []
     total = with_means(f"all {len(entries)}", together(entries))
     missing = dict(zip(("mine", "theirs"), lacking, strict=True))
-    notes = [f"{one}: has no work file of {', '.join(some)}"
-             for one, some in zip(folders, lacking, strict=True) if some]  # fmt: skip
+    end = ": copied from {}" if output else ""
+    notes = [f"{one}: has no work file of {', '.join(some)}{end.format(other)}"
+             for one, other, names in zip(folders, folders[::-1], lacking, strict=True)
+             if (some := [name for name in names if name in single])]  # fmt: skip
+    if bare := [name for name in lacking[0] if name in lacking[1]]:
+        notes.append(f"no one has a work file of {', '.join(bare)}")
     result = {"files": entries, "all": total, "missing": missing}
     return result, folders_text([*entries, total]), notes
 
@@ -237,10 +247,10 @@ def _agreed_folders(
 @contextlib.contextmanager
 def _new_files(
     folder: Path | None, names: list[str], classes: ClassList
-) -> Iterator[Sequence[Path | None]]:
-    """Yield temporary paths of new work files in a folder, or None; write shared classes there."""
+) -> Iterator[Iterable[tuple[str, Path | None]]]:
+    """Yield names with temporary paths of new work files in a folder, or None; write classes."""
     if folder is None:
-        yield [None] * len(names)
+        yield [(name, None) for name in names]
         return
     targets = [work_file_of(folder / name) for name in names]
     lists = [] if classes in ((), shared_classes([folder])) else [folder / labeling.CLASSES_FILE]
@@ -251,7 +261,7 @@ def _new_files(
         temporaries = stack.enter_context(atomic_outputs([*targets, *lists]))
         for temporary in temporaries[len(targets) :]:
             labeling.write_classes(temporary, classes)
-        yield temporaries[: len(targets)]
+        yield zip(names, temporaries, strict=False)
 
 
 def _check_new(outputs: Iterable[Path]) -> None:

@@ -64,10 +64,8 @@ def _class_list(value: Any) -> ClassList:
 
 def _write_paint(change: Change) -> Line:
     values = change.after.unpacked()  # one value if all are equal
-    line = {
-        "cells": base64_of(change.after.cells),
-        **_write_numbers("class", "es", class_of(values)),
-    }
+    cells = base64_of(change.after.cells)
+    line = {"cells": cells, **_write_numbers("class", "es", class_of(values))}
     objects = object_of(values)  # version 1 can read a line only if it has no objects
     return {**line, **_write_numbers("object", "s", objects)} if objects.any() else line
 
@@ -139,12 +137,8 @@ def _write_settle(change: Change) -> Line:
 
 _WRITERS: dict[str, Callable[[Change], Line]] = {
     "paint": _write_paint,
-    "segment": lambda change: {
-        "parameters": change.after.parameters, "digest": change.after.digest,
-    },
-    "split": lambda change: {
-        "digest": change.after.digest, "cells": base64_of(change.after.splits[-1]),
-    },
+    "segment": lambda one: {"parameters": one.after.parameters, "digest": one.after.digest},
+    "split": lambda one: {"digest": one.after.digest, "cells": base64_of(one.after.splits[-1])},
     "classes": lambda change: {"classes": list(change.after)},
     "objects": lambda change: {"names": list(change.after)},
     "review": lambda change: {"reviewed": change.after},

@@ -22,8 +22,7 @@ from ..labels.classes import INSTANCES, stuff_of
 FORMATS = ("json", "npz", "csv", "aggregation.json", "segs.json", "zip")
 
 FORMATS_OF_KIND = {
-    "triangles": ("ply", "obj", "off", "glb", "vtp"),
-    "polygons": ("ply", "obj", "off", "glb", "vtp"),
+    **dict.fromkeys(("triangles", "polygons"), ("ply", "obj", "off", "glb", "vtp")),
     "tets": ("vtu", "vtk"),
     "points": ("ply", "csv", "las", "laz"),
 }

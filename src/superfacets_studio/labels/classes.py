@@ -6,7 +6,6 @@ import contextlib
 import csv
 import json
 import re
-from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, cast
@@ -181,48 +180,51 @@ def with_missing(classes: ClassList, used: Iterable[int]) -> ClassList:
     return with_new(classes, dict.fromkeys(lacking))
 
 
-def checked_class_list(value: object) -> ClassList:
+def checked_class_list(value: object, places: Sequence[str] = ()) -> ClassList:
     """Return a checked copy of a list of classes; classes without a color get a free default color.
 
-    Raises ValueError if an entry is invalid, or if two classes have the same number or key.
+    `places` are the places of the classes in a file, such as "line 2". Raises ValueError if an
+    entry is invalid, or if two classes have the same number or key or, with `places`, name.
     """
     if not isinstance(value, (list, tuple)):
         raise ValueError("classes must be a list")
-    checked = tuple(_checked(entry, index) for index, entry in enumerate(value))
+    places, is_file = places or [f"classes[{i}]" for i in range(len(value))], bool(places)
+    checked = tuple(map(_checked, value, places))
     bare = [entry for entry in checked if entry["color"] is None]
     colors = _free_colors([entry["id"] for entry in bare], checked)
     for entry, color in zip(bare, colors, strict=True):
         entry["color"] = color
-    for name in ("id", "key"):
+    for name in ("id", "key", "name")[: 3 if is_file else 2]:
         seen: set[Any] = set()
-        for entry in checked:
-            if entry[name] in seen:
-                raise ValueError(f"two classes have the same {name}: {entry[name]}")
-            seen |= {entry[name]} - {""}
+        for entry, place in zip(checked, places, strict=True):
+            given = entry[name].casefold() if name == "name" else entry[name]
+            if given in seen:
+                raise ValueError(f"{place}: two classes have the same {name}: {entry[name]}")
+            seen |= {given} - {""}
     return checked
 
 
-def _checked(entry: Any, index: int) -> dict[str, Any]:
+def _checked(entry: Any, place: str) -> dict[str, Any]:
     if not isinstance(entry, dict):
-        raise ValueError(f"classes[{index}] must have an id, a name and a color")
+        raise ValueError(f"{place} must have an id, a name and a color")
     class_id, name, color, key = (entry.get(part) for part in ("id", "name", "color", "key"))
     if type(class_id) is not int or not 1 <= class_id <= MAX_CLASS:
-        raise ValueError(f"classes[{index}]: id must be a whole number from 1 to {MAX_CLASS}")
+        raise ValueError(f"{place}: id must be a whole number from 1 to {MAX_CLASS}")
     if not isinstance(name, str) or not name.strip() or len(name) > _MAX_NAME:
-        message = f"classes[{index}]: name must have 1 to {_MAX_NAME} characters, not only spaces"
+        message = f"{place}: name must have 1 to {_MAX_NAME} characters, not only spaces"
         raise ValueError(message)
     is_color = isinstance(color, str) and _COLOR.fullmatch(color.lower())
     if color is not None and not is_color:
-        raise ValueError(f"classes[{index}]: color must be #rrggbb, such as #e69f00")
+        raise ValueError(f"{place}: color must be #rrggbb, such as #e69f00")
     key = "" if key is None else key
     if not isinstance(key, str) or len(key) > 1:
-        raise ValueError(f"classes[{index}]: key must be one character, or empty")
+        raise ValueError(f"{place}: key must be one character, or empty")
     for part, text in (("name", name), ("key", key)):
         if not is_unicode(text):
-            raise ValueError(f"classes[{index}]: {part} is not valid Unicode: lone surrogate")
+            raise ValueError(f"{place}: {part} is not valid Unicode: lone surrogate")
     is_stuff = entry.get("stuff", False)
     if not isinstance(is_stuff, bool):
-        raise ValueError(f"classes[{index}]: stuff must be true or false")
+        raise ValueError(f"{place}: stuff must be true or false")
     checked = {"id": class_id, "name": name.strip(), "color": color and color.lower(), "key": key}
     return {**checked, "stuff": True} if is_stuff else checked
 
@@ -262,18 +264,20 @@ def read_classes(path: Path) -> ClassList:
     try:
         text = path.read_text(encoding="utf-8-sig")
         if path.suffix.lower() == ".json":
-            return checked_class_list(_listed(parsed_json(text)))
-        names = [line.strip() for line in text.splitlines() if line.strip()]
-        classes = _tabled(text) if path.suffix.lower() == ".csv" else default_classes(names)
-        if not names or not classes:
+            listed = _listed(parsed_json(text))
+            is_ours = path.name == CLASSES_FILE  # older versions stored equal names
+            given = [] if is_ours else [f"classes[{i}]" for i in range(len(listed))]
+            return checked_class_list(listed, given)
+        lines = [(i, line.strip()) for i, line in enumerate(text.splitlines(), 1) if line.strip()]
+        named = [(i, new_class(rank, name)) for rank, (i, name) in enumerate(lines, 1)]
+        found = _tabled(text) if path.suffix.lower() == ".csv" else named
+        if not found:
             raise ValueError("no line has a class")
-        name, n = Counter(entry["name"].casefold() for entry in classes).most_common(1)[0]
-        if n > 1:
-            raise ValueError(f"two classes have the same name: {name}")
-        return checked_class_list(classes)
+        return checked_class_list([one for _, one in found], [f"line {i}" for i, _ in found])
+    except UnicodeDecodeError:
+        raise ValueError(f"{path}: save the file as UTF-8 (in Excel: CSV UTF-8)") from None
     except ValueError as error:
-        why = "save it as UTF-8" if isinstance(error, UnicodeDecodeError) else error
-        raise ValueError(f"{path}: not a list of classes: {why}") from None
+        raise ValueError(f"{path}: not a list of classes: {error}") from None
 
 
 def new_classes(file: Path | None, folder: Path) -> ClassList:
@@ -329,18 +333,17 @@ def _of_category(entry: Any) -> Any:
     return {**given, "color": color, "stuff": not entry.get("isthing", True)}
 
 
-def _tabled(text: str) -> list[dict[str, Any]]:
-    """Return the classes in the content of a CSV file; commas, semicolons or tabs divide it."""
+def _tabled(text: str) -> list[tuple[int, dict[str, Any]]]:
+    """Return line and class of each row of a CSV file; commas, semicolons or tabs divide it."""
     mark = max(",;\t", key=text.count)
     table = csv.reader(text.splitlines(), delimiter=mark, skipinitialspace=True)
     rows = [(table.line_num, [cell.strip() for cell in row]) for row in table if any(row)]
     header = [name.casefold().replace("_", "") for name in rows[0][1]] if rows else []
     columns = header if "name" in header else _COLUMNS
-    classes = list[dict[str, Any]]()
+    classes = []
     for number, row in rows[columns is header :]:
         try:
-            new = _of_row(dict(zip(columns, row, strict=False)))
-            classes += [_checked(entry, len(classes)) for entry in new]
+            classes += [(number, one) for one in _of_row(dict(zip(columns, row, strict=False)))]
         except ValueError as error:
             raise ValueError(f"line {number}: {error}") from None
     return classes

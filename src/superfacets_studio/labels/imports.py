@@ -147,8 +147,7 @@ def _of_corners(cells: Any, of_vertices: Longs) -> Longs:
     n_vertices = cells.n_cells if kit.kind_of(cells).are_points else cells.n_vertices
     kit.check_length(of_vertices, n_vertices, "segIndices", "vertex", error=MeshError)
     ids, ranks = np.unique(of_vertices, return_inverse=True)  # ids of other tools may be large
-    of_cells: Longs = ids[face_labels(cells, ranks)]
-    return of_cells
+    return np.asarray(ids[face_labels(cells, ranks)])
 
 
 def _by_number(labels: Longs, known: ClassList) -> Imported:
@@ -209,10 +208,9 @@ class _Gathered:
         """Give the cells in the mask `is_in` the class `name`, and make them an object.
 
         An unknown class is added to the list, with the number that it has in the file if that is
-        free. The object gets the number `wanted` if it is free,
-        and otherwise the number after the highest in use. If `wanted` is 0, or if the class has no
-        objects, the cells are in no object. `entry` is the entry in the file, which may contain the
-        name and score of the object.
+        free. The object gets the number `wanted` if it is free, and otherwise the number after the
+        highest in use. If `wanted` is 0, or if the class has no objects, the cells are in no
+        object. `entry` is the entry in the file, which may contain name and score of the object.
         """
         class_id, self._known = with_named(self._known, name, entry.get("category_id"))
         self._classes[is_in], self._objects[is_in] = class_id, 0
@@ -241,6 +239,5 @@ class _Gathered:
 
     def imported(self) -> Imported:
         cells = np.flatnonzero(self._classes).astype(np.uint32)
-        labels = self._classes, self._objects
-        classes, objects = (one[cells].astype(np.uint16) for one in labels)
+        classes, objects = (a[cells].astype(np.uint16) for a in (self._classes, self._objects))
         return Imported(cells, classes, objects, self._known, self._names, self._scores)

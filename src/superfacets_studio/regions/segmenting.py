@@ -65,8 +65,7 @@ def checked_parameters(given: Mapping[str, Any], usual: Parameters, n_cells: int
     `n_segments`, or if a new `n_segments` is given without a level. Raises ValueError or TypeError
     if a parameter is unknown, out of range or of the wrong type.
     """
-    unknown = sorted(set(given) - set(usual))
-    if unknown:
+    if unknown := sorted(set(given) - set(usual)):
         raise ValueError(f"unknown parameter {unknown[0]}")
     merged = {**usual, **given}
     if "alpha" not in given and merged["scans"] != usual["scans"]:

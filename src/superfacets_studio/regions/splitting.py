@@ -143,6 +143,5 @@ def _without_stroke(part: _RegionGraph, is_side: Bools, stroke: Longs) -> Bools:
     is_within = is_side[part.sources] == is_side[part.targets]
     n_pieces, pieces = connected_components(part.matrix(is_within.astype(np.int8)), directed=False)
     is_held = np.zeros(n_pieces, bool)
-    is_held[pieces[stroke]] = True
-    is_held[pieces[~is_side]] = True
+    is_held[pieces[stroke]] = is_held[pieces[~is_side]] = True
     return np.asarray(~is_held[pieces])

@@ -76,8 +76,7 @@ def open_socket(port: int) -> socket.socket:
         if error.errno == errno.EADDRINUSE:
             message = f"port {port} is in use: choose another with --port, or omit --port"
             raise OSError(message) from None
-        reason = error.strerror or error
-        raise OSError(f"cannot listen on port {port}: {reason}") from None
+        raise OSError(f"cannot listen on port {port}: {error.strerror or error}") from None
     return opened
 
 

@@ -59,7 +59,7 @@ class Studio:
         def drawn() -> Response:
             path = self.files.path(request.path_params["id"])
             try:
-                return Response(self.thumbnails.png(path), media_type="image/png")
+                return Response(self.thumbnails.png(path, self.files.up), media_type="image/png")
             except RenderError as error:
                 return JsonReply({"error": message_of(error)}, 404)
 

@@ -90,12 +90,12 @@ def _mesh_packet(document: Document, query: Body) -> bytes:
     """
     shape = shape_of(document.cells)
     center = document.cells.bounds.mean(axis=0)
-    is_z_up = document.source.path.suffix.lower() in FORMATS.z_up
+    is_z_up = document.source.path.suffix.lower() in FORMATS.z_up and document.up == "auto"
     header = {
         "kind": document.source.kind, "n_cells": document.n_cells, "center": center.tolist(),
         "measure": "volume" if kind_of(document.cells).dimension == 3 else "area",
         "has_normals": _has_normals(document),
-        **shape.view_facts(View(up="z" if is_z_up else "auto")),
+        **shape.view_facts(View(up="z" if is_z_up else document.up)),
         "low": [0, 0, 0], "step": [1, 1, 1], "point_size": shape.point_size * shape.diagonal,
         "palette": PALETTE.tolist(), "texture": None, "texture_problem": "",
     }  # fmt: skip

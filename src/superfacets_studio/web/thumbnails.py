@@ -27,14 +27,14 @@ class Thumbnails:
         self._drawing: subprocess.Popen[str] | None = None
         self._is_closed = False
 
-    def png(self, path: Path) -> bytes:
+    def png(self, path: Path, up: str = "auto") -> bytes:
         """Return the thumbnail of a file as PNG; raise RenderError or OSError if this fails."""
         status = path.stat()
         stamp = (status.st_mtime_ns, status.st_size)
         with self._lock:
             kept = self._kept.get(path)
             if kept is None or kept[0] != stamp:
-                kept = self._kept[path] = (stamp, self._drawn(path))
+                kept = self._kept[path] = (stamp, self._drawn(path, up))
         return kept[1]
 
     def close(self) -> None:
@@ -44,11 +44,11 @@ class Thumbnails:
         if drawing is not None:
             drawing.kill()
 
-    def _drawn(self, path: Path) -> bytes:
+    def _drawn(self, path: Path, up: str) -> bytes:
         with tempfile.TemporaryDirectory(prefix="superfacets-") as folder:
             target = Path(folder, "picture.png")
             # Without -P, Python could import modules from the current folder.
-            command = [sys.executable, "-P", "-m", __name__, str(path), str(target)]
+            command = [sys.executable, "-P", "-m", __name__, up, str(path), str(target)]
             status, errors = self._run(command)
             if status or not target.exists():
                 lines = errors.strip().splitlines()
@@ -75,12 +75,12 @@ class Thumbnails:
 
 
 def main() -> None:
-    """Draw the file in the first argument, and write a PNG to the path in the second argument."""
-    from superfacets import plot
+    """Draw a picture; arguments are the axis that points up, the file, and the path of the PNG."""
+    from superfacets import View, plot
 
-    source, target = map(Path, sys.argv[1:3])
+    up, source, target = sys.argv[1:4]
     try:
-        plot(source, output=target, size=SIZE)
+        plot(source, output=target, size=SIZE, view=View(up=up))  # type: ignore[arg-type]
     except Exception as error:
         sys.exit(f"{type(error).__name__}: {error}")
 

@@ -64,6 +64,7 @@ export interface FileEntry {
   done: number;
   reviewed?: boolean;
   changed_since_review?: boolean;
+  time?: number; // of the last step, in seconds since 1970
   statistics?: Statistics;
   n_cells?: number;
   error?: string;

@@ -70,10 +70,10 @@ export class FilesPanel {
     this.open(files[at].id);
   }
 
-  /** Open the first file that can be read. Throws an error if no file can be read. */
+  /** Open the file of the last step or, if it cannot be read, the one before. Throws an error if no file can be read. */
   async openFirst(): Promise<void> {
     const damaged: string[] = [];
-    for (const { id } of this.session.files) {
+    for (const { id } of [...this.session.files].sort((a, b) => (b.time ?? 0) - (a.time ?? 0))) {
       this.asked = id;
       try {
         await this.session.open(id);

@@ -29,6 +29,7 @@ export class Views {
       { name: words.front, key: "Alt+1", what: words.frontWhat, run: turn(0, 0) },
       { name: words.side, key: "Alt+2", what: words.sideWhat, run: turn(quarter, 0) },
       { name: words.top, key: "Alt+3", what: words.topWhat, run: turn(0, quarter) },
+      { name: words.up, key: "Alt+4", what: words.upWhat, run: () => camera.turnUp() },
       { name: words.frame, key: "g", what: words.frameWhat, run: () => workbench.frameActive() },
       { name: words.reset, key: "Home", what: words.resetWhat, run: () => camera.home() },
       { name: words.back, key: "z", what: words.backWhat, run: () => workbench.goBack() },

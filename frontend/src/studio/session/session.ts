@@ -195,13 +195,10 @@ export class Session {
   private async openNow(fileId: number): Promise<void> {
     if (this.nWaiting) throw new ServerGone();
     const path = `/api/files/${fileId}`;
-    const [mesh, state] = await Promise.all([
-      this.api.buffer(`${path}/mesh`).then((buffer) => new Mesh(buffer)),
-      this.api.get<State>(`${path}/state`),
-    ]);
-    const [paint, regions] = await Promise.all([
-      this.api.buffer(`${path}/paint`),
-      this.fetchRegions(path, state.revision, mesh),
+    const state = await this.api.get<State>(`${path}/state`);
+    const wanted = this.api.buffer(`${path}/mesh`).then((buffer) => new Mesh(buffer));
+    const [mesh, paint, regions] = await Promise.all([
+      wanted, this.api.buffer(`${path}/paint`), this.fetchRegions(path, state.revision, wanted),
     ]);
     this.fileId = fileId;
     this.nLoads++;
@@ -240,12 +237,12 @@ export class Session {
     this.events.emit("painted", null);
   }
 
-  private async fetchRegions(path: string, revision: number, mesh: Mesh): Promise<Regions> {
-    const [labels, graph] = await Promise.all([
+  private async fetchRegions(path: string, revision: number, mesh: Mesh | Promise<Mesh>): Promise<Regions> {
+    const [labels, graph, { areas }] = await Promise.all([
       this.api.buffer(`${path}/labels?revision=${revision}`),
-      this.api.buffer(`${path}/regions?revision=${revision}`),
+      this.api.buffer(`${path}/regions?revision=${revision}`), mesh,
     ]);
-    return new Regions(new Int32Array(labels), mesh.areas, graph, revision);
+    return new Regions(new Int32Array(labels), areas, graph, revision);
   }
 
   private async loadRegions(revision: number): Promise<void> {

@@ -461,6 +461,8 @@ export const en = {
     sideWhat: "from the right side; again: from the left side",
     top: "Top",
     topWhat: "from the top; again: from below",
+    up: "Up",
+    upWhat: "let the side of the mesh that faces you point up",
     frame: "Frame",
     frameWhat: "go to the region under the pointer or to the chosen object, and turn the view around it",
     reset: "Reset",

@@ -81,7 +81,7 @@ export class Drawing {
     this.frames = [new Frame(gpu, 2), new Frame(gpu, 2)];
     this.coverFrame = new Frame(gpu, 1);
     this.cellsProgram = new Program(gpu, SURFACE, CELLS);
-    this.imageProgram({ is_cloud: false, blends: false, has_suggestions: false, blinks: false }); // fails early if it cannot be built
+    this.imageProgram(this.switches); // fails early if it cannot be built
     canvas.addEventListener("webglcontextlost", (event) => {
       event.preventDefault(); // without this call, the browser would never restore the context
       failed(text.session.noGraphics);
@@ -152,11 +152,13 @@ export class Drawing {
 
   /** Highlight these regions as selected, or remove the highlight. */
   select(regions: Iterable<number>, on: boolean): void {
+    const alpha = on ? 255 : 0;
     for (const region of regions) {
-      this.regionColors.texels[4 * region + 3] = on ? 255 : 0;
+      if (this.regionColors.texels[4 * region + 3] === alpha) continue; // painted regions are selected without a highlight
+      this.regionColors.texels[4 * region + 3] = alpha;
       this.regionColors.touch(region);
     }
-    this.redraw();
+    if (this.regionColors.isChanged) this.redraw();
   }
 
   /** Set the shades of each class id. Classes that are not in the map are gray. */
@@ -224,6 +226,7 @@ export class Drawing {
     this.scheduled ||= requestAnimationFrame(() => {
       this.scheduled = 0;
       this.draw(1);
+      if (this.isViewNew) this.refineSoon(); // this frame first
     });
   }
 
@@ -233,9 +236,11 @@ export class Drawing {
   }
 
   private settle(): void {
+    if (this.scheduled) return this.refineSoon(); // a frame that is late, for example because shaders are compiled
     if (this.isViewNew) for (const run of this.afterView) run();
     this.isViewNew = false;
     this.refine();
+    if (this.mesh && !this.gpu.gl.isContextLost()) this.imageProgram({ ...this.switches, has_labels: true }); // the first click needs it
   }
 
   /** Whether no cell is in view. Searches bands of the framebuffer from the middle until one contains a cell. */
@@ -283,22 +288,31 @@ export class Drawing {
     for (const table of [this.cells.table, this.regionColors]) table.send();
     const frame = this.isStale || !this.frame ? this.drawCells() : this.frame;
     const { regions, cells, regionColors, classColors, stride, hovered, cursor } = this;
-    const blend = this.ownColors.isShown ? this.blend.opacity : 0;
-    const switches = { is_cloud: this.mesh.isCloud, blends: blend > 0, has_suggestions: this.hasSuggestions, blinks: this.nBlinks % 2 === 1 };
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     gl.viewport(0, 0, this.canvas.width, this.canvas.height);
-    this.imageProgram(switches).use({
+    this.imageProgram(this.switches).use({
       ...this.theme, regions, cells: cells.table, region_colors: regionColors, class_colors: classColors,
       suggestions: this.suggestions, suggestion_colors: this.suggestionColors,
       ids: frame.colors[0], lights: frame.colors[1], depths: frame.depth, near_far: this.camera.eye.near_far, focal: this.camera.pixelsOf(frame.height),
-      stride, samples: Math.min(samples, stride), hovered, cursor, has_borders: this.hasBorders, has_labels: this.hasClasses,
+      stride, samples: Math.min(samples, stride), hovered, cursor,
       line: Math.max(1, Math.round(1.1 * stride * window.devicePixelRatio)),
-      blend, hides_backs: this.hidesBacks, height: this.canvas.height,
+      blend: this.opacity, height: this.canvas.height,
     });
     gl.disable(gl.DEPTH_TEST);
     this.gpu.drawNumbers(3);
     gl.enable(gl.DEPTH_TEST);
     for (const run of this.afterDraw) run();
+  }
+
+  private get opacity(): number {
+    return this.ownColors.isShown ? this.blend.opacity : 0;
+  }
+
+  private get switches(): Switches {
+    return {
+      is_cloud: this.mesh?.isCloud ?? false, has_borders: this.hasBorders, has_labels: this.hasClasses, hides_backs: this.hidesBacks,
+      blends: this.opacity > 0, has_suggestions: this.hasSuggestions, blinks: this.nBlinks % 2 === 1,
+    };
   }
 
   /** Returns the program of the second pass for these switches, which is built on first use. */

@@ -43,6 +43,9 @@ void main() {
 /** Features of the second pass that change seldom. */
 export interface Switches {
   is_cloud: boolean;
+  has_borders: boolean;
+  has_labels: boolean; // whether any cell has a class
+  hides_backs: boolean;
   blends: boolean; // whether the mesh's own colors or texture are visible
   has_suggestions: boolean;
   blinks: boolean; // whether unlabeled cells are highlighted
@@ -50,7 +53,7 @@ export interface Switches {
 
 /**
  * Fragment shader of the second pass. Switches are constants, so that compilers omit features that are off. Without a
- * graphics card, both sides of every other branch are computed, and these features would take half of the time.
+ * graphics card, both sides of every other branch are computed, and these features would take more than half of the time.
  */
 export const image = (switches: Switches): string => `${HEAD}${TINTED}
 ${Object.entries(switches).map(([name, isOn]) => `const bool ${name} = ${isOn};`).join("\n")}
@@ -68,10 +71,7 @@ uniform int samples;  // number of first-pass pixels averaged per canvas pixel, 
 uniform int line;  // width of borders in first-pass pixels
 uniform uint hovered;  // region under the pointer, or NONE
 uniform uint cursor;  // region selected by keyboard, or NONE
-uniform bool has_borders;
-uniform bool has_labels;  // whether any cell has a class
 uniform float blend;  // opacity of the mesh's own colors or texture, 0 to 1
-uniform bool hides_backs;
 uniform vec2 near_far;
 uniform float focal;  // size of a segment of length 1 at distance 1, in first-pass pixels
 uniform vec3 high;  // background color at the top
@@ -162,7 +162,7 @@ vec3 shade(ivec2 p, ivec2 limit) {
   bool is_object = false;  // whether the pixel is at the border between two objects of a class
   int before = line / 2;
   int after = line - before;
-  for (int k = 0; k < 4; k++) {
+  for (int k = 0; k < 4; k += before > 0 || is_active || tone.a > 0.5 ? 1 : 2) {  // thin lines have no pixels at odd k
     int reach = (k & 1) == 0 ? after : before;
     if (is_active || tone.a > 0.5) reach = after + (line + 1) / 2;
     if (reach == 0) continue;
