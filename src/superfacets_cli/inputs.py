@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-import superfacets_formats
 from superfacets import MeshError, face_labels, kit
 from superfacets.kit import FORMATS, Array, CellFile, Cells, Ints
 
@@ -72,13 +71,14 @@ def given_labels(
     `CellFile.labels_in`. If the label file is a work file of the studio, the labels are the
     classes, and -1 for no class.
     """
+    from superfacets_formats import label_names  # slow to import
+
     if path.suffix.lower() == ".jsonl":
         classes, names = _classes_in_work(source, path, cells.n_cells)
         return GivenLabels(path, np.where(classes > 0, classes, np.int32(-1)), False, names)
     if str(path) == source.name and (own := source.own_labels(cells.n_cells, name)):
         return GivenLabels(path, own.values, False, dict(enumerate(own.names)))
-    has_table = path.name.lower().endswith(FORMATS.key_labels)
-    named = superfacets_formats.label_names(path) if has_table else {}
+    named = label_names(path) if path.name.lower().endswith(FORMATS.key_labels) else {}
     return GivenLabels(path, *source.labels_in(path, cells, name, are_values=are_values), named)
 
 
