@@ -70,9 +70,9 @@ class Listed(click.ParamType):  # type: ignore[type-arg]  # generic in new versi
 
 
 class GroupedCommand(click.Command):
-    """A command whose help lists options in the groups that `options` were given.
+    """A command whose help lists options by the `group` that was passed to `options`.
 
-    ``--help`` shows `SHOWN`, and ``--help-all`` shows all.
+    ``--help`` shows the groups in `SHOWN`, and ``--help-all`` shows all groups.
     """
 
     GROUPS: ClassVar = (

@@ -109,9 +109,9 @@ class Grid:
         n_cells = len(self.kinds)
         if len(self.sizes) != n_cells or int(self.sizes.sum()) != len(self.corners):
             raise MeshError(
-                f"the file has types of {counted(n_cells, 'cell')}, but sizes of"
-                f" {len(self.sizes)} and {counted(len(self.corners), 'corner')}: the file may be"
-                " damaged"
+                f"types of {counted(n_cells, 'cell')}, sizes of {counted(len(self.sizes), 'cell')}"
+                f" (sum {self.sizes.sum()}) and {counted(len(self.corners), 'corner')} do not"
+                " match: the file may be damaged"
             )
         for kind, n_corners in _SIZES.items():
             wrong = np.flatnonzero((self.kinds == kind) & (self.sizes != n_corners))

@@ -22,7 +22,7 @@ class TetBoundary(NamedTuple):
     Attributes
     ----------
     mesh : Mesh
-        Triangles on the same vertices, counterclockwise seen from outside.
+        Triangles, counterclockwise seen from outside, with the vertices of the `TetMesh`.
     sources : ndarray of int32, shape (F,)
         Tetrahedron of each triangle. If ``labels`` are labels of the tetrahedra,
         ``labels[sources]`` are labels of the triangles.

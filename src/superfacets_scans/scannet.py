@@ -183,7 +183,7 @@ def check_ids(ids: npt.NDArray[np.integer]) -> None:
 
 
 def check_triangles(cells: Cells) -> None:
-    """Raise a MeshError unless the cells are triangles, which SSTK labels."""
+    """Raise a MeshError unless the cells are triangles, because SSTK labels only triangles."""
     kind = kind_of(cells)
     if kind.name == "polygons":
         raise MeshError(

@@ -192,9 +192,9 @@ class _SourceReader:
     left_out: list[str] = field(default_factory=list)
 
     def reference(self, key: str, info: dict[str, Any]) -> dict[str, Any] | None:
-        """Convert a texture reference; return None if it needs other coordinates than the color."""
+        """Convert a texture reference; return None if its coordinates differ from the color's."""
         if _use_of(info) != self.use:
-            self.left_out.append(f"{key}, which needs other coordinates than the color,")
+            self.left_out.append(f"{key}, whose texture coordinates differ from the color's,")
             return None
         image, sampler = self.reader.image_and_sampler(info["index"])
         self.images.append(image)

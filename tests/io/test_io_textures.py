@@ -198,7 +198,7 @@ def test_gltf_transforms_of_coordinates_are_applied(tmp_path):
     expected = np.stack([v + 0.5, 1 - (-2 * u + 0.25)], axis=1)
     np.testing.assert_allclose(pairs_at_corners(attributes.texture), expected, atol=1e-6)
     (note,) = attributes.left_out
-    reason = "which needs other coordinates than the color"
+    reason = "whose texture coordinates differ from the color's"
     assert note == f"normalTexture, {reason}, of material 'material_0'"
 
 

@@ -236,13 +236,13 @@ def test_merging_stops_at_the_number_of_components():
     check_levels(nested, graph)
     with pytest.raises(
         ValueError,
-        match="each number in counts must be at least 12 because the last regions have no"
-        " neighbors, got 3",
+        match="each number in counts must be at least 12 because merging stops if no"
+        " regions are neighbors, got 3",
     ):
         sf.hierarchy(mesh, [40, 3])
     with pytest.raises(
         ValueError,
-        match="n must be at least 12 because the last regions have no neighbors, got 11:"
+        match="n must be at least 12 because merging stops if no regions are neighbors, got 11:"
         " without barriers, islands='nearest' also merges across gaps",
     ):
         nested.cut(11)
@@ -319,8 +319,8 @@ def test_regions_never_merge_across_barriers(are_edges):
         sf.hierarchy(mesh, [1], labels=np.zeros(mesh.n_faces, int), barriers=barriers)
     with pytest.raises(
         ValueError,
-        match="each number in counts must be at least 2 because the last regions have no"
-        " neighbors, got 1",
+        match="each number in counts must be at least 2 because merging stops if no"
+        " regions are neighbors, got 1",
     ):
         sf.hierarchy(mesh, [9, 1], barriers=barriers)
     with pytest.raises(

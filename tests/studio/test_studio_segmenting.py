@@ -82,7 +82,7 @@ def test_a_level_below_the_number_of_components_is_refused():
     segmenter = segmenting.Segmenter(apart)
     with pytest.raises(
         ValueError,
-        match=r"level must be at least 2 because the last regions have no neighbors, got 1$",
+        match=r"level must be at least 2 because merging stops if no regions are neighbors, got 1$",
     ):
         segmenter.run({**segmenting.default_parameters(64, 8), "level": 1})
     segmenter.close()

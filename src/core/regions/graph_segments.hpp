@@ -23,8 +23,8 @@ struct SegmentLimits {
 // weights are equal. In a first pass, an edge joins the two segments at its ends if its weight is
 // at most the limit of both segments. The limit of a segment is threshold / size, plus the weight
 // of the last edge that joined the segment. In a second pass, edges join segments smaller than
-// `least` to neighboring segments. A smaller connected component is one segment. The worst-case
-// time is O(E log V).
+// `least` to neighboring segments. A connected component smaller than `least` is one segment. The
+// worst-case time is O(E log V).
 Buffer<Cell> graph_segments(std::span<const Point> positions, std::span<const Point> normals,
                             std::span<const Vertex> ends, const SegmentLimits& limits,
                             ThreadTeam& team);

@@ -62,8 +62,8 @@ class Goals(NamedTuple):
                 )
             name, bound = ("least", low) if size < low else ("most", high)
             raise MeshError(
-                f"Sizes(bounds=...) cannot be met: region {region} has {size:g} instead of at"
-                f" {name} {bound:g}; try less strict bounds or another number of regions"
+                f"Sizes(bounds=...) cannot be met: region {region} has the size {size:g} instead"
+                f" of at {name} {bound:g}; try less strict bounds or another number of regions"
             )
 
 

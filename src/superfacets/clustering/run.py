@@ -115,9 +115,9 @@ def segment_cells(
 ) -> Segmentation:  # fmt: skip
     """Place seeds and run the loop on a graph of the cells inside the mask, without checks.
 
-    Coarse graphs are removed after their last use. Far arcs and coarse cells lead over other cells,
-    so regions may have loose pieces without a center. Across `joining_arcs`, these pieces join
-    other regions, if possible where arcs are shorter than ``graph.crease_limit``.
+    Coarse graphs are removed after their last use. Paths along far arcs and coarse cells skip
+    cells, so regions may have loose pieces without a center. These pieces join other regions along
+    `joining_arcs`, if possible along arcs shorter than ``graph.crease_limit``.
     """
     size, count, init = plan.size, plan.count_options, plan.init
     if init is None:

@@ -40,7 +40,7 @@ def place_seeds(
     init : {"geodesic", "curve", "farthest", "flood", "grid"} or array_like of int
         Seeding method, or the seeds.
 
-        - ``"geodesic"``: Start with the central cell, nearest to the centroid, of each component
+        - ``"geodesic"``: Start with the central cell (nearest to the centroid) of each component
           except islands, from the largest component to the smallest. Then repeatedly add the cell
           with the longest path from its nearest seed. Seeds are denser near creases. There are
           exactly k seeds, and time is O(N log N log k) in practice.

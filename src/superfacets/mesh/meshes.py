@@ -86,8 +86,8 @@ class Triangulation(NamedTuple):
     Attributes
     ----------
     mesh : Mesh
-        Triangles on the same vertices. A polygon of n corners becomes n - 2 triangles with the same
-        orientation. Triangles are in the order of the polygons.
+        Triangles, with the vertices of the `PolygonMesh`. A polygon of n corners becomes n - 2
+        triangles with the same orientation. Triangles are in the order of the polygons.
     sources : ndarray of int32, shape (T,)
         Polygon that contains each triangle. If ``labels`` are labels of the polygons,
         ``labels[sources]`` are labels of the triangles.

@@ -96,7 +96,7 @@ class Hierarchy:
         n = checked_count(n, name, self.n_finest, "regions on the finest level")
         if n < self.n_fewest:
             raise ValueError(
-                f"{name} must be at least {self.n_fewest} because the last regions have no"
+                f"{name} must be at least {self.n_fewest} because merging stops if no regions are"
                 f" neighbors, got {n}: without barriers, islands='nearest' also merges across gaps"
             )
         merged = self.children[: self.n_finest - n]

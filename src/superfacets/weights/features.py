@@ -131,7 +131,7 @@ class FeatureCosts:
     n_threads: int
 
     def added(self, weights: npt.ArrayLike, graph: Surface | CellGraph, radius: float) -> Floats:
-        """Return weights plus costs of feature differences, in proportion to `radius`."""
+        """Return `weights` plus costs of feature differences that are proportional to `radius`."""
         factor = self.weight * (radius / graph.weight_unit)
         given = exact_doubles(np.asarray(weights))
         return _core.add_feature_steps(*graph.arcs, given, self.features, factor, self.n_threads)

@@ -200,7 +200,7 @@ class Segmenter:
         tree = self._trees[finest.digest]
         kit.checked_count(level, "level", tree.n_finest, "regions on the finest level")
         if level < tree.n_fewest:
-            reason = "because the last regions have no neighbors"
+            reason = "because merging stops if no regions are neighbors"
             raise ValueError(f"level must be at least {tree.n_fewest} {reason}, got {level}")
         return _base_of(tree.cut(level), finest.notes)
 

@@ -194,7 +194,7 @@ export class CellBrush extends Brush {
 }
 
 export const OUTLINES = ["lasso", "rectangle", "polygon"] as const;
-const CLOSE = 10; // a click this close to the first or the last corner closes a polygon, in pixels
+const CLOSE = 10; // largest distance in pixels to the first or last corner at which a click closes a polygon
 const MIN_PIECE = 0.05; // smallest piece that can be the front piece, as a fraction of the pixels inside the outline
 const MAX_LOOKED_UP = 16; // largest number of cells of a region that are looked up to find whether it is inside an outline
 const NEAR = 4; // largest distance between the middles of neighboring cells of a piece, in multiples of their sizes

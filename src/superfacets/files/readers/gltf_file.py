@@ -166,7 +166,7 @@ class Gltf:
             form["count"] = sparse["count"]
             at = self._rows_at(form | places | {"count": form["count"], "type": "SCALAR"}, where)
             if len(at) and (at.dtype.kind != "u" or at.max() >= n_rows):
-                raise MeshError(f"broken glTF: {where} has a sparse row beyond its end")
+                raise MeshError(f"broken glTF: {where} has a sparse index beyond its end")
             rows[at] = self._rows_at(values | form, where)
         return rows
 
