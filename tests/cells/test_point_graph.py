@@ -147,8 +147,7 @@ def test_duplicates_share_the_area_and_hang_on_the_lowest():
     assert doubled.measures[:50] == pytest.approx(alone.measures[:50] / 3)
     assert rows_of(doubled)[200:250] == [[i] for i in range(50)]
     assert rows_of(doubled)[0] == [*rows_of(alone)[0], 200, 250]
-    result = segment(np.repeat(points, 3, axis=0), 10)
-    assert result.n_segments == 10
+    assert segment(np.repeat(points, 3, axis=0), 10).n_segments == 10
 
 
 def test_isolated_points_have_no_arcs_and_no_area():
@@ -160,6 +159,8 @@ def test_isolated_points_have_no_arcs_and_no_area():
     with pytest.warns(sf.IslandWarning):
         assert segment(points, 8).n_segments == 10
     assert segment(points, 8, islands="nearest").n_segments == 8
+    line = [[9.0 * place, 9.0, 9.0] for place in range(9)]  # noise, whose points are neighbors
+    assert build_point_graph([*plane(2000), *line]).measures.sum() < 1.5
 
 
 @pytest.mark.parametrize("has_normals", [False, True])

@@ -27,6 +27,10 @@ CUTOFF = 4.0
 around its two points. For uniformly random points, only one in ten thousand of the six nearest
 neighbors is farther away than 3.3 times this square root."""
 
+MAX_AREA = 30.0
+"""Maximum area around a point, as a multiple of the area that is exceeded around 1 % of the points.
+Without the maximum, a few points of noise, far from all others, would get many of the regions."""
+
 OPEN_SHARE = 0.05
 """A cloud is treated as an open surface if the length of its area-weighted mean normal exceeds this
 value. The length is 0.2 or more for rooms without a ceiling. It is below 0.05 for all 95 closed
@@ -52,8 +56,7 @@ class PointGraph(BaseGraph):
 
 def find_point_graph(
     cloud: PointCloud, n_threads: int, *, n_neighbors: int = N_NEIGHBORS,
-    cutoff: float = CUTOFF, is_kept: Bools | None = None,
-    is_sorted: bool = False,
+    cutoff: float = CUTOFF, is_kept: Bools | None = None, is_sorted: bool = False,
 ) -> PointGraph:  # fmt: skip
     """Return the graph of a cloud, or raise a MeshError if all points coincide.
 
@@ -67,6 +70,7 @@ def find_point_graph(
         part.points, n_neighbors, max(n_neighbors, N_AROUND), cutoff, has_normals, axes, is_sorted,
         n_threads,
     )  # fmt: skip
+    np.minimum(measures, MAX_AREA * np.quantile(measures, 0.99) or np.inf, out=measures)
     points = None
     if is_sorted:
         points, order = order, np.arange(len(order), dtype=np.int32)
