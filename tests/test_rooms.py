@@ -211,7 +211,7 @@ def test_splats_are_segmented_by_their_shape_and_color(splats):
     assert cloud.normals is None
     assert np.allclose(cloud.colors[table[:, 0] < 0.5], [1, 0, 0], atol=0.01)
     is_wall = np.repeat([0, 1], 4000)
-    labels = sf.segment(path, 20).labels
+    labels = sf.segment(path, 30).labels
     assert wrong_share(labels, is_wall) < 0.04  # centers are noisy
     by_color = sf.segment(path, 2, features=sf.Features("color", weight=50)).labels
     assert wrong_share(by_color, (table[:, 0] < 0.5).astype(int)) < 0.02

@@ -46,7 +46,7 @@ CALLS = {
     "undersegmentation_error": lambda labels: metrics.undersegmentation_error(MESH, labels, labels),
     "unpool": lambda labels: sf.unpool(labels, VALUES),
     "vertex_labels": lambda labels: sf.vertex_labels(MESH, labels),
-    "view": lambda labels: sf.view(MESH, labels).html,
+    "view": lambda labels: sf.view(MESH, labels, smooth_borders=False).html,
     "write_labels": lambda labels: sf.write_labels("labels.npy", labels),
     "write_mesh": lambda labels: sf.write_mesh("mesh.ply", MESH, labels),
     "write_regions": lambda labels: sf.write_regions("regions", MESH, labels),

@@ -63,7 +63,7 @@ MIN_MADE = 0.7
 degrees or more. This sum is at least 0.73 for CAD parts, even if all edges are rounded, and at most
 0.66 for the chairs of the benchmark, on which people do not draw borders at all bends."""
 
-MADE_FACTOR = 2.37
+MADE_FACTOR = 2.17
 """Factor of the cost of all bends on made things. With a factor of 1, up to 2 % of the rims of
 machine parts are not borders of regions."""
 
@@ -334,7 +334,7 @@ WEIGHTS: Mapping[WeightName, Formula] = {
     "parts": Formula(
         about='like ``"creases"``, with straight lines between cells up to three arcs apart, and a'
         " cost between parts of the shape",
-        defaults={"alpha": 7.6, "eta_convex": 0.0, "ridges": 1.0, "gamma": 1.68},  # of PartCosts
+        defaults={"alpha": 8.3, "eta_convex": 0.0, "ridges": 1.0, "gamma": 1.68},  # of PartCosts
         compute=lambda surface, arrays, radius, params: _adapted_weights(
             surface, arrays, _crease_factors(radius, params)._replace(is_straight=True)
         ),
