@@ -100,7 +100,7 @@ def test_cell_weights_replace_areas():
     costs = np.where(np.arange(mesh.n_faces) % 10 == 0, 7.0, 1.0)
     costs[sf.build_face_graph(mesh).positions[:, 2] > 0] *= 3
     result = sf.segment(mesh, 40, sizes=sf.Sizes(balance=1.0, weights=costs))
-    assert spread(np.bincount(result.labels, costs)) < 0.14
+    assert np.ptp(np.bincount(result.labels, costs)) < 0.41 * costs.sum() / 40  # 20 % to each side
     assert spread(np.bincount(result.labels)) > 0.3
     assert n_pieces(mesh, result.labels) == 40
 
