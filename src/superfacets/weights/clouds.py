@@ -54,7 +54,7 @@ def build_point_graph(
     CellGraph
         ``measures`` are the areas around points, :math:`2 \pi \overline{d^2} / (n + 1)` for a point
         with n neighbors at distances d, and 0 for a point without arcs. Areas of a few points far
-        from all others are limited (see `graph.point_graph.MAX_AREA`). The estimate is unbiased
+        from all others are limited to 30 times those of most others. The estimate is unbiased
         for uniformly random points, 15% too large for blue noise, 20% too large on a square grid of
         points, and too large at the boundary of a surface. For scan lines with a line spacing of 2,
         3, 5 and 10 times the point spacing, areas are 1.35, 1.40, 0.84 and 0.42 times the true
