@@ -31,7 +31,7 @@ def name_of(text: str) -> str:
 
 
 def _classes_in_work(source: CellFile, path: Path, n_cells: int) -> tuple[Ints, dict[int, str]]:
-    """Return the class of each cell in a work file, where 0 means no class, and their names."""
+    """Return the class of each cell in a work file (0: no class), and the names of classes."""
     from superfacets_studio import classes_in_work
 
     classes, names, notes = classes_in_work(path, bytes(kit.read_content(path)), source, n_cells)

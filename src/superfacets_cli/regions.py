@@ -146,7 +146,7 @@ def _named(titles: Mapping[int, str], values: kit.Array) -> kit.Array:
 
 
 def _title(kind: str, name: str, columns: Columns) -> str:
-    """Return the title of a new column; of files with one name, the second keeps its path."""
+    """Return the title of a new column; if two files have one name, the second has its path."""
     title = f"{kind}_{Path(name).name if Path(name).is_file() else name}"
     return f"{kind}_{name}" if title in columns else title
 

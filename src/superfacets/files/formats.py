@@ -144,7 +144,7 @@ class Formats(dict[str, Table]):
 
     def _list_outputs(self) -> None:
         self.writers: dict[str, Mapping[str, Any]] = {
-            role[6:]: table for role, table in self.items() if role[:6] == "write_"
+            key.removeprefix("write_"): table for key, table in self.items() if key[:6] == "write_"
         }
         """Writers of cells, keyed by `Kind.name`, then by ending. The first ending is the default.
         If a kind is missing here, only its labels can be written, to label files."""

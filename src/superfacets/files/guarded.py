@@ -83,8 +83,9 @@ def main() -> None:
             _send(output, load(reader)(data, ending))
         except MemoryError:
             _refuse("reading takes too much memory: the file may be damaged")
-        except BaseException as e:  # libraries raise errors of many classes, and SystemExit
-            _refuse(str(e) if isinstance(e, MeshError) else f"truncated or damaged: {reason_of(e)}")
+        except BaseException as error:  # libraries raise errors of many classes, and SystemExit
+            damaged = f"it may be truncated or damaged: {reason_of(error)}"
+            _refuse(str(error) if isinstance(error, MeshError) else damaged)
 
 
 def _refuse(message: str) -> None:

@@ -53,7 +53,6 @@ def known_ending(path: StrPath, endings: Sequence[str]) -> str:
         given = path.suffix.lower() or "none"
         listed = [each for each in endings if each.endswith(given)] or endings  # .json: .segs.json
         advice = " (meshio writes it)" if given in (".msh", ".mesh") else ""
-        advice = " (superfacets view shows levels)" if given == ".npz" else advice
         raise MeshError(f"{path}: expected the ending {', '.join(listed)}, got {given}{advice}")
     return max(fitting, key=len)
 

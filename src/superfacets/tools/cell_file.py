@@ -100,6 +100,8 @@ class CellFile:
         is True, an array of bools is accepted. Raises a MeshError if the number of labels is wrong,
         or if the label file also contains cells, but other cells or in another order.
         """
+        if path.suffix.lower() == ".npz":
+            raise MeshError(f"{path}: .npz is no format of labels; superfacets view shows levels")
         ending = known_ending(path, FORMATS.labels)
         labeled = CellFile(str(path), read_content(path), ending, path.parent)
         n_vertices = getattr(cells, "n_vertices", None)

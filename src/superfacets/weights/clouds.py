@@ -53,17 +53,16 @@ def build_point_graph(
     -------
     CellGraph
         ``measures`` are the areas around points, :math:`2 \pi \overline{d^2} / (n + 1)` for a point
-        with n neighbors at distances d, and 0 for a point without arcs. Areas of a few points far
-        from all others are limited to 30 times those of most others. The estimate is unbiased
-        for uniformly random points, 15% too large for blue noise, 20% too large on a square grid of
-        points, and too large at the boundary of a surface. For scan lines with a line spacing of 2,
-        3, 5 and 10 times the point spacing, areas are 1.35, 1.40, 0.84 and 0.42 times the true
-        area. ``weights`` are in units of the diagonal of the bounding box. In ``arc_measures``, the
-        border length of an arc is the mean of :math:`\pi a / \sum d` over its two points, where a
-        is the area around a point, and d are the lengths of all its arcs, so that the arcs that
-        cross a line sum to about its length. The angle of an arc is the angle between the normals
-        of its points (missing normals are estimated), positive if the sum of the heights of both
-        points above the tangent plane of the other is positive.
+        with n neighbors at distances d, 0 for a point without arcs, and limited for a few points
+        far from all others. The estimate is unbiased for uniformly random points, 15% too large for
+        blue noise, 20% too large on a square grid of points, and too large at the boundary of a
+        surface. For scan lines at 2, 3, 5 and 10 times the point spacing, areas are 1.35, 1.40,
+        0.84 and 0.42 times the true area. ``weights`` are in units of the diagonal of the bounding
+        box. In ``arc_measures``, the border length of an arc is the mean of :math:`\pi a / \sum d`
+        over its two points, where a is the area around a point, and d are the lengths of all its
+        arcs, so that the arcs that cross a line sum to about its length. The angle of an arc is the
+        angle between the normals of its points (missing normals are estimated), positive if the sum
+        of the heights of both points above the tangent plane of the other is positive.
 
     Raises
     ------

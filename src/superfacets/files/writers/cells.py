@@ -32,7 +32,7 @@ _COLORLESS = (".obj", ".stl", ".csv", ".ids.png", *FORMATS["write_tetrahedra"])
 """Endings of formats that store no colors."""
 
 _ANY_PROPERTY = (".vtp", ".las", ".laz", *FORMATS["write_tetrahedra"])
-"""Endings of formats with any names of properties and integers of 64 bits, which PLY lacks."""
+"""Endings of formats that store properties of any name and integers of 64 bits, unlike PLY."""
 
 
 @dataclass(frozen=True)
@@ -318,7 +318,7 @@ def _check_kind(kind: Kind, ending: str) -> None:
         listed = f"{', '.join(fitting[:-1])} or {fitting[-1]}"
         table = "; for a table of regions, use superfacets regions" if ending == ".csv" else ""
         is_cut = kind.has_faces and ending in FORMATS.writers["triangles"]
-        which = f"{kind.plural}{' with more than three corners' * is_cut}"
+        which = f"{kind.plural} with more than three corners" if is_cut else kind.plural
         raise MeshError(f"{which} are written as {listed}, not as {ending}{table}")
 
 

@@ -29,7 +29,7 @@ def write_ply(file: IO[bytes], content: Output) -> None:
     faces |= _labels_and_colors(content.labels, content.colors)
     if content.vertex_labels is not None:
         vertices["label"] = content.vertex_labels
-    # If new labels of faces replace others, labels of vertices in the attributes are outdated.
+    # If new labels of faces replace old ones, labels of vertices in the attributes are outdated.
     old = {} if attributes is None else attributes.face
     is_new = "label" in old and not np.array_equal(old["label"], faces.get("label", old["label"]))
     outdated = {"label": None} if is_new else {}
