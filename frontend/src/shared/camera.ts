@@ -304,16 +304,21 @@ export class Camera {
     return (place) => offset - place[0] * toward[0] - place[1] * toward[1] - place[2] * toward[2];
   }
 
+  /** Position of a point as `placeOf` returns it, but also outside the view, and depth of the point. */
+  projected(place: Vector): [x: number, y: number, depth: number] {
+    const [right, up, toward] = this.directions();
+    const from = minus(place, this.target.map(Math.fround) as Vector); // rounded as in shaders
+    const depth = this.distance - dot(from, toward);
+    const height = 2 * this.slope * depth;
+    return [0.5 + dot(from, right) / (height * this.aspect), 0.5 - dot(from, up) / height, depth];
+  }
+
   /**
    * Position of a point on the canvas, as fractions of the canvas width (from the left) and height
    * (from the top); null if the point is outside the view.
    */
   placeOf(place: Vector): [number, number] | null {
-    const [right, up, toward] = this.directions();
-    const from = minus(place, this.target);
-    const depth = this.distance - dot(from, toward);
-    const height = 2 * this.slope * depth;
-    const [x, y] = [0.5 + dot(from, right) / (height * this.aspect), 0.5 - dot(from, up) / height];
+    const [x, y, depth] = this.projected(place);
     return depth > 0 && x >= 0 && x <= 1 && y >= 0 && y <= 1 ? [x, y] : null;
   }
 

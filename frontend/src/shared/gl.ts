@@ -30,9 +30,9 @@ export class Gpu {
   private noBuffers: WebGLVertexArrayObject | null = null;
   private readonly held: Held[] = [];
 
-  /** If `isKept`, tables and images keep a copy in memory, so that `restore` can upload them again. */
+  /** If `isKept`, the canvas keeps its pixels, and tables and images keep a copy in memory, which `restore` uploads again. */
   constructor(canvas: HTMLCanvasElement, readonly isKept: boolean, readonly messages = GRAPHICS) {
-    const gl = canvas.getContext("webgl2", { antialias: false, powerPreference: "high-performance" });
+    const gl = canvas.getContext("webgl2", { antialias: false, powerPreference: "high-performance", preserveDrawingBuffer: isKept });
     if (!gl) throw new Error(messages.none);
     this.gl = gl;
     this.isFirstProvoking = this.begin();

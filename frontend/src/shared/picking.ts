@@ -39,9 +39,7 @@ export function putTip(tip: HTMLElement, canvas: HTMLCanvasElement, { x, y }: Pl
  * Reads the cell drawn at each pixel of a rectangle of a framebuffer, or NONE where no cell is drawn.
  * Rows run from bottom to top.
  */
-export function cellsIn(
-  gpu: Gpu, frame: Frame, left: number, bottom: number, width: number, height: number,
-): Uint32Array {
+export function cellsIn(gpu: Gpu, frame: Frame, left: number, bottom: number, width: number, height: number): Uint32Array {
   frame.bind();
   const cells = new Uint32Array(gpu.read(left, bottom, width, height).buffer);
   for (let i = 0; i < cells.length; i++) cells[i] -= 1; // pixels store the cell number plus 1; 0 (no cell) wraps around to NONE

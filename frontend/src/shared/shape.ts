@@ -28,7 +28,7 @@ export interface Shape {
   facts: ShapeFacts;
   positions: Positions;
   triangles: Uint32Array | null; // three vertex indices per triangle; null for a point cloud, whose points are the cells
-  sources: Uint32Array | null; // cell of each triangle; null if triangle i is cell i
+  sources: Uint32Array | null; // cell of each triangle, in ascending order; null if triangle i is cell i
   normals: Uint16Array | null; // encoded normal of each point of a cloud; null for a mesh
 }
 
@@ -42,9 +42,12 @@ export interface Box {
 export const pointOf = ({ values, low, step }: Positions, i: number): Vector =>
   [0, 1, 2].map((k) => low[k] + step[k] * values[3 * i + k]) as Vector;
 
+/** A box that contains nothing. */
+export const emptyBox = (): Box => ({ low: [Infinity, Infinity, Infinity], high: [-Infinity, -Infinity, -Infinity] });
+
 /** Bounding box of all positions. */
 export function boundsOf({ values, low, step }: Positions): Box {
-  const box: Box = { low: [Infinity, Infinity, Infinity], high: [-Infinity, -Infinity, -Infinity] };
+  const box = emptyBox();
   for (let i = 0; i < values.length; i++) {
     const value = low[i % 3] + step[i % 3] * values[i];
     box.low[i % 3] = Math.min(box.low[i % 3], value);

@@ -59,10 +59,7 @@ export class Workbench {
     events.on("painted", (cells) => {
       drawing.hasClasses = (session.paints.countOf.get(0) ?? 0) < session.paints.of.length;
       const bare = cells?.filter((cell) => !session.paints.of[cell] && drawing.cells.isHidden(cell)); // after an undo
-      if (bare?.length) {
-        drawing.cells.mark(bare, MARK_HIDDEN, false);
-        drawing.changeView();
-      }
+      if (bare?.length) drawing.cells.mark(bare, MARK_HIDDEN, false);
       this.showPaint(cells);
     });
   }
@@ -73,7 +70,6 @@ export class Workbench {
     this.objectShades = shadesOfObjects(session.paints, session.regions);
     const isOther = [...this.objectShades].some(([paint, shade]) => shade !== (before.get(paint) ?? usualShade(objectOf(paint))));
     drawing.cells.setPaint(session.paints.of, isOther ? null : cells, this.stuff, this.objectShades);
-    drawing.redraw();
   }
 
   private takeFile(): void {
@@ -92,7 +88,7 @@ export class Workbench {
     this.cursor = -1;
     this.order = regions.neighbors.walk();
     this.session.events.emit("painted", new Uint32Array(0)); // other objects may touch now
-    this.drawing.setLabels(regions.labels, regionColors(regions.neighbors, regions.count, mesh.palette));
+    this.drawing.setLabels(regions.labels, regionColors(regions.neighbors, regions.count, mesh.palette), (region) => regions.cellsOf(region));
     this.drawing.mark({ hovered: this.regionOf(this.hoveredCell), cursor: -1 });
     this.events.emit("selection", this.selection);
   }
@@ -353,10 +349,7 @@ export class Workbench {
   paintActive(paint: number): void {
     const { activeRegion } = this;
     const list = this.selection.size && !this.isPainted ? [...this.selection] : [activeRegion];
-    if (list[0] < 0) {
-      this.say(regionMessages.none);
-      return;
-    }
+    if (list[0] < 0) return this.say(regionMessages.none);
     const replaced = new Map<number, number>();
     this.countReplaced(list, paint, replaced);
     this.paintCells(this.session.regions.cellsOfAll(list), paint);
@@ -458,9 +451,7 @@ export class Workbench {
   shrink(): void {
     const { regions } = this.session;
     const ring = regions.neighbors.outerRing(this.selection);
-    if (!ring.length || ring.length === this.selection.size) {
-      return this.say(regionMessages.noRing);
-    }
+    if (!ring.length || ring.length === this.selection.size) return this.say(regionMessages.noRing);
     if (this.isPainted) this.paintCells(regions.cellsOfAll(ring), 0);
     const rest = [...this.selection].filter((region) => !ring.includes(region));
     this.select(rest, this.isPainted);
@@ -551,14 +542,14 @@ export class Workbench {
 
   private hide(cells: Uint32Array, line: string): void {
     this.drawing.cells.mark(cells, MARK_HIDDEN, true);
-    this.afterHiding(line);
+    this.say(line);
   }
 
   /** Hide all cells except the given ones. */
   private isolate(cells: Uint32Array, line: string): void {
-    this.drawing.cells.mark(Array(this.session.mesh.nCells).keys(), MARK_HIDDEN, true);
+    this.drawing.cells.mark(Uint32Array.from(this.session.paints.of.keys()), MARK_HIDDEN, true);
     this.drawing.cells.mark(cells, MARK_HIDDEN, false);
-    this.afterHiding(line);
+    this.say(line);
   }
 
   /** Show only the cells with the class and object encoded by `paint`. */
@@ -609,11 +600,6 @@ export class Workbench {
   showAll(): void {
     if (!this.drawing.cells.hasHidden) return this.say(hiding.nothingHidden);
     this.drawing.cells.unmarkAll(MARK_HIDDEN);
-    this.afterHiding(hiding.allShown);
-  }
-
-  private afterHiding(line: string): void {
-    this.drawing.changeView();
-    this.say(line);
+    this.say(hiding.allShown);
   }
 }

@@ -84,9 +84,9 @@ def _mesh_packet(document: Document, query: Body) -> bytes:
 
     Positions are float32, relative to the center of the bounding box. Vertices with equal positions
     are merged, and sorted by their first use in a triangle. For polygons and tetrahedra, the array
-    ``sources`` contains the cell that each triangle belongs to. For point clouds, ``normals``
-    contains packed normals, which are estimates if ``has_normals`` is false. If the file has
-    colors, and no texture that can be shown, the arrays of `color_parts` are added.
+    ``sources`` contains the cell that each triangle belongs to, in ascending order. For point
+    clouds, ``normals`` contains packed normals, which are estimates if ``has_normals`` is false. If
+    the file has colors, and no texture that can be shown, the arrays of `color_parts` are added.
     """
     shape = shape_of(document.cells)
     center = document.cells.bounds.mean(axis=0)

@@ -26,6 +26,25 @@ READY = """window.studio && studio.ready && studio.isIdle
     && document.querySelector("#canvas").width
         === Math.floor(document.querySelector("#view").clientWidth * devicePixelRatio)"""
 
+CHECK_FRAMES = """() => {
+    const { drawing, drawing: { gpu, gpu: { gl }, canvas } } = studio.workbench;
+    const { draw } = Object.getPrototypeOf(drawing);
+    drawing.pixels = () => {
+        gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+        return new Uint32Array(gpu.read(0, 0, canvas.width, canvas.height).buffer);
+    };
+    drawing.draw = (samples) => {
+        draw.call(drawing, samples);
+        if (samples > 1) return;  // `pixelAt` draws for each pixel
+        const drawn = drawing.pixels();
+        drawing.part = [...gl.getParameter(gl.SCISSOR_BOX)];
+        drawing.changed = null;
+        draw.call(drawing, samples);
+        if (drawing.pixels().some((color, i) => color !== drawn[i])) throw new Error("part");
+    };
+}"""
+"""Compare each frame, of which only a part may be drawn anew, with the whole frame."""
+
 
 class Server:
     """A studio in a thread of this process."""
@@ -116,6 +135,7 @@ class Tab:
         self.evaluate("for (const one of document.querySelectorAll('details')) one.open = true")
         # Antialiased pictures cost most of the time without a graphics card.
         self.evaluate("studio.workbench.drawing.refine = () => {}")
+        self.evaluate(CHECK_FRAMES)
         return self
 
     def looks_from_one_side(self):

@@ -32,14 +32,8 @@ def test_pixels_have_the_colors_of_the_texture_after_t(serve, open_tab, tmp_path
     tab.locator("#borders").uncheck()
     tab.evaluate("document.activeElement.blur()")
     tab.away()
-    places = tab.evaluate("""() => {
-        const { mesh } = studio.workbench.session;
-        const { camera, canvas } = studio.workbench.drawing;
-        return [[-0.3, 0.3], [0.3, 0.3], [-0.3, -0.3], [0.3, -0.3]].map(([x, z]) => {
-            const [left, top] = camera.placeOf([x, 0, z]);
-            return [left * canvas.clientWidth, top * canvas.clientHeight];
-        });
-    }""")
+    places = tab.evaluate("""[[-0.3, 0.3], [0.3, 0.3], [-0.3, -0.3], [0.3, -0.3]].map(
+        ([x, z]) => Object.values(studio.workbench.picker.placeIn([x, 0, z])))""")
     blended = [tab.hue_at(*place) for place in places]
     tab.press("t")
     assert tab.locator("#texture").input_value() == "1"

@@ -1,8 +1,9 @@
 // The mesh sent by the server, and the geometry of its cells.
 
-import { type Box, boundsOf, type Shape, type ShapeFacts, shapeOf } from "../../shared/shape";
+import { type Box, type Shape, type ShapeFacts, shapeOf } from "../../shared/shape";
 import { cross, minus, plus, scaled, type Vector } from "../../shared/vectors";
 import type { Arrays } from "../../shared/arrays";
+import { Groups } from "./labeling";
 import { readPacket } from "./packet";
 import type { Rgb } from "./colors";
 import { text } from "../text/index";
@@ -29,8 +30,7 @@ export class Mesh {
   readonly palette: Rgb[];
   readonly oneCell: string; // singular noun for a cell
   readonly cellName: string; // plural noun for cells
-  // First triangle of each cell; -1 if the cell is inside a tetrahedral mesh and has no triangle.
-  private readonly firstTriangle: Int32Array | null;
+  private readonly triangles: Groups | null; // triangles of each cell; null if triangle i is cell i
 
   constructor(buffer: ArrayBuffer) {
     const { header, arrays } = readPacket<Header>(buffer);
@@ -43,7 +43,7 @@ export class Mesh {
     this.palette = header.palette;
     this.areas = arrays.areas as Float32Array;
     [this.oneCell, this.cellName] = text.cellNames[header.kind];
-    this.firstTriangle = this.shape.sources && firstPlaces(this.shape.sources, this.nCells);
+    this.triangles = this.shape.sources && new Groups(this.shape.sources, this.nCells);
   }
 
   /** A number of cells and their noun, for example "2 faces". */
@@ -55,28 +55,36 @@ export class Mesh {
     return this.shape.triangles === null;
   }
 
-  /** The cell that a triangle belongs to. */
-  cellOf(triangle: number): number {
-    return this.shape.sources ? this.shape.sources[triangle] : triangle;
-  }
-
-  /** Bounding box of all vertices. */
-  get bounds(): Box {
-    return boundsOf(this.shape.positions);
-  }
-
   corner(vertex: number): Vector {
     const { values } = this.shape.positions;
     return [values[3 * vertex], values[3 * vertex + 1], values[3 * vertex + 2]];
   }
 
+  /** Vertices of the triangles of a cell, three for each; a point itself; none for a cell inside a tetrahedral mesh. */
+  verticesOf(cell: number): Uint32Array {
+    const { triangles } = this.shape;
+    if (!triangles) return Uint32Array.of(cell);
+    const { length, 0: first = 0 } = this.triangles?.of(cell) ?? [cell]; // without gaps, because sources are ascending
+    return triangles.subarray(3 * first, 3 * (first + length));
+  }
+
+  /** Extend a box so that it contains the triangles, or drawn points, of some cells. */
+  extend({ low, high }: Box, cells: Iterable<number>): void {
+    const { positions: { values }, facts: { point_size } } = this.shape; // the size is 0 for a mesh
+    for (const cell of cells) {
+      for (const vertex of this.verticesOf(cell)) {
+        for (let k = 0; k < 3; k++) {
+          low[k] = Math.min(low[k], values[3 * vertex + k] - point_size / 2);
+          high[k] = Math.max(high[k], values[3 * vertex + k] + point_size / 2);
+        }
+      }
+    }
+  }
+
   /** Corners of the first triangle of a cell; null for a point, and for a cell inside a tetrahedral mesh. */
   cornersOf(cell: number): [Vector, Vector, Vector] | null {
-    const { triangles } = this.shape;
-    const triangle = this.firstTriangle ? this.firstTriangle[cell] : cell;
-    if (!triangles || triangle < 0) return null;
-    const [a, b, c] = triangles.subarray(3 * triangle, 3 * triangle + 3);
-    return [this.corner(a), this.corner(b), this.corner(c)];
+    const [a, b, c] = this.verticesOf(cell);
+    return c === undefined ? null : [this.corner(a), this.corner(b), this.corner(c)];
   }
 
   /** Centroid of the first triangle of a cell, or the point itself; null for a cell inside a tetrahedral mesh. */
@@ -96,10 +104,4 @@ export class Mesh {
     const [a, b, c] = corners;
     return cross(minus(b, a), minus(c, a));
   }
-}
-
-function firstPlaces(values: Uint32Array, count: number): Int32Array {
-  const places = new Int32Array(count).fill(-1);
-  for (let i = values.length - 1; i >= 0; i--) places[values[i]] = i;
-  return places;
 }

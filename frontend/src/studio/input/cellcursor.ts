@@ -35,9 +35,8 @@ export class CellCursor {
 
   clear(): void {
     if (this.cell < 0) return;
-    this.workbench.drawing.cells.mark(Uint32Array.of(this.cell), MARK_CURSOR, false);
+    this.workbench.drawing.cells.mark([this.cell], MARK_CURSOR, false);
     this.cell = -1;
-    this.workbench.drawing.redraw();
   }
 
   /**
@@ -57,8 +56,7 @@ export class CellCursor {
     this.cell = cell;
     workbench.takeFocus();
     workbench.hover(-1);
-    workbench.drawing.cells.mark(Uint32Array.of(cell), MARK_CURSOR, true);
-    workbench.drawing.redraw();
+    workbench.drawing.cells.mark([cell], MARK_CURSOR, true);
     if (isFirst || !this.isWellSeen(cell)) this.fly(cell);
     const region = workbench.regionOf(cell);
     const paint = workbench.paintName(workbench.session.paints.of[cell]);

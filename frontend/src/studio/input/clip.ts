@@ -4,7 +4,7 @@ import { element, onClick } from "../../shared/dom";
 import { placeOf } from "../../shared/picking";
 import type { Vector } from "../../shared/vectors";
 import type { Workbench } from "../workbench";
-import type { Box } from "../../shared/shape";
+import { type Box, boundsOf } from "../../shared/shape";
 import { putCircle } from "../view/picker";
 import { text } from "../text/index";
 
@@ -30,7 +30,7 @@ export class ClipBox {
   constructor(private readonly workbench: Workbench) {
     const { drawing, session } = workbench;
     session.events.on("file", (mesh) => {
-      this.whole = mesh.bounds;
+      this.whole = boundsOf(mesh.shape.positions);
       drawing.clip = null;
       this.hasHandles = false;
     });

@@ -464,7 +464,6 @@ export class Splitter extends Tool {
     this.blue.clear();
     this.region = -1;
     this.workbench.drawing.cells.unmarkAll(MARK_RED | MARK_BLUE);
-    this.workbench.drawing.redraw();
   }
 
   begin(place: Place, withShift: boolean): void {
@@ -487,8 +486,7 @@ export class Splitter extends Tool {
     if (from.has(cell)) return;
     into.add(cell);
     const bits = this.isBlue ? MARK_BLUE : MARK_RED;
-    this.workbench.drawing.cells.mark(Uint32Array.of(cell), bits, true);
-    this.workbench.drawing.redraw();
+    this.workbench.drawing.cells.mark([cell], bits, true);
   }
 
   end(): void {
@@ -502,10 +500,7 @@ export class Splitter extends Tool {
   override confirm(): void {
     const { workbench } = this;
     if (!this.red.size && !this.blue.size) this.takeEnds(workbench.activeRegion);
-    if (!this.red.size || !this.blue.size) {
-      workbench.say(words.needsStrokes);
-      return;
-    }
+    if (!this.red.size || !this.blue.size) return workbench.say(words.needsStrokes);
     const region = this.region;
     const [red, blue] = [[...this.red], [...this.blue]];
     this.clear();

@@ -81,10 +81,9 @@ export class Comparison {
     if (!reply) return;
     const cellsOf = (text: string): Uint32Array<ArrayBuffer> => new Uint32Array(fromBase64(text).buffer);
     [this.differing, this.bare] = [cellsOf(reply.differs), cellsOf(reply.bare)];
-    const { drawing } = this.workbench;
-    drawing.cells.unmarkAll(MARK_DIFFERS);
-    drawing.cells.mark(this.differing, MARK_DIFFERS, true);
-    drawing.redraw();
+    const { cells } = this.workbench.drawing;
+    cells.unmarkAll(MARK_DIFFERS);
+    cells.mark(this.differing, MARK_DIFFERS, true);
     this.box.hidden = reply.agreement === null;
     if (reply.agreement) this.show(reply.agreement);
     this.seq = reply.seq;

@@ -18,7 +18,8 @@ export class CellTable {
   hasHidden = false;
   private nCells = 0;
 
-  constructor(gpu: Gpu) {
+  /** `recolor` is called when cells get other colors (null: all cells), and `changeView` when cells are hidden or shown. */
+  constructor(gpu: Gpu, private readonly recolor: (cells: Iterable<number> | null) => void, private readonly changeView: () => void) {
     this.table = new Table(gpu);
   }
 
@@ -46,6 +47,7 @@ export class CellTable {
     };
     if (cells) cells.forEach(set);
     else for (let cell = 0; cell < this.nCells; cell++) set(cell);
+    this.recolor(cells);
   }
 
   marksOf(cell: number): number {
@@ -62,18 +64,20 @@ export class CellTable {
   }
 
   /** Set or clear mark bits of the given cells. */
-  mark(cells: Iterable<number>, bits: number, on: boolean): void {
+  mark(cells: readonly number[] | Uint32Array, bits: number, on: boolean): void {
     if (bits & MARK_HIDDEN && on) this.hasHidden = true;
     for (const cell of cells) {
       const old = this.marksOf(cell);
       this.table.texels[4 * cell + 2] = on ? old | bits : old & ~bits;
       this.table.touch(cell);
     }
+    if (bits & MARK_HIDDEN) this.changeView();
+    else this.recolor(cells);
   }
 
   /** Clear mark bits of all cells. */
   unmarkAll(bits: number): void {
     if (bits & MARK_HIDDEN) this.hasHidden = false;
-    for (let cell = 0; cell < this.nCells; cell++) if (this.marksOf(cell) & bits) this.mark([cell], bits, false);
+    this.mark(new Uint32Array(this.nCells).map((_, cell) => cell).filter((cell) => this.marksOf(cell) & bits), bits, false);
   }
 }

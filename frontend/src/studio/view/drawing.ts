@@ -6,7 +6,7 @@ import { element } from "../../shared/dom";
 import { Blend, hasOwnColors, OwnColors } from "../../shared/owncolors";
 import { cellsIn } from "../../shared/picking";
 import { SURFACE } from "../../shared/shaders";
-import { type Box, NONE } from "../../shared/shape";
+import { type Box, emptyBox, NONE } from "../../shared/shape";
 import { Surface } from "../../shared/surface";
 import type { Sphere, Vector } from "../../shared/vectors";
 import { CellTable } from "./celltable";
@@ -29,6 +29,8 @@ const LOOK = 320; // width of the pictures in which `countSeen` counts pixels
 const BLINK_MS = 350; // duration of each phase of `blink` in milliseconds
 const N_BLINKS = 8; // number of phases
 const BANDS = 16; // number of horizontal bands in which the framebuffer is searched for cells
+
+type Part = [left: number, bottom: number, width: number, height: number]; // of the canvas, in pixels
 
 export class Drawing {
   readonly camera = new Camera(() => this.changeView());
@@ -65,6 +67,9 @@ export class Drawing {
   private hovered = NONE;
   private cursor = NONE;
   private hasBorders = true;
+  private cellsOf: (region: number) => Iterable<number> = () => [];
+  private changed: Box | null = null; // contains all cells with other colors than in the latest frame; null if anything has changed
+  private drawn: unknown[] = []; // program, framebuffer and sizes of the latest second pass; others draw the whole canvas
   private isStale = false; // whether the first pass must be drawn again
   private isViewNew = false; // whether the `afterView` callbacks must still run
   private scheduled = 0;
@@ -75,7 +80,7 @@ export class Drawing {
     const gpu = (this.gpu = new Gpu(canvas, true, text.graphics));
     this.surface = new Surface(gpu);
     this.ownColors = new OwnColors(gpu);
-    this.cells = new CellTable(gpu);
+    this.cells = new CellTable(gpu, (cells) => this.redraw(cells), () => this.changeView());
     [this.regions, this.regionColors, this.classColors, this.suggestions, this.suggestionColors, this.focused] =
       Array.from({ length: 6 }, () => new Table(gpu));
     this.frames = [new Frame(gpu, 2), new Frame(gpu, 2)];
@@ -139,12 +144,13 @@ export class Drawing {
     this.surface.show(mesh.shape);
     void this.showOwnColors(mesh);
     this.cells.reset(mesh.nCells);
-    this.setLabels(new Int32Array(mesh.nCells).fill(-1), []);
+    this.setLabels(new Int32Array(mesh.nCells).fill(-1), [], () => []);
     this.mark({ hovered: -1, cursor: -1 });
     this.camera.show(mesh.shape.facts, mesh.shape.positions);
   }
 
-  setLabels(labels: Int32Array, colors: Rgb[]): void {
+  setLabels(labels: Int32Array, colors: Rgb[], cellsOf: (region: number) => Iterable<number>): void {
+    this.cellsOf = cellsOf;
     this.regions.fill("r32", labels);
     this.regionColors.fill("rgba8", colors.flatMap((color) => [...color, 0]));
     this.redraw();
@@ -157,8 +163,8 @@ export class Drawing {
       if (this.regionColors.texels[4 * region + 3] === alpha) continue; // painted regions are selected without a highlight
       this.regionColors.texels[4 * region + 3] = alpha;
       this.regionColors.touch(region);
+      this.redraw(this.cellsOf(region));
     }
-    if (this.regionColors.isChanged) this.redraw();
   }
 
   /** Set the shades of each class id. Classes that are not in the map are gray. */
@@ -187,11 +193,11 @@ export class Drawing {
   }
 
   /** Highlight the region under the pointer and the region selected by keyboard; -1 means none. */
-  mark({ hovered, cursor }: { hovered?: number; cursor?: number }): void {
-    const before = [this.hovered, this.cursor];
-    if (hovered !== undefined) this.hovered = hovered >>> 0; // -1 becomes NONE
-    if (cursor !== undefined) this.cursor = cursor >>> 0;
-    if (before[0] !== this.hovered || before[1] !== this.cursor) this.redraw();
+  mark({ hovered = this.hovered, cursor = this.cursor }: { hovered?: number; cursor?: number }): void {
+    const pairs = [[this.hovered, hovered >>> 0], [this.cursor, cursor >>> 0]]; // -1 becomes NONE
+    [this.hovered, this.cursor] = pairs.map(([, after]) => after);
+    const changed = pairs.filter(([before, after]) => before !== after).flat();
+    for (const region of changed) this.redraw(region === NONE ? [] : this.cellsOf(region));
   }
 
   /** Whether a point is outside the clip box. */
@@ -208,6 +214,7 @@ export class Drawing {
   /** Draw a changed view: immediately without antialiasing, and antialiased when the view stops changing. */
   changeView(): void {
     this.isStale = true;
+    this.changed = null;
     this.covers = null;
     this.isViewNew = true;
     this.stride = 1;
@@ -216,8 +223,10 @@ export class Drawing {
     this.refineSoon();
   }
 
-  /** Draw the same view with changed colors. */
-  redraw(): void {
+  /** Draw the same view with other colors of some cells; null: with any other colors. */
+  redraw(cells: Iterable<number> | null = null): void {
+    if (!cells) this.changed = null;
+    else if (this.changed) this.mesh!.extend(this.changed, cells);
     this.schedule();
     if (this.stride > 1) this.refineSoon();
   }
@@ -287,21 +296,40 @@ export class Drawing {
     const { gl } = this.gpu;
     for (const table of [this.cells.table, this.regionColors]) table.send();
     const frame = this.isStale || !this.frame ? this.drawCells() : this.frame;
-    const { regions, cells, regionColors, classColors, stride, hovered, cursor } = this;
+    const { regions, cells, regionColors, classColors, stride, hovered, cursor, canvas: { width, height } } = this;
+    const line = Math.max(1, Math.round(1.1 * stride * window.devicePixelRatio));
+    const program = this.imageProgram(this.switches);
+    const drawn = [program, frame, line, Math.min(samples, stride)];
+    const isSame = drawn.every((one, k) => one === this.drawn[k]);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
-    gl.viewport(0, 0, this.canvas.width, this.canvas.height);
-    this.imageProgram(this.switches).use({
+    gl.viewport(0, 0, width, height);
+    gl.scissor(...(isSame && this.changed ? this.partOf(this.changed, Math.ceil((3 * line) / stride) + 2) : [0, 0, width, height] as Part));
+    [this.drawn, this.changed] = [drawn, emptyBox()];
+    program.use({
       ...this.theme, regions, cells: cells.table, region_colors: regionColors, class_colors: classColors,
       suggestions: this.suggestions, suggestion_colors: this.suggestionColors,
       ids: frame.colors[0], lights: frame.colors[1], depths: frame.depth, near_far: this.camera.eye.near_far, focal: this.camera.pixelsOf(frame.height),
-      stride, samples: Math.min(samples, stride), hovered, cursor,
-      line: Math.max(1, Math.round(1.1 * stride * window.devicePixelRatio)),
-      blend: this.opacity, height: this.canvas.height,
+      stride, samples: Math.min(samples, stride), hovered, cursor, line, blend: this.opacity, height,
     });
     gl.disable(gl.DEPTH_TEST);
+    gl.enable(gl.SCISSOR_TEST);
     this.gpu.drawNumbers(3);
+    gl.disable(gl.SCISSOR_TEST);
     gl.enable(gl.DEPTH_TEST);
     for (const run of this.afterDraw) run();
+  }
+
+  /** The part of the canvas around a box, and a margin in pixels, from which the second pass looks at the cells in the box. */
+  private partOf({ low, high }: Box, margin: number): Part {
+    const { camera, canvas: { width, height } } = this;
+    if (low[0] > high[0]) return [0, 0, 0, 0];
+    const corners = Array.from({ length: 8 }, (_, i) => camera.projected(low.map((value, k) => (i & (1 << k) ? high[k] : value)) as Vector));
+    if (corners.some(([, , depth]) => depth < camera.eye.near_far[0])) return [0, 0, width, height];
+    const [[left, right], [top, bottom]] = [width, height].map((size, k) => {
+      const places = corners.map((corner) => size * corner[k]);
+      return [Math.max(0, Math.floor(Math.min(...places)) - margin), Math.min(size, Math.ceil(Math.max(...places)) + margin)];
+    });
+    return [left, height - bottom, Math.max(0, right - left), Math.max(0, bottom - top)];
   }
 
   private get opacity(): number {
@@ -355,9 +383,7 @@ export class Drawing {
    * Returns the cell drawn at each pixel of a rectangle of the canvas, or NONE where no cell is drawn.
    * The rectangle is in CSS pixels and is the whole canvas by default. Rows run from bottom to top.
    */
-  cellsSeen(
-    left = 0, top = 0, width = this.canvas.clientWidth, height = this.canvas.clientHeight,
-  ): Seen {
+  cellsSeen(left = 0, top = 0, width = this.canvas.clientWidth, height = this.canvas.clientHeight): Seen {
     if (this.isStale || !this.frame) this.draw(1);
     const scale = (this.stride * this.canvas.width) / this.canvas.clientWidth;
     const [w, h] = [Math.max(1, Math.ceil(width * scale)), Math.max(1, Math.ceil(height * scale))];

@@ -117,17 +117,14 @@ export function putCircle(circle: SVGCircleElement, place: Place | null): void {
 /** Search structure for the neighbors of a cell and for the cells near a point. */
 class Surroundings {
   private readonly corners: Groups | null; // triangle corners at each vertex; null for a point cloud
-  private readonly triangles: Groups | null; // triangles of each cell; null if triangle i is cell i
   private readonly slabs: Groups; // vertices in each slab
   private axis = 0; // axis of the longest side of the mesh, which is divided into slabs
   private low = 0; // lowest coordinate of the mesh on this axis
   private extent = 0; // length of the mesh along this axis
 
   constructor(private readonly mesh: Mesh) {
-    const { triangles, sources, positions } = mesh.shape;
-    const { values } = positions;
+    const { triangles, positions: { values } } = mesh.shape;
     this.corners = triangles && new Groups(triangles, values.length / 3);
-    this.triangles = sources && new Groups(sources, mesh.nCells);
     for (let axis = 0; axis < 3; axis++) this.measure(values, axis);
     const slabs = new Uint32Array(values.length / 3);
     for (let i = 0; i < slabs.length; i++) slabs[i] = this.slabOf(values[3 * i + this.axis]);
@@ -166,16 +163,15 @@ class Surroundings {
   /** A cell and all cells that share a vertex with it; for a point cloud, all points nearby. */
   around(cell: number): Set<number> {
     const { mesh, corners } = this;
-    const { triangles, facts } = mesh.shape;
-    if (!triangles || !corners) return this.within(mesh.corner(cell), NEAR * facts.point_size);
-    const own = this.triangles?.of(cell) ?? [cell];
-    return this.cellsAt([...own].flatMap((i) => [...triangles.subarray(3 * i, 3 * i + 3)]), corners);
+    if (!corners) return this.within(mesh.corner(cell), NEAR * mesh.shape.facts.point_size);
+    return this.cellsAt(mesh.verticesOf(cell), corners);
   }
 
-  private cellsAt(vertices: number[], corners: Groups): Set<number> {
+  private cellsAt(vertices: Iterable<number>, corners: Groups): Set<number> {
+    const { sources } = this.mesh.shape;
     const found = new Set<number>();
     for (const vertex of vertices) {
-      for (const corner of corners.of(vertex)) found.add(this.mesh.cellOf(Math.floor(corner / 3)));
+      for (const corner of corners.of(vertex)) found.add(sources ? sources[Math.floor(corner / 3)] : Math.floor(corner / 3));
     }
     return found;
   }
