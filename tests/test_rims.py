@@ -64,6 +64,17 @@ def share_of_rims(graph, measures, labels):
     return lengths[is_border].sum() / lengths.sum()
 
 
+def test_no_region_crosses_a_rounded_edge():
+    """Each region has faces of at most one of the six flat sides, whatever the share of fillets."""
+    mesh, radius = subdivided(box(2, 1, 1.2), 4), 0.2
+    inner = np.clip(mesh.vertices, mesh.bounds[0] + radius, mesh.bounds[1] - radius)
+    normals = (mesh.vertices - inner) / np.linalg.norm(mesh.vertices - inner, axis=1)[:, None]
+    labels = sf.segment(sf.Mesh(inner + radius * normals, mesh.faces), 30).labels
+    faces, sides = np.nonzero((np.hstack([normals, -normals]) == 1)[mesh.faces].all(axis=1))
+    pairs = np.unique(np.stack([labels[faces], sides]), axis=1)
+    assert len(pairs.T) == len(np.unique(pairs[0]))
+
+
 @pytest.mark.parametrize("name", PARTS)
 def test_rims_are_borders(name):
     """With 1.25 times as many regions as sides, each side is one region or several."""
