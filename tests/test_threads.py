@@ -70,3 +70,5 @@ def test_a_team_is_no_larger_than_cores_have_use_for(monkeypatch):
     assert checked_threads(None) == most
     monkeypatch.delenv("SUPERFACETS_NUM_THREADS")
     assert checked_threads(None) == usable_cores()
+    monkeypatch.setattr("os.sched_getaffinity", lambda _: {7}, raising=False)
+    assert checked_threads(None) == 1

@@ -174,8 +174,9 @@ def local_client(n_workers: int, n_threads: int = 1) -> Iterator[Any]:
         silence_logs=logging.CRITICAL + 1, scheduler_kwargs={"allowed_failures": 0},
     ) as cluster:  # fmt: skip
         cluster.sync(_block_ctrl_c)
-        cluster.scale(n_workers)
+        # First a client, whose start Ctrl-C would cancel together with the start of workers.
         with distributed.Client(cluster, set_as_default=False) as client:
+            cluster.scale(n_workers)
             client.wait_for_workers(n_workers, timeout=PATIENCE)
             yield client
 

@@ -148,8 +148,7 @@ class Manifest:
         if "begun" in record:
             self._begun[name] = record["begun"]
         else:
-            self._is_tidy &= name not in self.records
-            self._begun.pop(name, None)
+            self._is_tidy &= not self._begun.pop(name, 0) and name not in self.records
             self.records[name] = record
 
     def _write(self, content: Record) -> None:

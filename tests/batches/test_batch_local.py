@@ -127,22 +127,25 @@ def test_a_full_disk_ends_the_batch_and_keeps_what_was_done(
     run_instead(full_disk_job)
     with pytest.raises(OSError, match=r"No space left on device: 'x.npy'"):
         sf.batch(scans, tmp_path / "out", workers=1, **OPTIONS)
-    done = list(records_of(tmp_path / "out"))
-    assert "b/one.ply" not in done
+    assert "b/one.ply" not in records_of(tmp_path / "out")
     monkeypatch.undo()
     result = sf.batch(scans, tmp_path / "out", workers=1, **OPTIONS)
     assert (result.n_done, result.n_kept, result.n_failed) == (2, 2, 1)
     assert results_in(tmp_path / "out") == results_in(alone)
 
 
-def start(scans, out):
-    """Start the command, and wait for its first record."""
+def start(scans, out, *, is_early=False):
+    """Start the command, and wait for its first record, or for its first worker."""
     command = [
         *COMMAND, str(scans), "-o", str(out), "-n", "20", "--to", "npy,ply", "--workers", "2",
     ]  # fmt: skip
     process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True)
     deadline = time.monotonic() + 60
-    while not (out / "manifest.jsonl").exists():
+    while not (
+        len(psutil.Process(process.pid).children()) > 1  # one keeps track of semaphores
+        if is_early
+        else (out / "manifest.jsonl").exists()
+    ):
         assert time.monotonic() < deadline
         time.sleep(0.005)
     return process
@@ -164,20 +167,23 @@ def session_of(pid):
 
 
 @pytest.mark.skipif(not hasattr(os, "killpg"), reason="no groups of processes here")
-@pytest.mark.parametrize(("how", "status"), [("SIGINT", 130), ("SIGTERM", 130), ("SIGKILL", -9)])
+@pytest.mark.parametrize(
+    ("how", "status"), [("SIGINT", 130), ("EARLY", 130), ("SIGTERM", 130), ("SIGKILL", -9)]
+)
 def test_a_batch_that_is_ended_goes_on_where_it_was(many, alone, tmp_path, how, status):
     out = tmp_path / "out"
-    process = start(many, out)
+    process = start(many, out, is_early=how == "EARLY")
     if how == "SIGINT":
         os.killpg(process.pid, signal.SIGINT)  # as a terminal does for Ctrl-C
     else:
-        process.send_signal(getattr(signal, how))
+        process.send_signal(getattr(signal, how, signal.SIGINT))
     _, errors = process.communicate(timeout=60)
     assert process.returncode == status
     wait_for_the_end_of_session(process.pid)
     if how != "SIGKILL":
         lines = [line for line in errors.split("\n") if line and "bad.ply" not in line]
-        assert lines == ["superfacets: error: interrupted"]
+        assert lines[: 1 if how == "EARLY" else None] == ["superfacets: error: interrupted"]
+    (out / "manifest.jsonl").touch()
     n_before = len((out / "manifest.jsonl").read_text().splitlines())
     assert n_before < 25
     result = sf.batch(many, out, workers=1, **OPTIONS)

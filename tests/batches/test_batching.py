@@ -69,8 +69,7 @@ def damage(path):
 
 
 def forget_results(path):
-    record = json.loads(path.read_text())
-    path.write_text(json.dumps({**record, "outputs": {}}) + "\n")
+    path.write_text(json.dumps({**json.loads(path.read_text()), "outputs": {}}) + "\n")
 
 
 def set_version(patch, version):
@@ -224,8 +223,7 @@ def test_every_kind_of_cells_is_done(tmp_path, out):
     sf.write_mesh(tmp_path / "quads.ply", gallery_meshes.knot())
     sf.write_mesh(tmp_path / "tets.vtu", sf.TetMesh(points, spatial.Delaunay(points).simplices))
     np.save(tmp_path / "points.npy", points)
-    endings = {"quads.ply": ".ply", "tets.vtu": ".vtu", "points.npy": ".ply"}
-    for name, ending in endings.items():
+    for name, ending in {"quads.ply": ".ply", "tets.vtu": ".vtu", "points.npy": ".ply"}.items():
         (record,) = sf.batch(tmp_path / name, out, n_segments=7).records
         assert record["regions"] == 7, name
         output = (out / name).with_suffix(f".superfacets{ending}")
@@ -236,8 +234,7 @@ def test_files_are_subdivided_and_have_features_and_text(tmp_path, scan, out):
     keywords = {"formats": ["ply", "npy"], "max_edge": 0.02, "features": ("height",), "ascii": True}
     (record,) = sf.batch(scan, out, **keywords).records
     mesh = sf.read_mesh(scan)
-    parts = sf.subdivide(mesh, 0.02)
-    assert record["cells"] == parts.mesh.n_faces > mesh.n_faces
+    assert record["cells"] == sf.subdivide(mesh, 0.02).mesh.n_faces > mesh.n_faces
     assert len(np.load(out / "one.superfacets.npy")) == mesh.n_faces
     assert (out / "one.superfacets.ply").read_bytes().startswith(b"ply\nformat ascii")
     assert record["params"]["features"] == ["height"]
@@ -335,8 +332,7 @@ def test_the_time_left_is_that_of_equal_files(scan, out):
         copy.write_bytes(scan.read_bytes())
     seen = []
     sf.batch(copies, out, workers=1, progress=seen.append)
-    ratios = [state.seconds_left / state.seconds for state in seen]
-    assert ratios == pytest.approx([3, 1, 1 / 3, 0])
+    assert [state.seconds_left / state.seconds for state in seen] == pytest.approx([3, 1, 1 / 3, 0])
 
 
 def test_a_full_disk_stops_the_batch_and_blames_no_file(scan, out, monkeypatch, broken):
@@ -380,8 +376,7 @@ def test_records_of_other_files_stay(scan, scans, out):
 
 def test_relative_paths_are_those_of_the_caller(scans, monkeypatch):
     monkeypatch.chdir(scans)
-    result = sf.batch(Path("a", "one.ply"), "out", formats=["npy"])
-    assert result.records[0]["input"] == "a/one.ply"
+    assert sf.batch(Path("a", "one.ply"), "out", formats=["npy"]).records[0]["input"] == "a/one.ply"
     assert list(results_in(scans / "out")) == ["one.superfacets.npy"]
 
 

@@ -317,6 +317,7 @@ def test_a_folder_is_exported_except_files_that_fail(run, tmp_path):
         document.close()
     (scans / "c.ply.studio.jsonl").write_text("no\n")
     write_mesh(scans / "bare.ply", shapes.bumpy_sheet(8))
+    (scans / "bare.ply.studio.jsonl").touch()  # as left by a process killed at the start
     Document.open(scans / "new.ply", None, 5, shared, lambda _: None).close()  # labels nothing
     status, printed, err = run("studio", scans, "--export", "objects", "-o", out)
     assert status == 1

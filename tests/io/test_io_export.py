@@ -705,10 +705,10 @@ def test_more_regions_than_glb_has_ids_for_are_refused(tmp_path, limit, square):
 
 def test_labels_of_vertices_may_be_of_the_mesh_before_it_was_subdivided(tmp_path, square):
     fine = shapes.cube()
-    names = ["a.segs.json", "a.ply", "a.sstk.json"]
-    paths = [tmp_path / name for name in names]
-    options = FormatOptions(ascii=True)
+    endings = ("segs.json", "ply", "sstk.json", "aggregation.json")
+    paths, options = [tmp_path / f"a.{ending}" for ending in endings], FormatOptions(ascii=True)
     OutputFiles(paths, options).write(fine, np.arange(12), listed=[7, 0], listed_mesh=square)
+    assert json.loads(paths[3].read_text())["segmentsFile"] == "scannet.a.segs.json"
     assert json.loads(paths[0].read_text())["segIndices"] == [0, 7, 0, 0, 8]
     assert json.loads(paths[2].read_text())["elementCount"] == 2
     assert read_mesh(paths[1]).n_faces == 12

@@ -98,7 +98,7 @@ def test_polygons_keep_their_corners_and_their_order(read, limit, block):
 
 
 def test_a_wrong_index_of_a_polygon_is_refused_as_it_is_written(refuse):
-    data = SQUARE + "f 1 2 3\n\nf 1 2 3 4\nf 1 2 3 -9\n"
+    data = SQUARE + "f 1 2 3 # 4\n\nf 1 2 3 4\nf 1 2 3 -9\n"
     refuse(
         "a.obj",
         data.encode(),

@@ -34,8 +34,8 @@ def test_normals_may_be_missing_or_huge():
 
 def test_colors_may_have_alpha_and_16_bits():
     assert PointCloud(SQUARE, colors=np.full((4, 4), 65535, np.uint16)).colors.min() == 1.0
-    black = PointCloud(SQUARE, colors=np.zeros((4, 3)))
-    assert black.colors.max() == 0.0
+    black = PointCloud(SQUARE, colors=np.zeros((4, 4)))
+    assert black.colors.tolist() == [[0.0] * 3] * 4
     assert repr(black) == "PointCloud(4 points)"
 
 

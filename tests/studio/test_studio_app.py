@@ -129,8 +129,7 @@ def test_cells_in_any_order_are_painted_and_undone(client):
     back = client.done("undo")
     assert np.array_equal(decoded(back["cells"]), some)
     assert decoded(back["paint"]).tolist() == [2] * 4
-    again = client.done("redo")
-    assert decoded(again["paint"]).tolist() == [0] * 4
+    assert decoded(client.done("redo")["paint"]).tolist() == [0] * 4
     client.done("undo")
     client.done("undo")
     answer = client.post("undo")
@@ -214,8 +213,7 @@ def test_a_run_tells_its_progress_and_ends_with_a_revision(client):
     state = client.state()
     assert state["revision"] == lines[-1]["revision"] != before["revision"]
     assert (state["parameters"]["n_segments"], state["seq"]) == (12, 1)
-    levels = client.segment(level=5)
-    assert levels[-1]["n_regions"] == 5
+    assert client.segment(level=5)[-1]["n_regions"] == 5
     assert client.labels().max() == 4
     assert client.segment(n_segments=13)[-1]["parameters"]["level"] is None
     assert client.segment(alpha=3)[-1]["n_regions"] == 13
@@ -225,8 +223,7 @@ def test_a_preview_leaves_the_state(client):
     before = client.state()
     preview = client.segment(n_segments=9, preview=True)[-1]
     assert client.state() == before
-    final = client.segment(n_segments=9)[-1]
-    assert final["revision"] == preview["revision"]
+    assert client.segment(n_segments=9)[-1]["revision"] == preview["revision"]
 
 
 def test_as_many_revisions_as_promised_are_kept(client):

@@ -153,16 +153,16 @@ def full_disk(monkeypatch):
 def test_on_a_full_disk_nothing_changes_until_there_is_room(document, full_disk, monkeypatch):
     document.paint(cells(1, 2), 1)
     data, classes = document.journal.path.read_bytes(), document.state.classes.copy()
+    path = document.journal.path.with_name("new")
     for operation in (
-        lambda: document.paint(cells(2, 3), 2),
-        document.undo,
+        lambda: document.paint(cells(2, 3), 2), document.undo, lambda: opened(path),
         lambda: document.set_classes([*document.class_list, {"id": 9, "name": "more"}]),
     ):  # fmt: skip
         full_disk()
         with pytest.raises(JournalError, match="No space left on device: the operation was not"):
             operation()
         monkeypatch.undo()
-        assert document.journal.path.read_bytes() == data
+        assert (document.journal.path.read_bytes(), path.exists()) == (data, False)
         assert np.array_equal(document.state.classes, classes)
         assert (document.history.seq, len(document.history.undo_stack)) == (1, 1)
         assert len(document.class_list) == 6

@@ -105,8 +105,7 @@ class Document:
         class list that the meshes of a folder share, or None to use the list in the work file.
         Raises the same errors as `open`, and FileNotFoundError if there is no work file.
         """
-        source = Source.read(path)
-        return cls._of(source, parsed_work(work, work.read_bytes()), classes)
+        return cls._of(Source.read(path), parsed_work(work, work.read_bytes()), classes)
 
     @classmethod
     def _of(cls, source: Source, journal: Journal, classes: ClassList | None) -> Document:

@@ -93,7 +93,8 @@ class Files:
         A target consists of the folder and the first part of the names of exports. Raises an
         OSError if there is no work file.
         """
-        started = [i for i in range(len(self.paths)) if self.work_of(i).exists()]
+        works = [self.work_of(i) for i in range(len(self.paths))]  # an empty one has no work
+        started = [i for i, work in enumerate(works) if work.exists() and work.stat().st_size]
         if not started:
             message = f"{self.home}: there is no work file, so there are no labels yet"
             raise FileNotFoundError(message)

@@ -55,9 +55,9 @@ class Journal:
     def open(cls, path: Path, header: Mapping[str, Any]) -> Journal:
         """Open a work file, or create it with `header` as the first line.
 
-        An incomplete last line is removed. Raises JournalError if another studio has the file open,
-        if it is not a work file or was written by a later version, or if a line before the last
-        line is damaged. Raises OSError if the file cannot be read or written.
+        An incomplete last line is removed, and after an error an empty file. Raises JournalError if
+        another studio has the file open, if it is not a work file or was written by a later
+        version, or if a line before the last line is damaged; OSError if reading or writing fails.
         """
         busy = f"{path}: another studio has this work file open"
         try:
@@ -80,6 +80,9 @@ class Journal:
                 journal.append(journal.header)
                 _sync_folder(path.parent)
         except BaseException:
+            with contextlib.suppress(OSError):  # Windows does not remove open files
+                if not os.fstat(file).st_size:
+                    path.unlink()
             os.close(file)
             raise
         return journal
@@ -208,11 +211,10 @@ def summary(path: Path) -> tuple[Line, Line] | None:
 
 
 def _read_lines(path: Path, data: bytes) -> tuple[list[Line], int, list[str]]:
-    """Return the valid lines of a file, their total size in bytes, and notes.
+    """Return the valid lines, their total size in bytes, and a note if the last line is damaged.
 
-    There is one note if the last line is damaged, and no note otherwise. Raises JournalError if the
-    data is not a work file, was written by a later version, or has a damaged line before the last
-    line.
+    Raises JournalError if the data is not a work file, was written by a later version, or has a
+    damaged line before the last line.
     """
     if data and not data.startswith(_BEGIN[: len(data)]):
         raise JournalError(f"{path}: is not a work file of superfacets studio")

@@ -177,8 +177,7 @@ class Segmenter:
         kit.checked_count(n_parts, "parts", len(cells), "cells in the region")
         mask = np.zeros(self.source.n_cells, bool)
         mask[cells] = True
-        task = SegmentationTask()
-        found = self._worker.submit(self._segment, parameters, n_parts, task, mask)
+        found = self._worker.submit(self._segment, parameters, n_parts, SegmentationTask(), mask)
         return found.result().labels[cells]
 
     def close(self) -> None:

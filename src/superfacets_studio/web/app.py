@@ -111,8 +111,7 @@ def studio_app(studio: Studio, token: str, port: int) -> ASGIApp:
     if static.is_dir():
         routes.append(Mount("/static", StaticFiles(directory=str(static))))
     handlers = dict.fromkeys((404, 405), _not_found) | dict.fromkeys(STATUS_OF, failure)
-    app = Starlette(routes=routes, exception_handlers=handlers)
-    return Guard(app, token, port)
+    return Guard(Starlette(routes=routes, exception_handlers=handlers), token, port)
 
 
 async def _page(request: Request) -> Response:
