@@ -84,7 +84,7 @@ def levels_command(
         OutputFiles([path for path in paths if path.suffix != ARRAYS]).check_fit(cells, likely)
         data, mask = CellData(cells, attributes), constraints.get("mask")
         table: Any = data.features(features, kit.checked_threads(n_threads), mask)
-        with warnings.catch_warnings():  # they are about the finest regions, which are then merged
+        with warnings.catch_warnings():  # the finest regions, which cause the warnings, are merged
             warnings.simplefilter("ignore", IslandWarning)
             warnings.simplefilter("ignore", SliverWarning)
             nested = hierarchy(

@@ -83,8 +83,8 @@ _CREASES = options(
            "Straighten borders where the surface is smooth.  [default: yes]", default=None),
     option("--islands", kit.FileOptions.CHOICES["islands"],
            "What to do with components without a seed: keep them as regions (keep), or join them to"
-           " the nearest region (nearest), which makes -n exact except with barriers.  [default:"
-           " keep]"),
+           " the nearest region (nearest). Then -n is the exact number of regions, except with"
+           " barriers.  [default: keep]"),
     group="Creases and borders",
 )  # fmt: skip
 _SIZES = options(

@@ -30,15 +30,15 @@ _SIMULATIONS = {
 
 
 def oklab(colors: Array) -> Floats:
-    """Convert sRGB colors, (N, 3), 0 to 255, to OKLab: lightness 0 to 1, green-red, blue-yellow.
+    """Return the lightness (0 to 1), green-red and blue-yellow coordinates of colors in OKLab.
 
-    Euclidean distances in OKLab approximate perceived color differences.
+    `colors` are sRGB, (N, 3), 0 to 255. Distances in OKLab approximate perceived differences.
     """
     return oklab_of_linear(_linear(colors))
 
 
 def seen_as(colors: Array, vision: Vision) -> Floats:
-    """Convert sRGB colors, (N, 3), 0 to 255, to OKLab as perceived with the given vision."""
+    """Convert sRGB colors, as in `oklab`, to the OKLab colors perceived with `vision`."""
     linear = _linear(colors)
     if vision != "normal":
         linear = np.clip(linear @ _SIMULATIONS[vision].T, 0, 1)
@@ -60,7 +60,7 @@ def from_oklab(places: Floats) -> Bytes:
 
 
 def _linear(colors: Array) -> Floats:
-    """Convert sRGB colors, 0 to 255, to linear sRGB, 0 to 1."""
+    """Convert sRGB values from 0 to 255 to linear sRGB values from 0 to 1."""
     return linear_of_srgb(np.asarray(colors, dtype=np.float64) / 255.0)
 
 
@@ -290,7 +290,7 @@ def scale_colors(n: int = 256) -> Bytes:
     return from_oklab(places)
 
 
-# Control points of the color scale in OKLab: lightness, green-red, blue-yellow.
+# Control points of the color scale in OKLab; `oklab` explains the coordinates.
 _SCALE = np.array(
     [
         (0.40, 0.0, -0.18), (0.535, -0.05, -0.11), (0.67, -0.10, -0.015),

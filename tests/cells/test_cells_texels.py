@@ -251,7 +251,7 @@ def test_features_need_pillow(tmp_path, monkeypatch):
 def test_texels_check_the_arrays_that_they_get():
     texels, square = kit.Texels(4, 2, ("repeat", "clamp")), np.zeros((2, 2))
     corners, linear = np.array([[0, 1, 1]], np.int32), np.arange(256, dtype=np.int32)
-    with pytest.raises(ValueError, match=r"^pixels must fit 4 x 2, got \(4, 2, 3\)"):
+    with pytest.raises(ValueError, match=r"^pixels must have shape \(2, 4, 3\), got \(4, 2, 3\)"):
         texels.colors(np.zeros((4, 2, 3), np.uint8), linear, square, corners, 1)
     with pytest.raises(ValueError, match=r"^corners must be below 2, got 2"):
         texels.colors(np.zeros((2, 4, 3), np.uint8), linear, square, corners + 1, 1)

@@ -12,8 +12,8 @@ namespace superfacets {
 inline constexpr std::int64_t kArcsAlwaysAllowed = std::int64_t{1} << 24;
 inline constexpr std::int64_t kArcsPerFaceAllowed = 16;
 
-// On a side with at most this number of cells, all pairs of cells are neighbors. Otherwise arcs
-// would grow with the square of the number of cells; see for_each_linked.
+// On a side with at most this number of cells, all pairs of cells are neighbors. On larger
+// sides, all pairs would need too many arcs; for_each_linked chooses the neighbors.
 inline constexpr std::int64_t kMostPaired = 64;
 
 // Calls visit(i) for the neighbors of a cell among the n cells on a side, in any order. Cells on a

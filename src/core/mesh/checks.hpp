@@ -16,7 +16,7 @@ struct MeshFindings {
 };
 
 // Checks the preconditions of the other kernels. `corners` contains the corners of all faces, one
-// face after the other. Time O(C + V), memory V bytes.
+// face after the other. Time O(C + V) for C corners and V vertices. Uses V bytes of memory.
 MeshFindings check_mesh(std::span<const Point> vertices, std::span<const Vertex> corners,
                         ThreadTeam& team);
 

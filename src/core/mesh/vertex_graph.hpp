@@ -15,8 +15,8 @@ struct VertexGraph {
 
 // Builds one arc per edge and direction. Corners are replaced by representative[vertex] (see
 // weld_vertices). Unused vertices and duplicates (vertices with another representative) have no
-// arcs. A side whose ends have the same representative is not an edge. Time O(C + V), and O(n log
-// n) at a vertex with n edges.
+// arcs. A side whose ends have the same representative is not an edge. Time O(C + V) for C
+// corners and V vertices, and O(n log n) at a vertex with n edges.
 VertexGraph build_vertex_graph(std::span<const Point> vertices, const CornerLists& faces,
                                std::span<const Vertex> representative, ThreadTeam& team);
 

@@ -81,7 +81,7 @@ class Coarsening:
     paths are extended from coarser cells to the cells of these graphs."""
     loops_on_all: bool = True
     """Whether the loop runs on all cells after the coarse graphs. If False, all cells are labeled
-    once at the end: by `Loop._spread` with costs between parts, else by a classification."""
+    once at the end: by `Loop._spread` if there are costs between parts, else by classification."""
     is_short: bool = False
     """Whether the loop may have only a few iterations, because there are many small regions. In
     this case, the default seeding method is ``"curve"``."""

@@ -47,7 +47,7 @@ class Loop:
     timings: dict[str, float]  # wall time in seconds, keyed by the name of the stage
     levels: list[LoopLevel] = field(default_factory=list)  # one record per finished level
     balancer: Balancer | None = None  # None if sizes of regions are neither balanced nor limited
-    # (n,) component of each cell of the first level, whose number of centers must not change
+    # (n,) component of each cell of the first level; components keep their number of centers
     components: Ints | None = None
     is_short: bool = False  # whether there are only a few iterations; see `SHORT_ITERATIONS`
 

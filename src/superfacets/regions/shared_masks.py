@@ -11,7 +11,7 @@ from ..base.types import Floats, Ints
 
 
 class MaskedAreas(NamedTuple):
-    """Visible areas of regions in masks of images. Apps that group regions to objects use it."""
+    """Visible areas of regions in masks of images. Apps that group regions into objects use it."""
 
     regions: Ints  # (A,) region of each area, from 0
     masks: Ints  # (A,) mask of each area, as an index into `image_of`

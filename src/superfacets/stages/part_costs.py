@@ -51,8 +51,8 @@ def add_parts(
         if coarsening.loops_on_all:
             groups = groups_to_embed(graph, n_threads)
             costs = PartCosts.of(graph, groups, factors, n_threads)
-            # With large regions, far arcs between all cells would dominate the run time, so there
-            # are none: 1 step leads to neighbors.
+            # With large regions, far arcs between all cells would dominate the run time. The limit
+            # is then 1 step, which adds no far arcs.
             far_steps = FAR_STEPS if has_small_regions(graph, size.n_segments) else 1
             if coarsening.is_short or groups:
                 far_steps = min(far_steps, SHORT_STEPS)

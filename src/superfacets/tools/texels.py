@@ -14,7 +14,7 @@ class Texels:
     """Grid of the texels of an image, and how the image continues outside of [0, 1].
 
     Apps use it for the colors under faces, and for images of regions in the layout of a texture.
-    The triangles are rows of `coordinates`, (T, 2), at their `corners`, (n, 3).
+    Each row of `corners`, (n, 3), has the indices in `coordinates`, (T, 2), of one triangle.
     """
 
     WRAPS: ClassVar[tuple[str, ...]] = ("repeat", "clamp", "mirror")
@@ -32,8 +32,8 @@ class Texels:
         The table `linear`, (256,), converts `pixels`, (height, width, 3), to linear light. Both
         results are NaN if a corner is -1, or if a coordinate is not finite or too large.
         """
-        if pixels.shape != (self.height, self.width, 3):
-            raise ValueError(f"pixels must fit {self.width} x {self.height}, got {pixels.shape}")
+        if pixels.shape != (shape := (self.height, self.width, 3)):
+            raise ValueError(f"pixels must have shape {shape}, got {pixels.shape}")
         size = self.width, self.height
         where = _flat(coordinates, corners)
         return _core.texel_colors(

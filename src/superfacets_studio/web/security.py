@@ -53,7 +53,7 @@ class Guard:
         headers, path = Headers(scope=scope), scope["path"]
         if headers.get("host") not in self._hosts:
             return 403, "the studio can be opened only at the address that it has printed"
-        is_page = path == "/" and scope["method"] == "GET"  # a file of `redirection` may open it
+        is_page = path == "/" and scope["method"] == "GET"  # a local file redirects to the page
         if not is_page and not self._is_same_page(headers):
             return 403, "the request comes from a page of another site"
         if len(path) > MAX_PATH:
