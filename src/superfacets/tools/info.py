@@ -47,8 +47,8 @@ class MeshInfo:
     """Number of edges whose two faces traverse the edge in the same direction."""
     n_degenerate_faces: int
     """Number of faces whose normal is undefined, such as faces with all corners on a line."""
-    is_inside_out: bool
-    """Whether the mesh is closed and its normals point inwards."""
+    is_inside_out: bool | None
+    """Whether the normals of a closed mesh point inwards; None if the mesh is open."""
     faces_down: bool
     """Whether the mesh looks like terrain that faces down if z is up: it is open, at most half as
     high as wide, and the z component of its mean normal is below -1/2."""
@@ -185,7 +185,7 @@ def _face_info(mesh: FaceMesh, weld: float) -> MeshInfo:
         n_nonmanifold_edges=non_manifold,
         n_inconsistent_edges=inconsistent,
         n_degenerate_faces=count_degenerate(mesh, n_threads),
-        is_inside_out=handle.is_inside_out,
+        is_inside_out=None if boundary else handle.is_inside_out,
         faces_down=_faces_down(mesh, graph, area),
         area=area,
         bounds=(tuple(low), tuple(high)),
