@@ -94,11 +94,7 @@ def notes_on_written(
     notes = _notes_on_sizes(_of_vertices(endings), sizes)
     if attributes is not None and attributes.left_out:
         notes.append(f"data of the input that is not copied: {', '.join(attributes.left_out)}")
-    notes += [
-        f"data of the input that {ending} does not store: {'; '.join(lost)}"
-        for ending, lost in written.lost.items()
-        if lost
-    ]
+    notes += written.notes("data of the input that ")
     if attributes is not None and attributes.texture is not None:
         from superfacets_textures import notes_on_texture
 

@@ -168,7 +168,7 @@ def test_levels_carries_attributes_over(run, sheet, tmp_path):
     sf.write_mesh(tmp_path / "a.ply", mesh, np.zeros(mesh.n_faces, int), attributes=attributes)
     out = tmp_path / "b.ply"
     _, _, err = run("levels", tmp_path / "a.ply", "-n", 6, "-o", out)
-    assert "data of the input that .ply does not store: face properties label" in err
+    assert "in .ply, new values replace face properties label" in err
     kept = sf.read_attributes(tmp_path / "b.6.ply")
     assert np.array_equal(kept.face["part"], np.arange(mesh.n_faces))
     assert run("levels", tmp_path / "a.ply", "-n", 6, "-o", out, "--drop-attributes")[2] == ""

@@ -53,7 +53,7 @@ def test_regions_are_labeled_by_masks(run, folder):
     status, out, err = run(*LIFT)
     assert status == 0
     assert err.startswith(
-        "superfacets: note: data of the input that .ply does not store: face properties label"
+        "superfacets: note: in .ply, new values replace face properties label"
     )
     assert out == (
         "wrote cube.superfacets.ply\n"

@@ -428,8 +428,8 @@ def test_a_labeled_mesh_keeps_what_the_input_held(run, colored):
     status, _, err = run("segment", colored, "-n", 5, "-o", output)
     assert status == 0
     notes = [
-        "data of the input that is not copied: element edge", "data of the input that .ply does not"
-        " store: face properties label, quality, red, green, blue (replaced by new values)",
+        "data of the input that is not copied: element edge",
+        "in .ply, new values replace face properties label, quality, red, green, blue",
     ]  # fmt: skip
     assert err.splitlines() == [f"superfacets: note: {note}" for note in notes]
     found = sf.read_attributes(output)

@@ -323,7 +323,7 @@ def test_extra_dimensions_go_back_into_las_as_they_are(laspy, tmp_path):
     assert attributes.vertex["normal"].shape == (4, 3)
     assert attributes.vertex["pair"][3].tolist() == [6.0, 7.0]
     attributes = pickle.loads(pickle.dumps(attributes))
-    with pytest.warns(UserWarning, match=r"\.laz does not store: vertex property label"):
+    with pytest.warns(UserWarning, match="in .laz, new values replace vertex property label"):
         write_mesh(tmp_path / "out.laz", cloud, LABELS, attributes=attributes)
     made = laspy.read(tmp_path / "out.laz")
     given = [*las.point_format.extra_dimensions][:-1]

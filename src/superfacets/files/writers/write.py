@@ -24,7 +24,7 @@ from ..atomic import StrPath, atomic_outputs, checked_targets
 from ..formats import FORMATS
 from ..guards import known_ending
 from ..readers.labels import checked_labels
-from .cells import CellWriter, FormatOptions
+from .cells import REPLACED, CellWriter, FormatOptions
 from .ids import LEVELS, SEGMENTS, IdWriter
 
 
@@ -125,8 +125,8 @@ def write_mesh(
     )  # fmt: skip
     files = OutputFiles([path], options)
     written = files.write(mesh, labels, colors=colors, attributes=attributes)
-    if lost := written.lost[ending]:
-        warnings.warn(f"{ending} does not store: {'; '.join(lost)}", stacklevel=2)
+    for note in written.notes():
+        warnings.warn(note, stacklevel=2)
 
 
 def _check_truth_stays(paths: Sequence[StrPath], force: bool) -> None:
@@ -200,6 +200,16 @@ class Written(NamedTuple):
     region_sizes: Longs
     """If ids of vertices were computed, the number of vertices of each region, in ascending order
     of the labels; otherwise an empty array."""
+
+    def notes(self, begin: str = "") -> list[str]:
+        """Return messages on data that is lost, which start with `begin`, or that is replaced."""
+        found = []
+        for ending, lost in self.lost.items():
+            new = [item for item in lost if item.startswith(REPLACED)]
+            gone = [item for item in lost if item not in new]
+            found += [f"{begin}{ending} does not store: {'; '.join(gone)}"] * bool(gone)
+            found += [f"in {ending}, {'; '.join(new)}"] * bool(new)
+        return found
 
 
 @dataclass(frozen=True)
