@@ -138,7 +138,7 @@ class Output:
         return {name: values for name, values in stored.items() if name not in own}
 
     def replace(self, owner: str, own: Mapping[str, Any]) -> None:
-        """Report that values replace properties of the attributes, unless they are equal or None."""
+        """Report that values replace properties of the attributes, unless equal or None."""
         stored = self._stored(owner)
         names = [name for name in stored if own.get(name) is not None]
         self.taken.update(f"{owner} property {name}" for name in names)
