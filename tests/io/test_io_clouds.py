@@ -645,7 +645,7 @@ def test_a_frame_that_does_not_hold_the_points_is_replaced(laspy, tmp_path):
     *((np.zeros(shape), f"expected shape (N, n) with n from 3 to 12, got {shape}: if this is a"
        " height grid, convert it to a mesh first")
       for shape in [(301, 301), (40, 13), (9, 2), (4, 5, 3)]),
-    (np.zeros(3), "expected shape"),
+    (np.zeros(3, int), "an array of labels, use --barriers, or superfacets regions MESH LABELS"),
     (np.zeros((2, 3), complex), "expected an array of numbers"),
     (np.array([{}]), "expected an array of numbers"),
 ])  # fmt: skip
