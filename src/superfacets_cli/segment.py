@@ -264,7 +264,8 @@ class _Run:
             iterations = kit.counted(result.n_iter, "iteration")
             text += f"; {iterations}, {result.stop_reason}; seconds: {seconds}"
         sharp = "; all sharp edges are on borders" if inside == 0 else ""
-        job.report(facts, text + sharp, noun)
+        of = "" if outcome.listed is None else f" of {read.name_of(Path(job.input).name)}"
+        job.report(facts, text + sharp, noun + of)
 
     def _compute(self, job: Job, bar: Progress, timings: dict[str, float]) -> Any:
         """Read, subdivide and segment the input, without writing files."""
