@@ -204,8 +204,7 @@ def options_of(*, scans: bool, is_subdivided: bool, **given: Any) -> kit.FileOpt
     options(opts.format_option("the inputs", of_stream=True), file_options, group="Files"),
     options(
         option("-v --verbose is_verbose", FLAG, "Also print the time of each stage."),
-        opts.json_option("the results as JSON, one line per IN"),
-        group="Running",
+        opts.json_option("the results as JSON, one line per IN"), group="Running",
     ),
 )  # fmt: skip
 def segment_command(inputs: tuple[str, ...], **given: Any) -> None:

@@ -469,25 +469,17 @@ def region_graph_of(
     normals, normal_lengths = _normals_of(normal_sums, measures, surface)
     variances, axes = _principal_axes(squares, products)
     arrays: dict[str, Array] = {
-        "labels": labels,
-        "measures": measures,
-        "centroids": centroids,
-        "normals": normals,
+        "labels": labels, "measures": measures, "centroids": centroids, "normals": normals,
         "normal_lengths": normal_lengths,
         "plane_normals": _plane_normals(variances, axes[:, 2], normals),
-        "deviations": np.sqrt(variances),
-        "bounds": np.stack([lows, highs], axis=1),
+        "deviations": np.sqrt(variances), "bounds": np.stack([lows, highs], axis=1),
         "perimeters": _core.region_perimeters(handle, labels, n_regions, n_threads),
         "open_lengths": open_lengths,
         "cell_counts": np.bincount(labels + np.int32(1), minlength=n_regions + 1)[1:],
-        "centers": nearest if centers is None else centers,
-        "edge_index": np.stack([low, high]),
-        "border_lengths": border_lengths,
-        "mean_angles": mean_angles,
-        "max_angles": max_angles,
-        "concavities": concavities,
-        "edge_counts": edge_counts,
-    }
+        "centers": nearest if centers is None else centers, "edge_index": np.stack([low, high]),
+        "border_lengths": border_lengths, "mean_angles": mean_angles, "max_angles": max_angles,
+        "concavities": concavities, "edge_counts": edge_counts,
+    }  # fmt: skip
     graph = RegionGraph(**arrays, dimension=surface.dimension)
     freeze(graph, **arrays)
     return graph

@@ -51,13 +51,9 @@ class FormatOptions:
 
     @classmethod
     def checked(
-        cls,
-        endings: Sequence[str],
-        *,
-        classes: Sequence[str] | Sequence[int] | None = None,
-        scores: npt.ArrayLike | None = None,
-        **others: Any,
-    ) -> FormatOptions:
+        cls, endings: Sequence[str], *, classes: Sequence[str] | Sequence[int] | None = None,
+        scores: npt.ArrayLike | None = None, **others: Any,
+    ) -> FormatOptions:  # fmt: skip
         """Return options; raise an error if one is invalid, or has no effect on any ending.
 
         A MissingExtraError is raised if the package that writes one of the endings is missing.

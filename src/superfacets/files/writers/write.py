@@ -29,19 +29,12 @@ from .ids import LEVELS, SEGMENTS, IdWriter
 
 
 def write_mesh(
-    path: StrPath,
-    mesh: Any,
-    labels: npt.ArrayLike | None = None,
-    *,
-    colors: npt.ArrayLike | None = None,
-    attributes: MeshAttributes | None = None,
-    ascii: bool = False,
-    label_name: str = "label",
-    vertex_labels: bool = False,
-    classes: Sequence[str] | Sequence[int] | None = None,
-    scores: npt.ArrayLike | None = None,
+    path: StrPath, mesh: Any, labels: npt.ArrayLike | None = None, *,
+    colors: npt.ArrayLike | None = None, attributes: MeshAttributes | None = None,
+    ascii: bool = False, label_name: str = "label", vertex_labels: bool = False,
+    classes: Sequence[str] | Sequence[int] | None = None, scores: npt.ArrayLike | None = None,
     force: bool = False,
-) -> None:
+) -> None:  # fmt: skip
     """Write a mesh, with labels and colors of its faces, in the format of the file's ending.
 
     A warning names attributes that a format does not store. The user guide (Export) has details.
@@ -268,18 +261,12 @@ class OutputFiles:
         return writer.write(file, ending, path)
 
     def write(
-        self,
-        mesh: Any,
-        labels: npt.ArrayLike | None,
-        *,
-        colors: npt.ArrayLike | None = None,
-        attributes: MeshAttributes | None = None,
-        listed: npt.ArrayLike | None = None,
-        listed_mesh: Any = None,
-        of_vertices: Ints | None = None,
+        self, mesh: Any, labels: npt.ArrayLike | None, *, colors: npt.ArrayLike | None = None,
+        attributes: MeshAttributes | None = None, listed: npt.ArrayLike | None = None,
+        listed_mesh: Any = None, of_vertices: Ints | None = None,
         segments: tuple[Ints, Ints, Path] | None = None,
         constraints: Mapping[str, Any] | None = None,
-    ) -> Written:
+    ) -> Written:  # fmt: skip
         """Write all files and streams.
 
         Files with one label per cell get one label per record of the input
